@@ -1,0 +1,1 @@
+"""The tables of the thesis, one file per table."""

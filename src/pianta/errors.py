@@ -1,0 +1,33 @@
+"""The exceptions and warnings of pianta, rooted in ValueError and UserWarning."""
+
+
+class PiantaError(ValueError):
+    """Something given to pianta cannot be used; the message says what, the value, and the remedy, in one line."""
+
+
+class MapError(PiantaError):
+    """A grid map cannot be read, written or interpreted."""
+
+
+class FloorError(PiantaError):
+    """A floor (rooms, doors, walls) is inconsistent, or its file cannot be read."""
+
+
+class BuildingError(PiantaError):
+    """A layout XML of a building cannot be read."""
+
+
+class OptionError(PiantaError):
+    """An option or parameter has a value that makes no sense."""
+
+
+class DataError(PiantaError):
+    """The data that a benchmark measures on is missing."""
+
+
+class MapWarning(UserWarning):
+    """A map was readable but suspicious; the message says what was found and what was done about it."""
+
+
+class BuildingWarning(UserWarning):
+    """A layout XML had defects that were repaired; the message lists them."""

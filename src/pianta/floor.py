@@ -1,0 +1,173 @@
+"""Floor, Room and Door: the reconstructed building that every stage takes and gives."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+from shapely import LineString, Polygon, get_coordinates
+from shapely.geometry.polygon import orient
+
+from pianta.errors import FloorError
+from pianta.gridmap import GridMap
+
+MAX_LABEL_IMAGE_ID = np.iinfo(np.uint16).max
+
+
+@dataclass(frozen=True)
+class Room:
+    """A room: one connected polygon, possibly with holes.
+
+    id: positive, unique on its floor.
+    polygon: metres in the map frame; the shell is stored counter-clockwise, holes clockwise.
+    label: what the room is for, None when nobody said.
+    label_probabilities: label -> probability, empty when nobody said.
+    partial: the room touches space that nobody has seen.
+
+    Raises FloorError when the id is not positive or the polygon is empty or invalid.
+    """
+
+    id: int
+    polygon: Polygon
+    label: str | None = None
+    label_probabilities: Mapping[str, float] = field(default_factory=dict)
+    partial: bool = False
+
+    def __post_init__(self) -> None:
+        if self.id < 1:
+            raise FloorError(f"room id is {self.id}, give a positive integer")
+        if not isinstance(self.polygon, Polygon) or self.polygon.is_empty or not self.polygon.is_valid:
+            raise FloorError(f"room {self.id} has no valid polygon, repair it with shapely.make_valid")
+        object.__setattr__(self, "polygon", orient(self.polygon))
+        object.__setattr__(self, "label_probabilities", dict(self.label_probabilities))
+
+
+@dataclass(frozen=True)
+class Door:
+    """A passage between two rooms.
+
+    rooms: the ids of the two rooms, the smaller one first.
+    line: the passage from jamb to jamb, metres in the map frame.
+    width: clear width, metres.
+    kind: "door", or "opening" where the rooms meet with much less wall than a door leaves.
+    """
+
+    rooms: tuple[int, int]
+    line: LineString
+    width: float
+    kind: Literal["door", "opening"] = "door"
+
+    def __post_init__(self) -> None:
+        first, second = sorted(self.rooms)
+        if first == second:
+            raise FloorError(f"a door joins room {first} to itself, give two rooms")
+        if not self.width >= 0:
+            raise FloorError(f"door between rooms {first} and {second} has width {self.width}, give metres")
+        object.__setattr__(self, "rooms", (first, second))
+
+
+@dataclass(frozen=True)
+class Floor:
+    """One floor of a building, in metres of the map frame.
+
+    rooms: ordered as found; ids are unique.
+    doors: each joins two rooms of this floor.
+    walls: the representative lines of the building (thesis, section 3.1), cut to its extent.
+    building_type: type -> probability, empty when nobody said.
+    source: the name of the map or file that the floor was read from.
+
+    Raises FloorError, with every fault in one message, on repeated ids and doors to rooms that do not exist.
+    """
+
+    rooms: tuple[Room, ...]
+    doors: tuple[Door, ...] = ()
+    walls: tuple[LineString, ...] = ()
+    building_type: Mapping[str, float] = field(default_factory=dict)
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("rooms", "doors", "walls"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        object.__setattr__(self, "building_type", dict(self.building_type))
+        ids = Counter(room.id for room in self.rooms)
+        repeated = sorted(room_id for room_id, count in ids.items() if count > 1)
+        stray = sorted({room_id for door in self.doors for room_id in door.rooms} - ids.keys())
+        faults = [f"room ids {repeated} occur more than once"] if repeated else []
+        faults += [f"doors lead to rooms {stray} that do not exist"] if stray else []
+        if faults:
+            raise FloorError("not a floor: " + "; ".join(faults))
+
+    def graph(self) -> nx.Graph:
+        """Topological graph (thesis, section 3.1): a node a room, an edge where one or more doors join two rooms.
+
+        Node attributes: label, area (m²), x, y (m; a point inside the room), partial.
+        Edge attributes: doors (their number), width (m, of the widest), x, y (m, the middle of the widest).
+        """
+        graph = nx.Graph(source=self.source)
+        for room in self.rooms:
+            inside = room.polygon.representative_point()
+            graph.add_node(
+                room.id, label=room.label, area=room.polygon.area, x=inside.x, y=inside.y, partial=room.partial
+            )
+        for door in sorted(self.doors, key=lambda door: door.width):
+            count = graph.edges[door.rooms]["doors"] if graph.has_edge(*door.rooms) else 0
+            middle = door.line.interpolate(0.5, normalized=True)
+            graph.add_edge(*door.rooms, doors=count + 1, width=door.width, x=middle.x, y=middle.y)
+        return graph
+
+    def label_image(self, grid: GridMap) -> NDArray[np.uint16]:
+        """Room ids on the cells of a grid map, shape (H, W); 0 where the centre of the cell is in no room.
+
+        Raises FloorError when an id does not fit 16 bits.
+        """
+        labels = np.zeros(grid.shape, np.uint16)
+        for room in self.rooms:
+            if room.id > MAX_LABEL_IMAGE_ID:
+                raise FloorError(f"room id {room.id} does not fit a 16-bit image, renumber the rooms")
+            rows, cols, inside = cells_of_polygon(room.polygon, grid)
+            labels[rows, cols][inside] = room.id
+        return labels
+
+
+def cells_of_polygon(polygon: Polygon, grid: GridMap) -> tuple[slice, slice, NDArray[np.bool_]]:
+    """Cells of a grid map whose centres lie in a polygon: a window of rows and columns, and the mask in it.
+
+    Even-odd scan conversion: each ring edge toggles the cells right of where it crosses a row of cell centres,
+    so polygons that share an edge never share a cell.
+    """
+    starts, ends = _ring_edges(polygon, grid)
+    height, width = grid.shape
+    corners = np.vstack([starts, ends])
+    top, left = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
+    bottom, right = np.minimum(np.ceil(corners.max(axis=0)).astype(int) + 1, (height, width))
+    if bottom <= top or right <= left:
+        return slice(0, 0), slice(0, 0), np.zeros((0, 0), bool)
+    toggles = np.zeros((bottom - top, right - left + 1), np.int32)
+    for edge in zip(starts.tolist(), ends.tolist(), strict=True):
+        # From the top down, so that an edge crosses the same cells in both polygons that it bounds.
+        (row0, col0), (row1, col1) = sorted(edge)
+        first, last = np.ceil(np.clip((row0, row1), top, bottom)).astype(int)
+        if first == last:
+            continue
+        rows = np.arange(first, last)
+        crossings = col0 + (rows - row0) * (col1 - col0) / (row1 - row0)
+        cols = np.clip(np.ceil(crossings), left, right).astype(int)
+        toggles[rows - top, cols - left] += 1
+    inside = np.cumsum(toggles, axis=1)[:, :-1] % 2 == 1
+    return slice(top, bottom), slice(left, right), inside
+
+
+def _ring_edges(polygon: Polygon, grid: GridMap) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Starts and ends, shape (N, 2), of all ring edges as row, col where cell centres are integers."""
+    starts, ends = [], []
+    for ring in (polygon.exterior, *polygon.interiors):
+        xy = get_coordinates(ring)
+        pixels = np.column_stack(grid.map_to_pixel(xy[:, 0], xy[:, 1])) - 0.5
+        starts.append(pixels[:-1])
+        ends.append(pixels[1:])
+    return np.concatenate(starts), np.concatenate(ends)

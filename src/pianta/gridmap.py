@@ -1,0 +1,89 @@
+"""GridMap: the cells of an occupancy grid, their size, and where they lie in the map frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, isfinite, sin
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pianta.errors import MapError
+
+UNKNOWN, FREE, OCCUPIED = -1, 0, 100
+
+# map_saver's thresholds on cell values: at most 25 is free, at least 65 is occupied.
+FREE_AT_MOST, OCCUPIED_AT_LEAST = 25, 65
+
+
+@dataclass(frozen=True, eq=False)
+class GridMap:
+    """An occupancy grid with ROS's cell values, row 0 at the top.
+
+    cells: shape (H, W), int8; -1 unknown, 0 free … 100 occupied. Kept read-only.
+    resolution: metres per cell, positive.
+    origin: x, y (m) and yaw (rad, counter-clockwise) of the outer corner of the lower-left cell, in the map frame.
+
+    Raises MapError, with every fault in one message, when the parts do not make a map.
+    """
+
+    cells: NDArray[np.int8]
+    resolution: float
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        faults = []
+        cells = np.asarray(self.cells)
+        if cells.ndim != 2 or cells.size == 0:
+            faults.append(f"cells have shape {cells.shape}, give a non-empty 2-D array")
+        elif cells.dtype.kind not in "iu":
+            faults.append(f"cells are of type {cells.dtype}, give integers from -1 to 100")
+        elif cells.min() < UNKNOWN or cells.max() > OCCUPIED:
+            faults.append(f"cells lie in {cells.min()} … {cells.max()}, give integers from -1 to 100")
+        if not (isfinite(self.resolution) and self.resolution > 0):
+            faults.append(f"resolution is {self.resolution}, give positive metres per cell")
+        if len(self.origin) != 3 or not all(isfinite(value) for value in self.origin):
+            faults.append(f"origin is {self.origin}, give three finite numbers x, y, yaw")
+        if faults:
+            raise MapError("not a map: " + "; ".join(faults))
+        cells = cells.astype(np.int8)
+        cells.setflags(write=False)
+        object.__setattr__(self, "cells", cells)
+        object.__setattr__(self, "resolution", float(self.resolution))
+        object.__setattr__(self, "origin", tuple(float(value) for value in self.origin))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        rows, cols = self.cells.shape
+        return rows, cols
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Cells that a robot may enter: value 0 … 25; shape (H, W)."""
+        return np.asarray((self.cells >= FREE) & (self.cells <= FREE_AT_MOST))
+
+    @property
+    def occupied(self) -> NDArray[np.bool_]:
+        """Cells that hold an obstacle: value 65 … 100; shape (H, W)."""
+        return np.asarray(self.cells >= OCCUPIED_AT_LEAST)
+
+    @property
+    def unknown(self) -> NDArray[np.bool_]:
+        """Cells that are neither free nor occupied; shape (H, W)."""
+        return ~(self.free | self.occupied)
+
+    def pixel_to_map(self, row: ArrayLike, col: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Map frame x, y (m) of continuous pixel coordinates; (0, 0) is the outer corner of the top left cell."""
+        x0, y0, yaw = self.origin
+        right = np.asarray(col, float) * self.resolution
+        up = (self.shape[0] - np.asarray(row, float)) * self.resolution
+        return x0 + right * cos(yaw) - up * sin(yaw), y0 + right * sin(yaw) + up * cos(yaw)
+
+    def map_to_pixel(self, x: ArrayLike, y: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Continuous pixel row, col of map frame x, y (m); the inverse of pixel_to_map."""
+        x0, y0, yaw = self.origin
+        east, north = np.asarray(x, float) - x0, np.asarray(y, float) - y0
+        right = east * cos(yaw) + north * sin(yaw)
+        up = north * cos(yaw) - east * sin(yaw)
+        return self.shape[0] - up / self.resolution, right / self.resolution

@@ -1,0 +1,1 @@
+"""GridMap to Floor: walls, lines, faces, rooms, doors (thesis, chapter 3)."""

@@ -1,0 +1,155 @@
+"""Rooms, doors and floors, their graph, and the cells that rooms cover."""
+
+from itertools import pairwise
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from shapely import LineString, Polygon, affinity, box, contains_xy, distance, points
+
+from pianta.errors import FloorError
+from pianta.floor import Door, Floor, Room, cells_of_polygon
+from pianta.gridmap import GridMap
+
+SHELL = [(0, 0), (4, 0), (4, 3), (0, 3)]
+HOLE = [(1, 1), (2, 1), (2, 2), (1, 2)]
+BOW_TIE = Polygon([(0, 0), (1, 1), (1, 0), (0, 1)])
+WIDE = LineString([(4, 0), (4, 2)])
+NARROW = LineString([(4, 2.2), (4, 2.8)])
+
+fine = st.integers(-400, 1600).map(lambda hundredths: hundredths / 100)
+corner = st.tuples(fine, fine)
+yaw = st.floats(-pi, pi)
+
+
+def free_map(*, resolution: float = 1.0, origin: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> GridMap:
+    return GridMap(np.zeros((10, 12), np.int8), resolution, origin)
+
+
+def mask_of_polygon(polygon: Polygon, grid: GridMap) -> np.ndarray:
+    mask = np.zeros(grid.shape, bool)
+    rows, cols, inside = cells_of_polygon(polygon, grid)
+    mask[rows, cols] = inside
+    return mask
+
+
+def centres_of_cells(grid: GridMap) -> tuple[np.ndarray, np.ndarray]:
+    row, col = np.indices(grid.shape) + 0.5
+    return grid.pixel_to_map(row, col)
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_room_turns_its_rings(turn):
+    room = Room(1, Polygon(SHELL[::turn], [HOLE[::turn]]))
+    assert room.polygon.exterior.is_ccw
+    assert not room.polygon.interiors[0].is_ccw
+    assert room.polygon.area == 11
+
+
+@pytest.mark.parametrize("id_", [0, -3])
+def test_room_id_is_positive(id_):
+    with pytest.raises(FloorError, match=f"room id is {id_}"):
+        Room(id_, box(0, 0, 1, 1))
+
+
+@pytest.mark.parametrize("polygon", [Polygon(), BOW_TIE, box(0, 0, 1, 1).boundary, Polygon([(0, 0), (1, 1), (2, 2)])])
+def test_room_polygon_is_valid(polygon):
+    with pytest.raises(FloorError, match="room 7 has no valid polygon"):
+        Room(7, polygon)
+
+
+def test_door_sorts_its_rooms():
+    assert Door((5, 2), WIDE, 2.0).rooms == (2, 5)
+
+
+@pytest.mark.parametrize("width", [-0.1, float("nan")])
+def test_door_width_is_not_negative(width):
+    with pytest.raises(FloorError, match="between rooms 2 and 5 has width"):
+        Door((2, 5), WIDE, width)
+
+
+def test_door_joins_two_rooms():
+    with pytest.raises(FloorError, match="joins room 2 to itself"):
+        Door((2, 2), WIDE, 1.0)
+
+
+def test_floor_tells_all_its_faults():
+    room = Room(1, box(0, 0, 1, 1))
+    with pytest.raises(FloorError, match=r"room ids \[1\] occur more than once; doors lead to rooms \[8, 9\]"):
+        Floor((room, room), (Door((9, 8), WIDE, 1.0),))
+
+
+def test_graph_joins_rooms_by_their_widest_door():
+    rooms = Room(1, box(0, 0, 4, 3), "OFFICE"), Room(2, box(4, 0, 9, 3), partial=True), Room(3, box(9, 0, 10, 3))
+    doors = Door((2, 1), WIDE, 2.0), Door((1, 2), NARROW, 0.6)
+    graph = Floor(rooms, doors, source="here").graph()
+    assert graph.graph == {"source": "here"}
+    assert list(graph) == [1, 2, 3]
+    assert graph.nodes[1] == {"label": "OFFICE", "area": 12.0, "x": 2.0, "y": 1.5, "partial": False}
+    assert graph.nodes[2]["partial"]
+    assert list(graph.edges(data=True)) == [(1, 2, {"doors": 2, "width": 2.0, "x": 4.0, "y": 1.0})]
+
+
+def test_label_image_has_row_0_at_the_top():
+    labels = Floor((Room(7, box(1, 0, 3, 1)), Room(9, box(3, 0, 4, 2)))).label_image(
+        GridMap(np.zeros((3, 5), np.int8), resolution=1.0)
+    )
+    assert labels.dtype == np.uint16
+    assert labels.tolist() == [[0, 0, 0, 0, 0], [0, 0, 0, 9, 0], [0, 7, 7, 9, 0]]
+
+
+def test_label_image_follows_the_yaw_of_the_map():
+    # The map's rows point along -x: its lower left corner is at (3, 0), its columns run up.
+    grid = GridMap(np.zeros((3, 2), np.int8), resolution=1.0, origin=(3.0, 0.0, pi / 2))
+    labels = Floor((Room(1, box(0, 0, 1, 1)), Room(2, box(2, 1, 3, 2)))).label_image(grid)
+    assert labels.tolist() == [[1, 0], [0, 0], [0, 2]]
+
+
+def test_label_image_leaves_holes_and_what_lies_outside():
+    ring = Room(1, Polygon([(-5, -5), (50, -5), (50, 50), (-5, 50)], [[(2, 2), (9, 2), (9, 7), (2, 7)]]))
+    labels = Floor((ring, Room(2, box(100, 100, 101, 101)))).label_image(free_map())
+    assert (labels == 0).sum() == 35
+    assert (labels == 1).sum() == 85
+
+
+def test_label_image_holds_16_bits():
+    assert Floor((Room(65535, box(0, 0, 1, 1)),)).label_image(free_map()).max() == 65535
+    with pytest.raises(FloorError, match="65536"):
+        Floor((Room(65536, box(0, 0, 1, 1)),)).label_image(free_map())
+
+
+@given(corners=st.lists(corner, min_size=3, max_size=6), yaw=yaw)
+def test_cells_are_those_whose_centre_is_inside(corners, yaw):
+    polygon = LineString(corners).buffer(0.5, quad_segs=2)
+    grid = free_map(resolution=0.7, origin=(1.0, -2.0, yaw))
+    x, y = centres_of_cells(grid)
+    clear = distance(polygon.boundary, points(x, y)) > 1e-9
+    assert (mask_of_polygon(polygon, grid) == contains_xy(polygon, x, y))[clear].all()
+
+
+@given(a=corner, b=corner, c=corner, d=corner)
+@example(a=(2.45, 9.65), b=(7.45, 9.65), c=(3.7, 5.9), d=(-2.55, 9.65))  # crosses cell centres
+def test_polygons_that_share_an_edge_share_no_cell(a, b, c, d):
+    """Two triangles on both sides of a diagonal tile their quadrilateral, whichever way the diagonal runs."""
+    left, right = Polygon([a, b, c]), Polygon([c, d, a])
+    if left.area == 0 or right.area == 0 or left.intersection(right).area > 0:
+        return
+    grid = free_map()
+    masks = mask_of_polygon(left, grid), mask_of_polygon(right, grid)
+    assert not (masks[0] & masks[1]).any()
+    x, y = centres_of_cells(grid)
+    inside = contains_xy(left.union(right), x, y) & (distance(left.union(right).boundary, points(x, y)) > 1e-9)
+    assert (masks[0] | masks[1])[inside].all()
+
+
+@given(cuts=st.lists(st.integers(0, 120), min_size=2, max_size=8, unique=True).map(sorted), yaw=yaw)
+def test_rooms_side_by_side_cover_each_cell_once(cuts, yaw):
+    rectangles = [box(left / 10, 0, right / 10, 10) for left, right in pairwise(cuts)]
+    turned = [affinity.rotate(rectangle, yaw, origin=(0, 0), use_radians=True) for rectangle in rectangles]
+    grid = free_map(origin=(0.0, 0.0, yaw))
+    masks = [mask_of_polygon(polygon, grid) for polygon in turned]
+    assert np.sum(masks, axis=0).max() <= 1
+    labels = Floor(tuple(Room(number, polygon) for number, polygon in enumerate(turned, start=1))).label_image(grid)
+    assert all((labels == number).tolist() == mask.tolist() for number, mask in enumerate(masks, start=1))
