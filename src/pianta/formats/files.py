@@ -1,0 +1,103 @@
+"""Files: input paths that are safe to open, and outputs that appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from math import prod
+from pathlib import Path
+from reprlib import Repr
+from secrets import token_hex
+
+from pianta.errors import MapError, PiantaError
+
+MAX_CELLS = 200_000_000
+
+# Path("http://a") is "http:/a", so one slash is enough; two letters spare Windows drives.
+_ADDRESS = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
+
+_REPR = Repr()
+_REPR.maxstring = _REPR.maxother = 300
+
+
+def shown(value: object) -> str:
+    """A value as messages show it: quoted, on one line, not endless."""
+    return _REPR.repr(str(value) if isinstance(value, Path) else value)
+
+
+def reason_of(exception: BaseException) -> str:
+    """Why something failed, on one line: what the operating system says, the message, or the exception's name."""
+    text = getattr(exception, "strerror", None) or str(exception) or type(exception).__name__
+    return " ".join(str(text).split())[:300]
+
+
+def checked_input(path: str | Path, what: str, error: type[PiantaError], *, folder: Path | None = None) -> Path:
+    """Path of a regular file that exists, has content and may be read.
+
+    what: the noun by which messages call the file, such as "map".
+    folder: where a relative path starts; when None, the working directory, or the user's home for a leading ~/.
+
+    Raises error, in one line, for a web address, a missing, empty or unreadable file, a folder and a device.
+    """
+    if _ADDRESS.match(str(path)):
+        raise error(f"{what} {shown(path)} is an address, download it first and give the file")
+    expanded = Path(path).expanduser() if str(path).startswith("~/") else Path(path)
+    file = expanded if folder is None else folder / path
+    fault = _fault_of_input(file)
+    if fault:
+        raise error(f"{what} {shown(file)} {fault}")
+    return file
+
+
+def _fault_of_input(file: Path) -> str | None:
+    try:
+        status = file.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return "does not exist, check the path"
+    except (OSError, ValueError) as exception:
+        return f"cannot be opened: {reason_of(exception)}"
+    if stat.S_ISDIR(status.st_mode):
+        return "is a folder, give a file"
+    if not stat.S_ISREG(status.st_mode):
+        return "is a device or pipe, give a regular file"
+    if status.st_size == 0:
+        return "is empty, write it again"
+    return None if os.access(file, os.R_OK) else "may not be read, check its permissions"
+
+
+def check_cell_count(sizes: Sequence[int], what: str, *, max_cells: int) -> None:
+    """Refuse what would not fit in memory, before anything of its size is allocated.
+
+    Raises MapError naming the sizes, the limit, and the option that lifts it.
+    """
+    if prod(sizes) > max_cells:
+        size = f"{' × '.join(map(str, sizes))} = {prod(sizes)}"
+        raise MapError(
+            f"{what} has {size} cells, the limit is {max_cells}; lift it with --max-cells (max_cells= in Python)"
+        )
+
+
+@contextmanager
+def written_atomically(path: str | Path) -> Iterator[Path]:
+    """Temporary path, in the folder and with the suffix of `path`, that becomes `path` when the block succeeds.
+
+    When the block fails, even by KeyboardInterrupt, `path` stays as it was and the temporary file goes away.
+    Temporary names are random, so that what a killed process left behind is never in the way.
+
+    Raises PiantaError, in one line, for every OSError of the block and when `path` is a folder.
+    """
+    path = Path(path)
+    temporary = path.parent / f".pianta-{token_hex(8)}{path.suffix}"
+    try:
+        if path.is_dir():
+            raise PiantaError(f"cannot write {shown(path)}: it is a folder, give the name of a file")
+        yield temporary
+        temporary.replace(path)
+    except OSError as exception:
+        raise PiantaError(f"cannot write {shown(path)}: {reason_of(exception)}") from exception
+    finally:
+        with suppress(OSError):
+            temporary.unlink()

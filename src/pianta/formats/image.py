@@ -1,0 +1,124 @@
+"""Plain images as maps: grey levels, transparency, and what they mean without a YAML."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import isfinite
+from pathlib import Path
+from threading import Lock
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+
+from pianta.errors import MapError
+from pianta.formats.files import MAX_CELLS, check_cell_count, checked_input, reason_of, shown
+from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+
+IMAGE_SUFFIXES = (".png", ".pgm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff", ".pbm", ".ppm", ".pnm")
+_FORMATS = ("PNG", "PPM", "BMP", "JPEG", "TIFF")
+
+_PILLOW = Lock()
+
+
+def read_image_map(
+    path: str | Path,
+    *,
+    resolution: float,
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    free_above: int = 250,
+    occupied_below: int = 150,
+    max_cells: int = MAX_CELLS,
+) -> GridMap:
+    """Map from an image without a YAML: white is free, dark is occupied, grey or transparent is unknown.
+
+    resolution: metres per cell. origin: x, y (m) and yaw (rad) of the lower-left corner.
+    free_above: a grey above it is free; 250 is how the survey's maps are to be read.
+    occupied_below: a grey below it is occupied; 150 is the value at which the thesis' authors binarise.
+
+    Raises MapError for what is no image, an image above max_cells, and, in one message, options out of range.
+    """
+    _check_options(resolution, origin, free_above, occupied_below)
+    grey, transparent = read_grey(path, max_cells=max_cells)
+    table = np.full(256, UNKNOWN, np.int8)
+    table[:occupied_below] = OCCUPIED
+    table[free_above + 1 :] = FREE
+    cells = table[grey]
+    if transparent is not None:
+        cells[transparent] = UNKNOWN
+    return GridMap(cells, resolution, origin)
+
+
+def _check_options(resolution: float, origin: tuple[float, float, float], free_above: int, occupied_below: int) -> None:
+    faults = []
+    if not (isfinite(resolution) and resolution > 0):
+        faults.append(f"resolution is {resolution}, give positive metres per cell")
+    if len(origin) != 3 or not all(isfinite(value) for value in origin):
+        faults.append(f"origin is {origin}, give three finite numbers x, y, yaw")
+    if not 0 <= occupied_below <= free_above <= 255:
+        faults.append(
+            f"occupied_below is {occupied_below} and free_above {free_above}, "
+            f"give greys with 0 ≤ occupied_below ≤ free_above ≤ 255"
+        )
+    if faults:
+        raise MapError("the image cannot become a map: " + "; ".join(faults))
+
+
+def read_grey(path: str | Path, *, max_cells: int = MAX_CELLS) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    """Grey levels of an image file, shape (H, W), and which pixels are not fully opaque, None where all are.
+
+    Reads the first frame of PNG, PGM and its kin, BMP, JPEG and TIFF. Colours become Rec. 601 luma and 16 bits
+    become 8, both as in Nav2's GraphicsMagick.
+
+    Raises MapError for what is no such image, for a damaged one, and for one of more than max_cells pixels,
+    which is not decoded.
+    """
+    file = checked_input(path, "image", MapError)
+    name = f"image {shown(file)}"
+    try:
+        with _pillow_without_limits(), Image.open(file, formats=_FORMATS) as image:
+            check_cell_count(image.size, name, max_cells=max_cells)
+            Image.MAX_IMAGE_PIXELS = MAX_CELLS  # the tiles of a TIFF can be larger than the image
+            return _decode_grey(image)
+    except MapError:
+        raise
+    except UnidentifiedImageError:
+        raise MapError(f"{name} is no image, give a PNG, PGM, BMP, JPEG or TIFF") from None
+    # Pillow's plug-ins raise whatever a hostile file drives them to.
+    except Exception as exception:
+        raise MapError(f"{name} is damaged, save it again: {reason_of(exception)}") from exception
+
+
+@contextmanager
+def _pillow_without_limits() -> Iterator[None]:
+    """Silence Pillow, whose size limit and warnings are global, while our own limit stands in for it."""
+    with _PILLOW, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+        try:
+            yield
+        finally:
+            Image.MAX_IMAGE_PIXELS = limit
+
+
+def _decode_grey(image: Image.Image) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    if image.mode == "F":
+        raise ValueError("its pixels are fractions, not 8 or 16 bits")
+    if image.mode.startswith("I"):
+        return _decode_deep_grey(image)
+    transparent = None
+    if image.has_transparency_data:
+        image = image.convert("RGBA")
+        transparent = np.asarray(image.getchannel("A")) < 255
+    return np.asarray(image.convert("L")), transparent if transparent is not None and transparent.any() else None
+
+
+def _decode_deep_grey(image: Image.Image) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    deep = np.asarray(image)
+    if deep.min() < 0 or deep.max() > 65535:
+        raise ValueError(f"its pixels lie in {deep.min()} … {deep.max()}, not in 8 or 16 bits")
+    grey = ((deep.astype(np.uint32) + 128) // 257).astype(np.uint8)
+    transparent = deep == image.info.get("transparency", -1)
+    return grey, transparent if transparent.any() else None
