@@ -1,0 +1,238 @@
+"""floor.geojson: the canonical file of a Floor, GeoJSON in metres of the map frame.
+
+The collection says so in its members `format`, `version`, `frame` and `units`, and holds `source` and `building_type`.
+A feature's property `class` is room (a polygon, counter-clockwise with clockwise holes), door or wall (lines).
+QGIS, which takes any GeoJSON for WGS 84, draws it in place once the layer is told to have no coordinate system.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, FiniteFloat, Tag, ValidationError, model_validator
+from shapely import LineString, Polygon, get_coordinates
+from shapely.geometry.base import BaseGeometry
+
+from pianta.errors import FloorError
+from pianta.floor import Door, Floor, Room
+from pianta.formats.faults import describe_validation
+from pianta.formats.files import checked_input, shown, written_atomically
+
+FORMAT, MAJOR, MINOR = "pianta floor", 1, 0
+MAX_FILE_BYTES = 64 * 2**20
+MAX_COORDINATE = 1e8
+
+
+def save_floor(floor: Floor, path: str | Path) -> None:
+    """Write a floor as floor.geojson, a feature a line; read_floor gives back an equal floor.
+
+    The same floor gives the same bytes.
+    Raises FloorError for a floor that read_floor would refuse, and PiantaError when the file cannot be written.
+    """
+    try:
+        content = _dump_floor(floor)
+        if _parse_floor(content) != floor:
+            raise FloorError("it has shapes in three dimensions, give it in two (shapely.force_2d)")
+    except (ValueError, TypeError) as exception:
+        raise FloorError(f"cannot save the floor as {shown(path)}: {exception}") from exception
+    with written_atomically(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def read_floor(path: str | Path) -> Floor:
+    """Read a floor from floor.geojson; members, properties and classes of features that it does not know are skipped.
+
+    Raises FloorError, with every fault in one message, for a file that is no floor and for one of a newer format.
+    """
+    file = checked_input(path, "floor", FloorError)
+    if file.stat().st_size > MAX_FILE_BYTES:
+        raise FloorError(f"floor {shown(file)} has more than {MAX_FILE_BYTES} bytes, too many for a floor")
+    try:
+        return _parse_floor(file.read_bytes())
+    except (FloorError, OSError) as exception:
+        raise FloorError(f"cannot read the floor {shown(file)}: {exception}") from exception
+
+
+def _dump_floor(floor: Floor) -> bytes:
+    header = {
+        "type": "FeatureCollection",
+        "format": FORMAT,
+        "version": f"{MAJOR}.{MINOR}",
+        "frame": "map",
+        "units": "metres",
+        "source": floor.source,
+        "building_type": _sort_probabilities(floor.building_type),
+    }
+    features = ",\n".join(map(_dump_strictly, _features_of_floor(floor)))
+    return f'{_dump_strictly(header)[:-1]}, "features": [\n{features}\n]}}\n'.encode()
+
+
+def _dump_strictly(value: object) -> str:
+    return json.dumps(value, allow_nan=False)
+
+
+def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
+    for room in floor.rooms:
+        properties = {
+            "room": int(room.id),
+            "label": room.label,
+            "label_probabilities": _sort_probabilities(room.label_probabilities),
+            "partial": bool(room.partial),
+        }
+        yield _feature("room", room.id, properties, room.polygon)
+    for number, door in enumerate(floor.doors, start=1):
+        ends = {"rooms": [int(room) for room in door.rooms], "width": float(door.width), "kind": door.kind}
+        yield _feature("door", number, ends, door.line)
+    for number, wall in enumerate(floor.walls, start=1):
+        yield _feature("wall", number, {}, wall)
+
+
+def _feature(class_: str, number: int, properties: dict[str, Any], shape: Polygon | LineString) -> dict[str, Any]:
+    rings = (shape.exterior, *shape.interiors) if isinstance(shape, Polygon) else ()
+    coordinates = [_positions(ring) for ring in rings] or _positions(shape)
+    return {
+        "type": "Feature",
+        "id": f"{class_}-{number}",
+        "properties": {"class": class_, **properties},
+        "geometry": {"type": shape.geom_type, "coordinates": coordinates},
+    }
+
+
+def _positions(line: BaseGeometry) -> list[list[float]]:
+    positions: list[list[float]] = get_coordinates(line).tolist()
+    return positions
+
+
+def _sort_probabilities(probabilities: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(probabilities[name]) for name in sorted(probabilities)}
+
+
+class _Part(BaseModel):
+    """A part of the file; what is not named here is skipped."""
+
+    model_config = ConfigDict(strict=True, frozen=True)
+
+
+_Metres = Annotated[FiniteFloat, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+_Position = tuple[_Metres, _Metres]
+_Probabilities = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
+
+
+class _PolygonGeometry(_Part):
+    type: Literal["Polygon"]
+    coordinates: Annotated[list[Annotated[list[_Position], Field(min_length=4)]], Field(min_length=1)]
+
+
+class _LineGeometry(_Part):
+    type: Literal["LineString"]
+    coordinates: Annotated[list[_Position], Field(min_length=2)]
+
+
+class _RoomProperties(_Part):
+    room: int
+    label: str | None = None
+    label_probabilities: _Probabilities = {}
+    partial: bool = False
+
+
+class _RoomFeature(_Part):
+    properties: _RoomProperties
+    geometry: _PolygonGeometry
+
+    @cached_property
+    def room(self) -> Room:
+        shell, *holes = self.geometry.coordinates
+        names = self.properties
+        return Room(names.room, Polygon(shell, holes), names.label, names.label_probabilities, names.partial)
+
+    @model_validator(mode="after")
+    def _check(self) -> _RoomFeature:
+        _ = self.room
+        return self
+
+
+class _DoorProperties(_Part):
+    rooms: tuple[int, int]
+    width: FiniteFloat
+    kind: Literal["door", "opening"] = "door"
+
+
+class _DoorFeature(_Part):
+    properties: _DoorProperties
+    geometry: _LineGeometry
+
+    @cached_property
+    def door(self) -> Door:
+        names = self.properties
+        return Door(names.rooms, LineString(self.geometry.coordinates), names.width, names.kind)
+
+    @model_validator(mode="after")
+    def _check(self) -> _DoorFeature:
+        _ = self.door
+        return self
+
+
+class _WallFeature(_Part):
+    geometry: _LineGeometry
+
+    @property
+    def wall(self) -> LineString:
+        return LineString(self.geometry.coordinates)
+
+
+class _UnknownFeature(_Part):
+    """A feature of a class that a later minor version may bring."""
+
+
+def _class_of_feature(feature: object) -> str:
+    """Tag of the model that reads a feature."""
+    properties = feature.get("properties") if isinstance(feature, dict) else None
+    class_ = properties.get("class") if isinstance(properties, dict) else None
+    return class_ if class_ in ("room", "door", "wall") else "unknown"
+
+
+_Feature = Annotated[
+    Annotated[_RoomFeature, Tag("room")]
+    | Annotated[_DoorFeature, Tag("door")]
+    | Annotated[_WallFeature, Tag("wall")]
+    | Annotated[_UnknownFeature, Tag("unknown")],
+    Discriminator(_class_of_feature),
+]
+
+
+class _Version(_Part):
+    """What a file of every version has."""
+
+    format: Literal["pianta floor"]
+    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
+
+
+class _Collection(_Part):
+    type: Literal["FeatureCollection"]
+    frame: Literal["map"]
+    units: Literal["metres"]
+    source: str = ""
+    building_type: _Probabilities = {}
+    features: list[_Feature]
+
+
+def _parse_floor(content: bytes) -> Floor:
+    try:
+        version = _Version.model_validate_json(content).version
+        if int(version.partition(".")[0]) > MAJOR:
+            raise FloorError(f"it has format version {version}, this pianta reads {MAJOR}.x; update pianta")
+        collection = _Collection.model_validate_json(content)
+    except ValidationError as exception:
+        raise FloorError(describe_validation(exception)) from None
+    features = collection.features
+    return Floor(
+        rooms=tuple(feature.room for feature in features if isinstance(feature, _RoomFeature)),
+        doors=tuple(feature.door for feature in features if isinstance(feature, _DoorFeature)),
+        walls=tuple(feature.wall for feature in features if isinstance(feature, _WallFeature)),
+        building_type=collection.building_type,
+        source=collection.source,
+    )

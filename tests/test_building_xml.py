@@ -1,0 +1,248 @@
+"""Layout XMLs become floors, their defects are repaired or told."""
+
+import csv
+import warnings
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shapely import LineString, Polygon, box, get_coordinates
+
+from pianta.errors import BuildingError, BuildingWarning
+from pianta.evaluation.segmentation import score_labels
+from pianta.floor import Door, Floor
+from pianta.formats.building_xml import read_building_xml
+from pianta.formats.image import read_image_map
+from pianta.formats.survey_truth import read_survey_truth
+from pianta.gridmap import GridMap
+from tests.mutation import mutated
+
+Corners = Sequence[tuple[object, object]]
+
+LEFT = [(0, 0), (40, 0), (40, 15), (40, 30), (0, 30)]
+RIGHT = [(40, 0), (100, 0), (100, 30), (40, 30), (40, 15)]
+SPIKED = [(0, 0), (40, 0), (40, 30), (40, 50), (40, 30), (0, 30)]
+CROSSED = [(0, 0), (40, 0), (40, 30), (0, 30), (0, -10), (-10, -10), (-10, 5), (0, 5)]
+POINT = [(40, 15), (40, 15)]
+
+
+def points(corners: Corners) -> str:
+    return "".join(f'<point x="{x}" y="{y}"/>' for x, y in corners)
+
+
+def portal(*ids: str, segment: str = "p", type_: str = "EXPLICIT") -> str:
+    target = "".join(f"<id>{id_}</id>" for id_ in ids)
+    return f"<portal><linesegment>{segment}</linesegment><type>{type_}</type><target>{target}</target></portal>"
+
+
+def space(id_: str, corners: Corners, portals: str = "", label: str = "OFFICE", door: Corners = POINT) -> str:
+    return (
+        f'<space id="{id_}"><labels><type>R</type><label>{label}</label></labels>'
+        f"<bounding_polygon>{points(corners)}</bounding_polygon><space_representation>"
+        f'<linesegment id="w">{points(corners[:2])}<class>WALL</class></linesegment>'
+        f'<linesegment id="p">{points(door)}<class>PORTAL</class></linesegment>'
+        f"</space_representation><portals>{portals}</portals></space>"
+    )
+
+
+def building(*spaces: str, drawn: str = "9", real: str = "90") -> str:
+    return (
+        f"<building><scale><represented_distance><value>{drawn}</value><um>pixel</um></represented_distance>"
+        f"<real_distance><value>{real}</value><um>cm</um></real_distance></scale>"
+        f"<building_type><main_type>OFFICE</main_type></building_type>"
+        f"<floor><spaces>{''.join(spaces)}</spaces><groups><space id='g'/></groups></floor></building>"
+    )
+
+
+TWO_ROOMS = building(space("a", LEFT, portal("a", "b")), space("b", RIGHT, portal("b", "a"), "CORRIDOR"))
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return tmp_path_factory.mktemp("buildings") / "two.xml"
+
+
+def read(path: Path, text: str, grid: GridMap | None = None) -> Floor:
+    path.write_text(text)
+    return read_building_xml(path, grid=grid)
+
+
+def test_two_rooms_in_metres(path):
+    """9 px are 0.9 m; the door is a point on the wall between the rooms and becomes 0.9 m of that wall."""
+    floor = read(path, TWO_ROOMS)
+    left, right = floor.rooms
+    assert (left.id, left.label, right.id, right.label) == (1, "OFFICE", 2, "CORRIDOR")
+    assert left.polygon.equals_exact(Polygon(np.array(LEFT) * (0.1, -0.1)), 1e-9, normalize=True)
+    assert right.polygon.symmetric_difference(box(4, -3, 10, 0)).area < 1e-9
+    (door,) = floor.doors
+    assert (door.rooms, door.kind) == ((1, 2), "door")
+    assert door.width == pytest.approx(0.9)
+    assert sorted(get_coordinates(door.line).tolist()) == pytest.approx(np.array([(4, -1.95), (4, -1.05)]))
+    assert floor.building_type == {"OFFICE": 1.0}
+    assert floor.source == "two.xml"
+
+
+def test_two_rooms_on_a_map(path):
+    """The pixels of the drawing are those of the map: the right room fills the columns from 40 on."""
+    grid = GridMap(np.zeros((30, 100), np.int8), 0.5, (-7.0, 3.0, 0.3))
+    floor = read(path, TWO_ROOMS, grid)
+    labels = floor.label_image(grid)
+    assert (labels[:, :40] == 1).all()
+    assert (labels[:, 40:] == 2).all()
+    row, col = grid.map_to_pixel(*get_coordinates(floor.doors[0].line).T)
+    assert col == pytest.approx(np.array([40, 40]))
+    assert sorted(row) == pytest.approx([10.5, 19.5])
+    assert floor.doors[0].width == pytest.approx(4.5)
+
+
+def test_drawn_segment_is_the_door(path):
+    door = [(40, 10), (40, 22)]
+    floor = read(path, building(space("a", LEFT, portal("a", "b", type_="IMPLICIT"), door=door), space("b", RIGHT)))
+    assert floor.doors == (Door((1, 2), LineString([(4, -1), (4, -2.2)]), floor.doors[0].width, "opening"),)
+    assert floor.doors[0].width == pytest.approx(1.2)
+
+
+def test_door_in_a_corner_follows_the_common_wall(path):
+    """Rooms a and b meet at y = 30; the point is a corner of a, in the middle of a wall of b."""
+    below = [(-50, 30), (90, 30), (90, 60), (-50, 60)]
+    corner = [(40, 30), (40, 30)]
+    floor = read(path, building(space("a", LEFT, portal("a", "b"), door=corner), space("b", below, door=corner)))
+    assert get_coordinates(floor.doors[0].line)[:, 1] == pytest.approx(np.array([-3, -3]))
+
+
+@pytest.mark.parametrize(("corners", "area"), [(SPIKED, 12), (CROSSED, 12)])
+def test_outline_that_meets_itself_keeps_its_largest_part(path, corners, area):
+    with pytest.warns(BuildingWarning, match=r"was repaired: the outline of room 1 \(OFFICE\) meets itself"):
+        floor = read(path, building(space("a", corners), space("b", RIGHT)))
+    assert floor.rooms[0].polygon.area == pytest.approx(area)
+
+
+def test_door_without_a_place_goes_to_the_middle_of_the_wall(path):
+    portals = portal("a", "b", segment="gone")
+    text = building(space("a", LEFT, portals), space("b", RIGHT, portals))
+    with pytest.warns(BuildingWarning, match=r"the door between room 1 \(OFFICE\) and room 2 \(OFFICE\) has no place"):
+        floor = read(path, text)
+    assert floor.doors[0].line.centroid.coords[0] == pytest.approx((4, -1.5), abs=0.01)
+
+
+@pytest.mark.parametrize("portals", [portal("a", "a"), portal("a", "z"), portal("a"), portal("a", "b", "c")])
+def test_door_that_joins_no_two_rooms_is_left_out(path, portals):
+    with pytest.warns(BuildingWarning, match=r"a door of room 1 \(OFFICE\) does not join two rooms, left out$"):
+        floor = read(path, building(space("a", LEFT, portals * 2), space("b", RIGHT), space("c", SPIKED[:3])))
+    assert floor.doors == ()
+
+
+def test_all_repairs_are_one_warning(path):
+    text = building(space("a", SPIKED, portal("a", "a")), space("b", RIGHT))
+    with pytest.warns(BuildingWarning) as told:
+        read(path, text)
+    assert len(told) == 1
+    assert "meets itself" in str(told[0].message)
+    assert "left out" in str(told[0].message)
+
+
+def test_faults_are_told_together(path):
+    text = building(space("a", LEFT[:2]), space("a", [("x", 0), (1, "1e9"), *LEFT]), drawn="0")
+    with pytest.raises(BuildingError) as error:
+        read(path, text)
+    for fault in (
+        "its scale is '0' 'pixel' for '90' 'cm'",
+        "2 rooms have the id 'a'",
+        "room 1 (OFFICE) has an outline without area",
+        "room 2 (OFFICE) has a point x='x', y='0'",
+        "room 2 (OFFICE) has a point x='1', y='1e9'",
+    ):
+        assert fault in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "scale", [{"drawn": "nan"}, {"drawn": "1e-300"}, {"real": "-90"}, {"real": "1e300"}, {"real": ""}]
+)
+def test_scale_is_positive(path, scale):
+    with pytest.raises(BuildingError, match="its scale is"):
+        read(path, building(space("a", LEFT), **scale))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (building(), "it has 1 floors and 0 rooms"),
+        ("<building/>", "its scale is None None for None None"),
+        ("<building>", "is no XML"),
+        ("map", "is no XML"),
+        ('<?xml version="1.0" encoding="klingon"?><building/>', "is no XML"),
+        ('<!DOCTYPE b [<!ENTITY e "e">]><building>&e;</building>', "declares a document type or entities"),
+        ('<!DOCTYPE b SYSTEM "file:///etc/passwd"><building/>', "declares a document type or entities"),
+    ],
+)
+def test_what_is_no_building_is_refused(path, text, message):
+    with pytest.raises(BuildingError, match=message):
+        read(path, text)
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(BuildingError, match="does not exist"):
+        read_building_xml(tmp_path / "none.xml")
+
+
+@given(fuzz=st.data())
+def test_damaged_file_is_read_or_refused(path, fuzz):
+    path.write_bytes(fuzz.draw(st.binary() | mutated(TWO_ROOMS.encode())))
+    with suppress(BuildingError), warnings.catch_warnings():
+        warnings.simplefilter("ignore", BuildingWarning)
+        assert isinstance(read_building_xml(path), Floor)
+
+
+coordinate = st.sampled_from([0, 1e-9, 0.1, 15, 30, 40, -10, 1e6, -1e6, 1e-300])
+
+
+@given(corners=st.lists(st.tuples(coordinate, coordinate), max_size=6), door=st.tuples(coordinate, coordinate))
+def test_any_outline_is_read_or_refused(path, corners, door):
+    text = building(
+        space("a", corners, portal("a", "b"), door=[door, door]), space("b", RIGHT, portal("a", "b", segment="q"))
+    )
+    with suppress(BuildingError), warnings.catch_warnings():
+        warnings.simplefilter("ignore", BuildingWarning)
+        floor = read(path, text)
+        assert [len(floor.rooms), len(floor.doors)] == [2, 2]
+        assert all(door.width == pytest.approx(0.9) for door in floor.doors)
+
+
+def records(data: Path) -> dict[str, dict[str, str]]:
+    """defects.csv by file, for the folders that benches read."""
+    with (data / "defects.csv").open() as file:
+        return {
+            row["file"]: row for row in csv.DictReader(file) if row["file"].startswith(("survey", "slam", "buildings"))
+        }
+
+
+def test_every_building_has_the_documented_rooms_and_doors(data):
+    """Rooms, pairs of rooms with a door, and doors (listed twice each) agree; defects are told and only they are."""
+    for name, record in records(data).items():
+        count = {key: int(record[key] or 0) for key in [*list(record)[1:9], "invalid_polygons"]}
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            floor = read_building_xml(data / name)
+        defects = count["invalid_polygons"] + count["self_portals"] + count["missing_segment_refs"]
+        assert len(told) == (defects > 0), name
+        assert len(floor.rooms) == count["spaces"], name
+        assert len({door.rooms for door in floor.doors}) == count["edges"], name
+        assert len(floor.doors) == (count["portals"] - count["self_portals"]) // 2, name
+
+
+def test_every_building_of_the_data_is_documented(data):
+    files = [*data.glob("survey/*_layout_gt.xml"), *data.glob("slam/*_gt.xml"), *data.glob("buildings/*/*.xml")]
+    assert {str(file.relative_to(data)) for file in files} == set(records(data))
+
+
+def test_survey_layout_lies_on_its_map(data):
+    grid = read_image_map(data / "survey" / "Freiburg101_scan.png", resolution=0.05)
+    labels = read_building_xml(data / "survey" / "Freiburg101_scan_layout_gt.xml", grid=grid).label_image(grid)
+    truth = read_survey_truth(data / "survey" / "Freiburg101_scan_gt_segmentation.png")
+    scores = score_labels(labels, truth, counted=grid.free)
+    assert (scores.found, scores.true, scores.f1) == (10, 10, 1.0)
+    assert min(scores.a_fc, scores.a_bc) > 0.98

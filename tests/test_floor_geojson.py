@@ -1,0 +1,272 @@
+"""Floors survive floor.geojson exactly, and nothing else passes for one."""
+
+import json
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shapely import LineString, Polygon, box
+from shapely.geometry import shape
+
+from pianta.errors import FloorError, PiantaError
+from pianta.floor import Door, Floor, Room
+from pianta.formats.floor_geojson import read_floor, save_floor
+from tests.mutation import mutated
+
+FLOOR = Floor(
+    rooms=(
+        Room(
+            4, Polygon([(0, 0), (4, 0), (4, 3), (0, 3)], [[(1, 1), (1, 2), (2, 2), (2, 1)]]), "AULA È", {"AULA È": 0.7}
+        ),
+        Room(2, box(4, 0, 9.1, 3), partial=True),
+    ),
+    doors=(Door((4, 2), LineString([(4, 0.1), (4, 1)]), 0.9), Door((2, 4), LineString([(4, 2), (4, 3)]), 1, "opening")),
+    walls=(LineString([(0, 0), (9.1, 0)]), LineString([(4, 0), (4, 0.1), (4, 3)])),
+    building_type={"SCHOOL": 0.75, "OFFICE": 0.25},
+    source="map.yaml",
+)
+ROOM = {"class": "room", "room": 1}
+DOOR = {"class": "door", "rooms": [1, 2], "width": 1.0}
+SQUARE = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]]}
+BOW_TIE = {"type": "Polygon", "coordinates": [[[0, 0], [1, 1], [1, 0], [0, 1], [0, 0]]]}
+LINE = {"type": "LineString", "coordinates": [[0, 0], [1, 1]]}
+
+metres = st.floats(-1e8, 1e8)
+probabilities = st.dictionaries(st.text(max_size=5), st.floats(0, 1), max_size=3)
+lines = st.lists(st.tuples(metres, metres), min_size=2, max_size=4).map(LineString)
+polygons = st.builds(
+    lambda x, y, width, height: box(x, y, x + width, y + height),
+    *[st.floats(-1e6, 1e6)] * 2,
+    *[st.floats(0.1, 100)] * 2,
+)
+
+
+@st.composite
+def floors(draw) -> Floor:
+    ids = draw(st.lists(st.integers(1, 10**6), unique=True, max_size=5))
+    labels = st.none() | st.text(max_size=5)
+    rooms = tuple(Room(id_, draw(polygons), draw(labels), draw(probabilities), draw(st.booleans())) for id_ in ids)
+    pairs = st.lists(st.sampled_from(ids), min_size=2, max_size=2, unique=True) if len(ids) > 1 else st.nothing()
+    kinds = st.sampled_from(["door", "opening"])
+    doors = draw(st.lists(st.builds(Door, pairs.map(tuple), lines, st.floats(0, 1e300), kinds), max_size=3))
+    walls = draw(st.lists(lines, max_size=3))
+    return Floor(rooms, tuple(doors), tuple(walls), draw(probabilities), draw(st.text(max_size=5)))
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return tmp_path_factory.mktemp("floors") / "floor.geojson"
+
+
+@pytest.fixture(scope="module")
+def valid(path):
+    save_floor(FLOOR, path)
+    return path.read_bytes()
+
+
+def feature(properties: object, geometry: object) -> dict[str, object]:
+    return {"type": "Feature", "properties": properties, "geometry": geometry}
+
+
+def write(path, *features: object, **members: object) -> None:
+    header = {
+        "type": "FeatureCollection",
+        "format": "pianta floor",
+        "version": "1.0",
+        "frame": "map",
+        "units": "metres",
+    }
+    path.write_text(json.dumps(header | {"features": features} | members))
+
+
+def test_floor_survives(path):
+    save_floor(FLOOR, path)
+    assert read_floor(path) == FLOOR
+
+
+@given(floor=floors())
+def test_round_trip_is_exact_and_stable(path, floor):
+    save_floor(floor, path)
+    content = path.read_bytes()
+    read = read_floor(path)
+    assert read == floor
+    save_floor(read, path)
+    assert path.read_bytes() == content
+
+
+def test_file_is_plain_geojson(valid):
+    collection = json.loads(valid)
+    assert collection["type"] == "FeatureCollection"
+    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "1.0")
+    features = collection["features"]
+    assert [part["id"] for part in features] == ["room-4", "room-2", "door-1", "door-2", "wall-1", "wall-2"]
+    assert all(part["type"] == "Feature" for part in features)
+    shapes = [shape(part["geometry"]) for part in features]
+    assert shapes == [room.polygon for room in FLOOR.rooms] + [door.line for door in FLOOR.doors] + list(FLOOR.walls)
+    assert shapes[0].exterior.is_ccw
+    assert not shapes[0].interiors[0].is_ccw
+
+
+def test_properties_are_named(valid):
+    properties = [part["properties"] for part in json.loads(valid)["features"]]
+    assert properties[1] == {"class": "room", "room": 2, "label": None, "label_probabilities": {}, "partial": True}
+    assert properties[3] == {"class": "door", "rooms": [2, 4], "width": 1.0, "kind": "opening"}
+    assert properties[4] == {"class": "wall"}
+
+
+def test_empty_floor_survives(path):
+    save_floor(Floor(()), path)
+    assert read_floor(path) == Floor(())
+
+
+def test_what_is_unknown_is_skipped(path):
+    stairs = feature({"class": "stairs"}, {"type": "Point", "coordinates": [0, 0, 0]})
+    room = feature(ROOM | {"height": 3}, SQUARE | {"bbox": []}) | {"bbox": None}
+    write(path, stairs, room, feature(None, None), version="1.7", crs=None)
+    assert read_floor(path) == Floor((Room(1, shape(SQUARE)),))
+
+
+def test_newer_format_is_refused_before_anything_else(path):
+    path.write_text('{"format": "pianta floor", "version": "2.0", "levels": []}')
+    with pytest.raises(FloorError, match=r"format version 2.0, this pianta reads 1.x; update pianta$"):
+        read_floor(path)
+
+
+def test_other_geojson_is_refused(path):
+    path.write_text('{"type": "FeatureCollection", "features": []}')
+    with pytest.raises(FloorError, match=r"format: Field required; version: Field required$"):
+        read_floor(path)
+
+
+@pytest.mark.parametrize(
+    ("features", "message"),
+    [
+        ([feature(ROOM, BOW_TIE)], r"features\[0\].room: room 1 has no valid polygon"),
+        ([feature(ROOM | {"room": 0}, SQUARE)], "room id is 0"),
+        ([feature(ROOM | {"room": "1"}, SQUARE)], r"properties.room: Input should be a valid integer, found '1'"),
+        ([feature(ROOM, LINE)], r"geometry.type: Input should be 'Polygon', found 'LineString'"),
+        ([feature(ROOM, {"type": "Polygon", "coordinates": []})], "at least 1 item"),
+        ([feature(ROOM, {"type": "Polygon", "coordinates": [[[0, 0], [1, 1], [0, 0]]]})], "at least 4 items"),
+        (
+            [feature({"class": "wall"}, LINE | {"coordinates": [[0, 0], [1e9, 0]]})],
+            r"coordinates\[1\]\[0\]: .*1000000000",
+        ),
+        ([feature({"class": "wall"}, LINE | {"coordinates": [[0, 0], [10**400, 0]]})], r"coordinates\[1\]\[0\]"),
+        ([feature(ROOM, SQUARE)] * 2, r"room ids \[1\] occur more than once"),
+        ([feature(ROOM, SQUARE), feature(DOOR, LINE)], r"doors lead to rooms \[2\] that do not exist"),
+        ([feature(DOOR | {"rooms": [1, 1], "width": 1}, LINE)], "joins room 1 to itself"),
+        ([feature(DOOR | {"width": -1}, LINE)], "has width -1"),
+        (
+            [feature(ROOM | {"label_probabilities": {"a\nb": -2}}, SQUARE)],
+            r"label_probabilities\['a\\nb'\]: .*, found -2$",
+        ),
+        ([5], r"features\[0\]"),
+    ],
+)
+def test_faults_name_place_and_value(path, features, message):
+    write(path, *features)
+    with pytest.raises(FloorError, match=message) as error:
+        read_floor(path)
+    assert "\n" not in str(error.value)
+
+
+def test_faults_are_told_together_and_bounded(path):
+    write(path, *[feature(ROOM, BOW_TIE)] * 12, feature(DOOR | {"width": "wide"}, None))
+    with pytest.raises(FloorError, match=r"features\[0\].*features\[9\].*; and 4 more$"):
+        read_floor(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[" * 100_000, '{"features": NaN}', '{"version": ' + "9" * 10_000 + "}", "\ufeff", "null", "\x00", '"\\ud800"'],
+)
+def test_hostile_json_is_refused(path, text):
+    path.write_text(text)
+    with pytest.raises(FloorError, match="cannot read the floor"):
+        read_floor(path)
+
+
+def test_nan_is_refused(path):
+    write(path, feature({"class": "wall"}, LINE | {"coordinates": [[0, 0], [float("nan"), 0]]}))
+    with pytest.raises(FloorError, match=r"coordinates\[1\]\[0\]: Input should be a finite number"):
+        read_floor(path)
+
+
+def test_size_is_limited(path, monkeypatch):
+    write(path)
+    monkeypatch.setattr("pianta.formats.floor_geojson.MAX_FILE_BYTES", 10)
+    with pytest.raises(FloorError, match="has more than 10 bytes"):
+        read_floor(path)
+
+
+@pytest.mark.parametrize(
+    "floor",
+    [
+        Floor((), walls=(LineString(),)),
+        Floor((), walls=(LineString([(0, 0, 1), (1, 1, 1)]),)),
+        Floor((), walls=(LineString([(0, 0), (float("inf"), 1)]),)),
+        Floor((), walls=(LineString([(0, 0), (1e9, 1)]),)),
+        Floor((), building_type={"SCHOOL": float("nan")}),
+        Floor((), source="\ud800"),
+        Floor(FLOOR.rooms, (Door((2, 4), LineString([(0, 0), (1, 1)]), float("inf")),)),
+    ],
+)
+def test_what_could_not_be_read_is_not_written(path, floor):
+    path.write_text("old")
+    with pytest.raises(FloorError, match="cannot save the floor as"):
+        save_floor(floor, path)
+    assert path.read_text() == "old"
+    assert [file.name for file in path.parent.iterdir()] == [path.name]
+
+
+def test_missing_folder(tmp_path):
+    with pytest.raises(PiantaError, match="cannot write"):
+        save_floor(FLOOR, tmp_path / "none" / "floor.geojson")
+
+
+@given(fuzz=st.data())
+def test_damaged_file_is_read_or_refused(path, valid, fuzz):
+    path.write_bytes(fuzz.draw(st.binary() | mutated(valid)))
+    with suppress(FloorError):
+        assert isinstance(read_floor(path), Floor)
+
+
+@given(fuzz=st.data())
+def test_misplaced_values_are_read_or_refused(path, valid, fuzz):
+    """A member of the file, at any depth, is replaced by something else."""
+    collection = json.loads(valid)
+    holder, key = fuzz.draw(st.sampled_from(list(members(collection))))
+    values: list[object] = [
+        None,
+        True,
+        -1,
+        0,
+        1,
+        2.5,
+        1e300,
+        10**30,
+        "",
+        "room",
+        [],
+        [[]],
+        {},
+        [[0, 0]],
+        BOW_TIE,
+        LINE,
+        ROOM,
+    ]
+    holder[key] = fuzz.draw(st.sampled_from(values))
+    path.write_text(json.dumps(collection))
+    with suppress(FloorError):
+        assert isinstance(read_floor(path), Floor)
+
+
+def members(value: Any) -> Iterator[tuple[Any, Any]]:
+    """Every container and key inside a JSON value."""
+    keys = value if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ()
+    for key in keys:
+        yield value, key
+        yield from members(value[key])
