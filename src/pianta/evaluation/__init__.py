@@ -1,0 +1,1 @@
+"""Scores of reconstructed layouts and segmentations against the truth (thesis, section 3.2)."""
