@@ -1,0 +1,1 @@
+"""Synthetic floors (floors), what stands in them (furniture), and the maps that a robot would make of them (scan)."""

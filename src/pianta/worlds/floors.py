@@ -1,0 +1,285 @@
+"""Synthetic floors whose rooms, doors and walls are known exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations, pairwise
+from math import ceil, floor, inf
+from typing import Literal, TypeVar
+
+import numpy as np
+from shapely import LineString, Polygon, box, get_coordinates, get_parts, line_merge, transform, unary_union
+from shapely.geometry.base import BaseGeometry
+
+from pianta.errors import OptionError
+from pianta.floor import Door, Floor, Room
+
+INNER_WALL, OUTER_WALL = 0.15, 0.3
+DOOR_WIDTH = (0.8, 1.0)
+# From the end of a wall's axis to the nearest jamb: half an outer wall, and 0.3 m of wall for the frame.
+DOOR_MARGIN = OUTER_WALL / 2 + 0.3
+DOOR_PLACE = DOOR_WIDTH[1] + 2 * DOOR_MARGIN
+
+Seed = int | np.random.Generator
+Range = tuple[float, float]
+Shape = TypeVar("Shape", bound=BaseGeometry)
+
+
+def make_corridor_floor(
+    *,
+    seed: Seed = 0,
+    length: float = 30.0,
+    corridor_width: float = 2.4,
+    room_depth: float = 6.0,
+    room_width: Range = (3.0, 7.0),
+) -> Floor:
+    """Floor with a straight corridor along x and a row of rooms on either side.
+
+    All lengths are metres between wall axes; room_width is the narrowest and, where the walls allow, the widest room.
+    Raises OptionError when a length is not positive or leaves no place for a room and its door.
+    """
+    _check_lengths(length=length, corridor_width=corridor_width, room_depth=room_depth, room_width=min(room_width))
+    rng = np.random.default_rng(seed)
+    corridor = box(0, 0, length, corridor_width)
+    south = _cut_strip((0, -room_depth, length, 0), "x", room_width, rng)
+    north = _cut_strip((0, corridor_width, length, corridor_width + room_depth), "x", room_width, rng)
+    return build_floor(corridor, [*south, *north], seed=rng, source="corridor")
+
+
+def make_l_floor(
+    *,
+    seed: Seed = 0,
+    lengths: Range = (26.0, 20.0),
+    corridor_width: float = 2.4,
+    room_depth: float = 6.0,
+    room_width: Range = (3.0, 7.0),
+) -> Floor:
+    """Floor with an L-shaped corridor, its wings along x and y, and rooms along both sides of both wings.
+
+    Options and errors as in make_corridor_floor; lengths are those of the wings, measured outside the elbow.
+    """
+    _check_lengths(
+        length=min(lengths), corridor_width=corridor_width, room_depth=room_depth, room_width=min(room_width)
+    )
+    rng = np.random.default_rng(seed)
+    (east, north), w, d = lengths, corridor_width, room_depth
+    corridor = Polygon([(0, 0), (east, 0), (east, w), (w, w), (w, north), (0, north)])
+    rooms = [
+        *_cut_strip((0, -d, east, 0), "x", room_width, rng, overhang=(d, 0)),
+        *_cut_strip((-d, 0, 0, north), "y", room_width, rng),
+        *_cut_strip((w, w, east, w + d), "x", room_width, rng),
+        *_cut_strip((w, w + d, w + d, north), "y", room_width, rng),
+    ]
+    return build_floor(corridor, rooms, seed=rng, source="l")
+
+
+def make_ring_floor(
+    *,
+    seed: Seed = 0,
+    length: float = 28.0,
+    width: float = 14.0,
+    corridor_width: float = 2.0,
+    room_depth: float = 5.0,
+    room_width: Range = (3.0, 7.0),
+) -> Floor:
+    """Floor with a ring corridor around two rows of inner rooms, and rooms all around it.
+
+    Options and errors as in make_corridor_floor; length and width are those of the ring's outer edge.
+    """
+    _check_lengths(
+        length=length,
+        corridor_width=corridor_width,
+        room_depth=room_depth,
+        room_width=min(room_width),
+        inner_width=width - 2 * corridor_width,
+    )
+    rng = np.random.default_rng(seed)
+    west, south, east, north = corridor_width, corridor_width, length - corridor_width, width - corridor_width
+    corridor = box(0, 0, length, width).difference(box(west, south, east, north))
+    rooms = [
+        *_cut_strip((west, south, east, width / 2), "x", room_width, rng),
+        *_cut_strip((west, width / 2, east, north), "x", room_width, rng),
+        *_surround(length, width, room_depth, room_width, rng),
+    ]
+    return build_floor(corridor, rooms, seed=rng, source="ring")
+
+
+def make_hall_floor(
+    *,
+    seed: Seed = 0,
+    length: float = 18.0,
+    width: float = 12.0,
+    room_depth: float = 5.0,
+    room_width: Range = (3.0, 7.0),
+    pillars: bool = True,
+) -> Floor:
+    """Floor with a hall, on request with pillars (holes of its polygon), and rooms all around it.
+
+    Options and errors as in make_corridor_floor.
+    """
+    _check_lengths(length=length, width=width, room_depth=room_depth, room_width=min(room_width))
+    rng = np.random.default_rng(seed)
+    rooms = _surround(length, width, room_depth, room_width, rng)
+    columns = _stand_pillars(length, width) if pillars else []
+    return build_floor(box(0, 0, length, width), rooms, label="HALL", pillars=columns, seed=rng, source="hall")
+
+
+FLOOR_MAKERS: dict[str, Callable[..., Floor]] = {
+    "corridor": make_corridor_floor,
+    "l": make_l_floor,
+    "ring": make_ring_floor,
+    "hall": make_hall_floor,
+}
+
+
+def make_floor(kind: str, *, seed: int) -> Floor:
+    """Floor of a kind named in FLOOR_MAKERS, with default options; its source is "kind-seed".
+
+    Raises OptionError for any other kind.
+    """
+    if kind not in FLOOR_MAKERS:
+        raise OptionError(f"kind of floor is {kind!r}, give one of {', '.join(FLOOR_MAKERS)}")
+    return replace(FLOOR_MAKERS[kind](seed=seed), source=f"{kind}-{seed}")
+
+
+def build_floor(
+    passage: Polygon,
+    rooms: Sequence[Polygon],
+    *,
+    label: str = "CORRIDOR",
+    pillars: Sequence[Polygon] = (),
+    side_doors: float = 0.1,
+    seed: Seed = 0,
+    source: str = "",
+) -> Floor:
+    """Floor from the wall axes around its spaces: walls of real thickness, and a door from each room to the passage.
+
+    passage, rooms: polygons with sides along x and y that tile the floor, metres; the passage gets id 1 and the label.
+    pillars: holes to be cut into the passage.
+    side_doors: how likely two neighbouring rooms have a door of their own.
+    Raises OptionError, naming all of them, when rooms share too little wall with the passage for a door.
+    """
+    rng = np.random.default_rng(seed)
+    spaces = dict(enumerate([passage, *rooms], start=1))
+    shared = {pair: _find_shared_wall(spaces[pair[0]], spaces[pair[1]]) for pair in combinations(spaces, 2)}
+    shut = [room for (first, room), wall in shared.items() if first == 1 and not _has_place_for_door(wall)]
+    if shut:
+        raise OptionError(f"rooms {shut} share too little wall with room 1, give {DOOR_PLACE:g} m for a door")
+    axes = _find_wall_axes(spaces.values())
+    walls = _raise_walls(axes, unary_union([passage, *rooms]))
+    inner = {room: _round_to_mm(space.difference(unary_union([walls, *pillars]))) for room, space in spaces.items()}
+    return Floor(
+        rooms=tuple(Room(room, polygon, label=label if room == 1 else "ROOM") for room, polygon in inner.items()),
+        doors=tuple(
+            _hang_door(pair, wall, rng)
+            for pair, wall in shared.items()
+            if _has_place_for_door(wall) and (pair[0] == 1 or rng.random() < side_doors)
+        ),
+        walls=axes,
+        source=source,
+    )
+
+
+def _cut_strip(
+    bounds: tuple[float, float, float, float],
+    along: Literal["x", "y"],
+    room_width: Range,
+    rng: np.random.Generator,
+    overhang: Range = (0, 0),
+) -> list[Polygon]:
+    """Rooms between cross walls of a strip (x0, y0, x1, y1); the first and last reach out of it by the overhang."""
+    x0, y0, x1, y1 = bounds
+    if along == "y":
+        return [box(x0, a, x1, b) for a, b in pairwise(_draw_cross_walls(y0, y1, room_width, rng))]
+    places = _draw_cross_walls(x0, x1, room_width, rng)
+    places[0] -= overhang[0]
+    places[-1] += overhang[1]
+    return [box(a, y0, b, y1) for a, b in pairwise(places)]
+
+
+def _draw_cross_walls(start: float, stop: float, room_width: Range, rng: np.random.Generator) -> list[float]:
+    """Places of walls from start to stop, at least the narrow width apart, on centimetres."""
+    narrow, wide = room_width
+    most = floor((stop - start) / narrow + 1e-9)
+    if most < 1:
+        raise OptionError(f"{stop - start:g} m of wall hold no room, give a room_width that starts below {narrow:g} m")
+    fewest = min(ceil((stop - start) / wide - 1e-9), most)
+    count = int(rng.integers(fewest, most + 1))
+    shares = np.cumsum(0.2 + rng.random(count))
+    spare = (stop - start) - count * narrow
+    places = start + narrow * np.arange(1, count) + spare * shares[:-1] / shares[-1]
+    return [start, *(float(place) for place in places.round(2)), stop]
+
+
+def _surround(
+    length: float, width: float, room_depth: float, room_width: Range, rng: np.random.Generator
+) -> list[Polygon]:
+    """Rooms on the four sides of the rectangle from (0, 0) to (length, width)."""
+    d = room_depth
+    return [
+        *_cut_strip((0, -d, length, 0), "x", room_width, rng, overhang=(d, d)),
+        *_cut_strip((length, 0, length + d, width), "y", room_width, rng),
+        *_cut_strip((0, width, length, width + d), "x", room_width, rng, overhang=(d, d)),
+        *_cut_strip((-d, 0, 0, width), "y", room_width, rng),
+    ]
+
+
+def _stand_pillars(length: float, width: float, *, spacing: float = 5.0, size: float = 0.5) -> list[Polygon]:
+    """Square pillars on an even grid inside the rectangle from (0, 0) to (length, width)."""
+    columns, rows = (np.linspace(0, side, max(round(side / spacing), 1) + 1)[1:-1] for side in (length, width))
+    return [box(x - size / 2, y - size / 2, x + size / 2, y + size / 2) for x in columns for y in rows]
+
+
+def _find_wall_axes(spaces: Iterable[Polygon]) -> tuple[LineString, ...]:
+    """Straight lines, as long as they go, along the sides of the spaces; those along x first."""
+    sides = list(_split_sides(unary_union([space.boundary for space in spaces])))
+    along_x = [side for side in sides if side.bounds[1] == side.bounds[3]]
+    along_y = [side for side in sides if side.bounds[0] == side.bounds[2]]
+    lines = [line for group in (along_x, along_y) for line in get_parts(line_merge(unary_union(group)))]
+    return tuple(line.simplify(0).normalize() for line in lines)
+
+
+def _raise_walls(axes: Sequence[LineString], footprint: Polygon) -> BaseGeometry:
+    """The body of all walls: inner thickness about the axes, outer thickness about the edge of the footprint."""
+    inner = [axis.buffer(INNER_WALL / 2, cap_style="square") for axis in axes]
+    outer = footprint.boundary.buffer(OUTER_WALL / 2, join_style="mitre")
+    return unary_union([*inner, outer])
+
+
+def _find_shared_wall(first: Polygon, second: Polygon) -> LineString:
+    """The longest straight axis of wall between two spaces; empty where they do not meet."""
+    sides = _split_sides(first.boundary.intersection(second.boundary))
+    return max(sides, key=lambda side: side.length, default=LineString()).normalize()
+
+
+def _split_sides(lines: BaseGeometry) -> Iterator[LineString]:
+    """The straight pieces of all lines; points are left out."""
+    for part in get_parts(lines):
+        yield from (LineString(ends) for ends in pairwise(get_coordinates(part)))
+
+
+def _has_place_for_door(wall: LineString) -> bool:
+    return bool(wall.length >= DOOR_PLACE)
+
+
+def _hang_door(rooms: tuple[int, int], wall: LineString, rng: np.random.Generator) -> Door:
+    """Door somewhere on the axis of a wall, clear of its ends; width and place on centimetres."""
+    narrow, wide = DOOR_WIDTH
+    width = round(narrow + (wide - narrow) * rng.random(), 2)
+    start = round(DOOR_MARGIN + (wall.length - 2 * DOOR_MARGIN - width) * rng.random(), 2)
+    jambs = [wall.interpolate(start), wall.interpolate(start + width)]
+    return Door(rooms, _round_to_mm(LineString(jambs)), width)
+
+
+def _round_to_mm(geometry: Shape) -> Shape:
+    """The geometry with coordinates on millimetres, in a canonical order."""
+    rounded: Shape = transform(geometry.simplify(0), lambda xy: xy.round(3)).normalize()
+    return rounded
+
+
+def _check_lengths(**lengths: float) -> None:
+    """Raise OptionError naming all lengths that are not positive."""
+    faults = [f"{name} is {value}" for name, value in lengths.items() if not 0 < value < inf]
+    if faults:
+        raise OptionError("not a floor: " + "; ".join(faults) + "; give positive metres")
