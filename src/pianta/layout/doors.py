@@ -1,0 +1,129 @@
+"""Doors of a layout: where the Voronoi diagram of the free space crosses from room to room (section 3.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from shapely import LineString
+
+from pianta.floor import Door
+from pianta.layout.canvas import Canvas, Mask
+from pianta.layout.parameters import ThesisParameters
+
+Pixel = tuple[int, int]
+
+# Half of the eight neighbours, so that each pair of pixels is looked at once.
+HALF_NEIGHBOURS = ((0, 1), (1, -1), (1, 0), (1, 1))
+# Step at which a line of sight is followed, cells.
+SIGHT_STEP = 0.25
+
+
+def find_doors(canvas: Canvas, rooms: NDArray[np.integer], parameters: ThesisParameters) -> list[Door]:
+    """Doors between rooms, in the map frame.
+
+    rooms: shape (H, W), n ≥ 0 for cells of room n + 1, -1 elsewhere.
+
+    A crossing of the Voronoi diagram and the common edge of two rooms is moved along the diagram to the narrowest
+    place nearby, because representative lines run beside walls as often as through them. The door spans that place
+    from jamb to jamb. Passages wider than door_width are openings.
+    """
+    owner = _extend_rooms(rooms, parameters.line_distance / canvas.resolution)
+    clearance = compute_clearance(canvas.free)
+    diagram = draw_voronoi_diagram(canvas.free)
+    reach = parameters.line_distance / canvas.resolution
+    found: dict[tuple[int, int], list[Door]] = {}
+    for crossing, pair in sorted(_find_crossings(diagram, owner)):
+        row, col = _walk_to_narrowest(crossing, diagram, clearance, reach)
+        line = _span_passage((row, col), canvas.free, clearance) * canvas.resolution
+        width = float(np.hypot(*(line[1] - line[0])))
+        if width >= parameters.passage_width:
+            kind: Literal["door", "opening"] = "door" if width <= parameters.door_width else "opening"
+            door = Door((pair[0] + 1, pair[1] + 1), LineString(canvas.to_map(LineString(line[:, ::-1]))), width, kind)
+            found.setdefault(pair, []).append(door)
+    return [door for doors in found.values() for door in _drop_repeated(doors)]
+
+
+def compute_clearance(free: Mask) -> NDArray[np.float32]:
+    """Distance transform: cells from each free cell to the nearest other cell, centre to centre; shape (H, W)."""
+    return np.asarray(cv2.distanceTransform(free.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+
+
+def draw_voronoi_diagram(free: Mask) -> Mask:
+    """The Voronoi diagram of the obstacles on the grid: the one cell wide skeleton of the free space, shape (H, W)."""
+    from skimage.morphology import skeletonize
+
+    return np.asarray(skeletonize(free))
+
+
+def _extend_rooms(rooms: NDArray[np.integer], reach: float) -> NDArray[np.integer]:
+    """Rooms, extended to the cells in no room that are less than reach cells away; shape (H, W)."""
+    nobody = rooms < 0
+    distance, nearest = cv2.distanceTransformWithLabels(
+        nobody.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    room_of_label = np.full(nearest.max() + 1, -1, rooms.dtype)
+    room_of_label[nearest[~nobody]] = rooms[~nobody]
+    return np.where(distance < reach, room_of_label[nearest], -1)
+
+
+def _find_crossings(diagram: Mask, owner: NDArray[np.integer]) -> Iterator[tuple[Pixel, tuple[int, int]]]:
+    """Pixels where the diagram passes from one room to another, and the two rooms, the smaller number first."""
+    rows, cols = np.nonzero(diagram)
+    for row_step, col_step in HALF_NEIGHBOURS:
+        beside_row, beside_col = rows + row_step, cols + col_step
+        here, there = owner[rows, cols], owner[beside_row, beside_col]
+        crosses = diagram[beside_row, beside_col] & (here != there) & (here >= 0) & (there >= 0)
+        for i in np.flatnonzero(crosses):
+            yield (int(rows[i]), int(cols[i])), (int(min(here[i], there[i])), int(max(here[i], there[i])))
+
+
+def _walk_to_narrowest(start: Pixel, diagram: Mask, clearance: NDArray[np.float32], reach: float) -> Pixel:
+    """The pixel that is reached from start by going along the diagram to ever less clearance, up to reach cells."""
+    here = start
+    while True:
+        row, col = here
+        window = np.argwhere(diagram[row - 1 : row + 2, col - 1 : col + 2]) + np.array([row - 1, col - 1])
+        narrowest = window[clearance[window[:, 0], window[:, 1]].argmin()]
+        following = (int(narrowest[0]), int(narrowest[1]))
+        beyond = np.hypot(following[0] - start[0], following[1] - start[1]) > reach
+        if beyond or clearance[following] >= clearance[here]:
+            return here
+        here = following
+
+
+def _span_passage(pixel: Pixel, free: Mask, clearance: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Ends of the passage through a pixel of the diagram: row, col of both jambs, shape (2, 2), in cells.
+
+    The line runs from the nearest obstacle through the pixel to the obstacle on the other side.
+    """
+    reach = int(np.ceil(clearance[pixel])) + 1
+    top, left = max(pixel[0] - reach, 0), max(pixel[1] - reach, 0)
+    blocked = np.argwhere(~free[top : pixel[0] + reach + 1, left : pixel[1] + reach + 1]) + np.array([top, left])
+    steps = blocked - np.array(pixel)
+    towards = steps[(steps**2).sum(axis=1).argmin()]
+    along = towards / np.hypot(*towards)
+    ends = [np.array(pixel) + 0.5 + along * _sight(pixel, sign * along, free) * sign for sign in (1, -1)]
+    return np.array(ends)
+
+
+def _sight(pixel: Pixel, direction: NDArray[np.float64], free: Mask) -> float:
+    """Cells from the centre of a pixel to where the line of sight leaves the free space."""
+    length = 0.0
+    row, col = pixel
+    while free[round(row), round(col)]:
+        length += SIGHT_STEP
+        row, col = pixel[0] + length * direction[0], pixel[1] + length * direction[1]
+    return length
+
+
+def _drop_repeated(doors: list[Door]) -> list[Door]:
+    """Doors of one pair of rooms, without those nearer to a narrower one than the width of the two."""
+    kept: list[Door] = []
+    for door in sorted(doors, key=lambda door: (door.width, door.line.coords[0])):
+        if all(door.line.distance(other.line) > max(door.width, other.width) / 2 for other in kept):
+            kept.append(door)
+    return kept

@@ -1,0 +1,3 @@
+"""The ways in which rooms are found, by name."""
+
+METHODS = ("thesis",)

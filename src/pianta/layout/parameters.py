@@ -1,0 +1,62 @@
+"""The thresholds of Algorithm 1, in metres or in the thesis' own unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from math import isfinite
+
+from pianta.errors import OptionError
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThesisParameters:
+    """Thresholds of the layout method of the thesis (section 3.1); nobody should need to change them.
+
+    working_resolution: metres per cell at which the image operations run; the authors' pixel values belong to it.
+    clutter_size: groups of cells that are not free, smaller than this across, are furniture (section 3.2); metres.
+    canny_low, canny_high: minVal and maxVal of the Canny detector, grey levels of the binary image.
+    hough_votes: edge length that a line must collect in the Hough transform; metres.
+    hough_angle: angular step of the Hough transform; degrees.
+    segment_length, segment_gap: shortest segment, and widest gap that a segment may bridge; metres.
+    hough_passes: times that the transform is run, each on the edges that the former ones left unexplained.
+    angle_bandwidth: h of eq. 3.2.
+    line_distance: distance from which parallel lines are kept apart; metres (the text's 90 cm).
+    line_support: length of segments below which a cluster is no wall; metres.
+    courtyard_area: smaller unknown spots inside the contour count as inside; m².
+    inside_share: δ as a share of the face; a face with less of its area inside the contour is external.
+    partial_weight: a face whose edge to an external face weighs less is partial.
+    sigma: softness of the affinity exp(-w / σ). The authors' 0.1 splits corridors at a hint of wall.
+    epsilon: of DBSCAN.
+    room_area: free area below which a cluster of faces is no room; m².
+    door_width: wider passages are openings; metres.
+    passage_width: narrower passages lead nowhere; metres.
+
+    Raises OptionError, naming all of them, when a value is not a positive finite number.
+    """
+
+    working_resolution: float = 0.05
+    clutter_size: float = 1.0
+    canny_low: float = 90.0
+    canny_high: float = 100.0
+    hough_votes: float = 0.5
+    hough_angle: float = 1.0
+    segment_length: float = 0.25
+    segment_gap: float = 0.15
+    hough_passes: int = 3
+    angle_bandwidth: float = 0.023
+    line_distance: float = 0.9
+    line_support: float = 2.0
+    courtyard_area: float = 1.0
+    inside_share: float = 0.3
+    partial_weight: float = 0.2
+    sigma: float = 0.15
+    epsilon: float = 0.85
+    room_area: float = 1.0
+    door_width: float = 2.0
+    passage_width: float = 0.4
+
+    def __post_init__(self) -> None:
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        faults = [f"{name} is {value}" for name, value in values.items() if not (isfinite(value) and value > 0)]
+        if faults:
+            raise OptionError("; ".join(faults) + "; give positive numbers")
