@@ -18,8 +18,11 @@ Pixel = tuple[int, int]
 
 # Half of the eight neighbours, so that each pair of pixels is looked at once.
 HALF_NEIGHBOURS = ((0, 1), (1, -1), (1, 0), (1, 1))
-# Step at which a line of sight is followed, cells.
-SIGHT_STEP = 0.25
+# A pixel of the diagram is as far from one jamb as from the other. Where it is this many times as far, both of its
+# nearest obstacles belong to one rough wall, and there is no passage between them.
+LOPSIDED = 1.5
+# Cosine of the angle by which two jambs may miss lying exactly opposite.
+OPPOSITE = 0.7
 
 
 def find_doors(canvas: Canvas, rooms: NDArray[np.integer], parameters: ThesisParameters) -> list[Door]:
@@ -37,12 +40,14 @@ def find_doors(canvas: Canvas, rooms: NDArray[np.integer], parameters: ThesisPar
     reach = parameters.line_distance / canvas.resolution
     found: dict[tuple[int, int], list[Door]] = {}
     for crossing, pair in sorted(_find_crossings(diagram, owner)):
-        row, col = _walk_to_narrowest(crossing, diagram, clearance, reach)
-        line = _span_passage((row, col), canvas.free, clearance) * canvas.resolution
-        width = float(np.hypot(*(line[1] - line[0])))
-        if width >= parameters.passage_width:
-            kind: Literal["door", "opening"] = "door" if width <= parameters.door_width else "opening"
-            door = Door((pair[0] + 1, pair[1] + 1), LineString(canvas.to_map(LineString(line[:, ::-1]))), width, kind)
+        narrowest = _walk_to_narrowest(crossing, diagram, clearance, reach)
+        jambs = _find_jambs(narrowest, canvas.free, float(clearance[narrowest]))
+        if jambs is None:
+            continue
+        line = LineString(jambs[:, ::-1] * canvas.resolution)
+        if line.length >= parameters.passage_width:
+            kind: Literal["door", "opening"] = "door" if line.length <= parameters.door_width else "opening"
+            door = Door((pair[0] + 1, pair[1] + 1), LineString(canvas.to_map(line)), line.length, kind)
             found.setdefault(pair, []).append(door)
     return [door for doors in found.values() for door in _drop_repeated(doors)]
 
@@ -95,29 +100,24 @@ def _walk_to_narrowest(start: Pixel, diagram: Mask, clearance: NDArray[np.float3
         here = following
 
 
-def _span_passage(pixel: Pixel, free: Mask, clearance: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Ends of the passage through a pixel of the diagram: row, col of both jambs, shape (2, 2), in cells.
+def _find_jambs(pixel: Pixel, free: Mask, clearance: float) -> NDArray[np.float64] | None:
+    """Row, col of the faces of both jambs beside a pixel of the diagram, shape (2, 2), in cells; None for no passage.
 
-    The line runs from the nearest obstacle through the pixel to the obstacle on the other side.
+    The jambs are the nearest obstacle, and the nearest one that lies roughly opposite.
     """
-    reach = int(np.ceil(clearance[pixel])) + 1
+    reach = int(LOPSIDED * clearance) + 2
     top, left = max(pixel[0] - reach, 0), max(pixel[1] - reach, 0)
     blocked = np.argwhere(~free[top : pixel[0] + reach + 1, left : pixel[1] + reach + 1]) + np.array([top, left])
     steps = blocked - np.array(pixel)
-    towards = steps[(steps**2).sum(axis=1).argmin()]
-    along = towards / np.hypot(*towards)
-    ends = [np.array(pixel) + 0.5 + along * _sight(pixel, sign * along, free) * sign for sign in (1, -1)]
-    return np.array(ends)
-
-
-def _sight(pixel: Pixel, direction: NDArray[np.float64], free: Mask) -> float:
-    """Cells from the centre of a pixel to where the line of sight leaves the free space."""
-    length = 0.0
-    row, col = pixel
-    while free[round(row), round(col)]:
-        length += SIGHT_STEP
-        row, col = pixel[0] + length * direction[0], pixel[1] + length * direction[1]
-    return length
+    lengths = np.hypot(*steps.T)
+    near = steps[lengths.argmin()]
+    opposite = np.flatnonzero(steps @ near <= -OPPOSITE * lengths * lengths.min())
+    if not len(opposite) or lengths[opposite].min() > LOPSIDED * clearance + 1:
+        return None
+    jambs = np.array([near, steps[opposite[lengths[opposite].argmin()]]])
+    # An obstacle ends half a cell before its centre.
+    faces = jambs * (1 - 0.5 / np.hypot(*jambs.T))[:, None]
+    return np.asarray(faces + np.array(pixel) + 0.5)
 
 
 def _drop_repeated(doors: list[Door]) -> list[Door]:
