@@ -1,0 +1,5 @@
+"""`python -m pianta`."""
+
+from pianta.cli import main
+
+main()

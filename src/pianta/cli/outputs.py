@@ -1,0 +1,57 @@
+"""Folders that commands write into: checked before the work starts, and filled at its end or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from secrets import token_hex
+from shutil import rmtree
+
+from pianta.errors import OptionError, PiantaError
+from pianta.formats.files import reason_of, shown
+
+
+def check_output_folder(folder: Path) -> None:
+    """Refuse, before any work, a folder that cannot be written into or made.
+
+    Raises OptionError, in one line.
+    """
+    try:
+        # The root always exists, and so does "." of a relative path.
+        existing = next(path for path in (folder, *folder.parents) if path.exists())
+    except (OSError, ValueError) as exception:
+        raise OptionError(f"output folder {shown(folder)} cannot be used: {reason_of(exception)}") from None
+    if not existing.is_dir():
+        raise OptionError(f"output folder {shown(folder)}: {shown(existing)} is a file, give another folder")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise OptionError(f"output folder {shown(folder)}: {shown(existing)} may not be written, check its permissions")
+
+
+@contextmanager
+def written_together(folder: Path) -> Iterator[Path]:
+    """Temporary folder whose files move into `folder` when the block succeeds, over older files of the same names.
+
+    When the block fails, even by KeyboardInterrupt, `folder` stays as it was; if there was none, there is none.
+
+    Raises PiantaError, in one line, for every OSError of the block and when a folder has the name of a file.
+    """
+    made = [path for path in (folder, *folder.parents) if not path.exists()]
+    temporary = folder / f".pianta-{token_hex(8)}"
+    try:
+        temporary.mkdir(parents=True)
+        yield temporary
+        moves = {file: folder / file.name for file in sorted(temporary.iterdir())}
+        for target in moves.values():
+            if target.is_dir():
+                raise PiantaError(f"cannot write {shown(target)}: it is a folder, give another output folder")
+        for file, target in moves.items():
+            file.replace(target)
+    except OSError as exception:
+        raise PiantaError(f"cannot write into {shown(folder)}: {reason_of(exception)}") from exception
+    finally:
+        rmtree(temporary, ignore_errors=True)
+        for path in made:
+            with suppress(OSError):  # it is not empty when all went well
+                path.rmdir()

@@ -1,0 +1,209 @@
+"""The verb read: the building of a map, or of several maps."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from pianta.cli.outputs import check_output_folder, written_together
+from pianta.cli.terminal import describe_floor, stderr, stdout, tell_error, tell_result
+from pianta.drawing import save_picture
+from pianta.errors import MapError, OptionError, PiantaError
+from pianta.floor import Floor
+from pianta.formats.files import MAX_CELLS, shown
+from pianta.formats.floor_geojson import save_floor
+from pianta.formats.graph_json import save_graph
+from pianta.formats.label_png import save_label_image
+from pianta.formats.maps import read_map
+from pianta.formats.ros_map import YAML_SUFFIXES
+from pianta.gridmap import GridMap
+from pianta.layout.methods import METHODS
+
+DEFAULT_METHOD = "thesis"
+EXAMPLES = (
+    "pianta read map.yaml -o building",
+    "pianta read scan.png --resolution 0.05 -o building --walls --graph",
+    "pianta read maps/*.yaml -o buildings",
+)
+
+Maps = Annotated[list[str], typer.Argument(metavar="MAP", help="A map.yaml, a NumPy archive (.npz) or an image.")]
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made when there is none.")]
+Method = Annotated[str, typer.Option(help=f"How rooms are found: {', '.join(METHODS)}.")]
+Resolution = Annotated[float | None, typer.Option(help="Metres per cell, for images without a map.yaml.")]
+TrustThresholds = Annotated[
+    bool, typer.Option("--trust-thresholds", help="Keep grey 205 free where free_thresh makes it so.")
+]
+MaxCells = Annotated[int, typer.Option(min=1, help="Largest map that is read.")]
+Walls = Annotated[bool, typer.Option("--walls", help="Draw the representative lines into the picture.")]
+Graph = Annotated[bool, typer.Option("--graph", help="Draw the topological graph into the picture.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
+
+
+def read_maps(
+    maps: Maps,
+    *,
+    out: Out,
+    method: Method = DEFAULT_METHOD,
+    resolution: Resolution = None,
+    trust_thresholds: TrustThresholds = False,
+    max_cells: MaxCells = MAX_CELLS,
+    walls: Walls = False,
+    graph: Graph = False,
+    quiet: Quiet = False,
+) -> None:
+    """Read a robot's map into a building: rooms, doors and the topological graph.
+
+    Writes floor.geojson (rooms, doors and walls in metres of the map frame),
+    rooms.png (16 bits: 0 is no room, n the room with id n), graph.json
+    (networkx node-link) and picture.png. Older results are replaced.
+
+    Several maps get a folder each in OUT, named after the map; maps of equal
+    names after their folder and their name. A map that cannot be read does not
+    stop the others; the exit code is then 1.
+    """
+    check_output_folder(out)
+    if method not in METHODS:
+        raise OptionError(f"method is {shown(method)}, give one of {', '.join(METHODS)}")
+
+    def build(path: str, folder: Path) -> Floor:
+        floor, grid = read_building(
+            path, method=method, resolution=resolution, trust_thresholds=trust_thresholds, max_cells=max_cells
+        )
+        save_outputs(floor, grid, folder, walls=walls, graph=graph)
+        return floor
+
+    if len(maps) > 1:
+        _read_several(maps, out, build, quiet=quiet)
+        return
+    floor = build(maps[0], out)
+    if not quiet:
+        stdout.print(tabulate_rooms(floor))
+        tell_result(f"{describe_floor(floor)}, in {out}")
+
+
+def read_building(
+    path: str | Path,
+    *,
+    method: str = DEFAULT_METHOD,
+    resolution: float | None = None,
+    trust_thresholds: bool = False,
+    max_cells: int = MAX_CELLS,
+) -> tuple[Floor, GridMap]:
+    """Floor of a map file, and the map; options as in read_map and reconstruct.
+
+    Raises PiantaError, in one line that names the file.
+    """
+    from pianta.layout.reconstruct import reconstruct
+
+    _refuse_folder(path)
+    grid = read_map(path, resolution=resolution, trust_thresholds=trust_thresholds, max_cells=max_cells)
+    try:
+        return reconstruct(grid, method=method, source=Path(path).name), grid
+    except PiantaError as error:
+        raise type(error)(f"map {shown(path)}: {error}") from error
+
+
+def save_outputs(floor: Floor, grid: GridMap, folder: Path, *, walls: bool = False, graph: bool = False) -> None:
+    """Write floor.geojson, rooms.png, graph.json and picture.png into a folder, all of them or none.
+
+    walls, graph: what to draw into the picture.
+    Raises PiantaError, in one line, when a file cannot be written.
+    """
+    with written_together(folder) as new:
+        save_floor(floor, new / "floor.geojson")
+        save_label_image(floor.label_image(grid), new / "rooms.png")
+        save_graph(floor.graph(), new / "graph.json")
+        save_picture(floor, grid, new / "picture.png", walls=walls, graph=graph)
+
+
+def name_folders(maps: Sequence[str | Path]) -> list[str]:
+    """A folder name for each map, all different: its stem; where stems repeat its folder and stem; then a number."""
+    files = [Path(path).absolute() for path in maps]
+    # A file can be called "...yaml", and its stem is the parent folder.
+    stems = [file.stem.lstrip(".") or "map" for file in files]
+    occurrences = Counter(stem.casefold() for stem in stems)
+    names: dict[str, str] = {}
+    for file, stem in zip(files, stems, strict=True):
+        name = stem if occurrences[stem.casefold()] == 1 else f"{file.parent.name}-{stem}".lstrip("-.")
+        numbered = (name if number == 1 else f"{name}-{number}" for number in count(1))
+        free = next(candidate for candidate in numbered if candidate.casefold() not in names)
+        names[free.casefold()] = free
+    return list(names.values())
+
+
+def tabulate_rooms(floor: Floor) -> Table:
+    """Table of the rooms: id, area, doors and neighbours; label and partial when a room has them."""
+    table = Table(box=box.SIMPLE_HEAD)
+    labelled, partial = any(room.label for room in floor.rooms), any(room.partial for room in floor.rooms)
+    table.add_column("room", justify="right")
+    table.add_column("area m²", justify="right")
+    table.add_column("doors", justify="right")
+    table.add_column("neighbours")
+    for name, wanted in (("label", labelled), ("seen", partial)):
+        if wanted:
+            table.add_column(name)
+    graph = floor.graph()
+    for room in floor.rooms:
+        doors = sum(edge["doors"] for edge in graph[room.id].values())
+        cells = [str(room.id), f"{room.polygon.area:.1f}", str(doors), " ".join(map(str, sorted(graph[room.id])))]
+        cells += [room.label or ""] * labelled + ["in part" if room.partial else ""] * partial
+        table.add_row(*cells)
+    return table
+
+
+def _read_several(maps: Sequence[str], out: Path, build: Callable[[str, Path], Floor], *, quiet: bool) -> None:
+    """Read maps into a folder each, with a progress bar; raise typer.Exit(1) at the end when one has failed."""
+    failed = 0
+    for path, name in zip(_track(maps, quiet=quiet), name_folders(maps), strict=True):
+        try:
+            floor = build(path, out / name)
+        except PiantaError as error:
+            tell_error(error)
+            failed += 1
+            continue
+        if not quiet:
+            tell_result(f"{describe_floor(floor)}, in {out / name}")
+    if not quiet:
+        tell_result(f"{len(maps) - failed} of {len(maps)} maps read")
+    if failed:
+        raise typer.Exit(1)
+
+
+def _track(maps: Sequence[str], *, quiet: bool) -> Iterator[str]:
+    """The maps one by one, with a progress bar on stderr where that is a terminal."""
+    columns = TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    # What is piped away must not be drawn into the terminal.
+    bar = Progress(
+        *columns,
+        console=stderr,
+        transient=True,
+        redirect_stdout=sys.stdout.isatty(),
+        disable=quiet or not stderr.is_terminal,
+    )
+    with bar:
+        task = bar.add_task("", total=len(maps))
+        for path in maps:
+            bar.update(task, description=Path(path).name)
+            yield path
+            bar.advance(task)
+
+
+def _refuse_folder(path: str | Path) -> None:
+    """Raise MapError for a folder, naming the YAMLs in it, one of which may be meant."""
+    try:
+        inside = sorted(Path(path).iterdir())
+    except (OSError, ValueError):  # no folder; read_map says what it is
+        return
+    yamls = [shown(file) for file in inside if file.suffix.lower() in YAML_SUFFIXES]
+    more = " …" if len(yamls) > 3 else ""
+    remedy = " or ".join(yamls[:3]) + more if yamls else "the map.yaml or the image of a map"
+    raise MapError(f"map {shown(path)} is a folder, give {remedy}")

@@ -1,0 +1,67 @@
+"""What commands print: results on stdout; errors, warnings and progress on stderr."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TextIO
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from pianta.errors import BuildingWarning, MapWarning
+from pianta.floor import Floor
+
+stdout = Console()
+stderr = Console(stderr=True)
+
+
+def tell_result(line: str) -> None:
+    """Print a line on stdout; above the progress bar, when there is one in the same terminal."""
+    typer.echo(line)
+
+
+def tell_error(error: Exception) -> None:
+    """Print an error as one line on stderr."""
+    stderr.print(Text.assemble(("error: ", "bold red"), str(error)), soft_wrap=True)
+
+
+def show_examples(commands: Sequence[str]) -> str:
+    """Commands as the end of a help text, a line each, which typer breaks at empty lines only."""
+    return "\n\n".join(["Examples:", *commands])
+
+
+@contextmanager
+def telling_warnings() -> Iterator[None]:
+    """A block in which each of pianta's warnings is one line on stderr; those of others stay what they are."""
+    with warnings.catch_warnings():
+        show_other = warnings.showwarning
+
+        def tell_warning(  # noqa: PLR0917 - Python's own signature
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if issubclass(category, MapWarning | BuildingWarning):
+                stderr.print(Text.assemble(("warning: ", "bold yellow"), str(message)), soft_wrap=True)
+            else:
+                show_other(message, category, filename, lineno, file, line)
+
+        warnings.showwarning = tell_warning
+        warnings.simplefilter("always", MapWarning)
+        warnings.simplefilter("always", BuildingWarning)
+        yield
+
+
+def describe_floor(floor: Floor) -> str:
+    """How many rooms, doors and openings there are, and the area of the rooms together."""
+    kinds = [door.kind for door in floor.doors]
+    counts = {"room": len(floor.rooms), "door": kinds.count("door"), "opening": kinds.count("opening")}
+    told = [f"{count} {noun}{'s' * (count != 1)}" for noun, count in counts.items() if count or noun != "opening"]
+    area = sum(room.polygon.area for room in floor.rooms)
+    return f"{', '.join(told)}, {area:.1f} m²"

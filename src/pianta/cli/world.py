@@ -1,0 +1,81 @@
+"""The verb world: a synthetic building and its map, to try things on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from shlex import quote
+from typing import Annotated, Any
+
+import typer
+
+from pianta.cli.outputs import check_output_folder, written_together
+from pianta.cli.terminal import describe_floor, tell_result
+from pianta.errors import OptionError
+from pianta.floor import Floor
+from pianta.formats.files import shown
+from pianta.formats.floor_geojson import save_floor
+from pianta.formats.ros_map import save_ros_map
+from pianta.gridmap import GridMap
+from pianta.worlds.floors import FLOOR_MAKERS, make_floor
+
+SAMPLE = "sample"
+KINDS = (SAMPLE, *FLOOR_MAKERS)
+EXAMPLES = (
+    "pianta world sample -o sample",
+    "pianta world ring -o ring --seed 7 --noise 0.5 --furniture 0.3 --glass-spray",
+)
+
+Kind = Annotated[str, typer.Argument(metavar="KIND", help=f"One of {', '.join(KINDS)}.")]
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the files; made when there is none.")]
+Seed = Annotated[int | None, typer.Option(min=0, help="Of the building and the noise; 0 unless given.")]
+Resolution = Annotated[float | None, typer.Option(help="Metres per cell; 0.05 unless given.")]
+Noise = Annotated[float | None, typer.Option(help="0 for a clean map … 1 for a bad one; 0 unless given.")]
+Furniture = Annotated[float | None, typer.Option(help="0 for empty rooms … 1 for a busy office; 0 unless given.")]
+GlassSpray = Annotated[bool, typer.Option("--glass-spray", help="Make one outer wall of glass.")]
+Yaw = Annotated[float | None, typer.Option(help="Turn the map against the building, radians; 0 unless given.")]
+
+
+def make_world(
+    kind: Kind,
+    *,
+    out: Out,
+    seed: Seed = None,
+    resolution: Resolution = None,
+    noise: Noise = None,
+    furniture: Furniture = None,
+    glass_spray: GlassSpray = False,
+    yaw: Yaw = None,
+) -> None:
+    """Make a synthetic building and the map that a robot would make of it.
+
+    Writes map.yaml and map.png, as ROS has them, and the truth, floor.geojson.
+    The sample is always the same; the other kinds take options.
+    """
+    check_output_folder(out)
+    options = {"resolution": resolution, "noise": noise, "furniture": furniture, "yaw": yaw}
+    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    if glass_spray:
+        given["glass_spray"] = True
+    floor, grid = _build_world(kind, seed, given)
+    with written_together(out) as new:
+        save_ros_map(grid, new / "map.yaml")
+        save_floor(floor, new / "floor.geojson")
+    tell_result(f"{describe_floor(floor)}, in {out}")
+    tell_result(f"next: pianta read {quote(str(out / 'map.yaml'))} -o {quote(str(out / 'read'))}")
+
+
+def _build_world(kind: str, seed: int | None, options: dict[str, Any]) -> tuple[Floor, GridMap]:
+    """The true floor and its map.
+
+    Raises OptionError for an unknown kind, an option without meaning, and options of the sample, which has none.
+    """
+    from pianta.worlds.scan import make_sample, map_floor
+
+    if kind not in KINDS:
+        raise OptionError(f"kind is {shown(kind)}, give one of {', '.join(KINDS)}")
+    if kind != SAMPLE:
+        floor = make_floor(kind, seed=seed or 0)
+        return floor, map_floor(floor, seed=seed or 0, **options)
+    if options or seed is not None:
+        raise OptionError(f"the sample is always the same, leave out the options or give {', '.join(FLOOR_MAKERS)}")
+    return make_sample()

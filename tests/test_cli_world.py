@@ -1,0 +1,80 @@
+"""`pianta world` as a user runs it."""
+
+import shlex
+
+import pytest
+
+from pianta.formats.floor_geojson import read_floor
+from pianta.formats.maps import read_map
+from pianta.worlds.floors import FLOOR_MAKERS, make_floor
+from pianta.worlds.scan import make_sample, map_floor
+from tests.command_line import list_files, run_pianta
+
+
+def test_the_sample_is_written_with_its_truth(tmp_path):
+    code, out, err = run_pianta("world", "sample", "-o", tmp_path)
+    assert (code, err) == (0, "")
+    assert out.startswith("19 rooms, ")
+    assert list_files(tmp_path).keys() == {"map.yaml", "map.png", "floor.geojson"}
+    floor, grid = make_sample()
+    assert read_floor(tmp_path / "floor.geojson") == floor
+    written = read_map(tmp_path / "map.yaml")
+    assert (written.cells == grid.cells).all()
+    assert (written.resolution, written.origin) == (grid.resolution, grid.origin)
+
+
+@pytest.mark.parametrize("kind", FLOOR_MAKERS)
+def test_every_kind_is_made_with_defaults(tmp_path, kind):
+    assert run_pianta("world", kind, "-o", tmp_path).code == 0
+    assert read_floor(tmp_path / "floor.geojson") == make_floor(kind, seed=0)
+
+
+def test_options_reach_the_world(tmp_path):
+    options = "--seed 7 --glass-spray --noise 0.5 --furniture 0.3 --resolution 0.1 --yaw 0.2"
+    assert run_pianta("world", "hall", "-o", tmp_path, *options.split()).code == 0
+    grid = map_floor(
+        make_floor("hall", seed=7), seed=7, glass_spray=True, noise=0.5, furniture=0.3, resolution=0.1, yaw=0.2
+    )
+    written = read_map(tmp_path / "map.yaml")
+    assert (written.cells == grid.cells).all()
+    assert (written.resolution, written.origin) == (grid.resolution, grid.origin)
+
+
+def test_the_next_command_works_as_printed(tmp_path):
+    _, out, _ = run_pianta("world", "corridor", "-o", tmp_path / "my world")
+    program, *arguments = shlex.split(out.splitlines()[-1].removeprefix("next: "))
+    assert program == "pianta"
+    assert run_pianta(*arguments).code == 0
+    assert "my world/read/floor.geojson" in list_files(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["castle"], "kind is 'castle', give one of sample, corridor, l, ring, hall"),
+        (["sample", "--noise", "0.1"], "the sample is always the same"),
+        (["sample", "--seed", "0"], "the sample is always the same"),
+        (["sample", "--glass-spray"], "the sample is always the same"),
+        (
+            ["l", "--noise", "nan", "--resolution", "0"],
+            "resolution is 0.0, give 0.005 … 0.5 metres per cell; noise is nan",
+        ),
+    ],
+)
+def test_an_option_without_meaning_is_one_line_and_writes_nothing(tmp_path, arguments, told):
+    code, out, err = run_pianta("world", *arguments, "-o", tmp_path / "out")
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ")
+    assert told in err
+    assert len(err.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_failure_in_the_middle_leaves_nothing(tmp_path, monkeypatch):
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pianta.cli.world.save_floor", fail)
+    code, _, err = run_pianta("world", "sample", "-o", tmp_path / "out")
+    assert (code, err) == (2, f"error: cannot write into '{tmp_path / 'out'}': No space left on device\n")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,246 @@
+"""Pictures: what is drawn where, in the map frame."""
+
+from dataclasses import replace
+from io import BytesIO
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, PathPatch
+from PIL import Image
+from shapely import LineString, Point, box, unary_union
+
+from pianta.drawing import (
+    DOOR_COLOR,
+    FREE_GREY,
+    OCCUPIED_GREY,
+    PARTIAL_COLOR,
+    ROOM_COLORS,
+    UNKNOWN_GREY,
+    draw_floor,
+    plot_doors,
+    plot_graph,
+    plot_grid,
+    plot_rooms,
+    plot_scale_bar,
+    plot_walls,
+    save_picture,
+)
+from pianta.errors import PiantaError
+from pianta.floor import Door, Floor, Room
+from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.worlds.floors import FLOOR_MAKERS, make_floor
+from pianta.worlds.scan import map_floor
+
+TWO_ROOMS = Floor(
+    rooms=(Room(1, box(0, 0, 4, 3)), Room(2, box(4.1, 0, 8, 3), partial=True)),
+    doors=(Door((1, 2), LineString([(4.05, 1), (4.05, 2)]), 1),),
+    walls=(LineString([(0, 0), (8, 0)]), LineString([(4.05, 0), (4.05, 3)])),
+)
+AROUND_TWO_ROOMS = GridMap(np.full((100, 200), UNKNOWN, np.int8), 0.05, (-1.0, -1.0, 0.0))
+
+
+@pytest.fixture
+def ax():
+    return Figure().add_axes((0, 0, 1, 1))
+
+
+def color_at(ax: Axes, x: float, y: float) -> tuple[int, ...]:
+    """Red, green and blue of the pixel that shows a place of the map frame."""
+    content, figure = BytesIO(), ax.get_figure(root=True)
+    assert figure
+    figure.savefig(content, format="png")
+    pixels = np.asarray(Image.open(content))
+    right, up = ax.transData.transform((x, y))
+    return tuple(pixels[-1 - int(up), int(right), :3].tolist())
+
+
+def room_patches(ax: Axes):
+    return [patch for patch in ax.patches if isinstance(patch, PathPatch) and patch.get_linewidth() > 0]
+
+
+def id_patches(ax: Axes):
+    return [patch for patch in ax.patches if isinstance(patch, PathPatch) and patch.get_linewidth() == 0]
+
+
+@pytest.mark.parametrize("origin", [(0, 0, 0), (-3, 70, 0.5), (10, 10, pi / 2), (4.5e6, 5e5, -2)])
+@pytest.mark.parametrize("resolution", [0.05, 2])
+def test_each_cell_has_its_grey_where_it_lies_in_the_map_frame(ax, origin, resolution):
+    cells = np.array([[UNKNOWN, FREE, 50], [OCCUPIED, FREE, FREE]], np.int8)
+    grid = GridMap(cells, resolution, origin)
+    assert plot_grid(grid, ax=ax) is ax
+    corners = grid.pixel_to_map([0, 0, 2, 2], [0, 3, 0, 3])
+    ax.set(xlim=(corners[0].min(), corners[0].max()), ylim=(corners[1].min(), corners[1].max()))
+    for (row, col), cell in np.ndenumerate(cells):
+        grey = {FREE: FREE_GREY, OCCUPIED: OCCUPIED_GREY}.get(int(cell), UNKNOWN_GREY)
+        x, y = grid.pixel_to_map(row + 0.5, col + 0.5)
+        assert color_at(ax, float(x), float(y)) == (grey, grey, grey)
+
+
+def test_a_map_larger_than_any_picture_is_averaged_down_in_place(ax):
+    cells = np.full((3, 5001), FREE, np.int8)
+    cells[:, 5000] = OCCUPIED
+    plot_grid(GridMap(cells, 1), ax=ax)
+    (image,) = ax.images
+    assert image.get_size() == (2, 2501)
+    assert image.get_extent() == [0, 5002, -1, 3]
+
+
+@given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 1000))
+@settings(max_examples=10)
+def test_rooms_with_a_wall_in_common_differ_in_colour(kind, seed):
+    floor = make_floor(kind, seed=seed)
+    ax = plot_rooms(floor, ax=Figure().add_axes((0, 0, 1, 1)))
+    colors = [to_hex(patch.get_facecolor()) for patch in room_patches(ax)]
+    assert set(colors) <= set(ROOM_COLORS)
+    for i, one in enumerate(floor.rooms):
+        for j, other in enumerate(floor.rooms[:i]):
+            assert colors[i] != colors[j] or one.polygon.distance(other.polygon) > 0.3
+
+
+@given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 1000))
+@settings(max_examples=10)
+def test_ids_stand_inside_their_rooms(kind, seed):
+    floor = make_floor(kind, seed=seed)
+    ax = plot_rooms(floor, ax=Figure().add_axes((0, 0, 1, 1)))
+    for room, digits in zip(floor.rooms, id_patches(ax), strict=True):
+        left, bottom, right, top = digits.get_path().get_extents().extents
+        assert room.polygon.contains(box(left, bottom, right, top))
+
+
+def test_an_id_is_never_too_small_to_read(ax):
+    closet_in_a_palace = Floor((Room(1, box(0, 0, 100, 50)), Room(88, box(100, 0, 100.1, 0.1))))
+    plot_rooms(closet_in_a_palace, ax=ax)
+    assert [digits.get_path().get_extents().height for digits in id_patches(ax)] == pytest.approx([1.9, 0.88], rel=0.05)
+
+
+def test_a_room_with_a_hole_is_not_filled_there():
+    courtyard = Floor((Room(1, box(0, 0, 8, 8).difference(box(3, 3, 5, 5))),))
+    (ax,) = draw_floor(courtyard, GridMap(np.full((10, 10), UNKNOWN, np.int8), 1)).axes
+    assert color_at(ax, 4, 4) == (UNKNOWN_GREY,) * 3
+    assert color_at(ax, 7, 7) != (UNKNOWN_GREY,) * 3
+
+
+def test_partial_rooms_are_grey_and_hatched(ax):
+    whole, partial = room_patches(plot_rooms(TWO_ROOMS, ax=ax))
+    assert to_hex(partial.get_facecolor()) == PARTIAL_COLOR
+    assert partial.get_hatch()
+    assert to_hex(whole.get_facecolor()) in ROOM_COLORS
+    assert not whole.get_hatch()
+
+
+def test_doors_are_strokes_from_jamb_to_jamb_and_openings_are_dashed(ax):
+    opening = replace(TWO_ROOMS.doors[0], kind="opening", line=LineString([(5, 1), (5, 2)]))
+    plot_doors(replace(TWO_ROOMS, doors=(*TWO_ROOMS.doors, opening)), ax=ax)
+    solid, dashed = ax.lines
+    assert solid.get_xydata().tolist() == [[4.05, 1], [4.05, 2]]
+    assert solid.get_solid_capstyle() == "butt"
+    assert (solid.is_dashed(), dashed.is_dashed()) == (False, True)
+
+
+def test_a_door_is_seen_in_the_picture():
+    (ax,) = draw_floor(TWO_ROOMS, AROUND_TWO_ROOMS).axes
+    assert color_at(ax, 4.05, 1.5) == pytest.approx([255 * part for part in to_rgb(DOOR_COLOR)])
+
+
+def test_walls_are_the_representative_lines(ax):
+    plot_walls(TWO_ROOMS, ax=ax)
+    assert [LineString(line.get_xydata()) for line in ax.lines] == list(TWO_ROOMS.walls)
+
+
+def test_graph_has_a_node_a_room_and_edges_through_the_doors(ax):
+    plot_graph(TWO_ROOMS, ax=ax)
+    nodes = [patch.center for patch in ax.patches if isinstance(patch, Circle)]
+    assert nodes == [pytest.approx((2, 1.5)), pytest.approx((6.05, 1.5))]
+    (edge,) = ax.lines
+    assert edge.get_xydata() == pytest.approx(np.array([(2, 1.5), (4.05, 1.5), (6.05, 1.5)]))
+
+
+def test_a_node_of_a_winding_room_lies_inside_it(ax):
+    corridor = box(0, 0, 30, 2).union(box(0, 0, 2, 30))
+    plot_graph(Floor((Room(1, corridor),)), ax=ax)
+    (node,) = ax.patches
+    assert corridor.contains(Point(node.center))
+
+
+@given(st.floats(1e-4, 1e6))
+def test_scale_bar_is_a_round_length_that_fits(width):
+    ax = Figure().add_axes((0, 0, 1, 1), xlim=(7, 7 + width), ylim=(0, width))
+    plot_scale_bar(ax=ax)
+    (text,) = ax.texts
+    number, unit = text.get_text().split()
+    assert unit == "m"
+    assert f"{float(number):e}"[0] in "125"
+    assert width / 10 <= float(number) <= width / 4
+    assert np.ptp(ax.lines[0].get_xydata(), axis=0) == pytest.approx([float(number), 0])
+
+
+def test_walls_and_graph_are_drawn_on_request_only():
+    artists = [
+        len(draw_floor(TWO_ROOMS, AROUND_TWO_ROOMS, walls=walls, graph=graph).axes[0].get_children())
+        for walls, graph in ((False, False), (True, False), (False, True))
+    ]
+    assert np.diff(artists[:2]) == [2]
+    assert artists[2] - artists[0] == 3
+
+
+@pytest.mark.parametrize("glass_spray", [False, True])
+@pytest.mark.parametrize("yaw", [0, 0.5])
+def test_picture_is_cropped_to_the_building_with_little_of_the_spray(glass_spray, yaw):
+    floor = make_floor("ring", seed=0)
+    ax = draw_floor(floor, map_floor(floor, margin=40, glass_spray=glass_spray, yaw=yaw)).axes[0]
+    shown = box(ax.get_xlim()[0], ax.get_ylim()[0], ax.get_xlim()[1], ax.get_ylim()[1])
+    building = unary_union([room.polygon for room in floor.rooms])
+    assert shown.contains(building.buffer(0.5))
+    assert shown.area < (1.4 if glass_spray else 1.2) * building.envelope.area
+
+
+def test_what_was_seen_and_is_no_room_stays_in_the_picture():
+    cells = np.full((100, 200), UNKNOWN, np.int8)
+    cells[20:80, 100:180] = FREE
+    figure = draw_floor(Floor((Room(1, box(0, 0, 2, 3)),)), GridMap(cells, 0.05))
+    left, right = figure.axes[0].get_xlim()
+    assert left < 0
+    assert right > 8.9
+
+
+@pytest.mark.parametrize("cell", [UNKNOWN, FREE, OCCUPIED])
+@pytest.mark.parametrize("resolution", [1e-6, 0.05, 1e5])
+def test_a_floor_without_rooms_is_a_picture_of_the_map(cell, resolution):
+    (ax,) = draw_floor(Floor(()), GridMap(np.array([[cell]], np.int8), resolution), walls=True, graph=True).axes
+    grey = {UNKNOWN: UNKNOWN_GREY, FREE: FREE_GREY, OCCUPIED: OCCUPIED_GREY}[cell]
+    assert color_at(ax, resolution / 2, resolution / 2) == (grey,) * 3
+
+
+@pytest.mark.parametrize("size", [(1, 1), (300, 1), (1, 300), (30, 20)])
+def test_the_long_side_has_1600_pixels_and_the_short_one_a_quarter_at_least(tmp_path, size):
+    floor = Floor((Room(1, box(0, 0, *size)),))
+    save_picture(floor, GridMap(np.zeros((1, 1), np.int8), 0.05), tmp_path / "picture.png")
+    with Image.open(tmp_path / "picture.png") as picture:
+        short, long = sorted(picture.size)
+        assert 1599 <= long <= 1600
+        assert short >= 400
+        assert picture.info.keys() <= {"dpi"}
+
+
+def test_the_same_floor_gives_the_same_bytes(tmp_path):
+    for name in ("one.png", "two.png"):
+        save_picture(TWO_ROOMS, AROUND_TWO_ROOMS, tmp_path / name, walls=True, graph=True)
+    assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
+
+
+def test_a_picture_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
+    def fail(_self: Figure, path: Path, **_: object) -> None:
+        path.write_bytes(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Figure, "savefig", fail)
+    with pytest.raises(PiantaError, match=r"^cannot write .*picture\.png': No space left on device$"):
+        save_picture(TWO_ROOMS, AROUND_TWO_ROOMS, tmp_path / "picture.png")
+    assert not list(tmp_path.iterdir())
