@@ -35,7 +35,7 @@ class ThesisParameters:
     """
 
     working_resolution: float = 0.05
-    clutter_size: float = 1.0
+    clutter_size: float = 1.5
     canny_low: float = 90.0
     canny_high: float = 100.0
     hough_votes: float = 0.5
@@ -53,7 +53,7 @@ class ThesisParameters:
     epsilon: float = 0.85
     room_area: float = 1.0
     door_width: float = 2.0
-    passage_width: float = 0.4
+    passage_width: float = 0.5
 
     def __post_init__(self) -> None:
         values = {field.name: getattr(self, field.name) for field in fields(self)}

@@ -89,7 +89,7 @@ def map_floor(
 def make_sample() -> tuple[Floor, GridMap]:
     """The sample that comes with pianta: an L-shaped floor of 19 rooms, and a mildly noisy, lightly furnished map."""
     floor = make_l_floor(seed=SAMPLE_SEED, room_width=(3.2, 7.5))
-    return floor, map_floor(floor, noise=0.3, furniture=0.4, seed=SAMPLE_SEED)
+    return floor, map_floor(floor, noise=0.3, furniture=0.2, seed=SAMPLE_SEED)
 
 
 def _check_options(floor: Floor, **options: float) -> None:
