@@ -129,15 +129,12 @@ def plot_weights(faces: Faces, inner: np.ndarray, canvas: Canvas, *, ax: Axes) -
     """Plot faces (external grey, partial hatched) and the weights of their edges."""
     share = share_inside(label_faces(faces, canvas), inner, len(faces.polygons))
     internal = share >= PARAMETERS.inside_share
-    partial = find_partial_faces(
-        faces, internal, share_free(faces, canvas), partial_weight=PARAMETERS.partial_weight
-    )
+    partial = find_partial_faces(faces, internal, share_free(faces, canvas), partial_weight=PARAMETERS.partial_weight)
     for polygon, inside, unsure in zip(faces.polygons, internal, partial, strict=True):
         corners = to_axes(polygon.exterior, canvas)
         ax.fill(*corners.T, color=FREE if inside else SHADE, hatch="///" if unsure else None, linewidth=0)
     edges = [
-        to_axes(shapely.LineString([start, end]), canvas)
-        for start, end in zip(faces.starts, faces.ends, strict=True)
+        to_axes(shapely.LineString([start, end]), canvas) for start, end in zip(faces.starts, faces.ends, strict=True)
     ]
     ax.add_collection(LineCollection(edges, array=faces.weight, cmap="inferno_r", linewidths=1.6))
     match_extent(ax, canvas)

@@ -35,6 +35,7 @@ def find_doors(canvas: Canvas, rooms: NDArray[np.integer], parameters: ThesisPar
     from jamb to jamb. Passages wider than door_width are openings.
     """
     owner = _extend_rooms(rooms, parameters.line_distance / canvas.resolution)
+    owner = _join_cut_off_parts(np.where(canvas.free, owner, -1))
     clearance = compute_clearance(canvas.free)
     diagram = draw_voronoi_diagram(canvas.free)
     reach = parameters.line_distance / canvas.resolution
@@ -73,6 +74,36 @@ def _extend_rooms(rooms: NDArray[np.integer], reach: float) -> NDArray[np.intege
     room_of_label = np.full(nearest.max() + 1, -1, rooms.dtype)
     room_of_label[nearest[~nobody]] = rooms[~nobody]
     return np.where(distance < reach, room_of_label[nearest], -1)
+
+
+def _join_cut_off_parts(owner: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Owners of free cells, shape (H, W), where parts that a wall cuts off from their room go to the room they touch.
+
+    A representative line beside a wall leaves a strip of one room to the other.
+    """
+    from skimage.measure import label
+
+    parts, count = label(owner, background=-1, connectivity=1, return_num=True)
+    owner_of_part = np.full(count + 1, -1, owner.dtype)
+    owner_of_part[parts.ravel()] = owner.ravel()
+    sizes = np.bincount(parts.ravel(), minlength=count + 1)
+    order = np.lexsort((sizes, owner_of_part))
+    is_main = np.append(owner_of_part[order][1:] != owner_of_part[order][:-1], True)
+    main = np.isin(np.arange(count + 1), order[is_main])
+    pairs = np.concatenate(
+        [
+            np.column_stack([parts[:-1].ravel(), parts[1:].ravel()]),
+            np.column_stack([parts[:, :-1].ravel(), parts[:, 1:].ravel()]),
+        ]
+    )
+    pairs = pairs[(pairs[:, 0] != pairs[:, 1]) & (pairs > 0).all(axis=1)]
+    contacts, lengths = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0, return_counts=True)
+    joined = owner_of_part.copy()
+    # The longest contact of a part comes last, and stays.
+    for (part, neighbour), _ in sorted(zip(contacts.tolist(), lengths, strict=True), key=lambda contact: contact[1]):
+        if not main[part] and main[neighbour]:
+            joined[part] = owner_of_part[neighbour]
+    return np.asarray(joined[parts])
 
 
 def _find_crossings(diagram: Mask, owner: NDArray[np.integer]) -> Iterator[tuple[Pixel, tuple[int, int]]]:

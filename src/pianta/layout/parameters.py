@@ -53,7 +53,7 @@ class ThesisParameters:
     epsilon: float = 0.85
     room_area: float = 1.0
     door_width: float = 2.0
-    passage_width: float = 0.5
+    passage_width: float = 0.3
 
     def __post_init__(self) -> None:
         values = {field.name: getattr(self, field.name) for field in fields(self)}
