@@ -86,24 +86,25 @@ def _join_cut_off_parts(owner: NDArray[np.integer]) -> NDArray[np.integer]:
     parts, count = label(owner, background=-1, connectivity=1, return_num=True)
     owner_of_part = np.full(count + 1, -1, owner.dtype)
     owner_of_part[parts.ravel()] = owner.ravel()
-    sizes = np.bincount(parts.ravel(), minlength=count + 1)
-    order = np.lexsort((sizes, owner_of_part))
-    is_main = np.append(owner_of_part[order][1:] != owner_of_part[order][:-1], True)
-    main = np.isin(np.arange(count + 1), order[is_main])
-    pairs = np.concatenate(
-        [
-            np.column_stack([parts[:-1].ravel(), parts[1:].ravel()]),
-            np.column_stack([parts[:, :-1].ravel(), parts[:, 1:].ravel()]),
-        ]
-    )
-    pairs = pairs[(pairs[:, 0] != pairs[:, 1]) & (pairs > 0).all(axis=1)]
-    contacts, lengths = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0, return_counts=True)
+    # The largest part of each room comes last among its own.
+    by_size = np.lexsort((np.bincount(parts.ravel(), minlength=count + 1), owner_of_part))
+    is_main = np.zeros(count + 1, bool)
+    is_main[by_size[np.append(np.diff(owner_of_part[by_size]) > 0, True)]] = True
     joined = owner_of_part.copy()
-    # The longest contact of a part comes last, and stays.
-    for (part, neighbour), _ in sorted(zip(contacts.tolist(), lengths, strict=True), key=lambda contact: contact[1]):
-        if not main[part] and main[neighbour]:
+    for part, neighbour in _list_contacts(parts):
+        if not is_main[part] and is_main[neighbour]:
             joined[part] = owner_of_part[neighbour]
     return np.asarray(joined[parts])
+
+
+def _list_contacts(parts: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Pairs of parts that touch by an edge, both ways round, the longest contact last; shape (N, 2). Part 0 is none."""
+    below = np.column_stack([parts[:-1].ravel(), parts[1:].ravel()])
+    beside = np.column_stack([parts[:, :-1].ravel(), parts[:, 1:].ravel()])
+    pairs = np.concatenate([below, beside])
+    pairs = pairs[(pairs[:, 0] != pairs[:, 1]) & (pairs > 0).all(axis=1)]
+    contacts, lengths = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0, return_counts=True)
+    return np.asarray(contacts[np.argsort(lengths, kind="stable")])
 
 
 def _find_crossings(diagram: Mask, owner: NDArray[np.integer]) -> Iterator[tuple[Pixel, tuple[int, int]]]:
