@@ -59,13 +59,14 @@ def draw_canvas(grid: GridMap, free: Mask, *, resolution: float) -> Canvas:
         raise MapError("the map has no free cell, so there is no room to find; check its thresholds and negate")
     row_span, col_span = (np.flatnonzero(free.any(axis=axis))[[0, -1]] for axis in (1, 0))
     window = free[row_span[0] : row_span[1] + 1, col_span[0] : col_span[1] + 1]
+    # The pose comes first, so that the same cells are joined in every pose of the map.
+    cells, pose = _turn_to_canonical_pose(window)
     joined = max(1, round(resolution / grid.resolution))
     repeated = max(1, round(grid.resolution / resolution))
-    cells = _join_cells(window, joined) if joined > 1 else window
+    cells = _join_cells(cells, joined) if joined > 1 else cells
     cells = cells.repeat(repeated, axis=0).repeat(repeated, axis=1) if repeated > 1 else cells
-    cells, pose = _turn_to_canonical_pose(cells)
     step = joined / repeated
-    to_grid = _shift(row_span[0], col_span[0]) @ np.diag([step, step, 1.0]) @ pose @ _shift(-MARGIN_PX, -MARGIN_PX)
+    to_grid = _shift(row_span[0], col_span[0]) @ pose @ np.diag([step, step, 1.0]) @ _shift(-MARGIN_PX, -MARGIN_PX)
     return Canvas(np.pad(cells, MARGIN_PX), grid.resolution * step, to_grid, grid)
 
 

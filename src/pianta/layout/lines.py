@@ -24,7 +24,8 @@ class RepresentativeLine:
 
     angle: of the direction (cos, sin), radians in 0 … π.
     offset: along the normal (-sin, cos), metres of the canvas.
-    covered: shape (K, 2), disjoint intervals of the direction coordinate, sorted, that segments project onto; metres.
+    covered: shape (K, 2), disjoint intervals of the direction coordinate, sorted, that segments project onto, with
+        the door gaps between them filled; metres.
     """
 
     angle: float
@@ -97,7 +98,8 @@ def cluster_spatially(offsets: Floats, line_distance: float) -> Labels:
 def get_representative_lines(segments: Segments, parameters: ThesisParameters) -> list[RepresentativeLine]:
     """Lines ← getRepresentativeLines(C'): one line through the median of the middles of each spatial cluster.
 
-    Clusters whose segments are shorter than line_support together are noise, and give no line.
+    Clusters whose segments are shorter than line_support together are noise, and give no line. Gaps of at most
+    filled_gap count as covered, as section 3.3 fills the door gaps of floor plans.
     """
     if not len(segments):
         return []
@@ -116,7 +118,11 @@ def get_representative_lines(segments: Segments, parameters: ThesisParameters) -
                 continue
             ends = np.column_stack([segments[chosen, :2] @ direction, segments[chosen, 2:] @ direction])
             median = float(np.median(offsets[spatial == cluster]))
-            lines.append(RepresentativeLine(float(angle), median, _join_intervals(np.sort(ends, axis=1))))
+            lines.append(
+                RepresentativeLine(
+                    float(angle), median, join_intervals(np.sort(ends, axis=1), gap=parameters.filled_gap)
+                )
+            )
     return lines
 
 
@@ -136,9 +142,9 @@ def _group_circular(angles: Floats) -> Labels:
     return labels % labels.max() if wraps and labels.max() > 0 else labels
 
 
-def _join_intervals(intervals: Floats) -> Floats:
-    """Union of intervals, shape (N, 2), as disjoint sorted intervals, shape (K, 2)."""
+def join_intervals(intervals: Floats, *, gap: float) -> Floats:
+    """Union of intervals, shape (N, 2), and of the gaps of at most gap between them: disjoint, sorted, shape (K, 2)."""
     starts, ends = intervals[np.argsort(intervals[:, 0], kind="stable")].T
     reach = np.maximum.accumulate(ends)
-    breaks = np.flatnonzero(starts[1:] > reach[:-1])
+    breaks = np.flatnonzero(starts[1:] > reach[:-1] + gap)
     return np.column_stack([starts[np.append(0, breaks + 1)], reach[np.append(breaks, len(reach) - 1)]])

@@ -22,6 +22,7 @@ class ThesisParameters:
     angle_bandwidth: h of eq. 3.2.
     line_distance: distance from which parallel lines are kept apart; metres (the text's 90 cm).
     line_support: length of segments below which a cluster is no wall; metres.
+    filled_gap: gaps between two segments of a line up to this length are doors, and count as wall; metres.
     courtyard_area: smaller unknown spots inside the contour count as inside; m².
     inside_share: δ as a share of the face; a face with less of its area inside the contour is external.
     partial_weight: a face whose edge to an external face weighs less is partial.
@@ -46,6 +47,7 @@ class ThesisParameters:
     angle_bandwidth: float = 0.023
     line_distance: float = 0.9
     line_support: float = 2.0
+    filled_gap: float = 1.5
     courtyard_area: float = 1.0
     inside_share: float = 0.3
     partial_weight: float = 0.2
