@@ -1,0 +1,68 @@
+"""Table 3.1a: layouts of schools, reconstructed from the maps of a simulated robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+from pianta.bench.data import list_maps
+from pianta.bench.rooms import TIME_NOTE, compare_counts, describe_scores, name_columns, time_reconstruction
+from pianta.bench.table import BenchTable, Figures, Part, Printed, measure_rows
+from pianta.drawing import save_picture
+from pianta.evaluation.coverage import score_layout
+from pianta.evaluation.segmentation import score_labels
+from pianta.formats.building_xml import read_building_xml
+from pianta.formats.maps import read_map
+
+SCORES = ("a_fc", "a_bc")
+HEADINGS = ("A_FC", "A_BC")
+RESOLUTION = 0.1
+TRUTH_ENDING = "_gt.xml"
+PRINTED = (Printed("thesis, our method", {"schools": ((87.6, 5.7), (87.8, 4.5))}),)
+COUNT_NOTE = (
+    "What counts: free: the cells that are free in the map; walls: the whole polygons, walls between rooms too."
+)
+
+
+def measure_layout(
+    data: Path,
+    *,
+    method: str = "thesis",
+    pictures: Path | None = None,
+    track: Callable[[Sequence[str]], Iterable[str]] = iter,
+) -> BenchTable:
+    """Forward and backward accuracy of the layouts of data/slam/NAME.png against NAME_gt.xml (Table 3.1a).
+
+    Counted twice: on free cells (`GridMap.free`) as label images, and with the walls, on the whole polygons.
+
+    method: one of METHODS. pictures: an existing folder for NAME.png, the floor found.
+    track: wraps the names of the maps, to show progress.
+    Raises DataError when there are no maps.
+    """
+    columns = name_columns(SCORES, HEADINGS)
+    measure = partial(_measure_map, folder=data / "slam", method=method, pictures=pictures)
+    rows = measure_rows(track(list_maps(data / "slam", TRUTH_ENDING)), measure, columns=columns)
+    return BenchTable(
+        bench="layout",
+        title="Table 3.1a, accuracy of layout reconstruction",
+        method=method,
+        columns=columns,
+        parts=(Part("schools", rows),),
+        scores=HEADINGS,
+        compared=compare_counts(SCORES),
+        printed=PRINTED,
+        notes=(COUNT_NOTE, TIME_NOTE),
+    )
+
+
+def _measure_map(name: str, *, folder: Path, method: str, pictures: Path | None) -> Iterator[Figures]:
+    grid = read_map(folder / f"{name}.png", resolution=RESOLUTION)
+    truth = read_building_xml(folder / f"{name}{TRUTH_ENDING}", grid=grid)
+    yield {"true": len(truth.rooms)}
+    floor, time = time_reconstruction(grid, method=method)
+    free = score_labels(floor.label_image(grid), truth.label_image(grid), counted=grid.free)
+    walls = score_layout([room.polygon for room in floor.rooms], [room.polygon for room in truth.rooms])
+    yield {**describe_scores(free, walls, SCORES), **time}
+    if pictures:
+        save_picture(floor, grid, pictures / f"{name}.png")

@@ -1,0 +1,151 @@
+"""`pianta bench` as a user runs it."""
+
+import json
+import subprocess
+import sys
+from io import StringIO
+
+import pytest
+from rich.console import Console
+
+from pianta import __version__
+from pianta.bench import rooms
+from pianta.errors import MapError
+from pianta.layout.methods import METHODS
+from tests.command_line import list_files, run_pianta
+from tests.tiny_data import TRUE_FLOOR, write_slam, write_survey
+
+BENCHES = ("layout", "segmentation")
+KEYS = {
+    "layout": ("a_fc_free", "a_bc_free", "a_fc_walls", "a_bc_walls"),
+    "segmentation": ("precision_free", "recall_free", "precision_walls", "recall_walls"),
+}
+
+
+@pytest.fixture
+def tiny(tmp_path, monkeypatch):
+    """A data folder of two maps for each bench, on which reconstruct finds the true rooms."""
+    write_survey(tmp_path / "data", "a", "b")
+    write_slam(tmp_path / "data", "a", "b")
+    monkeypatch.setattr(rooms, "reconstruct", lambda *_, **__: TRUE_FLOOR)
+    monkeypatch.delenv("PIANTA_DATA", raising=False)
+    return tmp_path / "data"
+
+
+def rows_of(out: str, *names: str) -> list[list[str]]:
+    """The printed rows of these names, split at white space."""
+    return [line.split() for line in out.splitlines() if line.split(" ")[0] in names]
+
+
+@pytest.mark.parametrize("bench", BENCHES)
+def test_json_holds_what_is_printed(tiny, tmp_path, bench):
+    code, out, err = run_pianta("bench", bench, "--data", tiny, "--json", tmp_path / "new" / "figures.json")
+    assert (code, err) == (0, "")
+    content = json.loads((tmp_path / "new" / "figures.json").read_text())
+    assert (content["pianta"], content["bench"], content["method"]) == (__version__, bench, "thesis")
+    one_digit = (*KEYS[bench], "mean_iou", "f1")
+    expected = []
+    for part in content["parts"]:
+        for row in part["rows"]:
+            expected.append(
+                [row["item"], *(f"{row[key]:.1f}" for key in one_digit), str(row["found"]), str(row["true"])]
+            )
+            expected[-1] += [f"{row['seconds']:.2f}", f"{row['transforms']:.1f}"]
+        means = {key: summary["mean"] for key, summary in part["summary"].items()}
+        digits = {key: 2 if key == "seconds" else 1 for key in means}
+        expected.append(["mean", *(f"{mean:.{digits[key]}f}" for key, mean in means.items())])
+    printed = [row for row in rows_of(out, "a", "b", "mean") if "±" not in row]
+    assert printed == expected
+    assert len(printed) == 3 * len(content["parts"])
+
+
+@pytest.mark.parametrize("bench", BENCHES)
+def test_a_map_that_fails_is_named_and_the_exit_code_is_1(tiny, monkeypatch, tmp_path, bench):
+    def fail(*_: object, **__: object) -> None:
+        raise MapError("the map shows no room")
+
+    monkeypatch.setattr(rooms, "reconstruct", fail)
+    code, out, err = run_pianta("bench", bench, "--data", tiny, "--json", tmp_path / "figures.json")
+    assert (code, err) == (1, "")
+    content = json.loads((tmp_path / "figures.json").read_text())
+    for row in (row for part in content["parts"] for row in part["rows"]):
+        assert row["failure"] == "the map shows no room"
+        assert (row["found"], row["true"], row["seconds"]) == (0, 2, None)
+    for name in ("a", "b"):
+        assert f"{name} failed, scores not measured count as 0: the map shows no room" in out
+    assert [row[-4:] for row in rows_of(out, "a") if "failed," not in row] == [["0", "2", "–", "–"]] * len(
+        content["parts"]
+    )
+
+
+def test_pictures_are_written_for_every_floor(tiny, tmp_path):
+    pictures = tmp_path / "new" / "pictures"
+    assert run_pianta("bench", "segmentation", "--data", tiny, "--pictures", pictures).code == 0
+    assert list_files(pictures).keys() == {"a.png", "a_furnitures.png", "b.png", "b_furnitures.png"}
+
+
+def test_the_data_are_found_by_the_environment(tiny, monkeypatch):
+    monkeypatch.setenv("PIANTA_DATA", str(tiny))
+    assert run_pianta("bench", "layout").code == 0
+
+
+@pytest.mark.parametrize("bench", BENCHES)
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (
+            ["--data", "none"],
+            "no data in 'none': No such file or directory, give the folder of the data by --data, or by",
+        ),
+        (["--data", "."], "no data in '"),
+        ([], "no data in '../shared/data': No such file or directory"),
+        (["--method", "magic"], f"method is 'magic', give one of {', '.join(METHODS)}"),
+        (["--json", "folder"], "JSON file 'folder' is a folder, give the name of a file"),
+        (["--json", "file/figures.json"], "'file' is a file, give another folder"),
+        (["--pictures", "file"], "'file' is a file, give another folder"),
+    ],
+)
+def test_an_option_without_meaning_is_one_line_before_anything_is_measured(tiny, monkeypatch, bench, options, told):
+    def stop(*_: object, **__: object) -> None:
+        raise AssertionError("measured")
+
+    monkeypatch.setattr(rooms, "reconstruct", stop)
+    place = tiny.parent / "place"
+    (place / "folder").mkdir(parents=True)
+    (place / "file").touch()
+    monkeypatch.chdir(place)
+    before = list_files(place)
+    data = [] if "--data" in options or not options else ["--data", tiny]
+    code, out, err = run_pianta("bench", bench, *data, *options)
+    assert (code, out) == (2, "")
+    (line,) = err.splitlines()
+    assert line.startswith("error: ")
+    assert told in line
+    assert list_files(place) == before
+
+
+def test_progress_is_shown_in_a_terminal_only(tiny, monkeypatch):
+    terminal = StringIO()
+    monkeypatch.setattr("pianta.cli.bench.stderr", Console(file=terminal, force_terminal=True, width=80))
+    assert run_pianta("bench", "layout", "--data", tiny).code == 0
+    assert "maps" in terminal.getvalue()
+    monkeypatch.setattr("pianta.cli.bench.stderr", Console(file=(pipe := StringIO()), width=80))
+    assert run_pianta("bench", "layout", "--data", tiny).code == 0
+    assert pipe.getvalue() == ""
+
+
+@pytest.mark.parametrize("verb", BENCHES)
+def test_help_has_examples(verb):
+    assert f"\n pianta bench {verb}" in run_pianta("bench", verb, "--help").out
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys; from pianta.cli import main\n"
+        "try: main(['bench', 'layout', '--help'])\n"
+        "finally: print('heavy:', *sorted({'cv2', 'sklearn', 'skimage', 'matplotlib'} & sys.modules.keys()))"
+    )
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env={"PYTHONPATH": ":".join(sys.path)}, check=True
+    )
+    assert process.stdout.splitlines()[-1] == "heavy:"

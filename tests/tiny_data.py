@@ -1,0 +1,74 @@
+"""Data folders of two tiny rooms, whose scores can be reckoned by hand, and what a bench prints."""
+
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from rich.console import Console
+from shapely import Polygon, box
+
+from pianta.bench.report import show_bench_table
+from pianta.bench.table import BenchTable
+from pianta.floor import Floor, Room
+
+# A room of 4 m × 3 m and one of 2 m × 3 m, with a wall of 0.2 m between them, in a map of 8 m × 5 m.
+SIZE = (8.0, 5.0)
+ROOMS = (box(1, 1, 5, 4), box(5.2, 1, 7.2, 4))
+# The same as the schools' truth has them: their outlines meet in the middle of the wall.
+OUTLINES = (box(1, 1, 5.1, 4), box(5.1, 1, 7.2, 4))
+TRUE_FLOOR = Floor(tuple(Room(number, polygon) for number, polygon in enumerate(ROOMS, start=1)))
+ONE_ROOM = Floor((Room(1, box(1, 1, 7.2, 4)),))
+
+UNKNOWN_GREY, FREE_GREY = 205, 254
+
+
+def write_survey(data: Path, *names: str) -> None:
+    """data/survey: each map without and with furniture, and the truth."""
+    folder = data / "survey"
+    folder.mkdir(parents=True)
+    for name in names:
+        for ending in (".png", "_furnitures.png"):
+            write_image(folder / f"{name}{ending}", 0.05, other=0)
+        write_image(folder / f"{name}_gt_segmentation.png", 0.05, other=0)
+
+
+def write_slam(data: Path, *names: str, outlines: tuple[Polygon, ...] = OUTLINES) -> None:
+    """data/slam: each map and its layout XML."""
+    folder = data / "slam"
+    folder.mkdir(parents=True)
+    for name in names:
+        write_image(folder / f"{name}.png", 0.1, other=UNKNOWN_GREY)
+        (folder / f"{name}_gt.xml").write_text(write_building(outlines, 0.1))
+
+
+def write_image(path: Path, resolution: float, *, other: int) -> None:
+    """The rooms in white, the rest in another grey."""
+    width, height = (round(side / resolution) for side in SIZE)
+    greys = np.full((height, width), other, np.uint8)
+    for room in ROOMS:
+        left, bottom, right, top = (round(side / resolution) for side in room.bounds)
+        greys[height - top : height - bottom, left:right] = FREE_GREY
+    Image.fromarray(greys).save(path)
+
+
+def write_building(outlines: tuple[Polygon, ...], resolution: float) -> str:
+    """Layout XML in the pixels of the image, where y grows downwards."""
+    spaces = ""
+    for number, outline in enumerate(outlines):
+        corners = [(x / resolution, (SIZE[1] - y) / resolution) for x, y in outline.exterior.coords[:-1]]
+        points = "".join(f'<point x="{x:.0f}" y="{y:.0f}"/>' for x, y in corners)
+        spaces += f'<space id="{number}"><bounding_polygon>{points}</bounding_polygon></space>'
+    return (
+        "<building><scale><represented_distance><value>9</value><um>pixel</um></represented_distance>"
+        "<real_distance><value>90</value><um>cm</um></real_distance></scale>"
+        f"<floor><spaces>{spaces}</spaces></floor></building>"
+    )
+
+
+def show_lines(table: BenchTable, width: int = 80) -> list[str]:
+    """What a terminal of a width shows of a table."""
+    console = Console(file=StringIO(), width=width)
+    console.print(show_bench_table(table))
+    assert isinstance(console.file, StringIO)
+    return [line.rstrip() for line in console.file.getvalue().splitlines()]
