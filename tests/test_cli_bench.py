@@ -126,10 +126,10 @@ def test_an_option_without_meaning_is_one_line_before_anything_is_measured(tiny,
 
 def test_progress_is_shown_in_a_terminal_only(tiny, monkeypatch):
     terminal = StringIO()
-    monkeypatch.setattr("pianta.cli.bench.stderr", Console(file=terminal, force_terminal=True, width=80))
+    monkeypatch.setattr("pianta.cli.terminal.stderr", Console(file=terminal, force_terminal=True, width=80))
     assert run_pianta("bench", "layout", "--data", tiny).code == 0
-    assert "maps" in terminal.getvalue()
-    monkeypatch.setattr("pianta.cli.bench.stderr", Console(file=(pipe := StringIO()), width=80))
+    assert "0/2" in terminal.getvalue()
+    monkeypatch.setattr("pianta.cli.terminal.stderr", Console(file=(pipe := StringIO()), width=80))
     assert run_pianta("bench", "layout", "--data", tiny).code == 0
     assert pipe.getvalue() == ""
 

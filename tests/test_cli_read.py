@@ -288,7 +288,7 @@ def test_a_batch_of_bad_maps_makes_no_folder(tmp_path):
 
 def test_a_batch_shows_its_progress_in_a_terminal(small, tmp_path, monkeypatch):
     terminal = StringIO()
-    monkeypatch.setattr("pianta.cli.read.stderr", Console(file=terminal, force_terminal=True, width=80))
+    monkeypatch.setattr("pianta.cli.terminal.stderr", Console(file=terminal, force_terminal=True, width=80))
     run_pianta("read", small, "none.yaml", "-o", tmp_path)
     assert "small.yaml" in terminal.getvalue()
     assert "0/2" in terminal.getvalue()
@@ -298,7 +298,7 @@ def test_results_stand_on_lines_of_their_own_above_the_progress_bar(small, tmp_p
     terminal = StringIO()
     monkeypatch.setattr(terminal, "isatty", lambda: True, raising=False)
     monkeypatch.setattr("sys.stdout", terminal)
-    monkeypatch.setattr("pianta.cli.read.stderr", Console(file=terminal, force_terminal=True, width=200))
+    monkeypatch.setattr("pianta.cli.terminal.stderr", Console(file=terminal, force_terminal=True, width=200))
     with pytest.raises(SystemExit):
         main(["read", str(small), str(small), "-o", str(tmp_path)])
     erased_line, style = r"\x1b\[2K", r"(\x1b\[[\d;]*m)*"

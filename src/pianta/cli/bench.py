@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.progress import Progress
 
 from pianta.cli.outputs import check_output_folder, written_together
-from pianta.cli.terminal import show_examples, stderr, stdout
+from pianta.cli.terminal import show_examples, stdout, track_items
 from pianta.errors import OptionError
 from pianta.formats.files import shown
 from pianta.layout.methods import METHODS
@@ -71,7 +70,7 @@ def _run(
     folder = find_data(data)
     if pictures:
         pictures.mkdir(parents=True, exist_ok=True)
-    table = measure(folder, method=method, pictures=pictures, track=_track)
+    table = measure(folder, method=method, pictures=pictures, track=track_items)
     stdout.print(show_bench_table(table))
     if json:
         with written_together(json.parent) as new:
@@ -87,9 +86,3 @@ def _check_outputs(json: Path | None, pictures: Path | None) -> None:
             check_output_folder(folder)
     if json and json.is_dir():
         raise OptionError(f"JSON file {shown(json)} is a folder, give the name of a file")
-
-
-def _track(maps: Sequence[str]) -> Iterator[str]:
-    """The maps one by one, with a progress bar on stderr where that is a terminal."""
-    with Progress(console=stderr, transient=True, disable=not stderr.is_terminal) as bar:
-        yield from bar.track(maps, description="maps")

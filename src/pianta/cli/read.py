@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import count
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich import box
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from pianta.cli.outputs import check_output_folder, written_together
-from pianta.cli.terminal import describe_floor, stderr, stdout, tell_error, tell_result
+from pianta.cli.terminal import describe_floor, stdout, tell_error, tell_result, track_items
 from pianta.drawing import save_picture
 from pianta.errors import MapError, OptionError, PiantaError
 from pianta.floor import Floor
@@ -163,7 +161,7 @@ def tabulate_rooms(floor: Floor) -> Table:
 def _read_several(maps: Sequence[str], out: Path, build: Callable[[str, Path], Floor], *, quiet: bool) -> None:
     """Read maps into a folder each, with a progress bar; raise typer.Exit(1) at the end when one has failed."""
     failed = 0
-    for path, name in zip(_track(maps, quiet=quiet), name_folders(maps), strict=True):
+    for path, name in zip(track_items(maps, quiet=quiet), name_folders(maps), strict=True):
         try:
             floor = build(path, out / name)
         except PiantaError as error:
@@ -176,25 +174,6 @@ def _read_several(maps: Sequence[str], out: Path, build: Callable[[str, Path], F
         tell_result(f"{len(maps) - failed} of {len(maps)} maps read")
     if failed:
         raise typer.Exit(1)
-
-
-def _track(maps: Sequence[str], *, quiet: bool) -> Iterator[str]:
-    """The maps one by one, with a progress bar on stderr where that is a terminal."""
-    columns = TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    # What is piped away must not be drawn into the terminal.
-    bar = Progress(
-        *columns,
-        console=stderr,
-        transient=True,
-        redirect_stdout=sys.stdout.isatty(),
-        disable=quiet or not stderr.is_terminal,
-    )
-    with bar:
-        task = bar.add_task("", total=len(maps))
-        for path in maps:
-            bar.update(task, description=Path(path).name)
-            yield path
-            bar.advance(task)
 
 
 def _refuse_folder(path: str | Path) -> None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TextIO
 
 import typer
 from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
 from pianta.errors import BuildingWarning, MapWarning
@@ -56,6 +59,25 @@ def telling_warnings() -> Iterator[None]:
         warnings.simplefilter("always", MapWarning)
         warnings.simplefilter("always", BuildingWarning)
         yield
+
+
+def track_items(items: Sequence[str], *, quiet: bool = False) -> Iterator[str]:
+    """Names or paths one by one, with a progress bar on stderr where that is a terminal, unless quiet."""
+    columns = TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    bar = Progress(
+        *columns,
+        console=stderr,
+        transient=True,
+        # What is piped away must not be drawn into the terminal.
+        redirect_stdout=sys.stdout.isatty(),
+        disable=quiet or not stderr.is_terminal,
+    )
+    with bar:
+        task = bar.add_task("", total=len(items))
+        for item in items:
+            bar.update(task, description=Path(item).name)
+            yield item
+            bar.advance(task)
 
 
 def describe_floor(floor: Floor) -> str:

@@ -33,7 +33,14 @@ def score_labels(
 
 def _count_pixels(labels: NDArray[np.integer], truth: NDArray[np.integer]) -> NDArray[np.float64]:
     """Confusion matrix, shape (1 + rooms, 1 + true rooms), of two lists of labels; row and column 0 are no room."""
-    found, row = np.unique(np.append(0, np.maximum(labels, 0)), return_inverse=True)
-    true, col = np.unique(np.append(0, np.maximum(truth, 0)), return_inverse=True)
-    counts = np.bincount(row[1:] * len(true) + col[1:], minlength=len(found) * len(true))
-    return counts.reshape(len(found), len(true)).astype(float)
+    row, rows = _number_labels(labels)
+    col, cols = _number_labels(truth)
+    return np.bincount(row * cols + col, minlength=rows * cols).reshape(rows, cols).astype(float)
+
+
+def _number_labels(labels: NDArray[np.integer]) -> tuple[NDArray[np.intp], int]:
+    """Labels as 0 for no room and 1 … N for the N rooms that occur; and 1 + N."""
+    labels = np.maximum(labels, 0)
+    occurs = np.bincount(labels, minlength=1) > 0
+    occurs[0] = True
+    return (np.cumsum(occurs) - 1)[labels], int(occurs.sum())

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from pianta.layout.canvas import Canvas, Mask
 from pianta.layout.parameters import ThesisParameters
@@ -21,11 +24,14 @@ def compute_map_contour(canvas: Canvas, parameters: ThesisParameters) -> Mask:
     areas = np.array([cv2.contourArea(contour) for contour in contours]) * cell_area
     is_patch = (parents < 0) & (areas >= parameters.room_area)
     is_courtyard = (parents >= 0) & (areas >= parameters.courtyard_area)
-    inner = np.zeros(canvas.free.shape, np.uint8)
-    holes = np.zeros(canvas.free.shape, np.uint8)
-    cv2.drawContours(
-        inner, [contour for contour, chosen in zip(contours, is_patch, strict=True) if chosen], -1, 1, cv2.FILLED
-    )
-    for i in np.flatnonzero(is_courtyard):
-        cv2.drawContours(holes, contours, int(i), 1, cv2.FILLED)
-    return np.asarray((inner > 0) & ~((holes > 0) & ~canvas.free))
+    inner, holes = (_fill_contours(contours, chosen, canvas.free.shape) for chosen in (is_patch, is_courtyard))
+    return inner & ~(holes & ~canvas.free)
+
+
+def _fill_contours(contours: Sequence[NDArray[np.int32]], chosen: Mask, shape: tuple[int, ...]) -> Mask:
+    """Cells inside any of the chosen contours, shape (H, W)."""
+    filled = np.zeros(shape, np.uint8)
+    # One at a time: OpenCV leaves out a patch inside another when both are drawn in one call.
+    for i in np.flatnonzero(chosen):
+        cv2.drawContours(filled, contours, int(i), 1, cv2.FILLED)
+    return filled > 0
