@@ -15,7 +15,9 @@ Labels = NDArray[np.intp]
 
 # Mean shift stops when no centre moves by more; centres nearer than the second are one cluster (rad).
 SHIFT_TOLERANCE, SAME_ANGLE = 1e-5, 1e-2
-MAX_SHIFTS = 500
+MAX_SHIFTS = 200
+# Angles are rounded to a tenth of a degree, finer than short segments tell them, so that a noisy map has few.
+ANGLE_STEP = np.radians(0.1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,21 +58,22 @@ def cluster_angles(segments: Segments, parameters: ThesisParameters) -> tuple[La
     Eqs. 3.1 and 3.2, with angles modulo π.
     """
     steps = segments[:, 2:] - segments[:, :2]
+    angles = np.arctan2(steps[:, 1], steps[:, 0]) % np.pi
     angles, which, counts = np.unique(
-        np.arctan2(steps[:, 1], steps[:, 0]) % np.pi, return_inverse=True, return_counts=True
+        np.round(angles / ANGLE_STEP) * ANGLE_STEP % np.pi, return_inverse=True, return_counts=True
     )
+    # Angles modulo π are averaged as directions of the doubled angle.
+    doubled = np.exp(2j * angles) * counts
     centres = angles
     for _ in range(MAX_SHIFTS):
-        kernel = _angular_kernel(centres[:, None] - angles, parameters.angle_bandwidth) * counts
-        # Angles modulo π are averaged as directions of the doubled angle.
-        shifted = np.angle((kernel * np.exp(2j * angles)).sum(axis=1)) / 2 % np.pi
+        shifted = np.angle(_angular_kernel(centres, angles, parameters.angle_bandwidth) @ doubled) / 2 % np.pi
         moved = np.abs((shifted - centres + np.pi / 2) % np.pi - np.pi / 2).max(initial=0.0)
         centres = shifted
         if moved <= SHIFT_TOLERANCE:
             break
     labels = _group_circular(centres)
-    doubled = np.exp(2j * centres) * counts
-    sums = np.bincount(labels, doubled.real) + 1j * np.bincount(labels, doubled.imag)
+    weighted = np.exp(2j * centres) * counts
+    sums = np.bincount(labels, weighted.real) + 1j * np.bincount(labels, weighted.imag)
     return labels[which.ravel()], np.angle(sums) / 2 % np.pi
 
 
@@ -126,11 +129,11 @@ def get_representative_lines(segments: Segments, parameters: ThesisParameters) -
     return lines
 
 
-def _angular_kernel(difference: Floats, bandwidth: float) -> Floats:
-    """Eq. 3.2 on angles modulo π."""
-    wrapped = (difference + np.pi / 2) % np.pi - np.pi / 2
-    distance = (1 - np.cos(wrapped)) / bandwidth
-    return np.where(distance <= 1, (1 - distance) ** 2, 0.0)
+def _angular_kernel(centres: Floats, angles: Floats, bandwidth: float) -> Floats:
+    """Eq. 3.2 between each centre and each angle, modulo π; shape (C, A)."""
+    cosines = np.outer(np.cos(centres), np.cos(angles)) + np.outer(np.sin(centres), np.sin(angles))
+    # |cos| is the cosine of the difference modulo π.
+    return np.asarray(np.clip(1 - (1 - np.abs(cosines)) / bandwidth, 0.0, None) ** 2)
 
 
 def _group_circular(angles: Floats) -> Labels:
