@@ -397,3 +397,13 @@ def test_the_process_exits_as_documented():
 @pytest.mark.parametrize("verb", ["read", "world"])
 def test_help_has_examples(verb):
     assert f"\n pianta {verb} " in run_pianta(verb, "--help").out
+
+
+def test_the_map_itself_is_never_replaced(small, tmp_path):
+    image = tmp_path / "rooms.png"
+    image.write_bytes(small.with_suffix(".png").read_bytes())
+    before = image.read_bytes()
+    told = run_pianta("read", image, "--resolution", "0.05", "-o", tmp_path)
+    assert told.code == 2
+    assert "would be replaced" in told.err
+    assert image.read_bytes() == before

@@ -15,9 +15,9 @@ def test_the_sample_is_written_with_its_truth(tmp_path):
     code, out, err = run_pianta("world", "sample", "-o", tmp_path)
     assert (code, err) == (0, "")
     assert out.startswith("19 rooms, ")
-    assert list_files(tmp_path).keys() == {"map.yaml", "map.png", "floor.geojson"}
+    assert list_files(tmp_path).keys() == {"map.yaml", "map.png", "truth.geojson"}
     floor, grid = make_sample()
-    assert read_floor(tmp_path / "floor.geojson") == floor
+    assert read_floor(tmp_path / "truth.geojson") == floor
     written = read_map(tmp_path / "map.yaml")
     assert (written.cells == grid.cells).all()
     assert (written.resolution, written.origin) == (grid.resolution, grid.origin)
@@ -26,7 +26,7 @@ def test_the_sample_is_written_with_its_truth(tmp_path):
 @pytest.mark.parametrize("kind", FLOOR_MAKERS)
 def test_every_kind_is_made_with_defaults(tmp_path, kind):
     assert run_pianta("world", kind, "-o", tmp_path).code == 0
-    assert read_floor(tmp_path / "floor.geojson") == make_floor(kind, seed=0)
+    assert read_floor(tmp_path / "truth.geojson") == make_floor(kind, seed=0)
 
 
 def test_options_reach_the_world(tmp_path):

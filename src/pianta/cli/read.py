@@ -27,6 +27,7 @@ from pianta.gridmap import GridMap
 from pianta.layout.methods import METHODS
 
 DEFAULT_METHOD = "thesis"
+OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
 EXAMPLES = (
     "pianta read map.yaml -o building",
     "pianta read scan.png --resolution 0.05 -o building --walls --graph",
@@ -73,6 +74,7 @@ def read_maps(
         raise OptionError(f"method is {shown(method)}, give one of {', '.join(METHODS)}")
 
     def build(path: str, folder: Path) -> Floor:
+        _refuse_overwriting(Path(path), folder)
         floor, grid = read_building(
             path, method=method, resolution=resolution, trust_thresholds=trust_thresholds, max_cells=max_cells
         )
@@ -116,11 +118,12 @@ def save_outputs(floor: Floor, grid: GridMap, folder: Path, *, walls: bool = Fal
     walls, graph: what to draw into the picture.
     Raises PiantaError, in one line, when a file cannot be written.
     """
+    geojson, labels, node_link, picture = OUTPUTS
     with written_together(folder) as new:
-        save_floor(floor, new / "floor.geojson")
-        save_label_image(floor.label_image(grid), new / "rooms.png")
-        save_graph(floor.graph(), new / "graph.json")
-        save_picture(floor, grid, new / "picture.png", walls=walls, graph=graph)
+        save_floor(floor, new / geojson)
+        save_label_image(floor.label_image(grid), new / labels)
+        save_graph(floor.graph(), new / node_link)
+        save_picture(floor, grid, new / picture, walls=walls, graph=graph)
 
 
 def name_folders(maps: Sequence[str | Path]) -> list[str]:
@@ -139,21 +142,23 @@ def name_folders(maps: Sequence[str | Path]) -> list[str]:
 
 
 def tabulate_rooms(floor: Floor) -> Table:
-    """Table of the rooms: id, area, doors and neighbours; label and partial when a room has them."""
-    table = Table(box=box.SIMPLE_HEAD)
-    labelled, partial = any(room.label for room in floor.rooms), any(room.partial for room in floor.rooms)
-    table.add_column("room", justify="right")
-    table.add_column("area m²", justify="right")
-    table.add_column("doors", justify="right")
-    table.add_column("neighbours")
-    for name, wanted in (("label", labelled), ("seen", partial)):
-        if wanted:
-            table.add_column(name)
+    """Table of the rooms: id, area, doors and neighbours; openings, label and partial when a room has them."""
     graph = floor.graph()
-    for room in floor.rooms:
-        doors = sum(edge["doors"] for edge in graph[room.id].values())
-        cells = [str(room.id), f"{room.polygon.area:.1f}", str(doors), " ".join(map(str, sorted(graph[room.id])))]
-        cells += [room.label or ""] * labelled + ["in part" if room.partial else ""] * partial
+    kinds = Counter((room_id, door.kind) for door in floor.doors for room_id in door.rooms)
+    columns = {
+        "room": [str(room.id) for room in floor.rooms],
+        "area m²": [f"{room.polygon.area:.1f}" for room in floor.rooms],
+        "doors": [str(kinds[room.id, "door"]) for room in floor.rooms],
+        "openings": [str(kinds[room.id, "opening"] or "") for room in floor.rooms],
+        "neighbours": [" ".join(map(str, sorted(graph[room.id]))) for room in floor.rooms],
+        "label": [room.label or "" for room in floor.rooms],
+        "seen": ["in part" if room.partial else "" for room in floor.rooms],
+    }
+    table = Table(box=box.SIMPLE_HEAD)
+    shown_columns = {name: cells for name, cells in columns.items() if any(cells)}
+    for name in shown_columns:
+        table.add_column(name, justify="left" if name in ("neighbours", "label", "seen") else "right")
+    for cells in zip(*shown_columns.values(), strict=True):
         table.add_row(*cells)
     return table
 
@@ -174,6 +179,12 @@ def _read_several(maps: Sequence[str], out: Path, build: Callable[[str, Path], F
         tell_result(f"{len(maps) - failed} of {len(maps)} maps read")
     if failed:
         raise typer.Exit(1)
+
+
+def _refuse_overwriting(map_file: Path, folder: Path) -> None:
+    """Raise OptionError when a result would take the place of the map."""
+    if map_file.name in OUTPUTS and map_file.resolve().parent == folder.resolve():
+        raise OptionError(f"map {shown(map_file)} would be replaced by a result, give another output folder")
 
 
 def _refuse_folder(path: str | Path) -> None:

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
-import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
@@ -23,7 +22,9 @@ stderr = Console(stderr=True)
 
 def tell_result(line: str) -> None:
     """Print a line on stdout; above the progress bar, when there is one in the same terminal."""
-    typer.echo(line)
+    # typer.echo keeps the stream that it saw first, and would write into the bar.
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
 
 
 def tell_error(error: Exception) -> None:

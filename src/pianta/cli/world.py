@@ -48,7 +48,7 @@ def make_world(
 ) -> None:
     """Make a synthetic building and the map that a robot would make of it.
 
-    Writes map.yaml and map.png, as ROS has them, and the truth, floor.geojson.
+    Writes map.yaml and map.png, as ROS has them, and the truth, truth.geojson.
     The sample is always the same; the other kinds take options.
     """
     check_output_folder(out)
@@ -59,7 +59,7 @@ def make_world(
     floor, grid = _build_world(kind, seed, given)
     with written_together(out) as new:
         save_ros_map(grid, new / "map.yaml")
-        save_floor(floor, new / "floor.geojson")
+        save_floor(floor, new / "truth.geojson")
     tell_result(f"{describe_floor(floor)}, in {out}")
     tell_result(f"next: pianta read {quote(str(out / 'map.yaml'))} -o {quote(str(out / 'read'))}")
 
