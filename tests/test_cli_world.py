@@ -14,7 +14,7 @@ from tests.command_line import list_files, run_pianta
 def test_the_sample_is_written_with_its_truth(tmp_path):
     code, out, err = run_pianta("world", "sample", "-o", tmp_path)
     assert (code, err) == (0, "")
-    assert out.startswith("19 rooms, ")
+    assert out.startswith("20 rooms, ")
     assert list_files(tmp_path).keys() == {"map.yaml", "map.png", "truth.geojson"}
     floor, grid = make_sample()
     assert read_floor(tmp_path / "truth.geojson") == floor

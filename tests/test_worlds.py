@@ -250,7 +250,7 @@ def test_faults_of_all_options_come_in_one_message():
 
 def test_sample_is_a_connected_floor_and_always_the_same():
     floor, grid = make_sample()
-    assert len(floor.rooms) == 19
+    assert len(floor.rooms) == 20
     assert nx.is_connected(floor.graph())
     assert grid.resolution == 0.05
     np.testing.assert_array_equal(grid.cells, make_sample()[1].cells)

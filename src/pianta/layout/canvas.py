@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import shapely
@@ -13,6 +14,10 @@ from pianta.gridmap import GridMap
 
 # Cells around the building, so that every edge of free space has a cell outside.
 MARGIN_PX = 4
+# Cells coarser than this show no doors; metres.
+COARSEST = 0.5
+# Coarse cells are repeated to at most this number, which is half a square kilometre of building.
+MAX_REPEATED_CELLS = 200_000_000
 
 Mask = NDArray[np.bool_]
 
@@ -53,7 +58,7 @@ def draw_canvas(grid: GridMap, free: Mask, *, resolution: float) -> Canvas:
     """Canvas of the free cells of a grid map, with cells of about the given size in metres.
 
     Cells finer than that are joined, and a joined cell is free when all its parts are, so that no wall is lost.
-    Coarser ones are repeated. Raises MapError when no cell is free.
+    Coarser ones are repeated. Raises MapError when no cell is free, or the cells are too fine or too coarse to tell.
     """
     if not free.any():
         raise MapError("the map has no free cell, so there is no room to find; check its thresholds and negate")
@@ -61,42 +66,68 @@ def draw_canvas(grid: GridMap, free: Mask, *, resolution: float) -> Canvas:
     window = free[row_span[0] : row_span[1] + 1, col_span[0] : col_span[1] + 1]
     # The pose comes first, so that the same cells are joined in every pose of the map.
     cells, pose = _turn_to_canonical_pose(window)
-    joined = max(1, round(resolution / grid.resolution))
-    repeated = max(1, round(grid.resolution / resolution))
-    cells = _join_cells(cells, joined) if joined > 1 else cells
-    cells = cells.repeat(repeated, axis=0).repeat(repeated, axis=1) if repeated > 1 else cells
-    step = joined / repeated
+    cells, step = _resample_cells(cells, grid.resolution, resolution)
     to_grid = _shift(row_span[0], col_span[0]) @ pose @ np.diag([step, step, 1.0]) @ _shift(-MARGIN_PX, -MARGIN_PX)
     return Canvas(np.pad(cells, MARGIN_PX), grid.resolution * step, to_grid, grid)
 
 
+def _resample_cells(cells: Mask, resolution: float, wanted: float) -> tuple[Mask, float]:
+    """Cells of about the wanted size, from cells of a given size (metres); and how many of the given each spans."""
+    if resolution > COARSEST:
+        raise MapError(f"cells of {resolution:g} m are too coarse to show rooms; check the resolution")
+    if resolution > wanted:
+        affordable = max(1, int((MAX_REPEATED_CELLS / cells.size) ** 0.5))
+        repeated = min(round(resolution / wanted), affordable)
+        return cells.repeat(repeated, axis=0).repeat(repeated, axis=1), 1 / repeated
+    if wanted / resolution >= max(cells.shape) + 1:
+        raise MapError(f"the free space is less than {wanted:g} m across; check the resolution of {resolution:g} m")
+    joined = round(wanted / resolution)
+    coarse = _join_cells(cells, joined)
+    if not coarse.any():
+        raise MapError(f"no free space is {wanted:g} m wide; check the resolution of {resolution:g} m")
+    return coarse, float(joined)
+
+
 def _join_cells(cells: Mask, factor: int) -> Mask:
-    """Blocks of factor × factor cells as one cell each, free when the whole block is."""
-    rows, cols = (-(-size // factor) * factor for size in cells.shape)
-    padded = np.pad(cells, ((0, rows - cells.shape[0]), (0, cols - cells.shape[1])), mode="edge")
-    return np.asarray(padded.reshape(rows // factor, factor, cols // factor, factor).all(axis=(1, 3)))
+    """Blocks of factor × factor cells as one cell each, free when the whole block is; the last ones may be cut."""
+    row_starts, col_starts = (np.arange(0, size, factor) for size in cells.shape)
+    return np.asarray(np.logical_and.reduceat(np.logical_and.reduceat(cells, row_starts, axis=0), col_starts, axis=1))
 
 
 def _turn_to_canonical_pose(cells: Mask) -> tuple[Mask, NDArray[np.float64]]:
-    """The cells wider than high and skewed towards the first row and column; and the matrix that turns them back."""
-    row_spread, row_skew = _central_moments(cells.sum(axis=1))
-    col_spread, col_skew = _central_moments(cells.sum(axis=0))
+    """The cells wider than high and skewed towards the first row and column; and the matrix that turns them back.
+
+    Where the moments leave a choice, the cells themselves decide.
+    """
+    moments = [_central_moments(cells.sum(axis=axis)) for axis in (1, 0)]
+    candidates: dict[tuple[tuple[int, int], ...], list[tuple[Mask, NDArray[np.float64]]]] = {}
+    for pose in product((False, True), repeat=3):
+        swap, *flips = pose
+        shape = [(spread, -skew if flip else skew) for (spread, skew), flip in zip(moments, flips, strict=True)]
+        candidates.setdefault(tuple(shape if swap else shape[::-1]), []).append(_turn_cells(cells, pose))
+    turned, back = max(candidates[max(candidates)], key=lambda turned: (turned[0].shape, turned[0].tobytes()))
+    return np.ascontiguousarray(turned), back
+
+
+def _turn_cells(cells: Mask, pose: tuple[bool, ...]) -> tuple[Mask, NDArray[np.float64]]:
+    """The cells with rows flipped, columns flipped, and both swapped, as asked; and the matrix that turns them back."""
+    swap, flip_rows, flip_cols = pose
     height, width = cells.shape
     back = np.eye(3)
-    if row_skew < 0:
+    if flip_rows:
         cells, back = cells[::-1], back @ np.array([[-1, 0, height], [0, 1, 0], [0, 0, 1]])
-    if col_skew < 0:
+    if flip_cols:
         cells, back = cells[:, ::-1], back @ np.array([[1, 0, 0], [0, -1, width], [0, 0, 1]])
-    if row_spread > col_spread:
+    if swap:
         cells, back = cells.T, back @ np.array([[0, 1, 0], [1, 0, 0], [0, 0, 1]])
-    return np.ascontiguousarray(cells), back
+    return cells, back
 
 
-def _central_moments(counts: NDArray[np.integer]) -> tuple[float, float]:
-    """Second and third central moment of a histogram over 0 … N - 1, the same in both reading directions."""
-    position = np.arange(len(counts)) - (len(counts) - 1) / 2
-    offset = position - (counts * position).sum() / counts.sum()
-    return float((counts * offset**2).sum()), float((counts * offset**3).sum())
+def _central_moments(counts: NDArray[np.integer]) -> tuple[int, int]:
+    """Second and third central moment of a histogram, times powers of its total; exact, so that ties are ties."""
+    position, weight = 2 * np.arange(len(counts)).astype(object) - (len(counts) - 1), counts.astype(object)
+    total, first, second, third = (int((weight * position**power).sum()) for power in range(4))
+    return total * second - first**2, total**2 * third - 3 * total * first * second + 2 * first**3
 
 
 def _shift(row: float, col: float) -> NDArray[np.float64]:

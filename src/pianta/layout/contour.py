@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from pianta.layout.canvas import Canvas, Mask
 from pianta.layout.parameters import ThesisParameters
@@ -28,7 +27,7 @@ def compute_map_contour(canvas: Canvas, parameters: ThesisParameters) -> Mask:
     return inner & ~(holes & ~canvas.free)
 
 
-def _fill_contours(contours: Sequence[NDArray[np.int32]], chosen: Mask, shape: tuple[int, ...]) -> Mask:
+def _fill_contours(contours: Sequence[cv2.typing.MatLike], chosen: Mask, shape: tuple[int, ...]) -> Mask:
     """Cells inside any of the chosen contours, shape (H, W)."""
     filled = np.zeros(shape, np.uint8)
     # One at a time: OpenCV leaves out a patch inside another when both are drawn in one call.

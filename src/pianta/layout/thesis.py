@@ -18,7 +18,7 @@ from pianta.layout.canvas import Canvas, Mask, draw_canvas
 from pianta.layout.clutter import remove_clutter
 from pianta.layout.contour import compute_map_contour
 from pianta.layout.doors import find_doors
-from pianta.layout.faces import SNAP, Faces, cut_lines, find_faces, label_faces, share_free, share_inside
+from pianta.layout.faces import FRINGE, SNAP, Faces, cut_lines, find_faces, label_faces, share_free, share_inside
 from pianta.layout.lines import get_representative_lines
 from pianta.layout.parameters import ThesisParameters
 from pianta.layout.walls import detect_edges, detect_segments
@@ -55,10 +55,12 @@ def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters, source: s
     room_of_face = _drop_small_rooms(room_of_face, face_of_cell, canvas, parameters)
     rooms = _merge_faces(faces, room_of_face, partial, canvas)
     if not rooms:
-        raise MapError("the map shows no room, its free space is too small or too scattered")
+        raise MapError("the map shows no room, its free space is too small or too scattered; check the resolution")
     # Find the connections between rooms
     doors = find_doors(canvas, np.append(room_of_face, -1)[face_of_cell], parameters)
-    walls = cut_lines(lines, shapely.box(*shapely.total_bounds(faces.polygons[room_of_face >= 0])))
+    # A line along the outer wall may run just outside the rooms.
+    extent = shapely.box(*shapely.total_bounds(faces.polygons[room_of_face >= 0])).buffer(FRINGE, join_style="mitre")
+    walls = cut_lines(lines, extent)
     return _assemble_floor(rooms, doors, [canvas.to_map(wall) for wall in walls], grid, source)
 
 
