@@ -12,7 +12,7 @@ from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import show_examples, stdout, track_items
 from pianta.errors import OptionError
 from pianta.formats.files import shown
-from pianta.layout.methods import METHODS
+from pianta.layout.methods import METHODS, check_method
 
 if TYPE_CHECKING:
     from pianta.bench.table import BenchTable
@@ -64,8 +64,7 @@ def _run(
     from pianta.bench.report import show_bench_table
     from pianta.bench.table import save_bench_table
 
-    if method not in METHODS:
-        raise OptionError(f"method is {shown(method)}, give one of {', '.join(METHODS)}")
+    check_method(method)
     _check_outputs(json, pictures)
     folder = find_data(data)
     if pictures:

@@ -24,7 +24,7 @@ from pianta.formats.label_png import save_label_image
 from pianta.formats.maps import read_map
 from pianta.formats.ros_map import YAML_SUFFIXES
 from pianta.gridmap import GridMap
-from pianta.layout.methods import METHODS
+from pianta.layout.methods import METHODS, check_method
 
 DEFAULT_METHOD = "thesis"
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
@@ -70,8 +70,7 @@ def read_maps(
     stop the others; the exit code is then 1.
     """
     check_output_folder(out)
-    if method not in METHODS:
-        raise OptionError(f"method is {shown(method)}, give one of {', '.join(METHODS)}")
+    check_method(method)
 
     def build(path: str, folder: Path) -> Floor:
         _refuse_overwriting(Path(path), folder)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.layout.methods import METHODS
+from pianta.layout.methods import check_method
 from pianta.layout.parameters import ThesisParameters
 from pianta.layout.thesis import reconstruct_layout
 
@@ -21,6 +20,5 @@ def reconstruct(
 
     Raises OptionError for an unknown method, and MapError when the map shows no room.
     """
-    if method not in METHODS:
-        raise OptionError(f"method is {method!r}, give one of {', '.join(METHODS)}")
+    check_method(method)
     return reconstruct_layout(grid, parameters=parameters or ThesisParameters(), source=source)
