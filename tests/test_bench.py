@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -21,6 +22,8 @@ from pianta.gridmap import GridMap
 from tests.tiny_data import ONE_ROOM, OUTLINES, TRUE_FLOOR, show_lines, write_slam, write_survey
 
 TIMES = {"seconds", "transforms"}
+LASTING = {"rooms_before", "still_there", "kept_id"}
+measure_survey = partial(measure_segmentation, methods=("thesis",), sets=("survey", "furniture"))
 
 
 @pytest.fixture
@@ -34,7 +37,7 @@ def find(monkeypatch):
 
 
 def scores_of(row: Row) -> Figures:
-    return {key: figure for key, figure in row.figures.items() if key not in TIMES}
+    return {key: figure for key, figure in row.figures.items() if key not in TIMES | LASTING}
 
 
 def test_the_data_are_those_given_then_those_of_the_environment_then_those_beside_the_project(tmp_path, monkeypatch):
@@ -67,7 +70,7 @@ def test_maps_are_those_with_a_truth(tmp_path):
         list_maps(tmp_path, "_gt.png")
 
 
-@pytest.mark.parametrize("measure", [measure_layout, measure_segmentation])
+@pytest.mark.parametrize("measure", [measure_layout, measure_survey])
 def test_data_without_the_maps_of_a_bench_are_refused(tmp_path, measure):
     with pytest.raises(DataError, match=r"^no data in '.*(slam|survey)': No such file"):
         measure(tmp_path)
@@ -77,39 +80,59 @@ def test_segmentation_of_one_room_where_there_are_two(tmp_path, find):
     """The rooms are 80 and 40 of the 124 px that the one room is wide, the wall between them is 4."""
     write_survey(tmp_path, "a")
     find(ONE_ROOM)
-    table = measure_segmentation(tmp_path)
-    assert [part.name for part in table.parts] == ["no furniture", "furniture"]
+    table = measure_survey(tmp_path)
+    assert [(part.name, part.method) for part in table.parts] == [("survey", "thesis"), ("furniture", "thesis")]
     for part in table.parts:
         (row,) = part.rows
         assert (row.item, row.failure, row.warned) == ("a", None, ())
         assert scores_of(row) == pytest.approx(
             {
-                "precision_free": 100 * 80 / 120,
-                "precision_walls": 100 * 80 / 124,
-                "recall_free": 100,
-                "recall_walls": 100,
-                "mean_iou": 50,
+                "precision": 100 * 80 / 124,
+                "recall": 100,
+                "a_fc": 100 * 80 / 124,
+                "mean_iou": 100 * 60 / 124,
                 "f1": 100 * 2 / 3,
                 "found": 1,
                 "true": 2,
+                "matched": 1,
+                "precision_free": 100 * 80 / 120,
+                "recall_free": 100,
+                "a_fc_free": 100 * 80 / 120,
+                "mean_iou_free": 50,
+                "f1_free": 100 * 2 / 3,
+                "precision_rest": 100 * 80 / 120,
+                "recall_rest": 100,
             }
         )
 
 
-def test_white_patches_of_the_truth_count_though_they_are_no_room(tmp_path, find):
-    """The patch of 2 × 10 px lies in the wall, so that it belongs to the found room and to no true room."""
+def test_white_patches_of_the_truth(tmp_path, find):
+    """20 px in the wall are no room, yet free cells; 120 px outside are a room of 0.3 m², but of no 1 m²."""
     write_survey(tmp_path, "a")
     truth = tmp_path / "survey" / "a_gt_segmentation.png"
     with Image.open(truth) as image:
         greys = np.array(image)
     greys[50:60, 101:103] = 251
     greys[65:75, 101:103] = 250
+    greys[0:10, 0:12] = 255
     Image.fromarray(greys).save(truth)
     find(ONE_ROOM)
-    for part in measure_segmentation(tmp_path).parts:
-        assert part.rows[0].figures["true"] == 2
-        assert part.rows[0].figures["precision_free"] == pytest.approx(100 * 4800 / 7220)
-        assert part.rows[0].figures["precision_walls"] == pytest.approx(100 * 80 / 124)
+    for part in measure_survey(tmp_path).parts:
+        figures = part.rows[0].figures
+        assert figures["true"] == 3
+        assert figures["precision"] == pytest.approx(100 * 80 / 124)
+        assert figures["recall"] == pytest.approx(100 * 2 / 3)
+        assert figures["precision_free"] == pytest.approx(100 * 4800 / 7220)
+        assert figures["recall_free"] == 100
+
+
+def test_free_cells_in_no_room_are_one_more_room(tmp_path, find):
+    """The second room was left over, which is as good as found."""
+    write_survey(tmp_path, "a")
+    find(Floor(TRUE_FLOOR.rooms[:1]))
+    figures = measure_survey(tmp_path).parts[0].rows[0].figures
+    assert (figures["precision_free"], figures["recall_free"]) == (100, 50)
+    assert (figures["precision_rest"], figures["recall_rest"]) == (100, 100)
 
 
 def test_layout_of_one_room_where_there_are_two(tmp_path, find):
@@ -135,10 +158,11 @@ def test_the_true_rooms_score_100_but_for_the_walls_of_the_schools(tmp_path, fin
     write_survey(tmp_path, "a", "b")
     write_slam(tmp_path, "a", "b")
     find(TRUE_FLOOR)
-    layout, segmentation = measure_layout(tmp_path), measure_segmentation(tmp_path)
+    layout, segmentation = measure_layout(tmp_path), measure_survey(tmp_path)
     for row in (row for table in (layout, segmentation) for part in table.parts for row in part.rows):
         short = {"a_bc_walls": 100 * 6 / 6.2} if "a_bc_walls" in row.figures else {}
-        expected = dict.fromkeys(scores_of(row), 100) | {"found": 2, "true": 2} | short
+        counts = {key: 2 for key in ("found", "true", "matched") if key in row.figures}
+        expected = dict.fromkeys(scores_of(row), 100) | counts | short
         assert scores_of(row) == pytest.approx(expected)
 
 
@@ -152,16 +176,15 @@ def test_real_reconstructions_of_the_tiny_maps(tmp_path):
         return iter(maps)
 
     (tmp_path / "out").mkdir()
-    tables = [
-        measure(tmp_path, pictures=tmp_path / "out", track=track) for measure in (measure_layout, measure_segmentation)
-    ]
+    tables = [measure(tmp_path, pictures=tmp_path / "out", track=track) for measure in (measure_layout, measure_survey)]
     for row in (row for table in tables for part in table.parts for row in part.rows):
         assert row.failure is None
         assert (row.figures["found"], row.figures["true"]) == (2, 2)
         assert (row.figures["mean_iou"] or 0) > 90
         assert all((row.figures[time] or 0) > 0 for time in TIMES)
-    assert tracked == [["a"]] * 3
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"a.png", "a_furnitures.png"}
+    assert tracked == [["a"], ["a, thesis"] * 2]
+    pictures = {path.relative_to(tmp_path / "out").as_posix() for path in (tmp_path / "out").rglob("*.png")}
+    assert pictures == {"a.png", "thesis/survey/a.png", "thesis/furniture/a.png"}
 
 
 def test_time_is_counted_in_median_distance_transforms_on_one_thread(monkeypatch):
@@ -198,7 +221,7 @@ def test_a_map_that_fails_is_named_and_counts_as_0(tmp_path, monkeypatch, except
 
     rooms._load_method("thesis")
     monkeypatch.setattr(rooms, "reconstruct", reconstruct)
-    table = measure_segmentation(tmp_path)
+    table = measure_survey(tmp_path)
     assert table.failed
     empty, furnished = table.parts
     reason = {MapError: "no room", RuntimeError: "RuntimeError: no room"}.get(
@@ -209,9 +232,9 @@ def test_a_map_that_fails_is_named_and_counts_as_0(tmp_path, monkeypatch, except
     nothing = dict.fromkeys(scores_of(empty.rows[1]), 0) | {"true": 2}
     assert scores_of(empty.rows[1]) == nothing
     assert all(empty.rows[1].figures[time] is None for time in TIMES)
-    assert empty.summarise("precision_free").mean == pytest.approx(200 / 3)
+    assert empty.summarise("precision").mean == pytest.approx(200 / 3)
     assert empty.summarise("found").mean == pytest.approx(4 / 3)
-    assert furnished.summarise("precision_free").mean == 100
+    assert furnished.summarise("precision").mean == 100
     assert f"b failed, scores not measured count as 0: {reason}" in show_lines(table)
 
 
@@ -255,13 +278,13 @@ def test_every_figure_is_legible_in_a_terminal_of_80_columns(tmp_path, find, wid
     write_slam(tmp_path, school)
     write_survey(tmp_path, map_)
     find(TRUE_FLOOR)
-    lines = show_lines(measure_layout(tmp_path), width) + show_lines(measure_segmentation(tmp_path), width)
+    lines = show_lines(measure_layout(tmp_path), width) + show_lines(measure_survey(tmp_path), width)
     assert max(map(len, lines)) <= width
     assert not any("…" in line for line in lines)
     for name, count in ((school, 1), (map_, 2)):
         rows = [line.removeprefix(name).split() for line in lines if line.startswith(name)]
         assert len(rows) == count
-        assert all(len(row) == 10 and row.count("100.0") >= 5 for row in rows)
+        assert all(len(row) in (9, 10) and row.count("100.0") >= 5 for row in rows)
 
 
 def test_the_printed_figures_are_those_of_the_thesis(tmp_path, find):
@@ -270,9 +293,7 @@ def test_the_printed_figures_are_those_of_the_thesis(tmp_path, find):
     write_slam(tmp_path, "a")
     find(TRUE_FLOOR)
     lines = [
-        re.sub(" +", " ", line)
-        for bench in (measure_layout, measure_segmentation)
-        for line in show_lines(bench(tmp_path))
+        re.sub(" +", " ", line) for bench in (measure_layout, measure_survey) for line in show_lines(bench(tmp_path))
     ]
     assert [line for line in lines if line.startswith("thesis, ")] == [
         "thesis, our method 20 87.6 ± 5.7 87.8 ± 4.5",
@@ -305,7 +326,7 @@ def test_layout_of_three_schools_is_above_the_bars(data, tmp_path):
 
 
 def test_segmentation_of_three_maps_is_above_the_bars(data, tmp_path):
-    table = measure_segmentation(link_maps(data / "survey", tmp_path, "Freiburg79_scan", "lab_f_scan", "office_a"))
+    table = measure_survey(link_maps(data / "survey", tmp_path, "Freiburg79_scan", "lab_f_scan", "office_a"))
     assert not table.failed
     empty, furnished = table.parts
     assert_means_above(empty, {"precision_free": 90, "recall_free": 91})

@@ -24,11 +24,13 @@ SCORE, COST = Column("score", "score", "%", failed=0.0), Column("cost", "cost", 
 
 def tabulate(*figures: float | None, failure: str | None = None) -> BenchTable:
     part = Part(
-        "all", tuple(Row(f"map{n}", {"score": figure, "cost": 1.0}, failure) for n, figure in enumerate(figures))
+        "all",
+        tuple(Row(f"map{n}", {"score": figure, "cost": 1.0}, failure) for n, figure in enumerate(figures)),
+        "thesis",
     )
     compared = {"free cells": ("score",)}
     printed = (Printed("thesis, our method", {"all": ((90.1, 6.3),)}),)
-    return BenchTable("b", "Table 0", "thesis", (SCORE, COST), (part,), ("score",), compared, printed, ("A note.",))
+    return BenchTable("b", "Table 0", ("thesis",), (SCORE, COST), (part,), ("score",), compared, printed, ("A note.",))
 
 
 def test_figures_measured_before_a_failure_stay():
@@ -70,7 +72,7 @@ def test_summary_is_of_the_maps_that_have_a_figure_with_n_minus_1(figures, summa
 def test_the_printed_rows_of_the_thesis_stand_below_ours():
     lines = show_lines(tabulate(80.0, 90.0))
     assert "Table 0, method thesis" in lines
-    assert "pianta, free cells    2 85.0 ± 7.1" in lines
+    assert "pianta, thesis        2 85.0 ± 7.1" in lines
     assert "thesis, our method   20 90.1 ± 6.3" in lines
     assert lines[-2:] == ["The thesis' figures are over 20 maps; here are 2.", "A note."]
 
@@ -89,9 +91,10 @@ def test_json_holds_every_figure(tmp_path):
     table = tabulate(80.0, None, 90.0, failure="broken")
     save_bench_table(table, tmp_path / "figures.json")
     content = json.loads((tmp_path / "figures.json").read_text())
-    assert content["method"] == "thesis"
+    assert content["methods"] == ["thesis"]
     assert content["units"] == {"score": "%", "cost": "s"}
     (part,) = content["parts"]
+    assert part["method"] == "thesis"
     assert part["rows"][1] == {"item": "map1", "failure": "broken", "warnings": [], "score": None, "cost": 1.0}
     assert part["summary"]["score"] == {"mean": 85.0, "sd": pytest.approx(50**0.5), "median": 85.0}
     assert content["printed"] == [

@@ -4,29 +4,30 @@ import json
 import subprocess
 import sys
 from io import StringIO
+from itertools import product
 
 import pytest
 from rich.console import Console
 
 from pianta import __version__
 from pianta.bench import rooms
+from pianta.bench.data import SET_NAMES
 from pianta.errors import MapError
 from pianta.layout.methods import METHODS
 from tests.command_line import list_files, run_pianta
-from tests.tiny_data import TRUE_FLOOR, write_slam, write_survey
+from tests.tiny_data import TRUE_FLOOR, write_all_sets
 
 BENCHES = ("layout", "segmentation")
 KEYS = {
-    "layout": ("a_fc_free", "a_bc_free", "a_fc_walls", "a_bc_walls"),
-    "segmentation": ("precision_free", "recall_free", "precision_walls", "recall_walls"),
+    "layout": ("a_fc_free", "a_bc_free", "a_fc_walls", "a_bc_walls", "mean_iou", "f1"),
+    "segmentation": ("precision", "recall", "a_fc", "mean_iou", "f1"),
 }
 
 
 @pytest.fixture
 def tiny(tmp_path, monkeypatch):
     """A data folder of two maps for each bench, on which reconstruct finds the true rooms."""
-    write_survey(tmp_path / "data", "a", "b")
-    write_slam(tmp_path / "data", "a", "b")
+    write_all_sets(tmp_path / "data", "a", "b")
     monkeypatch.setattr(rooms, "reconstruct", lambda *_, **__: TRUE_FLOOR)
     monkeypatch.delenv("PIANTA_DATA", raising=False)
     return tmp_path / "data"
@@ -39,11 +40,12 @@ def rows_of(out: str, *names: str) -> list[list[str]]:
 
 @pytest.mark.parametrize("bench", BENCHES)
 def test_json_holds_what_is_printed(tiny, tmp_path, bench):
-    code, out, err = run_pianta("bench", bench, "--data", tiny, "--json", tmp_path / "new" / "figures.json")
+    json_file = tmp_path / "new" / "figures.json"
+    code, out, err = run_pianta("bench", bench, "--data", tiny, "--method", "thesis", "--json", json_file)
     assert (code, err) == (0, "")
-    content = json.loads((tmp_path / "new" / "figures.json").read_text())
-    assert (content["pianta"], content["bench"], content["method"]) == (__version__, bench, "thesis")
-    one_digit = (*KEYS[bench], "mean_iou", "f1")
+    content = json.loads(json_file.read_text())
+    assert (content["pianta"], content["bench"], content["methods"]) == (__version__, bench, ["thesis"])
+    one_digit = KEYS[bench]
     expected = []
     for part in content["parts"]:
         for row in part["rows"]:
@@ -51,8 +53,8 @@ def test_json_holds_what_is_printed(tiny, tmp_path, bench):
                 [row["item"], *(f"{row[key]:.1f}" for key in one_digit), str(row["found"]), str(row["true"])]
             )
             expected[-1] += [f"{row['seconds']:.2f}", f"{row['transforms']:.1f}"]
-        means = {key: summary["mean"] for key, summary in part["summary"].items()}
-        digits = {key: 2 if key == "seconds" else 1 for key in means}
+        digits = dict.fromkeys((*one_digit, "found", "true"), 1) | {"seconds": 2, "transforms": 1}
+        means = {key: part["summary"][key]["mean"] for key in digits}
         expected.append(["mean", *(f"{mean:.{digits[key]}f}" for key, mean in means.items())])
     printed = [row for row in rows_of(out, "a", "b", "mean") if "±" not in row]
     assert printed == expected
@@ -65,23 +67,66 @@ def test_a_map_that_fails_is_named_and_the_exit_code_is_1(tiny, monkeypatch, tmp
         raise MapError("the map shows no room")
 
     monkeypatch.setattr(rooms, "reconstruct", fail)
-    code, out, err = run_pianta("bench", bench, "--data", tiny, "--json", tmp_path / "figures.json")
+    json_file = tmp_path / "figures.json"
+    code, out, err = run_pianta("bench", bench, "--data", tiny, "--method", "thesis", "--json", json_file)
     assert (code, err) == (1, "")
     content = json.loads((tmp_path / "figures.json").read_text())
     for row in (row for part in content["parts"] for row in part["rows"]):
         assert row["failure"] == "the map shows no room"
-        assert (row["found"], row["true"], row["seconds"]) == (0, 2, None)
+        assert (row["found"], row["seconds"]) == (0, None)
     for name in ("a", "b"):
         assert f"{name} failed, scores not measured count as 0: the map shows no room" in out
-    assert [row[-4:] for row in rows_of(out, "a") if "failed," not in row] == [["0", "2", "–", "–"]] * len(
-        content["parts"]
-    )
+    true_rooms = {part["name"]: part["rows"][0]["true"] for part in content["parts"]}
+    assert set(true_rooms.items()) >= {("schools", 2)}
+    assert true_rooms.get("doors", 1) == 1
+    assert [row[-4:] for row in rows_of(out, "a") if "failed," not in row] == [
+        ["0", str(true), "–", "–"] for true in true_rooms.values()
+    ]
 
 
-def test_pictures_are_written_for_every_floor(tiny, tmp_path):
+def test_pictures_are_written_for_every_map(tiny, tmp_path):
     pictures = tmp_path / "new" / "pictures"
-    assert run_pianta("bench", "segmentation", "--data", tiny, "--pictures", pictures).code == 0
-    assert list_files(pictures).keys() == {"a.png", "a_furnitures.png", "b.png", "b_furnitures.png"}
+    options = "--data", tiny, "--set", "survey", "--set", "schools", "--pictures", pictures
+    assert run_pianta("bench", "segmentation", *options).code == 0
+    assert list_files(pictures).keys() == {
+        f"{method}/{name}/{item}.png" for method in METHODS for name in ("survey", "schools") for item in ("a", "b")
+    }
+
+
+def test_all_methods_are_measured_on_all_sets_unless_some_are_named(tiny, tmp_path):
+    json_file = tmp_path / "figures.json"
+    assert run_pianta("bench", "segmentation", "--data", tiny, "--json", json_file).code == 0
+    content = json.loads(json_file.read_text())
+    assert content["methods"] == list(METHODS)
+    assert [(part["name"], part["method"]) for part in content["parts"]] == [*product(SET_NAMES, METHODS)]
+    named = "--set", "clutter", "--method", METHODS[0], "--method", METHODS[0]
+    assert run_pianta("bench", "segmentation", "--data", tiny, "--json", json_file, *named).code == 0
+    content = json.loads(json_file.read_text())
+    assert [(part["name"], part["method"]) for part in content["parts"]] == [("clutter", METHODS[0])]
+
+
+def test_rows_of_the_maps_are_shown_for_several_methods_on_request(tiny, monkeypatch):
+    monkeypatch.setattr("pianta.cli.bench.METHODS", ("thesis", "other"))
+    monkeypatch.setattr("pianta.cli.bench.check_method", lambda _: None)
+    arguments = "bench", "segmentation", "--data", tiny, "--set", "clutter"
+    assert not rows_of(run_pianta(*arguments).out, "a", "b")
+    assert len(rows_of(run_pianta(*arguments, "--maps").out, "a", "b")) == 4
+    assert len(rows_of(run_pianta(*arguments, "--method", "thesis").out, "a", "b")) == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--set", "attic"], f"set is 'attic', give one of {', '.join(SET_NAMES)}"),
+        (["--set", "doors", "--data", "."], "no data in 'doors'"),
+    ],
+)
+def test_a_set_that_is_none_or_missing_is_told(tiny, monkeypatch, options, told):
+    monkeypatch.chdir(tiny.parent)
+    code, out, err = run_pianta("bench", "segmentation", "--data", tiny, *options, "--pictures", tiny.parent / "new")
+    assert (code, out) == (2, "")
+    assert told in err
+    assert len(err.splitlines()) == 1
 
 
 def test_the_data_are_found_by_the_environment(tiny, monkeypatch):
@@ -134,7 +179,7 @@ def test_progress_is_shown_in_a_terminal_only(tiny, monkeypatch):
     assert pipe.getvalue() == ""
 
 
-@pytest.mark.parametrize("verb", BENCHES)
+@pytest.mark.parametrize("verb", [*BENCHES, "cost"])
 def test_help_has_examples(verb):
     assert f"\n pianta bench {verb}" in run_pianta("bench", verb, "--help").out
 

@@ -18,6 +18,7 @@ from shapely import LineString, Point, box, unary_union
 
 from pianta.drawing import (
     DOOR_COLOR,
+    ENTRANCE_COLOR,
     FREE_GREY,
     OCCUPIED_GREY,
     PARTIAL_COLOR,
@@ -142,6 +143,26 @@ def test_doors_are_strokes_from_jamb_to_jamb_and_openings_are_dashed(ax):
     assert solid.get_xydata().tolist() == [[4.05, 1], [4.05, 2]]
     assert solid.get_solid_capstyle() == "butt"
     assert (solid.is_dashed(), dashed.is_dashed()) == (False, True)
+
+
+@pytest.mark.parametrize(("kind", "dashed"), [("door", False), ("opening", True)])
+def test_an_entrance_has_another_colour_and_a_diamond_in_its_middle(ax, kind, dashed):
+    entrance = Door((1, None), LineString([(0, 1), (0, 2)]), 1, kind)
+    plot_doors(replace(TWO_ROOMS, doors=(*TWO_ROOMS.doors, entrance)), ax=ax)
+    door, stroke, diamond = ax.lines
+    assert (door.get_color(), stroke.get_color(), diamond.get_color()) == (DOOR_COLOR, ENTRANCE_COLOR, ENTRANCE_COLOR)
+    assert stroke.get_xydata().tolist() == [[0, 1], [0, 2]]
+    assert stroke.is_dashed() == dashed
+    assert (diamond.get_marker(), diamond.get_xydata().tolist()) == ("D", [[0, 1.5]])
+
+
+def test_an_entrance_is_seen_in_the_picture_and_no_edge_of_the_graph():
+    entrance = Door((1, None), LineString([(0, 1), (0, 2)]), 1)
+    (ax,) = draw_floor(replace(TWO_ROOMS, doors=(entrance,)), AROUND_TWO_ROOMS, graph=True).axes
+    assert color_at(ax, 0, 1.5) == pytest.approx([255 * part for part in to_rgb(ENTRANCE_COLOR)])
+    plain = Figure().add_axes((0, 0, 1, 1))
+    plot_graph(replace(TWO_ROOMS, doors=(entrance,)), ax=plain)
+    assert not plain.lines
 
 
 def test_a_door_is_seen_in_the_picture():

@@ -64,6 +64,37 @@ def test_door_sorts_its_rooms():
     assert Door((5, 2), WIDE, 2.0).rooms == (2, 5)
 
 
+@pytest.mark.parametrize("rooms", [(3, None), (None, 3)])
+def test_an_entrance_is_a_door_to_no_second_room(rooms):
+    entrance = Door(rooms, WIDE, 2.0)
+    assert (entrance.rooms, entrance.room_ids, entrance.is_entrance) == ((3, None), (3,), True)
+    assert entrance.renumber_rooms({3: 8}).rooms == (8, None)
+    door = Door((2, 5), WIDE, 2.0)
+    assert (door.room_ids, door.is_entrance) == ((2, 5), False)
+    assert door.renumber_rooms({2: 9, 5: 4}) == Door((4, 9), WIDE, 2.0)
+
+
+def test_an_entrance_needs_a_room_and_a_width():
+    with pytest.raises(FloorError, match="from no room to no room"):
+        Door((None, None), WIDE, 1.0)  # type: ignore[arg-type]
+    with pytest.raises(FloorError, match=r"entrance to room 3 has width -1"):
+        Door((3, None), WIDE, -1)
+    with pytest.raises(FloorError, match=r"doors lead to rooms \[8\] that do not exist"):
+        Floor((Room(1, box(0, 0, 1, 1)),), (Door((1, None), WIDE, 1.0), Door((8, None), WIDE, 1.0)))
+
+
+@pytest.mark.parametrize(("given", "last_id"), [(0, 7), (7, 7), (9, 9)])
+def test_last_id_is_the_highest_id_unless_a_higher_one_was_given(given, last_id):
+    rooms = Room(7, box(0, 0, 1, 1)), Room(2, box(1, 0, 2, 1))
+    assert Floor(rooms, last_id=given).last_id == last_id
+
+
+@pytest.mark.parametrize("last_id", [6, 1, -1])
+def test_last_id_is_not_below_an_id(last_id):
+    with pytest.raises(FloorError, match=f"the last id is {last_id} and a room has id 7, give 7 or more"):
+        Floor((Room(7, box(0, 0, 1, 1)),), last_id=last_id)
+
+
 @pytest.mark.parametrize("width", [-0.1, float("nan")])
 def test_door_width_is_not_negative(width):
     with pytest.raises(FloorError, match="between rooms 2 and 5 has width"):
@@ -83,12 +114,13 @@ def test_floor_tells_all_its_faults():
 
 def test_graph_joins_rooms_by_their_widest_door():
     rooms = Room(1, box(0, 0, 4, 3), "OFFICE"), Room(2, box(4, 0, 9, 3), partial=True), Room(3, box(9, 0, 10, 3))
-    doors = Door((2, 1), WIDE, 2.0), Door((1, 2), NARROW, 0.6)
+    doors = Door((2, 1), WIDE, 2.0), Door((1, 2), NARROW, 0.6), Door((2, None), WIDE, 2.0), Door((2, None), NARROW, 0.6)
     graph = Floor(rooms, doors, source="here").graph()
     assert graph.graph == {"source": "here"}
     assert list(graph) == [1, 2, 3]
-    assert graph.nodes[1] == {"label": "OFFICE", "area": 12.0, "x": 2.0, "y": 1.5, "partial": False}
+    assert graph.nodes[1] == {"label": "OFFICE", "area": 12.0, "x": 2.0, "y": 1.5, "partial": False, "entrances": 0}
     assert graph.nodes[2]["partial"]
+    assert [graph.nodes[room_id]["entrances"] for room_id in graph] == [0, 2, 0]
     assert list(graph.edges(data=True)) == [(1, 2, {"doors": 2, "width": 2.0, "x": 4.0, "y": 1.0})]
 
 

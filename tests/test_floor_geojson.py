@@ -16,6 +16,7 @@ from pianta.floor import Door, Floor, Room
 from pianta.formats.floor_geojson import read_floor, save_floor
 from tests.mutation import mutated
 
+ENTRANCE = Door((4, None), LineString([(0, 1), (0, 2)]), 1.0)
 FLOOR = Floor(
     rooms=(
         Room(
@@ -23,10 +24,15 @@ FLOOR = Floor(
         ),
         Room(2, box(4, 0, 9.1, 3), partial=True),
     ),
-    doors=(Door((4, 2), LineString([(4, 0.1), (4, 1)]), 0.9), Door((2, 4), LineString([(4, 2), (4, 3)]), 1, "opening")),
+    doors=(
+        Door((4, 2), LineString([(4, 0.1), (4, 1)]), 0.9),
+        Door((2, 4), LineString([(4, 2), (4, 3)]), 1, "opening"),
+        ENTRANCE,
+    ),
     walls=(LineString([(0, 0), (9.1, 0)]), LineString([(4, 0), (4, 0.1), (4, 3)])),
     building_type={"SCHOOL": 0.75, "OFFICE": 0.25},
     source="map.yaml",
+    last_id=9,
 )
 ROOM = {"class": "room", "room": 1}
 DOOR = {"class": "door", "rooms": [1, 2], "width": 1.0}
@@ -49,11 +55,12 @@ def floors(draw) -> Floor:
     ids = draw(st.lists(st.integers(1, 10**6), unique=True, max_size=5))
     labels = st.none() | st.text(max_size=5)
     rooms = tuple(Room(id_, draw(polygons), draw(labels), draw(probabilities), draw(st.booleans())) for id_ in ids)
-    pairs = st.lists(st.sampled_from(ids), min_size=2, max_size=2, unique=True) if len(ids) > 1 else st.nothing()
+    pairs = st.lists(st.sampled_from([*ids, None]), min_size=2, max_size=2, unique=True) if ids else st.nothing()
     kinds = st.sampled_from(["door", "opening"])
     doors = draw(st.lists(st.builds(Door, pairs.map(tuple), lines, st.floats(0, 1e300), kinds), max_size=3))
     walls = draw(st.lists(lines, max_size=3))
-    return Floor(rooms, tuple(doors), tuple(walls), draw(probabilities), draw(st.text(max_size=5)))
+    last_id = max(ids, default=0) + draw(st.integers(0, 9))
+    return Floor(rooms, tuple(doors), tuple(walls), draw(probabilities), draw(st.text(max_size=5)), last_id)
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +109,7 @@ def test_file_is_plain_geojson(valid):
     assert collection["type"] == "FeatureCollection"
     assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "1.0")
     features = collection["features"]
-    assert [part["id"] for part in features] == ["room-4", "room-2", "door-1", "door-2", "wall-1", "wall-2"]
+    assert [part["id"] for part in features] == ["room-4", "room-2", "door-1", "door-2", "door-3", "wall-1", "wall-2"]
     assert all(part["type"] == "Feature" for part in features)
     shapes = [shape(part["geometry"]) for part in features]
     assert shapes == [room.polygon for room in FLOOR.rooms] + [door.line for door in FLOOR.doors] + list(FLOOR.walls)
@@ -114,7 +121,14 @@ def test_properties_are_named(valid):
     properties = [part["properties"] for part in json.loads(valid)["features"]]
     assert properties[1] == {"class": "room", "room": 2, "label": None, "label_probabilities": {}, "partial": True}
     assert properties[3] == {"class": "door", "rooms": [2, 4], "width": 1.0, "kind": "opening"}
-    assert properties[4] == {"class": "wall"}
+    assert properties[4] == {"class": "door", "rooms": [4, None], "width": 1.0, "kind": "door"}
+    assert properties[5] == {"class": "wall"}
+    assert json.loads(valid)["last_id"] == 9
+
+
+def test_a_file_without_a_last_id_gets_the_highest_id(path):
+    write(path, feature(ROOM | {"room": 7}, SQUARE), feature(ROOM | {"room": 3}, SQUARE))
+    assert read_floor(path).last_id == 7
 
 
 def test_empty_floor_survives(path):
@@ -159,6 +173,10 @@ def test_other_geojson_is_refused(path):
         ([feature(ROOM, SQUARE), feature(DOOR, LINE)], r"doors lead to rooms \[2\] that do not exist"),
         ([feature(DOOR | {"rooms": [1, 1], "width": 1}, LINE)], "joins room 1 to itself"),
         ([feature(DOOR | {"width": -1}, LINE)], "has width -1"),
+        ([feature(DOOR | {"rooms": [None, None]}, LINE)], r"properties.rooms\[0\]: Input should be a valid integer"),
+        ([feature(DOOR | {"rooms": [1]}, LINE)], r"properties.rooms\[1\]: Field required"),
+        ([feature(DOOR | {"rooms": [1, "2"]}, LINE)], r"properties.rooms\[1\]: .*, found '2'"),
+        ([feature(DOOR | {"rooms": [8, None]}, LINE)], r"doors lead to rooms \[8\] that do not exist"),
         (
             [feature(ROOM | {"label_probabilities": {"a\nb": -2}}, SQUARE)],
             r"label_probabilities\['a\\nb'\]: .*, found -2$",
@@ -171,6 +189,16 @@ def test_faults_name_place_and_value(path, features, message):
     with pytest.raises(FloorError, match=message) as error:
         read_floor(path)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("last_id", "message"),
+    [(1, "the last id is 1 and a room has id 7"), ("9", "last_id: Input should be a valid integer"), (8.5, "last_id")],
+)
+def test_a_wrong_last_id_is_refused(path, last_id, message):
+    write(path, feature(ROOM | {"room": 7}, SQUARE), last_id=last_id)
+    with pytest.raises(FloorError, match=message):
+        read_floor(path)
 
 
 def test_faults_are_told_together_and_bounded(path):

@@ -12,9 +12,9 @@ from shapely import Polygon, box
 
 from pianta.errors import FloorError
 from pianta.evaluation.coverage import Scores, score_layout
-from pianta.evaluation.segmentation import score_labels
+from pianta.evaluation.segmentation import drop_small_rooms, keep_rooms_at, label_rest, match_rooms, score_labels
 from pianta.floor import Floor, Room
-from pianta.formats.survey_truth import label_free_rooms, read_survey_truth
+from pianta.formats.survey_truth import label_free_rooms, label_patches, read_survey_truth
 from pianta.gridmap import GridMap
 
 label_images = arrays(np.uint16, (6, 7), elements=st.integers(0, 5))
@@ -57,6 +57,39 @@ def test_label_below_one_is_no_room():
 def test_empty_sides(labels, truth, share):
     found, true = int(labels != "00"), int(truth != "00")
     assert astuple(score_labels(image(labels), image(truth))) == (*[share] * 6, found, true)
+
+
+def test_rooms_up_to_a_quarter_of_a_square_metre_are_dropped():
+    """Pixels are 0.25 m²; ids stay, and labels below one are no rooms."""
+    small = drop_small_rooms(np.array([[2, 2, 7, 5], [-1, -1, 0, 5]]), resolution=0.5)
+    assert small.tolist() == [[2, 2, 0, 5], [0, 0, 0, 5]]
+    assert drop_small_rooms(image("00"), resolution=0.5).tolist() == [[0, 0]]
+
+
+def test_the_rest_is_one_more_room_of_the_counted_pixels():
+    rest = label_rest(image("1030", "0000"), counted=image("1101", "0100") == 1)
+    assert rest.tolist() == [[1, 4, 3, 4], [0, 4, 0, 0]]
+
+
+def test_the_rest_of_nothing_is_a_room():
+    assert label_rest(image("00"), counted=image("10") == 1).tolist() == [[1, 0]]
+
+
+def test_rooms_where_the_truth_is_unknown_are_left_out():
+    """Room 1 only touches true room 4, 2 and 3 share it, 5 swallows true room 6, and 7 is elsewhere."""
+    labels = image("1112233", "5555577")
+    truth = image("0044444", "0000660")
+    assert keep_rooms_at(labels, truth).tolist() == image("0002233", "5555500").tolist()
+    assert not keep_rooms_at(labels, image("0000000", "0000000")).any()
+    assert not keep_rooms_at(image("00"), image("11")).any()
+
+
+def test_matching_rooms_have_more_than_half_in_common():
+    """Found 2 has 3 of 4 pixels with true 9, found 3 has 2 of 3 with true 5, found 4 none; 2 of 4 are not enough."""
+    assert match_rooms(image("222033300404"), image("999905500700")) == {2: 9, 3: 5}
+    assert match_rooms(image("2233"), image("5550")) == {2: 5}
+    assert match_rooms(image("3333"), image("0550")) == {}
+    assert match_rooms(image("00"), image("00")) == {}
 
 
 def test_different_shapes():
@@ -106,6 +139,11 @@ def test_survey_rooms_are_large_white_patches():
     assert (labels.max(), labels[0, 0] != labels[20, 20]) == (2, True)
     assert (labels > 0).sum() == 800
     assert not labels[40:, :20].any()
+
+
+def test_patches_of_a_survey_truth_are_of_any_size():
+    grey = np.array([[255, 250, 251], [255, 251, 0]], np.uint8)
+    assert label_patches(grey).tolist() == [[1, 0, 2], [1, 1, 0]]
 
 
 @pytest.mark.parametrize(("name", "rooms"), [("Freiburg101_scan", 10), ("lab_c_scan", 17), ("office_d", 25)])

@@ -5,10 +5,10 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import label
-from shapely import box, unary_union
+from shapely import LineString, box, unary_union
 
 from pianta.errors import OptionError
-from pianta.floor import Floor
+from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta.worlds.floors import FLOOR_MAKERS, build_floor, make_corridor_floor, make_floor, make_hall_floor
 from pianta.worlds.scan import make_sample, map_floor
@@ -167,7 +167,7 @@ def test_furniture_keeps_all_free_space_connected_and_doors_clear(kind, seed, de
     assert blocked.any()
     rooms = {room.id: room.polygon for room in floor.rooms}
     before_doors = unary_union(
-        [door.line.buffer(0.9).intersection(rooms[room]) for door in floor.doors for room in door.rooms]
+        [door.line.buffer(0.9).intersection(rooms[room]) for door in floor.doors for room in door.room_ids]
     )
     assert not shapely.contains_xy(before_doors, *(places[blocked] for places in cell_centres(full))).any()
 
@@ -254,3 +254,11 @@ def test_sample_is_a_connected_floor_and_always_the_same():
     assert nx.is_connected(floor.graph())
     assert grid.resolution == 0.05
     np.testing.assert_array_equal(grid.cells, make_sample()[1].cells)
+
+
+def test_an_entrance_is_a_gap_in_the_outer_wall():
+    entrance = Door((1, None), LineString([(0, 1), (0, 2)]), 1.0)
+    closed, open_ = (map_floor(Floor((Room(1, box(0.1, 0, 4, 3)),), doors)) for doors in ((), (entrance,)))
+    row, col = (int(place) for place in open_.map_to_pixel(0.075, 1.5))
+    assert closed.occupied[row, col]
+    assert open_.free[row, col]

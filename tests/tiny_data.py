@@ -42,11 +42,43 @@ def write_slam(data: Path, *names: str, outlines: tuple[Polygon, ...] = OUTLINES
         (folder / f"{name}_gt.xml").write_text(write_building(outlines, 0.1))
 
 
-def write_image(path: Path, resolution: float, *, other: int) -> None:
+def write_colors(folder: Path, *names: str) -> None:
+    """Maps with a coloured truth, as in data/clutter and data/partial/freiburg79."""
+    folder.mkdir(parents=True)
+    for name in names:
+        write_image(folder / f"{name}.png", 0.05, other=UNKNOWN_GREY)
+        with Image.open(folder / f"{name}.png") as image:
+            free = np.asarray(image) == FREE_GREY
+        colors = np.zeros((*free.shape, 3), np.uint8)
+        colors[free] = 0, 0, 200
+        colors[:, 102:][free[:, 102:]] = 90, 0, 0
+        Image.fromarray(colors).save(folder / f"{name}_gt.png")
+
+
+def write_doors(data: Path, *names: str) -> None:
+    """data/doors: each full map, and the same without the smaller room, whose door is closed."""
+    folder = data / "doors"
+    folder.mkdir(parents=True)
+    for name in names:
+        write_image(folder / f"{name}_GT.png", 0.05, other=UNKNOWN_GREY)
+        write_image(folder / f"{name}_01_IN.png", 0.05, other=UNKNOWN_GREY)
+        write_image(folder / f"{name}_02_IN.png", 0.05, other=UNKNOWN_GREY, rooms=ROOMS[:1])
+
+
+def write_all_sets(data: Path, *names: str) -> None:
+    """Every folder that bench segmentation reads."""
+    write_survey(data, *names)
+    write_colors(data / "clutter", *names)
+    write_doors(data, *names)
+    write_slam(data, *names)
+    write_colors(data / "partial" / "freiburg79", *names)
+
+
+def write_image(path: Path, resolution: float, *, other: int, rooms: tuple[Polygon, ...] = ROOMS) -> None:
     """The rooms in white, the rest in another grey."""
     width, height = (round(side / resolution) for side in SIZE)
     greys = np.full((height, width), other, np.uint8)
-    for room in ROOMS:
+    for room in rooms:
         left, bottom, right, top = (round(side / resolution) for side in room.bounds)
         greys[height - top : height - bottom, left:right] = FREE_GREY
     Image.fromarray(greys).save(path)
@@ -66,9 +98,9 @@ def write_building(outlines: tuple[Polygon, ...], resolution: float) -> str:
     )
 
 
-def show_lines(table: BenchTable, width: int = 80) -> list[str]:
+def show_lines(table: BenchTable, width: int = 80, *, maps: bool = True) -> list[str]:
     """What a terminal of a width shows of a table."""
     console = Console(file=StringIO(), width=width)
-    console.print(show_bench_table(table))
+    console.print(show_bench_table(table, maps=maps))
     assert isinstance(console.file, StringIO)
     return [line.rstrip() for line in console.file.getvalue().splitlines()]

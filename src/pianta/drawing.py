@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 # Paul Tol's "light" scheme, made for areas with dark labels and for colour-blind readers.
 ROOM_COLORS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#ccaadd")
 PARTIAL_COLOR, HATCH_COLOR, EDGE_COLOR, INK = "#cccccc", "#999999", "#555555", "#222222"
-DOOR_COLOR, WALL_COLOR = "#aa1133", "#3355bb"
+DOOR_COLOR, ENTRANCE_COLOR, WALL_COLOR = "#aa1133", "#117733", "#3355bb"
 FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = 255, 228, 110
 BACKGROUND = f"#{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}"
 
@@ -117,14 +117,19 @@ def plot_rooms(floor: Floor, *, ax: Axes) -> Axes:
 
 
 def plot_doors(floor: Floor, *, ax: Axes) -> Axes:
-    """Draw the doors as strokes from jamb to jamb, the openings as dashed ones."""
+    """Draw the doors as strokes from jamb to jamb, openings dashed, entrances in another colour with a diamond."""
     from matplotlib.lines import Line2D
 
     for door in floor.doors:
-        stroke = Line2D(*door.line.xy, color=DOOR_COLOR, linewidth=3, solid_capstyle="butt", zorder=DOOR_LEVEL)
+        color = ENTRANCE_COLOR if door.is_entrance else DOOR_COLOR
+        stroke = Line2D(*door.line.xy, color=color, linewidth=3, solid_capstyle="butt", zorder=DOOR_LEVEL)
         if door.kind == "opening":
             stroke.set_linestyle((0, (0.8, 0.5)))
         ax.add_line(stroke)
+        if door.is_entrance:
+            # Whoever cannot tell the two colours apart sees the shape.
+            middle = door.line.interpolate(0.5, normalized=True)
+            ax.plot(*middle.xy, marker="D", markersize=7, color=color, markeredgecolor="white", zorder=DOOR_LEVEL)
     return ax
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import networkx as nx
@@ -49,26 +49,47 @@ class Room:
 
 @dataclass(frozen=True)
 class Door:
-    """A passage between two rooms.
+    """A passage between two rooms, or an entrance: a passage between a room and the outside.
 
-    rooms: the ids of the two rooms, the smaller one first.
+    rooms: the ids of the two rooms, the smaller one first; (3, None) is an entrance to room 3.
     line: the passage from jamb to jamb, metres in the map frame.
     width: clear width, metres.
     kind: "door", or "opening" where the rooms meet with much less wall than a door leaves.
+
+    Raises FloorError when the rooms are not two different ones or one and None, and on a negative width.
     """
 
-    rooms: tuple[int, int]
+    rooms: tuple[int, int | None]
     line: LineString
     width: float
     kind: Literal["door", "opening"] = "door"
 
     def __post_init__(self) -> None:
-        first, second = sorted(self.rooms)
-        if first == second:
-            raise FloorError(f"a door joins room {first} to itself, give two rooms")
+        ids = sorted(room_id for room_id in self.rooms if room_id is not None)
+        if not ids:
+            raise FloorError("a door leads from no room to no room, give one room or two")
+        if len(ids) == 2 and ids[0] == ids[1]:
+            raise FloorError(f"a door joins room {ids[0]} to itself, give two rooms")
         if not self.width >= 0:
-            raise FloorError(f"door between rooms {first} and {second} has width {self.width}, give metres")
-        object.__setattr__(self, "rooms", (first, second))
+            what = f"door between rooms {ids[0]} and {ids[1]}" if len(ids) == 2 else f"entrance to room {ids[0]}"
+            raise FloorError(f"{what} has width {self.width}, give metres")
+        object.__setattr__(self, "rooms", (ids[0], ids[1] if len(ids) == 2 else None))
+
+    @property
+    def room_ids(self) -> tuple[int, ...]:
+        """The ids of the rooms that it leads to: two, or the one of an entrance."""
+        first, second = self.rooms
+        return (first,) if second is None else (first, second)
+
+    @property
+    def is_entrance(self) -> bool:
+        """Whether it leads outside."""
+        return self.rooms[1] is None
+
+    def renumber_rooms(self, new_ids: Mapping[int, int]) -> Door:
+        """The same door between rooms whose ids, the keys, have become the values."""
+        first, second = self.rooms
+        return replace(self, rooms=(new_ids[first], None if second is None else new_ids[second]))
 
 
 @dataclass(frozen=True)
@@ -76,12 +97,15 @@ class Floor:
     """One floor of a building, in metres of the map frame.
 
     rooms: ordered as found; ids are unique.
-    doors: each joins two rooms of this floor.
+    doors: each joins two rooms of this floor, or one of them to the outside.
     walls: the representative lines of the building (thesis, section 3.1), cut to its extent.
     building_type: type -> probability, empty when nobody said.
     source: the name of the map or file that the floor was read from.
+    last_id: the highest id that a room of this building ever had, so that no id is given twice; 0 stands for the
+        highest on this floor.
 
-    Raises FloorError, with every fault in one message, on repeated ids and doors to rooms that do not exist.
+    Raises FloorError, with every fault in one message, on repeated ids, doors to rooms that do not exist, and a
+    last_id below the id of a room.
     """
 
     rooms: tuple[Room, ...]
@@ -89,6 +113,7 @@ class Floor:
     walls: tuple[LineString, ...] = ()
     building_type: Mapping[str, float] = field(default_factory=dict)
     source: str = ""
+    last_id: int = 0
 
     def __post_init__(self) -> None:
         for name in ("rooms", "doors", "walls"):
@@ -96,25 +121,38 @@ class Floor:
         object.__setattr__(self, "building_type", dict(self.building_type))
         ids = Counter(room.id for room in self.rooms)
         repeated = sorted(room_id for room_id, count in ids.items() if count > 1)
-        stray = sorted({room_id for door in self.doors for room_id in door.rooms} - ids.keys())
+        stray = sorted({room_id for door in self.doors for room_id in door.room_ids} - ids.keys())
+        highest = max(ids, default=0)
         faults = [f"room ids {repeated} occur more than once"] if repeated else []
         faults += [f"doors lead to rooms {stray} that do not exist"] if stray else []
+        if self.last_id == 0:
+            object.__setattr__(self, "last_id", highest)
+        elif self.last_id < highest:
+            faults.append(f"the last id is {self.last_id} and a room has id {highest}, give {highest} or more")
         if faults:
             raise FloorError("not a floor: " + "; ".join(faults))
 
     def graph(self) -> nx.Graph:
         """Topological graph (thesis, section 3.1): a node a room, an edge where one or more doors join two rooms.
 
-        Node attributes: label, area (m²), x, y (m; a point inside the room), partial.
+        Node attributes: label, area (m²), x, y (m; a point inside the room), partial, entrances (their number).
         Edge attributes: doors (their number), width (m, of the widest), x, y (m, the middle of the widest).
         """
         graph = nx.Graph(source=self.source)
+        entrances = Counter(door.rooms[0] for door in self.doors if door.is_entrance)
         for room in self.rooms:
             inside = room.polygon.representative_point()
             graph.add_node(
-                room.id, label=room.label, area=room.polygon.area, x=inside.x, y=inside.y, partial=room.partial
+                room.id,
+                label=room.label,
+                area=room.polygon.area,
+                x=inside.x,
+                y=inside.y,
+                partial=room.partial,
+                entrances=entrances[room.id],
             )
-        for door in sorted(self.doors, key=lambda door: door.width):
+        inner_doors = (door for door in self.doors if not door.is_entrance)
+        for door in sorted(inner_doors, key=lambda door: door.width):
             count = graph.edges[door.rooms]["doors"] if graph.has_edge(*door.rooms) else 0
             middle = door.line.interpolate(0.5, normalized=True)
             graph.add_edge(*door.rooms, doors=count + 1, width=door.width, x=middle.x, y=middle.y)

@@ -1,1 +1,1 @@
-"""The tables of the thesis, one file per table."""
+"""The tables of the thesis, one file per table, and what methods cost."""

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from pianta.errors import DataError
+from pianta.errors import DataError, OptionError
 from pianta.formats.files import reason_of, shown
 
 DATA_VARIABLE = "PIANTA_DATA"
 DEFAULT_DATA = Path("..", "shared", "data")
 REMEDY = f"give the folder of the data by --data, or by ${DATA_VARIABLE}"
+
+SET_NAMES = ("survey", "furniture", "clutter", "doors", "schools", "growing")
 
 
 def find_data(folder: Path | None = None) -> Path:
@@ -32,6 +34,12 @@ def list_maps(folder: Path, ending: str) -> list[str]:
     if not names:
         raise DataError(f"no maps with a truth in {shown(folder)}: no file is called *{ending}, {REMEDY}")
     return names
+
+
+def check_set(name: str) -> None:
+    """Raise OptionError for the name of no set of maps."""
+    if name not in SET_NAMES:
+        raise OptionError(f"set is {name!r}, give one of {', '.join(SET_NAMES)}")
 
 
 def _list_names(folder: Path) -> list[str]:

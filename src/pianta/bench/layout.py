@@ -46,9 +46,9 @@ def measure_layout(
     return BenchTable(
         bench="layout",
         title="Table 3.1a, accuracy of layout reconstruction",
-        method=method,
+        methods=(method,),
         columns=columns,
-        parts=(Part("schools", rows),),
+        parts=(Part("schools", rows, method),),
         scores=HEADINGS,
         compared=compare_counts(SCORES),
         printed=PRINTED,

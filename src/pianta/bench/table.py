@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from statistics import fmean, median, stdev
 
@@ -23,6 +23,7 @@ class Column:
     key: its name in Row.figures. heading: its name in print, where a line break is one. unit: of the figure.
     digits: how many are printed behind the point.
     failed: the figure of a map on which the measurement failed, None where nothing can be said.
+    printed: whether it is shown, or only written.
     """
 
     key: str
@@ -30,6 +31,7 @@ class Column:
     unit: str
     digits: int = 1
     failed: float | None = None
+    printed: bool = True
 
 
 @dataclass(frozen=True)
@@ -56,10 +58,11 @@ class Summary:
 
 @dataclass(frozen=True)
 class Part:
-    """The rows that share their means, such as those of the maps with furniture."""
+    """The rows that share their means, such as those of the maps with furniture, by one method."""
 
     name: str
     rows: tuple[Row, ...]
+    method: str
 
     def summarise(self, key: str) -> Summary:
         """Summary of a column over the maps that have a figure; a failed one counts with Column.failed."""
@@ -70,6 +73,13 @@ class Part:
             stdev(figures) if several else None,
             median(figures) if figures else None,
         )
+
+    def divide_sums(self, part: str, whole: str) -> float | None:
+        """Sum of a column over that of another, of the maps that have both; None where the latter is 0."""
+        pairs = [(row.figures[part], row.figures[whole]) for row in self.rows]
+        known = [(one, other) for one, other in pairs if one is not None and other is not None]
+        total = sum(other for _, other in known)
+        return sum(one for one, _ in known) / total if total else None
 
 
 @dataclass(frozen=True)
@@ -85,21 +95,25 @@ class Printed:
 class BenchTable:
     """What a bench has measured.
 
-    bench, title, method: what was measured. columns: of every part.
+    bench, title, methods: what was measured. columns: of every part.
     scores: headings of the scores that the thesis prints too.
     compared: the columns that stand beside them, by the way of counting; one column for each of the scores.
     printed: the thesis' rows. notes: what a reader must know about the figures.
+    ratios: by name the two columns whose sums are divided.
+    summarised: the columns whose means stand in a summary of all methods on a set; none where there is no summary.
     """
 
     bench: str
     title: str
-    method: str
+    methods: tuple[str, ...]
     columns: tuple[Column, ...]
     parts: tuple[Part, ...]
     scores: tuple[str, ...]
     compared: Mapping[str, tuple[str, ...]]
     printed: tuple[Printed, ...]
     notes: tuple[str, ...]
+    summarised: tuple[str, ...] = ()
+    ratios: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     @property
     def failed(self) -> bool:
@@ -114,12 +128,13 @@ def measure_rows(
 
     measure: yields the figures of a map as it gets them; those that it did not get to become Column.failed.
     """
-    blank = {column.key: column.failed for column in columns}
-    return tuple(_measure_row(item, measure, blank) for item in items)
+    columns = tuple(columns)
+    return tuple(measure_row(item, measure, columns=columns) for item in items)
 
 
-def _measure_row(item: str, measure: Callable[[str], Iterator[Figures]], blank: Figures) -> Row:
-    figures, failure = dict(blank), None
+def measure_row(item: str, measure: Callable[[str], Iterator[Figures]], *, columns: Iterable[Column]) -> Row:
+    """Measure one map, as measure_rows does."""
+    figures, failure = {column.key: column.failed for column in columns}, None
     with warnings.catch_warnings(record=True) as caught:
         for category in (MapWarning, BuildingWarning):
             warnings.simplefilter("always", category)
@@ -147,9 +162,9 @@ def _as_json(table: BenchTable) -> dict[str, object]:
         "pianta": __version__,
         "bench": table.bench,
         "title": table.title,
-        "method": table.method,
+        "methods": table.methods,
         "units": {column.key: column.unit for column in table.columns},
-        "parts": [_part_as_json(part, table.columns) for part in table.parts],
+        "parts": [_part_as_json(part, table) for part in table.parts],
         "printed": [
             {"name": row.name, "maps": row.maps, "part": part}
             | {score: {"mean": mean, "sd": sd} for score, (mean, sd) in zip(table.scores, figures, strict=True)}
@@ -160,11 +175,13 @@ def _as_json(table: BenchTable) -> dict[str, object]:
     }
 
 
-def _part_as_json(part: Part, columns: Iterable[Column]) -> dict[str, object]:
+def _part_as_json(part: Part, table: BenchTable) -> dict[str, object]:
     return {
         "name": part.name,
+        "method": part.method,
         "rows": [
             {"item": row.item, "failure": row.failure, "warnings": row.warned} | dict(row.figures) for row in part.rows
         ],
-        "summary": {column.key: asdict(part.summarise(column.key)) for column in columns},
+        "summary": {column.key: asdict(part.summarise(column.key)) for column in table.columns},
+        "ratios": {name: part.divide_sums(*pair) for name, pair in table.ratios.items()},
     }

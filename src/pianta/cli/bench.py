@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pianta.bench.data import SET_NAMES, check_set
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import show_examples, stdout, track_items
 from pianta.errors import OptionError
@@ -27,6 +29,25 @@ Json = Annotated[
     Path | None, typer.Option("--json", help="File for every figure and its map, as JSON.", metavar="FILE")
 ]
 Pictures = Annotated[Path | None, typer.Option(help="Folder for a picture of every floor found.", metavar="DIR")]
+Methods = Annotated[
+    list[str] | None,
+    typer.Option("--method", help=f"How rooms are found, may be repeated: {', '.join(METHODS)}; all unless given."),
+]
+Sets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        help=f"Which maps, may be repeated: {', '.join(SET_NAMES)}; all in the data unless given.",
+        metavar="NAME",
+    ),
+]
+Maps = Annotated[bool, typer.Option("--maps", help="Print the rows of the maps; always done for a single method.")]
+ErrorPictures = Annotated[
+    Path | None,
+    typer.Option(
+        "--pictures", help="Folder for METHOD/SET/NAME.png, true rooms beside found ones, errors marked.", metavar="DIR"
+    ),
+]
 
 
 @app.command("layout", epilog=show_examples(["pianta bench layout", "pianta bench layout --pictures layouts"]))
@@ -38,39 +59,79 @@ def bench_layout(*, data: Data = None, method: Method = "thesis", json: Json = N
     """
     from pianta.bench.layout import measure_layout
 
-    _run(measure_layout, data, method, json, pictures)
+    check_method(method)
+    _run(partial(measure_layout, method=method), data, json, pictures, maps=True)
 
 
-@app.command("segmentation", epilog=show_examples(["pianta bench segmentation --json figures.json"]))
+@app.command(
+    "segmentation",
+    epilog=show_examples(
+        [
+            "pianta bench segmentation --json figures.json",
+            "pianta bench segmentation --method thesis --set survey --set clutter --pictures errors",
+        ]
+    ),
+)
 def bench_segmentation(
-    *, data: Data = None, method: Method = "thesis", json: Json = None, pictures: Pictures = None
+    *,
+    data: Data = None,
+    method: Methods = None,
+    set_: Sets = None,
+    maps: Maps = False,
+    json: Json = None,
+    pictures: ErrorPictures = None,
 ) -> None:
-    """Rooms on the survey's maps, without and with furniture (Table 3.1b).
+    """Rooms of all methods on real and simulated maps (Table 3.1b and more).
 
-    Reads survey/NAME.png, survey/NAME_furnitures.png and
-    survey/NAME_gt_segmentation.png of the data. A map that fails counts as 0;
-    the exit code is then 1.
+    Reads the sets of maps that are in the data: the survey without and with
+    furniture, real clutter, closed doors, schools, and a map that grows. A
+    map that fails counts as 0; the exit code is then 1.
     """
     from pianta.bench.segmentation import measure_segmentation
 
-    _run(measure_segmentation, data, method, json, pictures)
+    methods = tuple(dict.fromkeys(method or METHODS))
+    for name in methods:
+        check_method(name)
+    for name in set_ or ():
+        check_set(name)
+    measure = partial(measure_segmentation, methods=methods, sets=set_ or ())
+    _run(measure, data, json, pictures, maps=maps or len(methods) == 1)
+
+
+@app.command("cost", epilog=show_examples(["pianta bench cost --method thesis"]))
+def bench_cost(*, method: Methods = None, json: Json = None) -> None:
+    """Time and memory for sixteen floors on one map, against one of them.
+
+    The floors are made, no data are needed: a map of 1000 x 1000 cells, and
+    one of 4000 x 4000 with sixteen copies of it.
+    """
+    methods = tuple(dict.fromkeys(method or METHODS))
+    for name in methods:
+        check_method(name)
+    _check_outputs(json, None)
+    from pianta.bench.cost import measure_cost, save_growths, show_growths
+
+    growths = measure_cost(methods=methods, track=track_items)
+    stdout.print(show_growths(growths))
+    if json:
+        with written_together(json.parent) as new:
+            save_growths(growths, new / json.name)
 
 
 def _run(
-    measure: Callable[..., BenchTable], data: Path | None, method: str, json: Path | None, pictures: Path | None
+    measure: Callable[..., BenchTable], data: Path | None, json: Path | None, pictures: Path | None, *, maps: bool
 ) -> None:
     """Measure, print, save; nothing is measured when an option makes no sense."""
     from pianta.bench.data import find_data
     from pianta.bench.report import show_bench_table
     from pianta.bench.table import save_bench_table
 
-    check_method(method)
     _check_outputs(json, pictures)
     folder = find_data(data)
     if pictures:
         pictures.mkdir(parents=True, exist_ok=True)
-    table = measure(folder, method=method, pictures=pictures, track=track_items)
-    stdout.print(show_bench_table(table))
+    table = measure(folder, pictures=pictures, track=track_items)
+    stdout.print(show_bench_table(table, maps=maps))
     if json:
         with written_together(json.parent) as new:
             save_bench_table(table, new / json.name)

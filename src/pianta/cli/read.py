@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from itertools import count
 from pathlib import Path
 from typing import Annotated
@@ -15,10 +17,10 @@ from rich.table import Table
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import describe_floor, stdout, tell_error, tell_result, track_items
 from pianta.drawing import save_picture
-from pianta.errors import MapError, OptionError, PiantaError
+from pianta.errors import MapError, MapWarning, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.formats.files import MAX_CELLS, shown
-from pianta.formats.floor_geojson import save_floor
+from pianta.formats.floor_geojson import read_floor, save_floor
 from pianta.formats.graph_json import save_graph
 from pianta.formats.label_png import save_label_image
 from pianta.formats.maps import read_map
@@ -28,14 +30,19 @@ from pianta.layout.methods import METHODS, check_method
 
 DEFAULT_METHOD = "thesis"
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
+MAX_GONE_TOLD = 10
 EXAMPLES = (
     "pianta read map.yaml -o building",
     "pianta read scan.png --resolution 0.05 -o building --walls --graph",
+    "pianta read larger.yaml --previous building -o building",
     "pianta read maps/*.yaml -o buildings",
 )
 
 Maps = Annotated[list[str], typer.Argument(metavar="MAP", help="A map.yaml, a NumPy archive (.npz) or an image.")]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made when there is none.")]
+Previous = Annotated[
+    Path | None, typer.Option(metavar="FLOOR", help="Older floor.geojson, or its folder, whose room ids are kept.")
+]
 Method = Annotated[str, typer.Option(help=f"How rooms are found: {', '.join(METHODS)}.")]
 Resolution = Annotated[float | None, typer.Option(help="Metres per cell, for images without a map.yaml.")]
 TrustThresholds = Annotated[
@@ -51,6 +58,7 @@ def read_maps(
     maps: Maps,
     *,
     out: Out,
+    previous: Previous = None,
     method: Method = DEFAULT_METHOD,
     resolution: Resolution = None,
     trust_thresholds: TrustThresholds = False,
@@ -68,15 +76,22 @@ def read_maps(
     Several maps get a folder each in OUT, named after the map; maps of equal
     names after their folder and their name. A map that cannot be read does not
     stop the others; the exit code is then 1.
+
+    With --previous, which may be in OUT, every room that is still there keeps
+    its id, on a map that has grown or moved its origin; ids are never reused.
     """
     check_output_folder(out)
     check_method(method)
+    if previous and len(maps) > 1:
+        raise OptionError(f"--previous is one floor and {len(maps)} maps are given, read each map on its own")
+    older = read_previous(previous) if previous else None
 
     def build(path: str, folder: Path) -> Floor:
         _refuse_overwriting(Path(path), folder)
         floor, grid = read_building(
             path, method=method, resolution=resolution, trust_thresholds=trust_thresholds, max_cells=max_cells
         )
+        floor = _keep_ids(floor, older, path) if older else floor
         save_outputs(floor, grid, folder, walls=walls, graph=graph)
         return floor
 
@@ -86,6 +101,8 @@ def read_maps(
     floor = build(maps[0], out)
     if not quiet:
         stdout.print(tabulate_rooms(floor))
+        if older:
+            tell_result(describe_ids(floor, older))
         tell_result(f"{describe_floor(floor)}, in {out}")
 
 
@@ -109,6 +126,27 @@ def read_building(
         return reconstruct(grid, method=method, source=Path(path).name), grid
     except PiantaError as error:
         raise type(error)(f"map {shown(path)}: {error}") from error
+
+
+def read_previous(path: str | Path) -> Floor:
+    """Floor of a floor.geojson or of a folder that holds one.
+
+    Raises FloorError, in one line.
+    """
+    is_folder = False
+    with suppress(OSError, ValueError):  # read_floor says what is wrong with the path
+        is_folder = Path(path).is_dir()
+    return read_floor(Path(path) / OUTPUTS[0] if is_folder else path)
+
+
+def describe_ids(floor: Floor, previous: Floor) -> str:
+    """How many rooms kept their ids, how many are new, and which are gone."""
+    ids, old_ids = ({room.id for room in each.rooms} for each in (floor, previous))
+    kept, new, gone = len(ids & old_ids), len(ids - old_ids), sorted(old_ids - ids)
+    told = f"{kept} room{'s' * (kept != 1)} kept {'its id' if kept == 1 else 'their ids'}"
+    told += f", {new} {'is' if new == 1 else 'are'} new, {len(gone)} {'is' if len(gone) == 1 else 'are'} gone"
+    names = " ".join(map(str, gone[:MAX_GONE_TOLD])) + (" …" if len(gone) > MAX_GONE_TOLD else "")
+    return f"{told} ({names})" if gone else told
 
 
 def save_outputs(floor: Floor, grid: GridMap, folder: Path, *, walls: bool = False, graph: bool = False) -> None:
@@ -141,14 +179,18 @@ def name_folders(maps: Sequence[str | Path]) -> list[str]:
 
 
 def tabulate_rooms(floor: Floor) -> Table:
-    """Table of the rooms: id, area, doors and neighbours; openings, label and partial when a room has them."""
+    """Table of the rooms: id, area, doors and neighbours; openings, entrances, label and partial when one has them.
+
+    An entrance is counted as such only.
+    """
     graph = floor.graph()
-    kinds = Counter((room_id, door.kind) for door in floor.doors for room_id in door.rooms)
+    kinds = Counter((room_id, door.kind) for door in floor.doors if not door.is_entrance for room_id in door.room_ids)
     columns = {
         "room": [str(room.id) for room in floor.rooms],
         "area m²": [f"{room.polygon.area:.1f}" for room in floor.rooms],
         "doors": [str(kinds[room.id, "door"]) for room in floor.rooms],
         "openings": [str(kinds[room.id, "opening"] or "") for room in floor.rooms],
+        "entrances": [str(graph.nodes[room.id]["entrances"] or "") for room in floor.rooms],
         "neighbours": [" ".join(map(str, sorted(graph[room.id]))) for room in floor.rooms],
         "label": [room.label or "" for room in floor.rooms],
         "seen": ["in part" if room.partial else "" for room in floor.rooms],
@@ -178,6 +220,18 @@ def _read_several(maps: Sequence[str], out: Path, build: Callable[[str, Path], F
         tell_result(f"{len(maps) - failed} of {len(maps)} maps read")
     if failed:
         raise typer.Exit(1)
+
+
+def _keep_ids(floor: Floor, previous: Floor, path: str) -> Floor:
+    """The floor with the ids of the previous one; warns when they have no room in common."""
+    from pianta.layout.room_ids import keep_room_ids
+
+    floor = keep_room_ids(floor, previous)
+    old_ids = {room.id for room in previous.rooms}
+    if old_ids.isdisjoint(room.id for room in floor.rooms):
+        told = f"map {shown(path)} has no room in common with the floor of --previous, every room got a new id"
+        warnings.warn(MapWarning(f"{told}; check that both are of one building"), stacklevel=2)
+    return floor
 
 
 def _refuse_overwriting(map_file: Path, folder: Path) -> None:

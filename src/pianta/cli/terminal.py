@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -82,9 +83,10 @@ def track_items(items: Sequence[str], *, quiet: bool = False) -> Iterator[str]:
 
 
 def describe_floor(floor: Floor) -> str:
-    """How many rooms, doors and openings there are, and the area of the rooms together."""
-    kinds = [door.kind for door in floor.doors]
-    counts = {"room": len(floor.rooms), "door": kinds.count("door"), "opening": kinds.count("opening")}
-    told = [f"{count} {noun}{'s' * (count != 1)}" for noun, count in counts.items() if count or noun != "opening"]
+    """How many rooms, doors, openings and entrances there are, and the area of the rooms together."""
+    kinds = Counter("entrance" if door.is_entrance else door.kind for door in floor.doors)
+    counts = {"room": len(floor.rooms), "door": kinds["door"]}
+    counts |= {kind: kinds[kind] for kind in ("opening", "entrance") if kinds[kind]}
+    told = [f"{count} {noun}{'s' * (count != 1)}" for noun, count in counts.items()]
     area = sum(room.polygon.area for room in floor.rooms)
     return f"{', '.join(told)}, {area:.1f} m²"

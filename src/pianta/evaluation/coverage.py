@@ -39,12 +39,12 @@ class Scores:
 def score_layout(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> Scores:
     """Scores of reconstructed rooms against true rooms; the whole area of each polygon counts."""
     found, true = _repair_polygons(rooms), _repair_polygons(truth)
-    return score_overlaps(_overlap_areas(found, true), shapely.area(found), shapely.area(true))
+    return score_overlaps(overlap_areas(found, true), shapely.area(found), shapely.area(true))
 
 
 def forward_coverage(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> list[int | None]:
     """FC: for each room the index of the true room that overlaps it most, None where none does."""
-    overlaps = _overlap_areas(_repair_polygons(rooms), _repair_polygons(truth))
+    overlaps = overlap_areas(_repair_polygons(rooms), _repair_polygons(truth))
     if not truth:
         return [None] * len(rooms)
     return [int(row.argmax()) if row.any() else None for row in overlaps]
@@ -103,7 +103,7 @@ def _repair_polygons(polygons: Sequence[Polygon]) -> NDArray[np.object_]:
     return np.asarray(shapely.make_valid(array, method="structure", keep_collapsed=False), dtype=object)
 
 
-def _overlap_areas(rooms: NDArray[np.object_], truth: NDArray[np.object_]) -> NDArray[np.float64]:
+def overlap_areas(rooms: NDArray[np.object_], truth: NDArray[np.object_]) -> NDArray[np.float64]:
     """Area that each room shares with each true room, shape (N, M)."""
     overlaps = np.zeros((len(rooms), len(truth)))
     room, true = STRtree(truth).query(rooms, predicate="intersects")

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from pianta.errors import FloorError
 from pianta.evaluation.coverage import Scores, score_overlaps
 
+# m²; what is no larger is a sliver beside a line, not a room.
+MIN_ROOM_AREA = 0.25
+
 
 def score_labels(
     labels: NDArray[np.integer], truth: NDArray[np.integer], *, counted: NDArray[np.bool_] | None = None
@@ -29,6 +32,56 @@ def score_labels(
         raise FloorError(f"images of different shapes cannot be compared: {shapes}, give three of one shape")
     pixels = _count_pixels(labels[counted], truth[counted])
     return score_overlaps(pixels[1:, 1:], pixels[1:].sum(axis=1), pixels[:, 1:].sum(axis=0))
+
+
+def drop_small_rooms(labels: NDArray[np.integer], *, resolution: float) -> NDArray[np.int32]:
+    """The label image, shape (H, W), without the rooms of up to 0.25 m²; their pixels become 0.
+
+    resolution: metres per pixel.
+    """
+    labels = np.maximum(labels, 0)
+    is_room = np.bincount(labels.ravel(), minlength=1) * resolution**2 > MIN_ROOM_AREA
+    is_room[0] = False
+    ids = np.where(is_room, np.arange(len(is_room)), 0).astype(np.int32)
+    return np.asarray(ids[labels])
+
+
+def label_rest(labels: NDArray[np.integer], *, counted: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """The label image, shape (H, W), with the counted pixels that are in no room as one more room.
+
+    counted: shape (H, W), such as the free cells. This is how the rows of Table 3.1b were counted, where the authors
+    treat whatever a method leaves over as a segment of its own.
+    """
+    labels = np.maximum(labels, 0).astype(np.int32)
+    return np.where(counted & (labels == 0), labels.max(initial=0) + 1, labels)
+
+
+def keep_rooms_at(labels: NDArray[np.integer], truth: NDArray[np.integer]) -> NDArray[np.int32]:
+    """The label image, shape (H, W), without the rooms that a truth known in places says nothing about.
+
+    truth: shape (H, W), true rooms; 0 is floor whose rooms nobody knows. What stays are the rooms with more than
+    half of their pixels in true rooms, and for each true room the one that covers more of it than any other.
+    """
+    pixels = _count_pixels(np.ravel(labels), np.ravel(truth))
+    inside = pixels[:, 1:]
+    keeps = inside.sum(axis=1) > pixels[:, 0]
+    if inside[1:].size:
+        keeps[1 + inside[1:].argmax(axis=0)[inside[1:].any(axis=0)]] = True
+    keeps[0] = False
+    rooms, _ = _number_labels(np.ravel(labels))
+    return np.where(keeps[rooms].reshape(np.shape(labels)), labels, 0).astype(np.int32)
+
+
+def match_rooms(labels: NDArray[np.integer], truth: NDArray[np.integer]) -> dict[int, int]:
+    """For each found room that is a true room the id of that room: their intersection over union is above 0.5.
+
+    labels, truth: shape (H, W). No room has two such partners.
+    """
+    pixels = _count_pixels(np.ravel(labels), np.ravel(truth))
+    union = pixels.sum(axis=1, keepdims=True) + pixels.sum(axis=0) - pixels
+    rows, cols = np.nonzero(pixels[1:, 1:] > union[1:, 1:] / 2)
+    found, true = (np.unique(image[image > 0]) for image in (np.asarray(labels), np.asarray(truth)))
+    return {int(found[row]): int(true[col]) for row, col in zip(rows, cols, strict=True)}
 
 
 def _count_pixels(labels: NDArray[np.integer], truth: NDArray[np.integer]) -> NDArray[np.float64]:

@@ -1,7 +1,8 @@
 """floor.geojson: the canonical file of a Floor, GeoJSON in metres of the map frame.
 
-The collection says so in its members `format`, `version`, `frame` and `units`, and holds `source` and `building_type`.
-A feature's property `class` is room (a polygon, counter-clockwise with clockwise holes), door or wall (lines).
+The collection says so in its members `format`, `version`, `frame` and `units`, and holds `source`, `building_type` and
+`last_id`, the highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with
+clockwise holes), door or wall (lines). The `rooms` of a door are two ids, those of an entrance an id and null.
 QGIS, which takes any GeoJSON for WGS 84, draws it in place once the layer is told to have no coordinate system.
 """
 
@@ -66,6 +67,7 @@ def _dump_floor(floor: Floor) -> bytes:
         "units": "metres",
         "source": floor.source,
         "building_type": _sort_probabilities(floor.building_type),
+        "last_id": int(floor.last_id),
     }
     features = ",\n".join(map(_dump_strictly, _features_of_floor(floor)))
     return f'{_dump_strictly(header)[:-1]}, "features": [\n{features}\n]}}\n'.encode()
@@ -85,7 +87,8 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
         }
         yield _feature("room", room.id, properties, room.polygon)
     for number, door in enumerate(floor.doors, start=1):
-        ends = {"rooms": [int(room) for room in door.rooms], "width": float(door.width), "kind": door.kind}
+        rooms = [None if room is None else int(room) for room in door.rooms]
+        ends = {"rooms": rooms, "width": float(door.width), "kind": door.kind}
         yield _feature("door", number, ends, door.line)
     for number, wall in enumerate(floor.walls, start=1):
         yield _feature("wall", number, {}, wall)
@@ -156,7 +159,7 @@ class _RoomFeature(_Part):
 
 
 class _DoorProperties(_Part):
-    rooms: tuple[int, int]
+    rooms: tuple[int, int | None]
     width: FiniteFloat
     kind: Literal["door", "opening"] = "door"
 
@@ -217,6 +220,7 @@ class _Collection(_Part):
     units: Literal["metres"]
     source: str = ""
     building_type: _Probabilities = {}
+    last_id: int = 0
     features: list[_Feature]
 
 
@@ -235,4 +239,5 @@ def _parse_floor(content: bytes) -> Floor:
         walls=tuple(feature.wall for feature in features if isinstance(feature, _WallFeature)),
         building_type=collection.building_type,
         source=collection.source,
+        last_id=collection.last_id,
     )

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
 from threading import Lock
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ IMAGE_SUFFIXES = (".png", ".pgm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff", ".pb
 _FORMATS = ("PNG", "PPM", "BMP", "JPEG", "TIFF")
 
 _PILLOW = Lock()
+
+Pixels = TypeVar("Pixels")
 
 
 def read_image_map(
@@ -75,13 +78,22 @@ def read_grey(path: str | Path, *, max_cells: int = MAX_CELLS) -> tuple[NDArray[
     Raises MapError for what is no such image, for a damaged one, and for one of more than max_cells pixels,
     which is not decoded.
     """
+    return _decode_file(path, _decode_grey, max_cells)
+
+
+def read_colors(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint8]:
+    """Red, green and blue of an image file of 8 bits, shape (H, W, 3); kinds of files and errors as of read_grey."""
+    return _decode_file(path, lambda image: np.asarray(image.convert("RGB")), max_cells)
+
+
+def _decode_file(path: str | Path, decode: Callable[[Image.Image], Pixels], max_cells: int) -> Pixels:
     file = checked_input(path, "image", MapError)
     name = f"image {shown(file)}"
     try:
         with _pillow_without_limits(), Image.open(file, formats=_FORMATS) as image:
             check_cell_count(image.size, name, max_cells=max_cells)
             Image.MAX_IMAGE_PIXELS = MAX_CELLS  # the tiles of a TIFF can be larger than the image
-            return _decode_grey(image)
+            return decode(image)
     except MapError:
         raise
     except UnidentifiedImageError:

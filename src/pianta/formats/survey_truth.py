@@ -27,10 +27,16 @@ def label_free_rooms(grey: NDArray[np.uint8]) -> NDArray[np.int32]:
 
     Smaller patches are slivers beside anti-aliased lines and become 0.
     """
-    from scipy.ndimage import label
-
-    patches, count = label(grey > ROOM_ABOVE_GREY)
-    is_room = np.bincount(patches.ravel(), minlength=count + 1) >= MIN_ROOM_PX
+    patches = label_patches(grey)
+    is_room = np.bincount(patches.ravel(), minlength=1) >= MIN_ROOM_PX
     is_room[0] = False
     ids = np.where(is_room, np.cumsum(is_room), 0).astype(np.int32)
     return np.asarray(ids[patches])
+
+
+def label_patches(grey: NDArray[np.uint8]) -> NDArray[np.int32]:
+    """White patches of a survey truth of whatever size, shape (H, W): pixels above grey 250 that touch by an edge."""
+    from scipy.ndimage import label
+
+    patches, _ = label(grey > ROOM_ABOVE_GREY)
+    return np.asarray(patches, np.int32)

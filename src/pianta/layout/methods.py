@@ -1,11 +1,41 @@
 """The ways in which rooms are found, by name."""
 
-from pianta.errors import OptionError
+from __future__ import annotations
 
-METHODS = ("thesis",)
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from pianta.errors import OptionError
+from pianta.floor import Floor
+from pianta.gridmap import GridMap
+from pianta.segmentation.methods import SEGMENTATIONS, segment_rooms
+
+Reconstruct = Callable[[GridMap, str], Floor]
 
 
 def check_method(method: str) -> None:
     """Raise OptionError for the name of no method."""
     if method not in METHODS:
         raise OptionError(f"method is {method!r}, give one of {', '.join(METHODS)}")
+
+
+def reconstruct_by_thesis(grid: GridMap, source: str) -> Floor:
+    """Floor by Algorithm 1 of the thesis."""
+    from pianta.layout.parameters import ThesisParameters
+    from pianta.layout.thesis import reconstruct_layout
+
+    return reconstruct_layout(grid, parameters=ThesisParameters(), source=source)
+
+
+def reconstruct_by_segmentation(grid: GridMap, source: str, *, method: str) -> Floor:
+    """Floor from the label image of one of SEGMENTATIONS."""
+    from pianta.layout.labelled import floor_from_labels
+
+    return floor_from_labels(grid, segment_rooms(grid, method=method), source=source)
+
+
+RECONSTRUCTIONS: Mapping[str, Reconstruct] = {
+    "thesis": reconstruct_by_thesis,
+    **{name: partial(reconstruct_by_segmentation, method=name) for name in SEGMENTATIONS},
+}
+METHODS = tuple(RECONSTRUCTIONS)

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.layout.methods import check_method
-from pianta.layout.parameters import ThesisParameters
-from pianta.layout.thesis import reconstruct_layout
+from pianta.layout.methods import RECONSTRUCTIONS, check_method
 
 
-def reconstruct(
-    grid: GridMap, *, method: str = "thesis", parameters: ThesisParameters | None = None, source: str = ""
-) -> Floor:
-    """Floor of a grid map, in metres of the map frame: rooms, doors and representative lines.
+def reconstruct(grid: GridMap, *, method: str = "thesis", source: str = "") -> Floor:
+    """Floor of a grid map, in metres of the map frame: rooms, doors and, by some methods, representative lines.
 
     method: one of METHODS.
-    parameters: thresholds in metres; the defaults suit every map.
     source: the name that the floor carries.
 
     Raises OptionError for an unknown method, and MapError when the map shows no room.
     """
     check_method(method)
-    return reconstruct_layout(grid, parameters=parameters or ThesisParameters(), source=source)
+    return RECONSTRUCTIONS[method](grid, source)

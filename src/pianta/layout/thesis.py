@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from shapely import LineString, Polygon
+from shapely import Polygon
 
 from pianta.errors import MapError
-from pianta.floor import Door, Floor, Room
+from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout.affinity import cluster_faces, compute_affinity_matrix, find_partial_faces, normalise_affinity
 from pianta.layout.canvas import Canvas, Mask, draw_canvas
@@ -20,6 +18,7 @@ from pianta.layout.contour import compute_map_contour
 from pianta.layout.doors import find_doors
 from pianta.layout.faces import FRINGE, SNAP, Faces, cut_lines, find_faces, label_faces, share_free, share_inside
 from pianta.layout.lines import get_representative_lines
+from pianta.layout.numbering import assemble_floor
 from pianta.layout.parameters import ThesisParameters
 from pianta.layout.walls import detect_edges, detect_segments
 
@@ -61,7 +60,7 @@ def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters, source: s
     # A line along the outer wall may run just outside the rooms.
     extent = shapely.box(*shapely.total_bounds(faces.polygons[room_of_face >= 0])).buffer(FRINGE, join_style="mitre")
     walls = cut_lines(lines, extent)
-    return _assemble_floor(rooms, doors, [canvas.to_map(wall) for wall in walls], grid, source)
+    return assemble_floor(rooms, doors, [canvas.to_map(wall) for wall in walls], grid, source)
 
 
 def _cluster_internal_faces(
@@ -98,21 +97,3 @@ def _merge_faces(faces: Faces, room_of_face: NDArray[np.intp], partial: Mask, ca
 
 def _largest_part(shape: shapely.Geometry) -> Polygon:
     return max(shapely.get_parts(shape), key=lambda part: part.area)
-
-
-def _assemble_floor(rooms: list[Room], doors: list[Door], walls: list[LineString], grid: GridMap, source: str) -> Floor:
-    """Floor with rooms renumbered in reading order of the map image: rows of a metre from the top, then columns."""
-
-    def corner(room: Room) -> tuple[int, float]:
-        rows, cols = grid.map_to_pixel(*shapely.get_coordinates(room.polygon).T)
-        return round(float(rows.min()) * grid.resolution), float(cols.min())
-
-    ordered = sorted(rooms, key=corner)
-    new_id = {room.id: i for i, room in enumerate(ordered, start=1)}
-    renumbered = [replace(door, rooms=(new_id[door.rooms[0]], new_id[door.rooms[1]])) for door in doors]
-    return Floor(
-        rooms=tuple(replace(room, id=new_id[room.id]) for room in ordered),
-        doors=tuple(sorted(renumbered, key=lambda door: (door.rooms, door.line.coords[0]))),
-        walls=tuple(walls),
-        source=source,
-    )

@@ -119,7 +119,7 @@ def _sweep_floor(floor: Floor, grid: GridMap) -> NDArray[np.bool_]:
     gaps = []
     for door in floor.doors:
         # A cell more than the wall, so that rounding leaves no seam between gap and room.
-        reach = max(door.line.distance(rooms[room]) for room in door.rooms) + grid.resolution
+        reach = max(door.line.distance(rooms[room]) for room in door.room_ids) + grid.resolution
         gaps.append(door.line.buffer(reach, cap_style="flat"))
     return _fill_polygons([*rooms.values(), *gaps], grid)
 

@@ -1,0 +1,97 @@
+"""Train the classifier of `pianta read --method features` on synthetic floors, and write it as JSON.
+
+Run: python benchmarks/train_room_classifier.py. Takes about two minutes and needs scikit-learn (pianta[dev]).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from shapely import unary_union
+from sklearn.ensemble import AdaBoostClassifier
+from sklearn.tree import DecisionTreeClassifier
+
+import pianta.segmentation
+from pianta.floor import Floor, cells_of_polygon
+from pianta.gridmap import GridMap
+from pianta.segmentation.features import PLACES, choose_cells
+from pianta.segmentation.laser import describe_scans, scan_cells
+from pianta.worlds.floors import FLOOR_MAKERS
+from pianta.worlds.scan import map_floor
+
+MODEL = Path(pianta.segmentation.__file__).with_name("room_classifier.json")
+WEAK_CLASSIFIERS = 350
+SEEDS = range(4)
+FURNITURE = (0.0, 0.4, 1.0)
+# Cells this near to the line of a door are in the doorway, metres.
+DOOR_DEPTH = 0.3
+# One scan a square of this side, metres.
+SPACING = 1.0
+
+
+def make_training_maps() -> Iterator[tuple[Floor, GridMap]]:
+    """Floors of every kind, with narrow and wide corridors and rooms, and their maps, bare and furnished."""
+    for kind, make in FLOOR_MAKERS.items():
+        for seed in SEEDS:
+            rng = np.random.default_rng([seed, len(kind)])
+            options = {"room_depth": 3.5 + 4.5 * rng.random(), "room_width": (2.2, 3.0 + 6.0 * rng.random())}
+            if kind != "hall":
+                options["corridor_width"] = 1.6 + 1.6 * rng.random()
+            floor = make(seed=seed, **options)
+            for furniture in FURNITURE:
+                yield floor, map_floor(floor, furniture=furniture, noise=0.3 * (seed % 2), seed=seed)
+
+
+def label_places(floor: Floor, grid: GridMap) -> NDArray[np.int32]:
+    """Index in PLACES of each cell of a map, shape (H, W); -1 outside the building."""
+    corridors = [room.id for room in floor.rooms if room.label == "CORRIDOR"]
+    ids = floor.label_image(grid)
+    places = np.select([np.isin(ids, corridors), ids > 0], [PLACES.index("corridor"), PLACES.index("room")], -1)
+    for doorway in unary_union([door.line.buffer(DOOR_DEPTH, cap_style="flat") for door in floor.doors]).geoms:
+        rows, cols, inside = cells_of_polygon(doorway, grid)
+        places[rows, cols][inside] = PLACES.index("doorway")
+    return np.asarray(places, np.int32)
+
+
+def collect_scans() -> tuple[dict[str, NDArray[np.float64]], NDArray[np.int32]]:
+    """Features of scans all over the training maps, by name, and the places that they were taken in."""
+    features, places = [], []
+    for floor, grid in make_training_maps():
+        truth = label_places(floor, grid)
+        cells = choose_cells(grid.free & (truth >= 0), round(SPACING / grid.resolution))
+        doorway = np.argwhere(grid.free & (truth == PLACES.index("doorway")))[::40]
+        cells = np.concatenate([cells, doorway.astype(np.int32)])
+        features.append(describe_scans(scan_cells(grid.free, cells, grid.resolution)))
+        places.append(truth[tuple(cells.T)])
+    return {name: np.concatenate([part[name] for part in features]) for name in features[0]}, np.concatenate(places)
+
+
+def train_stumps(features: dict[str, NDArray[np.float64]], places: NDArray[np.int32]) -> list[list[object]]:
+    """AdaBoost of decision stumps, each as feature, threshold, place up to it, place beyond it, weight."""
+    names = list(features)
+    share = np.bincount(places, minlength=len(PLACES)) / len(places)
+    boosted = AdaBoostClassifier(DecisionTreeClassifier(max_depth=1), n_estimators=WEAK_CLASSIFIERS, random_state=0)
+    boosted.fit(np.column_stack(list(features.values())), places, sample_weight=1 / share[places])
+    stumps = []
+    for tree, weight in zip(boosted.estimators_, boosted.estimator_weights_, strict=True):
+        chosen = boosted.classes_[tree.tree_.value[:, 0].argmax(axis=1)]
+        threshold = float(np.float32(tree.tree_.threshold[0]))
+        stumps.append([names[tree.tree_.feature[0]], threshold, *chosen[1:].tolist(), round(float(weight), 6)])
+    return stumps
+
+
+def main() -> None:
+    """Train, say how well the training scans are told apart, and write the model."""
+    features, places = collect_scans()
+    stumps = train_stumps(features, places)
+    lines = ",\n".join(json.dumps(stump) for stump in stumps)
+    MODEL.write_text(f'{{"places": {json.dumps(PLACES)}, "stumps": [\n{lines}\n]}}\n', encoding="utf-8")
+    print(f"{len(places)} scans, {len(stumps)} stumps, in {MODEL}")  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,32 @@
+"""The last step of every layout method: rooms get their ids, and doors follow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import shapely
+from shapely import LineString
+
+from pianta.floor import Door, Floor, Room
+from pianta.gridmap import GridMap
+
+
+def assemble_floor(
+    rooms: Sequence[Room], doors: Sequence[Door], walls: Sequence[LineString], grid: GridMap, source: str
+) -> Floor:
+    """Floor with rooms renumbered in reading order of the map image: rows of a metre from the top, then columns."""
+
+    def corner(room: Room) -> tuple[int, float]:
+        rows, cols = grid.map_to_pixel(*shapely.get_coordinates(room.polygon).T)
+        return round(float(rows.min()) * grid.resolution), float(cols.min())
+
+    ordered = sorted(rooms, key=corner)
+    new_id = {room.id: i for i, room in enumerate(ordered, start=1)}
+    renumbered = [door.renumber_rooms(new_id) for door in doors]
+    return Floor(
+        rooms=tuple(replace(room, id=new_id[room.id]) for room in ordered),
+        doors=tuple(sorted(renumbered, key=lambda door: (door.room_ids, door.line.coords[0]))),
+        walls=tuple(walls),
+        source=source,
+    )

@@ -1,0 +1,64 @@
+"""The bench of cost: what it measures on, and what it makes of it."""
+
+import json
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pytest
+
+from pianta.bench import cost
+from pianta.bench.cost import Cost, Growth, measure_cost, tile_floor
+from tests.command_line import run_pianta
+
+GROWTH = Growth("thesis", 16, Cost(1_000_000, 50, 0.5, 20.0, 200.0), Cost(16_000_000, 800, 12.0, 30.0, 1200.0))
+
+
+def test_tiles_are_copies_of_one_floor_apart_from_each_other():
+    one, four = tile_floor(600, 1), tile_floor(600, 2)
+    assert (one.shape, four.shape) == ((600, 600), (1200, 1200))
+    assert (four.cells[600:, :600] == one.cells).all()
+    assert one.free.mean() > 0.5
+    assert one.unknown[-10:].all()
+    assert one.unknown[:, -10:].all()
+
+
+def test_growth_is_the_time_of_all_floors_in_times_of_one():
+    assert GROWTH.growth == pytest.approx(12 / (16 * 0.5))
+
+
+def test_each_map_is_measured_in_a_process_of_its_own():
+    tracked: list[str] = []
+
+    def track(names: Sequence[str]) -> Iterator[str]:
+        tracked.extend(names)
+        return iter(names)
+
+    (growth,) = measure_cost(methods=("thesis",), side=600, tiles=2, track=track)
+    assert tracked == ["1 floors, thesis", "4 floors, thesis"]
+    assert (growth.one.cells, growth.many.cells, growth.tiles) == (360_000, 1_440_000, 4)
+    assert growth.many.rooms == pytest.approx(4 * growth.one.rooms, rel=0.2)
+    assert all(part.seconds > 0 and part.transforms > 0 and part.megabytes > 50 for part in (growth.one, growth.many))
+
+
+def test_the_command_prints_and_writes_growths(monkeypatch, tmp_path):
+    monkeypatch.setattr(cost, "measure_cost", lambda **_: (GROWTH,))
+    code, out, err = run_pianta("bench", "cost", "--method", "thesis", "--json", tmp_path / "new" / "cost.json")
+    assert (code, err) == (0, "")
+    rows = [line.split() for line in out.splitlines() if line.startswith("thesis")]
+    assert rows == [
+        ["thesis", "1", "1.0", "50", "0.50", "20", "200"],
+        ["thesis", "16", "16.0", "800", "12.00", "30", "1200", "1.50"],
+    ]
+    (written,) = json.loads((tmp_path / "new" / "cost.json").read_text())["methods"]
+    assert (written["method"], written["growth"], written["many"]["megabytes"]) == ("thesis", 1.5, 1200)
+
+
+def test_an_unknown_method_costs_nothing(monkeypatch):
+    monkeypatch.setattr(cost, "measure_cost", lambda **_: pytest.fail("measured"))
+    code, _, err = run_pianta("bench", "cost", "--method", "magic")
+    assert code == 2
+    assert err.startswith("error: method is 'magic'")
+
+
+def test_made_floors_are_the_same_each_time():
+    assert np.array_equal(tile_floor(600, 1).cells, tile_floor(600, 1).cells)

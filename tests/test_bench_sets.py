@@ -1,0 +1,202 @@
+"""The sets of maps that segmentation is measured on: how each is read and counted, and what is told of all of them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from shapely import box
+
+from pianta.bench import rooms, sets
+from pianta.bench.data import SET_NAMES
+from pianta.bench.segmentation import measure_segmentation
+from pianta.bench.sets import SETS, choose_sets
+from pianta.bench.table import Figures, save_bench_table
+from pianta.errors import DataError, OptionError
+from pianta.floor import Floor, Room
+from pianta.formats.maps import read_map
+from pianta.gridmap import GridMap
+from tests.tiny_data import (
+    ONE_ROOM,
+    ROOMS,
+    TRUE_FLOOR,
+    show_lines,
+    write_all_sets,
+    write_colors,
+    write_doors,
+    write_slam,
+    write_survey,
+)
+
+PERFECT = {"precision": 100, "recall": 100, "a_fc": 100, "mean_iou": 100, "f1": 100}
+
+
+@pytest.fixture
+def find(monkeypatch):
+    """Lets reconstruct find given floors, one after the other, the last one again and again."""
+
+    def replace(*floors: Floor) -> None:
+        left = list(floors)
+        monkeypatch.setattr(rooms, "_load_method", lambda _: None)
+        monkeypatch.setattr(rooms, "reconstruct", lambda *_, **__: left.pop(0) if len(left) > 1 else left[0])
+
+    return replace
+
+
+def measure_set(data, name: str) -> list[Figures]:
+    (part,) = measure_segmentation(data, methods=("thesis",), sets=(name,)).parts
+    assert part.name == name
+    assert not any(row.failure for row in part.rows)
+    return [row.figures for row in part.rows]
+
+
+def pick(figures: Figures, *keys: str) -> list[float | None]:
+    return [figures[key] for key in keys]
+
+
+def test_the_names_of_the_sets_are_those_that_help_tells():
+    assert tuple(SETS) == SET_NAMES
+
+
+def test_the_true_floor_is_perfect_on_every_set(tmp_path, find):
+    write_all_sets(tmp_path, "a")
+    find(TRUE_FLOOR)
+    table = measure_segmentation(tmp_path, methods=("thesis",))
+    assert [part.name for part in table.parts] == list(SET_NAMES)
+    for part in table.parts:
+        (row,) = part.rows
+        number = 1 if part.name == "doors" else 2
+        assert row.failure is None
+        assert {key: row.figures[key] for key in PERFECT} == PERFECT
+        assert pick(row.figures, "found", "true", "matched") == [number] * 3
+
+
+def test_clutter_counts_what_a_room_covers_beyond_the_colours(tmp_path, find):
+    """The wall between the rooms is 4 of 124 px, and of no colour."""
+    write_colors(tmp_path / "clutter", "a")
+    find(ONE_ROOM)
+    (figures,) = measure_set(tmp_path, "clutter")
+    assert pick(figures, "precision", "precision_free") == pytest.approx([100 * 80 / 124, 100 * 80 / 120])
+
+
+def test_walls_of_the_schools_do_not_count(tmp_path, find):
+    write_slam(tmp_path, "a")
+    find(ONE_ROOM)
+    (figures,) = measure_set(tmp_path, "schools")
+    assert pick(figures, "precision", "mean_iou", "found", "true") == pytest.approx([100 * 40 / 60, 50, 1, 2])
+
+
+def test_behind_a_closed_door_only_that_room_is_judged(tmp_path, find):
+    """The smaller room, 40 of 120 free px wide, lies behind a door that the last of the maps has closed."""
+    write_doors(tmp_path, "a", "b")
+    write_survey(tmp_path, "a")
+    find(TRUE_FLOOR, ONE_ROOM)
+    own, swallowed = measure_set(tmp_path, "doors")
+    assert pick(own, "precision", "recall", "mean_iou", "f1", "found", "true") == [100, 100, 100, 100, 1, 1]
+    assert pick(swallowed, "precision", "recall", "mean_iou") == pytest.approx([100 / 3, 100, 100 / 3])
+    assert pick(swallowed, "f1", "found", "true", "precision_rest") == [0, 1, 1, None]
+
+
+def test_ids_and_rooms_that_last_are_counted_where_maps_grow(tmp_path, find):
+    """Other ids in the second step are made those of the first; the third step has lost a room."""
+    write_colors(tmp_path / "partial" / "freiburg79", "r_1", "r_2", "r_3")
+    swapped = Floor((Room(1, ROOMS[1]), Room(2, ROOMS[0])))
+    find(TRUE_FLOOR, swapped, Floor((Room(1, ROOMS[1]),)))
+    table = measure_segmentation(tmp_path, methods=("thesis",), sets=("growing",))
+    (part,) = table.parts
+    lasting = [pick(row.figures, "rooms_before", "still_there", "kept_id") for row in part.rows]
+    assert lasting == [[0, 0, 0], [2, 2, 2], [2, 1, 1]]
+    told = "thesis: 75.0% of rooms are there in the next step, 100.0% of these with their id."
+    assert told in " ".join(show_lines(table)).replace("  ", " ")
+
+
+def test_each_map_is_read_once_for_all_methods(tmp_path, find, monkeypatch):
+    write_survey(tmp_path, "a", "b")
+    find(TRUE_FLOOR)
+    read = []
+
+    def note_and_read(path: Path, *, resolution: float) -> GridMap:
+        read.append(path.name)
+        return read_map(path, resolution=resolution)
+
+    monkeypatch.setattr(sets, "read_map", note_and_read)
+    table = measure_segmentation(tmp_path, methods=("thesis", "other"), sets=("survey",))
+    assert read == ["a.png", "b.png"]
+    assert [(part.method, [row.item for row in part.rows]) for part in table.parts] == [
+        ("thesis", ["a", "b"]),
+        ("other", ["a", "b"]),
+    ]
+
+
+def test_several_methods_are_summed_up_and_their_maps_shown_on_request(tmp_path, find):
+    """Map a is read right by the first method; all that follows is wrong."""
+    write_all_sets(tmp_path, "a", "b")
+    find(TRUE_FLOOR, ONE_ROOM)
+    table = measure_segmentation(tmp_path, methods=("thesis", "morphological"), sets=("survey", "schools"))
+    lines = [line.split() for line in show_lines(table, maps=False)]
+    first, second, *_ = (line for line in lines if len(line) > 2 and line[0] in ("thesis", "morphological"))
+    assert first[:7] == ["thesis", "82.3±25.1", "100.0±0.0", "82.3±25.1", "74.2±36.5", "83.3±23.6", "0.75"]
+    assert second[:7] == ["morphological", "64.5±0.0", "100.0±0.0", "64.5±0.0", "48.4±0.0", "66.7±0.0", "0.50"]
+    assert ["pianta,", "morphological", "2", "66.7", "±", "0.0", "100.0", "±", "0.0"] in lines
+    assert not any(line[:1] == ["a"] for line in lines)
+    assert sum(line.startswith("a ") for line in show_lines(table)) == 4
+    assert max(map(len, show_lines(table, maps=False))) <= 80
+
+
+def test_json_tells_set_and_method_of_every_figure(tmp_path, find):
+    write_survey(tmp_path, "a")
+    find(ONE_ROOM)
+    save_bench_table(measure_segmentation(tmp_path, methods=("thesis", "other")), tmp_path / "figures.json")
+    content = json.loads((tmp_path / "figures.json").read_text())
+    assert content["methods"] == ["thesis", "other"]
+    assert [(part["name"], part["method"]) for part in content["parts"]] == [
+        (name, method) for name in ("survey", "furniture") for method in ("thesis", "other")
+    ]
+    for part in content["parts"]:
+        assert part["ratios"] == {"found_per_true": 0.5, "still_there": None, "kept_id": None}
+        assert part["rows"][0]["precision_free"] == pytest.approx(200 / 3)
+
+
+def test_sets_that_are_not_in_the_data_are_left_out_unless_named(tmp_path):
+    write_slam(tmp_path, "a")
+    (tmp_path / "clutter").mkdir()
+    assert choose_sets((), tmp_path) == {SETS["schools"]: ["a"]}
+    assert choose_sets(("schools", "schools"), tmp_path) == {SETS["schools"]: ["a"]}
+    with pytest.raises(DataError, match=r"^no maps with a truth in '.*clutter'"):
+        choose_sets(("schools", "clutter"), tmp_path)
+    with pytest.raises(OptionError, match=r"^set is 'attic', give one of survey, "):
+        choose_sets(("attic",), tmp_path)
+    with pytest.raises(DataError, match=r"^no data in '.*': none of clutter, doors, .* --data"):
+        choose_sets((), tmp_path / "none")
+
+
+def test_the_rooms_behind_closed_doors_of_a_real_building(data):
+    """The twelve closed doors of Franch1 close off ten spaces."""
+    known = SETS["doors"].read(data / "doors", "franch1")
+    areas = np.bincount(known.spaces.ravel())[1:] * 0.05**2
+    areas = areas[areas > 0]
+    assert (len(areas), areas.min() > 0.25) == (10, True)
+    assert known.free[known.spaces > 0].all()
+
+
+def test_real_coloured_truths_lie_on_their_maps(data):
+    for name, count in (("freiburg_building101", 10), ("umicfirstfloor_photo20200108", 28)):
+        known = SETS["clutter"].read(data / "clutter", name)
+        assert known.spaces.max() == count
+        assert known.free[known.spaces > 0].mean() > 0.85
+
+
+def test_a_picture_shows_truth_and_result_side_by_side(tmp_path, find):
+    write_survey(tmp_path, "a")
+    find(Floor((Room(1, ROOMS[0]), Room(2, box(5.2, 1, 7.2, 1.6)))))
+    measure_segmentation(tmp_path, methods=("thesis",), sets=("survey",), pictures=tmp_path)
+    with Image.open(tmp_path / "thesis" / "survey" / "a.png") as image:
+        picture = np.asarray(image.convert("RGB")).astype(int)
+    left, right = picture[:, : picture.shape[1] // 2], picture[:, picture.shape[1] // 2 :]
+    height, width = left.shape[:2]
+    spot = height // 2, width // 3
+    assert (left[spot] == right[spot]).all()
+    assert len(set(left[spot])) > 1
+    red = [((side - (204, 20, 40)) ** 2).sum(axis=2) < 100 for side in (left, right)]
+    assert all(0 < side.mean() < 0.1 for side in red)

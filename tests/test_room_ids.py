@@ -1,0 +1,238 @@
+"""Room ids stay on a map that has grown or moved, and never come back."""
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from shapely import LineString, Polygon, box
+
+from pianta.evaluation.persistence import Persistence, score_persistence
+from pianta.floor import Door, Floor, Room
+from pianta.formats.maps import read_map
+from pianta.layout.reconstruct import reconstruct
+from pianta.layout.room_ids import find_shift, keep_room_ids, match_rooms
+from pianta.worlds.floors import FLOOR_MAKERS, make_floor
+
+LEFT, MIDDLE, RIGHT = box(0, 0, 4, 3), box(4, 0, 9, 3), box(9, 0, 12, 3)
+LINE = LineString([(4, 1), (4, 2)])
+
+cuts = st.lists(st.integers(1, 19), min_size=1, max_size=6, unique=True).map(lambda inner: [0, *sorted(inner), 20])
+
+
+def floor_of(*polygons: Polygon, first_id: int = 1, doors: tuple[Door, ...] = (), last_id: int = 0) -> Floor:
+    rooms = tuple(Room(number, polygon) for number, polygon in enumerate(polygons, start=first_id))
+    return Floor(rooms, doors, last_id=last_id)
+
+
+def ids_of(floor: Floor) -> list[int]:
+    return [room.id for room in floor.rooms]
+
+
+def move(floor: Floor, x: float, y: float) -> Floor:
+    rooms = (replace(room, polygon=shapely.affinity.translate(room.polygon, x, y)) for room in floor.rooms)
+    return replace(floor, rooms=tuple(rooms))
+
+
+@st.composite
+def tilings(draw) -> Floor:
+    """A block of 20 m × 20 m cut into columns, and these into rooms; ids in any order, some rooms missing."""
+    xs = draw(cuts)
+    cells = [box(*low, *high) for x in pairwise(xs) for y in pairwise(draw(cuts)) for low, high in [zip(x, y)]]  # noqa: B905
+    ids = draw(st.permutations(range(1, len(cells) + 1)))
+    rooms = [Room(id_, cell) for id_, cell in zip(ids, cells, strict=True) if draw(st.integers(0, 9))]
+    return Floor(tuple(rooms), last_id=len(cells) + draw(st.integers(0, 3)))
+
+
+def test_rooms_that_have_grown_keep_their_ids_and_new_ones_get_new_ids():
+    """The second room was seen in part before; a third lies where nothing was seen."""
+    previous = floor_of(LEFT, box(4, 0, 5.5, 2), first_id=4)
+    assert ids_of(keep_room_ids(floor_of(RIGHT, MIDDLE, LEFT), previous)) == [6, 5, 4]
+
+
+def test_the_largest_part_of_a_split_room_keeps_its_id():
+    previous = floor_of(LEFT, MIDDLE)
+    assert ids_of(keep_room_ids(floor_of(box(4, 0, 6, 3), box(6, 0, 9, 3), LEFT), previous)) == [3, 2, 1]
+
+
+def test_merged_rooms_get_the_id_of_the_largest():
+    floor = keep_room_ids(floor_of(box(0, 0, 9, 3), RIGHT), floor_of(LEFT, MIDDLE, RIGHT))
+    assert (ids_of(floor), floor.last_id) == ([2, 3], 3)
+
+
+def test_a_part_of_one_room_never_gets_the_id_of_a_smaller_one():
+    """The largest part of a room of 30 m² is merged with a closet of 3 m²: in total more would stay the other way."""
+    previous = floor_of(box(0, 0, 10, 3), box(10, 0, 11, 3))
+    assert ids_of(keep_room_ids(floor_of(box(0, 0, 4.8, 3), box(4.8, 0, 11, 3)), previous)) == [3, 1]
+
+
+def test_a_room_beside_one_that_is_gone_does_not_get_its_id():
+    previous = floor_of(LEFT, MIDDLE, RIGHT)
+    assert ids_of(keep_room_ids(floor_of(LEFT, MIDDLE, box(11.8, 0, 15, 3)), previous)) == [1, 2, 4]
+
+
+def test_an_id_is_never_given_twice():
+    three = floor_of(LEFT, MIDDLE, RIGHT)
+    two = keep_room_ids(floor_of(LEFT, MIDDLE), three)
+    assert (ids_of(two), two.last_id) == ([1, 2], 3)
+    three_again = keep_room_ids(floor_of(LEFT, MIDDLE, RIGHT), two)
+    assert (ids_of(three_again), three_again.last_id) == ([1, 2, 4], 4)
+
+
+@pytest.mark.parametrize("last_id", [0, 7])
+def test_nothing_in_common_gives_new_ids_only(last_id):
+    assert ids_of(keep_room_ids(floor_of(LEFT, MIDDLE), Floor((), last_id=last_id))) == [last_id + 1, last_id + 2]
+    empty = keep_room_ids(Floor(()), floor_of(LEFT, last_id=last_id))
+    assert (empty.rooms, empty.last_id) == ((), last_id or 1)
+
+
+def test_doors_and_entrances_lead_to_the_same_rooms():
+    doors = Door((1, 2), LINE, 1.0), Door((2, None), LINE, 0.9, "opening")
+    floor = keep_room_ids(floor_of(LEFT, MIDDLE, doors=doors), floor_of(MIDDLE, first_id=5))
+    assert ids_of(floor) == [6, 5]
+    assert floor.doors == (Door((5, 6), LINE, 1.0), Door((5, None), LINE, 0.9, "opening"))
+
+
+def test_a_label_stays_until_there_is_another():
+    labels = {"LAB": 0.7, "OFFICE": 0.3}
+    previous = Floor((Room(3, LEFT, "LAB", labels), Room(4, MIDDLE, "OFFICE", labels), Room(5, RIGHT)))
+    floor = Floor((Room(1, LEFT), Room(2, MIDDLE, "HALL", partial=True), Room(3, RIGHT)), source="new")
+    expected = Room(3, LEFT, "LAB", labels), Room(4, MIDDLE, "HALL", partial=True), Room(5, RIGHT)
+    assert keep_room_ids(floor, previous) == Floor(expected, source="new")
+
+
+@pytest.mark.parametrize("kind", sorted(FLOOR_MAKERS))
+@pytest.mark.parametrize("shift", [(0.3, -0.3), (1.0, 0), (-6.55, 3.1), (1e6, -3e5)])
+def test_ids_stay_when_the_frame_has_moved(kind, shift):
+    previous = make_floor(kind, seed=1)
+    mixed = Floor(tuple(replace(room, id=99 - room.id) for room in move(previous, *shift).rooms))
+    assert ids_of(keep_room_ids(mixed, previous)) == ids_of(previous)
+
+
+def test_ids_stay_when_the_map_has_grown_and_its_frame_has_moved():
+    """The first half of a floor, whose rooms are numbered from 30, then all of it."""
+    whole = make_floor("l", seed=3)
+    half = Floor(tuple(replace(room, id=room.id + 29) for room in whole.rooms[:11]))
+    kept = ids_of(keep_room_ids(move(whole, 8.3, 5.2), half))
+    assert kept == list(range(30, 41)) + list(range(41, 30 + len(whole.rooms)))
+
+
+def test_a_shift_is_found_to_a_cell_and_gains_what_it_lays_on_each_other():
+    polygons = np.array([LEFT, MIDDLE, RIGHT], dtype=object)
+    shift, gain = find_shift(np.array([shapely.affinity.translate(room, -7, 50) for room in polygons]), polygons)
+    assert shift == pytest.approx((-7, 50))
+    assert gain == pytest.approx(1)
+    shift, gain = find_shift(polygons, polygons)
+    assert (shift.tolist(), gain) == ([0, 0], 0)
+
+
+def test_a_frame_in_which_rooms_lie_where_they_were_is_not_moved():
+    """Of three equal rooms the first is gone, and a fourth is new: moved by one room all three would be there again."""
+    row = [box(4 * i, 0, 4 * i + 4, 3) for i in range(4)]
+    assert ids_of(keep_room_ids(floor_of(*row[1:]), floor_of(*row[:3]))) == [2, 3, 4]
+
+
+def test_a_frame_is_not_moved_for_one_wall_more():
+    """Rooms seen a third deep; moved by a room, the end of what was seen of the last would lie on a closet's wall."""
+    previous = floor_of(*(box(left, 0, right, 1) for left, right in ((4, 8), (8, 12), (12, 15.2))))
+    row = [box(left, 0, right, 3) for left, right in pairwise((0, 4, 8, 11.2, 12, 16))]
+    shift, gain = find_shift(*(np.array([room.polygon for room in each.rooms]) for each in (floor_of(*row), previous)))
+    assert shift[0] == pytest.approx(-4)
+    assert 0 < gain < 0.1
+    assert ids_of(keep_room_ids(floor_of(*row), previous)) == [4, 1, 2, 5, 3]
+
+
+def test_a_single_room_elsewhere_is_another_room():
+    assert ids_of(keep_room_ids(floor_of(box(50, 50, 54, 53), box(54, 50, 60, 53)), floor_of(LEFT))) == [2, 3]
+
+
+@given(tilings())
+def test_the_same_floor_stays_as_it_is(floor):
+    assert keep_room_ids(floor, floor) == floor
+
+
+@given(tilings(), tilings())
+def test_ids_are_unique_and_new_or_old(floor, previous):
+    kept = keep_room_ids(floor, previous)
+    new = [room_id for room_id in ids_of(kept) if room_id not in ids_of(previous)]
+    assert new == list(range(previous.last_id + 1, kept.last_id + 1))
+    assert len(set(ids_of(kept))) == len(floor.rooms)
+    assert [room.polygon for room in kept.rooms] == [room.polygon for room in floor.rooms]
+
+
+@given(tilings(), tilings(), st.data())
+def test_ids_do_not_depend_on_the_order_and_the_numbers_of_the_rooms(floor, previous, data):
+    numbers = data.draw(st.permutations(range(1, len(floor.rooms) + 1)))
+    renumbered = [replace(room, id=number) for room, number in zip(floor.rooms, numbers, strict=True)]
+    shuffled = Floor(tuple(data.draw(st.permutations(renumbered))))
+    one, other = keep_room_ids(floor, previous), keep_room_ids(shuffled, previous)
+    places = [{room.id: room.polygon for room in each.rooms if room.id <= previous.last_id} for each in (one, other)]
+    assert places[0] == places[1]
+    assert sorted(ids_of(one)) == sorted(ids_of(other))
+    assert ids_of(keep_room_ids(Floor(tuple(renumbered)), previous)) == ids_of(one)
+
+
+@given(tilings(), tilings())
+def test_a_room_that_is_mostly_the_same_is_matched(floor, previous):
+    """Whatever else the two floors have."""
+    polygons, old_polygons = (np.array([room.polygon for room in each.rooms], object) for each in (floor, previous))
+    heirs = match_rooms(polygons, old_polygons)
+    for old, heir, iou in zip(previous.rooms, heirs.room, heirs.iou, strict=True):
+        shares = [share_of(room, old) for room in floor.rooms]
+        assert iou == pytest.approx(shares[heir] if heir >= 0 else 0)
+        assert all(index == heir for index, share in enumerate(shares) if share > 0.5)
+
+
+def share_of(room: Room, old: Room) -> float:
+    """IoU of two rooms."""
+    return float(room.polygon.intersection(old.polygon).area / room.polygon.union(old.polygon).area)
+
+
+def assert_alike_rooms_keep_ids(floor: Floor, previous: Floor) -> int:
+    """How many rooms have an IoU above 0.5 with a previous room; each has its id."""
+    alike = [(room.id, old.id) for room in floor.rooms for old in previous.rooms if share_of(room, old) > 0.5]
+    assert all(new == old for new, old in alike)
+    return len(alike)
+
+
+def test_ids_stay_while_a_real_map_grows(data: Path):
+    folder = data / "partial" / "freiburg79"
+    if not folder.is_dir():
+        pytest.skip(f"no growing maps in {folder}")
+    grids = [read_map(folder / f"r_{step:03}.png", resolution=0.05) for step in (10, 12, 15)]
+    floors = [reconstruct(grid, method="thesis") for grid in grids]
+    kept = [floors[0]]
+    for floor in floors[1:]:
+        kept.append(keep_room_ids(floor, kept[-1]))
+        assert assert_alike_rooms_keep_ids(kept[-1], kept[-2]) >= 10
+        moved = keep_room_ids(move(floor, 12.35, -7.8), kept[-2])
+        assert np.mean(np.array(ids_of(moved)) == ids_of(kept[-1])) == 1
+    raw, scores = score_persistence(floors), score_persistence(kept)
+    assert (scores.rooms, scores.still_there) == (raw.rooms, raw.still_there)
+    assert scores.share_kept_id > 2 * raw.share_kept_id
+
+
+def test_persistence_counts_rooms_that_last_and_ids_that_stay():
+    """Left stays with its id, middle with another, right is gone; then left is held by a larger room, middle halved."""
+    floors = [
+        floor_of(LEFT, MIDDLE, RIGHT),
+        Floor((Room(1, LEFT), Room(7, MIDDLE))),
+        Floor((Room(1, box(-9, 0, 4, 3)), Room(7, box(4, 0, 6.5, 3)))),
+    ]
+    assert score_persistence(floors) == Persistence(rooms=5, still_there=3, kept_id=2)
+    assert score_persistence(floors).share_still_there == pytest.approx(3 / 5)
+    assert score_persistence(floors).share_kept_id == pytest.approx(2 / 3)
+
+
+@pytest.mark.parametrize("floors", [[], [floor_of(LEFT)], [Floor(()), floor_of(LEFT)]])
+def test_persistence_of_nothing_is_perfect(floors):
+    scores = score_persistence(floors)
+    assert (scores.rooms, scores.share_still_there, scores.share_kept_id) == (0, 1, 1)
+
+
+def test_persistence_of_rooms_that_are_all_gone_is_none():
+    assert score_persistence([floor_of(LEFT), Floor(())]) == Persistence(rooms=1, still_there=0, kept_id=0)
