@@ -26,9 +26,8 @@ from pianta.formats.label_png import save_label_image
 from pianta.formats.maps import read_map
 from pianta.formats.ros_map import YAML_SUFFIXES
 from pianta.gridmap import GridMap
-from pianta.layout.methods import METHODS, check_method
+from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
 
-DEFAULT_METHOD = "thesis"
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
 MAX_GONE_TOLD = 10
 EXAMPLES = (

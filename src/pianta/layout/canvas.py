@@ -53,6 +53,18 @@ class Canvas:
 
         return shapely.transform(geometry, transform)
 
+    def sample(self, cells: Mask) -> Mask:
+        """Cells of the grid map, shape of the grid, at the centres of the cells of the canvas; False beyond the map."""
+        height, width = self.free.shape
+        rows, cols = np.arange(height) + 0.5, np.arange(width) + 0.5
+        swapped = self.to_grid[0, 0] == 0
+        along_rows, along_cols = (cols, rows) if swapped else (rows, cols)
+        row = np.floor(self.to_grid[0, int(swapped)] * along_rows + self.to_grid[0, 2]).astype(int)
+        col = np.floor(self.to_grid[1, int(not swapped)] * along_cols + self.to_grid[1, 2]).astype(int)
+        inside = np.outer((row >= 0) & (row < cells.shape[0]), (col >= 0) & (col < cells.shape[1]))
+        found = cells[np.ix_(row.clip(0, cells.shape[0] - 1), col.clip(0, cells.shape[1] - 1))] & inside
+        return np.asarray(found.T if swapped else found)
+
 
 def draw_canvas(grid: GridMap, free: Mask, *, resolution: float) -> Canvas:
     """Canvas of the free cells of a grid map, with cells of about the given size in metres.

@@ -34,8 +34,18 @@ def reconstruct_by_segmentation(grid: GridMap, source: str, *, method: str) -> F
     return floor_from_labels(grid, segment_rooms(grid, method=method), source=source)
 
 
+def reconstruct_by_structure(grid: GridMap, source: str) -> Floor:
+    """Floor by narrow passages and wall lines together."""
+    from pianta.layout.parameters import StructureParameters
+    from pianta.layout.structure import reconstruct_structure
+
+    return reconstruct_structure(grid, parameters=StructureParameters(), source=source)
+
+
 RECONSTRUCTIONS: Mapping[str, Reconstruct] = {
+    "structure": reconstruct_by_structure,
     "thesis": reconstruct_by_thesis,
     **{name: partial(reconstruct_by_segmentation, method=name) for name in SEGMENTATIONS},
 }
 METHODS = tuple(RECONSTRUCTIONS)
+DEFAULT_METHOD = METHODS[0]

@@ -1,4 +1,4 @@
-"""The thresholds of Algorithm 1, in metres or in the thesis' own unit."""
+"""The thresholds of the methods, in metres or in the thesis' own unit."""
 
 from __future__ import annotations
 
@@ -58,7 +58,49 @@ class ThesisParameters:
     passage_width: float = 0.3
 
     def __post_init__(self) -> None:
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        faults = [f"{name} is {value}" for name, value in values.items() if not (isfinite(value) and value > 0)]
-        if faults:
-            raise OptionError("; ".join(faults) + "; give positive numbers")
+        _check_positive(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StructureParameters:
+    """Thresholds of the method `structure`, in metres; nobody should need to change them.
+
+    working_resolution: metres per cell at which the map is cut.
+    clutter_size: groups of cells that are not free, smaller than this across, are furniture (section 3.2).
+    patch_area: free space apart from the rest that is smaller than this is noise; m².
+    passage_width: narrower passages lead nowhere.
+    saddle_ratio: a place is a neck when its clearance is less than this share of that on both sides.
+    neck_distance: of two necks with both ends nearer than this the shorter one stays.
+    wall_reach: how far beyond the jambs of a neck the wall in line with it is followed.
+    room_area: a smaller room belongs to its neighbour; m².
+    smoothing: side of the square whose area an outline may leave out at a corner.
+    notch_depth, notch_width: furniture along a wall is no deeper and no wider than this.
+    door_width: wider passages are openings.
+    frontier: a room that borders as much unseen space is partial.
+
+    Raises OptionError, naming all of them, when a value is not a positive finite number.
+    """
+
+    working_resolution: float = 0.05
+    clutter_size: float = 1.5
+    patch_area: float = 0.25
+    passage_width: float = 0.2
+    saddle_ratio: float = 0.92
+    neck_distance: float = 0.35
+    wall_reach: float = 3.0
+    room_area: float = 0.5
+    smoothing: float = 0.1
+    notch_depth: float = 1.0
+    notch_width: float = 3.0
+    door_width: float = 2.0
+    frontier: float = 1.0
+
+    def __post_init__(self) -> None:
+        _check_positive(self)
+
+
+def _check_positive(parameters: ThesisParameters | StructureParameters) -> None:
+    values = {field.name: getattr(parameters, field.name) for field in fields(parameters)}
+    faults = [f"{name} is {value}" for name, value in values.items() if not (isfinite(value) and value > 0)]
+    if faults:
+        raise OptionError("; ".join(faults) + "; give positive numbers")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.layout.methods import RECONSTRUCTIONS, check_method
+from pianta.layout.methods import DEFAULT_METHOD, RECONSTRUCTIONS, check_method
 
 
-def reconstruct(grid: GridMap, *, method: str = "thesis", source: str = "") -> Floor:
+def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, source: str = "") -> Floor:
     """Floor of a grid map, in metres of the map frame: rooms, doors and, by some methods, representative lines.
 
     method: one of METHODS.

@@ -1,0 +1,159 @@
+"""Which borders part two rooms, and which only look like it: pieces are merged into rooms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.layout.canvas import Mask
+from pianta.layout.necks import Floats
+from pianta.layout.pieces import Borders, Hull, Indices, Pieces
+
+# Shares and areas (m²) below these tell no more, and their logarithms stay finite.
+LEAST_SHARE, LEAST_AREA = 0.02, 0.01
+# More neighbours than this are as good as many.
+MANY = 5
+
+
+@dataclass(frozen=True)
+class MergeModel:
+    """Logistic regression for "the rooms on both sides of this border are one room".
+
+    weights: of the features of describe_borders, shape (11,). constant: log odds where all features are 0.
+    """
+
+    weights: tuple[float, ...]
+    constant: float
+
+    def weigh_borders(self, features: Floats) -> Floats:
+        """Log odds of one room for features of shape (N, 11), shape (N,)."""
+        return np.asarray(features @ np.array(self.weights) + self.constant)
+
+
+MODEL = MergeModel(
+    weights=(2.5, 0.861, -4.836, -2.434, -0.759, 0.21, 0.983, 0.305, -0.666, -0.223, 5.641), constant=7.06
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Rooms:
+    """The rooms that the pieces make up so far; a room has the number of one of its pieces.
+
+    owner: shape (1 + P,), the room of each piece. width, area, hulls: as in Pieces, of the rooms.
+    """
+
+    owner: Indices
+    width: Floats
+    area: Floats
+    hulls: tuple[Hull, ...]
+
+
+def start_rooms(pieces: Pieces) -> Rooms:
+    """Every piece as a room of its own."""
+    return Rooms(np.arange(len(pieces.area)), pieces.width, pieces.area, pieces.hulls)
+
+
+def merge_pieces(pieces: Pieces, borders: Borders, model: MergeModel) -> tuple[Rooms, NDArray[np.intp], Floats]:
+    """Rooms of pieces; the borders that still part two rooms, shape (N,), and their log odds of one room, below 0.
+
+    Two rooms become one across the border that is the likeliest of both to be none. After every round the borders are
+    judged anew, because the rooms beside them have grown.
+    """
+    rooms = start_rooms(pieces)
+    while True:
+        parting = find_parting_borders(rooms, borders)
+        odds = model.weigh_borders(describe_borders(rooms, borders, parting, resolution=pieces.resolution))
+        one, other = rooms.owner[borders.sides[parting]].T
+        best = np.full(len(rooms.owner), -np.inf)
+        np.maximum.at(best, one, odds)
+        np.maximum.at(best, other, odds)
+        mutual = np.flatnonzero((odds > 0) & (odds == best[one]) & (odds == best[other]))
+        if not len(mutual):
+            return rooms, parting, odds
+        rooms = join_rooms(rooms, np.column_stack([one, other])[mutual])
+
+
+def find_parting_borders(rooms: Rooms, borders: Borders) -> Indices:
+    """Borders that have two different rooms beside them, shape (N,)."""
+    one, other = rooms.owner[borders.sides].T
+    return np.flatnonzero(one != other)
+
+
+def describe_borders(rooms: Rooms, borders: Borders, parting: Indices, *, resolution: float) -> Floats:
+    """What speaks for and against one room across each of the given borders, shape (N, 11).
+
+    0, 1: log of the opening over the width of the narrower room, and over that of the wider (a neck is narrow).
+    2, 3: share of the line between the two rooms that is open; metres of it that are wall (a room has walls).
+    4, 5: log of the smaller area in m², and of it over the larger.
+    6: the opening in metres. 7: neighbours of the smaller room (a corridor has many).
+    8, 9: metres of wall of one of the two rooms that are in line with the opening, at the end with less, and with more.
+    10: how much more convex the two are as one room than as two.
+    """
+    one, other = rooms.owner[borders.sides].T
+    by_one = rooms.owner[borders.left] == one[borders.border]
+    by_other = rooms.owner[borders.right] == other[borders.border]
+    between = _count_samples(borders, by_one & by_other)[parting]
+    opened = _count_samples(borders, by_one & by_other & borders.open)[parting]
+    in_line = [
+        _count_samples(borders, (by_one | by_other) & ~borders.open & (borders.beyond == end))[parting] for end in (1, 2)
+    ]
+    one, other = one[parting], other[parting]
+    widths = np.sort(np.stack([rooms.width[one], rooms.width[other]]), axis=0)
+    areas = np.sort(np.stack([rooms.area[one], rooms.area[other]]), axis=0) + LEAST_AREA
+    opening = borders.opening[parting]
+    smaller = np.where(rooms.area[one] < rooms.area[other], one, other)
+    return np.column_stack(
+        [
+            *np.log((opening / np.maximum(widths, resolution)).clip(LEAST_SHARE, 1)),
+            opened / np.maximum(between, 1),
+            (between - opened) * resolution,
+            np.log(areas[0]),
+            np.log(areas[0] / areas[1]),
+            opening,
+            np.minimum(_count_neighbours(one, other, len(rooms.owner))[smaller], MANY),
+            *(np.sort(np.stack(in_line), axis=0) * resolution),
+            _gain_convexity(rooms, one, other, resolution),
+        ]
+    )
+
+
+def join_rooms(rooms: Rooms, pairs: Indices) -> Rooms:
+    """Rooms where those of each pair, shape (N, 2), are one, with the smaller number; no room is in two pairs."""
+    owner, width, area, hulls = np.arange(len(rooms.owner)), rooms.width.copy(), rooms.area.copy(), list(rooms.hulls)
+    for one, other in np.sort(pairs, axis=1).tolist():
+        if owner[one] != one or owner[other] != other:
+            continue
+        owner[other] = one
+        width[one] = max(width[one], width[other])
+        area[one] += area[other]
+        hulls[one] = _join_hulls(hulls[one], hulls[other])
+    return Rooms(owner[rooms.owner], width, area, tuple(hulls))
+
+
+def _count_samples(borders: Borders, chosen: Mask) -> NDArray[np.intp]:
+    return np.bincount(borders.border[chosen], minlength=len(borders.sides))
+
+
+def _count_neighbours(one: Indices, other: Indices, count: int) -> Indices:
+    """Rooms that share a border with each room, shape (count,)."""
+    pairs = np.unique(np.sort(np.column_stack([one, other]), axis=1), axis=0)
+    return np.bincount(pairs.ravel(), minlength=count)
+
+
+def _gain_convexity(rooms: Rooms, one: Indices, other: Indices, resolution: float) -> Floats:
+    """Area over hull area of each two rooms as one, less the mean of theirs by area; shape (N,)."""
+    cell = resolution**2
+    apart = np.array([cv2.contourArea(hull) for hull in rooms.hulls]) * cell
+    pairs = zip(one.tolist(), other.tolist(), strict=True)
+    both = np.array([cv2.contourArea(_join_hulls(rooms.hulls[i], rooms.hulls[j])) for i, j in pairs]) * cell
+    convexity = rooms.area / np.maximum(apart, cell)
+    area = rooms.area[one] + rooms.area[other]
+    mean = (convexity[one] * rooms.area[one] + convexity[other] * rooms.area[other]) / np.maximum(area, cell)
+    return np.asarray(area / np.maximum(both, cell) - mean)
+
+
+def _join_hulls(one: Hull, other: Hull) -> Hull:
+    return np.asarray(cv2.convexHull(np.concatenate([one, other])), np.int32)

@@ -1,0 +1,59 @@
+"""Outlines of the rooms of a label image: polygons that never overlap."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely import Polygon
+
+Labels = NDArray[np.integer]
+Floats = NDArray[np.float64]
+Polygons = NDArray[np.object_]
+
+
+def outline_labels(labels: Labels) -> tuple[Polygons, Labels]:
+    """Outline along the sides of the cells, x = col and y = row, of the largest part of each label; and the label.
+
+    labels: shape (H, W); n > 0 is a room, anything else is none. Parts touch by an edge.
+    Both are of shape (R,), and the labels ascend. The outlines are a valid coverage.
+    """
+    outlines, label = _outline_parts(labels)
+    # The largest part of each label comes last among its own.
+    order = np.lexsort((shapely.area(outlines), label))
+    largest = order[np.append(np.diff(label[order]) > 0, True)] if len(order) else order
+    return outlines[largest], label[largest]
+
+
+def largest_part(shape: shapely.Geometry) -> Polygon:
+    """The largest polygon of a geometry, which need not be valid."""
+    parts = shapely.get_parts(shapely.make_valid(shape))
+    return max((part for part in parts if isinstance(part, Polygon)), key=lambda part: part.area, default=Polygon())
+
+
+def _outline_parts(labels: Labels) -> tuple[NDArray[np.object_], NDArray[np.integer]]:
+    """Polygons, x = col and y = row, of all parts of all labels, and the label of each; both of shape (P,)."""
+    around = np.pad(labels, 1)
+    upright = _trace_sides(around[1:-1, :-1], around[1:-1, 1:])
+    level = _trace_sides(around[:-1, 1:-1].T, around[1:, 1:-1].T)[:, :, ::-1]
+    lines = shapely.linestrings(np.concatenate([upright, level]))
+    parts = np.array(shapely.get_parts(shapely.polygonize(lines)))
+    inside = shapely.get_coordinates(shapely.point_on_surface(parts))
+    cols, rows = np.floor(inside).astype(int).T
+    label = labels[rows, cols]
+    return parts[label > 0], label[label > 0]
+
+
+def _trace_sides(left: Labels, right: Labels) -> NDArray[np.float64]:
+    """Ends, shape (N, 2, 2), as (col, row), of the upright lines between two cells beside each other that differ.
+
+    left, right: shape (H, W + 1). A line goes on while the same two labels lie beside it, so that it ends wherever
+    another line meets it.
+    """
+    differs = left != right
+    above, below = np.zeros_like(differs), np.zeros_like(differs)
+    same = (left[1:] == left[:-1]) & (right[1:] == right[:-1])
+    above[1:], below[:-1] = same, same
+    cols, first = np.nonzero((differs & ~above).T)
+    _, last = np.nonzero((differs & ~below).T)
+    return np.stack([np.column_stack([cols, first]), np.column_stack([cols, last + 1])], axis=1).astype(float)
