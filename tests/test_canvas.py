@@ -113,6 +113,45 @@ def span_cells(middles: np.ndarray, width: float, within: np.ndarray):
     return np.column_stack([np.maximum(first, within[0]), np.clip(last, 0, within[-1] + 1)]).astype(int)
 
 
+@given(masks, st.sampled_from(SYMMETRIES), st.sampled_from([0.025, 0.05, 0.1, 0.15]), st.integers(0, 5))
+def test_the_free_cells_sampled_are_those_of_the_canvas_in_every_pose_and_at_every_resolution(
+    mask, symmetry, resolution, padding
+):
+    free = np.pad(take_symmetry(mask, *symmetry), ((0, padding), (padding, 1)))
+    # Cells that are joined are of one kind.
+    free = free.repeat(2, axis=0).repeat(2, axis=1) if resolution == 0.025 else free
+    canvas = draw_or_reject(free, resolution)
+    assert np.array_equal(canvas.sample(free), canvas.free)
+
+
+def test_a_sample_of_numbers_keeps_them_and_is_0_beyond_the_map():
+    free = np.ones((2, 3), bool)
+    canvas = draw_canvas(make_grid(free), free, resolution=0.05)
+    numbers = np.array([[1, 2, 3], [4, 5, 6]])
+    assert np.sort(canvas.sample(numbers)[canvas.free]).tolist() == [1, 2, 3, 4, 5, 6]
+    assert not canvas.sample(numbers)[~canvas.free].any()
+
+
+def test_a_sample_is_taken_from_the_cells_around_the_free_space_and_nothing_from_beyond_the_map():
+    free = carve((30, 40), (2, 12, 5, 35))
+    canvas = draw_canvas(make_grid(free), free, resolution=0.05)
+    # Two rows of the canvas lie above the map; the free space is one rectangle, so that its pose is that of the map.
+    assert np.array_equal(canvas.sample(np.ones((30, 40), bool)).sum(axis=1), [0, 0, *[38] * 16])
+    assert not canvas.sample(np.zeros((30, 40), bool)).any()
+
+
+@pytest.mark.parametrize(("turns", "mirrored"), SYMMETRIES)
+def test_other_cells_than_the_free_ones_are_sampled_in_the_pose_of_the_canvas(turns, mirrored):
+    free = carve((30, 40), (10, 20, 7, 9), (18, 20, 9, 12))
+    mark = carve((30, 40), (17, 18, 9, 11))
+    canvas = draw_canvas(
+        make_grid(take_symmetry(free, turns, mirrored)), take_symmetry(free, turns, mirrored), resolution=0.05
+    )
+    # The canonical pose, see above: the corner of the L comes first.
+    expected = np.pad(carve((5, 10), (2, 4, 2, 3)), MARGIN_PX)
+    assert np.array_equal(canvas.sample(take_symmetry(mark, turns, mirrored)), expected)
+
+
 @pytest.mark.parametrize(
     ("free", "resolution", "message"),
     [

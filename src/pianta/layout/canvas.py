@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import TypeVar
 
 import numpy as np
 import shapely
@@ -20,6 +21,7 @@ COARSEST = 0.5
 MAX_REPEATED_CELLS = 200_000_000
 
 Mask = NDArray[np.bool_]
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +55,12 @@ class Canvas:
 
         return shapely.transform(geometry, transform)
 
-    def sample(self, cells: Mask) -> Mask:
-        """Cells of the grid map, shape of the grid, at the centres of the cells of the canvas; False beyond the map."""
+    def sample(self, cells: NDArray[Scalar]) -> NDArray[Scalar]:
+        """Cells at the centres of the cells of the canvas, shape (H, W) of the canvas; 0 beyond the map.
+
+        cells: shape of the grid map. A centre between cells, where an even number is joined, is in the one below and to
+        the right.
+        """
         height, width = self.free.shape
         rows, cols = np.arange(height) + 0.5, np.arange(width) + 0.5
         swapped = self.to_grid[0, 0] == 0
@@ -62,7 +68,8 @@ class Canvas:
         row = np.floor(self.to_grid[0, int(swapped)] * along_rows + self.to_grid[0, 2]).astype(int)
         col = np.floor(self.to_grid[1, int(not swapped)] * along_cols + self.to_grid[1, 2]).astype(int)
         inside = np.outer((row >= 0) & (row < cells.shape[0]), (col >= 0) & (col < cells.shape[1]))
-        found = cells[np.ix_(row.clip(0, cells.shape[0] - 1), col.clip(0, cells.shape[1] - 1))] & inside
+        found = cells[np.ix_(row.clip(0, cells.shape[0] - 1), col.clip(0, cells.shape[1] - 1))]
+        found[~inside] = 0
         return np.asarray(found.T if swapped else found)
 
 

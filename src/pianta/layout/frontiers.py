@@ -1,4 +1,8 @@
-"""Frontiers: where free space ends at space that nobody has seen (thesis, section 8.2)."""
+"""Frontiers: where free space ends at space that nobody has seen.
+
+Section 8.2 of the thesis calls a face partial that is adjacent to an external one with hardly any wall between them;
+here a room is partial by the length of its frontier.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +19,15 @@ BLUR_PX = 2
 
 
 def find_frontiers(grid: GridMap, canvas: Canvas, space: Mask) -> Mask:
-    """Cells of the space, shape (H, W) of the canvas, beside unknown ones with no obstacle near."""
-    obstacle = canvas.sample(grid.occupied).astype(np.uint8)
+    """Cells of the space, shape (H, W) of the canvas, beside unknown ones with no obstacle near.
+
+    grid: the map of the canvas. space: shape (H, W), free cells of the canvas.
+    """
+    # A cell of the canvas is an obstacle when any part of it is: a wall may be thinner than that cell.
+    reach = round(canvas.resolution / grid.resolution) // 2
+    parts = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    occupied = cv2.dilate(grid.occupied.astype(np.uint8), parts).astype(bool)
+    obstacle = canvas.sample(occupied).astype(np.uint8)
     unknown = canvas.sample(grid.unknown) & ~space
     around = np.ones((2 * BLUR_PX + 1, 2 * BLUR_PX + 1), np.uint8)
     clear = ~cv2.dilate(obstacle, around).astype(bool)
@@ -25,5 +36,9 @@ def find_frontiers(grid: GridMap, canvas: Canvas, space: Mask) -> Mask:
 
 
 def measure_frontiers(labels: Labels, frontier: Mask, *, resolution: float) -> Floats:
-    """Length of the frontier of each label 0 … max, in metres: cells times their size."""
-    return np.bincount(labels[frontier], minlength=int(labels.max()) + 1) * resolution
+    """Length of the frontier of each label 0 … max, metres; shape (1 + max,).
+
+    labels, frontier: shape (H, W). resolution: metres per cell. A cell counts as its side, so that a slanting frontier
+    is up to √2 times as long as measured.
+    """
+    return np.asarray(np.bincount(labels[frontier], minlength=int(labels.max()) + 1) * resolution, float)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -10,12 +12,16 @@ from numpy.typing import NDArray
 
 from pianta.layout.canvas import Mask
 from pianta.layout.necks import Floats
-from pianta.layout.pieces import Borders, Hull, Indices, Pieces
+from pianta.layout.parameters import StructureParameters
+from pianta.layout.pieces import Borders, Hull, Indices, Labels, Pieces
 
 # Shares and areas (m²) below these tell no more, and their logarithms stay finite.
 LEAST_SHARE, LEAST_AREA = 0.02, 0.01
 # More neighbours than this are as good as many.
 MANY = 5
+# Two stretches of one corridor are at least this many times as long as wide, and meet over at least these shares of
+# their widths and of the line between them.
+STRETCHED, AS_WIDE, NEARLY_AS_WIDE, AS_OPEN = 2.0, 0.8, 0.7, 0.8
 
 
 @dataclass(frozen=True)
@@ -33,9 +39,29 @@ class MergeModel:
         return np.asarray(features @ np.array(self.weights) + self.constant)
 
 
-MODEL = MergeModel(
-    weights=(2.5, 0.861, -4.836, -2.434, -0.759, 0.21, 0.983, 0.305, -0.666, -0.223, 5.641), constant=7.06
+FEATURES = (
+    "log opening over narrower width",
+    "log opening over wider width",
+    "open share",
+    "wall between",
+    "log smaller area",
+    "log smaller over larger area",
+    "opening",
+    "neighbours of the smaller",
+    "wall in line, less",
+    "wall in line, more",
+    "gain of convexity",
 )
+MODEL_FILE = Path(__file__).with_name("merge_model.json")
+
+
+def read_merge_model(path: Path = MODEL_FILE) -> MergeModel:
+    """The model that benchmarks/fit_merge_model.py has written."""
+    fitted = json.loads(path.read_text(encoding="utf-8"))
+    return MergeModel(tuple(float(fitted["weights"][name]) for name in FEATURES), float(fitted["constant"]))
+
+
+MODEL = read_merge_model()
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,15 +91,30 @@ def merge_pieces(pieces: Pieces, borders: Borders, model: MergeModel) -> tuple[R
     rooms = start_rooms(pieces)
     while True:
         parting = find_parting_borders(rooms, borders)
-        odds = model.weigh_borders(describe_borders(rooms, borders, parting, resolution=pieces.resolution))
-        one, other = rooms.owner[borders.sides[parting]].T
-        best = np.full(len(rooms.owner), -np.inf)
-        np.maximum.at(best, one, odds)
-        np.maximum.at(best, other, odds)
-        mutual = np.flatnonzero((odds > 0) & (odds == best[one]) & (odds == best[other]))
-        if not len(mutual):
+        pairs = rooms.owner[borders.sides[parting]]
+        features = describe_borders(rooms, borders, parting, resolution=pieces.resolution)
+        odds = model.weigh_borders(features)
+        chosen = select_likeliest(pairs, odds, odds > 0)
+        if not len(chosen):
+            chosen = select_likeliest(pairs, odds, find_bends(rooms, pairs, features))
+        if not len(chosen):
             return rooms, parting, odds
-        rooms = join_rooms(rooms, np.column_stack([one, other])[mutual])
+        rooms = join_rooms(rooms, pairs[chosen])
+
+
+def select_likeliest(pairs: Indices, odds: Floats, eligible: Mask) -> Indices:
+    """Of the eligible borders between pairs of rooms, shape (N, 2), those with the best odds of both their rooms."""
+    best = np.full(int(pairs.max(initial=0)) + 1, -np.inf)
+    for side in pairs.T:
+        np.maximum.at(best, side[eligible], odds[eligible])
+    return np.flatnonzero(eligible & (odds == best[pairs].min(axis=1)) & (odds == best[pairs].max(axis=1)))
+
+
+def find_bends(rooms: Rooms, pairs: Indices, features: Floats) -> Mask:
+    """Whether each border only crosses a corridor, which goes on behind it as wide as before; shape (N,)."""
+    length = rooms.area / np.maximum(rooms.width, LEAST_AREA) ** 2
+    as_wide = (features[:, 0] >= np.log(AS_WIDE)) & (features[:, 1] >= np.log(NEARLY_AS_WIDE))
+    return np.asarray(as_wide & (features[:, 2] >= AS_OPEN) & (length[pairs].min(axis=1) >= STRETCHED))
 
 
 def find_parting_borders(rooms: Rooms, borders: Borders) -> Indices:
@@ -98,7 +139,8 @@ def describe_borders(rooms: Rooms, borders: Borders, parting: Indices, *, resolu
     between = _count_samples(borders, by_one & by_other)[parting]
     opened = _count_samples(borders, by_one & by_other & borders.open)[parting]
     in_line = [
-        _count_samples(borders, (by_one | by_other) & ~borders.open & (borders.beyond == end))[parting] for end in (1, 2)
+        _count_samples(borders, (by_one | by_other) & ~borders.open & (borders.beyond == end))[parting]
+        for end in (1, 2)
     ]
     one, other = one[parting], other[parting]
     widths = np.sort(np.stack([rooms.width[one], rooms.width[other]]), axis=0)
@@ -131,6 +173,39 @@ def join_rooms(rooms: Rooms, pairs: Indices) -> Rooms:
         area[one] += area[other]
         hulls[one] = _join_hulls(hulls[one], hulls[other])
     return Rooms(owner[rooms.owner], width, area, tuple(hulls))
+
+
+def absorb_small_rooms(
+    owner: Indices, pieces: Pieces, borders: Borders, parting: Indices, odds: Floats, *, parameters: StructureParameters
+) -> Indices:
+    """Room of each piece, shape (1 + P,), where what is too small for a room belongs to a neighbour, or else to none.
+
+    A small room goes over the border with the best odds of one room. One without any border, behind a passage that is
+    too narrow, goes to the room that it touches most.
+    """
+    owner = owner.copy()
+    area = np.bincount(owner, weights=pieces.area, minlength=len(owner))
+    bordered = np.unique(owner[borders.sides[parting]])
+    contacts = _list_contacts(pieces.labels)
+    closed = contacts[~np.isin(owner[contacts], bordered).all(axis=1)]
+    by_odds = borders.sides[parting[np.argsort(-odds, kind="stable")]]
+    for pairs, least in ((by_odds, parameters.room_area), (closed, parameters.closed_room_area)):
+        for pair in pairs:
+            one, other = sorted(owner[pair].tolist(), key=lambda room: (area[room], room))
+            if one != other and area[one] < least:
+                owner[owner == one] = other
+                area[other] += area[one]
+    return np.where(area[owner] < parameters.room_area, 0, owner)
+
+
+def _list_contacts(labels: Labels) -> Indices:
+    """Pairs of labels above 0 that touch by an edge, the longest contact first; shape (N, 2)."""
+    below = np.column_stack([labels[:-1].ravel(), labels[1:].ravel()])
+    beside = np.column_stack([labels[:, :-1].ravel(), labels[:, 1:].ravel()])
+    touching = np.concatenate([below, beside])
+    touching = np.sort(touching[(touching[:, 0] != touching[:, 1]) & (touching > 0).all(axis=1)], axis=1)
+    pairs, lengths = np.unique(touching, axis=0, return_counts=True)
+    return pairs[np.argsort(-lengths, kind="stable")].astype(np.intp)
 
 
 def _count_samples(borders: Borders, chosen: Mask) -> NDArray[np.intp]:

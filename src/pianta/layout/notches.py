@@ -1,4 +1,7 @@
-"""Notches of a room's outline that furniture along the walls leaves; the floor under it belongs to the room."""
+"""Notches of a room's outline that furniture along the walls leaves; the floor under it belongs to the room.
+
+Chapter 9 of the thesis asks for layouts that stand large occlusions.
+"""
 
 from __future__ import annotations
 
@@ -12,17 +15,20 @@ from pianta.layout.outlines import Floats, Polygons
 
 # Sine of the angle by which a corner may miss 90°.
 SKEW = 0.3
-# Area by which a filled notch may touch another room; m².
+# Area of another room that a notch may hold, because its corners are askew; the other room keeps it; m².
 TOUCH = 0.01
 # What is less deep is the wall between two doors; metres.
 LEAST = 0.35
+# Outlines are drawn to this many metres, so that corners on one straight line vanish.
+GRID = 1e-6
 
 
 def fill_notches(outlines: Polygons, *, depth: float, width: float) -> Polygons:
-    """Outlines, shape (R,), in metres, with the notches filled that are no deeper and no wider than given.
+    """Outlines, shape (R,), in metres, with the notches filled that are no deeper and no wider than given, in metres.
 
     A notch is a rectangle that is missing in a corner of the room, or on one of its sides: there the wall goes on
-    behind the furniture. One that holds part of another room stays, so that outlines never overlap.
+    behind the furniture. One that holds part of another room stays, so that outlines that do not overlap never will.
+    What is less deep than 0.35 m stays too.
     """
     filled = outlines.copy()
     tree = STRtree(outlines)
@@ -33,24 +39,28 @@ def fill_notches(outlines: Polygons, *, depth: float, width: float) -> Polygons:
 
 
 def _fill_outline(outline: Polygon, others: Polygons, *, depth: float, width: float) -> Polygon:
-    """Outline with its notches filled one after the other, the smallest first."""
-    refused: set[bytes] = set()
+    """Outline with its notches filled one after the other, the smallest first; others are the rooms around it."""
+    tried: set[bytes] = set()
     while True:
         corners = shapely.get_coordinates(shapely.orient_polygons(outline).exterior)[:-1]
-        notches = [notch for notch in _find_notches(corners, depth=depth, width=width) if notch.wkb not in refused]
+        notches = [notch for notch in _find_notches(corners, depth=depth, width=width) if notch.wkb not in tried]
         if not notches:
             return outline
         notch = min(notches, key=lambda notch: (notch.area, notch.wkb))
-        joined = shapely.union(outline, notch, grid_size=1e-6)
-        taken = shapely.area(shapely.intersection(notch, others)).sum() > TOUCH if len(others) else False
-        if taken or not isinstance(joined, Polygon) or len(joined.interiors) > len(outline.interiors):
-            refused.add(notch.wkb)
-        else:
-            outline = shapely.simplify(joined, 1e-3)
+        tried.add(notch.wkb)
+        taken = shapely.union_all(shapely.intersection(notch, others))
+        joined = shapely.union(outline, notch - taken, grid_size=GRID)
+        # What holds another room or encloses a yard is no furniture.
+        if taken.area <= TOUCH and isinstance(joined, Polygon) and len(joined.interiors) <= len(outline.interiors):
+            outline = shapely.simplify(joined, 2 * GRID)
 
 
 def _find_notches(corners: Floats, *, depth: float, width: float) -> Iterator[Polygon]:
-    """Rectangles that are missing in the corners and on the sides of a counter-clockwise ring, shape (N, 2)."""
+    """Rectangles that are missing in the corners and on the sides of a counter-clockwise ring, shape (N, 2).
+
+    In a corner of the room the ring goes a, b, c around a rectangle with its corner b in the room; on a side it goes
+    a, b, c, d, with b and c in the room.
+    """
     a, b, c, d = (np.roll(corners, -shift, axis=0) for shift in range(4))
     first, second, third = b - a, c - b, d - c
     lengths = [np.hypot(*side.T) for side in (first, second, third)]
@@ -64,6 +74,7 @@ def _find_notches(corners: Floats, *, depth: float, width: float) -> Iterator[Po
         yield Polygon([a[i], a[i] + c[i] - b[i], c[i], b[i]])
     square_after = np.roll(square, -1)
     convex_beyond = np.roll(convex_after, -1)
+    # A narrow notch counts as wider, because one cell more on one of its sides would make it slant.
     level = np.abs(lengths[0] - lengths[2]) <= SKEW * np.maximum(lengths[1], depth / 2)
     deepest = np.maximum(lengths[0], lengths[2])
     shallow = (deepest <= depth) & (deepest >= LEAST)

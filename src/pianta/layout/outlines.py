@@ -1,4 +1,4 @@
-"""Outlines of the rooms of a label image: polygons that never overlap."""
+"""Outlines of the rooms of a label image: polygons along the sides of its cells, which never overlap."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ Polygons = NDArray[np.object_]
 
 
 def outline_labels(labels: Labels) -> tuple[Polygons, Labels]:
-    """Outline along the sides of the cells, x = col and y = row, of the largest part of each label; and the label.
+    """Outline of the largest part of each label, in cells, x = col and y = row; and the label. Both of shape (R,).
 
-    labels: shape (H, W); n > 0 is a room, anything else is none. Parts touch by an edge.
-    Both are of shape (R,), and the labels ascend. The outlines are a valid coverage.
+    labels: shape (H, W); n > 0 is a room, anything else is none. Cells of one part are joined by their sides.
+    The labels ascend. The outlines are a valid coverage: neighbours share all corners on their common side.
     """
     outlines, label = _outline_parts(labels)
     # The largest part of each label comes last among its own.
@@ -26,13 +26,13 @@ def outline_labels(labels: Labels) -> tuple[Polygons, Labels]:
 
 
 def largest_part(shape: shapely.Geometry) -> Polygon:
-    """The largest polygon of a geometry, which need not be valid."""
+    """The largest polygon of a geometry, which need not be valid; an empty one where there is none."""
     parts = shapely.get_parts(shapely.make_valid(shape))
     return max((part for part in parts if isinstance(part, Polygon)), key=lambda part: part.area, default=Polygon())
 
 
-def _outline_parts(labels: Labels) -> tuple[NDArray[np.object_], NDArray[np.integer]]:
-    """Polygons, x = col and y = row, of all parts of all labels, and the label of each; both of shape (P,)."""
+def _outline_parts(labels: Labels) -> tuple[Polygons, Labels]:
+    """Polygons, x = col and y = row, of all parts of all labels n > 0, and the label of each; both of shape (P,)."""
     around = np.pad(labels, 1)
     upright = _trace_sides(around[1:-1, :-1], around[1:-1, 1:])
     level = _trace_sides(around[:-1, 1:-1].T, around[1:, 1:-1].T)[:, :, ::-1]
@@ -44,7 +44,7 @@ def _outline_parts(labels: Labels) -> tuple[NDArray[np.object_], NDArray[np.inte
     return parts[label > 0], label[label > 0]
 
 
-def _trace_sides(left: Labels, right: Labels) -> NDArray[np.float64]:
+def _trace_sides(left: Labels, right: Labels) -> Floats:
     """Ends, shape (N, 2, 2), as (col, row), of the upright lines between two cells beside each other that differ.
 
     left, right: shape (H, W + 1). A line goes on while the same two labels lie beside it, so that it ends wherever

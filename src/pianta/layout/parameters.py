@@ -70,13 +70,21 @@ class StructureParameters:
     patch_area: free space apart from the rest that is smaller than this is noise; m².
     passage_width: narrower passages lead nowhere.
     saddle_ratio: a place is a neck when its clearance is less than this share of that on both sides.
+    mouth_ratio: and where one side has less than this share of the clearance of the other.
     neck_distance: of two necks with both ends nearer than this the shorter one stays.
     wall_reach: how far beyond the jambs of a neck the wall in line with it is followed.
-    room_area: a smaller room belongs to its neighbour; m².
+    room_area: a smaller room belongs to its neighbour, or is none; m².
+    closed_room_area: a smaller room without a passage belongs to its neighbour; m².
     smoothing: side of the square whose area an outline may leave out at a corner.
     notch_depth, notch_width: furniture along a wall is no deeper and no wider than this.
     door_width: wider passages are openings.
     frontier: a room that borders as much unseen space is partial.
+    split_share: two parts of a room are rooms when at most this share of the wall line between them is open.
+    split_wall: wall between two such parts, at least.
+    split_opening: widest opening between them, as a multiple of the clearance of the narrower one, at most.
+    split_clearance, split_area: clearance (m) and area (m²) of each such part, at least.
+    longest_opening: a wider opening of a wall line is not closed.
+    line_reach: how far a wall line is followed both ways.
 
     Raises OptionError, naming all of them, when a value is not a positive finite number.
     """
@@ -84,16 +92,25 @@ class StructureParameters:
     working_resolution: float = 0.05
     clutter_size: float = 1.5
     patch_area: float = 0.25
-    passage_width: float = 0.2
+    passage_width: float = 0.3
     saddle_ratio: float = 0.92
+    mouth_ratio: float = 0.65
     neck_distance: float = 0.35
     wall_reach: float = 3.0
     room_area: float = 0.5
+    closed_room_area: float = 0.8
     smoothing: float = 0.1
     notch_depth: float = 1.0
     notch_width: float = 3.0
     door_width: float = 2.0
     frontier: float = 1.0
+    split_share: float = 0.65
+    split_wall: float = 1.8
+    split_opening: float = 1.1
+    split_clearance: float = 1.65
+    split_area: float = 3.0
+    longest_opening: float = 6.0
+    line_reach: float = 12.0
 
     def __post_init__(self) -> None:
         _check_positive(self)

@@ -1,9 +1,14 @@
-"""Pieces of the free space: what remains between the necks, and the borders where two pieces meet."""
+"""Pieces of the free space: what remains between the necks, and the borders where two pieces meet.
+
+Section 2.2 of the thesis: critical points segment the map into regions, which are then merged with their neighbours
+(Thrun 1998; Bormann et al. 2016).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
+from typing import Any
 
 import cv2
 import numpy as np
@@ -27,7 +32,8 @@ ASTRAY = 0.1
 class Pieces:
     """The free space, cut along the borders.
 
-    labels: shape (H, W), n > 0 for piece n, 0 elsewhere and on the borders.
+    labels: shape (H, W), n > 0 for piece n, 0 outside the space and where it is too narrow to pass and joined to no
+    piece; a cell on a border is in the nearest piece.
     width: shape (1 + P,), diameter of the largest circle in each piece; metres. area: shape (1 + P,); m².
     hulls: corners of the convex hull of each piece, col and row, shape (V, 1, 2); of number 0 there are none.
     resolution: metres per cell.
@@ -44,11 +50,12 @@ class Pieces:
 class Borders:
     """Where two pieces meet, and what lies in line with it.
 
-    lines: shape (B, 2, 2), end, then row and col. opening: shape (B,), length of each line; metres.
-    sides: shape (B, 2), the pieces on the two sides.
+    lines: shape (B, 2, 2), end, then row and col of a cell. opening: shape (B,), length of each line; metres.
+    sides: shape (B, 2), the pieces on the left and on the right, as one looks from the first end to the second with row
+    0 at the top.
     border, left, right, open, beyond: shape (S,) each, for samples every cell along the line of each border and what
-    is in line with it: the border; the pieces to the left and to the right, 0 for none; whether no wall is there; and
-    0 on the border itself, 1 beyond its first end, 2 beyond its second.
+    is in line with it, where a piece is beside it: the border; the pieces to the left and to the right, 0 for none;
+    whether no wall is there; and 0 on the border itself, 1 beyond its first end, 2 beyond its second.
     """
 
     lines: Floats
@@ -62,39 +69,48 @@ class Borders:
 
 
 def cut_into_pieces(space: Mask, clearance: Clearance, lines: Floats, *, least: float, resolution: float) -> Pieces:
-    """Pieces of the space, shape (H, W), that lines, shape (N, 2, 2), leave."""
+    """Pieces of the space that the lines leave.
+
+    space: shape (H, W). clearance: its distance transform, in cells. lines: shape (N, 2, 2), end, then row and col.
+    least: what has no more clearance, in cells, joins nothing and belongs to the nearest piece.
+    resolution: metres per cell.
+    """
     cut = (clearance > least).astype(np.uint8)
     for (row0, col0), (row1, col1) in np.rint(lines).astype(int).tolist():
         cv2.line(cut, (col0, row0), (col1, row1), 0)
-    count, labels = cv2.connectedComponents(cut, connectivity=4)
-    labels = spread_pieces(labels, space)
+    # A line of cells that touch by their corners parts what is joined by sides.
+    count, parts = cv2.connectedComponents(cut, connectivity=4)
+    labels = spread_pieces(parts.astype(np.int32), space)
     radius = np.zeros(count)
-    np.maximum.at(radius, labels[space], clearance[space])
-    area = np.bincount(labels[space], minlength=count) * resolution**2
-    return Pieces(labels, 2 * radius * resolution, area, (np.zeros((0, 1, 2), np.int32), *_list_hulls(labels)), resolution)
+    inside = labels > 0
+    np.maximum.at(radius, labels[inside], clearance[inside])
+    area = np.bincount(labels[inside], minlength=count) * resolution**2
+    hulls = (np.zeros((0, 1, 2), np.int32), *_list_hulls(labels))
+    return Pieces(labels, 2 * radius * resolution, area.astype(float), hulls, resolution)
 
 
 def find_borders(pieces: Pieces, space: Mask, lines: Floats, *, reach: float) -> Borders:
     """Borders along the lines that have different pieces on their two sides.
 
+    space: shape (H, W). lines: shape (N, 2, 2), end, then row and col of a cell.
     reach: how far beyond both ends of a line the wall in line with it is followed; metres.
     """
     length = measure_lengths(lines)
     along = (lines[:, 1] - lines[:, 0]) / np.maximum(length, 1e-9)[:, None]
-    across = np.column_stack([along[:, 1], -along[:, 0]])
+    # To the left, because rows count downwards.
+    across = np.column_stack([-along[:, 1], along[:, 0]])
     margin = ceil(reach / pieces.resolution)
     counts = np.ceil(length).astype(int) + 2 * margin + 1
     border = np.repeat(np.arange(len(lines)), counts)
     step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) - margin
     place = lines[border, 0] + step[:, None] * along[border]
-    beside = [round(distance / pieces.resolution) for distance in BESIDE]
+    # At no distance there would be one piece on both sides.
+    beside = [max(round(distance / pieces.resolution), 1) for distance in BESIDE]
     left = _first_piece(pieces.labels, place, across[border], beside)
     right = _first_piece(pieces.labels, place, -across[border], beside)
     within = (step >= 0) & (step <= length[border])
     band = round(ASTRAY / pieces.resolution)
-    is_open = np.logical_and.reduce(
-        [_look_up(space, place + miss * across[border]) for miss in range(-band, band + 1)]
-    )
+    is_open = np.logical_and.reduce([_look_up(space, place + miss * across[border]) for miss in range(-band, band + 1)])
     sides = _find_sides(border, left, right, within, len(lines))
     real = sides[:, 0] > 0
     kept = real[border] & ((left > 0) | (right > 0))
@@ -112,12 +128,10 @@ def find_borders(pieces: Pieces, space: Mask, lines: Floats, *, reach: float) ->
 
 
 def _find_sides(border: Indices, left: Indices, right: Indices, within: Mask, count: int) -> Indices:
-    """The two pieces that lie opposite each other along most of each border, 0 where there are none; shape (N, 2)."""
+    """The pieces left and right of most of each border, where they differ; 0 where none do; shape (N, 2)."""
     sides = np.zeros((count, 2), np.intp)
     opposite = within & (left > 0) & (right > 0) & (left != right)
-    meetings, samples = np.unique(
-        np.column_stack([border, left, right])[opposite], axis=0, return_counts=True
-    )
+    meetings, samples = np.unique(np.column_stack([border, left, right])[opposite], axis=0, return_counts=True)
     # The pair with the most samples comes last, and is what stays.
     order = np.argsort(samples, kind="stable")
     sides[meetings[order, 0]] = meetings[order, 1:]
@@ -125,23 +139,26 @@ def _find_sides(border: Indices, left: Indices, right: Indices, within: Mask, co
 
 
 def _first_piece(labels: Labels, place: Floats, across: Floats, beside: list[int]) -> Indices:
-    """The first piece beside each place, in the direction across; 0 for none."""
+    """The first piece beside each place, shape (S,), 0 for none.
+
+    place, across: shape (S, 2), row and col; across of length 1. beside: distances to look at, nearest first; cells.
+    """
     found = np.zeros(len(place), np.intp)
     for distance in beside:
         found = np.where(found == 0, _look_up(labels, place + distance * across), found)
     return found
 
 
-def _look_up(image: NDArray, place: Floats) -> NDArray:
-    """Values of an image at row, col of places, shape (S, 2), in cells; 0 outside."""
+def _look_up(image: NDArray[Any], place: Floats) -> NDArray[Any]:
+    """Values of an image at the cells nearest to places, shape (S, 2), row and col; 0 outside; shape (S,)."""
     rows, cols = np.rint(place).astype(np.intp).T
     height, width = image.shape
     inside = (rows >= 0) & (rows < height) & (cols >= 0) & (cols < width)
     return np.where(inside, image[rows.clip(0, height - 1), cols.clip(0, width - 1)], 0)
 
 
-def _list_hulls(labels: Labels) -> list[NDArray[np.int32]]:
-    """Corners of the convex hull of pieces 1 … P, col and row."""
+def _list_hulls(labels: Labels) -> list[Hull]:
+    """Corners of the convex hull of the cells of pieces 1 … P, col and row, shape (V, 1, 2) each."""
     hulls = []
     for number, window in enumerate(ndimage.find_objects(labels), start=1):
         rows = labels[window] == number
@@ -155,11 +172,22 @@ def _list_hulls(labels: Labels) -> list[NDArray[np.int32]]:
 
 
 def spread_pieces(labels: Labels, space: Mask) -> Labels:
-    """Labels, shape (H, W), with every cell of the space in the nearest piece, and no other cell in any."""
+    """Labels, shape (H, W), with every cell of the space in the nearest piece, and no other cell in any.
+
+    Behind a wall the nearest piece is the one nearest on foot; space that no piece is joined to is in none.
+    """
+    from skimage.measure import label
+    from skimage.segmentation import watershed
+
     nobody = labels == 0
     _, nearest = cv2.distanceTransformWithLabels(
         nobody.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
     )
     piece_of_label = np.zeros(nearest.max() + 1, labels.dtype)
     piece_of_label[nearest[~nobody]] = labels[~nobody]
-    return np.where(space, piece_of_label[nearest], 0)
+    spread = np.where(space, piece_of_label[nearest], 0)
+    # Parts that are not joined to their piece lie behind a wall: there the pieces spread step by step.
+    parts = label(spread, connectivity=1)
+    joined = np.bincount(parts[~nobody], minlength=parts.max() + 1) > 0
+    spread[~joined[parts]] = 0
+    return np.asarray(watershed(np.zeros(labels.shape, np.uint8), spread, mask=space), np.int32)

@@ -3,69 +3,71 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely import LineString
 
 from pianta.errors import MapError
-from pianta.floor import Door, Floor, Room
+from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout.canvas import Canvas, Mask, draw_canvas
 from pianta.layout.clutter import remove_clutter
 from pianta.layout.doors import compute_clearance
 from pianta.layout.frontiers import find_frontiers, measure_frontiers
-from pianta.layout.merging import MODEL, merge_pieces
-from pianta.layout.necks import find_necks
+from pianta.layout.merging import MODEL, MergeModel, absorb_small_rooms, merge_pieces
+from pianta.layout.necks import Clearance, Floats, find_necks
 from pianta.layout.notches import fill_notches
 from pianta.layout.numbering import assemble_floor
 from pianta.layout.outlines import largest_part, outline_labels
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.pieces import Borders, Indices, Labels, Pieces, cut_into_pieces, find_borders
+from pianta.layout.passages import list_passages
+from pianta.layout.pieces import Borders, Labels, Pieces, cut_into_pieces, find_borders
+from pianta.layout.splitting import split_rooms
+from pianta.layout.wall_lines import find_wall_lines
 
 
 @dataclass(frozen=True, eq=False)
 class Cut:
     """The free space of a map, cut wherever two rooms may meet.
 
-    space: shape (H, W) of the canvas, where a robot may be, furniture removed.
+    space: shape (H, W) of the canvas, where a robot may be, furniture removed. clearance: its distance transform, in
+    cells.
     """
 
     canvas: Canvas
     space: Mask
+    clearance: Clearance
     pieces: Pieces
     borders: Borders
 
 
-def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters, source: str = "") -> Floor:
+def reconstruct_structure(
+    grid: GridMap, *, parameters: StructureParameters, model: MergeModel = MODEL, source: str = ""
+) -> Floor:
     """Floor of a grid map: rooms that are cut at doors and follow the walls, and the doors; metres of the map frame.
 
     Rooms are numbered in reading order of the map image. Raises MapError when the map shows no room.
     """
     # Cut the free space at every neck that may be a door
     cut = cut_space(grid, parameters)
-    # Merge what was cut without reason: openness, walls in line, sizes and shapes decide
-    rooms, parting, odds = merge_pieces(cut.pieces, cut.borders, MODEL)
-    # Rooms too small to be one belong to the neighbour that they open to most
-    owner = _absorb_small_rooms(rooms.owner, cut, parting, odds, parameters)
-    labels = owner[cut.pieces.labels].astype(np.int32)
-    frontier = find_frontiers(grid, cut.canvas, cut.space)
+    # Merge what was cut without reason, and cut along lines of wall what has no neck
+    labels, passages = find_rooms(cut, parameters, model)
     # Give the rooms clean outlines that go on behind the furniture along their walls
     outlines, numbers = outline_rooms(labels, cut.canvas, parameters)
     if not len(numbers):
         raise MapError("the map shows no room, its free space is too small or too scattered; check the resolution")
-    length = measure_frontiers(labels, frontier, resolution=cut.canvas.resolution)
-    found = [
-        Room(i, outline, partial=bool(length[number] >= parameters.frontier))
-        for i, (outline, number) in enumerate(zip(outlines, numbers.tolist(), strict=True), start=1)
+    # Rooms that end at unknown space are partial
+    unseen = measure_frontiers(labels, find_frontiers(grid, cut.canvas, cut.space), resolution=cut.canvas.resolution)
+    rooms = [
+        Room(number, outline, partial=bool(unseen[number] >= parameters.frontier))
+        for number, outline in zip(numbers.tolist(), outlines, strict=True)
     ]
-    id_of = {int(number): room.id for number, room in zip(numbers, found, strict=True)}
-    # Doors are the borders that are left
-    doors = _list_doors(owner, cut, id_of, parameters)
-    return assemble_floor(found, doors, (), grid, source)
+    # The lines along which two rooms are still cut are the doors
+    borders = find_borders(replace(cut.pieces, labels=labels), cut.space, passages, reach=0.0)
+    doors = list_passages(borders, cut.canvas, least=parameters.passage_width / 2, door_width=parameters.door_width)
+    return assemble_floor(rooms, doors, (), grid, source)
 
 
 def cut_space(grid: GridMap, parameters: StructureParameters) -> Cut:
@@ -79,11 +81,26 @@ def cut_space(grid: GridMap, parameters: StructureParameters) -> Cut:
         space,
         clearance,
         saddle_ratio=parameters.saddle_ratio,
+        mouth_ratio=parameters.mouth_ratio,
         passage=parameters.passage_width / cell,
         merge_distance=parameters.neck_distance / cell,
     )
     pieces = cut_into_pieces(space, clearance, necks, least=parameters.passage_width / 2 / cell, resolution=cell)
-    return Cut(canvas, space, pieces, find_borders(pieces, space, necks, reach=parameters.wall_reach))
+    borders = find_borders(pieces, space, necks, reach=parameters.wall_reach)
+    return Cut(canvas, space, clearance, pieces, borders)
+
+
+def find_rooms(cut: Cut, parameters: StructureParameters, model: MergeModel) -> tuple[Labels, Floats]:
+    """Rooms as a label image of the canvas, shape (H, W), and the lines that part them, shape (N, 2, 2), in cells."""
+    cell = cut.canvas.resolution
+    # Openness, walls in line, sizes and shapes say which necks are doors
+    rooms, parting, odds = merge_pieces(cut.pieces, cut.borders, model)
+    owner = absorb_small_rooms(rooms.owner, cut.pieces, cut.borders, parting, odds, parameters=parameters)
+    labels = owner[cut.pieces.labels].astype(np.int32)
+    # Lines of wall say where a room is open wider than a neck
+    lines = find_wall_lines(cut.space, resolution=cell)
+    labels, openings = split_rooms(labels, cut.space, cut.clearance, lines, parameters=parameters, resolution=cell)
+    return labels, np.concatenate([cut.borders.lines[parting], openings])
 
 
 def outline_rooms(
@@ -103,36 +120,3 @@ def _drop_patches(free: Mask, least: float) -> Mask:
     large = stats[:, cv2.CC_STAT_AREA] >= least
     large[0] = False
     return np.asarray(large[labels])
-
-
-def _absorb_small_rooms(
-    owner: Indices, cut: Cut, parting: Indices, odds: NDArray[np.float64], parameters: StructureParameters
-) -> Indices:
-    """Room of each piece, where rooms below the least area belong to a neighbour; 0 where they have none."""
-    owner = owner.copy()
-    area = np.bincount(owner, weights=cut.pieces.area, minlength=len(owner))
-    for border in parting[np.argsort(-odds, kind="stable")]:
-        one, other = sorted(owner[cut.borders.sides[border]].tolist(), key=lambda room: area[room])
-        if one != other and area[one] < parameters.room_area:
-            owner[owner == one] = other
-            area[other] += area[one]
-    return np.where(area[owner] < parameters.room_area, 0, owner)
-
-
-def _list_doors(owner: Indices, cut: Cut, id_of: dict[int, int], parameters: StructureParameters) -> list[Door]:
-    """Doors where two rooms meet; what is more than twice as wide as the door in the middle of all is an opening."""
-    cell = cut.canvas.resolution
-    sides = owner[cut.borders.sides]
-    chosen = [i for i, (one, other) in enumerate(sides.tolist()) if one != other and {one, other} <= id_of.keys()]
-    widths = np.maximum(cut.borders.opening[chosen] - cell, 0)
-    limit = min(2 * float(np.median(widths)), parameters.door_width) if chosen else parameters.door_width
-    doors = []
-    for border, width in zip(chosen, widths.tolist(), strict=True):
-        ends = cut.borders.lines[border][:, ::-1] + 0.5
-        # An obstacle ends half a cell before its centre.
-        inward = (ends[::-1] - ends) / max(np.hypot(*(ends[1] - ends[0])), 1e-9) / 2
-        line = LineString(cut.canvas.to_map(LineString((ends + inward) * cell)))
-        one, other = (id_of[number] for number in sides[border].tolist())
-        kind: Literal["door", "opening"] = "door" if width <= limit else "opening"
-        doors.append(Door((one, other), line, width, kind))
-    return doors

@@ -1,0 +1,46 @@
+"""Passages between rooms: the lines along which a layout was cut, as doors and openings."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import shapely
+from shapely import LineString
+
+from pianta.floor import Door
+from pianta.layout.canvas import Canvas
+from pianta.layout.doors import drop_repeated_doors
+from pianta.layout.necks import Floats
+from pianta.layout.pieces import Borders
+
+# A passage is an opening when it is this many times as wide as the one in the middle of all.
+WIDE = 2.0
+
+
+def list_passages(borders: Borders, canvas: Canvas, *, least: float, door_width: float) -> list[Door]:
+    """Doors and openings, in the map frame, where borders part two rooms; a room has the id of its label.
+
+    borders: on the canvas, in cells; both ends of a line are the nearest cells of the two jambs.
+    least: narrower passages are none; metres. door_width: wider ones are openings, as are those twice as wide as the
+    one in the middle of all; metres.
+    """
+    # An obstacle ends half a cell before its centre.
+    widths = np.maximum(borders.opening - canvas.resolution, 0)
+    chosen = np.flatnonzero(widths >= least)
+    limit = min(WIDE * float(np.median(widths[chosen])), door_width) if len(chosen) else door_width
+    found: dict[tuple[int, int], list[Door]] = {}
+    for i in chosen:
+        one, other = sorted(borders.sides[i].tolist())
+        kind: Literal["door", "opening"] = "door" if widths[i] <= limit else "opening"
+        passage = LineString(canvas.to_map(_trim_line(borders.lines[i], canvas)))
+        found.setdefault((one, other), []).append(Door((one, other), passage, float(widths[i]), kind))
+    return [door for doors in found.values() for door in drop_repeated_doors(doors)]
+
+
+def _trim_line(line: Floats, canvas: Canvas) -> shapely.Geometry:
+    """Line between the centres of two cells, shape (2, 2), less half a cell at each end; metres of the canvas."""
+    ends = line[:, ::-1] + 0.5
+    length = max(float(np.hypot(*(ends[1] - ends[0]))), 1.0)
+    inward = (ends[::-1] - ends) / length / 2
+    return LineString((ends + inward) * canvas.resolution)
