@@ -99,7 +99,7 @@ def prepare_lessons(data: Path) -> Iterator[Lesson]:
 
 
 def walk_path(lesson: Lesson, model: MergeModel) -> list[Example]:
-    """Examples of one path from the pieces of a map to its true rooms; all of a map count as much as those of others."""
+    """Examples of one path from the pieces of a map to its true rooms; the more there are, the less each counts."""
     rooms, overlap = start_rooms(lesson.pieces), lesson.overlap.copy()
     met: dict[tuple[int, bool], list[NDArray[np.float64]]] = {}
     while len(parting := find_parting_borders(rooms, lesson.borders)):

@@ -21,7 +21,7 @@ LEAST_SHARE, LEAST_AREA = 0.02, 0.01
 MANY = 5
 # Two stretches of one corridor are at least this many times as long as wide, and meet over at least these shares of
 # their widths and of the line between them.
-STRETCHED, AS_WIDE, NEARLY_AS_WIDE, AS_OPEN = 2.0, 0.8, 0.7, 0.8
+STRETCHED, AS_WIDE, NEARLY_AS_WIDE, AS_OPEN = 2.0, 0.8, 0.45, 0.8
 
 
 @dataclass(frozen=True)
