@@ -200,11 +200,11 @@ def absorb_small_rooms(
 
 def _list_contacts(labels: Labels) -> Indices:
     """Pairs of labels above 0 that touch by an edge, the longest contact first; shape (N, 2)."""
-    below = np.column_stack([labels[:-1].ravel(), labels[1:].ravel()])
-    beside = np.column_stack([labels[:, :-1].ravel(), labels[:, 1:].ravel()])
-    touching = np.concatenate([below, beside])
-    touching = np.sort(touching[(touching[:, 0] != touching[:, 1]) & (touching > 0).all(axis=1)], axis=1)
-    pairs, lengths = np.unique(touching, axis=0, return_counts=True)
+    touching = []
+    for one, other in ((labels[:-1], labels[1:]), (labels[:, :-1], labels[:, 1:])):
+        meet = (one != other) & (one > 0) & (other > 0)
+        touching.append(np.column_stack([one[meet], other[meet]]))
+    pairs, lengths = np.unique(np.sort(np.concatenate(touching), axis=1), axis=0, return_counts=True)
     return pairs[np.argsort(-lengths, kind="stable")].astype(np.intp)
 
 

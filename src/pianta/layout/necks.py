@@ -168,14 +168,22 @@ def drop_repeated_lines(lines: Floats, distance: float) -> Floats:
 
     Both ends of a line that is left out are nearer than distance to those of a shorter one, in either order.
     """
-    kept: list[Floats] = []
-    for line in lines[np.argsort(measure_lengths(lines), kind="stable")]:
-        others = np.array(kept).reshape(-1, 2, 2)
-        same = np.hypot(*np.moveaxis(others - line, -1, 0)).max(axis=1, initial=0)
-        turned = np.hypot(*np.moveaxis(others - line[::-1], -1, 0)).max(axis=1, initial=0)
-        if (np.minimum(same, turned) >= distance).all():
-            kept.append(line)
-    return np.array(kept).reshape(-1, 2, 2)
+    lines = lines[np.argsort(measure_lengths(lines), kind="stable")]
+    ends, turned = lines.reshape(-1, 4), lines[:, ::-1].reshape(-1, 4)
+    tree = KDTree(ends)
+    kept = np.ones(len(lines), bool)
+    for i in range(len(lines)):
+        # Each end is nearer than distance, so both together are nearer than this.
+        others = np.array(sorted(set(tree.query_ball_point([ends[i], turned[i]], distance * 2**0.5).sum())), int)
+        others = others[others > i]
+        repeats = np.minimum(_measure_apart(lines[others], lines[i]), _measure_apart(lines[others], lines[i, ::-1]))
+        kept[others[repeats < distance]] &= not kept[i]
+    return lines[kept]
+
+
+def _measure_apart(lines: Floats, other: Floats) -> Floats:
+    """How far the first ends, or the second ends, are apart, whichever is more; shape (N,)."""
+    return np.asarray(np.hypot(*np.moveaxis(lines - other, -1, 0)).max(axis=1, initial=0))
 
 
 def measure_lengths(lines: Floats) -> Floats:

@@ -176,9 +176,6 @@ def spread_pieces(labels: Labels, space: Mask) -> Labels:
 
     Behind a wall the nearest piece is the one nearest on foot; space that no piece is joined to is in none.
     """
-    from skimage.measure import label
-    from skimage.segmentation import watershed
-
     nobody = labels == 0
     _, nearest = cv2.distanceTransformWithLabels(
         nobody.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
@@ -186,8 +183,25 @@ def spread_pieces(labels: Labels, space: Mask) -> Labels:
     piece_of_label = np.zeros(nearest.max() + 1, labels.dtype)
     piece_of_label[nearest[~nobody]] = labels[~nobody]
     spread = np.where(space, piece_of_label[nearest], 0)
-    # Parts that are not joined to their piece lie behind a wall: there the pieces spread step by step.
-    parts = label(spread, connectivity=1)
-    joined = np.bincount(parts[~nobody], minlength=parts.max() + 1) > 0
-    spread[~joined[parts]] = 0
-    return np.asarray(watershed(np.zeros(labels.shape, np.uint8), spread, mask=space), np.int32)
+    # Parts that are not joined to their piece lie behind a wall
+    for number, window in enumerate(ndimage.find_objects(spread), start=1):
+        if window is None:
+            continue
+        count, parts = cv2.connectedComponents((spread[window] == number).astype(np.uint8), connectivity=4)
+        joined = np.bincount(parts[labels[window] == number], minlength=count) > 0
+        joined[0] = True
+        spread[window][~joined[parts]] = 0
+    _spread_step_by_step(spread, space)
+    return np.asarray(spread, np.int32)
+
+
+def _spread_step_by_step(labels: Labels, space: Mask) -> None:
+    """Give cells of the space that are in no piece to the one that reaches them first, cell by cell, if any does."""
+    from skimage.segmentation import watershed
+
+    count, _, stats, _ = cv2.connectedComponentsWithStats((space & (labels == 0)).astype(np.uint8), connectivity=4)
+    for left, top, width, height, _ in stats[1:count].tolist():
+        window = np.s_[max(top - 1, 0) : top + height + 1, max(left - 1, 0) : left + width + 1]
+        if labels[window].any():
+            flat = np.zeros(labels[window].shape, np.uint8)
+            labels[window] = watershed(flat, labels[window], mask=space[window])

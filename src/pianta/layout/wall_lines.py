@@ -8,6 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from pianta.layout.canvas import Mask
 from pianta.layout.necks import Floats
@@ -150,13 +151,17 @@ def _face_walls(points: Floats, along: Floats, lengths: Floats, space: Mask, bes
 
 def _drop_doubles(lines: WallLines, resolution: float) -> WallLines:
     """Lines without those that lie on an earlier one."""
-    steps = (lines.points[:, None] - lines.points) * resolution
-    across, along = (np.abs((steps * directions).sum(axis=2)) for directions in (turn(lines.along), lines.along))
-    same = (np.maximum(across, across.T) < SAME_ACROSS) & (along < SAME_ALONG)
-    same &= lines.towards @ lines.towards.T > np.cos(np.radians(SAME_ANGLE))
+    near = KDTree(lines.points).query_pairs(np.hypot(SAME_ALONG, SAME_ACROSS) / resolution, output_type="ndarray")
+    earlier, later = near[np.lexsort(near.T)].T if len(near) else np.zeros((2, 0), int)
+    steps = (lines.points[earlier] - lines.points[later]) * resolution
+    across = [np.abs((steps * turn(lines.along[which])).sum(axis=1)) for which in (earlier, later)]
+    along = np.abs((steps * lines.along[later]).sum(axis=1))
+    agreement = (lines.towards[earlier] * lines.towards[later]).sum(axis=1)
+    same = (np.maximum(*across) < SAME_ACROSS) & (along < SAME_ALONG) & (agreement > np.cos(np.radians(SAME_ANGLE)))
     kept = np.ones(len(lines), bool)
-    for line in range(len(lines)):
-        kept[line + 1 :] &= ~(kept[line] & same[line, line + 1 :])
+    # Sorted by the later one, so that whether the earlier one stays is known.
+    for first, second in zip(earlier[same].tolist(), later[same].tolist(), strict=True):
+        kept[second] &= not kept[first]
     return lines.select(kept)
 
 
