@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import networkx as nx
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from pianta.drawing import plot_doors, plot_graph, plot_rooms, save_picture
+from pianta.drawing import ROOM_COLORS, plot_doors, plot_graph, plot_rooms, save_picture
+from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout.affinity import find_partial_faces
 from pianta.layout.canvas import Canvas, draw_canvas
@@ -20,15 +23,21 @@ from pianta.layout.contour import compute_map_contour
 from pianta.layout.doors import compute_clearance, draw_voronoi_diagram
 from pianta.layout.faces import Faces, cut_lines, find_faces, label_faces, share_free, share_inside
 from pianta.layout.lines import RepresentativeLine, cluster_angles, get_representative_lines
-from pianta.layout.parameters import ThesisParameters
+from pianta.layout.merging import MODEL, absorb_small_rooms, merge_pieces
+from pianta.layout.necks import Floats, find_necks
+from pianta.layout.parameters import StructureParameters, ThesisParameters
+from pianta.layout.pieces import Indices, Labels
 from pianta.layout.reconstruct import reconstruct
+from pianta.layout.splitting import split_rooms
+from pianta.layout.structure import Cut, cut_space
+from pianta.layout.wall_lines import WallLines, find_wall_lines
 from pianta.layout.walls import detect_edges, detect_segments
 from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import make_sample, map_floor
 
 IMAGES = Path(__file__).parent / "images"
-PARAMETERS = ThesisParameters()
-FREE, SHADE, WALL, ACCENT = "#ffffff", "#d9d9d9", "#303030", "#b5123b"
+PARAMETERS, STRUCTURE = ThesisParameters(), StructureParameters()
+FREE, SHADE, WALL, ACCENT, MERGED, LINE = "#ffffff", "#d9d9d9", "#303030", "#b5123b", "#0b7a3b", "#3355bb"
 
 
 def main() -> None:
@@ -36,10 +45,117 @@ def main() -> None:
     IMAGES.mkdir(exist_ok=True)
     _, grid = make_sample()
     save_picture(reconstruct(grid), grid, IMAGES / "sample.png")
+    draw_structure(map_floor(make_open_floor(), noise=0.3, furniture=0.2, seed=7), IMAGES / "structure.png")
     draw_steps(grid, IMAGES / "algorithm1.png")
     draw_doors(grid, IMAGES / "doors.png")
     ring = map_floor(make_ring_floor(seed=4), noise=0.3, furniture=0.2, seed=4)
-    save_picture(reconstruct(ring), ring, IMAGES / "ring.png", walls=True)
+    save_picture(reconstruct(ring, method="thesis"), ring, IMAGES / "ring.png", walls=True)
+
+
+def make_open_floor() -> Floor:
+    """A hall with three bays that are open to it by most of their front, rooms, and a corridor with a bend."""
+    corridor = shapely.union(shapely.box(16, 1.2, 22, 3.2), shapely.box(20, 3.2, 22, 9))
+    bays = [(0, 4.5, 5.2, 9), (5.2, 4.5, 10.6, 9), (10.6, 4.5, 16, 9)]
+    rooms = [(0, -5, 4, 0), (4, -5, 9, 0), (9, -5, 16, 0), (16, 3.2, 20, 9), (16, -5, 22, 1.2)]
+    spaces = [shapely.box(0, 0, 16, 4.5), corridor, *(shapely.box(*bounds) for bounds in (*bays, *rooms))]
+    passages = [
+        ((1, 2), [(16, 1.3), (16, 3.1)]),
+        ((1, 3), [(1, 4.5), (4.2, 4.5)]),
+        ((1, 4), [(6.3, 4.5), (9.5, 4.5)]),
+        ((1, 5), [(11.7, 4.5), (14.9, 4.5)]),
+        ((1, 6), [(1.5, 0), (2.4, 0)]),
+        ((1, 7), [(6, 0), (6.9, 0)]),
+        ((1, 8), [(12, 0), (12.9, 0)]),
+        ((2, 9), [(20, 5), (20, 5.9)]),
+        ((2, 10), [(18, 1.2), (18.9, 1.2)]),
+    ]
+    return Floor(
+        rooms=tuple(
+            Room(number, space.buffer(-0.075, join_style="mitre"), label="CORRIDOR" if number == 2 else "ROOM")
+            for number, space in enumerate(spaces, start=1)
+        ),
+        doors=tuple(
+            Door(pair, line, line.length)
+            for pair, line in ((pair, shapely.LineString(ends)) for pair, ends in passages)
+        ),
+    )
+
+
+def draw_structure(grid: GridMap, path: Path) -> None:
+    """Draw the steps of the method `structure` on one map."""
+    cut = cut_space(grid, STRUCTURE)
+    cell = cut.canvas.resolution
+    rooms, parting, odds = merge_pieces(cut.pieces, cut.borders, MODEL)
+    owner = absorb_small_rooms(rooms.owner, cut.pieces, cut.borders, parting, odds, parameters=STRUCTURE)
+    merged = owner[cut.pieces.labels].astype(np.int32)
+    walls = find_wall_lines(cut.space, resolution=cell)
+    _, openings = split_rooms(merged, cut.space, cut.clearance, walls, parameters=STRUCTURE, resolution=cell)
+    figure = Figure(figsize=(15, 10.6), layout="constrained")
+    axes = figure.subplots(2, 2).ravel()
+    plot_necks(cut, ax=axes[0])
+    plot_borders(cut, parting, ax=axes[1])
+    plot_openings(cut, merged, walls, openings, ax=axes[2])
+    floor = reconstruct(grid, method="structure")
+    plot_rooms(floor, ax=axes[3])
+    plot_doors(floor, ax=axes[3])
+    match_extent(axes[3], cut.canvas)
+    frame(axes[3], "rooms, doors (bold) and openings (dashed)")
+    save(figure, path)
+
+
+def plot_necks(cut: Cut, *, ax: Axes) -> Axes:
+    """Plot the clearance and its necks."""
+    cell = cut.canvas.resolution
+    necks = find_necks(
+        cut.space,
+        cut.clearance,
+        saddle_ratio=STRUCTURE.saddle_ratio,
+        mouth_ratio=STRUCTURE.mouth_ratio,
+        passage=STRUCTURE.passage_width / cell,
+        merge_distance=STRUCTURE.neck_distance / cell,
+    )
+    clearance = on_grid(cut.canvas, np.where(cut.space, cut.clearance, np.nan))
+    ax.imshow(clearance, cmap="viridis", extent=bounds_of(cut.canvas))
+    plot_cuts(necks, cut.canvas, color=ACCENT, ax=ax)
+    return frame(ax, "clearance, and its necks")
+
+
+def plot_borders(cut: Cut, parting: Indices, *, ax: Axes) -> Axes:
+    """Plot the pieces between the necks, and which borders the model keeps."""
+    show_labels(cut.pieces.labels, cut.canvas, ax=ax)
+    kept = np.isin(np.arange(len(cut.borders.lines)), parting)
+    plot_cuts(cut.borders.lines[~kept], cut.canvas, color=MERGED, ax=ax)
+    plot_cuts(cut.borders.lines[kept], cut.canvas, color=ACCENT, ax=ax)
+    return frame(ax, "pieces; red borders are kept, across green ones pieces are merged")
+
+
+def plot_openings(cut: Cut, merged: Labels, walls: WallLines, openings: Floats, *, ax: Axes) -> Axes:
+    """Plot the rooms that were merged, the wall lines, and the openings of these that divide a room."""
+    show_labels(merged, cut.canvas, ax=ax)
+    reach = walls.along * STRUCTURE.line_reach / cut.canvas.resolution
+    lines = np.stack([walls.points - reach, walls.points + reach], axis=1)
+    ax.set_autoscale_on(False)
+    plot_cuts(lines, cut.canvas, color=LINE, width=0.5, ax=ax)
+    plot_cuts(openings, cut.canvas, color=ACCENT, ax=ax)
+    return frame(ax, "merged rooms, wall lines (blue), and the opening that is closed (red)")
+
+
+def plot_cuts(lines: Floats, canvas: Canvas, *, color: str, ax: Axes, width: float = 3.5) -> Axes:
+    """Plot lines between cells of a canvas, shape (N, 2, 2): end, then row and col."""
+    drawn = [to_axes(shapely.LineString((line[:, ::-1] + 0.5) * canvas.resolution), canvas) for line in lines]
+    ax.add_collection(LineCollection(drawn, colors=color, linewidths=width))
+    return ax
+
+
+def show_labels(labels: Labels, canvas: Canvas, *, ax: Axes) -> Axes:
+    """Show labels of a canvas in colours that differ between neighbours, also through a wall."""
+    across = [(labels[:-8], labels[8:]), (labels[:, :-8], labels[:, 8:])]
+    pairs = np.concatenate([np.column_stack([one.ravel(), other.ravel()]) for one, other in across])
+    pairs = np.unique(pairs[(pairs > 0).all(axis=1) & (pairs[:, 0] != pairs[:, 1])], axis=0)
+    color_of = nx.greedy_color(nx.Graph(pairs.tolist()), strategy="DSATUR")
+    palette = np.array([to_rgb(SHADE)] + [to_rgb(ROOM_COLORS[color_of.get(n, 0)]) for n in range(1, labels.max() + 1)])
+    ax.imshow(palette[on_grid(canvas, labels)], extent=bounds_of(canvas))
+    return ax
 
 
 def draw_steps(grid: GridMap, path: Path) -> None:
@@ -57,7 +173,7 @@ def draw_steps(grid: GridMap, path: Path) -> None:
     show_mask(canvas, inner, "inner area, from the contour", ax=axes[2])
     plot_lines(lines, faces, canvas, ax=axes[3])
     plot_weights(faces, inner, canvas, ax=axes[4])
-    floor = reconstruct(grid)
+    floor = reconstruct(grid, method="thesis")
     plot_rooms(floor, ax=axes[5])
     plot_doors(floor, ax=axes[5])
     frame(axes[5], "rooms and doors")
@@ -77,7 +193,7 @@ def draw_doors(grid: GridMap, path: Path) -> None:
     show_mask(canvas, canvas.free, "Voronoi diagram", ax=axes[1])
     rows, cols = np.nonzero(on_grid(canvas, draw_voronoi_diagram(canvas.free)))
     axes[1].plot(cols, rows, ".", color=ACCENT, markersize=1)
-    floor = reconstruct(grid)
+    floor = reconstruct(grid, method="thesis")
     plot_rooms(floor, ax=axes[2])
     plot_doors(floor, ax=axes[2])
     plot_graph(floor, ax=axes[2])
@@ -146,12 +262,17 @@ def to_axes(geometry: shapely.Geometry, canvas: Canvas) -> np.ndarray:
     return shapely.get_coordinates(canvas.to_map(geometry))
 
 
+def bounds_of(canvas: Canvas) -> tuple[float, float, float, float]:
+    """Left, right, bottom and top of a canvas in the map frame."""
+    height, width = np.array(canvas.free.shape) * canvas.resolution
+    left, bottom, right, top = canvas.to_map(shapely.box(0, 0, width, height)).bounds
+    return left, right, bottom, top
+
+
 def match_extent(ax: Axes, canvas: Canvas) -> Axes:
     """Show the whole canvas, x to the right and y up."""
-    height, width = np.array(canvas.free.shape) * canvas.resolution
-    corners = to_axes(shapely.box(0, 0, width, height), canvas)
-    ax.set_xlim(corners[:, 0].min(), corners[:, 0].max())
-    ax.set_ylim(corners[:, 1].min(), corners[:, 1].max())
+    left, right, bottom, top = bounds_of(canvas)
+    ax.set(xlim=(left, right), ylim=(bottom, top))
     return ax
 
 

@@ -127,3 +127,13 @@ def test_voronoi_diagram_of_a_corridor_is_its_middle():
     diagram = draw_voronoi_diagram(carve((11, 40), (1, 10, 1, 39)))
     assert diagram[:, 10:30].sum(axis=0).tolist() == [1] * 20
     assert diagram[5, 10:30].all()
+
+
+def test_clearance_is_the_exact_root_wherever_the_image_lies_in_memory():
+    free = np.ones((301, 407), bool)
+    free[150, 200] = False
+    rows, cols = np.ogrid[:301, :407]
+    exact = np.sqrt((rows - 150.0) ** 2 + (cols - 200.0) ** 2).astype(np.float32)
+    for shift in range(4):
+        window = np.s_[:, shift : 400 + shift]
+        assert (compute_clearance(free[window]) == exact[window]).all()

@@ -3,7 +3,7 @@ import pytest
 
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.layout.canvas import Mask, draw_canvas
-from pianta.layout.frontiers import BLUR_PX, find_frontiers, measure_frontiers
+from pianta.layout.frontiers import BLUR_PX, drop_spray, find_frontiers, measure_frontiers
 from tests.drawn_maps import Rectangle, carve
 
 SHAPE = (60, 80)
@@ -76,3 +76,18 @@ def test_each_label_has_the_frontier_of_its_own_cells():
     frontier = np.array([[1, 1, 1, 0], [0, 0, 0, 1]], bool)
     assert measure_frontiers(labels, frontier, resolution=0.5).tolist() == [0.5, 1.0, 0.0, 0.5]
     assert measure_frontiers(labels, np.zeros_like(frontier), resolution=0.5).tolist() == [0, 0, 0, 0]
+
+
+def test_a_strip_of_free_space_between_frontiers_is_spray():
+    # Strips 2 m long, 0.2 m and 0.4 m wide, with a frontier on both long sides, and a room with one on a side.
+    labels = np.zeros((60, 40), np.int32)
+    labels[2:6], labels[10:18], labels[20:60] = 1, 2, 3
+    unseen = np.array([0.0, 4.0, 4.0, 2.0])
+    kept = drop_spray(labels, unseen, width=0.3, resolution=0.05)
+    assert np.unique(kept).tolist() == [0, 2, 3]
+    assert (kept == np.where(labels == 1, 0, labels)).all()
+
+
+def test_without_frontiers_nothing_is_spray():
+    labels = np.eye(5, dtype=np.int32)
+    assert (drop_spray(labels, np.zeros(2), width=0.3, resolution=0.05) == labels).all()

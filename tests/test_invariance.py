@@ -1,9 +1,13 @@
 """The same map in another pose, frame or resolution shows the same rooms.
 
-Turns by 90°, mirroring, padding and smaller cells give exactly the same rooms, on every map. At half the resolution, or
-turned by any angle, the pixels differ and with them the segments of the probabilistic Hough transform. On synthetic
-maps numbers of rooms and whole areas then hold, not the wall of every room. On real maps the number of rooms does not
-hold at half the resolution, and not on every one at 17°: docs/layout.md has the figures, and no test claims it.
+Turns by 90°, mirroring, padding and smaller cells give exactly the same rooms, on every map and by every method here.
+
+At half the resolution, or turned by any angle, the pixels differ. The method `structure` still finds the same number of
+rooms, and each with the same area, on synthetic maps in every pose; on real maps the number holds within a tenth.
+
+By the method of the thesis the segments of the probabilistic Hough transform differ with the pixels. On synthetic maps
+numbers of rooms and whole areas then hold, not the wall of every room. On real maps the number of rooms does not hold
+at half the resolution, and not on every one at 17°: docs/layout.md has the figures, and no test claims it.
 """
 
 from collections.abc import Callable
@@ -133,20 +137,22 @@ MAPS: dict[str, Callable[[], GridMap]] = {
     "symmetric": draw_symmetric_building,
     "cut": draw_building_cut_at_the_edge_of_the_map,
 }
-# The first three of the survey. At 17° they are within a tenth, as 9 of its 11 maps here are; lab_c and lab_f are not.
+METHODS = ["structure", "thesis"]
+# The first three of the survey. At 17° they are within a tenth by the thesis too, as 9 of its 11 maps here are; lab_c
+# and lab_f are not.
 SURVEY = ["Freiburg101_scan", "Freiburg79_scan", "NLB"]
 
 
 @cache
-def read_known(name: str, data: Path | None = None) -> tuple[GridMap, Floor]:
-    """A map by its name, or a map of the survey, and the floor in it."""
+def read_known(name: str, method: str, data: Path | None = None) -> tuple[GridMap, Floor]:
+    """A map by its name, or a map of the survey, and the floor that a method finds in it."""
     grid = MAPS[name]() if data is None else read_map(data / "survey" / f"{name}.png", resolution=0.05)
-    return grid, reconstruct(grid)
+    return grid, reconstruct(grid, method=method)
 
 
-def find_rooms(view: View, grid: GridMap) -> np.ndarray:
+def find_rooms(view: View, grid: GridMap, method: str) -> np.ndarray:
     """Rooms in a view of a grid map, in the frame of that map."""
-    floor = reconstruct(view.grid)
+    floor = reconstruct(view.grid, method=method)
 
     def move(xy):
         row, col = view.to_source(*view.grid.map_to_pixel(*xy.T))
@@ -161,9 +167,9 @@ def match_areas(rooms: np.ndarray, others: np.ndarray):
     return shapely.area(others) / shapely.area(rooms[overlaps.argmax(axis=1)])
 
 
-def compare_views(grid: GridMap, floor: Floor, view: View):
+def compare_views(grid: GridMap, floor: Floor, view: View, method: str):
     """Numbers of rooms in the map and in the view, and how much of the area of all rooms the view adds."""
-    rooms, others = polygons_of(floor), find_rooms(view, grid)
+    rooms, others = polygons_of(floor), find_rooms(view, grid, method)
     return len(rooms), len(others), shapely.area(others).sum() / shapely.area(rooms).sum() - 1
 
 
@@ -171,73 +177,90 @@ def polygons_of(floor: Floor):
     return np.array([room.polygon for room in floor.rooms])
 
 
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("view", EXACT_VIEWS)
 @pytest.mark.parametrize("name", MAPS)
-def test_rooms_are_the_same_in_every_pose(name, view):
-    check_same_rooms(*read_known(name), EXACT_VIEWS[view])
+def test_rooms_are_the_same_in_every_pose(name, view, method):
+    check_same_rooms(*read_known(name, method), EXACT_VIEWS[view], method)
 
 
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("view", EXACT_VIEWS)
 @pytest.mark.parametrize("name", SURVEY)
-def test_rooms_of_real_maps_are_the_same_in_every_pose(data, name, view):
-    check_same_rooms(*read_known(name, data), EXACT_VIEWS[view])
+def test_rooms_of_real_maps_are_the_same_in_every_pose(data, name, view, method):
+    check_same_rooms(*read_known(name, method, data), EXACT_VIEWS[view], method)
 
 
-def check_same_rooms(grid: GridMap, floor: Floor, make_view: Callable[[GridMap], View]):
-    rooms, others = polygons_of(floor), find_rooms(make_view(grid), grid)
+def check_same_rooms(grid: GridMap, floor: Floor, make_view: Callable[[GridMap], View], method: str):
+    rooms, others = polygons_of(floor), find_rooms(make_view(grid), grid, method)
     assert len(others) == len(rooms)
     assert match_areas(rooms, others) == pytest.approx(np.ones(len(rooms)), abs=1e-6)
 
 
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("view", EXACT_VIEWS)
 @pytest.mark.parametrize("name", ["hall 0.2", "sample"])
-def test_doors_are_the_same_in_every_pose(name, view):
-    grid, floor = read_known(name)
-    seen = reconstruct(EXACT_VIEWS[view](grid).grid)
+def test_doors_are_the_same_in_every_pose(name, view, method):
+    grid, floor = read_known(name, method)
+    seen = reconstruct(EXACT_VIEWS[view](grid).grid, method=method)
     widths = sorted(door.width for door in seen.doors)
     assert widths == pytest.approx(sorted(door.width for door in floor.doors))
 
 
+@pytest.mark.parametrize(("method", "alike"), [("structure", 0.95), ("thesis", 0.7)])
 @pytest.mark.parametrize("kind", FLOOR_MAKERS)
-def test_clean_maps_at_half_resolution_have_the_same_rooms(kind):
+def test_clean_maps_at_half_resolution_have_the_same_rooms(kind, method, alike):
     ratios = []
     for seed in (20, 21, 22):
         grid = map_world(kind, noise=0.0, seed=seed)
-        floor, view = reconstruct(grid), view_pooled(grid)
-        count, same_count, growth = compare_views(grid, floor, view)
+        floor, view = reconstruct(grid, method=method), view_pooled(grid)
+        count, same_count, growth = compare_views(grid, floor, view, method)
         assert same_count == count
         assert abs(growth) < 0.05
-        ratios.extend(match_areas(polygons_of(floor), find_rooms(view, grid)))
-    assert (np.abs(np.array(ratios) - 1) < 0.05).mean() > 0.7
+        ratios.extend(match_areas(polygons_of(floor), find_rooms(view, grid, method)))
+    assert (np.abs(np.array(ratios) - 1) < 0.05).mean() >= alike
 
 
+@pytest.mark.parametrize(("method", "miss"), [("structure", 0), ("thesis", 1)])
 @pytest.mark.parametrize("view", HALF_VIEWS)
 @pytest.mark.parametrize("name", [*WORLDS, "sample"])
-def test_maps_at_half_resolution_have_the_same_number_of_rooms_but_one(name, view):
-    grid, floor = read_known(name)
-    count, same_count, growth = compare_views(grid, floor, HALF_VIEWS[view](grid))
-    assert abs(same_count - count) <= 1
+def test_maps_at_half_resolution_have_the_same_number_of_rooms(name, view, method, miss):
+    grid, floor = read_known(name, method)
+    count, same_count, growth = compare_views(grid, floor, HALF_VIEWS[view](grid), method)
+    assert abs(same_count - count) <= miss
     assert abs(growth) < 0.05
 
 
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("view", HALF_VIEWS)
 @pytest.mark.parametrize("name", SURVEY)
-def test_real_maps_at_half_resolution_have_the_same_area(data, name, view):
-    grid, floor = read_known(name, data)
-    assert abs(compare_views(grid, floor, HALF_VIEWS[view](grid))[2]) < 0.05
+def test_real_maps_at_half_resolution_have_the_same_area(data, name, view, method):
+    grid, floor = read_known(name, method, data)
+    assert abs(compare_views(grid, floor, HALF_VIEWS[view](grid), method)[2]) < 0.05
 
 
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", [*WORLDS, "sample"])
-def test_maps_turned_by_17_degrees_have_the_same_rooms_within_a_tenth(name):
-    check_turned(*read_known(name))
+def test_maps_turned_by_17_degrees_have_the_same_rooms_within_a_tenth(name, method):
+    check_turned(*read_known(name, method), method)
 
 
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SURVEY)
-def test_real_maps_turned_by_17_degrees_have_the_same_rooms_within_a_tenth(data, name):
-    check_turned(*read_known(name, data))
+def test_real_maps_turned_by_17_degrees_have_the_same_rooms_within_a_tenth(data, name, method):
+    check_turned(*read_known(name, method, data), method)
 
 
-def check_turned(grid: GridMap, floor: Floor):
-    count, same_count, growth = compare_views(grid, floor, view_turned(grid))
+def check_turned(grid: GridMap, floor: Floor, method: str):
+    count, same_count, growth = compare_views(grid, floor, view_turned(grid), method)
     assert abs(same_count - count) <= 0.1 * count
     assert abs(growth) < 0.1
+
+
+@pytest.mark.parametrize("degrees", range(0, 90, 5))
+@pytest.mark.parametrize("name", [*WORLDS, "sample"])
+def test_maps_turned_by_any_angle_have_the_same_rooms(name, degrees):
+    grid, floor = read_known(name, "structure")
+    rooms, others = polygons_of(floor), find_rooms(view_turned(grid, degrees), grid, "structure")
+    assert len(others) == len(rooms)
+    assert match_areas(rooms, others) == pytest.approx(np.ones(len(rooms)), abs=0.05)

@@ -7,7 +7,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from scipy import ndimage
 from shapely import LineString, MultiPolygon, Point, Polygon, box
 
-from pianta.layout.outlines import largest_part, outline_labels
+from pianta.layout.outlines import join_outlines, largest_part, outline_labels
 
 
 def outline(*rows: str) -> dict[int, Polygon]:
@@ -88,3 +88,41 @@ def test_the_largest_polygon_of_a_geometry(shape, largest):
     assert isinstance(found, Polygon)
     assert found.area == pytest.approx(largest.area)
     assert found.is_valid
+
+
+def test_a_part_inside_a_collection_is_found():
+    # Two squares that touch along a line which one of them only grazes: repair gives polygons and a line.
+    shape = Polygon([(0, 0), (2, 0), (2, 2), (4, 2), (4, 4), (6, 4), (4, 4), (4, 2), (2, 2), (2, 1), (0, 1)])
+    assert not shape.is_valid
+    assert largest_part(shape).area == pytest.approx(2.0)
+
+
+def test_a_corner_on_the_side_of_a_neighbour_becomes_a_corner_of_both():
+    # The room on the left has one long side, where the two on the right meet.
+    rooms = np.array([box(0, 0, 2, 4), box(2, 0, 4, 2), box(2, 2, 4, 4)])
+    assert not shapely.coverage_is_valid(rooms)
+    joined = join_outlines(rooms)
+    assert shapely.coverage_is_valid(joined)
+    assert shapely.equals(joined, rooms).all()
+    assert (2.0, 2.0) in joined[0].exterior.coords
+
+
+def test_what_two_outlines_cover_belongs_to_the_first():
+    joined = join_outlines(np.array([box(0, 0, 2.001, 4), box(2, 0, 4, 4)]))
+    assert shapely.coverage_is_valid(joined)
+    assert shapely.area(joined) == pytest.approx([8.004, 7.996])
+
+
+def test_a_hole_of_a_room_holds_the_room_in_it():
+    inner = box(1, 1, 2, 2)
+    joined = join_outlines(np.array([box(0, 0, 3, 3) - inner, inner]))
+    assert shapely.area(joined) == pytest.approx([8.0, 1.0])
+    assert shapely.coverage_is_valid(joined)
+
+
+def test_an_outline_that_touches_itself_stays_valid_when_it_is_turned():
+    # Its hole touches its side in the middle, where no corner is.
+    outline = Polygon(box(0, 0, 3, 3).exterior.coords, [[(0, 1.37), (1.1, 0.5), (1.1, 2.3)]])
+    (joined,) = join_outlines(np.array([outline]))
+    assert joined.area == pytest.approx(outline.area)
+    assert all(shapely.affinity.rotate(joined, angle, origin=(17.3, -5.1)).is_valid for angle in range(0, 360, 7))

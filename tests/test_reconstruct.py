@@ -22,18 +22,24 @@ DOORS = (90, 93, 40, 58), (90, 93, 130, 150)
 SUITE = carve((143, 200), LEFT, RIGHT, CORRIDOR, *DOORS)
 
 
+@pytest.fixture(scope="module", params=["structure", "thesis"])
+def method(request):
+    """The methods of this project's own."""
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def worlds() -> list[tuple[Floor, Floor]]:
+def worlds(method) -> list[tuple[Floor, Floor]]:
     """True floors of every kind, and what is read from clean maps of them."""
     floors = [make_floor(kind, seed=seed) for kind in FLOOR_MAKERS for seed in range(10, 13)]
-    return [(floor, reconstruct(map_floor(floor))) for floor in floors]
+    return [(floor, reconstruct(map_floor(floor), method=method)) for floor in floors]
 
 
 @pytest.fixture(scope="module")
-def sample() -> tuple[GridMap, Floor]:
+def sample(method) -> tuple[GridMap, Floor]:
     """The sample's map and what is read from it."""
     grid = make_sample()[1]
-    return grid, reconstruct(grid, source="sample")
+    return grid, reconstruct(grid, method=method, source="sample")
 
 
 def match_rooms(floor: Floor, truth: Floor):
@@ -43,8 +49,8 @@ def match_rooms(floor: Floor, truth: Floor):
     return {room.id: truth.rooms[index].id for room, index in zip(floor.rooms, found, strict=True) if index is not None}
 
 
-def test_rooms_of_a_suite_are_found_in_place():
-    floor = reconstruct(make_grid(SUITE))
+def test_rooms_of_a_suite_are_found_in_place(method):
+    floor = reconstruct(make_grid(SUITE), method=method)
     # Row 143 of the map is at y = -2, column 0 at x = 1.5; walls may be drawn anywhere within their 3 cells.
     expected = [(2.0, 0.65, 6.0, 4.65), (6.15, 0.65, 11.0, 4.65), (2.0, -1.5, 11.0, 0.5)]
     assert [room.id for room in floor.rooms] == [1, 2, 3]
@@ -52,8 +58,8 @@ def test_rooms_of_a_suite_are_found_in_place():
     assert not any(room.partial for room in floor.rooms)
 
 
-def test_doors_of_a_suite_join_the_rooms_to_the_corridor():
-    floor = reconstruct(make_grid(SUITE))
+def test_doors_of_a_suite_join_the_rooms_to_the_corridor(method):
+    floor = reconstruct(make_grid(SUITE), method=method)
     assert [door.rooms for door in floor.doors] == [(1, 3), (2, 3)]
     assert [door.width for door in floor.doors] == pytest.approx([0.9, 1.0], abs=0.05)
     assert [door.kind for door in floor.doors] == ["door", "door"]
@@ -61,7 +67,7 @@ def test_doors_of_a_suite_join_the_rooms_to_the_corridor():
 
 
 def test_walls_of_a_suite_are_its_representative_lines():
-    walls = reconstruct(make_grid(SUITE)).walls
+    walls = reconstruct(make_grid(SUITE), method="thesis").walls
     upright = sorted(wall.centroid.x for wall in walls if np.ptp(wall.xy[0]) < 0.2)
     level = sorted(wall.centroid.y for wall in walls if np.ptp(wall.xy[1]) < 0.2)
     assert upright == pytest.approx([2.0, 6.075, 11.0], abs=0.15)
@@ -70,8 +76,8 @@ def test_walls_of_a_suite_are_its_representative_lines():
 
 
 @pytest.mark.parametrize("yaw", [0.3, np.pi / 2, -2.0])
-def test_rooms_turn_with_the_yaw_of_the_grid(yaw):
-    level, turned = (reconstruct(make_grid(SUITE, yaw=angle)) for angle in (0.0, yaw))
+def test_rooms_turn_with_the_yaw_of_the_grid(yaw, method):
+    level, turned = (reconstruct(make_grid(SUITE, yaw=angle), method=method) for angle in (0.0, yaw))
     for room, same in zip(level.rooms, turned.rooms, strict=True):
         expected = shapely.affinity.rotate(room.polygon, yaw, origin=(1.5, -2.0), use_radians=True)
         assert same.polygon.equals_exact(expected, 1e-6, normalize=True)
@@ -80,9 +86,9 @@ def test_rooms_turn_with_the_yaw_of_the_grid(yaw):
         assert same_door.line.equals_exact(expected, 1e-6, normalize=True)
 
 
-def test_the_floor_carries_its_source(sample):
+def test_the_floor_carries_its_source(sample, method):
     assert sample[1].source == "sample"
-    assert reconstruct(make_grid(SUITE)).source == ""
+    assert reconstruct(make_grid(SUITE), method=method).source == ""
 
 
 def test_rooms_of_the_sample_are_a_coverage_of_free_space(sample):
@@ -100,9 +106,10 @@ def test_ids_follow_the_image_from_the_top_to_the_bottom(sample):
     assert (np.diff(rows) > -1).all()
 
 
-def test_the_same_map_gives_the_same_floor(sample):
+def test_the_same_map_gives_the_same_floor(sample, method):
     grid, floor = sample
-    assert reconstruct(GridMap(grid.cells.copy(), grid.resolution, grid.origin), source="sample") == floor
+    again = GridMap(grid.cells.copy(), grid.resolution, grid.origin)
+    assert reconstruct(again, method=method, source="sample") == floor
 
 
 def test_clean_worlds_have_the_true_number_of_rooms(worlds):
@@ -150,17 +157,17 @@ def test_doors_of_clean_worlds_are_where_they_truly_are(worlds):
             assert floor.doors[nearest].width == pytest.approx(door.width, abs=0.1)
 
 
-def test_a_room_behind_closed_doors_is_a_room():
+def test_a_room_behind_closed_doors_is_a_room(method):
     corridor = carve((220, 260), (10, 210, 10, 250)) & ~carve((220, 260), (50, 170, 50, 210))
     room = carve((220, 260), (53, 167, 53, 207))
-    floor = reconstruct(make_grid(corridor | room))
+    floor = reconstruct(make_grid(corridor | room), method=method)
     labels = floor.label_image(make_grid(corridor | room))
     assert len(set(labels[room].tolist()) - set(labels[corridor].tolist())) == 1
     assert (labels[room] > 0).mean() > 0.95
 
 
 def test_an_unknown_method_is_refused():
-    with pytest.raises(OptionError, match="'magic', give one of thesis"):
+    with pytest.raises(OptionError, match="'magic', give one of structure, thesis"):
         reconstruct(make_grid(SUITE), method="magic")
 
 
@@ -190,17 +197,17 @@ def test_all_bad_thresholds_are_named_in_one_message():
         (np.where(np.arange(4800).reshape(60, 80) % 97 == 0, FREE, OCCUPIED), "no room"),
     ],
 )
-def test_maps_without_a_room_are_refused(cells, message):
+def test_maps_without_a_room_are_refused(cells, message, method):
     with pytest.raises(MapError, match=message):
-        reconstruct(GridMap(cells, 0.05))
+        reconstruct(GridMap(cells, 0.05), method=method)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 40), st.sampled_from([1e-9, 0.01, 0.05, 0.3, 1e6]))
 @settings(max_examples=60)
-def test_any_cells_give_a_floor_or_are_refused(seed, height, width, resolution):
+def test_any_cells_give_a_floor_or_are_refused(method, seed, height, width, resolution):
     cells = np.random.default_rng(seed).choice([FREE] * 7 + [OCCUPIED, UNKNOWN], size=(height, width))
     try:
-        floor = reconstruct(GridMap(cells, resolution))
+        floor = reconstruct(GridMap(cells, resolution), method=method)
     except MapError:
         return
     assert floor.rooms

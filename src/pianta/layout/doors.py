@@ -50,12 +50,14 @@ def find_doors(canvas: Canvas, rooms: NDArray[np.integer], parameters: ThesisPar
             kind: Literal["door", "opening"] = "door" if line.length <= parameters.door_width else "opening"
             door = Door((pair[0] + 1, pair[1] + 1), LineString(canvas.to_map(line)), line.length, kind)
             found.setdefault(pair, []).append(door)
-    return [door for doors in found.values() for door in drop_repeated_doors(doors)]
+    return [door for doors in found.values() for door in _drop_repeated(doors)]
 
 
 def compute_clearance(free: Mask) -> NDArray[np.float32]:
     """Distance transform: cells from each free cell to the nearest other cell, centre to centre; shape (H, W)."""
-    return np.asarray(cv2.distanceTransform(free.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+    distance = cv2.distanceTransform(free.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    # Its last bit depends on where the image lies in memory; squares of distances between cells are whole.
+    return np.sqrt(np.rint(np.square(distance, dtype=np.float64))).astype(np.float32)
 
 
 def draw_voronoi_diagram(free: Mask) -> Mask:
@@ -152,7 +154,7 @@ def _find_jambs(pixel: Pixel, free: Mask, clearance: float) -> NDArray[np.float6
     return np.asarray(faces + np.array(pixel) + 0.5)
 
 
-def drop_repeated_doors(doors: list[Door]) -> list[Door]:
+def _drop_repeated(doors: list[Door]) -> list[Door]:
     """Doors of one pair of rooms, without those nearer to a narrower one than the width of the two."""
     kept: list[Door] = []
     for door in sorted(doors, key=lambda door: (door.width, door.line.coords[0])):

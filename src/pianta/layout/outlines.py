@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely import Polygon
+from shapely import Polygon, STRtree
+
+# Corners nearer to each other than this are one; metres.
+GRID = 1e-6
 
 Labels = NDArray[np.integer]
 Floats = NDArray[np.float64]
@@ -25,9 +28,23 @@ def outline_labels(labels: Labels) -> tuple[Polygons, Labels]:
     return outlines[largest], label[largest]
 
 
+def join_outlines(outlines: Polygons) -> Polygons:
+    """Outlines, shape (R,), in metres, as a valid coverage: neighbours share all corners on their common side.
+
+    What two of them cover, because they are rounded, belongs to the first.
+    """
+    lines = shapely.union_all(shapely.boundary(outlines), grid_size=GRID)
+    faces = np.array(shapely.get_parts(shapely.polygonize(shapely.get_parts(lines))))
+    face, outline = STRtree(outlines).query(shapely.point_on_surface(faces), predicate="intersects")
+    order = np.lexsort((outline, face))
+    face, first = np.unique(face[order], return_index=True)
+    outline = outline[order][first]
+    return np.array([largest_part(shapely.coverage_union_all(faces[face[outline == i]])) for i in range(len(outlines))])
+
+
 def largest_part(shape: shapely.Geometry) -> Polygon:
     """The largest polygon of a geometry, which need not be valid; an empty one where there is none."""
-    parts = shapely.get_parts(shapely.make_valid(shape))
+    parts = shapely.get_parts(shapely.make_valid(shape, method="structure", keep_collapsed=False))
     return max((part for part in parts if isinstance(part, Polygon)), key=lambda part: part.area, default=Polygon())
 
 

@@ -78,6 +78,7 @@ class StructureParameters:
     smoothing: side of the square whose area an outline may leave out at a corner.
     notch_depth, notch_width: furniture along a wall is no deeper and no wider than this.
     door_width: wider passages are openings.
+    unseen_width: thinner unknown space is wall, or between the beams of the scanner.
     frontier: a room that borders as much unseen space is partial.
     split_share: two parts of a room are rooms when at most this share of the wall line between them is open.
     split_wall: wall between two such parts, at least.
@@ -103,7 +104,8 @@ class StructureParameters:
     notch_depth: float = 1.0
     notch_width: float = 3.0
     door_width: float = 2.0
-    frontier: float = 1.0
+    unseen_width: float = 0.5
+    frontier: float = 0.5
     split_share: float = 0.65
     split_wall: float = 1.8
     split_opening: float = 1.1

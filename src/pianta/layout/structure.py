@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely import LineString
 
 from pianta.errors import MapError
 from pianta.floor import Floor, Room
@@ -15,17 +16,17 @@ from pianta.gridmap import GridMap
 from pianta.layout.canvas import Canvas, Mask, draw_canvas
 from pianta.layout.clutter import remove_clutter
 from pianta.layout.doors import compute_clearance
-from pianta.layout.frontiers import find_frontiers, measure_frontiers
+from pianta.layout.frontiers import drop_spray, find_frontiers, measure_frontiers
 from pianta.layout.merging import MODEL, MergeModel, absorb_small_rooms, merge_pieces
 from pianta.layout.necks import Clearance, Floats, find_necks
 from pianta.layout.notches import fill_notches
 from pianta.layout.numbering import assemble_floor
-from pianta.layout.outlines import largest_part, outline_labels
+from pianta.layout.outlines import join_outlines, largest_part, outline_labels
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.passages import list_passages
 from pianta.layout.pieces import Borders, Labels, Pieces, cut_into_pieces, find_borders
 from pianta.layout.splitting import split_rooms
-from pianta.layout.wall_lines import find_wall_lines
+from pianta.layout.wall_lines import WallLines, find_wall_lines, span_walls
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,24 +51,38 @@ def reconstruct_structure(
 
     Rooms are numbered in reading order of the map image. Raises MapError when the map shows no room.
     """
+    if grid.free.all():
+        raise MapError("every cell of the map is free, so no wall bounds a room; check its thresholds and negate")
     # Cut the free space at every neck that may be a door
     cut = cut_space(grid, parameters)
+    cell = cut.canvas.resolution
     # Merge what was cut without reason, and cut along lines of wall what has no neck
-    labels, passages = find_rooms(cut, parameters, model)
+    lines = find_wall_lines(cut.space, resolution=cell)
+    labels, passages = find_rooms(cut, lines, parameters, model)
+    # Rooms that end at unknown space are partial, and what is hardly more than its end is spray
+    rays = measure_frontiers(labels, find_frontiers(grid, cut.canvas, cut.space), resolution=cell)
+    seen = drop_spray(labels, rays, width=parameters.passage_width, resolution=cell)
+    frontier = find_frontiers(grid, cut.canvas, cut.space, thinnest=parameters.unseen_width)
+    unseen = measure_frontiers(labels, frontier, resolution=cell)
     # Give the rooms clean outlines that go on behind the furniture along their walls
-    outlines, numbers = outline_rooms(labels, cut.canvas, parameters)
+    outlines, numbers = outline_rooms(seen, cut.canvas, parameters)
     if not len(numbers):
         raise MapError("the map shows no room, its free space is too small or too scattered; check the resolution")
-    # Rooms that end at unknown space are partial
-    unseen = measure_frontiers(labels, find_frontiers(grid, cut.canvas, cut.space), resolution=cut.canvas.resolution)
     rooms = [
         Room(number, outline, partial=bool(unseen[number] >= parameters.frontier))
         for number, outline in zip(numbers.tolist(), outlines, strict=True)
     ]
     # The lines along which two rooms are still cut are the doors
     borders = find_borders(replace(cut.pieces, labels=labels), cut.space, passages, reach=0.0)
-    doors = list_passages(borders, cut.canvas, least=parameters.passage_width / 2, door_width=parameters.door_width)
-    return assemble_floor(rooms, doors, (), grid, source)
+    doors = list_passages(
+        borders,
+        set(numbers.tolist()),
+        cut.canvas,
+        least=parameters.passage_width / 2,
+        door_width=parameters.door_width,
+    )
+    walls = span_walls(lines, cut.space, reach=parameters.line_reach, gap=parameters.door_width, resolution=cell)
+    return assemble_floor(rooms, doors, [_draw_wall(wall, cut.canvas) for wall in walls], grid, source)
 
 
 def cut_space(grid: GridMap, parameters: StructureParameters) -> Cut:
@@ -90,7 +105,7 @@ def cut_space(grid: GridMap, parameters: StructureParameters) -> Cut:
     return Cut(canvas, space, clearance, pieces, borders)
 
 
-def find_rooms(cut: Cut, parameters: StructureParameters, model: MergeModel) -> tuple[Labels, Floats]:
+def find_rooms(cut: Cut, lines: WallLines, parameters: StructureParameters, model: MergeModel) -> tuple[Labels, Floats]:
     """Rooms as a label image of the canvas, shape (H, W), and the lines that part them, shape (N, 2, 2), in cells."""
     cell = cut.canvas.resolution
     # Openness, walls in line, sizes and shapes say which necks are doors
@@ -98,7 +113,6 @@ def find_rooms(cut: Cut, parameters: StructureParameters, model: MergeModel) -> 
     owner = absorb_small_rooms(rooms.owner, cut.pieces, cut.borders, parting, odds, parameters=parameters)
     labels = owner[cut.pieces.labels].astype(np.int32)
     # Lines of wall say where a room is open wider than a neck
-    lines = find_wall_lines(cut.space, resolution=cell)
     labels, openings = split_rooms(labels, cut.space, cut.clearance, lines, parameters=parameters, resolution=cell)
     return labels, np.concatenate([cut.borders.lines[parting], openings])
 
@@ -111,7 +125,12 @@ def outline_rooms(
     outlines = shapely.transform(outlines, lambda xy: xy * canvas.resolution)
     outlines = np.array([largest_part(shape) for shape in shapely.coverage_simplify(outlines, parameters.smoothing)])
     outlines = fill_notches(outlines, depth=parameters.notch_depth, width=parameters.notch_width)
-    return np.array([largest_part(canvas.to_map(outline)) for outline in outlines], dtype=object), numbers
+    return np.array([canvas.to_map(outline) for outline in join_outlines(outlines)], dtype=object), numbers
+
+
+def _draw_wall(wall: Floats, canvas: Canvas) -> LineString:
+    """A line between two cells, shape (2, 2), in the map frame."""
+    return LineString(canvas.to_map(LineString((wall[:, ::-1] + 0.5) * canvas.resolution)))
 
 
 def _drop_patches(free: Mask, least: float) -> Mask:

@@ -86,6 +86,28 @@ def find_wall_lines(
     return _drop_doubles(lines.select(chosen), resolution)
 
 
+def span_walls(lines: WallLines, space: Mask, *, reach: float, gap: float, resolution: float) -> Floats:
+    """Each wall line from where its wall begins to where it ends, shape (N, 2, 2): end, then row and col.
+
+    A wall has space before it and none behind it; it goes on after gaps, which may be doors, up to a width.
+    space: shape (H, W). reach: how far it is followed both ways. gap, reach, resolution: metres.
+    """
+    step = max(1, round(STEP / resolution))
+    most = int(reach / resolution) // step * step
+    distances = np.arange(-most, most + 1, step)
+    places = lines.points[:, None] + lines.along[:, None] * distances[:, None]
+    behind, before = places + lines.towards[:, None], places - 2 * lines.towards[:, None]
+    walled = ~look_up(space, behind) & look_up(space, before)
+    spans = [np.zeros((0, 2, 2))]
+    for i, wall in enumerate(walled):
+        seen = distances[wall]
+        if len(seen):
+            stretches = np.split(seen, np.flatnonzero(np.diff(seen) * resolution > gap) + 1)
+            nearest = min(stretches, key=lambda stretch: np.abs(stretch).min())
+            spans.append((lines.points[i] + np.outer(nearest[[0, -1]], lines.along[i]))[None])
+    return np.concatenate(spans)
+
+
 def _trace_faces(space: Mask, tolerance: float, window: int) -> tuple[Floats, NDArray[np.float32]]:
     """Straight pieces of the contours, shape (N, 2, 2), and the tangent of each contour cell, shape (H, W, 2)."""
     window = max(2, window)
