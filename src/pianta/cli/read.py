@@ -48,7 +48,7 @@ TrustThresholds = Annotated[
     bool, typer.Option("--trust-thresholds", help="Keep grey 205 free where free_thresh makes it so.")
 ]
 MaxCells = Annotated[int, typer.Option(min=1, help="Largest map that is read.")]
-Walls = Annotated[bool, typer.Option("--walls", help="Draw the representative lines into the picture.")]
+Walls = Annotated[bool, typer.Option("--walls", help="Draw the lines of walls into the picture; the rivals find none.")]
 Graph = Annotated[bool, typer.Option("--graph", help="Draw the topological graph into the picture.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
 

@@ -18,7 +18,7 @@ SKEW = 0.3
 # Area of another room that a notch may hold, because its corners are askew; the other room keeps it; m².
 TOUCH = 0.01
 # What is less deep is the wall between two doors; metres.
-LEAST = 0.4
+LEAST = 0.38
 # Outlines are drawn to this many metres, so that corners on one straight line vanish.
 GRID = 1e-6
 
@@ -28,7 +28,7 @@ def fill_notches(outlines: Polygons, *, depth: float, width: float) -> Polygons:
 
     A notch is a rectangle that is missing in a corner of the room, or on one of its sides: there the wall goes on
     behind the furniture. One that holds part of another room stays, so that outlines that do not overlap never will.
-    What is less deep than 0.4 m stays too.
+    What is less deep than 0.38 m stays too.
     """
     filled = outlines.copy()
     tree = STRtree(outlines)

@@ -89,7 +89,8 @@ def find_wall_lines(
 def span_walls(lines: WallLines, space: Mask, *, reach: float, gap: float, resolution: float) -> Floats:
     """Each wall line from where its wall begins to where it ends, shape (N, 2, 2): end, then row and col.
 
-    A wall has space before it and none behind it; it goes on after gaps, which may be doors, up to a width.
+    A wall has space before it and none behind it; it goes on after gaps, which may be doors, up to a width. A line that
+    is more gap than wall is left out.
     space: shape (H, W). reach: how far it is followed both ways. gap, reach, resolution: metres.
     """
     step = max(1, round(STEP / resolution))
@@ -104,7 +105,9 @@ def span_walls(lines: WallLines, space: Mask, *, reach: float, gap: float, resol
         if len(seen):
             stretches = np.split(seen, np.flatnonzero(np.diff(seen) * resolution > gap) + 1)
             nearest = min(stretches, key=lambda stretch: np.abs(stretch).min())
-            spans.append((lines.points[i] + np.outer(nearest[[0, -1]], lines.along[i]))[None])
+            # What is less wall than gaps only passes by obstacles.
+            if 2 * len(nearest) * step > np.ptp(nearest):
+                spans.append((lines.points[i] + np.outer(nearest[[0, -1]], lines.along[i]))[None])
     return np.concatenate(spans)
 
 
