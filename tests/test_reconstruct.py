@@ -4,17 +4,18 @@ import numpy as np
 import pytest
 import shapely
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from pianta.errors import MapError, OptionError
 from pianta.evaluation.coverage import forward_coverage, score_layout
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.layout.methods import METHODS
 from pianta.layout.parameters import ThesisParameters
 from pianta.layout.reconstruct import reconstruct
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta.worlds.scan import make_sample, map_floor
 from tests.drawn_maps import carve, make_grid
+from tests.strategies import noise_maps
 
 # Two rooms above a corridor, one cell of 5 cm, and a door from each to the corridor.
 LEFT, RIGHT, CORRIDOR = (10, 90, 10, 90), (10, 90, 93, 190), (93, 133, 10, 190)
@@ -202,12 +203,12 @@ def test_maps_without_a_room_are_refused(cells, message, method):
         reconstruct(GridMap(cells, 0.05), method=method)
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 40), st.sampled_from([1e-9, 0.01, 0.05, 0.3, 1e6]))
+@pytest.mark.parametrize("method", METHODS)
+@given(noise_maps())
 @settings(max_examples=60)
-def test_any_cells_give_a_floor_or_are_refused(method, seed, height, width, resolution):
-    cells = np.random.default_rng(seed).choice([FREE] * 7 + [OCCUPIED, UNKNOWN], size=(height, width))
+def test_any_cells_give_a_floor_or_are_refused(method, grid):
     try:
-        floor = reconstruct(GridMap(cells, resolution), method=method)
+        floor = reconstruct(grid, method=method)
     except MapError:
         return
     assert floor.rooms

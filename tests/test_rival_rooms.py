@@ -2,9 +2,6 @@
 
 import numpy as np
 import pytest
-import shapely
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.ndimage import label
 
 from pianta.errors import MapError, OptionError
@@ -108,19 +105,6 @@ def test_cells_half_as_large_show_the_same_rooms(grid, method, least):
 def test_maps_without_a_room_are_refused(method, cells, message):
     with pytest.raises(MapError, match=message):
         segment_rooms(GridMap(cells, 0.05), method=method)
-
-
-@every_method
-@given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 40), st.sampled_from([1e-9, 0.01, 0.05, 0.3, 1e6]))
-@settings(max_examples=40)
-def test_any_cells_give_a_floor_or_are_refused(method, seed, height, width, resolution):
-    cells = np.random.default_rng(seed).choice([FREE] * 7 + [OCCUPIED, UNKNOWN], size=(height, width))
-    try:
-        floor = reconstruct(GridMap(cells, resolution), method=method)
-    except MapError:
-        return
-    assert floor.rooms
-    assert shapely.coverage_is_valid([room.polygon for room in floor.rooms])
 
 
 @every_method

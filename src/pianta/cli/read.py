@@ -81,9 +81,7 @@ def read_maps(
     """
     check_output_folder(out)
     check_method(method)
-    if previous and len(maps) > 1:
-        raise OptionError(f"--previous is one floor and {len(maps)} maps are given, read each map on its own")
-    older = read_previous(previous) if previous else None
+    older = _read_older(previous, maps)
 
     def build(path: str, folder: Path) -> Floor:
         _refuse_overwriting(Path(path), folder)
@@ -99,10 +97,7 @@ def read_maps(
         return
     floor = build(maps[0], out)
     if not quiet:
-        stdout.print(tabulate_rooms(floor))
-        if older:
-            tell_result(describe_ids(floor, older))
-        tell_result(f"{describe_floor(floor)}, in {out}")
+        _tell_building(floor, older, out)
 
 
 def read_building(
@@ -219,6 +214,23 @@ def _read_several(maps: Sequence[str], out: Path, build: Callable[[str, Path], F
         tell_result(f"{len(maps) - failed} of {len(maps)} maps read")
     if failed:
         raise typer.Exit(1)
+
+
+def _read_older(previous: Path | None, maps: Sequence[str]) -> Floor | None:
+    """The floor of --previous, if there is one; raises OptionError when it is given for several maps."""
+    if previous is None:
+        return None
+    if len(maps) > 1:
+        raise OptionError(f"--previous is one floor and {len(maps)} maps are given, read each map on its own")
+    return read_previous(previous)
+
+
+def _tell_building(floor: Floor, older: Floor | None, out: Path) -> None:
+    """Print the rooms, what became of older ids, and where the results are."""
+    stdout.print(tabulate_rooms(floor))
+    if older:
+        tell_result(describe_ids(floor, older))
+    tell_result(f"{describe_floor(floor)}, in {out}")
 
 
 def _keep_ids(floor: Floor, previous: Floor, path: str) -> Floor:

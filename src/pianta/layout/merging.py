@@ -86,7 +86,7 @@ def merge_pieces(pieces: Pieces, borders: Borders, model: MergeModel) -> tuple[R
     """Rooms of pieces; the borders that still part two rooms, shape (N,), and their log odds of one room, below 0.
 
     Two rooms become one across the border that is the likeliest of both to be none. After every round the borders are
-    judged anew, because the rooms beside them have grown.
+    judged anew, because the rooms beside them have grown. When the model joins no more, stretches of one corridor are.
     """
     rooms = start_rooms(pieces)
     while True:
@@ -163,11 +163,16 @@ def describe_borders(rooms: Rooms, borders: Borders, parting: Indices, *, resolu
 
 
 def join_rooms(rooms: Rooms, pairs: Indices) -> Rooms:
-    """Rooms where those of each pair, shape (N, 2), are one, with the smaller number; no room is in two pairs."""
+    """Rooms where those of each pair, shape (N, 2), are one, with the smaller number.
+
+    Of pairs that share a room, as equal odds may give, the first counts.
+    """
     owner, width, area, hulls = np.arange(len(rooms.owner)), rooms.width.copy(), rooms.area.copy(), list(rooms.hulls)
+    joined: set[int] = set()
     for one, other in np.sort(pairs, axis=1).tolist():
-        if owner[one] != one or owner[other] != other:
+        if one in joined or other in joined:
             continue
+        joined |= {one, other}
         owner[other] = one
         width[one] = max(width[one], width[other])
         area[one] += area[other]
