@@ -31,3 +31,11 @@ class MapWarning(UserWarning):
 
 class BuildingWarning(UserWarning):
     """A layout XML had defects that were repaired; the message lists them."""
+
+
+class LabelError(PiantaError):
+    """A label that no schema has, or a schema that is none."""
+
+
+class ModelError(PiantaError):
+    """A model file that cannot be used, or data that no model can be trained on."""

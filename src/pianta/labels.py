@@ -1,0 +1,226 @@
+"""What rooms are for: the hierarchical label schema of the thesis, section 4.3, and L_general of section 4.2.
+
+A schema lists the labels of a building type (Fig. 4.5). Each maps upwards to F/C/E/S, and that to R/C. The thesis
+divides the labels in three ways, by Split, because its experiments and its graphs depart from its figure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from types import MappingProxyType
+
+from pianta.errors import LabelError
+
+
+class RC(StrEnum):
+    """L_R/C: a space for an activity, or one that connects others."""
+
+    ROOM = "ROOM"
+    CORRIDOR = "CORRIDOR"
+
+
+class FCES(StrEnum):
+    """L_F/C/E/S: the core activity of the building, ways on a floor, ways to other floors and outside, support."""
+
+    FUNCTIONAL = "FUNCTIONAL"
+    CONNECTION = "CONNECTION"
+    ENTRANCE = "ENTRANCE"
+    SERVICE = "SERVICE"
+
+
+class General(StrEnum):
+    """L_general of section 4.2.1: two kinds of connecting rooms, and the size of the others."""
+
+    CORRIDOR = "C"
+    HALL = "H"
+    SMALL = "S"
+    MEDIUM = "M"
+    BIG = "B"
+
+
+class LabelSet(StrEnum):
+    """The label sets, from the coarsest to that of a building type."""
+
+    R_C = "R/C"
+    F_C_E_S = "F/C/E/S"
+    GENERAL = "general"
+    TYPE = "type"
+
+
+class Split(StrEnum):
+    """Which labels are corridors, and what gyms and conference rooms are.
+
+    FIGURE: as Fig. 4.5 prints it: entrances, stairs and lifts are CORRIDORS, gyms and conference rooms SERVICE.
+    EXPERIMENTS: as in the experiments of sections 5.3 and 6.2: only CONNECTION is CORRIDOR; gyms, conference rooms are
+        FUNCTIONAL.
+    GRAPHS: as in Table 5.1 and chapter 7: CORRIDOR, HALL, LOBBY, ENTRANCE and OPENSPACE are CORRIDOR; F/C/E/S as in
+        EXPERIMENTS.
+    """
+
+    FIGURE = "figure"
+    EXPERIMENTS = "experiments"
+    GRAPHS = "graphs"
+
+
+@dataclass(frozen=True)
+class Label:
+    """A label of a building type, and where it lies in the hierarchy.
+
+    name: in capitals, as files have it. function: its place in Fig. 4.5. general: its place in L_general.
+    color: #rrggbb, of Figs. 5.2 and 5.3.
+    in_experiments: its place in F/C/E/S in the experiments, the same as `function` unless given.
+    corridor_in_graphs: whether it is a corridor in Table 5.1; whether it is a CONNECTION unless given.
+    """
+
+    name: str
+    function: FCES
+    general: General
+    color: str
+    in_experiments: FCES | None = None
+    corridor_in_graphs: bool | None = None
+
+    def in_f_c_e_s(self, split: Split = Split.EXPERIMENTS) -> FCES:
+        """Its place in F/C/E/S."""
+        return self.function if split is Split.FIGURE else self.in_experiments or self.function
+
+    def in_r_c(self, split: Split = Split.EXPERIMENTS) -> RC:
+        """Its place in R/C."""
+        function = self.in_f_c_e_s(split)
+        corridor = function is FCES.CONNECTION
+        if split is Split.FIGURE:
+            corridor |= function is FCES.ENTRANCE
+        if split is Split.GRAPHS and self.corridor_in_graphs is not None:
+            corridor = self.corridor_in_graphs
+        return RC.CORRIDOR if corridor else RC.ROOM
+
+
+@dataclass(frozen=True)
+class LabelSchema:
+    """L_type: the labels of a building type, each name once.
+
+    Raises LabelError, with every fault in one message, when there is no label, or a name occurs more than once.
+    """
+
+    building_type: str
+    labels: tuple[Label, ...]
+
+    def __post_init__(self) -> None:
+        names = [label.name for label in self.labels]
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if not names:
+            raise LabelError(f"the schema of {self.building_type!r} has no label, give one at least")
+        if repeated:
+            raise LabelError(f"the schema of {self.building_type!r} has labels twice: {', '.join(repeated)}")
+
+    @cached_property
+    def by_name(self) -> MappingProxyType[str, Label]:
+        """The labels by their names."""
+        return MappingProxyType({label.name: label for label in self.labels})
+
+    def map_labels(
+        self, names: Iterable[str | None], label_set: LabelSet, *, split: Split = Split.EXPERIMENTS
+    ) -> list[str]:
+        """The names one level or more up, in a label set.
+
+        Raises LabelError that lists all names that the schema does not have.
+        """
+        names = list(names)
+        unknown = sorted({str(name) for name in names if name not in self.by_name})
+        if unknown:
+            raise LabelError(
+                f"labels {', '.join(unknown)} are not in the schema of {self.building_type!r}, "
+                f"which has {', '.join(self.by_name)}; rename them or give a schema that has them"
+            )
+        labels = [self.by_name[str(name)] for name in names]
+        match label_set:
+            case LabelSet.R_C:
+                return [label.in_r_c(split) for label in labels]
+            case LabelSet.F_C_E_S:
+                return [label.in_f_c_e_s(split) for label in labels]
+            case LabelSet.GENERAL:
+                return [label.general for label in labels]
+            case LabelSet.TYPE:
+                return [label.name for label in labels]
+
+
+_F, _C, _E, _S = FCES
+
+SCHOOL = LabelSchema(
+    "school",
+    (
+        Label("CLASSROOM", _F, General.MEDIUM, "#1bddf2"),
+        Label("SMALL", _F, General.SMALL, "#3fbf04"),
+        Label("MEDIUM", _F, General.MEDIUM, "#2a90f2"),
+        Label("LAB", _F, General.BIG, "#2267f2"),
+        Label("SMALL ADMINISTRATIVE", _S, General.SMALL, "#beb94e"),
+        Label("MEDIUM ADMINISTRATIVE", _S, General.MEDIUM, "#beb615"),
+        Label("BIG ADMINISTRATIVE", _S, General.BIG, "#716d0d"),
+        Label("GYM", _S, General.BIG, "#a81e1e", in_experiments=_F),
+        Label("KITCHEN", _S, General.BIG, "#b27abe"),
+        Label("CLOSET", _S, General.SMALL, "#bdbdbd"),
+        Label("CONFERENCE", _S, General.BIG, "#a81e1e", in_experiments=_F),
+        Label("MEDIUM SERVICE", _S, General.MEDIUM, "#8c8c8b"),
+        Label("BIG SERVICE", _S, General.BIG, "#585859"),
+        Label("LIBRARY", _S, General.BIG, "#3c3c3c"),
+        Label("BATHROOM", _S, General.SMALL, "#fff87d"),
+        Label("WASHROOM", _S, General.SMALL, "#e8caa7"),
+        Label("CANTEEN", _S, General.BIG, "#282828"),
+        Label("CORRIDOR", _C, General.CORRIDOR, "#f28705"),
+        Label("LOBBY", _C, General.HALL, "#f24738"),
+        Label("HALL", _C, General.HALL, "#bf5719"),
+        Label("ENTRANCE", _E, General.SMALL, "#268080", corridor_in_graphs=True),
+        Label("ELEVATOR", _E, General.SMALL, "#147171"),
+        Label("STAIRS", _E, General.SMALL, "#5bbebe"),
+    ),
+)
+
+OFFICE = LabelSchema(
+    "office",
+    (
+        Label("CUBICULE", _F, General.SMALL, "#2e7880"),
+        Label("CONFERENCE ROOM", _F, General.MEDIUM, "#3fbf04"),
+        Label("EXECUTIVE OFFICE", _F, General.BIG, "#324872"),
+        Label("OPENSPACE", _F, General.BIG, "#43bf89", corridor_in_graphs=True),
+        Label("CONFERENCE HALL", _F, General.BIG, "#43bf89"),
+        Label("OFFICE", _F, General.MEDIUM, "#1bddf2"),
+        Label("SHARED OFFICE", _F, General.BIG, "#2267f2"),
+        Label("SMALL ADMINISTRATIVE", _S, General.SMALL, "#beb94e"),
+        Label("MEDIUM ADMINISTRATIVE", _S, General.MEDIUM, "#beb615"),
+        Label("BIG ADMINISTRATIVE", _S, General.BIG, "#716d0d"),
+        Label("RECEPTION", _S, General.MEDIUM, "#5f1978"),
+        Label("KITCHEN", _S, General.BIG, "#b27abe"),
+        Label("CLOSET", _S, General.SMALL, "#bdbdbd"),
+        Label("CONVENIENCE STORE", _S, General.MEDIUM, "#a5a5be"),
+        Label("MEDIUM SERVICE", _S, General.MEDIUM, "#8c8c8b"),
+        Label("BIG SERVICE", _S, General.BIG, "#585859"),
+        Label("COLLECTIVE SERVICE ROOM", _S, General.BIG, "#3c3c3c"),
+        Label("BATHROOM", _S, General.SMALL, "#fff87d"),
+        Label("WASHROOM", _S, General.SMALL, "#e8caa7"),
+        Label("CAFETERIA", _S, General.BIG, "#282828"),
+        Label("CORRIDOR", _C, General.CORRIDOR, "#f28705"),
+        Label("LOBBY", _C, General.HALL, "#f24738"),
+        Label("HALL", _C, General.HALL, "#bf5719"),
+        Label("ENTRANCE", _E, General.SMALL, "#268080", corridor_in_graphs=True),
+        Label("ELEVATOR", _E, General.SMALL, "#147171"),
+        Label("STAIRS", _E, General.SMALL, "#5bbebe"),
+    ),
+)
+
+# The colour of each function's commonest label.
+FCES_COLORS = MappingProxyType({_F: "#1bddf2", _C: "#f28705", _E: "#268080", _S: "#8c8c8b"})
+
+SCHEMAS = MappingProxyType({schema.building_type: schema for schema in (SCHOOL, OFFICE)})
+
+
+def schema_of(building_type: str) -> LabelSchema:
+    """The schema of a building type, in any case.
+
+    Raises LabelError that lists the types that have one.
+    """
+    schema = SCHEMAS.get(building_type.lower())
+    if schema is None:
+        raise LabelError(f"there is no schema of building type {building_type!r}, give one of {', '.join(SCHEMAS)}")
+    return schema
