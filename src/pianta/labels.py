@@ -1,18 +1,23 @@
 """What rooms are for: the hierarchical label schema of the thesis, section 4.3, and L_general of section 4.2.
 
 A schema lists the labels of a building type (Fig. 4.5). Each maps upwards to F/C/E/S, and that to R/C. The thesis
-divides the labels in three ways, by Split, because its experiments and its graphs depart from its figure.
+divides the labels in three ways, by Split, because its experiments and its graphs depart from its figure. The tables
+are in docs/labels.md; formats/label_schema.py reads the schemas of other building types.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 from types import MappingProxyType
 
 from pianta.errors import LabelError
+
+MAX_NAME_LENGTH = 100
 
 
 class RC(StrEnum):
@@ -53,11 +58,11 @@ class LabelSet(StrEnum):
 class Split(StrEnum):
     """Which labels are corridors, and what gyms and conference rooms are.
 
-    FIGURE: as Fig. 4.5 prints it: entrances, stairs and lifts are CORRIDORS, gyms and conference rooms SERVICE.
-    EXPERIMENTS: as in the experiments of sections 5.3 and 6.2: only CONNECTION is CORRIDOR; gyms, conference rooms are
-        FUNCTIONAL.
-    GRAPHS: as in Table 5.1 and chapter 7: CORRIDOR, HALL, LOBBY, ENTRANCE and OPENSPACE are CORRIDOR; F/C/E/S as in
-        EXPERIMENTS.
+    FIGURE: as Fig. 4.5 prints it: CONNECTION and ENTRANCE are CORRIDOR; a school's gym and conference room are SERVICE.
+    EXPERIMENTS: as in the experiments of sections 5.3, 6.2 and 8.1: only CONNECTION is CORRIDOR; a school's gym and
+        conference room are FUNCTIONAL.
+    GRAPHS: as in Table 5.1 and chapter 7: CORRIDOR, HALL, LOBBY, ENTRANCE and OPENSPACE are CORRIDOR, whatever their
+        place in F/C/E/S, which is that of EXPERIMENTS.
     """
 
     FIGURE = "figure"
@@ -65,14 +70,58 @@ class Split(StrEnum):
     GRAPHS = "graphs"
 
 
+def standard_name(name: str) -> str:
+    """A label's name in capitals, with one space between words.
+
+    Raises LabelError when nothing is left, when it has more than 100 characters, or some that cannot be printed.
+    """
+    return _checked_name(_one_spaced(name).upper())
+
+
+def standard_building_type(building_type: str) -> str:
+    """A building type in lower case, with one space between words.
+
+    Raises LabelError as standard_name does.
+    """
+    return _checked_name(_one_spaced(building_type).lower())
+
+
+def _one_spaced(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _checked_name(name: str) -> str:
+    if not name:
+        raise LabelError("the name is empty, give a word")
+    if len(name) > MAX_NAME_LENGTH:
+        raise LabelError(f"the name {name[:20]!r}… has {len(name)} characters, give {MAX_NAME_LENGTH} at most")
+    if not name.isprintable():
+        raise LabelError(f"the name {name!r} has characters that cannot be printed, leave them out")
+    return name
+
+
+def standard_color(color: str) -> str:
+    """A colour as #rrggbb, in lower case.
+
+    Raises LabelError for what is no colour.
+    """
+    standard = color.lower()
+    if not re.fullmatch("#[0-9a-f]{6}", standard):
+        raise LabelError(f"the colour {color[:20]!r} is none, give #rrggbb")
+    return standard
+
+
 @dataclass(frozen=True)
 class Label:
     """A label of a building type, and where it lies in the hierarchy.
 
-    name: in capitals, as files have it. function: its place in Fig. 4.5. general: its place in L_general.
+    name: in any case, becomes capitals. function: its place in Fig. 4.5. general: its place in L_general.
     color: #rrggbb, of Figs. 5.2 and 5.3.
     in_experiments: its place in F/C/E/S in the experiments, the same as `function` unless given.
     corridor_in_graphs: whether it is a corridor in Table 5.1; whether it is a CONNECTION unless given.
+
+    Raises LabelError for a name or colour that is none, and when function and general disagree about what connects:
+    a CONNECTION is C or H, FUNCTIONAL and SERVICE are S, M or B (section 4.3.1), an ENTRANCE is either.
     """
 
     name: str
@@ -81,6 +130,16 @@ class Label:
     color: str
     in_experiments: FCES | None = None
     corridor_in_graphs: bool | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", standard_name(self.name))
+        object.__setattr__(self, "color", standard_color(self.color))
+        connects = self.general in (General.CORRIDOR, General.HALL)
+        if self.function is not FCES.ENTRANCE and connects is not (self.function is FCES.CONNECTION):
+            raise LabelError(
+                f"{self.name} is {self.function} and of size {self.general}; "
+                "give a CONNECTION the size C or H, what is FUNCTIONAL or SERVICE S, M or B"
+            )
 
     def in_f_c_e_s(self, split: Split = Split.EXPERIMENTS) -> FCES:
         """Its place in F/C/E/S."""
@@ -101,40 +160,46 @@ class Label:
 class LabelSchema:
     """L_type: the labels of a building type, each name once.
 
-    Raises LabelError, with every fault in one message, when there is no label, or a name occurs more than once.
+    building_type: in any case, becomes lower case.
+
+    Raises LabelError when there is no label or building type, or listing all names that occur more than once.
     """
 
     building_type: str
     labels: tuple[Label, ...]
 
     def __post_init__(self) -> None:
-        names = [label.name for label in self.labels]
-        repeated = sorted({name for name in names if names.count(name) > 1})
-        if not names:
-            raise LabelError(f"the schema of {self.building_type!r} has no label, give one at least")
+        building_type = standard_building_type(self.building_type)
+        object.__setattr__(self, "building_type", building_type)
+        object.__setattr__(self, "labels", tuple(self.labels))
+        if not self.labels:
+            raise LabelError(f"the schema of {building_type!r} has no label, give one at least")
+        counts = Counter(label.name for label in self.labels)
+        repeated = sorted(name for name, count in counts.items() if count > 1)
         if repeated:
-            raise LabelError(f"the schema of {self.building_type!r} has labels twice: {', '.join(repeated)}")
+            raise LabelError(f"the schema of {building_type!r} has labels twice: {', '.join(repeated)}")
 
     @cached_property
-    def by_name(self) -> MappingProxyType[str, Label]:
+    def by_name(self) -> Mapping[str, Label]:
         """The labels by their names."""
-        return MappingProxyType({label.name: label for label in self.labels})
+        return {label.name: label for label in self.labels}
 
     def map_labels(
         self, names: Iterable[str | None], label_set: LabelSet, *, split: Split = Split.EXPERIMENTS
     ) -> list[str]:
-        """The names one level or more up, in a label set.
+        """The names one level or more up, in a label set; names may be in any case, None is a room without a label.
 
         Raises LabelError that lists all names that the schema does not have.
         """
         names = list(names)
-        unknown = sorted({str(name) for name in names if name not in self.by_name})
+        known = {name: label for name in names if (label := self._find(name))}
+        unknown = sorted({repr(name) for name in names if name not in known})
         if unknown:
             raise LabelError(
                 f"labels {', '.join(unknown)} are not in the schema of {self.building_type!r}, "
                 f"which has {', '.join(self.by_name)}; rename them or give a schema that has them"
             )
-        labels = [self.by_name[str(name)] for name in names]
+        labels = [known[name] for name in names]
         match label_set:
             case LabelSet.R_C:
                 return [label.in_r_c(split) for label in labels]
@@ -144,6 +209,9 @@ class LabelSchema:
                 return [label.general for label in labels]
             case LabelSet.TYPE:
                 return [label.name for label in labels]
+
+    def _find(self, name: str | None) -> Label | None:
+        return None if name is None else self.by_name.get(_one_spaced(name).upper())
 
 
 _F, _C, _E, _S = FCES
@@ -216,11 +284,14 @@ SCHEMAS = MappingProxyType({schema.building_type: schema for schema in (SCHOOL, 
 
 
 def schema_of(building_type: str) -> LabelSchema:
-    """The schema of a building type, in any case.
+    """The schema of a building type that the thesis has, in any case.
 
     Raises LabelError that lists the types that have one.
     """
-    schema = SCHEMAS.get(building_type.lower())
+    schema = SCHEMAS.get(_one_spaced(building_type).lower())
     if schema is None:
-        raise LabelError(f"there is no schema of building type {building_type!r}, give one of {', '.join(SCHEMAS)}")
+        raise LabelError(
+            f"there is no schema of building type {building_type[:50]!r}, "
+            f"give one of {', '.join(SCHEMAS)} or a schema of your own"
+        )
     return schema

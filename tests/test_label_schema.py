@@ -1,0 +1,275 @@
+"""Schemas of users survive labels.yaml, and nothing else passes for one."""
+
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pianta.errors import LabelError, PiantaError
+from pianta.formats.label_schema import MAX_FILE_BYTES, read_label_schema, save_label_schema
+from pianta.labels import FCES, OFFICE, RC, SCHOOL, General, Label, LabelSchema, LabelSet
+from tests.mutation import mutated, refused_in_one_line
+
+PAGE = Path(__file__).parents[1] / "docs" / "labels.md"
+HEADER = "format: pianta labels\nversion: '1.0'\nbuilding_type: hospital\n"
+GENERALS = {
+    FCES.FUNCTIONAL: "SMB",
+    FCES.CONNECTION: "CH",
+    FCES.ENTRANCE: "CHSMB",
+    FCES.SERVICE: "SMB",
+}
+
+names = st.text(min_size=1, max_size=30).filter(lambda name: name.strip().isprintable() and name.upper().strip())
+
+
+@st.composite
+def labels(draw) -> Label:
+    function = draw(st.sampled_from(FCES))
+    return Label(
+        draw(names),
+        function,
+        General(draw(st.sampled_from(GENERALS[function]))),
+        draw(st.from_regex("#[0-9a-fA-F]{6}", fullmatch=True)),
+        draw(st.none() | st.sampled_from(FCES)),
+        draw(st.none() | st.booleans()),
+    )
+
+
+schemas = st.builds(LabelSchema, names, st.lists(labels(), min_size=1, max_size=5, unique_by=lambda label: label.name))
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return tmp_path_factory.mktemp("schemas") / "labels.yaml"
+
+
+def read_text(path, text) -> LabelSchema:
+    path.write_text(HEADER + text, encoding="utf-8")
+    return read_label_schema(path)
+
+
+def block_of_page(language) -> str:
+    (block,) = re.findall(rf"```{language}\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    return str(block)
+
+
+@pytest.mark.parametrize("schema", [SCHOOL, OFFICE])
+def test_schemas_of_the_thesis_survive(path, schema):
+    save_label_schema(schema, path)
+    assert read_label_schema(path) == schema
+
+
+@given(schema=schemas)
+def test_round_trip_is_exact_and_stable(path, schema):
+    save_label_schema(schema, path)
+    content = path.read_bytes()
+    assert read_label_schema(path) == schema
+    save_label_schema(read_label_schema(path), path)
+    assert path.read_bytes() == content
+
+
+def test_a_label_a_line_is_written(path):
+    gym = Label("GYM", FCES.SERVICE, General.BIG, "#a81e1e", FCES.FUNCTIONAL)
+    foyer = Label("FOYER È", FCES.ENTRANCE, General.HALL, "#ffffff", corridor_in_graphs=True)
+    save_label_schema(LabelSchema("Sports Hall", (gym, foyer)), path)
+    assert path.read_text(encoding="utf-8") == (
+        "format: pianta labels\n"
+        "version: '1.0'\n"
+        "building_type: sports hall\n"
+        "labels:\n"
+        "- {name: GYM, function: SERVICE, general: B, color: '#a81e1e', in_experiments: FUNCTIONAL}\n"
+        "- {name: FOYER È, function: ENTRANCE, general: H, color: '#ffffff', corridor_in_graphs: true}\n"
+    )
+
+
+def test_what_is_missing_is_derived_from_the_function(path):
+    schema = read_text(
+        path,
+        "labels:\n"
+        "- {name: ward, function: functional}\n"
+        "- {name: way, function: Connection}\n"
+        "- {name: lift, function: ENTRANCE}\n"
+        "- {name: linen, function: SERVICE}\n",
+    )
+    assert schema == LabelSchema(
+        "hospital",
+        (
+            Label("WARD", FCES.FUNCTIONAL, General.MEDIUM, "#1bddf2"),
+            Label("WAY", FCES.CONNECTION, General.CORRIDOR, "#f28705"),
+            Label("LIFT", FCES.ENTRANCE, General.MEDIUM, "#268080"),
+            Label("LINEN", FCES.SERVICE, General.MEDIUM, "#8c8c8b"),
+        ),
+    )
+
+
+@pytest.mark.parametrize("key", ["size", "general"])
+@pytest.mark.parametrize(
+    ("word", "function", "general"),
+    [
+        ("c", "CONNECTION", General.CORRIDOR),
+        ("Hall", "CONNECTION", General.HALL),
+        ("SMALL", "SERVICE", General.SMALL),
+        ("medium", "SERVICE", General.MEDIUM),
+        ("B", "SERVICE", General.BIG),
+    ],
+)
+def test_sizes_are_letters_or_words(path, key, word, function, general):
+    schema = read_text(path, f"labels: [{{name: A, function: {function}, {key}: {word}}}]")
+    assert schema.labels[0].general is general
+
+
+def test_names_are_normalised_and_stay_words(path):
+    schema = read_text(path, "labels: [{name: '  waiting   room ', function: SERVICE}, {name: NO, function: SERVICE}]")
+    assert list(schema.by_name) == ["WAITING ROOM", "NO"]
+    assert read_text(path, "labels: [{name: 12, function: SERVICE}]").labels[0].name == "12"
+
+
+def test_splits_of_the_file_are_taken(path):
+    text = "labels: [{name: A, function: SERVICE, in_experiments: functional, corridor_in_graphs: yes}]"
+    label = read_text(path, text).labels[0]
+    assert (label.in_experiments, label.corridor_in_graphs) == (FCES.FUNCTIONAL, True)
+
+
+def test_faults_are_told_together(path):
+    with pytest.raises(LabelError) as error:
+        read_text(
+            path,
+            "labels:\n"
+            "- {name: ' ', function: WORK, colour: '#ffffff'}\n"
+            "- {name: A, function: SERVICE, size: HUGE, color: red}\n"
+            "- name: a\n  function: SERVICE\n  color: #ff0000\n"
+            "- {name: [B], function: SERVICE, corridor_in_graphs: maybe}\n"
+            "- {name: C, function: SERVICE, size: S, general: S}\n",
+        )
+    parts = str(error.value).removeprefix(f"cannot read the label schema '{path}': ").split("; ")
+    assert [part.partition(": ")[0] for part in parts] == [
+        "labels[0].name",
+        "labels[0].function",
+        "labels[0].colour",
+        "labels[1].size",
+        "labels[1].color",
+        "labels[2].name",
+        "labels[2].color",
+        "labels[3].name",
+        "labels[3].corridor_in_graphs",
+        "labels[4]",
+    ]
+    assert "an earlier label has the name 'A', rename one, found 'a'" in parts[5]
+    assert 'put "#rrggbb" in quotes, since # starts a comment' in parts[6]
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("labels: []", "the schema of 'hospital' has no label, give one at least"),
+        ("labels: A", "labels: Input should be a valid list, found 'A'"),
+        ("labels: [E]", r"labels\[0\]: Input should be a valid dictionary"),
+        ("floors: 3", "labels: Field required; floors: Extra inputs are not permitted, found '3'"),
+        ("labels: [{name: A, function: CONNECTION, size: S}]", r"labels\[0\]: A is CONNECTION and of size S; give"),
+        ("labels: [{name: A, function: SERVICE, size: S, general: S}]", "has a size and a general, which are the same"),
+        ("labels: [{name: A, function: SERVICE, name: B, function: C}]", "line 4 has keys twice: 'name', 'function'"),
+        ("building_type: mall", "the mapping at line 1 has keys twice: 'building_type'"),
+        ("labels: [{name: A, function: null}]", r"labels\[0\].function: Input should be .*, found 'NULL'"),
+        ("labels: [{name: A, function: {}}]", r"labels\[0\].function: Input should be"),
+        ("labels: [{name: A, function: SERVICE, size: []}]", r"labels\[0\].size: Input should be"),
+    ],
+)
+def test_what_is_no_schema_is_told_in_one_line(path, text, message):
+    with pytest.raises(LabelError, match=message) as error:
+        read_text(path, text)
+    assert str(error.value).startswith(f"cannot read the label schema '{path}': ")
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("format: pianta labels\nversion: 2.0\nrooms: 1", "format version 2.0, this pianta reads 1.x; update pianta$"),
+        ("format: pianta floor\nversion: '1.0'", "format: Input should be 'pianta labels', found 'pianta floor'"),
+        ("building_type: house", "format: Field required; version: Field required"),
+        ("format: pianta labels\nversion: one", "version: String should match"),
+        ("- a", "it has no keys, give format, version, building_type and labels"),
+        ("# nothing", "it has no keys"),
+        ("a: b\n---\nc: d", "it is no YAML: expected a single document"),
+        ("a: {b", "it is no YAML: while parsing"),
+        ("? {a: b}\n: c", "it is no YAML: .* unhashable key"),
+        ("!!python/object/apply:os.getcwd []", "it has no keys"),
+        ("a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]", "it is no YAML: it has aliases"),
+        ("[" * 100_000, "it is no YAML: maximum recursion depth exceeded"),
+        ("- " * 100_000, "it is no YAML: "),
+        ("\0", "it is no YAML: "),
+        ("x" * (MAX_FILE_BYTES + 1), "it has 262145 bytes, the limit is 262144"),
+    ],
+)
+def test_hostile_files_are_refused_in_one_line(path, text, message):
+    path.write_text(text)
+    with pytest.raises(LabelError, match=message) as error:
+        read_label_schema(path)
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 1000
+
+
+def test_thousands_of_faults_are_told_briefly(path):
+    with pytest.raises(LabelError, match=r"; and 9990 more$") as error:
+        read_text(path, "labels:\n" + "- {}\n" * 5000)
+    assert len(str(error.value)) < 1000
+
+
+def test_what_a_later_version_has_is_skipped(path):
+    text = "labels: [{name: A, function: SERVICE, floors: [1]}]\ncountry: IT"
+    path.write_text(HEADER.replace("1.0", "1.3") + text)
+    assert read_label_schema(path).labels == (Label("A", FCES.SERVICE, General.MEDIUM, "#8c8c8b"),)
+
+
+def test_missing_files_and_folders_are_told(tmp_path):
+    for name, message in (("none.yaml", "does not exist"), (".", "is a folder")):
+        with pytest.raises(LabelError, match=f"label schema .* {message}"):
+            read_label_schema(tmp_path / name)
+
+
+def test_file_stays_as_it_was_when_saving_fails(tmp_path):
+    path = tmp_path / "labels.yaml"
+    path.write_text("old")
+    label = Label("A" * 100, FCES.SERVICE, General.SMALL, "#ffffff")
+    giant = tuple(Label(f"{label.name[:90]}{number}", FCES.SERVICE, General.SMALL, "#ffffff") for number in range(2000))
+    with pytest.raises(LabelError, match=r"cannot save the label schema as .* bytes, the limit is 262144"):
+        save_label_schema(LabelSchema("mall", giant), path)
+    assert path.read_text() == "old"
+    with pytest.raises(PiantaError, match="cannot write"):
+        save_label_schema(SCHOOL, tmp_path / "missing" / "labels.yaml")
+    assert [file.name for file in tmp_path.iterdir()] == ["labels.yaml"]
+
+
+@pytest.fixture(scope="module")
+def valid(path):
+    save_label_schema(OFFICE, path)
+    return path.read_bytes()[:700] + b"}\n"
+
+
+@given(fuzz=st.data())
+def test_damaged_file_is_read_or_refused(path, valid, fuzz):
+    path.write_bytes(fuzz.draw(st.binary() | mutated(valid)))
+    with refused_in_one_line():
+        assert isinstance(read_label_schema(path), LabelSchema)
+
+
+def test_example_of_the_page_is_read(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("house.yaml").write_text(block_of_page("yaml"), encoding="utf-8")
+    house = read_label_schema("house.yaml")
+    assert house.building_type == "house"
+    assert house.by_name["LIVING ROOM"] == Label("LIVING ROOM", FCES.FUNCTIONAL, General.BIG, "#8c3b2e")
+    assert house.by_name["BEDROOM"] == Label("BEDROOM", FCES.FUNCTIONAL, General.MEDIUM, "#1bddf2")
+    assert house.by_name["CORRIDOR"] == Label("CORRIDOR", FCES.CONNECTION, General.CORRIDOR, "#f28705")
+    assert {label.function for label in house.labels} == set(FCES)
+    assert {label.general for label in house.labels} == set(General)
+    names: dict[str, object] = {}
+    exec(block_of_page("python"), names)  # noqa: S102
+    assert names["rooms"] == [RC.ROOM, RC.CORRIDOR]
+    assert names["sizes"] == [General.MEDIUM, General.HALL]
+    save_label_schema(house, "again.yaml")
+    assert read_label_schema("again.yaml") == house
+    assert house.map_labels(["porch"], LabelSet.R_C) == [RC.ROOM]
