@@ -222,6 +222,23 @@ def test_table_names_doors_neighbours_labels_and_partial_rooms():
     assert ["3", "9.0", "1", "1", "in", "part"] in rows
 
 
+def test_the_table_has_the_probabilities_of_labels_within_80_columns():
+    said = {"school": {"SMALL ADMINISTRATIVE": 0.834, "CORRIDOR": 1.0}}
+    labels = "CORRIDOR", "SMALL ADMINISTRATIVE", "LAB"
+    rooms = [Room(i, box(0, 0, 4, 3), label, {}, said) for i, label in enumerate(labels, start=1)]
+    doors = tuple(Door((1, other), LineString([(0, 0), (0, 1)]), 1) for other in (2, 3))
+    others = Door((1, 4), LineString([(0, 0), (0, 1)]), 1, "opening"), Door((4, None), LineString([(0, 0), (0, 1)]), 1)
+    console = Console(file=StringIO(), width=80)
+    console.print(tabulate_rooms(Floor(tuple(rooms), doors)))
+    assert isinstance(console.file, StringIO)
+    lines = [" ".join(line.split()) for line in console.file.getvalue().splitlines()]
+    rows = ["1 12.0 2 2 3 CORRIDOR 1.00", "2 12.0 1 1 SMALL ADMINISTRATIVE 0.83", "3 12.0 1 1 LAB"]
+    assert lines[3:6] == rows
+    console.print(tabulate_rooms(Floor((*rooms, Room(4, box(0, 0, 9, 9), partial=True)), (*doors, *others))))
+    assert "…" not in console.file.getvalue()
+    assert max(map(len, console.file.getvalue().splitlines())) <= 80
+
+
 def test_walls_and_graph_change_the_picture_only(sample, sample_out, tmp_path):
     run_pianta("read", sample, "-o", tmp_path, "--walls", "--graph")
     changed = {name for name, content in list_files(tmp_path).items() if content != list_files(sample_out)[name]}

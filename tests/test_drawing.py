@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, PathPatch
+from matplotlib.patches import Circle, PathPatch, Rectangle
 from PIL import Image
 from shapely import LineString, Point, box, unary_union
 
@@ -28,6 +28,7 @@ from pianta.drawing import (
     plot_doors,
     plot_graph,
     plot_grid,
+    plot_legend,
     plot_rooms,
     plot_scale_bar,
     plot_walls,
@@ -36,6 +37,7 @@ from pianta.drawing import (
 from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.label_styles import DARK_INK, LIGHT_INK, style_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta.worlds.scan import map_floor
 
@@ -45,6 +47,16 @@ TWO_ROOMS = Floor(
     walls=(LineString([(0, 0), (8, 0)]), LineString([(4.05, 0), (4.05, 3)])),
 )
 AROUND_TWO_ROOMS = GridMap(np.full((100, 200), UNKNOWN, np.int8), 0.05, (-1.0, -1.0, 0.0))
+
+
+LABELLED = replace(
+    TWO_ROOMS,
+    rooms=(
+        Room(1, box(0, 0, 4, 3), "LIBRARY", label_probabilities={"school": {"LIBRARY": 0.5}}),
+        Room(2, box(4.1, 0, 8, 3), "CORRIDOR", label_probabilities={"school": {"CORRIDOR": 0.9}}, partial=True),
+    ),
+    building_type={"school": 1.0},
+)
 
 
 @pytest.fixture
@@ -136,6 +148,47 @@ def test_partial_rooms_are_grey_and_hatched(ax):
     assert not whole.get_hatch()
 
 
+def test_labelled_rooms_have_the_colours_of_their_labels_and_partial_ones_are_lighter_and_hatched(ax):
+    library, corridor = room_patches(plot_rooms(LABELLED, ax=ax, labels=True))
+    assert [to_hex(patch.get_facecolor()) for patch in (library, corridor)] == ["#3c3c3c", "#f28705"]
+    assert library.get_facecolor()[3] > corridor.get_facecolor()[3]
+    assert not library.get_hatch()
+    assert corridor.get_hatch()
+
+
+def test_labels_are_drawn_on_request_only(ax):
+    plot_rooms(LABELLED, ax=ax)
+    plain = plot_rooms(TWO_ROOMS, ax=Figure().add_axes((0, 0, 1, 1)))
+    for drawn, expected in zip(ax.patches, plain.patches, strict=True):
+        assert drawn.get_facecolor() == expected.get_facecolor()
+        assert drawn.get_path().vertices == pytest.approx(expected.get_path().vertices)
+    assert len(draw_floor(LABELLED, AROUND_TWO_ROOMS, labels=False).axes) == 1
+    assert len(draw_floor(TWO_ROOMS, AROUND_TWO_ROOMS, labels=True).axes) == 1
+
+
+def test_ids_are_white_on_dark_labels_and_uncertain_ones_have_a_question_mark(ax):
+    uncertain, certain = id_patches(plot_rooms(LABELLED, ax=ax, labels=True))
+    assert (to_hex(uncertain.get_facecolor()), to_hex(certain.get_facecolor())) == (LIGHT_INK, DARK_INK)
+    widths = [patch.get_path().get_extents().width for patch in (uncertain, certain)]
+    assert widths[0] > 1.5 * widths[1]
+
+
+@given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 1000))
+@settings(max_examples=10)
+def test_uncertain_ids_stand_inside_their_rooms_and_nodes(kind, seed):
+    floor = make_floor(kind, seed=seed)
+    said = {"type": {"ROOM": 0.5, "CORRIDOR": 0.5, "HALL": 0.5}}
+    floor = replace(floor, rooms=tuple(replace(room, label_probabilities=said) for room in floor.rooms))
+    ids = id_patches(plot_rooms(floor, ax=Figure().add_axes((0, 0, 1, 1)), labels=True))
+    nodes = plot_graph(floor, ax=Figure().add_axes((0, 0, 1, 1)), labels=True).patches
+    assert style_rooms(floor)[1].is_uncertain
+    for room, digits, node in zip(floor.rooms, ids, nodes, strict=True):
+        text = box(*digits.get_path().get_extents().extents)
+        shape = node.get_patch_transform().transform_path(node.get_path())
+        assert room.polygon.contains(text)
+        assert shape.contains_points(text.exterior.coords).all()
+
+
 def test_doors_are_strokes_from_jamb_to_jamb_and_openings_are_dashed(ax):
     opening = replace(TWO_ROOMS.doors[0], kind="opening", line=LineString([(5, 1), (5, 2)]))
     plot_doors(replace(TWO_ROOMS, doors=(*TWO_ROOMS.doors, opening)), ax=ax)
@@ -188,6 +241,67 @@ def test_a_node_of_a_winding_room_lies_inside_it(ax):
     plot_graph(Floor((Room(1, corridor),)), ax=ax)
     (node,) = ax.patches
     assert corridor.contains(Point(node.center))
+
+
+def test_nodes_are_squares_for_corridors_and_circles_for_rooms_in_the_colours_of_labels(ax):
+    library, corridor = plot_graph(LABELLED, ax=ax, labels=True).patches
+    assert isinstance(library, Circle)
+    assert library.center == pytest.approx((2, 1.5))
+    assert isinstance(corridor, Rectangle)
+    assert corridor.get_center() == pytest.approx((6.05, 1.5))
+    fills = [style.fill for style in style_rooms(LABELLED).values()]
+    assert [to_hex(node.get_facecolor()) for node in (library, corridor)] == fills
+
+
+def legend_of(floor: Floor, **options: bool) -> list[str]:
+    (ax,) = draw_floor(floor, AROUND_TWO_ROOMS, **options).axes[1:]
+    legend = ax.get_legend()
+    assert legend
+    return [text.get_text() for text in legend.get_texts()]
+
+
+def test_the_legend_says_how_many_rooms_have_a_label_and_which():
+    labels = "LAB", "GYM", "LAB", None, "LAB", "LAB", "GYM"
+    rooms = tuple(Room(id_, box(id_, 0, id_ + 0.9, 3), label) for id_, label in enumerate(labels, start=1))
+    floor = Floor(rooms, building_type={"school": 1.0})
+    assert legend_of(floor) == ["4 × LAB", "2 × GYM (2 7)", "1 × no label (4)"]
+
+
+def test_the_legend_explains_marks_that_occur():
+    labels = ["1 × LIBRARY (1)", "1 × CORRIDOR (2)"]
+    assert legend_of(LABELLED) == [*labels, "probability below 0.6", "seen in part"]
+    assert legend_of(LABELLED, graph=True)[-2:] == ["corridor", "room"]
+    certain = tuple(replace(room, label_probabilities={}, partial=False) for room in LABELLED.rooms)
+    assert legend_of(replace(LABELLED, rooms=certain)) == labels
+
+
+def test_the_legend_takes_any_label(ax):
+    strange = "$x_{$" + " \n" + "_" * 50
+    plot_legend(Floor((Room(1, box(0, 0, 1, 1), strange),)), ax=ax)
+    legend = ax.get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["1 × $x_{$ " + "_" * 23 + "… (1)"]
+    ax.get_figure().savefig(BytesIO(), format="png")
+
+
+@pytest.mark.parametrize("size", [(30, 10), (20, 20), (10, 30), (2, 90)])
+@pytest.mark.parametrize("count", [1, 60])
+def test_the_legend_stands_beside_the_building_and_inside_the_picture(size, count):
+    width, height = size
+    rooms = [
+        Room(i + 1, box(0, i * height / count, width, (i + 1) * height / count), f"ROOM {i}") for i in range(count)
+    ]
+    figure = draw_floor(Floor(tuple(rooms)), GridMap(np.zeros((1, 1), np.int8), 0.05))
+    building, strip = figure.axes
+    shown = strip.get_legend()
+    assert shown
+    legend = shown.get_window_extent()
+    drawn = building.get_window_extent()
+    assert max(drawn.width, drawn.height) == pytest.approx(1600)
+    assert not drawn.overlaps(legend.padded(-1))
+    assert figure.bbox.containsx(legend.x0)
+    assert figure.bbox.containsx(legend.x1)
+    assert figure.bbox.containsy(legend.y0)
+    assert figure.bbox.containsy(legend.y1)
 
 
 @given(st.floats(1e-4, 1e6))
@@ -250,9 +364,10 @@ def test_the_long_side_has_1600_pixels_and_the_short_one_a_quarter_at_least(tmp_
         assert picture.info.keys() <= {"dpi"}
 
 
-def test_the_same_floor_gives_the_same_bytes(tmp_path):
+@pytest.mark.parametrize("floor", [TWO_ROOMS, LABELLED])
+def test_the_same_floor_gives_the_same_bytes(tmp_path, floor):
     for name in ("one.png", "two.png"):
-        save_picture(TWO_ROOMS, AROUND_TWO_ROOMS, tmp_path / name, walls=True, graph=True)
+        save_picture(floor, AROUND_TWO_ROOMS, tmp_path / name, walls=True, graph=True)
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
 
 

@@ -60,6 +60,45 @@ def test_room_polygon_is_valid(polygon):
         Room(7, polygon)
 
 
+@pytest.mark.parametrize("probability", [-0.1, 1.01, float("nan"), float("inf")])
+def test_probabilities_of_labels_are_probabilities(probability):
+    with pytest.raises(FloorError, match=f"room 7 is 'LAB' with probability {probability}, give 0 to 1"):
+        Room(7, box(0, 0, 1, 1), label_probabilities={"R/C": {"ROOM": 1}, "school": {"HALL": 0, "LAB": probability}})
+
+
+def test_probabilities_belong_to_a_label_set():
+    with pytest.raises(FloorError, match=r"room 7 has 0.5 for 'LAB', give label -> probability"):
+        Room(7, box(0, 0, 1, 1), label_probabilities={"LAB": 0.5})  # type: ignore[dict-item]
+
+
+def test_what_was_said_of_a_room_is_copied_and_a_label_needs_no_probability():
+    labels = {"R/C": "ROOM", "school": "LAB"}
+    lab: dict[str, float] = {"LAB": np.float64(0.5)}
+    room = Room(7, box(0, 0, 1, 1), "LAB", labels, {"school": lab})
+    labels["R/C"], lab["LAB"] = "CORRIDOR", 0.9
+    assert room == Room(7, box(0, 0, 1, 1), "LAB", {"R/C": "ROOM", "school": "LAB"}, {"school": {"LAB": 0.5}})
+    assert type(room.label_probabilities["school"]["LAB"]) is float
+    node = Floor((room,)).graph().nodes[7]
+    node["labels"].clear()
+    node["label_probabilities"]["school"].clear()
+    assert (room.labels["school"], room.label_probabilities["school"]) == ("LAB", {"LAB": 0.5})
+
+
+@pytest.mark.parametrize(
+    ("labels", "probabilities", "probability"),
+    [
+        ({"R/C": "CORRIDOR", "school": "CORRIDOR"}, {"school": {"CORRIDOR": 0.7}, "R/C": {"CORRIDOR": 0.9}}, 0.7),
+        ({}, {"R/C": {"CORRIDOR": 0.9}, "school": {"CORRIDOR": 0.7}}, 0.7),
+        ({"R/C": "CORRIDOR", "school": "CORRIDOR"}, {"R/C": {"CORRIDOR": 0.9}, "school": {"LAB": 0.7}}, 0.9),
+        ({"R/C": "CORRIDOR"}, {"R/C": {"ROOM": 1.0}}, None),
+        ({}, {}, None),
+    ],
+)
+def test_the_probability_of_the_label_is_that_of_the_finest_set(labels, probabilities, probability):
+    assert Room(1, box(0, 0, 1, 1), "CORRIDOR", labels, probabilities).label_probability == probability
+    assert Room(1, box(0, 0, 1, 1), None, labels, probabilities).label_probability is None
+
+
 def test_door_sorts_its_rooms():
     assert Door((5, 2), WIDE, 2.0).rooms == (2, 5)
 
@@ -113,12 +152,16 @@ def test_floor_tells_all_its_faults():
 
 
 def test_graph_joins_rooms_by_their_widest_door():
-    rooms = Room(1, box(0, 0, 4, 3), "OFFICE"), Room(2, box(4, 0, 9, 3), partial=True), Room(3, box(9, 0, 10, 3))
+    said = {"R/C": "ROOM", "office": "OFFICE"}, {"office": {"OFFICE": 0.8, "HALL": 0.2}}
+    office = Room(1, box(0, 0, 4, 3), "OFFICE", *said)
+    rooms = office, Room(2, box(4, 0, 9, 3), partial=True), Room(3, box(9, 0, 10, 3))
     doors = Door((2, 1), WIDE, 2.0), Door((1, 2), NARROW, 0.6), Door((2, None), WIDE, 2.0), Door((2, None), NARROW, 0.6)
     graph = Floor(rooms, doors, source="here").graph()
     assert graph.graph == {"source": "here"}
     assert list(graph) == [1, 2, 3]
-    assert graph.nodes[1] == {"label": "OFFICE", "area": 12.0, "x": 2.0, "y": 1.5, "partial": False, "entrances": 0}
+    of_labels = {"label": "OFFICE", "labels": said[0], "label_probabilities": said[1]}
+    assert graph.nodes[1] == of_labels | {"area": 12.0, "x": 2.0, "y": 1.5, "partial": False, "entrances": 0}
+    assert [graph.nodes[2][name] for name in of_labels] == [None, {}, {}]
     assert graph.nodes[2]["partial"]
     assert [graph.nodes[room_id]["entrances"] for room_id in graph] == [0, 2, 0]
     assert list(graph.edges(data=True)) == [(1, 2, {"doors": 2, "width": 2.0, "x": 4.0, "y": 1.0})]

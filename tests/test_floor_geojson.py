@@ -20,7 +20,11 @@ ENTRANCE = Door((4, None), LineString([(0, 1), (0, 2)]), 1.0)
 FLOOR = Floor(
     rooms=(
         Room(
-            4, Polygon([(0, 0), (4, 0), (4, 3), (0, 3)], [[(1, 1), (1, 2), (2, 2), (2, 1)]]), "AULA È", {"AULA È": 0.7}
+            4,
+            Polygon([(0, 0), (4, 0), (4, 3), (0, 3)], [[(1, 1), (1, 2), (2, 2), (2, 1)]]),
+            "AULA È",
+            {"R/C": "ROOM", "school": "AULA È"},
+            {"R/C": {"ROOM": 1.0}, "school": {"LAB": 0.3, "AULA È": 0.7}},
         ),
         Room(2, box(4, 0, 9.1, 3), partial=True),
     ),
@@ -41,7 +45,10 @@ BOW_TIE = {"type": "Polygon", "coordinates": [[[0, 0], [1, 1], [1, 0], [0, 1], [
 LINE = {"type": "LineString", "coordinates": [[0, 0], [1, 1]]}
 
 metres = st.floats(-1e8, 1e8)
-probabilities = st.dictionaries(st.text(max_size=5), st.floats(0, 1), max_size=3)
+names = st.text(max_size=5)
+probabilities = st.dictionaries(names, st.floats(0, 1), max_size=3)
+labels = st.dictionaries(names, names, max_size=3)
+label_probabilities = st.dictionaries(names, probabilities, max_size=3)
 lines = st.lists(st.tuples(metres, metres), min_size=2, max_size=4).map(LineString)
 polygons = st.builds(
     lambda x, y, width, height: box(x, y, x + width, y + height),
@@ -53,8 +60,8 @@ polygons = st.builds(
 @st.composite
 def floors(draw) -> Floor:
     ids = draw(st.lists(st.integers(1, 10**6), unique=True, max_size=5))
-    labels = st.none() | st.text(max_size=5)
-    rooms = tuple(Room(id_, draw(polygons), draw(labels), draw(probabilities), draw(st.booleans())) for id_ in ids)
+    said = st.tuples(polygons, st.none() | names, labels, label_probabilities, st.booleans())
+    rooms = tuple(Room(id_, *draw(said)) for id_ in ids)
     pairs = st.lists(st.sampled_from([*ids, None]), min_size=2, max_size=2, unique=True) if ids else st.nothing()
     kinds = st.sampled_from(["door", "opening"])
     doors = draw(st.lists(st.builds(Door, pairs.map(tuple), lines, st.floats(0, 1e300), kinds), max_size=3))
@@ -82,7 +89,7 @@ def write(path, *features: object, **members: object) -> None:
     header = {
         "type": "FeatureCollection",
         "format": "pianta floor",
-        "version": "1.0",
+        "version": "2.0",
         "frame": "map",
         "units": "metres",
     }
@@ -107,7 +114,7 @@ def test_round_trip_is_exact_and_stable(path, floor):
 def test_file_is_plain_geojson(valid):
     collection = json.loads(valid)
     assert collection["type"] == "FeatureCollection"
-    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "1.0")
+    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.0")
     features = collection["features"]
     assert [part["id"] for part in features] == ["room-4", "room-2", "door-1", "door-2", "door-3", "wall-1", "wall-2"]
     assert all(part["type"] == "Feature" for part in features)
@@ -119,7 +126,10 @@ def test_file_is_plain_geojson(valid):
 
 def test_properties_are_named(valid):
     properties = [part["properties"] for part in json.loads(valid)["features"]]
-    assert properties[1] == {"class": "room", "room": 2, "label": None, "label_probabilities": {}, "partial": True}
+    nothing_said: dict[str, object] = {"label": None, "labels": {}, "label_probabilities": {}}
+    assert properties[0]["labels"] == {"R/C": "ROOM", "school": "AULA È"}
+    assert properties[0]["label_probabilities"] == {"R/C": {"ROOM": 1.0}, "school": {"AULA È": 0.7, "LAB": 0.3}}
+    assert properties[1] == {"class": "room", "room": 2, "partial": True} | nothing_said
     assert properties[3] == {"class": "door", "rooms": [2, 4], "width": 1.0, "kind": "opening"}
     assert properties[4] == {"class": "door", "rooms": [4, None], "width": 1.0, "kind": "door"}
     assert properties[5] == {"class": "wall"}
@@ -139,13 +149,28 @@ def test_empty_floor_survives(path):
 def test_what_is_unknown_is_skipped(path):
     stairs = feature({"class": "stairs"}, {"type": "Point", "coordinates": [0, 0, 0]})
     room = feature(ROOM | {"height": 3}, SQUARE | {"bbox": []}) | {"bbox": None}
-    write(path, stairs, room, feature(None, None), version="1.7", crs=None)
+    write(path, stairs, room, feature(None, None), version="2.7", crs=None)
     assert read_floor(path) == Floor((Room(1, shape(SQUARE)),))
 
 
 def test_newer_format_is_refused_before_anything_else(path):
-    path.write_text('{"format": "pianta floor", "version": "2.0", "levels": []}')
-    with pytest.raises(FloorError, match=r"format version 2.0, this pianta reads 1.x; update pianta$"):
+    path.write_text('{"format": "pianta floor", "version": "3.0", "levels": []}')
+    with pytest.raises(FloorError, match=r"format version 3.0, this pianta reads up to 2.x; update pianta$"):
+        read_floor(path)
+
+
+@pytest.mark.parametrize("version", ["1.0", "1.7"])
+def test_probabilities_of_version_1_become_those_of_the_type(path, version):
+    said = {"label": "LAB", "label_probabilities": {"LAB": 0.7}}
+    write(path, feature(ROOM | said, SQUARE), feature(ROOM | {"room": 2}, SQUARE), version=version)
+    first, second = read_floor(path).rooms
+    assert (first.label, first.labels, first.label_probabilities) == ("LAB", {}, {"type": {"LAB": 0.7}})
+    assert (second.label, second.labels, second.label_probabilities) == (None, {}, {})
+
+
+def test_version_2_has_no_flat_probabilities(path):
+    write(path, feature(ROOM | {"label_probabilities": {"LAB": 0.7}}, SQUARE))
+    with pytest.raises(FloorError, match=r"label_probabilities.LAB: Input should be .*, found 0.7$"):
         read_floor(path)
 
 
@@ -178,8 +203,8 @@ def test_other_geojson_is_refused(path):
         ([feature(DOOR | {"rooms": [1, "2"]}, LINE)], r"properties.rooms\[1\]: .*, found '2'"),
         ([feature(DOOR | {"rooms": [8, None]}, LINE)], r"doors lead to rooms \[8\] that do not exist"),
         (
-            [feature(ROOM | {"label_probabilities": {"a\nb": -2}}, SQUARE)],
-            r"label_probabilities\['a\\nb'\]: .*, found -2$",
+            [feature(ROOM | {"label_probabilities": {"R/C": {"a\nb": -2, "c": 1.5}}}, SQUARE)],
+            r"label_probabilities\['R/C'\]\['a\\nb'\]: .*, found -2; .*\['R/C'\].c: .*, found 1.5$",
         ),
         ([5], r"features\[0\]"),
     ],

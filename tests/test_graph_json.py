@@ -16,7 +16,11 @@ from tests.mutation import mutated
 
 ENTRANCE = Door((2, None), LineString([(10, 1), (10, 2)]), 1.0)
 FLOOR = Floor(
-    (Room(3, box(0, 0, 4, 3), "OFFICE"), Room(1, box(4, 0, 9, 3)), Room(2, box(9, 0, 10, 3))),
+    (
+        Room(3, box(0, 0, 4, 3), "OFFICE", {"R/C": "ROOM"}, {"office": {"OFFICE": 0.6, "CUBICULE": 0.4}}),
+        Room(1, box(4, 0, 9, 3)),
+        Room(2, box(9, 0, 10, 3)),
+    ),
     (Door((1, 3), LineString([(4, 0.1), (4, 1)]), 0.9), Door((1, 2), LineString([(9, 0), (9, 1)]), 1.0), ENTRANCE),
     source="Büro",
 )
@@ -55,6 +59,8 @@ def test_floor_graph_survives(path):
     assert list(graph) == [3, 1, 2]
     assert nx.utils.graphs_equal(graph, FLOOR.graph())
     assert graph.graph == {"source": "Büro"}
+    assert graph.nodes[3]["labels"] == {"R/C": "ROOM"}
+    assert graph.nodes[3]["label_probabilities"] == {"office": {"OFFICE": 0.6, "CUBICULE": 0.4}}
     assert dict(graph.nodes(data="entrances")) == {3: 0, 1: 0, 2: 1}
     assert {frozenset(edge) for edge in graph.edges} == {frozenset((1, 3)), frozenset((1, 2))}
 

@@ -98,10 +98,11 @@ def test_doors_and_entrances_lead_to_the_same_rooms():
 
 
 def test_a_label_stays_until_there_is_another():
-    labels = {"LAB": 0.7, "OFFICE": 0.3}
-    previous = Floor((Room(3, LEFT, "LAB", labels), Room(4, MIDDLE, "OFFICE", labels), Room(5, RIGHT)))
+    labels, probabilities = {"R/C": "ROOM", "school": "LAB"}, {"school": {"LAB": 0.7, "OFFICE": 0.3}}
+    said = labels, probabilities
+    previous = Floor((Room(3, LEFT, "LAB", *said), Room(4, MIDDLE, "OFFICE", *said), Room(5, RIGHT)))
     floor = Floor((Room(1, LEFT), Room(2, MIDDLE, "HALL", partial=True), Room(3, RIGHT)), source="new")
-    expected = Room(3, LEFT, "LAB", labels), Room(4, MIDDLE, "HALL", partial=True), Room(5, RIGHT)
+    expected = Room(3, LEFT, "LAB", *said), Room(4, MIDDLE, "HALL", partial=True), Room(5, RIGHT)
     assert keep_room_ids(floor, previous) == Floor(expected, source="new")
 
 

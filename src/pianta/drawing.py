@@ -6,10 +6,10 @@ matplotlib is imported when something is drawn, and pyplot never: no window, no 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from math import hypot, log10
+from collections.abc import Mapping, Sequence
+from math import ceil, hypot, log10, pi, sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -20,14 +20,17 @@ from shapely import MultiPolygon, Point, Polygon, STRtree
 from pianta.floor import Floor, Room
 from pianta.formats.files import written_atomically
 from pianta.gridmap import GridMap
+from pianta.label_styles import CERTAIN_FROM, DARK_INK, RoomStyle, list_labels, style_rooms
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
 # Paul Tol's "light" scheme, made for areas with dark labels and for colour-blind readers.
 ROOM_COLORS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#ccaadd")
-PARTIAL_COLOR, HATCH_COLOR, EDGE_COLOR, INK = "#cccccc", "#999999", "#555555", "#222222"
+PARTIAL_COLOR, HATCH_COLOR, EDGE_COLOR, INK = "#cccccc", "#999999", "#555555", DARK_INK
 DOOR_COLOR, ENTRANCE_COLOR, WALL_COLOR = "#aa1133", "#117733", "#3355bb"
 FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = 255, 228, 110
 BACKGROUND = f"#{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}"
@@ -46,15 +49,19 @@ SEEN_SHARE = 0.99
 # An id lies in a circle of this share of the radius that its room offers, and its font size is within these shares of
 # the floor's longest side. It stands on the centroid where that offers this share of the largest circle in the room.
 ID_IN_CIRCLE, ID_SIZES, WIDE_ENOUGH = 0.7, (0.012, 0.026), 0.75
+# A label in the legend is cut to this many characters; the ids of its rooms are given when there are few of them.
+LONGEST_LABEL, FEW_ROOMS = 30, 3
+LEGEND_FONT_SIZE = 8
 # Width and height of a digit of DejaVu Sans Bold, per font size; radius of a graph's node, per circle around its id.
 DIGIT, NODE_RIM = (0.7, 0.73), 1.2
 ROOM_LEVEL, WALL_LEVEL, GRAPH_LEVEL, DOOR_LEVEL, TEXT_LEVEL = range(1, 6)
 
 
-def draw_floor(floor: Floor, grid: GridMap, *, walls: bool = False, graph: bool = False) -> Figure:
+def draw_floor(floor: Floor, grid: GridMap, *, walls: bool = False, graph: bool = False, labels: bool = True) -> Figure:
     """Picture of a floor on its map, cropped to the building: rooms with their ids, doors, and a scale bar.
 
     walls: the representative lines too. graph: the topological graph too.
+    labels: rooms in the colours of their labels, and a legend below or right of the building, when any has a label.
     """
     from matplotlib.figure import Figure
 
@@ -65,23 +72,35 @@ def draw_floor(floor: Floor, grid: GridMap, *, walls: bool = False, graph: bool 
     ax = figure.add_axes((0, 0, 1, 1))
     ax.set_axis_off()
     plot_grid(grid, ax=ax)
-    plot_rooms(floor, ax=ax)
+    labels = labels and any(room.label is not None for room in floor.rooms)
+    plot_rooms(floor, ax=ax, labels=labels)
     if walls:
         plot_walls(floor, ax=ax)
     if graph:
-        plot_graph(floor, ax=ax)
+        plot_graph(floor, ax=ax, labels=labels)
     plot_doors(floor, ax=ax)
     ax.set(xlim=(left, right), ylim=(bottom, top))
     plot_scale_bar(ax=ax)
+    if labels:
+        _add_legend(floor, figure, graph=graph)
     return figure
 
 
-def save_picture(floor: Floor, grid: GridMap, path: str | Path, *, walls: bool = False, graph: bool = False) -> None:
-    """Write the picture of draw_floor as a PNG with a long side of 1600 pixels; the same floor gives the same bytes.
+def save_picture(
+    floor: Floor,
+    grid: GridMap,
+    path: str | Path,
+    *,
+    walls: bool = False,
+    graph: bool = False,
+    labels: bool = True,
+) -> None:
+    """Write the picture of draw_floor as a PNG, the same bytes for the same floor.
 
+    The building has a long side of 1600 pixels; a legend makes the picture larger.
     Raises PiantaError when the file cannot be written.
     """
-    figure = draw_floor(floor, grid, walls=walls, graph=graph)
+    figure = draw_floor(floor, grid, walls=walls, graph=graph, labels=labels)
     with written_atomically(path) as temporary:
         figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
 
@@ -103,16 +122,22 @@ def plot_grid(grid: GridMap, *, ax: Axes) -> Axes:
     return ax
 
 
-def plot_rooms(floor: Floor, *, ax: Axes) -> Axes:
-    """Draw the rooms with their ids, neighbours in different colours, partial ones grey and hatched."""
+def plot_rooms(floor: Floor, *, ax: Axes, labels: bool = False) -> Axes:
+    """Draw the rooms with their ids, neighbours in different colours, partial ones grey and hatched.
+
+    labels: in the colours of their labels instead, partial ones light and hatched; a `?` follows the id where the
+        label has a probability below 0.6.
+    """
     from shapely.plotting import patch_from_polygon
 
-    for room, color in zip(floor.rooms, _color_rooms(floor.rooms), strict=True):
-        style = {"facecolor": (color, 0.75), "edgecolor": EDGE_COLOR}
-        if room.partial:
-            style = {"facecolor": (PARTIAL_COLOR, 0.75), "edgecolor": HATCH_COLOR, "hatch": "//"}
-        ax.add_patch(patch_from_polygon(room.polygon, **style, linewidth=0.6, zorder=ROOM_LEVEL))
-    _plot_ids(floor, ax)
+    styles = style_rooms(floor) if labels else _style_by_neighbours(floor.rooms)
+    for room in floor.rooms:
+        style = styles[room.id]
+        edge = {"edgecolor": HATCH_COLOR, "hatch": "//"} if room.partial else {"edgecolor": EDGE_COLOR}
+        face = (style.color, style.opacity)
+        patch = patch_from_polygon(room.polygon, facecolor=face, **edge, linewidth=0.6, zorder=ROOM_LEVEL)
+        ax.add_patch(patch)
+    _plot_ids(floor, styles, ax)
     return ax
 
 
@@ -140,17 +165,29 @@ def plot_walls(floor: Floor, *, ax: Axes) -> Axes:
     return ax
 
 
-def plot_graph(floor: Floor, *, ax: Axes) -> Axes:
-    """Draw the topological graph: a node where the id of its room stands, edges through the middles of the doors."""
-    from matplotlib.patches import Circle
+def plot_graph(floor: Floor, *, ax: Axes, labels: bool = False) -> Axes:
+    """Draw the topological graph: a node where the id of its room stands, edges through the middles of the doors.
 
-    places = _place_ids(floor)
+    labels: squares for corridors and circles for rooms, in the colours of their labels (thesis, Fig. 5.2).
+    """
+    styles = style_rooms(floor) if labels else {}
+    places = _place_ids(floor, styles)
     for first, second, door in floor.graph().edges(data=True):
         stops = (places[first][:2], (door["x"], door["y"]), places[second][:2])
         ax.plot(*zip(*stops, strict=True), color=INK, linewidth=0.9, zorder=GRAPH_LEVEL)
-    radius = NODE_RIM * _radius_of_ids(floor)
-    for x, y, size in places.values():
-        ax.add_patch(Circle((x, y), radius * size, facecolor="white", edgecolor=INK, linewidth=0.9, zorder=GRAPH_LEVEL))
+    for room_id, place in places.items():
+        style = styles.get(room_id, RoomStyle("#ffffff"))
+        radius = NODE_RIM * _radius_of_id(floor, style) * place[2]
+        ax.add_patch(_make_node(place[:2], radius, style))
+    return ax
+
+
+def plot_legend(floor: Floor, *, ax: Axes, columns: int = 1, graph: bool = False) -> Axes:
+    """Draw the labels that rooms have, in the upper left of an ax: colour, number of rooms, and their ids when few.
+
+    Below them stands what else is drawn of labels: uncertain ones, partial rooms, and with graph the shapes of nodes.
+    """
+    _draw_legend(floor, ax, columns=columns, graph=graph)
     return ax
 
 
@@ -168,30 +205,122 @@ def plot_scale_bar(*, ax: Axes) -> Axes:
     return ax
 
 
-def _plot_ids(floor: Floor, ax: Axes) -> None:
+def _sample_labels(floor: Floor) -> list[tuple[Artist, str]]:
+    """For each label of the floor a handle of the legend and its text."""
+    from matplotlib.patches import Patch
+
+    samples: list[tuple[Artist, str]] = []
+    for entry in list_labels(floor):
+        name = "no label" if entry.label is None else " ".join(entry.label.split())
+        name = name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}…"
+        ids = entry.room_ids
+        which = f" ({' '.join(map(str, ids))})" if len(ids) <= FEW_ROOMS else ""
+        handle = Patch(facecolor=entry.style.fill, edgecolor=EDGE_COLOR, linewidth=0.6)
+        samples.append((handle, f"{len(ids)} × {name}{which}"))
+    return samples
+
+
+def _sample_marks(floor: Floor, *, graph: bool) -> list[tuple[Artist, str]]:
+    """Handles of the legend and texts for what else than colours the picture says of labels, where it occurs."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    samples: list[tuple[Artist, str]] = []
+    if any(style.is_uncertain for style in style_rooms(floor).values()):
+        samples.append((Line2D([], [], linestyle="", marker="$?$", color=INK), f"probability below {CERTAIN_FROM:g}"))
+    if any(room.partial for room in floor.rooms):
+        samples.append((Patch(facecolor="white", edgecolor=HATCH_COLOR, hatch="////", linewidth=0.6), "seen in part"))
+    for marker, name in (("s", "corridor"), ("o", "room")) if graph else ():
+        node = Line2D([], [], linestyle="", marker=marker, markersize=7, color=INK, markerfacecolor="white")
+        samples.append((node, name))
+    return samples
+
+
+def _add_legend(floor: Floor, figure: Figure, *, graph: bool) -> None:
+    """Make a figure of a building larger by a strip with the legend: below what is wide, right of what is tall."""
+    (building,) = figure.axes
+    width, height = figure.get_size_inches()
+    margin = MARGIN * LONG_SIDE_PX / DPI
+    strip = figure.add_axes((0, 0, 1, 1))
+    column_width, column_height = _draw_legend(floor, strip, columns=1, graph=graph)
+    if width >= height:
+        columns = max(1, int((width - 2 * margin) / column_width))
+        _, tall = _draw_legend(floor, strip, columns=columns, graph=graph)
+        below, right, corner = tall + margin, 0.0, (margin, tall + margin)
+    else:
+        columns = ceil(column_height / (height - 2 * margin))
+        wide, _ = _draw_legend(floor, strip, columns=columns, graph=graph)
+        below, right, corner = 0.0, wide + margin, (width, height - margin)
+    whole = width + right, height + below
+    figure.set_size_inches(whole)
+    building.set_position((0, below / whole[1], width / whole[0], height / whole[1]))
+    strip.set_position((corner[0] / whole[0], 0, 1 - corner[0] / whole[0], corner[1] / whole[1]))
+
+
+def _draw_legend(floor: Floor, ax: Axes, *, columns: int, graph: bool) -> tuple[float, float]:
+    """Draw the legend on an ax and give its width and height, inches."""
+    from matplotlib.font_manager import FontProperties
+
+    samples = _sample_labels(floor) + _sample_marks(floor, graph=graph)
+    ax.set_axis_off()
+    legend = ax.legend(
+        handles=[handle for handle, _ in samples],
+        labels=[text for _, text in samples],
+        loc="upper left",
+        ncols=columns,
+        frameon=False,
+        borderaxespad=0,
+        handlelength=1.6,
+        handleheight=1,
+        prop=FontProperties(family="DejaVu Sans", size=LEGEND_FONT_SIZE),
+    )
+    for text in legend.get_texts():
+        text.set(color=INK, parse_math=False)
+    extent = legend.get_window_extent()
+    return extent.width / DPI, extent.height / DPI
+
+
+def _style_by_neighbours(rooms: Sequence[Room]) -> dict[int, RoomStyle]:
+    """Styles of rooms by their ids without labels: neighbours differ in colour, partial rooms are grey."""
+    colors = zip(rooms, _color_rooms(rooms), strict=True)
+    return {room.id: RoomStyle(PARTIAL_COLOR if room.partial else color) for room, color in colors}
+
+
+def _make_node(place: tuple[float, float], radius: float, style: RoomStyle) -> Patch:
+    """A circle, or a square of the same area."""
+    from matplotlib.patches import Circle, Rectangle
+
+    look: dict[str, Any] = {"facecolor": style.fill, "edgecolor": style.ink, "linewidth": 0.9, "zorder": GRAPH_LEVEL}
+    if not style.is_corridor:
+        return Circle(place, radius, **look)
+    half = sqrt(pi) / 2 * radius
+    return Rectangle((place[0] - half, place[1] - half), 2 * half, 2 * half, **look)
+
+
+def _plot_ids(floor: Floor, styles: Mapping[int, RoomStyle], ax: Axes) -> None:
     from matplotlib.font_manager import FontProperties
     from matplotlib.patches import PathPatch
     from matplotlib.textpath import TextPath
     from matplotlib.transforms import Affine2D
 
     bold = FontProperties(family="DejaVu Sans", weight="bold")
-    for room_id, (x, y, size) in _place_ids(floor).items():
+    for room_id, (x, y, size) in _place_ids(floor, styles).items():
+        style = styles[room_id]
         # An outline in metres, not a text in points: it stays in its room at any zoom.
-        digits = TextPath((0, 0), str(room_id), size=size, prop=bold)
+        digits = TextPath((0, 0), f"{room_id}?" if style.is_uncertain else f"{room_id}", size=size, prop=bold)
         box = digits.get_extents()
         centred = Affine2D().translate(x - (box.x0 + box.x1) / 2, y - (box.y0 + box.y1) / 2).transform_path(digits)
-        ax.add_patch(PathPatch(centred, facecolor=INK, linewidth=0, zorder=TEXT_LEVEL))
+        ax.add_patch(PathPatch(centred, facecolor=style.ink, linewidth=0, zorder=TEXT_LEVEL))
 
 
-def _place_ids(floor: Floor) -> dict[int, tuple[float, float, float]]:
+def _place_ids(floor: Floor, styles: Mapping[int, RoomStyle]) -> dict[int, tuple[float, float, float]]:
     """For each room x, y (m) of its id, and the font size (m) with which the id fits there."""
     left, bottom, right, top = MultiPolygon([room.polygon for room in floor.rooms]).bounds
     least, most = (share * max(right - left, top - bottom) for share in ID_SIZES)
-    radius_of_ids = _radius_of_ids(floor)
     places = {}
     for room in floor.rooms:
         place, radius = _find_wide_place(room.polygon)
-        fitting = ID_IN_CIRCLE * radius / radius_of_ids
+        fitting = ID_IN_CIRCLE * radius / _radius_of_id(floor, styles.get(room.id))
         places[room.id] = place.x, place.y, min(max(fitting, least), most)
     return places
 
@@ -206,9 +335,9 @@ def _find_wide_place(polygon: Polygon) -> tuple[Point, float]:
     return Point(largest.coords[0]), largest.length
 
 
-def _radius_of_ids(floor: Floor) -> float:
-    """Radius of a circle around any id of the floor, per font size."""
-    digits = max((len(str(room.id)) for room in floor.rooms), default=1)
+def _radius_of_id(floor: Floor, style: RoomStyle | None = None) -> float:
+    """Radius of a circle around any id of the floor in a style, per font size."""
+    digits = max(len(str(room.id)) for room in floor.rooms) + (style is not None and style.is_uncertain)
     width, height = DIGIT
     return hypot(digits * width, height) / 2
 

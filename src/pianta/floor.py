@@ -25,17 +25,19 @@ class Room:
 
     id: positive, unique on its floor.
     polygon: metres in the map frame; the shell is stored counter-clockwise, holes clockwise.
-    label: what the room is for, None when nobody said.
-    label_probabilities: label -> probability, empty when nobody said.
+    label: what the room is for, the most specific label; None when nobody said.
+    labels: label set -> label, from the coarsest set to the finest; empty when nobody said.
+    label_probabilities: label set -> label -> probability, empty when nobody said.
     partial: the room touches space that nobody has seen.
 
-    Raises FloorError when the id is not positive or the polygon is empty or invalid.
+    Raises FloorError when the id is not positive, the polygon is empty or invalid, or a probability is not in [0, 1].
     """
 
     id: int
     polygon: Polygon
     label: str | None = None
-    label_probabilities: Mapping[str, float] = field(default_factory=dict)
+    labels: Mapping[str, str] = field(default_factory=dict)
+    label_probabilities: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     partial: bool = False
 
     def __post_init__(self) -> None:
@@ -44,7 +46,23 @@ class Room:
         if not isinstance(self.polygon, Polygon) or self.polygon.is_empty or not self.polygon.is_valid:
             raise FloorError(f"room {self.id} has no valid polygon, repair it with shapely.make_valid")
         object.__setattr__(self, "polygon", orient(self.polygon))
-        object.__setattr__(self, "label_probabilities", dict(self.label_probabilities))
+        for label_set, probabilities in self.label_probabilities.items():
+            if not isinstance(probabilities, Mapping):
+                raise FloorError(f"room {self.id} has {probabilities!r} for {label_set!r}, give label -> probability")
+            for label, probability in probabilities.items():
+                if not 0 <= probability <= 1:
+                    raise FloorError(f"room {self.id} is {label!r} with probability {probability}, give 0 to 1")
+        object.__setattr__(self, "labels", dict(self.labels))
+        object.__setattr__(self, "label_probabilities", _copy_probabilities(self.label_probabilities))
+
+    @property
+    def label_probability(self) -> float | None:
+        """The probability of its label, in the finest label set that has one; None when nobody said."""
+        finest_first = [*[*self.labels][::-1], *[*self.label_probabilities][::-1]]
+        of_label_sets = (self.label_probabilities.get(label_set, {}) for label_set in finest_first)
+        return next(
+            (of_set[self.label] for of_set in of_label_sets if self.label is not None and self.label in of_set), None
+        )
 
 
 @dataclass(frozen=True)
@@ -135,7 +153,8 @@ class Floor:
     def graph(self) -> nx.Graph:
         """Topological graph (thesis, section 3.1): a node a room, an edge where one or more doors join two rooms.
 
-        Node attributes: label, area (m²), x, y (m; a point inside the room), partial, entrances (their number).
+        Node attributes: label, labels, label_probabilities, area (m²), x, y (m; a point inside the room), partial,
+        entrances (their number).
         Edge attributes: doors (their number), width (m, of the widest), x, y (m, the middle of the widest).
         """
         graph = nx.Graph(source=self.source)
@@ -145,6 +164,8 @@ class Floor:
             graph.add_node(
                 room.id,
                 label=room.label,
+                labels=dict(room.labels),
+                label_probabilities=_copy_probabilities(room.label_probabilities),
                 area=room.polygon.area,
                 x=inside.x,
                 y=inside.y,
@@ -170,6 +191,14 @@ class Floor:
             rows, cols, inside = cells_of_polygon(room.polygon, grid)
             labels[rows, cols][inside] = room.id
         return labels
+
+
+def _copy_probabilities(probabilities: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
+    """A copy of built-in types, which JSON can hold."""
+    return {
+        label_set: {label: float(probability) for label, probability in of_labels.items()}
+        for label_set, of_labels in probabilities.items()
+    }
 
 
 def cells_of_polygon(polygon: Polygon, grid: GridMap) -> tuple[slice, slice, NDArray[np.bool_]]:

@@ -12,13 +12,14 @@ from typing import Annotated
 
 import typer
 from rich import box
+from rich.console import JustifyMethod
 from rich.table import Table
 
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import describe_floor, stdout, tell_error, tell_result, track_items
 from pianta.drawing import save_picture
 from pianta.errors import MapError, MapWarning, OptionError, PiantaError
-from pianta.floor import Floor
+from pianta.floor import Floor, Room
 from pianta.formats.files import MAX_CELLS, shown
 from pianta.formats.floor_geojson import read_floor, save_floor
 from pianta.formats.graph_json import save_graph
@@ -173,7 +174,7 @@ def name_folders(maps: Sequence[str | Path]) -> list[str]:
 
 
 def tabulate_rooms(floor: Floor) -> Table:
-    """Table of the rooms: id, area, doors and neighbours; openings, entrances, label and partial when one has them.
+    """Table of the rooms: id, area, doors and neighbours; openings, entrances, label and partial when one has any.
 
     An entrance is counted as such only.
     """
@@ -186,16 +187,24 @@ def tabulate_rooms(floor: Floor) -> Table:
         "openings": [str(kinds[room.id, "opening"] or "") for room in floor.rooms],
         "entrances": [str(graph.nodes[room.id]["entrances"] or "") for room in floor.rooms],
         "neighbours": [" ".join(map(str, sorted(graph[room.id]))) for room in floor.rooms],
-        "label": [room.label or "" for room in floor.rooms],
+        "label": [_describe_label(room) for room in floor.rooms],
         "seen": ["in part" if room.partial else "" for room in floor.rooms],
     }
-    table = Table(box=box.SIMPLE_HEAD)
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     shown_columns = {name: cells for name, cells in columns.items() if any(cells)}
     for name in shown_columns:
-        table.add_column(name, justify="left" if name in ("neighbours", "label", "seen") else "right")
+        # Only what has several words becomes several lines on a narrow terminal.
+        justify: JustifyMethod = "left" if name in ("neighbours", "label", "seen") else "right"
+        table.add_column(name, justify=justify, no_wrap=name not in ("neighbours", "label"), overflow="fold")
     for cells in zip(*shown_columns.values(), strict=True):
         table.add_row(*cells)
     return table
+
+
+def _describe_label(room: Room) -> str:
+    """The label with its probability, where they are known."""
+    probability = room.label_probability
+    return (room.label or "") if probability is None else f"{room.label} {probability:.2f}"
 
 
 def _read_several(maps: Sequence[str], out: Path, build: Callable[[str, Path], Floor], *, quiet: bool) -> None:

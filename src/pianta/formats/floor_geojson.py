@@ -14,7 +14,18 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, FiniteFloat, Tag, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    FiniteFloat,
+    Tag,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 from shapely import LineString, Polygon, get_coordinates
 from shapely.geometry.base import BaseGeometry
 
@@ -23,9 +34,11 @@ from pianta.floor import Door, Floor, Room
 from pianta.formats.faults import describe_validation
 from pianta.formats.files import checked_input, shown, written_atomically
 
-FORMAT, MAJOR, MINOR = "pianta floor", 1, 0
+FORMAT, MAJOR, MINOR = "pianta floor", 2, 0
 MAX_FILE_BYTES = 64 * 2**20
 MAX_COORDINATE = 1e8
+# Files of version 1 have label -> probability; what they say is of the label set of the building's type.
+LABEL_SET_OF_VERSION_1 = "type"
 
 
 def save_floor(floor: Floor, path: str | Path) -> None:
@@ -82,7 +95,10 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
         properties = {
             "room": int(room.id),
             "label": room.label,
-            "label_probabilities": _sort_probabilities(room.label_probabilities),
+            "labels": dict(room.labels),
+            "label_probabilities": {
+                label_set: _sort_probabilities(of_labels) for label_set, of_labels in room.label_probabilities.items()
+            },
             "partial": bool(room.partial),
         }
         yield _feature("room", room.id, properties, room.polygon)
@@ -123,6 +139,7 @@ class _Part(BaseModel):
 _Metres = Annotated[FiniteFloat, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
 _Position = tuple[_Metres, _Metres]
 _Probabilities = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
+_LabelProbabilities = dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]]
 
 
 class _PolygonGeometry(_Part):
@@ -138,8 +155,15 @@ class _LineGeometry(_Part):
 class _RoomProperties(_Part):
     room: int
     label: str | None = None
-    label_probabilities: _Probabilities = {}
+    labels: dict[str, str] = {}
+    label_probabilities: dict[str, _LabelProbabilities] = {}
     partial: bool = False
+
+    @field_validator("label_probabilities", mode="before")
+    @classmethod
+    def _nest_those_of_version_1(cls, probabilities: object, info: ValidationInfo) -> object:
+        is_old = info.context is not None and info.context["major"] == 1
+        return {LABEL_SET_OF_VERSION_1: probabilities} if is_old and probabilities else probabilities
 
 
 class _RoomFeature(_Part):
@@ -150,7 +174,8 @@ class _RoomFeature(_Part):
     def room(self) -> Room:
         shell, *holes = self.geometry.coordinates
         names = self.properties
-        return Room(names.room, Polygon(shell, holes), names.label, names.label_probabilities, names.partial)
+        polygon = Polygon(shell, holes)
+        return Room(names.room, polygon, names.label, names.labels, names.label_probabilities, names.partial)
 
     @model_validator(mode="after")
     def _check(self) -> _RoomFeature:
@@ -227,9 +252,10 @@ class _Collection(_Part):
 def _parse_floor(content: bytes) -> Floor:
     try:
         version = _Version.model_validate_json(content).version
-        if int(version.partition(".")[0]) > MAJOR:
-            raise FloorError(f"it has format version {version}, this pianta reads {MAJOR}.x; update pianta")
-        collection = _Collection.model_validate_json(content)
+        major = int(version.partition(".")[0])
+        if major > MAJOR:
+            raise FloorError(f"it has format version {version}, this pianta reads up to {MAJOR}.x; update pianta")
+        collection = _Collection.model_validate_json(content, context={"major": major})
     except ValidationError as exception:
         raise FloorError(describe_validation(exception)) from None
     features = collection.features

@@ -117,9 +117,9 @@ def _match_after_shift(polygons: Polygons, previous: Polygons) -> Heirs:
 
 def _take_over(room: Room, room_id: int, old: Room | None) -> Room:
     """The room with its id for good, and with the label of the old room where it has none."""
-    if old is None or room.label is not None or room.label_probabilities:
+    if old is None or room.label is not None or room.labels or room.label_probabilities:
         return replace(room, id=room_id)
-    return replace(room, id=room_id, label=old.label, label_probabilities=old.label_probabilities)
+    return replace(room, id=room_id, label=old.label, labels=old.labels, label_probabilities=old.label_probabilities)
 
 
 def _polygons_of(rooms: list[Room]) -> Polygons:
