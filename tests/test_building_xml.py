@@ -6,19 +6,24 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 from shapely import LineString, Polygon, box, get_coordinates
 
 from pianta.errors import BuildingError, BuildingWarning
 from pianta.evaluation.segmentation import score_labels
 from pianta.floor import Door, Floor
 from pianta.formats.building_xml import read_building_xml
+from pianta.formats.floor_geojson import save_floor
 from pianta.formats.image import read_image_map
+from pianta.formats.safe_xml import MAX_FILE_BYTES
 from pianta.formats.survey_truth import read_survey_truth
-from pianta.gridmap import GridMap
+from pianta.gridmap import UNKNOWN, GridMap
+from pianta.labels import OFFICE, schema_of
 from tests.mutation import mutated
 
 Corners = Sequence[tuple[object, object]]
@@ -82,7 +87,7 @@ def test_two_rooms_in_metres(path):
     assert (door.rooms, door.kind) == ((1, 2), "door")
     assert door.width == pytest.approx(0.9)
     assert sorted(get_coordinates(door.line).tolist()) == pytest.approx(np.array([(4, -1.95), (4, -1.05)]))
-    assert floor.building_type == {"OFFICE": 1.0}
+    assert floor.building_type == {"office": 1.0}
     assert floor.source == "two.xml"
 
 
@@ -132,7 +137,9 @@ def test_door_without_a_place_goes_to_the_middle_of_the_wall(path):
 @pytest.mark.parametrize("portals", [portal("a", "a"), portal("a", "z"), portal("a"), portal("a", "b", "c")])
 def test_door_that_joins_no_two_rooms_is_left_out(path, portals):
     with pytest.warns(BuildingWarning, match=r"a door of room 1 \(OFFICE\) does not join two rooms, left out$"):
-        floor = read(path, building(space("a", LEFT, portals * 2), space("b", RIGHT), space("c", SPIKED[:3])))
+        floor = read(
+            path, building(space("a", LEFT, portals * 2), space("b", RIGHT), space("c", [(0, 40), (40, 40), (0, 60)]))
+        )
     assert floor.doors == ()
 
 
@@ -170,13 +177,19 @@ def test_scale_is_positive(path, scale):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (building(), "it has 1 floors and 0 rooms"),
+        (building(), r"it has 0 rooms \(floor/spaces/space\), give"),
+        (TWO_ROOMS.replace("</building>", "<floor/></building>"), "it has 2 floors, give one"),
         ("<building/>", "its scale is None None for None None"),
         ("<building>", "is no XML"),
         ("map", "is no XML"),
         ('<?xml version="1.0" encoding="klingon"?><building/>', "is no XML"),
         ('<!DOCTYPE b [<!ENTITY e "e">]><building>&e;</building>', "declares a document type or entities"),
         ('<!DOCTYPE b SYSTEM "file:///etc/passwd"><building/>', "declares a document type or entities"),
+        ('<floor BuildingName="b"/>', "two.xml' is KTH XML and not layout XML, read it with read_building$"),
+        ("<MITquest/>", "two.xml' is MIT XML and not layout XML, read it with read_building$"),
+        ('{"verts": []}', "two.xml' is HouseExpo JSON and not layout XML, read it with read_building$"),
+        ('<svg xmlns="http://www.w3.org/2000/svg"/>', "is an SVG drawing and not layout XML, give another file$"),
+        ("<package/>", r"is XML of another kind \(its root is 'package'\) and not layout XML"),
     ],
 )
 def test_what_is_no_building_is_refused(path, text, message):
@@ -212,31 +225,171 @@ def test_any_outline_is_read_or_refused(path, corners, door):
         assert all(door.width == pytest.approx(0.9) for door in floor.doors)
 
 
+def test_labels_and_types_are_those_of_schemas(path):
+    floor = read(path, TWO_ROOMS.replace("CORRIDOR", "\n conference\t Room ").replace("<label>OFFICE", "<label> "))
+    assert [room.label for room in floor.rooms] == [None, "CONFERENCE ROOM"]
+    assert schema_of(*floor.building_type) is OFFICE
+
+
+def test_paths_of_the_annotator_stay_in_the_file(path, tmp_path):
+    name = "<name>/Users/annotator/Dropbox/school</name>"
+    text = TWO_ROOMS.replace("<scale>", f"{name}<scale>").replace(points(LEFT), points(SPIKED))
+    with pytest.warns(BuildingWarning) as told:
+        floor = read(path, text)
+    save_floor(floor, tmp_path / "floor.geojson")
+    assert "annotator" not in (tmp_path / "floor.geojson").read_text() + str(told[0].message)
+
+
+def test_a_door_that_one_room_lists_is_a_door(path):
+    floor = read(path, building(space("a", LEFT), space("b", RIGHT, portal("b", "a"))))
+    assert [door.rooms for door in floor.doors] == [(1, 2)]
+
+
+def test_a_room_without_a_list_of_portals_is_told(path):
+    text = TWO_ROOMS.replace(f"<portals>{portal('b', 'a')}</portals>", "")
+    with pytest.warns(
+        BuildingWarning, match=r"two.xml' has defects that stay: room 2 \(CORRIDOR\) has no list of port"
+    ):
+        floor = read(path, text)
+    assert [door.rooms for door in floor.doors] == [(1, 2)]
+
+
+def test_a_drawing_of_areas_without_any_door_is_no_defect(path):
+    text = building(space("a", LEFT), space("b", RIGHT)).replace("<portals></portals>", "")
+    assert read(path, text).doors == ()
+
+
+FAR = [[(x + shift, y) for x, y in LEFT] for shift in (200, 240, 300)]
+
+
+def test_rooms_without_doors_and_groups_are_told(path):
+    """Rooms a and b, and c and d, are joined; nothing leads to e."""
+    door = [(240, 15)] * 2
+    text = building(
+        *(space("a", LEFT, portal("a", "b")), space("b", RIGHT)),
+        *(space("c", FAR[0], portal("c", "d"), door=door), space("d", FAR[1]), space("e", FAR[2], label="LAB")),
+    )
+    stay = r"has defects that stay: no door leads to room 5 \(LAB\); its rooms form 2 groups without a door"
+    with pytest.warns(BuildingWarning, match=stay):
+        floor = read(path, text)
+    assert len(floor.rooms) == 5
+
+
+def test_rooms_that_overlap_and_tiny_ones_are_told_and_stay(path):
+    """Of 60 × 30 px, 54 × 2 are 6 % and 54 × 5 are 15 % of the smaller room."""
+    rooms = [
+        [(0, 30 * n - overlap), (60, 30 * n - overlap), (60, 30 * n + 30), (0, 30 * n + 30)]
+        for n, overlap in enumerate((0, 2, 5))
+    ]
+    tiny = [(70, 0), (78, 0), (78, 8), (70, 8)]
+    with pytest.warns(BuildingWarning) as told:
+        floor = read(path, building(*(space(str(n), room) for n, room in enumerate([*rooms, tiny]))))
+    message = str(told[0].message)
+    assert "room 2 (OFFICE) and room 3 (OFFICE) overlap by 16% of the smaller one" in message
+    assert "room 4 (OFFICE) has 0.64 m², less than a square as wide as a door" in message
+    assert message.count(";") == 1
+    assert len(floor.rooms) == 4
+
+
+def test_corners_outside_the_map_are_told(path):
+    """The right room ends 10 px beyond a map of 90 px, and is inside one of 96 px but for the thickness of a line."""
+    read(path, TWO_ROOMS, GridMap(np.zeros((30, 96), np.int8), 0.1, (0.0, 0.0, 0.0)))
+    with pytest.warns(BuildingWarning, match="stay: corners outside the map: 2, by up to 10 pixels$"):
+        read(path, TWO_ROOMS, GridMap(np.zeros((30, 90), np.int8), 0.1, (0.0, 0.0, 0.0)))
+
+
+def test_what_would_take_forever_is_refused(path):
+    ring = [(n, n % 2) for n in range(2001)]
+    with pytest.raises(BuildingError, match="has an outline of 2001 corners, give at most 2000"):
+        read(path, building(space("a", ring)))
+    with pytest.raises(BuildingError, match="has an outline of 301 corners that meets itself, too many to repair it"):
+        read(path, building(space("a", [*ring[:300], (150, -10)])))
+    with pytest.raises(BuildingError, match="it has 1001 rooms"):
+        read(path, building(*(f"<space id='{n}'/>" for n in range(1001))))
+    with pytest.raises(BuildingError, match=r"it has 20001 portals, give at most 20000$"):
+        read(path, building(space("a", LEFT, "<portal/>" * 20001)))
+    with path.open("wb") as file:
+        file.truncate(MAX_FILE_BYTES + 1)
+    with pytest.raises(BuildingError, match="too many for a building"):
+        read_building_xml(path)
+
+
 def records(data: Path) -> dict[str, dict[str, str]]:
-    """defects.csv by file, for the folders that benches read."""
+    """defects.csv by file."""
     with (data / "defects.csv").open() as file:
-        return {
-            row["file"]: row for row in csv.DictReader(file) if row["file"].startswith(("survey", "slam", "buildings"))
-        }
+        return {row["file"]: row for row in csv.DictReader(file)}
+
+
+def read_told(file: Path, grid: GridMap | None = None) -> tuple[Floor, str]:
+    """The floor of a file, and its warning."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        floor = read_building_xml(file, grid=grid)
+    assert len(told) <= 1
+    return floor, "".join(str(warning.message) for warning in told)
+
+
+def grid_of_image(file: Path) -> GridMap | None:
+    """Of the image that a layout lies on, the size."""
+    for image in (file.with_name(file.stem.removesuffix("_gt") + suffix) for suffix in (".png", ".jpg")):
+        if image.is_file():
+            with Image.open(image) as opened:
+                return GridMap(np.full(opened.size[::-1], UNKNOWN), 0.1, (0.0, 0.0, 0.0))
+    return None
 
 
 def test_every_building_has_the_documented_rooms_and_doors(data):
-    """Rooms, pairs of rooms with a door, and doors (listed twice each) agree; defects are told and only they are."""
+    """The table counts what the authors of the data found; doors are listed twice each."""
     for name, record in records(data).items():
-        count = {key: int(record[key] or 0) for key in [*list(record)[1:9], "invalid_polygons"]}
-        with warnings.catch_warnings(record=True) as told:
-            warnings.simplefilter("always")
-            floor = read_building_xml(data / name)
-        defects = count["invalid_polygons"] + count["self_portals"] + count["missing_segment_refs"]
-        assert len(told) == (defects > 0), name
+        count = {key: int(value) for key, value in record.items() if value.isdigit()}
+        floor, _ = read_told(data / name)
+        graph = floor.graph()
         assert len(floor.rooms) == count["spaces"], name
-        assert len({door.rooms for door in floor.doors}) == count["edges"], name
-        assert len(floor.doors) == (count["portals"] - count["self_portals"]) // 2, name
+        assert graph.number_of_edges() == count["edges"], name
+        assert len(floor.doors) == (count["portals"] - count["self_portals"]) / 2, name
+        assert nx.number_connected_components(graph) == count["components"], name
+        assert nx.number_of_isolates(graph) == count["isolated_spaces"], name
+        assert len({room.label for room in floor.rooms}) == count["labels"], name
+        assert floor.building_type == {record["main_type"].lower(): 1.0}, name
+
+
+def test_every_building_has_the_documented_scale(data):
+    """Shares of the same length in metres and in pixels."""
+    pixels = GridMap(np.array([[UNKNOWN]]), 1.0, (0.0, 0.0, 0.0))
+    for name, record in records(data).items():
+        if name.startswith("buildings"):
+            floors = [read_told(data / name, grid)[0] for grid in (None, pixels)]
+            metres, px = [np.ptp(get_coordinates([room.polygon for room in floor.rooms])[:, 0]) for floor in floors]
+            assert metres / px == pytest.approx(0.9 / float(record["px_per_90cm"])), name
+
+
+def test_every_documented_defect_is_told(data):
+    """Each by its number, and nothing else; empty cells of the table were not counted."""
+    for name, record in records(data).items():
+        _, told = read_told(data / name, grid_of_image(data / name) if record["outside_image_points"] else None)
+        count = {key: int(value) for key, value in record.items() if value.isdigit()}
+        groups = count["components"] - count["isolated_spaces"]
+        defects = {
+            "meets itself": count["invalid_polygons"],
+            "does not join two rooms": count["self_portals"] // 2 + count["dangling_portal_targets"],
+            "has no place": count["missing_segment_refs"] // 2,
+            "less than a square": count["tiny_polygons"],
+            "no door leads to": min(count["isolated_spaces"], 1),
+            f"form {groups} groups": int(groups > 1),
+            "overlap by": count.get("overlapping_pairs", told.count("overlap by")),
+            "corners outside": int(count.get("outside_image_points", 0) > 0),
+        }
+        for text, number in defects.items():
+            assert told.count(text) == number, f"{name}: {text}"
+        assert told.count(";") + told.count(", and has") + bool(told) == sum(defects.values()), name
+        for label in filter(None, (part.split(":")[0] for part in record["detail"].split("; "))):
+            assert f"({label}) meets itself" in told, name
+        assert f"outside the map: {record['outside_image_points']}," in told or not count.get("outside_image_points")
 
 
 def test_every_building_of_the_data_is_documented(data):
-    files = [*data.glob("survey/*_layout_gt.xml"), *data.glob("slam/*_gt.xml"), *data.glob("buildings/*/*.xml")]
-    assert {str(file.relative_to(data)) for file in files} == set(records(data))
+    patterns = "survey/*_layout_gt.xml", "slam/*_gt.xml", "buildings/*/*.xml", "floorplans/*.xml", "partial/*/*.xml"
+    assert {str(file.relative_to(data)) for pattern in patterns for file in data.glob(pattern)} == set(records(data))
 
 
 def test_survey_layout_lies_on_its_map(data):

@@ -1,0 +1,52 @@
+"""XML from anywhere, parsed so that a file can neither reach out, blow up, nor fill the memory."""
+
+from __future__ import annotations
+
+from math import isfinite, nan
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import ParseError
+
+from defusedxml import DefusedXmlException, ElementTree
+
+from pianta.errors import PiantaError
+from pianta.formats.files import reason_of, shown
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+MAX_FILE_BYTES = 16 * 2**20
+
+
+def parse_xml(file: Path, what: str, error: type[PiantaError]) -> Element:
+    """The root element of a file that exists, as of checked_input.
+
+    what: the noun by which messages call the file, such as "building".
+    Raises error, in one line, for a file that is too large, no XML, or declares a document type or entities.
+    """
+    name = f"{what} {shown(file)}"
+    check_file_size(file, what, error)
+    try:
+        root: Element = ElementTree.parse(file, forbid_dtd=True).getroot()
+    except DefusedXmlException:
+        raise error(f"{name} declares a document type or entities, remove them") from None
+    except (ParseError, ValueError, LookupError, OSError) as exception:
+        raise error(f"{name} is no XML: {reason_of(exception)}") from None
+    return root
+
+
+def check_file_size(file: Path, what: str, error: type[PiantaError]) -> None:
+    """Raises error, in one line, for a file that has more bytes than any drawing of a building."""
+    if file.stat().st_size > MAX_FILE_BYTES:
+        raise error(
+            f"{what} {shown(file)} has more than {MAX_FILE_BYTES} bytes, too many for a building, give one floor"
+        )
+
+
+def parse_number(text: str | None, *, limit: float) -> float:
+    """The number to a millionth, finer than any drawing; nan when it is none, or further from 0 than the limit."""
+    try:
+        number = float(text or nan)
+    except ValueError:
+        return nan
+    return round(number, 6) if isfinite(number) and abs(number) <= limit else nan
