@@ -1,0 +1,260 @@
+"""`pianta bench graphs`: the comparison tables, Table 5.1 on made buildings, and against networkx on real ones."""
+
+import json
+from io import StringIO
+from math import sqrt
+from pathlib import Path
+from statistics import fmean, stdev
+
+import networkx as nx
+import numpy as np
+import pytest
+from rich.console import Console
+
+from pianta import __version__
+from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable, save_comparisons, show_comparisons
+from pianta.bench.graphs import NAMES, PRINTED, measure_graphs
+from pianta.bench.table import Row
+from pianta.errors import BuildingWarning, DataError
+from pianta.formats.building_xml import read_building_xml
+from pianta.graphs.centrality import drop_isolated
+from pianta.graphs.metrics import measure_graph
+from tests.command_line import list_files, run_pianta
+
+SPACE = (
+    '<space id="{id}"><labels><label>{label}</label></labels><bounding_polygon>'
+    '<point x="{x0}" y="{y0}"/><point x="{x1}" y="{y0}"/><point x="{x1}" y="{y1}"/><point x="{x0}" y="{y1}"/>'
+    "</bounding_polygon><space_representation>{segments}</space_representation><portals>{portals}</portals></space>"
+)
+SEGMENT = '<linesegment id="d{0}"><point x="{1}" y="10"/><point x="{1}" y="10"/><class>PORTAL</class></linesegment>'
+PORTAL = "<portal><linesegment>d{0}</linesegment><target><id>0</id><id>{0}</id></target></portal>"
+
+
+def write_comb(path: Path, *labels: str, corridor: str = "CORRIDOR", kind: str = "SCHOOL") -> None:
+    """A corridor along rooms with these labels, a door to each, and a store room without a door."""
+    count = len(labels)
+    doors = [(number, 20 * number - 10) for number in range(1, count + 1)]
+    spaces = SPACE.format(
+        id=0,
+        label=corridor,
+        x0=0,
+        y0=0,
+        x1=20 * count,
+        y1=10,
+        segments="".join(SEGMENT.format(*door) for door in doors),
+        portals="".join(PORTAL.format(number) for number, _ in doors),
+    )
+    for (number, middle), label in zip(doors, labels, strict=True):
+        corners = {"x0": middle - 10, "y0": 10, "x1": middle + 10, "y1": 40}
+        segment, portal = SEGMENT.format(number, middle), PORTAL.format(number)
+        spaces += SPACE.format(id=number, label=label, **corners, segments=segment, portals=portal)
+    corners = {"x0": 0, "y0": 60, "x1": 20, "y1": 80}
+    spaces += SPACE.format(id=count + 1, label="SMALL SERVICE", **corners, segments="", portals="")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(
+        "<building><scale><represented_distance><value>9</value><um>pixel</um></represented_distance><real_distance>"
+        f"<value>90</value><um>cm</um></real_distance></scale><building_type><main_type>{kind}</main_type>"
+        f"</building_type><floor><spaces>{spaces}</spaces></floor></building>"
+    )
+
+
+@pytest.fixture
+def combs(tmp_path: Path) -> Path:
+    """Schools with 3 and 6 rooms at a corridor, and an office with 2 in an open space, beside isolated rooms."""
+    folder = tmp_path / "data" / "buildings"
+    write_comb(folder / "school" / "a.xml", *["CLASSROOM"] * 3)
+    write_comb(folder / "school" / "b.xml", *["CLASSROOM"] * 4, "STAIRS", "ENTRANCE")
+    write_comb(folder / "office" / "c.xml", *["OFFICE"] * 2, corridor="OPENSPACE", kind="OFFICE")
+    return tmp_path / "data"
+
+
+def show(*tables: ComparisonTable, items: dict[str, tuple[Row, ...]] | None = None) -> list[str]:
+    console = Console(file=StringIO(), width=100)
+    console.print(show_comparisons(tables, items))
+    assert isinstance(console.file, StringIO)
+    return [line.rstrip() for line in console.file.getvalue().splitlines()]
+
+
+def test_a_cell_is_over_the_figures_that_there_are() -> None:
+    assert Cell.over([1.0, None, 4.0], (2.0, None)) == Cell(2.5, sqrt(4.5), 2.0, None, 2)
+    assert Cell.over([3, None]) == Cell(3, None, None, None, 1)
+    assert Cell.over([None]) == Cell(None, count=0)
+
+
+def test_a_table_as_people_read_it() -> None:
+    first = ComparisonRow("accuracy", (Cell(91.25, 2.0, 90.0, 1.5), Cell(50.0)))
+    second = ComparisonRow("kappa", (Cell(0.5, None, None, None), Cell(None)), digits=3)
+    table = ComparisonTable("Table 0", ("schools", "offices"), (first, second), ("A note.",), unit="%")
+    rows = (Row("x", {}, failure="no doors"), Row("y", {}, warned=("odd",)), Row("z", {}))
+    assert show(table, items={"schools": rows}) == [
+        "Table 0",
+        "mean ± sd, %",
+        "",
+        "            schools    schools offices",
+        "               here     thesis    here",
+        "──────────────────────────────────────",
+        "accuracy 91.2 ± 2.0 90.0 ± 1.5    50.0",
+        "kappa         0.500          –       –",
+        "",
+        "A note.",
+        "",
+        "x failed (schools), not counted: no doors",
+        "Warnings on 1 of 3 schools; --json lists them.",
+    ]
+
+
+def test_columns_that_do_not_fit_go_below() -> None:
+    row = ComparisonRow("of twelve", tuple(Cell(place + 0.25, 0.5, place, 0.5) for place in range(12)))
+    lines = show(ComparisonTable("Wide", tuple(f"column {place}" for place in range(12)), (row,)))
+    assert max(map(len, lines)) <= 100
+    blocks = [line.split() for line in lines if line.startswith("of twelve")]
+    assert len(blocks) == 3
+    shown = [word for words in blocks for word in words[2:] if word not in ("±", "0.5")]
+    assert shown == [f"{figure:.1f}" for place in range(12) for figure in (place + 0.25, place)]
+
+
+def test_a_row_needs_a_cell_for_each_column() -> None:
+    with pytest.raises(ValueError, match=r"'short'.* 2 cells"):
+        ComparisonTable("T", ("a", "b"), (ComparisonRow("short", (Cell(1.0),)),))
+
+
+def test_saved_tables(tmp_path: Path) -> None:
+    table = ComparisonTable("T", ("a",), (ComparisonRow("r", (Cell(1.0, None, 2.0, 0.5, 1),)),), ("n",), "%")
+    rows = (Row("x", {"r": 1.0}, warned=("odd",)), Row("y", {"r": None}, "broken"))
+    save_comparisons("test", (table,), {"a": rows}, tmp_path / "new.json")
+    cell = {"mean": 1.0, "sd": None, "printed_mean": 2.0, "printed_sd": 0.5, "count": 1}
+    assert json.loads((tmp_path / "new.json").read_text()) == {
+        "pianta": __version__,
+        "bench": "test",
+        "tables": [{"title": "T", "unit": "%", "cells": [{"name": "r", "column": "a", **cell}], "notes": ["n"]}],
+        "items": [
+            {"part": "a", "item": "x", "failure": None, "warnings": ["odd"], "figures": {"r": 1.0}},
+            {"part": "a", "item": "y", "failure": "broken", "warnings": [], "figures": {"r": None}},
+        ],
+    }
+
+
+def test_table_5_1_of_combs(combs: Path) -> None:
+    (table,), items = measure_graphs(combs)
+    cells = {row.name: row.cells for row in table.rows}
+    assert tuple(cells) == tuple(NAMES.values())
+    # 4 and 7 rooms without the isolated ones; the entrance of the second is a corridor, its stairs are not.
+    assert cells["nodes"] == (Cell(5.5, sqrt(4.5), 35.24, 18.33, 2), Cell(3, None, 45.15, 16.22, 1))
+    assert [cell.mean for cell in cells["nodes R"]] == [4, 2]
+    assert [cell.mean for cell in cells["nodes C"]] == [1.5, 1]
+    assert [cell.mean for cell in cells["edges"]] == [4.5, 2]
+    assert [cell.mean for cell in cells["betw-cen C"]] == pytest.approx([(0.5 + 0.25) / 2, 0.5])
+    assert cells["sum of 2^-d"][1].mean == pytest.approx((0.75 + 1 + 0.75) / 3)
+    assert [row.item for row in items["schools"]] == ["a", "b"]
+    assert items["schools"][1].figures["diameter"] == 2
+
+
+def test_command(combs: Path, tmp_path: Path) -> None:
+    write_comb(combs / "buildings" / "school" / "strange.xml", "CLASSROOM", "DUNGEON")
+    json_file, pictures = tmp_path / "new" / "figures.json", tmp_path / "pictures"
+    outcome = run_pianta("bench", "graphs", "--data", combs, "--json", json_file, "--pictures", pictures)
+    assert (outcome.code, outcome.err) == (1, "")
+    assert "strange failed (schools), not counted: " in outcome.out
+    assert "DUNGEON" in outcome.out
+    assert "Buildings: schools 2 (thesis 50), offices 1 (thesis 20)." in outcome.out
+    row = next(line for line in outcome.out.splitlines() if line.startswith("nodes R"))
+    assert " ".join(row.split()) == "nodes R 4.00 ± 1.41 27.84 ± 15.05 2.00 34.25 ± 12.94"
+    figures = {item["item"]: item["figures"] for item in json.loads(json_file.read_text())["items"]}
+    assert [figures[name]["nodes"] for name in ("a", "b", "c", "strange")] == [4, 7, 3, None]
+    assert list(list_files(pictures)) == ["graphs.png"]
+    (combs / "buildings" / "school" / "strange.xml").unlink()
+    assert run_pianta("bench", "graphs", "--data", combs).code == 0
+
+
+def test_the_picture_is_the_same_each_time(combs: Path, tmp_path: Path) -> None:
+    files = []
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        measure_graphs(combs, pictures=tmp_path / name)
+        files.append((tmp_path / name / "graphs.png").read_bytes())
+    assert files[0] == files[1]
+
+
+def test_without_offices(combs: Path) -> None:
+    (combs / "buildings" / "office" / "c.xml").unlink()
+    with pytest.raises(DataError, match=r"/office': no file is called \*\.xml"):
+        measure_graphs(combs)
+
+
+def load_csv(path: Path) -> tuple[nx.Graph, set[int]]:
+    """The same building as the data have it as a matrix, without isolated rooms, and its corridors."""
+    matrix = np.loadtxt(path, delimiter=",", dtype=int, ndmin=2)
+    codes = np.diag(matrix)
+    graph = nx.Graph(matrix - np.diag(codes))
+    graph.remove_nodes_from(list(nx.isolates(graph)))
+    return graph, {node for node in graph if codes[node] >= 100}
+
+
+def list_csvs(data: Path) -> list[tuple[str, str]]:
+    return [(kind, path.stem) for kind in ("school", "office") for path in (data / "adjacency" / kind).glob("*.csv")]
+
+
+@pytest.mark.filterwarnings(f"ignore::{BuildingWarning.__module__}.{BuildingWarning.__name__}")
+def test_the_matrices_are_the_graphs_of_the_layouts(data: Path) -> None:
+    compared = 0
+    _, items = measure_graphs(data)
+    figures = {row.item: row.figures for rows in items.values() for row in rows}
+    for kind, name in list_csvs(data):
+        layout = data / "buildings" / kind / f"{name}.xml"
+        if not layout.exists():
+            continue
+        graph, corridors = load_csv(data / "adjacency" / kind / f"{name}.csv")
+        ours = drop_isolated(read_building_xml(layout).graph())
+        assert nx.faster_could_be_isomorphic(graph, ours), name
+        measured = measure_graph(graph, corridors)
+        assert measured == pytest.approx({key: figures[name][key] for key in measured}), name
+        compared += 1
+    assert compared > 40
+
+
+def test_each_row_is_what_networkx_says(data: Path) -> None:
+    """Table 5.1 once more, from the matrices, by networkx alone."""
+    (table,), items = measure_graphs(data)
+    assert not any(row.failure for rows in items.values() for row in rows)
+    layouts = {row.item for rows in items.values() for row in rows}
+    for column, kind in enumerate(("school", "office")):
+        graphs = [
+            load_csv(data / "adjacency" / kind / f"{name}.csv")
+            for of, name in list_csvs(data)
+            if of == kind and name in layouts
+        ]
+        measured = [measure_by_networkx(*graph) for graph in graphs]
+        for row in table.rows:
+            if row.name in measured[0]:
+                figures = [building[row.name] for building in measured if building[row.name] is not None]
+                cell = row.cells[column]
+                assert (cell.mean, cell.sd) == pytest.approx((fmean(figures), stdev(figures)), abs=1e-5), row.name
+    assert set(measured[0]) == {NAMES[key] for key in PRINTED} | {"edges"}
+
+
+def measure_by_networkx(graph: nx.Graph, corridors: set[int]) -> dict[str, float]:
+    parts = [graph.subgraph(nodes) for nodes in nx.connected_components(graph)]
+    lengths = [length for _, ends in nx.all_pairs_shortest_path_length(graph) for length in ends.values() if length]
+    measured = {
+        "nodes": len(graph),
+        "nodes R": len(graph) - len(corridors),
+        "nodes C": len(corridors),
+        "edges": graph.size(),
+        "path-length": fmean(lengths),
+        "diameter": max(map(nx.diameter, parts)),
+        "art-points": len(list(nx.articulation_points(graph))),
+        "assortativity": nx.degree_assortativity_coefficient(graph),
+    }
+    vector = nx.eigenvector_centrality(graph, max_iter=10**5, tol=1e-9)
+    most = max(vector.values())
+    central = {
+        "betw-cen": {node: value / 2 for node, value in nx.betweenness_centrality(graph).items()},
+        "closn-cen": nx.closeness_centrality(graph),
+        "eig-cen": {node: value / most for node, value in vector.items()},
+        "katz-cen": nx.katz_centrality(graph, alpha=0.1, beta=1, max_iter=10**4),
+    }
+    for name, values in central.items():
+        measured[name] = fmean(values.values())
+        measured[f"{name} C"] = fmean(values[node] for node in corridors)
+        measured[f"{name} R"] = fmean(values[node] for node in graph if node not in corridors)
+    return measured
