@@ -13,7 +13,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+from pianta.bench.data import find_data
+from pianta.bench.types import measure_types
+from pianta.bench.types_pictures import draw_accuracies, draw_clusters
 from pianta.drawing import ROOM_COLORS, plot_doors, plot_graph, plot_rooms, save_picture
+from pianta.errors import DataError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout.affinity import find_partial_faces
@@ -50,6 +54,17 @@ def main() -> None:
     draw_doors(grid, IMAGES / "doors.png")
     ring = map_floor(make_ring_floor(seed=4), noise=0.3, furniture=0.2, seed=4)
     save_picture(reconstruct(ring, method="thesis"), ring, IMAGES / "ring.png", walls=True)
+    draw_types()
+
+
+def draw_types() -> None:
+    """Draw accuracies and clusters of building types; without data, the pictures stay as they are."""
+    try:
+        bench = measure_types(find_data())
+    except DataError:
+        return
+    save(draw_accuracies(bench), IMAGES / "types_accuracy.png")
+    save(draw_clusters(bench), IMAGES / "types_clusters.png")
 
 
 def make_open_floor() -> Floor:

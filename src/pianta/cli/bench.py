@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,6 +17,7 @@ from pianta.formats.files import shown
 from pianta.layout.methods import METHODS, check_method
 
 if TYPE_CHECKING:
+    from pianta.bench.comparison import ComparisonTable, Items
     from pianta.bench.table import BenchTable
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
@@ -48,6 +49,20 @@ ErrorPictures = Annotated[
         "--pictures", help="Folder for METHOD/SET/NAME.png, true rooms beside found ones, errors marked.", metavar="DIR"
     ),
 ]
+
+GraphPictures = Annotated[
+    Path | None,
+    typer.Option("--pictures", help="Folder for graphs.png, every metric of every building.", metavar="DIR"),
+]
+
+
+TypesPictures = Annotated[
+    Path | None,
+    typer.Option(
+        "--pictures", help="Folder for accuracy, k_distance, clusters and cluster_scores, as .png.", metavar="DIR"
+    ),
+]
+Seed = Annotated[int, typer.Option(help="Of folds, and of algorithms that draw lots.", min=0, max=2**31)]
 
 
 @app.command("layout", epilog=show_examples(["pianta bench layout", "pianta bench layout --pictures layouts"]))
@@ -116,6 +131,65 @@ def bench_cost(*, method: Methods = None, json: Json = None) -> None:
     if json:
         with written_together(json.parent) as new:
             save_growths(growths, new / json.name)
+
+
+@app.command("graphs", epilog=show_examples(["pianta bench graphs", "pianta bench graphs --pictures graphs"]))
+def bench_graphs(*, data: Data = None, json: Json = None, pictures: GraphPictures = None) -> None:
+    """Metrics of schools and offices as graphs (Table 5.1).
+
+    Reads buildings/school/*.xml and buildings/office/*.xml of the data. A
+    building that fails does not count; the exit code is then 1.
+    """
+    from pianta.bench.graphs import measure_graphs
+
+    _run_comparison("graphs", measure_graphs, data, json, pictures)
+
+
+@app.command("types", epilog=show_examples(["pianta bench types", "pianta bench types --pictures types"]))
+def bench_types(*, data: Data = None, seed: Seed = 0, json: Json = None, pictures: TypesPictures = None) -> None:
+    """Types of buildings: classifiers and clusters of rooms (Tables 4.2 to 4.4).
+
+    Reads buildings/school/*.xml and buildings/office/*.xml of the data, and
+    buildings/house/*.xml with labels.yaml when there are any.
+    """
+    _check_outputs(json, pictures)
+    from pianta.bench.data import find_data
+    from pianta.bench.types import measure_types
+    from pianta.bench.types_pictures import save_types_pictures
+    from pianta.bench.types_report import save_types_bench, show_types_bench
+
+    bench = measure_types(find_data(data), seed=seed, track=track_items)
+    stdout.print(show_types_bench(bench))
+    if json:
+        with written_together(json.parent) as new:
+            save_types_bench(bench, new / json.name)
+    if pictures:
+        with written_together(pictures) as new:
+            save_types_pictures(bench, new)
+
+
+def _run_comparison(
+    bench: str,
+    measure: Callable[..., tuple[Sequence[ComparisonTable], Items]],
+    data: Path | None,
+    json: Path | None,
+    pictures: Path | None,
+) -> None:
+    """Measure, print beside the thesis' figures, save; nothing is measured when an option makes no sense."""
+    from pianta.bench.comparison import save_comparisons, show_comparisons
+    from pianta.bench.data import find_data
+
+    _check_outputs(json, pictures)
+    folder = find_data(data)
+    if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
+    tables, items = measure(folder, pictures=pictures, track=track_items)
+    stdout.print(show_comparisons(tables, items))
+    if json:
+        with written_together(json.parent) as new:
+            save_comparisons(bench, tables, items, new / json.name)
+    if any(row.failure for rows in items.values() for row in rows):
+        raise typer.Exit(1)
 
 
 def _run(
