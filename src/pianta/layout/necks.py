@@ -48,10 +48,10 @@ def find_necks(
     obstacle, the other the nearest one on the opposite side (Thrun 1998). The shortest neck comes first.
     """
     basins, pooled = _find_basins(clearance, passage / 2)
-    saddles = _find_saddles(basins, pooled)
+    saddles = find_saddles(basins, pooled)
     basin_of_peak = _merge_basins(basins, pooled, saddles, saddle_ratio=saddle_ratio, mouth_ratio=mouth_ratio)
     middles = _select_middles(saddles, basin_of_peak)
-    necks = _draw_critical_lines(middles, space)
+    necks = draw_critical_lines(middles, space)
     return drop_repeated_lines(necks, merge_distance)
 
 
@@ -67,7 +67,7 @@ def _find_basins(clearance: Clearance, least: float) -> tuple[NDArray[np.int32],
     return watershed(-pooled, peaks, mask=pooled > least, connectivity=2).astype(np.int32), pooled
 
 
-def _find_saddles(basins: NDArray[np.int32], pooled: Clearance) -> Floats:
+def find_saddles(basins: NDArray[np.int32], pooled: Clearance) -> Floats:
     """The highest place of every stretch along which two basins meet; two rooms may have several doors between them.
 
     Shape (S, 5): both basins, the smaller first, clearance in cells, block row and col; the highest first.
@@ -143,7 +143,7 @@ def _select_middles(saddles: Floats, owner: NDArray[np.intp]) -> Floats:
     return np.array(middles, float).reshape(-1, 2)
 
 
-def _draw_critical_lines(middles: Floats, space: Mask) -> Floats:
+def draw_critical_lines(middles: Floats, space: Mask) -> Floats:
     """Line from the obstacle nearest to each middle to the nearest one opposite, where there is one; (N, 2, 2)."""
     beside = cv2.dilate(space.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & ~space
     obstacles = np.argwhere(beside).astype(float)

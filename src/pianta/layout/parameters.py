@@ -68,7 +68,8 @@ class StructureParameters:
     working_resolution: metres per cell at which the map is cut.
     clutter_size: groups of cells that are not free, smaller than this across, are furniture (section 3.2).
     patch_area: free space apart from the rest that is smaller than this is noise; m².
-    passage_width: narrower passages lead nowhere.
+    passage_width: narrower passages lead nowhere,
+    gap_width: but to rooms that cannot be reached otherwise, which a gap as wide as this opens.
     saddle_ratio: a place is a neck when its clearance is less than this share of that on both sides.
     mouth_ratio: and where one side has less than this share of the clearance of the other.
     neck_distance: of two necks with both ends nearer than this the shorter one stays.
@@ -94,6 +95,7 @@ class StructureParameters:
     clutter_size: float = 1.5
     patch_area: float = 0.25
     passage_width: float = 0.3
+    gap_width: float = 0.1
     saddle_ratio: float = 0.92
     mouth_ratio: float = 0.65
     neck_distance: float = 0.35

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -11,13 +13,14 @@ from numpy.typing import NDArray
 from shapely import LineString
 
 from pianta.errors import MapError
-from pianta.floor import Floor, Room
+from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout.canvas import Canvas, Mask, draw_canvas
 from pianta.layout.clutter import remove_clutter
 from pianta.layout.doors import compute_clearance
 from pianta.layout.frontiers import drop_spray, find_frontiers, measure_frontiers
 from pianta.layout.merging import MODEL, MergeModel, absorb_small_rooms, merge_pieces
+from pianta.layout.narrow_passages import choose_narrow_doors, find_narrow_passages
 from pianta.layout.necks import Clearance, Floats, find_necks
 from pianta.layout.notches import fill_notches
 from pianta.layout.numbering import assemble_floor
@@ -73,14 +76,7 @@ def reconstruct_structure(
         for number, outline in zip(numbers.tolist(), outlines, strict=True)
     ]
     # The lines along which two rooms are still cut are the doors
-    borders = find_borders(replace(cut.pieces, labels=labels), cut.space, passages, reach=0.0)
-    doors = list_passages(
-        borders,
-        set(numbers.tolist()),
-        cut.canvas,
-        least=parameters.passage_width / 2,
-        door_width=parameters.door_width,
-    )
+    doors = find_doors(replace(cut, pieces=replace(cut.pieces, labels=labels)), passages, numbers.tolist(), parameters)
     walls = span_walls(lines, cut.space, reach=parameters.line_reach, gap=parameters.door_width, resolution=cell)
     return assemble_floor(rooms, doors, [_draw_wall(wall, cut.canvas) for wall in walls], grid, source)
 
@@ -115,6 +111,20 @@ def find_rooms(cut: Cut, lines: WallLines, parameters: StructureParameters, mode
     # Lines of wall say where a room is open wider than a neck
     labels, openings = split_rooms(labels, cut.space, cut.clearance, lines, parameters=parameters, resolution=cell)
     return labels, np.concatenate([cut.borders.lines[parting], openings])
+
+
+def find_doors(cut: Cut, passages: Floats, rooms: Sequence[int], parameters: StructureParameters) -> list[Door]:
+    """Doors in the map frame: passages along which rooms are cut, and narrower gaps where nothing else leads.
+
+    cut: with the rooms as its pieces. passages: shape (N, 2, 2), in cells. rooms: the labels that are rooms.
+    """
+    cell = cut.canvas.resolution
+    list_doors = partial(list_passages, rooms=set(rooms), canvas=cut.canvas, door_width=parameters.door_width)
+    borders = find_borders(cut.pieces, cut.space, passages, reach=0.0)
+    doors = list_doors(borders, least=parameters.passage_width / 2)
+    gaps = find_narrow_passages(cut.pieces.labels, cut.space, cut.clearance, widest=parameters.passage_width / cell + 1)
+    narrow = list_doors(find_borders(cut.pieces, cut.space, gaps, reach=0.0), least=parameters.gap_width)
+    return doors + choose_narrow_doors(doors, narrow, rooms)
 
 
 def outline_rooms(
