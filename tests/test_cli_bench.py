@@ -19,7 +19,7 @@ from tests.tiny_data import TRUE_FLOOR, write_all_sets
 
 BENCHES = ("layout", "segmentation")
 KEYS = {
-    "layout": ("a_fc_free", "a_bc_free", "a_fc_walls", "a_bc_walls", "mean_iou", "f1"),
+    "layout": ("a_fc_free", "a_bc_free", "a_fc_walls", "a_bc_walls", "mean_iou", "f1", "door_precision", "door_recall"),
     "segmentation": ("precision", "recall", "a_fc", "mean_iou", "f1"),
 }
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from pianta.bench.data import list_maps
 from pianta.bench.rooms import TIME_NOTE, compare_counts, describe_scores, name_columns, time_reconstruction
-from pianta.bench.table import BenchTable, Figures, Part, Printed, measure_rows
+from pianta.bench.table import BenchTable, Column, Figures, Part, Printed, measure_rows
 from pianta.drawing import save_picture
+from pianta.evaluation.connectivity import score_connections
 from pianta.evaluation.coverage import score_layout
 from pianta.evaluation.segmentation import score_labels
 from pianta.formats.building_xml import read_building_xml
@@ -20,6 +21,11 @@ HEADINGS = ("A_FC", "A_BC")
 RESOLUTION = 0.1
 TRUTH_ENDING = "_gt.xml"
 PRINTED = (Printed("thesis, our method", {"schools": ((87.6, 5.7), (87.8, 4.5))}),)
+DOOR_COLUMNS = (
+    Column("door_precision", "doors\nP", "%", failed=0.0),
+    Column("door_recall", "doors\nR", "%", failed=0.0),
+)
+DOOR_NOTE = "doors: pairs of true rooms that found doors join, against those that true doors join."
 COUNT_NOTE = (
     "What counts: free: the cells that are free in the map; walls: the whole polygons, walls between rooms too."
 )
@@ -35,12 +41,14 @@ def measure_layout(
     """Forward and backward accuracy of the layouts of data/slam/NAME.png against NAME_gt.xml (Table 3.1a).
 
     Counted twice: on free cells (`GridMap.free`) as label images, and with the walls, on the whole polygons.
+    Precision and recall of doors are those of the pairs of rooms that they join.
 
     method: one of METHODS. pictures: an existing folder for NAME.png, the floor found.
     track: wraps the names of the maps, to show progress.
     Raises DataError when there are no maps.
     """
-    columns = name_columns(SCORES, HEADINGS)
+    *scores, found, true, seconds, transforms = name_columns(SCORES, HEADINGS)
+    columns = (*scores, *DOOR_COLUMNS, found, true, seconds, transforms)
     measure = partial(_measure_map, folder=data / "slam", method=method, pictures=pictures)
     rows = measure_rows(track(list_maps(data / "slam", TRUTH_ENDING)), measure, columns=columns)
     return BenchTable(
@@ -52,7 +60,7 @@ def measure_layout(
         scores=HEADINGS,
         compared=compare_counts(SCORES),
         printed=PRINTED,
-        notes=(COUNT_NOTE, TIME_NOTE),
+        notes=(COUNT_NOTE, DOOR_NOTE, TIME_NOTE),
     )
 
 
@@ -63,6 +71,8 @@ def _measure_map(name: str, *, folder: Path, method: str, pictures: Path | None)
     floor, time = time_reconstruction(grid, method=method)
     free = score_labels(floor.label_image(grid), truth.label_image(grid), counted=grid.free)
     walls = score_layout([room.polygon for room in floor.rooms], [room.polygon for room in truth.rooms])
-    yield {**describe_scores(free, walls, SCORES), **time}
+    doors = score_connections(floor, truth)
+    connected = {"door_precision": 100 * doors.precision, "door_recall": 100 * doors.recall}
+    yield {**describe_scores(free, walls, SCORES), **connected, **time}
     if pictures:
         save_picture(floor, grid, pictures / f"{name}.png")

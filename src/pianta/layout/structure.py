@@ -122,7 +122,8 @@ def find_doors(cut: Cut, passages: Floats, rooms: Sequence[int], parameters: Str
     list_doors = partial(list_passages, rooms=set(rooms), canvas=cut.canvas, door_width=parameters.door_width)
     borders = find_borders(cut.pieces, cut.space, passages, reach=0.0)
     doors = list_doors(borders, least=parameters.passage_width / 2)
-    gaps = find_narrow_passages(cut.pieces.labels, cut.space, cut.clearance, widest=parameters.passage_width / cell + 1)
+    widest, joined = parameters.passage_width / cell + 1, {door.rooms for door in doors}
+    gaps = find_narrow_passages(cut.pieces, cut.space, cut.clearance, widest=widest, joined=joined)
     narrow = list_doors(find_borders(cut.pieces, cut.space, gaps, reach=0.0), least=parameters.gap_width)
     return doors + choose_narrow_doors(doors, narrow, rooms)
 
