@@ -10,13 +10,14 @@ from typing import Annotated
 import typer
 
 from pianta import __version__
-from pianta.cli import bench, read, world
+from pianta.cli import bench, read, train, world
 from pianta.cli.terminal import show_examples, tell_error, telling_warnings
 from pianta.errors import PiantaError
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.command("read", epilog=show_examples(read.EXAMPLES))(read.read_maps)
 app.command("world", epilog=show_examples(world.EXAMPLES))(world.make_world)
+app.add_typer(train.app, name="train")
 app.add_typer(bench.app, name="bench")
 
 
@@ -39,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def describe(
     *, version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False
 ) -> None:
-    """Read buildings: rooms, doors and the topological graph from a robot's map."""
+    """Read buildings: rooms, what each is for, doors and the topological graph, from a robot's map."""
     if version:
         typer.echo(f"pianta {__version__}")
         raise typer.Exit

@@ -6,9 +6,10 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
@@ -29,11 +30,15 @@ from pianta.formats.ros_map import YAML_SUFFIXES
 from pianta.gridmap import GridMap
 from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
 
+if TYPE_CHECKING:
+    from pianta.semantics.places import PlaceModel
+
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
 MAX_GONE_TOLD = 10
 EXAMPLES = (
     "pianta read map.yaml -o building",
     "pianta read scan.png --resolution 0.05 -o building --walls --graph",
+    "pianta read map.yaml -o building --type school",
     "pianta read larger.yaml --previous building -o building",
     "pianta read maps/*.yaml -o buildings",
 )
@@ -51,6 +56,12 @@ TrustThresholds = Annotated[
 MaxCells = Annotated[int, typer.Option(min=1, help="Largest map that is read.")]
 Walls = Annotated[bool, typer.Option("--walls", help="Draw the lines of walls into the picture; the rivals find none.")]
 Graph = Annotated[bool, typer.Option("--graph", help="Draw the topological graph into the picture.")]
+Model = Annotated[Path | None, typer.Option(metavar="FILE", help="Model of `pianta train places`; ours unless given.")]
+Type = Annotated[
+    str | None,
+    typer.Option("--type", metavar="NAME", help="Building type, such as school or office: rooms get its labels."),
+]
+NoLabels = Annotated[bool, typer.Option("--no-labels", help="Do not say what rooms are for.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
 
 
@@ -65,6 +76,9 @@ def read_maps(
     max_cells: MaxCells = MAX_CELLS,
     walls: Walls = False,
     graph: Graph = False,
+    building_type: Type = None,
+    model: Model = None,
+    no_labels: NoLabels = False,
     quiet: Quiet = False,
 ) -> None:
     """Read a robot's map into a building: rooms, doors and the topological graph.
@@ -77,12 +91,19 @@ def read_maps(
     names after their folder and their name. A map that cannot be read does not
     stop the others; the exit code is then 1.
 
+    Rooms are labelled: ROOM or CORRIDOR; FUNCTIONAL, CONNECTION, ENTRANCE or
+    SERVICE; and with --type the labels of that building type, each with its
+    probability.
+
     With --previous, which may be in OUT, every room that is still there keeps
     its id, on a map that has grown or moved its origin; ids are never reused.
     """
     check_output_folder(out)
     check_method(method)
     older = _read_older(previous, maps)
+    if no_labels and (model or building_type):
+        raise OptionError("--no-labels makes --model and --type useless, leave either out")
+    places = None if no_labels else read_model(model, building_type)
 
     def build(path: str, folder: Path) -> Floor:
         _refuse_overwriting(Path(path), folder)
@@ -90,6 +111,7 @@ def read_maps(
             path, method=method, resolution=resolution, trust_thresholds=trust_thresholds, max_cells=max_cells
         )
         floor = _keep_ids(floor, older, path) if older else floor
+        floor = label_floor(floor, places, building_type) if places else floor
         save_outputs(floor, grid, folder, walls=walls, graph=graph)
         return floor
 
@@ -121,6 +143,30 @@ def read_building(
         return reconstruct(grid, method=method, source=Path(path).name), grid
     except PiantaError as error:
         raise type(error)(f"map {shown(path)}: {error}") from error
+
+
+def read_model(path: Path | None, building_type: str | None) -> PlaceModel:
+    """The model in a file, or the one that comes with pianta.
+
+    Raises ModelError, in one line, for a file that is none; OptionError for a building type that the model does not
+    know.
+    """
+    from pianta.semantics.place_model_file import read_default_place_model, read_place_model
+
+    model = read_place_model(path) if path else read_default_place_model()
+    if building_type and building_type.lower() not in model.building_types:
+        known = ", ".join(model.building_types)
+        raise OptionError(f"the model knows no building type {building_type!r}, give one of {known}")
+    return model
+
+
+def label_floor(floor: Floor, model: PlaceModel, building_type: str | None) -> Floor:
+    """The floor with labels, and of a building type where one is given."""
+    from pianta.semantics.places import label_rooms
+
+    if building_type:
+        floor = replace(floor, building_type={building_type.lower(): 1.0})
+    return label_rooms(floor, model)
 
 
 def read_previous(path: str | Path) -> Floor:

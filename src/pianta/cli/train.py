@@ -1,0 +1,150 @@
+"""The verb train: models from buildings that people have labelled."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pianta.cli.outputs import check_output_folder
+from pianta.cli.terminal import show_examples, tell_error, tell_result, track_items
+from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
+from pianta.floor import Floor
+from pianta.formats.files import shown
+from pianta.labels import SCHEMAS, LabelSchema
+
+if TYPE_CHECKING:
+    from pianta.semantics.places import PlaceModel
+
+EXAMPLES = (
+    "pianta train places buildings/school buildings/office -o places.skops",
+    "pianta train places wards --labels hospital.yaml --type hospital -o hospital.skops",
+    "pianta read map.yaml --model hospital.skops --type hospital -o building",
+)
+
+app = typer.Typer(no_args_is_help=True, help="Train models on buildings that people have labelled.")
+
+Buildings = Annotated[
+    list[str], typer.Argument(metavar="BUILDING", help="Files of labelled buildings, or folders of them.")
+]
+Out = Annotated[Path, typer.Option("--out", "-o", help="File for the model; an older one is replaced.")]
+Labels = Annotated[
+    list[Path] | None, typer.Option(help="Label schema of a building type of yours, YAML; may be repeated.")
+]
+Type = Annotated[
+    str | None, typer.Option("--type", help="Building type of the files that do not tell theirs.", metavar="NAME")
+]
+Simulate = Annotated[
+    int, typer.Option(min=0, max=20, help="Simulated robot's maps of each building to learn from as well.")
+]
+Seed = Annotated[int, typer.Option(min=0, help="Of the trees and the simulation.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
+
+
+@app.callback()
+def describe() -> None:
+    """Train models on buildings that people have labelled."""
+
+
+@app.command("places", epilog=show_examples(EXAMPLES))
+def train_places(
+    buildings: Buildings,
+    *,
+    out: Out,
+    labels: Labels = None,
+    building_type: Type = None,
+    simulate: Simulate = 0,
+    seed: Seed = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Train a model of what rooms are for, for `pianta read --model`.
+
+    Takes layout XML, KTH XML, MIT XML and floor.geojson whose rooms have labels of the
+    schema of their building type: school and office, and those given by --labels.
+
+    Tells how often the model is wrong on buildings that were left out. A building
+    that cannot be read does not stop the others; the exit code is then 1.
+    """
+    from pianta.formats.buildings import list_buildings
+    from pianta.semantics import training
+    from pianta.semantics.place_model_file import save_place_model
+
+    _check_out(out)
+    schemas = read_schemas(labels or ())
+    files = list(map(str, list_buildings(buildings)))
+    floors = _read_floors(files, building_type, quiet=quiet)
+    if not floors:
+        raise ModelError(f"none of {len(files)} buildings could be read, so there is nothing to train on")
+    simulated = simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
+    model = training.train_places(floors, simulated=simulated, schemas=schemas, seed=seed)
+    save_place_model(model, out)
+    if not quiet:
+        _tell_model(model, out)
+    if len(floors) < len(files):
+        raise typer.Exit(1)
+
+
+def read_schemas(paths: Iterable[Path]) -> Mapping[str, LabelSchema]:
+    """The schemas that come with pianta and those of files, by building type; a file's replaces ours.
+
+    Raises LabelError for a file that is none, and for two files of one type.
+    """
+    from pianta.formats.label_schema import read_label_schema
+
+    given: dict[str, LabelSchema] = {}
+    for path in paths:
+        schema = read_label_schema(path)
+        if schema.building_type in given:
+            raise LabelError(f"two schemas of building type {schema.building_type!r} are given, leave one out")
+        given[schema.building_type] = schema
+    return {**SCHEMAS, **given}
+
+
+def simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: bool = False) -> list[Floor]:
+    """Floors as read from so many simulated maps of each; a map on which nothing is found gives none."""
+    from pianta.semantics.simulated import simulate_reading
+
+    runs = [*floors] * maps
+    found = []
+    names = track_items([floor.source for floor in runs], quiet=quiet)
+    for number, (floor, _) in enumerate(zip(runs, names, strict=True)):
+        try:
+            found.append(simulate_reading(floor, seed=seed + number))
+        except PiantaError as error:
+            message = f"building {shown(floor.source)} is not learned from in simulation: {error}"
+            warnings.warn(BuildingWarning(message), stacklevel=2)
+    return found
+
+
+def _check_out(out: Path) -> None:
+    check_output_folder(out.parent)
+    if out.is_dir():
+        raise OptionError(f"model file {shown(out)} is a folder, give the name of a file")
+
+
+def _read_floors(files: Sequence[str], building_type: str | None, *, quiet: bool) -> list[Floor]:
+    """The floors of files, their type filled in; what cannot be read is told and left out."""
+    from pianta.formats.buildings import read_building
+
+    floors = []
+    for file in track_items(files, quiet=quiet):
+        try:
+            floor = read_building(file)
+        except PiantaError as error:
+            tell_error(error)
+            continue
+        if building_type and not floor.building_type:
+            floor = replace(floor, building_type={building_type.lower(): 1.0})
+        floors.append(floor)
+    return floors
+
+
+def _tell_model(model: PlaceModel, out: Path) -> None:
+    errors = ", ".join(f"{error:.1%} in {labels}" for labels, error in model.training.errors.items())
+    tell_result(f"trained on {model.training}")
+    tell_result(f"wrong labels on buildings left out: {errors}")
+    tell_result(f"in {out}, {out.stat().st_size / 2**20:.1f} MB")

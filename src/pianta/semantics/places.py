@@ -1,0 +1,153 @@
+"""What each room of a floor is for: R/C, F/C/E/S, and the labels of its building type, with probabilities.
+
+The thesis classifies rooms one by one with Extra-Trees (sections 5.3 and 6.1.3). Here the same trees see a room in its
+building (RoomContext), see in a second pass what the first one thinks of the rooms around it, and a random field judges
+the floor as one object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.floor import Floor, Room
+from pianta.labels import FCES, RC, LabelSchema, LabelSet
+from pianta.semantics.neighbour_labels import describe_neighbours, find_neighbourhood
+from pianta.semantics.random_field import RandomField
+from pianta.semantics.room_context import RoomContext, describe_rooms
+
+if TYPE_CHECKING:
+    from sklearn.ensemble import ExtraTreesClassifier
+
+Floats = NDArray[np.float64]
+
+FUNCTIONS = tuple(FCES)
+
+
+@dataclass(frozen=True)
+class Training:
+    """What a model was trained on.
+
+    buildings: names of the files, sorted. rooms: by building type, how many rooms. simulated: how many of the floors
+    were read from simulated maps. errors: by label set, the share of rooms with a wrong label, each judged by trees
+    that have not seen its building. seed, pianta, sklearn: what it takes to train it again.
+    """
+
+    buildings: tuple[str, ...]
+    rooms: Mapping[str, int]
+    simulated: int
+    errors: Mapping[str, float]
+    seed: int
+    pianta: str
+    sklearn: str
+
+    def __str__(self) -> str:
+        rooms = ", ".join(f"{count} rooms of type {name}" for name, count in sorted(self.rooms.items()))
+        simulated = f", and {self.simulated} simulated maps of them" if self.simulated else ""
+        return f"{len(self.buildings)} floors{simulated}: {rooms}"
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceModel:
+    """A trained model of what rooms are for.
+
+    first, second: Extra-Trees over F/C/E/S, on the context of a room, and on that and what the first says around it.
+    field: judges a floor as one object. names: by building type, Extra-Trees over its labels.
+    schemas: by building type, which labels it has. training: what it was trained on.
+    """
+
+    first: ExtraTreesClassifier
+    second: ExtraTreesClassifier
+    field: RandomField
+    names: Mapping[str, ExtraTreesClassifier]
+    schemas: Mapping[str, LabelSchema]
+    training: Training
+
+    def classify(self, floor: Floor) -> Floats:
+        """Calibrated probabilities of F/C/E/S, shape (rooms, 4), columns in the order of FCES."""
+        return self.passes(floor)["random field"]
+
+    def passes(self, floor: Floor) -> dict[str, Floats]:
+        """Probabilities as in `classify`, after each step: "first pass", "second pass", "random field"."""
+        return self._judge(describe_rooms(floor))
+
+    def _judge(self, context: RoomContext) -> dict[str, Floats]:
+        first = vote(self.first, context.features, len(FUNCTIONS))
+        second = vote(self.second, describe_neighbours(context, first), len(FUNCTIONS))
+        judged = self.field.compute_marginals(second, find_neighbourhood(context))
+        return {"first pass": first, "second pass": second, "random field": judged}
+
+    def label(self, floor: Floor) -> Floor:
+        """The floor with labels, from R/C down to those of its building type where the model knows it."""
+        if not floor.rooms:
+            return floor
+        context = describe_rooms(floor)
+        judged = self._judge(context)["random field"]
+        types = [name for name, _ in sorted(floor.building_type.items(), key=lambda item: -item[1])]
+        known = next((name for name in types if name in self.names), None)
+        names = np.zeros((len(judged), 0)) if known is None else self._name(context, judged, known)
+        schema = None if known is None else self.schemas[known]
+        rooms = [_label_room(*row, schema) for row in zip(floor.rooms, judged, names, strict=True)]
+        return replace(floor, rooms=tuple(rooms))
+
+    def _name(self, context: RoomContext, judged: Floats, building_type: str) -> Floats:
+        """Probabilities of the labels of a building type, shape (rooms, labels); those of a function sum to its own."""
+        schema = self.schemas[building_type]
+        votes = vote(self.names[building_type], describe_neighbours(context, judged), len(schema.labels))
+        functions = np.array([FUNCTIONS.index(label.in_f_c_e_s()) for label in schema.labels])
+        for number in np.unique(functions):
+            of_function = functions == number
+            # Where no tree thinks of the function, its labels are equally likely.
+            votes[:, of_function] += 1e-6
+            votes[:, of_function] *= (judged[:, number] / votes[:, of_function].sum(axis=1))[:, None]
+        return votes
+
+    @cached_property
+    def building_types(self) -> tuple[str, ...]:
+        """The building types whose labels it knows."""
+        return tuple(sorted(self.names))
+
+
+def label_rooms(floor: Floor, model: PlaceModel | None = None) -> Floor:
+    """The floor with a label for each room, and probabilities; rooms keep nothing of older labels.
+
+    model: the one that comes with pianta unless given.
+    Labels are in the sets "R/C" and "F/C/E/S" (the split of the thesis' experiments), and in that of the most probable
+    building type of the floor that the model knows, if there is one. A label lies below that of the coarser set.
+    """
+    from pianta.semantics.place_model_file import read_default_place_model
+
+    return (model or read_default_place_model()).label(floor)
+
+
+def vote(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:
+    """Share of the votes of a forest for classes 0 … classes - 1, shape (n, classes)."""
+    votes = np.zeros((len(features), classes))
+    votes[:, trees.classes_] = trees.predict_proba(features)
+    return votes
+
+
+def _label_room(room: Room, functions: Floats, names: Floats, schema: LabelSchema | None) -> Room:
+    """The room with its labels from the coarsest set down, and the probabilities of all sets."""
+    corridor = float(functions[FUNCTIONS.index(FCES.CONNECTION)])
+    by_function = dict(zip(map(str, FUNCTIONS), functions.tolist(), strict=True))
+    probabilities = {str(LabelSet.R_C): {str(RC.ROOM): 1 - corridor, str(RC.CORRIDOR): corridor}}
+    probabilities[str(LabelSet.F_C_E_S)] = by_function
+    r_c = RC.CORRIDOR if corridor > 0.5 else RC.ROOM
+    others = {name: value for name, value in by_function.items() if name != FCES.CONNECTION}
+    function = str(FCES.CONNECTION) if r_c is RC.CORRIDOR else max(others, key=lambda name: others[name])
+    labels = {str(LabelSet.R_C): str(r_c), str(LabelSet.F_C_E_S): function}
+    if schema is not None:
+        by_name = dict(zip((label.name for label in schema.labels), names.tolist(), strict=True))
+        probabilities[schema.building_type] = by_name
+        within = [label.name for label in schema.labels if label.in_f_c_e_s() == function]
+        # A schema of few labels may have none for this function.
+        if within:
+            labels[schema.building_type] = max(within, key=lambda name: by_name[name])
+    finest = list(labels.values())[-1]
+    return replace(room, label=finest, labels=labels, label_probabilities=probabilities)

@@ -1,0 +1,215 @@
+"""Features of a room in its building, from which classifiers of places learn what it is for.
+
+All are free of scale: a map whose resolution is wrong, or unknown, gives the same. Sections 4.2.3 and 5.2 of the thesis
+describe a room by area, doors and axes ratio, and by its shape and role in the graph; what is added here is its place
+among the rooms of its floor, which is most of what tells one rectangle from another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import networkx as nx
+import numpy as np
+import rustworkx as rx
+import shapely
+from numpy.typing import NDArray
+
+from pianta.floor import Floor
+from pianta.graphs.centrality import distances, measure_betweenness, measure_closeness, measure_katz, to_rustworkx
+from pianta.semantics.outlines import Floats, draw_outlines, measure_unit
+from pianta.semantics.room_places import find_alike, measure_facades, measure_sizes, measure_walls, share_walls
+from pianta.semantics.room_shapes import (
+    MISSING,
+    SAME,
+    DoorEnds,
+    Rectangles,
+    fit_rectangles,
+    list_door_ends,
+    measure_doors,
+    measure_shapes,
+)
+
+# What is told of the rooms behind the doors of a room: the largest, the smallest and the mean of these.
+OF_NEIGHBOURS = ("degree", "betweenness", "elongation", "facade", "alike_share", "compactness")
+CONTEXT_FEATURES: tuple[str, ...] = (
+    *("compactness", "spread", "elongation", "rectangularity", "convexity"),
+    *("doors", "openings", "door_span", "door_to_end"),
+    *("size_to_median", "size_rank", "length_to_floor", "share_of_floor", "size_to_commonest"),
+    *("alike", "alike_share", "size_to_nearest"),
+    *("facade", "facade_sides", "to_centre"),
+    *("wall_neighbours", "wall_neighbours_alike", "wall_size_mean", "wall_size_max", "wall_size_min"),
+    *("degree", "mean_degree", "closeness", "betweenness", "katz", "eccentricity", "eccentricity_share"),
+    *("within_2", "within_2_share", "within_3_share", "hops_to_hub", "parts", "cut_off", "cut_off_share"),
+    *("leaves", "leaves_share", "small_leaves", "siblings", "siblings_alike", "siblings_alike_share"),
+    *("main_wall", "main_end"),
+    *(f"neighbour_{name}_{of}" for name in ("size", *OF_NEIGHBOURS) for of in ("max", "min", "mean")),
+)
+# Katz centrality needs less than one over the largest eigenvalue, which a corridor with 100 rooms exceeds with 0.1.
+KATZ_SHARE = 0.5
+# A neighbour less than half as large is small.
+SMALL = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class RoomContext:
+    """The n rooms of a floor, in its order, as a classifier of places sees them.
+
+    features: CONTEXT_FEATURES, shape (n, k); all finite, MISSING where there is nothing to measure.
+    doors: 1 where a door or opening joins two rooms, shape (n, n).
+    hops: doors on the shortest way, infinite where there is none, shape (n, n).
+    walls: wall shared with another room as a share of the perimeter of the row's, shape (n, n).
+    alike: rooms of nearly the same size and shape, never a room and itself, shape (n, n).
+    area: m², shape (n,).
+    """
+
+    features: Floats
+    doors: Floats
+    hops: Floats
+    walls: Floats
+    alike: NDArray[np.bool_]
+    area: Floats
+
+
+def describe_rooms(floor: Floor) -> RoomContext:
+    """Features of every room and how the rooms relate; not one of them depends on scale, turn, shift or order."""
+    n = len(floor.rooms)
+    if not n:
+        none = np.zeros((0, 0))
+        return RoomContext(np.zeros((0, len(CONTEXT_FEATURES))), none, none, none, none.astype(bool), np.zeros(0))
+    unit = measure_unit(floor)
+    outlines = draw_outlines(floor, unit)
+    rectangles, ends = fit_rectangles(outlines), list_door_ends(floor)
+    doors, alike, walls = join_rooms(floor), find_alike(outlines, rectangles), share_walls(outlines, unit)
+    graph = nx.from_numpy_array(doors)
+    hops = distances(graph)
+    measured = {
+        **measure_shapes(outlines, rectangles),
+        **measure_doors(ends, rectangles),
+        **measure_sizes(outlines, rectangles, alike),
+        **measure_facades(outlines, rectangles, unit),
+        **measure_walls(walls, outlines),
+        **measure_topology(graph, doors, hops),
+    }
+    area = shapely.area(outlines)
+    measured |= measure_relatives(doors, alike, area)
+    measured |= measure_main_neighbours(doors, walls, area, ends, rectangles)
+    measured |= measure_neighbours(doors, area, measured)
+    features = np.column_stack([measured[name] for name in CONTEXT_FEATURES])
+    return RoomContext(features, doors, hops, walls, alike, shapely.area([room.polygon for room in floor.rooms]))
+
+
+def join_rooms(floor: Floor) -> Floats:
+    """1 where a door or opening joins two rooms, shape (n, n)."""
+    row_of = {room.id: row for row, room in enumerate(floor.rooms)}
+    doors = np.zeros((len(row_of), len(row_of)))
+    for door in floor.doors:
+        if not door.is_entrance:
+            first, second = (row_of[room] for room in door.room_ids)
+            doors[first, second] = doors[second, first] = 1
+    return doors
+
+
+def measure_topology(graph: nx.Graph, doors: Floats, hops: Floats) -> dict[str, Floats]:
+    """The role of a room in the graph: centralities, what is near it in doors, and what it alone leads to."""
+    n = len(doors)
+    degree = doors.sum(axis=1)
+    betweenness = np.array([*measure_betweenness(graph).values()])
+    farthest = np.where(np.isinf(hops), 0, hops).max(axis=1)
+    hubs = betweenness >= betweenness.max() * (1 - SAME)
+    to_hub = hops[:, hubs].min(axis=1)
+    parts, cut_off = _measure_cuts(graph)
+    return {
+        "degree": degree,
+        "mean_degree": np.full(n, degree.mean()),
+        "closeness": np.array([*measure_closeness(graph).values()]),
+        "betweenness": betweenness,
+        "katz": _measure_katz(graph, doors),
+        "eccentricity": farthest,
+        "eccentricity_share": farthest / max(farthest.max(), 1),
+        "within_2": (hops <= 2).sum(axis=1).astype(float),
+        "within_2_share": (hops <= 2).mean(axis=1),
+        "within_3_share": (hops <= 3).mean(axis=1),
+        "hops_to_hub": np.where(np.isinf(to_hub), MISSING, to_hub),
+        "parts": parts,
+        "cut_off": cut_off,
+        "cut_off_share": cut_off / n,
+    }
+
+
+def measure_relatives(doors: Floats, alike: NDArray[np.bool_], area: Floats) -> dict[str, Floats]:
+    """Neighbours that are leaves, with no other door, and siblings, which a neighbour leads to as well."""
+    degree = doors.sum(axis=1)
+    leaves = doors * (degree <= 1)
+    siblings = (doors @ doors > 0) & ~np.eye(len(doors), dtype=bool)
+    count, count_alike = siblings.sum(axis=1), (siblings & alike).sum(axis=1)
+    return {
+        "leaves": leaves.sum(axis=1),
+        "leaves_share": leaves.sum(axis=1) / np.maximum(degree, 1),
+        "small_leaves": (leaves * (area[None] < SMALL * (1 - SAME) * area[:, None])).sum(axis=1),
+        "siblings": count.astype(float),
+        "siblings_alike": count_alike.astype(float),
+        "siblings_alike_share": count_alike / np.maximum(count, 1),
+    }
+
+
+def measure_main_neighbours(
+    doors: Floats, walls: Floats, area: Floats, ends: DoorEnds, rectangles: Rectangles
+) -> dict[str, Floats]:
+    """The neighbour that is largest and has most doors: its share of a room's walls, how near its end a door lies."""
+    n = len(doors)
+    weight = doors * (area * (1 + doors.sum(axis=1)))[None]
+    main = (weight > 0) & (weight >= weight.max(axis=1, keepdims=True) * (1 - SAME))
+    count = main.sum(axis=1)
+    to_end = np.full(n, np.inf)
+    place, neighbour = np.nonzero(main[ends.rooms])
+    away = rectangles.distance_to_ends(neighbour, ends.points[place]) / rectangles.length[neighbour]
+    np.minimum.at(to_end, ends.rooms[place], away)
+    return {
+        "main_wall": np.where(count > 0, (walls * main).sum(axis=1) / np.maximum(count, 1), 0),
+        "main_end": np.where(np.isinf(to_end), MISSING, to_end),
+    }
+
+
+def measure_neighbours(doors: Floats, area: Floats, measured: Mapping[str, Floats]) -> dict[str, Floats]:
+    """The largest, the smallest and the mean of features of the rooms behind doors, sizes relative to the own."""
+    size = np.log(area)
+    found = _summarise("size", doors, size[None] - size[:, None])
+    for name in OF_NEIGHBOURS:
+        found |= _summarise(name, doors, np.broadcast_to(measured[name], doors.shape))
+    return found
+
+
+def _summarise(name: str, doors: Floats, values: Floats) -> dict[str, Floats]:
+    """Summaries over the columns that a door joins to a row, MISSING where there are none."""
+    joined, degree = doors > 0, doors.sum(axis=1)
+    summaries = {
+        "max": np.where(joined, values, -np.inf).max(axis=1),
+        "min": np.where(joined, values, np.inf).min(axis=1),
+        "mean": (doors * values).sum(axis=1) / np.maximum(degree, 1),
+    }
+    return {f"neighbour_{name}_{of}": np.where(degree > 0, found, MISSING) for of, found in summaries.items()}
+
+
+def _measure_katz(graph: nx.Graph, doors: Floats) -> Floats:
+    """Katz centrality with a mean square of 1, for floors of many rooms to compare with those of few."""
+    largest = max(float(np.linalg.eigvalsh(doors)[-1]), 1.0)
+    values = np.array([*measure_katz(graph, alpha=KATZ_SHARE / largest).values()])
+    return np.asarray(values * np.sqrt(len(values)))
+
+
+def _measure_cuts(graph: nx.Graph) -> tuple[Floats, Floats]:
+    """How many parts a room leaves when it is closed, and how many rooms are then cut off from the largest part.
+
+    Both are 0 for a room with at most one other to go to.
+    """
+    parts, cut_off = np.zeros(len(graph)), np.zeros(len(graph))
+    cutting = rx.articulation_points(to_rustworkx(graph))
+    for connected in nx.connected_components(graph):
+        if len(connected) > 2:
+            parts[[*connected]] = 1
+            for room in cutting & connected:
+                sizes = [len(part) for part in nx.connected_components(graph.subgraph(connected - {room}))]
+                parts[room], cut_off[room] = len(sizes), sum(sizes) - max(sizes)
+    return parts, cut_off

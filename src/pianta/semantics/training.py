@@ -1,0 +1,179 @@
+"""Training of a PlaceModel on labelled floors."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta import __version__
+from pianta.errors import LabelError, ModelError
+from pianta.floor import Floor
+from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet
+from pianta.semantics.neighbour_labels import describe_neighbours, join_neighbourhoods
+from pianta.semantics.places import FUNCTIONS, PlaceModel, Training, vote
+from pianta.semantics.random_field import fit_random_field
+from pianta.semantics.room_context import RoomContext, describe_rooms
+
+if TYPE_CHECKING:
+    from sklearn.ensemble import ExtraTreesClassifier
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+# Buildings are left out by so many parts, to see what the trees say of rooms that they have not seen.
+FOLDS = 5
+# Trees of each forest; of those that only serve to leave buildings out; of those that give names.
+TREES, FOLD_TREES, NAME_TREES = 80, 40, 30
+# Share of the features that a split may choose from, rooms in a leaf, and leaves of a tree that gives names.
+FEATURE_SHARE, LEAF, NAME_LEAVES = 0.4, 4, 48
+
+
+@dataclass(frozen=True, eq=False)
+class Example:
+    """A labelled floor: the context of its rooms, and which function each has."""
+
+    building: str
+    building_type: str
+    context: RoomContext
+    functions: Indices
+    names: Indices
+
+
+def train_places(
+    floors: Sequence[Floor],
+    *,
+    simulated: Sequence[Floor] = (),
+    schemas: Mapping[str, LabelSchema] = SCHEMAS,
+    seed: int = 0,
+) -> PlaceModel:
+    """Train a model of what rooms are for.
+
+    floors: with labels of the schema of their most probable building type, and a source, the name of their file, whose
+    letters tell the building: the floors of one stay together where buildings are left out.
+    simulated: floors that simulate_reading has made of them, which are learned from as well.
+    Raises LabelError that lists all labels that are in no schema, and ModelError for fewer than two buildings.
+    """
+    from sklearn import __version__ as sklearn_version
+
+    examples = [*_list_examples([*floors, *simulated], schemas)]
+    folds = _leave_out(examples, np.random.default_rng(seed))
+    # First pass: what the context of a room says
+    seen = [example.context.features for example in examples]
+    first = _grow(seen, _truth(examples), trees=TREES, seed=seed)
+    held_out = _vote_on_held_out(seen, examples, folds, seed=seed)
+    # Second pass: what is thought of the rooms around it, by trees that have not seen them
+    around = [describe_neighbours(example.context, said) for example, said in zip(examples, held_out, strict=True)]
+    second = _grow(around, _truth(examples), trees=TREES, seed=seed)
+    held_out = _vote_on_held_out(around, examples, folds, seed=seed)
+    # Random field and calibration, on what the second pass says of buildings that it has not seen
+    near = join_neighbourhoods([example.context for example in examples])
+    field = fit_random_field(np.concatenate(held_out), _truth(examples), near)
+    judged = field.compute_marginals(np.concatenate(held_out), near)
+    names = dict(_grow_names(examples, around, seed=seed))
+    training = Training(
+        buildings=tuple(sorted(Path(floor.source).name for floor in floors)),
+        rooms=Counter({kind: sum(len(e.functions) for e in examples if e.building_type == kind) for kind in names}),
+        simulated=len(simulated),
+        errors=_measure_errors(judged, _truth(examples)),
+        seed=seed,
+        pianta=__version__,
+        sklearn=sklearn_version,
+    )
+    return PlaceModel(first, second, field, names, {kind: schemas[kind] for kind in names}, training)
+
+
+def building_of(source: str) -> str:
+    """The building that a floor belongs to, by the name of its file: what precedes a number at its end."""
+    return Path(source).stem.rstrip("0123456789_- ") or source
+
+
+def _list_examples(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema]) -> Iterator[Example]:
+    """The floors as examples; all labels and types that are unknown are told in one message."""
+    faults = []
+    for kind in dict.fromkeys(map(_type_of, floors)):
+        labels = [room.label for floor in floors if _type_of(floor) == kind for room in floor.rooms]
+        try:
+            if kind not in schemas:
+                raise LabelError(f"there is no schema of building type {kind!r}, give one of {', '.join(schemas)}")
+            schemas[kind].map_labels(labels, LabelSet.TYPE)
+        except LabelError as error:
+            faults.append(str(error))
+    if faults:
+        raise LabelError("; ".join(faults))
+    for floor in floors:
+        schema, labels = schemas[_type_of(floor)], [room.label for room in floor.rooms]
+        functions = [FUNCTIONS.index(FCES(name)) for name in schema.map_labels(labels, LabelSet.F_C_E_S)]
+        every = [label.name for label in schema.labels]
+        names = [every.index(name) for name in schema.map_labels(labels, LabelSet.TYPE)]
+        if labels:
+            context = describe_rooms(floor)
+            yield Example(building_of(floor.source), _type_of(floor), context, np.array(functions), np.array(names))
+
+
+def _type_of(floor: Floor) -> str:
+    return max(floor.building_type, key=lambda name: floor.building_type[name], default="")
+
+
+def _leave_out(examples: Sequence[Example], rng: np.random.Generator) -> Indices:
+    """Number of the part in which each example is left out, shape (examples,); a building is in one part."""
+    buildings = sorted({example.building for example in examples})
+    if len(buildings) < 2:
+        raise ModelError(f"{len(buildings)} building is too few to train on, give two at least, better dozens")
+    order = rng.permutation(len(buildings)) % min(FOLDS, len(buildings))
+    return np.array([order[buildings.index(example.building)] for example in examples])
+
+
+def _truth(examples: Sequence[Example]) -> Indices:
+    return np.concatenate([example.functions for example in examples])
+
+
+def _grow(features: Sequence[Floats], truth: Indices, *, trees: int, seed: int) -> ExtraTreesClassifier:
+    from sklearn.ensemble import ExtraTreesClassifier
+
+    forest = ExtraTreesClassifier(trees, max_features=FEATURE_SHARE, min_samples_leaf=LEAF, random_state=seed)
+    return forest.fit(np.concatenate(features), truth)
+
+
+def _vote_on_held_out(
+    features: Sequence[Floats], examples: Sequence[Example], folds: Indices, *, seed: int
+) -> list[Floats]:
+    """Probabilities of F/C/E/S for the rooms of each example, by trees that have not seen its building."""
+    votes: list[Floats] = [np.zeros((0, len(FUNCTIONS)))] * len(examples)
+    for fold in np.unique(folds):
+        seen = np.flatnonzero(folds != fold).tolist()
+        truth = np.concatenate([examples[i].functions for i in seen])
+        forest = _grow([features[i] for i in seen], truth, trees=FOLD_TREES, seed=seed)
+        for i in np.flatnonzero(folds == fold).tolist():
+            votes[i] = vote(forest, features[i], len(FUNCTIONS))
+    return votes
+
+
+def _measure_errors(judged: Floats, truth: Indices) -> dict[str, float]:
+    """Share of rooms whose label is wrong, in both label sets."""
+    connection = FUNCTIONS.index(FCES.CONNECTION)
+    corridor = judged[:, connection] > 0.5
+    return {
+        str(LabelSet.R_C): float((corridor != (truth == connection)).mean()),
+        str(LabelSet.F_C_E_S): float((judged.argmax(axis=1) != truth).mean()),
+    }
+
+
+def _grow_names(
+    examples: Sequence[Example], features: Sequence[Floats], *, seed: int
+) -> Iterator[tuple[str, ExtraTreesClassifier]]:
+    """By building type, trees that give the labels of the type."""
+    from sklearn.ensemble import ExtraTreesClassifier
+
+    for kind in sorted({example.building_type for example in examples}):
+        of_kind = [i for i, example in enumerate(examples) if example.building_type == kind]
+        forest = ExtraTreesClassifier(
+            NAME_TREES, max_features=FEATURE_SHARE, max_leaf_nodes=NAME_LEAVES, random_state=seed
+        )
+        names = np.concatenate([examples[i].names for i in of_kind])
+        yield kind, forest.fit(np.concatenate([features[i] for i in of_kind]), names)

@@ -1,0 +1,166 @@
+"""`pianta train places` and the labels of `pianta read`, as a user runs them."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from pianta.formats.floor_geojson import read_floor, save_floor
+from pianta.formats.graph_json import read_graph
+from pianta.formats.ros_map import save_ros_map
+from pianta.labels import SCHOOL
+from pianta.semantics.place_model_file import read_place_model, save_place_model
+from pianta.worlds.floors import make_corridor_floor
+from pianta.worlds.scan import map_floor
+from tests.command_line import list_files, run_pianta
+from tests.labelled_floors import labelled_floors, small_model
+
+HOSPITAL = """
+format: pianta labels
+version: "1.0"
+building_type: hospital
+labels:
+  - {name: WARD, function: FUNCTIONAL}
+  - {name: CORRIDOR, function: CONNECTION}
+  - {name: STAIRS, function: ENTRANCE}
+  - {name: STORE, function: SERVICE}
+"""
+
+
+@pytest.fixture(scope="module")
+def buildings(tmp_path_factory):
+    """A folder of labelled floors."""
+    folder = tmp_path_factory.mktemp("buildings")
+    for floor in labelled_floors():
+        save_floor(floor, folder / floor.source.replace(".xml", ".geojson"))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    path = tmp_path_factory.mktemp("model") / "small.skops"
+    save_place_model(small_model(), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def small_map(tmp_path_factory):
+    path = tmp_path_factory.mktemp("map") / "map.yaml"
+    save_ros_map(map_floor(make_corridor_floor(seed=3)), path)
+    return path
+
+
+def test_train_on_a_folder(buildings, tmp_path):
+    code, out, err = run_pianta("train", "places", buildings, "-o", tmp_path / "m.skops")
+    assert (code, err) == (0, "")
+    assert "trained on 6 floors: 148 rooms of type school" in out
+    assert "wrong labels on buildings left out:" in out
+    assert read_place_model(tmp_path / "m.skops").building_types == ("school",)
+    assert list(tmp_path.iterdir()) == [tmp_path / "m.skops"]
+
+
+def test_train_with_a_schema_and_simulated_maps(buildings, tmp_path):
+    (tmp_path / "hospital.yaml").write_text(HOSPITAL)
+    rename = {"CLASSROOM": "WARD", "CLOSET": "STORE"}
+    for floor in labelled_floors()[:3]:
+        rooms = tuple(replace(room, label=rename.get(str(room.label), room.label)) for room in floor.rooms)
+        unnamed = replace(floor, rooms=rooms, building_type={})
+        save_floor(unnamed, tmp_path / floor.source.replace(".xml", ".geojson"))
+    files = sorted(tmp_path.glob("*.geojson"))
+    options = ("--labels", tmp_path / "hospital.yaml", "--type", "Hospital", "--simulate", 1)
+    code, out, err = run_pianta("train", "places", *files, *options, "-o", tmp_path / "m.skops")
+    assert (code, err) == (0, "")
+    assert "3 floors, and 3 simulated maps of them" in out
+    assert read_place_model(tmp_path / "m.skops").building_types == ("hospital",)
+
+
+def test_unknown_labels_are_listed_and_nothing_is_written(buildings, tmp_path):
+    strange = labelled_floors()[0]
+    rooms = tuple(replace(room, label=f"POOL {room.id % 2}") for room in strange.rooms)
+    save_floor(replace(strange, rooms=rooms), tmp_path / "strange.geojson")
+    code, out, err = run_pianta("train", "places", buildings, tmp_path / "strange.geojson", "-o", tmp_path / "m.skops")
+    assert (code, out) == (2, "")
+    assert "'POOL 0', 'POOL 1'" in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "m.skops").exists()
+
+
+def test_a_building_that_cannot_be_read_does_not_stop_the_others(buildings, tmp_path):
+    (tmp_path / "bad.xml").write_text("<svg/>")
+    code, out, err = run_pianta("train", "places", buildings, tmp_path / "bad.xml", "-o", tmp_path / "m.skops")
+    assert code == 1
+    assert "bad.xml" in err
+    assert "trained on 6 floors" in out
+
+
+@pytest.mark.parametrize("arguments", [("nowhere",), ("nowhere.xml",)])
+def test_buildings_that_are_not_there(arguments, tmp_path):
+    code, out, err = run_pianta("train", "places", *arguments, "-o", tmp_path / "m.skops")
+    assert (code, out) == (2, "")
+    assert "nowhere" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_model_file_that_is_a_folder(buildings, tmp_path):
+    code, _, err = run_pianta("train", "places", buildings, "-o", tmp_path)
+    assert code == 2
+    assert "is a folder" in err
+
+
+def test_read_labels_rooms_in_all_outputs(small_map, tmp_path):
+    code, out, err = run_pianta("read", small_map, "-o", tmp_path / "out", "--type", "School")
+    assert (code, err) == (0, "")
+    floor = read_floor(tmp_path / "out" / "floor.geojson")
+    assert floor.building_type == {"school": 1.0}
+    nodes = read_graph(tmp_path / "out" / "graph.json").nodes
+    for room in floor.rooms:
+        assert room.label in SCHOOL.by_name
+        assert room.labels["school"] == room.label
+        assert sum(room.label_probabilities["F/C/E/S"].values()) == pytest.approx(1)
+        assert nodes[room.id]["labels"] == room.labels
+        assert nodes[room.id]["label_probabilities"]["R/C"] == room.label_probabilities["R/C"]
+    assert "CORRIDOR" in out
+    properties = json.loads((tmp_path / "out" / "floor.geojson").read_text())["features"][0]["properties"]
+    assert {"label", "labels", "label_probabilities"} <= properties.keys()
+
+
+def test_read_without_a_type_tells_functions(small_map, tmp_path):
+    assert run_pianta("read", small_map, "-o", tmp_path, "--quiet") == (0, "", "")
+    floor = read_floor(tmp_path / "floor.geojson")
+    assert floor.building_type == {}
+    assert {room.label for room in floor.rooms} <= {"FUNCTIONAL", "CONNECTION", "ENTRANCE", "SERVICE"}
+
+
+def test_read_without_labels(small_map, tmp_path):
+    assert run_pianta("read", small_map, "-o", tmp_path, "--quiet", "--no-labels") == (0, "", "")
+    assert {room.label for room in read_floor(tmp_path / "floor.geojson").rooms} == {None}
+
+
+def test_read_with_a_model_of_the_user(small_map, model, tmp_path):
+    options = ("--model", model, "--type", "school", "--quiet")
+    assert run_pianta("read", small_map, "-o", tmp_path, *options) == (0, "", "")
+    floor = read_floor(tmp_path / "floor.geojson")
+    assert {room.label for room in floor.rooms} <= {"CLASSROOM", "CLOSET", "CORRIDOR", "STAIRS"}
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--type", "castle"), "knows no building type 'castle', give one of office, school"),
+        (("--model", "nowhere.skops"), "does not exist"),
+        (("--no-labels", "--type", "school"), "--no-labels"),
+    ],
+)
+def test_options_that_make_no_sense(small_map, tmp_path, options, told):
+    code, out, err = run_pianta("read", small_map, "-o", tmp_path / "out", *options)
+    assert (code, out) == (2, "")
+    assert told in err
+    assert not list_files(tmp_path / "out")
+
+
+def test_a_file_that_is_no_model(small_map, tmp_path):
+    (tmp_path / "m.skops").write_text("no model")
+    code, _, err = run_pianta("read", small_map, "-o", tmp_path / "out", "--model", tmp_path / "m.skops")
+    assert code == 2
+    assert "no model of pianta" in err
+    assert err.count("\n") == 1

@@ -1,0 +1,181 @@
+"""Training of place models, and the labels that they give."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from shapely import box
+from shapely.affinity import rotate, scale, translate
+
+from pianta.errors import LabelError, ModelError
+from pianta.floor import Floor, Room
+from pianta.labels import FCES, SCHEMAS, SCHOOL, General, Label, LabelSchema
+from pianta.semantics.places import FUNCTIONS, label_rooms
+from pianta.semantics.simulated import simulate_reading
+from pianta.semantics.training import building_of, train_places
+from pianta.worlds.floors import make_floor
+from tests.labelled_floors import label_by_rule, labelled_floors, small_model
+
+
+@pytest.fixture(scope="module")
+def unseen():
+    return label_by_rule(make_floor("corridor", seed=5), source="unseen.xml")
+
+
+def unlabelled(floor: Floor) -> Floor:
+    return replace(floor, rooms=tuple(Room(room.id, room.polygon) for room in floor.rooms))
+
+
+def test_labels_of_an_unseen_floor(unseen):
+    labelled = label_rooms(unlabelled(unseen), small_model())
+    right = [room.label == true.label for room, true in zip(labelled.rooms, unseen.rooms, strict=True)]
+    assert np.mean(right) > 0.8
+    corridors = {room.id for room in unseen.rooms if room.label == "CORRIDOR"}
+    assert {room.id for room in labelled.rooms if room.labels["R/C"] == "CORRIDOR"} == corridors
+
+
+def test_label_sets_agree_with_each_other(unseen):
+    for room in label_rooms(unlabelled(unseen), small_model()).rooms:
+        assert list(room.labels) == ["R/C", "F/C/E/S", "school"]
+        label = SCHOOL.by_name[room.labels["school"]]
+        assert (label.in_r_c(), label.in_f_c_e_s()) == (room.labels["R/C"], room.labels["F/C/E/S"])
+        assert room.label == room.labels["school"]
+
+
+def test_probabilities_add_up_level_by_level(unseen):
+    for room in label_rooms(unlabelled(unseen), small_model()).rooms:
+        functions, names = room.label_probabilities["F/C/E/S"], room.label_probabilities["school"]
+        assert sum(functions.values()) == pytest.approx(1)
+        assert room.label_probabilities["R/C"]["CORRIDOR"] == functions["CONNECTION"]
+        for function, probability in functions.items():
+            below = [label.name for label in SCHOOL.labels if label.in_f_c_e_s() == function]
+            assert sum(names[name] for name in below) == pytest.approx(probability)
+
+
+def test_without_a_type_there_are_no_names(unseen):
+    floor = replace(unlabelled(unseen), building_type={})
+    for room in label_rooms(floor, small_model()).rooms:
+        assert list(room.labels) == list(room.label_probabilities) == ["R/C", "F/C/E/S"]
+        assert room.label == room.labels["F/C/E/S"]
+
+
+def test_a_type_that_the_model_does_not_know_gives_no_names(unseen):
+    floor = replace(unlabelled(unseen), building_type={"castle": 0.9, "school": 0.1})
+    assert list(label_rooms(floor, small_model()).rooms[0].labels) == ["R/C", "F/C/E/S", "school"]
+    floor = replace(floor, building_type={"castle": 1.0})
+    assert list(label_rooms(floor, small_model()).rooms[0].labels) == ["R/C", "F/C/E/S"]
+
+
+def test_older_labels_do_not_matter(unseen):
+    wrong = replace(unseen, rooms=tuple(replace(room, label="GYM") for room in unseen.rooms))
+    assert label_rooms(wrong, small_model()) == label_rooms(unlabelled(unseen), small_model())
+
+
+def test_nothing_else_of_the_floor_changes(unseen):
+    labelled = label_rooms(unlabelled(unseen), small_model())
+    assert replace(labelled, rooms=unlabelled(unseen).rooms) == unlabelled(unseen)
+    assert [room.polygon for room in labelled.rooms] == [room.polygon for room in unseen.rooms]
+
+
+def test_turned_moved_and_rescaled_floors_get_the_same_labels(unseen):
+    def move(shape: Any) -> Any:
+        return translate(scale(rotate(shape, 33, origin=(0, 0)), 1.7, 1.7, origin=(0, 0)), 40, -7)
+
+    rooms = tuple(replace(room, polygon=move(room.polygon)) for room in unseen.rooms)
+    doors = tuple(replace(door, line=move(door.line), width=door.width * 1.7) for door in unseen.doors)
+    moved = replace(unseen, rooms=rooms, doors=doors, walls=())
+    assert small_model().classify(moved) == pytest.approx(small_model().classify(unseen), abs=0.05)
+
+
+def test_a_single_room_and_none():
+    alone = label_rooms(Floor((Room(1, box(0, 0, 4, 3)),)), small_model())
+    assert list(alone.rooms[0].labels) == ["R/C", "F/C/E/S"]
+    assert label_rooms(Floor(()), small_model()) == Floor(())
+
+
+def test_training_says_what_it_was_trained_on():
+    training = small_model().training
+    assert training.buildings == tuple(sorted(floor.source for floor in labelled_floors()))
+    assert training.rooms == {"school": sum(len(floor.rooms) for floor in labelled_floors())}
+    assert str(training).startswith("6 floors: ")
+    assert 0 <= training.errors["R/C"] <= training.errors["F/C/E/S"] < 0.3
+
+
+def test_the_same_seed_trains_the_same_model(unseen):
+    again = train_places(labelled_floors())
+    assert (again.classify(unseen) == small_model().classify(unseen)).all()
+    assert again.field.temperature == small_model().field.temperature
+
+
+def test_the_order_of_floors_does_not_choose_the_parts_left_out():
+    backwards = train_places(labelled_floors()[::-1])
+    assert backwards.training.buildings == small_model().training.buildings
+
+
+def test_passes_are_the_steps(unseen):
+    passes = small_model().passes(unseen)
+    assert list(passes) == ["first pass", "second pass", "random field"]
+    assert all(said.shape == (len(unseen.rooms), len(FUNCTIONS)) for said in passes.values())
+    assert all(said.sum(axis=1) == pytest.approx(1) for said in passes.values())
+
+
+def test_unknown_labels_are_all_told():
+    first, *others = labelled_floors()
+    rooms = (replace(first.rooms[0], label="POOL"), replace(first.rooms[1], label=None), *first.rooms[2:])
+    with pytest.raises(LabelError, match=r"None.*POOL|POOL.*None"):
+        train_places([replace(first, rooms=rooms), *others])
+
+
+def test_unknown_types_are_told():
+    first, *others = labelled_floors()
+    with pytest.raises(LabelError, match="no schema of building type 'castle'"):
+        train_places([replace(first, building_type={"castle": 1.0}), *others])
+
+
+def test_one_building_is_too_few():
+    with pytest.raises(ModelError, match="1 building is too few"):
+        train_places(labelled_floors()[:2])  # two floors of one building
+
+
+def test_a_schema_of_the_user():
+    ward = Label("WARD", FCES.FUNCTIONAL, General.MEDIUM, "#112233")
+    hospital = LabelSchema("hospital", (ward, SCHOOL.by_name["CORRIDOR"], SCHOOL.by_name["STAIRS"]))
+    rename = {"CLASSROOM": "WARD", "CLOSET": "WARD"}
+    floors = [
+        replace(
+            floor,
+            building_type={"hospital": 1.0},
+            rooms=tuple(replace(room, label=rename.get(str(room.label), room.label)) for room in floor.rooms),
+        )
+        for floor in labelled_floors()
+    ]
+    model = train_places(floors, schemas={**SCHEMAS, "hospital": hospital})
+    assert model.building_types == ("hospital",)
+    assert {room.label for room in model.label(floors[0]).rooms} <= {"WARD", "CORRIDOR", "STAIRS"}
+
+
+@pytest.mark.parametrize(
+    ("source", "building"),
+    [
+        ("falaelem1.xml", "falaelem"),
+        ("dir/Valleceppi_P0.xml", "Valleceppi_P"),
+        ("bronxville.xml", "bronxville"),
+        ("123.xml", "123.xml"),
+        ("", ""),
+    ],
+)
+def test_building_of_a_file(source, building):
+    assert building_of(source) == building
+
+
+def test_simulated_reading_keeps_labels():
+    floor = labelled_floors()[0]
+    read = simulate_reading(floor, seed=1)
+    assert abs(len(read.rooms) - len(floor.rooms)) <= 2
+    assert read.building_type == floor.building_type
+    assert read.source == floor.source
+    corridors = [room for room in read.rooms if room.label == "CORRIDOR"]
+    assert max(read.rooms, key=lambda room: read.graph().degree(room.id)) in corridors
+    assert simulate_reading(floor, seed=1) == read
+    assert simulate_reading(floor, seed=2) != read
