@@ -11,7 +11,7 @@ from shapely.affinity import rotate, scale, translate
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, SCHEMAS, SCHOOL, General, Label, LabelSchema
-from pianta.semantics.places import FUNCTIONS, label_rooms
+from pianta.semantics.places import FUNCTIONS, has_given_label, label_rooms
 from pianta.semantics.simulated import simulate_reading
 from pianta.semantics.training import building_of, train_places
 from pianta.worlds.floors import make_floor
@@ -179,3 +179,12 @@ def test_simulated_reading_keeps_labels():
     assert max(read.rooms, key=lambda room: read.graph().degree(room.id)) in corridors
     assert simulate_reading(floor, seed=1) == read
     assert simulate_reading(floor, seed=2) != read
+
+
+def test_labels_that_somebody_gave():
+    room = Room(1, box(0, 0, 4, 3))
+    by_model = replace(room, label="GYM", labels={"R/C": "ROOM", "school": "GYM"})
+    assert not has_given_label(room)
+    assert not has_given_label(by_model)
+    assert has_given_label(replace(room, label="GYM"))
+    assert has_given_label(replace(by_model, label="LIBRARY"))

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import fmean, stdev
+from types import MappingProxyType
 from typing import TypeAlias
 
 from rich.console import Group, RenderableType
@@ -90,9 +91,17 @@ def show_comparisons(tables: Sequence[ComparisonTable], items: Items | None = No
     return Group(*lines)
 
 
-def save_comparisons(bench: str, tables: Sequence[ComparisonTable], items: Items, path: str | Path) -> None:
+def save_comparisons(
+    bench: str,
+    tables: Sequence[ComparisonTable],
+    items: Items,
+    path: str | Path,
+    *,
+    more: Mapping[str, object] = MappingProxyType({}),
+) -> None:
     """Write every cell, and every figure with the item it belongs to, as JSON.
 
+    more: what else the file shall hold, by its key.
     Raises PiantaError when the file cannot be written.
     """
     content = {
@@ -104,6 +113,7 @@ def save_comparisons(bench: str, tables: Sequence[ComparisonTable], items: Items
             for part, rows in items.items()
             for row in rows
         ],
+        **more,
     }
     with written_atomically(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import warnings
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta.bench.annotated_floors import read_buildings_of_files, read_drawing
 from pianta.bench.data import REMEDY, list_maps
-from pianta.errors import BuildingWarning, DataError, LabelError
+from pianta.errors import DataError, LabelError
 from pianta.floor import Floor
-from pianta.formats.building_xml import read_building_xml
 from pianta.formats.files import shown
 from pianta.formats.label_schema import read_label_schema
 from pianta.graphs.features import GENERAL_FEATURES, compute_general_features
@@ -74,7 +72,7 @@ def read_room_sets(data: Path) -> tuple[RoomSet, ...]:
     if not types:
         places = ", ".join(shown(folder / name) for name in BUILDING_TYPES)
         raise DataError(f"no buildings in any of {places}, {REMEDY}")
-    buildings = _read_buildings_of_floors(data)
+    buildings = read_buildings_of_files(data)
     sets = [_read_room_set(folder / name, buildings) for name in types]
     initials = "+".join(rooms.name[0] for rooms in sets)
     return (*sets, join_room_sets(initials, sets)) if len(sets) > 1 else tuple(sets)
@@ -118,7 +116,7 @@ def _read_room_set(folder: Path, buildings: Mapping[str, str]) -> RoomSet:
     generalise = _schema_of_folder(folder)
     floors = []
     for item in list_maps(folder, ".xml"):
-        floor = _read_floor(folder / f"{item}.xml")
+        floor = read_drawing(folder / f"{item}.xml")
         labels = generalise([room.label for room in floor.rooms])
         building = buildings.get(f"buildings/{folder.name}/{item}.xml", item)
         names = Counter(zip(labels, (str(room.label) for room in floor.rooms), strict=True))
@@ -136,13 +134,6 @@ def _checked(rooms: RoomSet, folder: Path) -> RoomSet:
         need = f"at least 2 buildings, and {FEWEST_ROOMS} rooms of each of 2 labels of L_general"
         raise DataError(f"{shown(folder)} has {found}, too few to learn from, give {need}")
     return rooms
-
-
-def _read_floor(file: Path) -> Floor:
-    with warnings.catch_warnings():
-        # What has one sensible repair is repaired; hundreds of drawings have some of it.
-        warnings.simplefilter("ignore", BuildingWarning)
-        return read_building_xml(file)
 
 
 def _schema_of_folder(folder: Path) -> Callable[[Sequence[str | None]], list[str]]:
@@ -164,14 +155,3 @@ def _check_general(names: Sequence[str | None]) -> list[str]:
             f"labels {told} are none of {', '.join(GENERAL_LABELS)}, give the schema of houses as {USER_SCHEMA}"
         )
     return [str(name) for name in names]
-
-
-def _read_buildings_of_floors(data: Path) -> dict[str, str]:
-    """The building of each file, by manifest.json of the data; nothing without it, when a file is a building."""
-    file = data / "manifest.json"
-    if not file.is_file():
-        return {}
-    try:
-        return {record["path"]: record["building"] for record in json.loads(file.read_text(encoding="utf-8"))}
-    except (OSError, ValueError, KeyError, TypeError):
-        raise DataError(f"{shown(file)} is no list of files with `path` and `building`, repair or remove it") from None

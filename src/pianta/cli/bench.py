@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pianta.bench.table import BenchTable
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
+PLACE_SPLITS = ("experiments", "figure")
 
 Data = Annotated[
     Path | None, typer.Option(help="Folder of the data; $PIANTA_DATA, or ../shared/data, unless given.", metavar="DIR")
@@ -61,6 +62,17 @@ TypesPictures = Annotated[
     typer.Option(
         "--pictures", help="Folder for accuracy, k_distance, clusters and cluster_scores, as .png.", metavar="DIR"
     ),
+]
+PlacePictures = Annotated[
+    Path | None,
+    typer.Option(
+        "--pictures",
+        help="Folder for reliability.png, confusion.png, and NAME.png and NAME_true.png of each map.",
+        metavar="DIR",
+    ),
+]
+PlaceSplit = Annotated[
+    str, typer.Option(help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5).")
 ]
 Seed = Annotated[int, typer.Option(help="Of folds, and of algorithms that draw lots.", min=0, max=2**31)]
 
@@ -166,6 +178,49 @@ def bench_types(*, data: Data = None, seed: Seed = 0, json: Json = None, picture
     if pictures:
         with written_together(pictures) as new:
             save_types_pictures(bench, new)
+
+
+@app.command(
+    "places", epilog=show_examples(["pianta bench places", "pianta bench places --json places.json --pictures places"])
+)
+def bench_places(
+    *,
+    data: Data = None,
+    split: PlaceSplit = "experiments",
+    seed: Seed = 0,
+    json: Json = None,
+    pictures: PlacePictures = None,
+) -> None:
+    """What rooms are for (Table 6.1, Tables 5.2 to 5.4), calibration and cost.
+
+    Reads buildings/school/*.xml and buildings/office/*.xml of the data, and
+    slam/NAME.png with slam/NAME_gt.xml. Each building is labelled by models
+    that have not seen it. A floor that fails does not count; the exit code is
+    then 1.
+    """
+    from pianta.bench.comparison import show_comparisons
+    from pianta.bench.data import find_data
+    from pianta.bench.place_pictures import save_place_pictures
+    from pianta.bench.place_tables import tabulate_places
+    from pianta.bench.places import measure_places, save_places
+    from pianta.labels import Split
+
+    if split not in PLACE_SPLITS:
+        raise OptionError(f"split is {split!r}, give one of {', '.join(PLACE_SPLITS)}")
+    _check_outputs(json, pictures)
+    folder = find_data(data)
+    if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
+    bench = measure_places(folder, split=Split(split), seed=seed, pictures=pictures, track=track_items)
+    stdout.print(show_comparisons(tabulate_places(bench), bench.items))
+    if json:
+        with written_together(json.parent) as new:
+            save_places(bench, new / json.name)
+    if pictures:
+        with written_together(pictures) as new:
+            save_place_pictures(bench, new)
+    if any(row.failure for rows in bench.items.values() for row in rows):
+        raise typer.Exit(1)
 
 
 def _run_comparison(

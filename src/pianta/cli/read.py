@@ -97,6 +97,7 @@ def read_maps(
 
     With --previous, which may be in OUT, every room that is still there keeps
     its id, on a map that has grown or moved its origin; ids are never reused.
+    A label that somebody has changed in that floor.geojson stays too.
     """
     check_output_folder(out)
     check_method(method)
@@ -161,12 +162,13 @@ def read_model(path: Path | None, building_type: str | None) -> PlaceModel:
 
 
 def label_floor(floor: Floor, model: PlaceModel, building_type: str | None) -> Floor:
-    """The floor with labels, and of a building type where one is given."""
-    from pianta.semantics.places import label_rooms
+    """The floor with labels, those of a building type where one is given; what somebody has said of a room stays."""
+    from pianta.semantics.places import has_given_label, label_rooms
 
     if building_type:
         floor = replace(floor, building_type={building_type.lower(): 1.0})
-    return label_rooms(floor, model)
+    pairs = zip(floor.rooms, label_rooms(floor, model).rooms, strict=True)
+    return replace(floor, rooms=tuple(room if has_given_label(room) else labelled for room, labelled in pairs))
 
 
 def read_previous(path: str | Path) -> Floor:

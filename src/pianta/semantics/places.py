@@ -125,6 +125,11 @@ def label_rooms(floor: Floor, model: PlaceModel | None = None) -> Floor:
     return (model or read_default_place_model()).label(floor)
 
 
+def has_given_label(room: Room) -> bool:
+    """Whether its label is not the one that `label_rooms` gave it: somebody has said or corrected it."""
+    return room.label is not None and room.label != next(reversed(tuple(room.labels.values())), None)
+
+
 def vote(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:
     """Share of the votes of a forest for classes 0 … classes - 1, shape (n, classes)."""
     votes = np.zeros((len(features), classes))

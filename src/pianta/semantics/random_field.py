@@ -69,13 +69,14 @@ def propagate_beliefs(unary: Floats, pairs: Edges, pairwise: Floats) -> Floats:
     count = len(pairs)
     source, target = np.concatenate([pairs, pairs[:, ::-1]]).T.astype(np.intp)
     reverse = np.roll(np.arange(2 * count), count)
-    tables = np.concatenate([pairwise, pairwise.transpose(0, 2, 1)])
+    factors = np.exp(np.concatenate([pairwise, pairwise.transpose(0, 2, 1)]))
     messages = np.zeros((2 * count, unary.shape[1]))
     for _ in range(ITERATIONS):
         # What a room has heard from all others but the one that it tells
         heard = _gather(unary, target, messages)[source] - messages[reverse]
-        told = np.logaddexp.reduce(heard[:, :, None] + tables, axis=1)
-        told -= np.logaddexp.reduce(told, axis=1, keepdims=True)
+        weights = np.exp(heard - heard.max(axis=1, keepdims=True))
+        sums = np.matmul(weights[:, None], factors)[:, 0]
+        told = np.log(sums / sums.sum(axis=1, keepdims=True))
         change = float(np.abs(told - messages).max(initial=0))
         messages = DAMPING * messages + (1 - DAMPING) * told
         if change < TOLERANCE:

@@ -40,8 +40,13 @@ def simulate_reading(floor: Floor, *, seed: int) -> Floor:
     walled = replace(stretched, rooms=tuple(_leave_walls(room) for room in stretched.rooms))
     found = reconstruct(map_floor(walled, resolution=RESOLUTION, noise=NOISE, seed=seed), source=floor.source)
     shared = _measure_overlaps(found, stretched)
-    rooms = [replace(room, label=floor.rooms[best].label) for room, best in zip(found.rooms, shared, strict=True)]
-    return replace(found, rooms=tuple(rooms), building_type=floor.building_type)
+    labels = [floor.rooms[best].label for best in shared.argmax(axis=1)]
+    rooms = [replace(room, label=label) for room, label in zip(found.rooms, labels, strict=True)]
+    # What covers no true room has no true label; nothing is learned from such a floor's stray.
+    stray = {room.id for room, areas in zip(found.rooms, shared, strict=True) if not areas.any()}
+    doors = [door for door in found.doors if stray.isdisjoint(door.room_ids)]
+    kept = tuple(room for room in rooms if room.id not in stray)
+    return replace(found, rooms=kept, doors=tuple(doors), building_type=floor.building_type)
 
 
 def _stretch_floor(floor: Floor, along_x: float, along_y: float) -> Floor:
@@ -63,8 +68,8 @@ def _leave_walls(room: Room) -> Room:
     return replace(room, polygon=max(parts, key=lambda part: part.area)) if parts else room
 
 
-def _measure_overlaps(found: Floor, true: Floor) -> NDArray[np.intp]:
-    """For each found room the index of the true room that it shares most area with; shape (rooms found,)."""
+def _measure_overlaps(found: Floor, true: Floor) -> NDArray[np.float64]:
+    """Area that each found room shares with each true one, m²; shape (rooms found, true rooms)."""
     ours = np.array([room.polygon for room in found.rooms])
     theirs = np.array([room.polygon for room in true.rooms])
-    return np.asarray(shapely.area(shapely.intersection(ours[:, None], theirs[None])).argmax(axis=1))
+    return np.asarray(shapely.area(shapely.intersection(ours[:, None], theirs[None])))

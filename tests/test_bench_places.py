@@ -1,0 +1,267 @@
+"""`pianta bench places`: on tiny buildings, with a model whose every figure is known by hand."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from shapely import LineString, box
+
+from pianta.bench import place_models, places
+from pianta.bench.annotated_floors import AnnotatedFloor, read_annotated_floors
+from pianta.bench.comparison import Cell
+from pianta.bench.judged_floors import LAYOUTS, TRUE_LAYOUTS, JudgedFloor
+from pianta.bench.place_models import CENTRAL, DRAWN, LOCAL, PIANTA, scale_floor, schemas_of, train_judges
+from pianta.bench.place_tables import PlacesBench, average_confusions, measure_curve, tabulate_places
+from pianta.bench.places import measure_places
+from pianta.errors import DataError, MapError
+from pianta.evaluation.semantics import LabelPair
+from pianta.floor import Door, Floor, Room
+from pianta.labels import FCES, SCHEMAS, LabelSet, Split
+from tests.command_line import list_files, run_pianta
+from tests.tiny_data import OUTLINES, write_building, write_slam
+from tests.tiny_types import write_types
+
+R_C, F_C_E_S = LabelSet.R_C, LabelSet.F_C_E_S
+
+
+class StandIn:
+    """Says FUNCTIONAL with 0.7 of every room, and after its first passes SERVICE and CONNECTION."""
+
+    def passes(self, floor: Floor) -> dict[str, Any]:
+        assert not floor.building_type
+        assert all(room.label is None for room in floor.rooms)
+        said = {
+            "first pass": (0.0, 0.0, 0.0, 1.0),
+            "second pass": (0.0, 1.0, 0.0, 0.0),
+            "random field": (0.7, 0.1, 0.1, 0.1),
+        }
+        return {step: np.tile(row, (len(floor.rooms), 1)) for step, row in said.items()}
+
+    def label(self, floor: Floor) -> Floor:
+        return replace(floor, rooms=tuple(replace(room, label="FUNCTIONAL") for room in floor.rooms))
+
+
+@pytest.fixture
+def trainings(monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], list[str]]]:
+    """Stand-ins for training and simulation; the names of what each model was trained on."""
+    trained: list[tuple[list[str], list[str]]] = []
+
+    def train(floors: Sequence[Floor], *, simulated: Sequence[Floor], schemas: object, seed: int) -> StandIn:
+        trained.append(([floor.source for floor in floors], [floor.source for floor in simulated]))
+        return StandIn()
+
+    def simulate(floor: Floor, *, seed: int) -> Floor:
+        if floor.source == "office1.xml":
+            raise MapError("the map shows no room")
+        return floor
+
+    monkeypatch.setattr(place_models, "train_places", train)
+    monkeypatch.setattr(places, "simulate_reading", simulate)
+    monkeypatch.setattr(place_models, "TREES", 5)
+    return trained
+
+
+@pytest.fixture
+def tiny(tmp_path: Path) -> Path:
+    """Three schools, the first two of one building, with a map of the second; two offices."""
+    data = tmp_path / "data"
+    write_types(data, "school", buildings=3)
+    write_types(data, "office")
+    write_slam(data, "school1")
+    label_map(data / "slam" / "school1_gt.xml", "CLASSROOM", "CORRIDOR")
+    paths = "buildings/school/school0.xml", "buildings/school/school1.xml", "slam/school1.png"
+    (data / "manifest.json").write_text(json.dumps([{"path": path, "building": "plans"} for path in paths]))
+    return data
+
+
+def label_map(path: Path, *labels: str) -> None:
+    text = write_building(OUTLINES, 0.1)
+    for number, label in enumerate(labels):
+        space = f'<space id="{number}">'
+        text = text.replace(space, f"{space}<labels><label>{label}</label></labels>")
+    path.write_text(text)
+
+
+def cells_of(bench: PlacesBench, table: int) -> dict[str, tuple[Cell, ...]]:
+    return {row.name: row.cells for row in tabulate_places(bench)[table].rows}
+
+
+def test_nothing_is_judged_by_who_has_seen_its_building(tiny, trainings):
+    measure_places(tiny)
+    schools, offices = ["school0.xml", "school1.xml", "school2.xml"], ["office0.xml", "office1.xml"]
+    # Without each office, without the two floors of plans, without the third school; and all, for the cost.
+    kept = [[*schools, "office1.xml"], [*schools, "office0.xml"], ["school2.xml", *offices], [*schools[:2], *offices]]
+    kept.append([*schools, *offices])
+    readable = [[name for name in names if name != "office1.xml"] for names in kept]
+    assert trainings == [
+        pair for names, read in zip(kept, readable, strict=True) for pair in ((names, []), (names, read))
+    ]
+
+
+def test_table_6_1_by_hand(tiny, trainings):
+    bench = measure_places(tiny)
+    # A school has CORRIDOR, HALL, 6 CLASSROOMs and 6 CLOSETs; an office LOBBY, 6 OFFICEs, 6 WASHROOMs, CORRIDOR.
+    ours = cells_of(bench, 0)[PIANTA]
+    assert [cell.mean for cell in ours] == pytest.approx([100 * 2 / 14, 100 * 8 / 14] * 2)
+    assert [cell.count for cell in ours] == [42, 42, 28, 28]
+    assert [cell.mean for cell in cells_of(bench, 0)["pianta: first pass"]] == pytest.approx([100 / 7, 400 / 7] * 2)
+    assert [cell.mean for cell in cells_of(bench, 0)["pianta: second pass"]] == pytest.approx([600 / 7] * 4)
+    assert [cell.printed_mean for cell in cells_of(bench, 0)[CENTRAL]] == [2.44, 33.42, 5.12, 32.80]
+    assert cells_of(bench, 0)["kLog"][1] == Cell(None, printed_mean=46.89)
+    # Rooms of one label are nearly of one size in the schools: no tree errs.
+    assert [cell.mean for cell in cells_of(bench, 0)[LOCAL][:2]] == [0, 0]
+    figures = bench.items["schools"][0].figures
+    assert figures["pianta, F/C/E/S"] == pytest.approx(400 / 7)
+
+
+def test_tables_of_a_map_by_hand(tiny, trainings):
+    bench = measure_places(tiny)
+    accuracies = cells_of(bench, 1)
+    assert [cell.mean for cell in accuracies[PIANTA]] == [50] * 4
+    assert [cell.mean for cell in accuracies["true layout: pianta"]] == [50] * 4
+    assert [cell.mean for cell in accuracies["pianta: first pass"]] == [50, 50, 0, 0]
+    assert accuracies[CENTRAL][0].printed_mean == 97.1
+    forward, backward = cells_of(bench, 2), cells_of(bench, 3)
+    assert [cell.mean for cell in forward["pianta: F"]] == [100, 0, 0, 0, 0]
+    assert [cell.mean for cell in backward["pianta: C"]] == [100, 0, 0, 0, 0]
+    assert [cell.mean for cell in backward["pianta: E"]] == [None] * 5
+    assert (backward[f"{CENTRAL}: S"][0].printed_mean, forward[f"{CENTRAL}: S"][0].printed_sd) == (
+        33.9,
+        8.1,
+    )
+    assert bench.items[LAYOUTS][0].figures["pianta, R/C, FC"] == 50
+
+
+def test_calibration_and_cost(tiny, trainings):
+    bench = measure_places(tiny)
+    errors = [cell.mean for cell in cells_of(bench, 4)[PIANTA]]
+    of_drawn = [100 * abs(0.9 - 12 / 14), 100 * abs(0.7 - 6 / 14)]
+    assert errors == pytest.approx([*of_drawn, *of_drawn, 40, 20])
+    assert bench.cost is not None
+    assert (bench.cost.floors, bench.cost.rooms, bench.cost.item, bench.cost.map_rooms) == (5, 70, "school1", 2)
+    assert bench.cost.read > bench.cost.label >= 0
+    assert cells_of(bench, 5)["labelling per reading"][0].mean == bench.cost.label / bench.cost.read
+
+
+def test_annotated_floors_of_the_data(data):
+    floors, failed = read_annotated_floors(data)
+    assert failed == {"school": (), "office": ()}
+    of_school = {floor.building for floor in floors if floor.kind == "school"}
+    assert (len(floors), len(of_school)) == (43, 24)
+    assert {floor.item for floor in floors if floor.building == "school/sabadell"} == {
+        f"sabadell{n}" for n in (1, 2, 3)
+    }
+
+
+def test_what_overlaps_nothing_is_wrong_and_not_calibrated():
+    rooms = tuple(Room(number, box(20 * number, 0, 20 * number + 10, 10)) for number in (1, 2))
+    labels = (replace(rooms[0], label="CLASSROOM"), replace(rooms[0], id=2, polygon=box(90, 0, 95, 5), label="CLOSET"))
+    true = Floor(labels, building_type={"school": 1.0})
+    opinions = {"m": {F_C_E_S: np.array([[0.6, 0.4, 0, 0], [0, 1.0, 0, 0]])}}
+    judged = JudgedFloor(LAYOUTS, "x", "school/x", Floor(rooms), true, opinions, Split.EXPERIMENTS)
+    assert judged.pair("m", F_C_E_S) == [LabelPair("FUNCTIONAL", "FUNCTIONAL"), LabelPair("CONNECTION", None)]
+    assert judged.pair("m", F_C_E_S, backward=True)[1] == LabelPair(None, "SERVICE")
+    curve = measure_curve([judged], "m", F_C_E_S)
+    assert curve.counts.sum() == 1
+    assert curve.error == pytest.approx(0.4)
+    service = average_confusions([judged], "m", backward=True)[3]
+    assert [cell.mean for cell in service] == [0, 0, 0, 0, 100]
+    assert judged.as_json()["true"] == ["FUNCTIONAL", None]
+    # The same rooms as a true layout are paired by order, however they overlap.
+    of_truth = replace(judged, part=TRUE_LAYOUTS)
+    assert of_truth.pair("m", F_C_E_S)[1] == LabelPair("CONNECTION", "SERVICE")
+
+
+def test_splits():
+    figure, experiments = schemas_of(Split.FIGURE), schemas_of(Split.EXPERIMENTS)
+    assert figure["school"].by_name["GYM"].in_f_c_e_s() == FCES.SERVICE
+    for kind, schema in SCHEMAS.items():
+        for label in schema.labels:
+            assert experiments[kind].by_name[label.name].in_f_c_e_s() == label.in_f_c_e_s()
+            assert figure[kind].by_name[label.name].in_f_c_e_s() == label.function
+    four = np.array([[0.1, 0.2, 0.3, 0.4]])
+    corridors = {split: place_models.both_sets(four, split)[R_C] for split in (Split.FIGURE, Split.EXPERIMENTS)}
+    np.testing.assert_allclose(corridors[Split.FIGURE], [[0.5, 0.5]])
+    np.testing.assert_allclose(corridors[Split.EXPERIMENTS], [[0.8, 0.2]])
+
+
+def test_real_models(tiny):
+    """Extra-Trees see 9 or 11 features, of one type; labels they have not seen have no probability."""
+    floors, _ = read_annotated_floors(tiny)
+    judges = train_judges(floors[1:], {"school/school1": floors[1].floor}, kind="school", split=Split.FIGURE, seed=0)
+    forests = {name: model.forests[F_C_E_S] for name, model in judges.local.items()}
+    assert {name: forest.n_features_in_ for name, forest in forests.items()} == {LOCAL: 9, CENTRAL: 11}
+    assert {len(forest.estimators_) for forest in forests.values()} == {500}
+    assert [judges.places[name].training.simulated for name in (DRAWN, PIANTA)] == [0, 1]
+    opinions = judges.judge(floors[0].unlabelled)
+    assert [*opinions] == [
+        LOCAL, CENTRAL, DRAWN, f"{DRAWN}: first pass", f"{DRAWN}: second pass",
+        PIANTA, "pianta: first pass", "pianta: second pass",
+    ]  # fmt: skip
+    for opinion in opinions.values():
+        assert {label_set: votes.shape for label_set, votes in opinion.items()} == {R_C: (14, 2), F_C_E_S: (14, 4)}
+        for votes in opinion.values():
+            np.testing.assert_allclose(votes.sum(axis=1), 1)
+        assert opinion[F_C_E_S][0].argmax() == 1, "the corridor"
+    np.testing.assert_array_equal(opinions[LOCAL][F_C_E_S][:, 2], 0)
+    empty = judges.local[LOCAL].judge(Floor(()))
+    assert empty[F_C_E_S].shape == (0, 4)
+
+
+def test_floors_in_another_scale():
+    rooms = Room(1, box(1, 0, 2, 1)), Room(2, box(2, 0, 3, 1))
+    floor = Floor(rooms, (Door((1, 2), LineString([(2, 0.2), (2, 0.6)]), 0.4),))
+    larger = scale_floor(floor, 2)
+    assert [room.polygon.bounds for room in larger.rooms] == [(2, 0, 4, 2), (4, 0, 6, 2)]
+    assert [larger.doors[0].line.length, larger.doors[0].width] == pytest.approx([0.8, 0.8])
+
+
+def test_the_scale_is_that_of_the_drawing(tiny, trainings):
+    bench = measure_places(tiny)
+    drawn = next(floor.true for floor in bench.judged if floor.item == "school1")
+    areas = [sum(room.polygon.area for room in floor.rooms) for floor in (drawn, bench.of_part(LAYOUTS)[0].true)]
+    assert bench.items[LAYOUTS][0].figures["scale"] == pytest.approx((areas[0] / areas[1]) ** 0.5)
+
+
+def test_unlabelled_floors_say_nothing():
+    room = Room(1, box(0, 0, 1, 1), "OFFICE", {"R/C": "ROOM"}, {"R/C": {"ROOM": 1.0}})
+    floor = AnnotatedFloor("x", "office", "office/x", Floor((room,), building_type={"office": 1.0}))
+    assert floor.unlabelled == Floor((Room(1, box(0, 0, 1, 1)),))
+
+
+def test_command(tiny, trainings, tmp_path):
+    (tiny / "buildings" / "office" / "strange.xml").write_text("<building/>")
+    label_map(tiny / "slam" / "school1_gt.xml", "CLASSROOM", "STAIRS")
+    file, pictures = tmp_path / "new" / "places.json", tmp_path / "pictures"
+    outcome = run_pianta("bench", "places", "--data", tiny, "--split", "figure", "--json", file, "--pictures", pictures)
+    assert (outcome.code, outcome.err) == (1, "")
+    assert "strange failed (offices), not counted: " in outcome.out
+    assert "office1 failed (simulated), not counted: the map shows no room" in outcome.out
+    assert "divided as in the thesis' figure" in outcome.out
+    assert {*list_files(pictures)} == {"confusion.png", "reliability.png", "school1.png", "school1_true.png"}
+    content = json.loads(file.read_text())
+    assert (content["bench"], content["split"], content["seed"]) == ("places", "figure", 0)
+    layout = next(floor for floor in content["rooms"] if floor["part"] == LAYOUTS)
+    assert sorted(layout["true"]) == ["ENTRANCE", "FUNCTIONAL"]
+    assert layout["probabilities"][PIANTA] == [[0.7, 0.1, 0.1, 0.1]] * 2
+    # In the figure's split STAIRS are CORRIDOR, and nobody is sure of a corridor.
+    cells = content["tables"][1]["cells"]
+    assert next(cell["mean"] for cell in cells if (cell["name"], cell["column"]) == (PIANTA, "R/C BC")) == 50
+
+
+def test_a_split_that_is_none(tiny):
+    outcome = run_pianta("bench", "places", "--data", tiny, "--split", "graphs")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == "error: split is 'graphs', give one of experiments, figure\n"
+
+
+def test_without_maps(tiny, trainings):
+    for file in (tiny / "slam").iterdir():
+        file.unlink()
+    with pytest.raises(DataError, match=r"no file is called \*_gt\.xml"):
+        measure_places(tiny)
+    assert not trainings
