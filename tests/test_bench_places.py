@@ -14,7 +14,7 @@ from pianta.bench import place_models, places
 from pianta.bench.annotated_floors import AnnotatedFloor, read_annotated_floors
 from pianta.bench.comparison import Cell
 from pianta.bench.judged_floors import LAYOUTS, TRUE_LAYOUTS, JudgedFloor
-from pianta.bench.place_models import CENTRAL, DRAWN, LOCAL, PIANTA, scale_floor, schemas_of, train_judges
+from pianta.bench.place_models import CENTRAL, LOCAL, MAPPED, PIANTA, scale_floor, schemas_of, train_judges
 from pianta.bench.place_tables import PlacesBench, average_confusions, measure_curve, tabulate_places
 from pianta.bench.places import measure_places
 from pianta.errors import DataError, MapError
@@ -196,11 +196,11 @@ def test_real_models(tiny):
     forests = {name: model.forests[F_C_E_S] for name, model in judges.local.items()}
     assert {name: forest.n_features_in_ for name, forest in forests.items()} == {LOCAL: 9, CENTRAL: 11}
     assert {len(forest.estimators_) for forest in forests.values()} == {500}
-    assert [judges.places[name].training.simulated for name in (DRAWN, PIANTA)] == [0, 1]
+    assert [judges.places[name].training.simulated for name in (PIANTA, MAPPED)] == [0, 1]
     opinions = judges.judge(floors[0].unlabelled)
     assert [*opinions] == [
-        LOCAL, CENTRAL, DRAWN, f"{DRAWN}: first pass", f"{DRAWN}: second pass",
-        PIANTA, "pianta: first pass", "pianta: second pass",
+        LOCAL, CENTRAL, PIANTA, "pianta: first pass", "pianta: second pass",
+        MAPPED, f"{MAPPED}: first pass", f"{MAPPED}: second pass",
     ]  # fmt: skip
     for opinion in opinions.values():
         assert {label_set: votes.shape for label_set, votes in opinion.items()} == {R_C: (14, 2), F_C_E_S: (14, 4)}

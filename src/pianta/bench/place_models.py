@@ -31,7 +31,7 @@ LABELS: Mapping[LabelSet, tuple[str, ...]] = MappingProxyType(
 )
 # Of IN_DRAWINGS_SCALE the trees are those of CENTRAL.
 IN_DRAWINGS_SCALE = "Ex-T, drawing's scale"
-LOCAL, CENTRAL, DRAWN, PIANTA = "Ex-T", "Ex-T, centrality", "pianta, drawn only", "pianta"
+LOCAL, CENTRAL, PIANTA, MAPPED = "Ex-T", "Ex-T, centrality", "pianta", "pianta, maps too"
 STEPS, LAST_STEP = ("first pass", "second pass"), "random field"
 # Section 6.2; all else as scikit-learn has it.
 TREES = 500
@@ -116,8 +116,8 @@ def train_judges(
         for name, columns in ((LOCAL, WITHOUT_CENTRALITY), (CENTRAL, ALL_FEATURES))
     }
     readings = [simulated[key] for floor in floors if (key := f"{floor.kind}/{floor.item}") in simulated]
-    places = {DRAWN: train_on(floors, split=split, seed=seed)}
-    places[PIANTA] = train_on(floors, readings, split=split, seed=seed)
+    places = {PIANTA: train_on(floors, split=split, seed=seed)}
+    places[MAPPED] = train_on(floors, readings, split=split, seed=seed)
     return Judges(local, places, split)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable
 from pianta.bench.judged_floors import LAYOUTS, OFFICES, SCHOOLS, TRUE_LAYOUTS, JudgedFloor
-from pianta.bench.place_models import CENTRAL, DRAWN, IN_DRAWINGS_SCALE, LABELS, LOCAL, PIANTA, STEPS, name_step
+from pianta.bench.place_models import CENTRAL, IN_DRAWINGS_SCALE, LABELS, LOCAL, MAPPED, PIANTA, STEPS, name_step
 from pianta.bench.table import Row
 from pianta.evaluation.semantics import (
     Reliability,
@@ -92,7 +92,7 @@ def tabulate_places(bench: PlacesBench) -> tuple[ComparisonTable, ...]:
 def compare_with_table_6_1(bench: PlacesBench) -> ComparisonTable:
     """Share of wrong rooms over all rooms of a type."""
     sets = [*product((SCHOOLS, OFFICES), LABELS)]
-    models = [LOCAL, CENTRAL, KLOG, *_with_steps(DRAWN), *_with_steps(PIANTA)]
+    models = [LOCAL, CENTRAL, KLOG, *_with_steps(PIANTA), *_with_steps(MAPPED)]
     rows = []
     for model in models:
         printed = PRINTED_ERRORS.get(model, (None,) * len(sets))
@@ -109,7 +109,7 @@ def compare_with_table_6_1(bench: PlacesBench) -> ComparisonTable:
     ]
     notes = (
         f"S schools: {told[0]} (thesis: 30 floors). O offices: {told[1]} (20). Whole buildings are left out.",
-        "Ex-T: 500 trees, trained on floors of the same type. pianta: on both types, and on simulated maps.",
+        "Ex-T: 500 trees, trained on floors of the same type. pianta: on both types; maps too: on a simulated map of each besides.",
         _tell_split(bench.split),
     )
     columns = tuple(f"{INITIALS[part]} {labels}" for part, labels in sets)
@@ -122,7 +122,7 @@ def compare_with_table_5_2(bench: PlacesBench) -> ComparisonTable:
     nothing = ((None, None),) * len(sets)
     rows = []
     for part in (LAYOUTS, TRUE_LAYOUTS):
-        steps = [*_with_steps(DRAWN), *_with_steps(PIANTA)] if part == LAYOUTS else [DRAWN, PIANTA]
+        steps = [*_with_steps(PIANTA), *_with_steps(MAPPED)] if part == LAYOUTS else [PIANTA, MAPPED]
         for model in (CENTRAL, IN_DRAWINGS_SCALE, *steps):
             printed = PRINTED_ACCURACIES if (part, model) == (LAYOUTS, CENTRAL) else nothing
             cells = [
@@ -183,7 +183,7 @@ def tabulate_calibration(bench: PlacesBench) -> ComparisonTable:
     """Expected calibration error of the models, by part and label set."""
     sets = [*product((SCHOOLS, OFFICES, LAYOUTS), LABELS)]
     rows = []
-    for model in (CENTRAL, DRAWN, PIANTA):
+    for model in (CENTRAL, PIANTA, MAPPED):
         curves = [measure_curve(bench.of_part(part), model, labels) for part, labels in sets]
         cells = [
             Cell(100 * curve.error if curve.counts.sum() else None, count=int(curve.counts.sum())) for curve in curves

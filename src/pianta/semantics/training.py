@@ -32,12 +32,15 @@ FOLDS = 5
 TREES, FOLD_TREES, NAME_TREES = 80, 40, 30
 # Share of the features that a split may choose from, rooms in a leaf, and leaves of a tree that gives names.
 FEATURE_SHARE, LEAF, NAME_LEAVES = 0.4, 4, 48
+# How much a room on a simulated map counts, where a drawn one counts 1.
+SIMULATED_WEIGHT = 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """A labelled floor: the context of its rooms, and which function each has."""
+    """A labelled floor: the context of its rooms, which function each has, and how much each counts."""
 
+    weight: float
     building: str
     building_type: str
     context: RoomContext
@@ -61,15 +64,16 @@ def train_places(
     """
     from sklearn import __version__ as sklearn_version
 
-    examples = [*_list_examples([*floors, *simulated], schemas)]
+    weights = [1.0] * len(floors) + [SIMULATED_WEIGHT] * len(simulated)
+    examples = [*_list_examples([*floors, *simulated], weights, schemas)]
     folds = _leave_out(examples, np.random.default_rng(seed))
     # First pass: what the context of a room says
     seen = [example.context.features for example in examples]
-    first = _grow(seen, _truth(examples), trees=TREES, seed=seed)
+    first = _grow(seen, examples, trees=TREES, seed=seed)
     held_out = _vote_on_held_out(seen, examples, folds, seed=seed)
     # Second pass: what is thought of the rooms around it, by trees that have not seen them
     around = [describe_neighbours(example.context, said) for example, said in zip(examples, held_out, strict=True)]
-    second = _grow(around, _truth(examples), trees=TREES, seed=seed)
+    second = _grow(around, examples, trees=TREES, seed=seed)
     held_out = _vote_on_held_out(around, examples, folds, seed=seed)
     # Random field and calibration, on what the second pass says of buildings that it has not seen
     near = join_neighbourhoods([example.context for example in examples])
@@ -93,7 +97,9 @@ def building_of(source: str) -> str:
     return Path(source).stem.rstrip("0123456789_- ") or source
 
 
-def _list_examples(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema]) -> Iterator[Example]:
+def _list_examples(
+    floors: Sequence[Floor], weights: Sequence[float], schemas: Mapping[str, LabelSchema]
+) -> Iterator[Example]:
     """The floors as examples; all labels and types that are unknown are told in one message."""
     faults = []
     for kind in dict.fromkeys(map(_type_of, floors)):
@@ -106,14 +112,15 @@ def _list_examples(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema]) 
             faults.append(str(error))
     if faults:
         raise LabelError("; ".join(faults))
-    for floor in floors:
+    for floor, weight in zip(floors, weights, strict=True):
         schema, labels = schemas[_type_of(floor)], [room.label for room in floor.rooms]
         functions = [FUNCTIONS.index(FCES(name)) for name in schema.map_labels(labels, LabelSet.F_C_E_S)]
         every = [label.name for label in schema.labels]
         names = [every.index(name) for name in schema.map_labels(labels, LabelSet.TYPE)]
         if labels:
             context = describe_rooms(floor)
-            yield Example(building_of(floor.source), _type_of(floor), context, np.array(functions), np.array(names))
+            kinds = building_of(floor.source), _type_of(floor)
+            yield Example(weight, *kinds, context, np.array(functions), np.array(names))
 
 
 def _type_of(floor: Floor) -> str:
@@ -133,11 +140,12 @@ def _truth(examples: Sequence[Example]) -> Indices:
     return np.concatenate([example.functions for example in examples])
 
 
-def _grow(features: Sequence[Floats], truth: Indices, *, trees: int, seed: int) -> ExtraTreesClassifier:
+def _grow(features: Sequence[Floats], examples: Sequence[Example], *, trees: int, seed: int) -> ExtraTreesClassifier:
     from sklearn.ensemble import ExtraTreesClassifier
 
     forest = ExtraTreesClassifier(trees, max_features=FEATURE_SHARE, min_samples_leaf=LEAF, random_state=seed)
-    return forest.fit(np.concatenate(features), truth)
+    weights = np.concatenate([np.full(len(example.functions), example.weight) for example in examples])
+    return forest.fit(np.concatenate(features), _truth(examples), weights)
 
 
 def _vote_on_held_out(
@@ -147,8 +155,7 @@ def _vote_on_held_out(
     votes: list[Floats] = [np.zeros((0, len(FUNCTIONS)))] * len(examples)
     for fold in np.unique(folds):
         seen = np.flatnonzero(folds != fold).tolist()
-        truth = np.concatenate([examples[i].functions for i in seen])
-        forest = _grow([features[i] for i in seen], truth, trees=FOLD_TREES, seed=seed)
+        forest = _grow([features[i] for i in seen], [examples[i] for i in seen], trees=FOLD_TREES, seed=seed)
         for i in np.flatnonzero(folds == fold).tolist():
             votes[i] = vote(forest, features[i], len(FUNCTIONS))
     return votes
