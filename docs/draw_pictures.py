@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import networkx as nx
@@ -36,6 +37,7 @@ from pianta.layout.splitting import split_rooms
 from pianta.layout.structure import Cut, cut_space
 from pianta.layout.wall_lines import WallLines, find_wall_lines
 from pianta.layout.walls import detect_edges, detect_segments
+from pianta.semantics.places import label_rooms
 from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import make_sample, map_floor
 
@@ -48,7 +50,10 @@ def main() -> None:
     """Draw all pictures."""
     IMAGES.mkdir(exist_ok=True)
     _, grid = make_sample()
-    save_picture(reconstruct(grid), grid, IMAGES / "sample.png")
+    floor = label_rooms(reconstruct(grid))
+    save_picture(floor, grid, IMAGES / "sample.png")
+    school = label_rooms(replace(floor, building_type={"school": 1.0}))
+    save_picture(school, grid, IMAGES / "labels.png", graph=True)
     draw_structure(map_floor(make_open_floor(), noise=0.3, furniture=0.2, seed=7), IMAGES / "structure.png")
     draw_steps(grid, IMAGES / "algorithm1.png")
     draw_doors(grid, IMAGES / "doors.png")

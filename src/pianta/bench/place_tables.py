@@ -109,7 +109,8 @@ def compare_with_table_6_1(bench: PlacesBench) -> ComparisonTable:
     ]
     notes = (
         f"S schools: {told[0]} (thesis: 30 floors). O offices: {told[1]} (20). Whole buildings are left out.",
-        "Ex-T: 500 trees, trained on floors of the same type. pianta: on both types; maps too: on a simulated map of each besides.",
+        "Ex-T: 500 trees, trained on floors of the same type. pianta: on both types.",
+        "pianta, maps too: on a simulated map of each floor besides.",
         _tell_split(bench.split),
     )
     columns = tuple(f"{INITIALS[part]} {labels}" for part, labels in sets)
