@@ -102,7 +102,7 @@ def read_maps(
     check_output_folder(out)
     check_method(method)
     older = _read_older(previous, maps)
-    if no_labels and (model or building_type):
+    if no_labels and (model or building_type is not None):
         raise OptionError("--no-labels makes --model and --type useless, leave either out")
     places = None if no_labels else read_model(model, building_type)
 
@@ -112,7 +112,7 @@ def read_maps(
             path, method=method, resolution=resolution, trust_thresholds=trust_thresholds, max_cells=max_cells
         )
         floor = _keep_ids(floor, older, path) if older else floor
-        floor = label_floor(floor, places, building_type) if places else floor
+        floor = label_floor(floor, places, building_type)
         save_outputs(floor, grid, folder, walls=walls, graph=graph)
         return floor
 
@@ -155,20 +155,24 @@ def read_model(path: Path | None, building_type: str | None) -> PlaceModel:
     from pianta.semantics.place_model_file import read_default_place_model, read_place_model
 
     model = read_place_model(path) if path else read_default_place_model()
-    if building_type and building_type.lower() not in model.building_types:
+    if building_type is not None and building_type.lower() not in model.building_types:
         known = ", ".join(model.building_types)
         raise OptionError(f"the model knows no building type {building_type!r}, give one of {known}")
     return model
 
 
-def label_floor(floor: Floor, model: PlaceModel, building_type: str | None) -> Floor:
-    """The floor with labels, those of a building type where one is given; what somebody has said of a room stays."""
-    from pianta.semantics.places import has_given_label, label_rooms
+def label_floor(floor: Floor, model: PlaceModel | None, building_type: str | None) -> Floor:
+    """The floor with labels, those of a building type where one is given; what somebody has said of a room stays.
 
+    Without a model, what somebody has said is all that stays.
+    """
+    from pianta.semantics.places import keep_given_label, label_rooms
+
+    given = [keep_given_label(room) for room in floor.rooms]
     if building_type:
         floor = replace(floor, building_type={building_type.lower(): 1.0})
-    pairs = zip(floor.rooms, label_rooms(floor, model).rooms, strict=True)
-    return replace(floor, rooms=tuple(room if has_given_label(room) else labelled for room, labelled in pairs))
+    said = label_rooms(floor, model).rooms if model else given
+    return replace(floor, rooms=tuple(old if old.label else new for old, new in zip(given, said, strict=True)))
 
 
 def read_previous(path: str | Path) -> Floor:

@@ -14,7 +14,7 @@ from pianta.cli.outputs import check_output_folder
 from pianta.cli.terminal import show_examples, tell_error, tell_result, track_items
 from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.formats.files import shown
+from pianta.formats.files import reason_of, shown
 from pianta.labels import SCHEMAS, LabelSchema
 
 if TYPE_CHECKING:
@@ -124,14 +124,19 @@ def _check_out(out: Path) -> None:
     check_output_folder(out.parent)
     if out.is_dir():
         raise OptionError(f"model file {shown(out)} is a folder, give the name of a file")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as exception:
+        raise OptionError(f"folder {shown(out.parent)} cannot be made: {reason_of(exception)}") from None
 
 
 def _read_floors(files: Sequence[str], building_type: str | None, *, quiet: bool) -> list[Floor]:
     """The floors of files, their type filled in; what cannot be read is told and left out."""
+    from pianta.cli.read import name_folders
     from pianta.formats.buildings import read_building
 
     floors = []
-    for file in track_items(files, quiet=quiet):
+    for file, name in zip(track_items(files, quiet=quiet), name_folders(files), strict=True):
         try:
             floor = read_building(file)
         except PiantaError as error:
@@ -139,7 +144,7 @@ def _read_floors(files: Sequence[str], building_type: str | None, *, quiet: bool
             continue
         if building_type and not floor.building_type:
             floor = replace(floor, building_type={building_type.lower(): 1.0})
-        floors.append(floor)
+        floors.append(replace(floor, source=name))
     return floors
 
 

@@ -126,8 +126,21 @@ def label_rooms(floor: Floor, model: PlaceModel | None = None) -> Floor:
 
 
 def has_given_label(room: Room) -> bool:
-    """Whether its label is not the one that `label_rooms` gave it: somebody has said or corrected it."""
-    return room.label is not None and room.label != next(reversed(tuple(room.labels.values())), None)
+    """Whether its label is not one that `label_rooms` gave it: somebody has said or corrected it.
+
+    What the model says has a probability, and is the finest of the room's labels.
+    """
+    return room.label is not None and room.label not in _finest_said(room)
+
+
+def _finest_said(room: Room) -> tuple[str, ...]:
+    """The label that a model gave a room, if one did."""
+    return tuple(room.labels.values())[-1:] if room.label_probabilities else ()
+
+
+def keep_given_label(room: Room) -> Room:
+    """The room with nothing but the label that somebody gave it, or with no label at all."""
+    return replace(room, label=room.label if has_given_label(room) else None, labels={}, label_probabilities={})
 
 
 def vote(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pianta import __version__
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor
+from pianta.formats.faults import join_faults
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet
 from pianta.semantics.neighbour_labels import describe_neighbours, join_neighbourhoods
 from pianta.semantics.places import FUNCTIONS, PlaceModel, Training, vote
@@ -41,7 +42,7 @@ class Example:
     """A labelled floor: the context of its rooms, which function each has, and how much each counts."""
 
     weight: float
-    building: str
+    source: str
     building_type: str
     context: RoomContext
     functions: Indices
@@ -57,8 +58,8 @@ def train_places(
 ) -> PlaceModel:
     """Train a model of what rooms are for.
 
-    floors: with labels of the schema of their most probable building type, and a source, the name of their file, whose
-    letters tell the building: the floors of one stay together where buildings are left out.
+    floors: with labels of the schema of their most probable building type, and a source, which differs from floor to
+    floor; what precedes a number at its end tells the building, whose floors are left out together.
     simulated: floors that simulate_reading has made of them, which are learned from as well.
     Raises LabelError that lists all labels that are in no schema, and ModelError for fewer than two buildings.
     """
@@ -84,7 +85,7 @@ def train_places(
         buildings=tuple(sorted(Path(floor.source).name for floor in floors)),
         rooms=Counter({kind: sum(len(e.functions) for e in examples if e.building_type == kind) for kind in names}),
         simulated=len(simulated),
-        errors=_measure_errors(judged, _truth(examples)),
+        errors=_measure_errors(judged, examples),
         seed=seed,
         pianta=__version__,
         sklearn=sklearn_version,
@@ -101,17 +102,18 @@ def _list_examples(
     floors: Sequence[Floor], weights: Sequence[float], schemas: Mapping[str, LabelSchema]
 ) -> Iterator[Example]:
     """The floors as examples; all labels and types that are unknown are told in one message."""
-    faults = []
+    faults = [*_find_missing(floors)]
     for kind in dict.fromkeys(map(_type_of, floors)):
-        labels = [room.label for floor in floors if _type_of(floor) == kind for room in floor.rooms]
+        labels = [room.label for floor in floors if _type_of(floor) == kind for room in floor.rooms if room.label]
         try:
-            if kind not in schemas:
+            if kind and kind not in schemas:
                 raise LabelError(f"there is no schema of building type {kind!r}, give one of {', '.join(schemas)}")
-            schemas[kind].map_labels(labels, LabelSet.TYPE)
+            if kind:
+                schemas[kind].map_labels(labels, LabelSet.TYPE)
         except LabelError as error:
             faults.append(str(error))
     if faults:
-        raise LabelError("; ".join(faults))
+        raise LabelError(join_faults(faults))
     for floor, weight in zip(floors, weights, strict=True):
         schema, labels = schemas[_type_of(floor)], [room.label for room in floor.rooms]
         functions = [FUNCTIONS.index(FCES(name)) for name in schema.map_labels(labels, LabelSet.F_C_E_S)]
@@ -119,8 +121,19 @@ def _list_examples(
         names = [every.index(name) for name in schema.map_labels(labels, LabelSet.TYPE)]
         if labels:
             context = describe_rooms(floor)
-            kinds = building_of(floor.source), _type_of(floor)
+            kinds = floor.source, _type_of(floor)
             yield Example(weight, *kinds, context, np.array(functions), np.array(names))
+
+
+def _find_missing(floors: Sequence[Floor]) -> Iterator[str]:
+    """Faults of floors without a type, and of rooms without a label."""
+    untyped = sorted({floor.source for floor in floors if not _type_of(floor)})
+    if untyped:
+        yield f"floors {join_faults(untyped)} do not tell their building type, give it by --type"
+    for floor in floors:
+        unlabelled = [str(room.id) for room in floor.rooms if not room.label]
+        if unlabelled:
+            yield f"rooms {' '.join(unlabelled[:10])} of {floor.source} have no label, label every room or leave it out"
 
 
 def _type_of(floor: Floor) -> str:
@@ -129,11 +142,14 @@ def _type_of(floor: Floor) -> str:
 
 def _leave_out(examples: Sequence[Example], rng: np.random.Generator) -> Indices:
     """Number of the part in which each example is left out, shape (examples,); a building is in one part."""
-    buildings = sorted({example.building for example in examples})
+    names = [building_of(example.source) for example in examples]
+    if len(set(names)) < FOLDS:  # house1, house2 and house3 are not the floors of one
+        names = [example.source for example in examples]
+    buildings = sorted(set(names))
     if len(buildings) < 2:
         raise ModelError(f"{len(buildings)} building is too few to train on, give two at least, better dozens")
     order = rng.permutation(len(buildings)) % min(FOLDS, len(buildings))
-    return np.array([order[buildings.index(example.building)] for example in examples])
+    return np.array([order[buildings.index(name)] for name in names])
 
 
 def _truth(examples: Sequence[Example]) -> Indices:
@@ -161,8 +177,10 @@ def _vote_on_held_out(
     return votes
 
 
-def _measure_errors(judged: Floats, truth: Indices) -> dict[str, float]:
-    """Share of rooms whose label is wrong, in both label sets."""
+def _measure_errors(judged: Floats, examples: Sequence[Example]) -> dict[str, float]:
+    """Share of drawn rooms whose label is wrong, in both label sets."""
+    drawn = np.repeat([example.weight == 1 for example in examples], [len(example.names) for example in examples])
+    judged, truth = judged[drawn], _truth(examples)[drawn]
     connection = FUNCTIONS.index(FCES.CONNECTION)
     corridor = judged[:, connection] > 0.5
     return {
