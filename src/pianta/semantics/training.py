@@ -115,7 +115,7 @@ def _list_examples(
     if faults:
         raise LabelError(join_faults(faults))
     for floor, weight in zip(floors, weights, strict=True):
-        schema, labels = schemas[_type_of(floor)], [room.label for room in floor.rooms]
+        schema, labels = schemas[_type_of(floor)], [str(room.label) for room in floor.rooms]
         functions = [FUNCTIONS.index(FCES(name)) for name in schema.map_labels(labels, LabelSet.F_C_E_S)]
         every = [label.name for label in schema.labels]
         names = [every.index(name) for name in schema.map_labels(labels, LabelSet.TYPE)]
