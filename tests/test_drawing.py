@@ -253,8 +253,8 @@ def test_nodes_are_squares_for_corridors_and_circles_for_rooms_in_the_colours_of
     assert [to_hex(node.get_facecolor()) for node in (library, corridor)] == fills
 
 
-def legend_of(floor: Floor, **options: bool) -> list[str]:
-    (ax,) = draw_floor(floor, AROUND_TWO_ROOMS, **options).axes[1:]
+def legend_of(floor: Floor, *, graph: bool = False) -> list[str]:
+    (ax,) = draw_floor(floor, AROUND_TWO_ROOMS, graph=graph).axes[1:]
     legend = ax.get_legend()
     assert legend
     return [text.get_text() for text in legend.get_texts()]

@@ -7,7 +7,7 @@ from shapely import box
 
 from pianta.floor import Floor, Room
 from pianta.label_styles import DARK_INK, LIGHT_INK, NEUTRAL_COLOR, RoomStyle, list_labels, style_rooms
-from pianta.labels import FCES, FCES_COLORS, SCHEMAS
+from pianta.labels import FCES, FCES_COLORS, SCHEMAS, General, Label, LabelSchema
 
 SQUARE = box(0, 0, 1, 1)
 SCHOOL, OFFICE = {"SCHOOL": 0.7, "office": 0.3}, {"school": 0.3, "office": 0.7}
@@ -118,3 +118,13 @@ def test_a_label_with_two_colours_is_listed_with_each():
     rooms = tuple(Room(id_, SQUARE, "WARD", {"F/C/E/S": function}) for id_, function in functions.items())
     entries = {entry.style.color: entry.room_ids for entry in list_labels(Floor(rooms))}
     assert entries == {FCES_COLORS[FCES.SERVICE]: (1, 3), FCES_COLORS[FCES.FUNCTIONAL]: (2,)}
+
+
+def test_colours_of_a_schema_of_the_user():
+    ward = Label("WARD", FCES.FUNCTIONAL, General.MEDIUM, "#8c3b2e")
+    schemas = {**SCHEMAS, "hospital": LabelSchema("hospital", (ward,))}
+    said = {"R/C": "ROOM", "F/C/E/S": "FUNCTIONAL", "hospital": "WARD"}
+    floor = Floor((Room(4, SQUARE, "WARD", labels=said),), building_type={"hospital": 1.0})
+    assert style_rooms(floor)[4].color == FCES_COLORS[FCES.FUNCTIONAL]
+    assert style_rooms(floor, schemas)[4].color == "#8c3b2e"
+    assert [entry.style.color for entry in list_labels(floor, schemas)] == ["#8c3b2e"]

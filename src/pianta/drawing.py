@@ -20,7 +20,8 @@ from shapely import MultiPolygon, Point, Polygon, STRtree
 from pianta.floor import Floor, Room
 from pianta.formats.files import written_atomically
 from pianta.gridmap import GridMap
-from pianta.label_styles import CERTAIN_FROM, DARK_INK, RoomStyle, list_labels, style_rooms
+from pianta.label_styles import CERTAIN_FROM, DARK_INK, RoomStyle, Schemas, list_labels, style_rooms
+from pianta.labels import SCHEMAS
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -57,11 +58,20 @@ DIGIT, NODE_RIM = (0.7, 0.73), 1.2
 ROOM_LEVEL, WALL_LEVEL, GRAPH_LEVEL, DOOR_LEVEL, TEXT_LEVEL = range(1, 6)
 
 
-def draw_floor(floor: Floor, grid: GridMap, *, walls: bool = False, graph: bool = False, labels: bool = True) -> Figure:
+def draw_floor(
+    floor: Floor,
+    grid: GridMap,
+    *,
+    walls: bool = False,
+    graph: bool = False,
+    labels: bool = True,
+    schemas: Schemas = SCHEMAS,
+) -> Figure:
     """Picture of a floor on its map, cropped to the building: rooms with their ids, doors, and a scale bar.
 
     walls: the representative lines too. graph: the topological graph too.
     labels: rooms in the colours of their labels, and a legend below or right of the building, when any has a label.
+    schemas: by building type, the labels whose colours are known.
     """
     from matplotlib.figure import Figure
 
@@ -73,16 +83,16 @@ def draw_floor(floor: Floor, grid: GridMap, *, walls: bool = False, graph: bool 
     ax.set_axis_off()
     plot_grid(grid, ax=ax)
     labels = labels and any(room.label is not None for room in floor.rooms)
-    plot_rooms(floor, ax=ax, labels=labels)
+    plot_rooms(floor, ax=ax, labels=labels, schemas=schemas)
     if walls:
         plot_walls(floor, ax=ax)
     if graph:
-        plot_graph(floor, ax=ax, labels=labels)
+        plot_graph(floor, ax=ax, labels=labels, schemas=schemas)
     plot_doors(floor, ax=ax)
     ax.set(xlim=(left, right), ylim=(bottom, top))
     plot_scale_bar(ax=ax)
     if labels:
-        _add_legend(floor, figure, graph=graph)
+        _add_legend(floor, figure, graph=graph, schemas=schemas)
     return figure
 
 
@@ -94,13 +104,14 @@ def save_picture(
     walls: bool = False,
     graph: bool = False,
     labels: bool = True,
+    schemas: Schemas = SCHEMAS,
 ) -> None:
     """Write the picture of draw_floor as a PNG, the same bytes for the same floor.
 
     The building has a long side of 1600 pixels; a legend makes the picture larger.
     Raises PiantaError when the file cannot be written.
     """
-    figure = draw_floor(floor, grid, walls=walls, graph=graph, labels=labels)
+    figure = draw_floor(floor, grid, walls=walls, graph=graph, labels=labels, schemas=schemas)
     with written_atomically(path) as temporary:
         figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
 
@@ -122,7 +133,7 @@ def plot_grid(grid: GridMap, *, ax: Axes) -> Axes:
     return ax
 
 
-def plot_rooms(floor: Floor, *, ax: Axes, labels: bool = False) -> Axes:
+def plot_rooms(floor: Floor, *, ax: Axes, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
     """Draw the rooms with their ids, neighbours in different colours, partial ones grey and hatched.
 
     labels: in the colours of their labels instead, partial ones light and hatched; a `?` follows the id where the
@@ -130,7 +141,7 @@ def plot_rooms(floor: Floor, *, ax: Axes, labels: bool = False) -> Axes:
     """
     from shapely.plotting import patch_from_polygon
 
-    styles = style_rooms(floor) if labels else _style_by_neighbours(floor.rooms)
+    styles = style_rooms(floor, schemas) if labels else _style_by_neighbours(floor.rooms)
     for room in floor.rooms:
         style = styles[room.id]
         edge = {"edgecolor": HATCH_COLOR, "hatch": "//"} if room.partial else {"edgecolor": EDGE_COLOR}
@@ -165,12 +176,12 @@ def plot_walls(floor: Floor, *, ax: Axes) -> Axes:
     return ax
 
 
-def plot_graph(floor: Floor, *, ax: Axes, labels: bool = False) -> Axes:
+def plot_graph(floor: Floor, *, ax: Axes, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
     """Draw the topological graph: a node where the id of its room stands, edges through the middles of the doors.
 
     labels: squares for corridors and circles for rooms, in the colours of their labels (thesis, Fig. 5.2).
     """
-    styles = style_rooms(floor) if labels else {}
+    styles = style_rooms(floor, schemas) if labels else {}
     places = _place_ids(floor, styles)
     for first, second, door in floor.graph().edges(data=True):
         stops = (places[first][:2], (door["x"], door["y"]), places[second][:2])
@@ -182,12 +193,12 @@ def plot_graph(floor: Floor, *, ax: Axes, labels: bool = False) -> Axes:
     return ax
 
 
-def plot_legend(floor: Floor, *, ax: Axes, columns: int = 1, graph: bool = False) -> Axes:
+def plot_legend(floor: Floor, *, ax: Axes, columns: int = 1, graph: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
     """Draw the labels that rooms have, in the upper left of an ax: colour, number of rooms, and their ids when few.
 
     Below them stands what else is drawn of labels: uncertain ones, partial rooms, and with graph the shapes of nodes.
     """
-    _draw_legend(floor, ax, columns=columns, graph=graph)
+    _draw_legend(floor, ax, columns=columns, graph=graph, schemas=schemas)
     return ax
 
 
@@ -205,12 +216,12 @@ def plot_scale_bar(*, ax: Axes) -> Axes:
     return ax
 
 
-def _sample_labels(floor: Floor) -> list[tuple[Artist, str]]:
+def _sample_labels(floor: Floor, schemas: Schemas) -> list[tuple[Artist, str]]:
     """For each label of the floor a handle of the legend and its text."""
     from matplotlib.patches import Patch
 
     samples: list[tuple[Artist, str]] = []
-    for entry in list_labels(floor):
+    for entry in list_labels(floor, schemas):
         name = "no label" if entry.label is None else " ".join(entry.label.split())
         name = name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}…"
         ids = entry.room_ids
@@ -220,13 +231,13 @@ def _sample_labels(floor: Floor) -> list[tuple[Artist, str]]:
     return samples
 
 
-def _sample_marks(floor: Floor, *, graph: bool) -> list[tuple[Artist, str]]:
+def _sample_marks(floor: Floor, schemas: Schemas, *, graph: bool) -> list[tuple[Artist, str]]:
     """Handles of the legend and texts for what else than colours the picture says of labels, where it occurs."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     samples: list[tuple[Artist, str]] = []
-    if any(style.is_uncertain for style in style_rooms(floor).values()):
+    if any(style.is_uncertain for style in style_rooms(floor, schemas).values()):
         samples.append((Line2D([], [], linestyle="", marker="$?$", color=INK), f"probability below {CERTAIN_FROM:g}"))
     if any(room.partial for room in floor.rooms):
         samples.append((Patch(facecolor="white", edgecolor=HATCH_COLOR, hatch="////", linewidth=0.6), "seen in part"))
@@ -236,20 +247,20 @@ def _sample_marks(floor: Floor, *, graph: bool) -> list[tuple[Artist, str]]:
     return samples
 
 
-def _add_legend(floor: Floor, figure: Figure, *, graph: bool) -> None:
+def _add_legend(floor: Floor, figure: Figure, *, graph: bool, schemas: Schemas) -> None:
     """Make a figure of a building larger by a strip with the legend: below what is wide, right of what is tall."""
     (building,) = figure.axes
     width, height = figure.get_size_inches()
     margin = MARGIN * LONG_SIDE_PX / DPI
     strip = figure.add_axes((0, 0, 1, 1))
-    column_width, column_height = _draw_legend(floor, strip, columns=1, graph=graph)
+    column_width, column_height = _draw_legend(floor, strip, columns=1, graph=graph, schemas=schemas)
     if width >= height:
         columns = max(1, int((width - 2 * margin) / column_width))
-        _, tall = _draw_legend(floor, strip, columns=columns, graph=graph)
+        _, tall = _draw_legend(floor, strip, columns=columns, graph=graph, schemas=schemas)
         below, right, corner = tall + margin, 0.0, (margin, tall + margin)
     else:
         columns = ceil(column_height / (height - 2 * margin))
-        wide, _ = _draw_legend(floor, strip, columns=columns, graph=graph)
+        wide, _ = _draw_legend(floor, strip, columns=columns, graph=graph, schemas=schemas)
         below, right, corner = 0.0, wide + margin, (width, height - margin)
     whole = width + right, height + below
     figure.set_size_inches(whole)
@@ -257,11 +268,11 @@ def _add_legend(floor: Floor, figure: Figure, *, graph: bool) -> None:
     strip.set_position((corner[0] / whole[0], 0, 1 - corner[0] / whole[0], corner[1] / whole[1]))
 
 
-def _draw_legend(floor: Floor, ax: Axes, *, columns: int, graph: bool) -> tuple[float, float]:
+def _draw_legend(floor: Floor, ax: Axes, *, columns: int, graph: bool, schemas: Schemas) -> tuple[float, float]:
     """Draw the legend on an ax and give its width and height, inches."""
     from matplotlib.font_manager import FontProperties
 
-    samples = _sample_labels(floor) + _sample_marks(floor, graph=graph)
+    samples = _sample_labels(floor, schemas) + _sample_marks(floor, schemas, graph=graph)
     ax.set_axis_off()
     legend = ax.legend(
         handles=[handle for handle, _ in samples],

@@ -6,9 +6,13 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import TypeAlias
 
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, FCES_COLORS, RC, SCHEMAS, General, Label, LabelSchema, LabelSet, Split
+
+# Label schemas by building type.
+Schemas: TypeAlias = Mapping[str, LabelSchema]
 
 # Labels that a coarse label set has, as the colours of the schema of schools show them.
 COARSE_COLORS: Mapping[str, str] = MappingProxyType(
@@ -71,16 +75,16 @@ class LegendEntry:
     room_ids: tuple[int, ...]
 
 
-def style_rooms(floor: Floor) -> dict[int, RoomStyle]:
+def style_rooms(floor: Floor, schemas: Schemas = SCHEMAS) -> dict[int, RoomStyle]:
     """The style of each room by its id, in the colours and shapes of the thesis (Figs. 5.2 and 5.3)."""
-    schemas = _schemas_of(floor)
-    return {room.id: _style_room(room, schemas) for room in floor.rooms}
+    of_floor = _schemas_of(floor, schemas)
+    return {room.id: _style_room(room, of_floor, schemas) for room in floor.rooms}
 
 
-def list_labels(floor: Floor) -> list[LegendEntry]:
+def list_labels(floor: Floor, schemas: Schemas = SCHEMAS) -> list[LegendEntry]:
     """The labels that rooms of a floor have: in the schema's order, then others by name, rooms without one last."""
-    order = {label.name: number for schema in _schemas_of(floor) for number, label in enumerate(schema.labels)}
-    styles = style_rooms(floor)
+    order = {label.name: number for schema in _schemas_of(floor, schemas) for number, label in enumerate(schema.labels)}
+    styles = style_rooms(floor, schemas)
     rooms_of: defaultdict[tuple[str | None, str], list[int]] = defaultdict(list)
     for room in floor.rooms:
         rooms_of[room.label, styles[room.id].color].append(room.id)
@@ -96,33 +100,33 @@ def list_labels(floor: Floor) -> list[LegendEntry]:
     )
 
 
-def _schemas_of(floor: Floor) -> list[LabelSchema]:
+def _schemas_of(floor: Floor, schemas: Schemas) -> list[LabelSchema]:
     """Schemas of the floor's building types, the most probable first, then of the label sets that rooms have."""
     types = sorted(floor.building_type, key=lambda building_type: -floor.building_type[building_type])
     types += sorted({label_set for room in floor.rooms for label_set in room.labels})
     known = dict.fromkeys(building_type.lower() for building_type in types)
-    return [SCHEMAS[building_type] for building_type in known if building_type in SCHEMAS]
+    return [schemas[building_type] for building_type in known if building_type in schemas]
 
 
-def _style_room(room: Room, schemas: list[LabelSchema]) -> RoomStyle:
-    label = next((known for schema in schemas if (known := schema.by_name.get(room.label or ""))), None)
+def _style_room(room: Room, of_floor: list[LabelSchema], schemas: Schemas) -> RoomStyle:
+    label = next((known for schema in of_floor if (known := schema.by_name.get(room.label or ""))), None)
     probability = room.label_probability
     return RoomStyle(
-        color=_color_of_label(room, label),
+        color=_color_of_label(room, label, schemas),
         opacity=PARTIAL_OPACITY if room.partial else OPACITY,
         is_corridor=_is_corridor(room, label),
         is_uncertain=probability is not None and probability < CERTAIN_FROM,
     )
 
 
-def _color_of_label(room: Room, label: Label | None) -> str:
+def _color_of_label(room: Room, label: Label | None, schemas: Schemas) -> str:
     """The colour in the schema, or of F/C/E/S, or of the function that the label has in every schema that knows it."""
     if room.label is None:
         return NEUTRAL_COLOR
     if label is not None:
         return label.color
     coarse = room.labels.get(LabelSet.F_C_E_S, room.label)
-    functions = {schema.by_name[room.label].in_f_c_e_s() for schema in SCHEMAS.values() if room.label in schema.by_name}
+    functions = {schema.by_name[room.label].in_f_c_e_s() for schema in schemas.values() if room.label in schema.by_name}
     if coarse not in COARSE_COLORS and len(functions) == 1:
         coarse = functions.pop()
     return COARSE_COLORS.get(coarse, NEUTRAL_COLOR)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import count
@@ -28,6 +28,7 @@ from pianta.formats.label_png import save_label_image
 from pianta.formats.maps import read_map
 from pianta.formats.ros_map import YAML_SUFFIXES
 from pianta.gridmap import GridMap
+from pianta.labels import SCHEMAS, LabelSchema
 from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
 
 if TYPE_CHECKING:
@@ -113,7 +114,8 @@ def read_maps(
         )
         floor = _keep_ids(floor, older, path) if older else floor
         floor = label_floor(floor, places, building_type)
-        save_outputs(floor, grid, folder, walls=walls, graph=graph)
+        schemas = {**SCHEMAS, **(places.schemas if places else {})}
+        save_outputs(floor, grid, folder, walls=walls, graph=graph, schemas=schemas)
         return floor
 
     if len(maps) > 1:
@@ -196,10 +198,18 @@ def describe_ids(floor: Floor, previous: Floor) -> str:
     return f"{told} ({names})" if gone else told
 
 
-def save_outputs(floor: Floor, grid: GridMap, folder: Path, *, walls: bool = False, graph: bool = False) -> None:
+def save_outputs(
+    floor: Floor,
+    grid: GridMap,
+    folder: Path,
+    *,
+    walls: bool = False,
+    graph: bool = False,
+    schemas: Mapping[str, LabelSchema] = SCHEMAS,
+) -> None:
     """Write floor.geojson, rooms.png, graph.json and picture.png into a folder, all of them or none.
 
-    walls, graph: what to draw into the picture.
+    walls, graph: what to draw into the picture. schemas: of which it takes the colours of labels.
     Raises PiantaError, in one line, when a file cannot be written.
     """
     geojson, labels, node_link, picture = OUTPUTS
@@ -207,7 +217,7 @@ def save_outputs(floor: Floor, grid: GridMap, folder: Path, *, walls: bool = Fal
         save_floor(floor, new / geojson)
         save_label_image(floor.label_image(grid), new / labels)
         save_graph(floor.graph(), new / node_link)
-        save_picture(floor, grid, new / picture, walls=walls, graph=graph)
+        save_picture(floor, grid, new / picture, walls=walls, graph=graph, schemas=schemas)
 
 
 def name_folders(maps: Sequence[str | Path]) -> list[str]:
