@@ -1,6 +1,6 @@
 """Train the classifier of `pianta read --method features` on synthetic floors, and write it as JSON.
 
-Run: python benchmarks/train_room_classifier.py. Takes about two minutes and needs scikit-learn (pianta[dev]).
+Run: python benchmarks/train_room_classifier.py. Needs scikit-learn (pianta[dev]).
 """
 
 from __future__ import annotations

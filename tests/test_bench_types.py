@@ -90,6 +90,18 @@ def test_houses_stand_beside_what_the_thesis_prints_of_them(tmp_path):
     assert max(map(len, out.splitlines())) <= 80
 
 
+def test_a_floor_that_fails_is_told_and_the_others_are_measured(tmp_path):
+    write_types(tmp_path, "office", buildings=3)
+    (tmp_path / "buildings" / "office" / "office1.xml").write_text("<building")
+    code, out, err = run_pianta("bench", "types", "--data", tmp_path, "--json", tmp_path / "types.json")
+    assert (code, err) == (1, "")
+    assert "office1 failed (offices), not counted: " in " ".join(out.split())
+    content = json.loads((tmp_path / "types.json").read_text())
+    assert [(each["type"], each["item"]) for each in content["failures"]] == [("office", "office1")]
+    assert "is no XML" in content["failures"][0]["failure"]
+    assert content["sets"][0]["buildings"] == 2
+
+
 def test_a_seed_gives_the_same_twice(tiny, tmp_path):
     for name in "ab":
         assert run_pianta("bench", "types", "--data", tiny, "--seed", 3, "--json", tmp_path / name).code == 0
@@ -119,7 +131,8 @@ def test_an_option_without_meaning_is_one_line(tiny, tmp_path, monkeypatch, opti
 
 def test_real_schools_and_offices(data):
     """Rooms and labels that the data hold; the expected shares were counted from the files' label elements."""
-    school, office, union = read_room_sets(data)
+    (school, office, union), failed = read_room_sets(data)
+    assert failed == {"school": (), "office": ()}
     assert (len(school.labels), len(office.labels), len(union.labels)) == (1175, 535, 1710)
     assert (len({*school.buildings}), len({*office.buildings})) == (24, 11)
     assert school.names["M", "CLASSROOM"] == 278

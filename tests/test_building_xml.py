@@ -91,6 +91,19 @@ def test_two_rooms_in_metres(path):
     assert floor.source == "two.xml"
 
 
+@pytest.mark.parametrize(
+    ("type_", "building_type"), [("School", {"school": 1.0}), ("\n old  House ", {"old house": 1.0}), (" ", {})]
+)
+def test_building_types_are_in_lower_case(path, type_, building_type):
+    assert read(path, TWO_ROOMS.replace(">OFFICE</main_type", f">{type_}</main_type")).building_type == building_type
+
+
+def test_a_building_type_that_is_no_name_is_one_of_the_faults(path):
+    text = building(space("a", LEFT[:2]), space("b", RIGHT)).replace(">OFFICE</main_type", f">{'x' * 101}</main_type")
+    with pytest.raises(BuildingError, match=r"has an outline without area.*its building type is none: the name 'xxx"):
+        read(path, text)
+
+
 def test_two_rooms_on_a_map(path):
     """The pixels of the drawing are those of the map: the right room fills the columns from 40 on."""
     grid = GridMap(np.zeros((30, 100), np.int8), 0.5, (-7.0, 3.0, 0.3))

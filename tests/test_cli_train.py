@@ -2,14 +2,19 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import pytest
 
+from pianta.cli.train import name_sources
+from pianta.floor import Floor
 from pianta.formats.floor_geojson import read_floor, save_floor
 from pianta.formats.graph_json import read_graph
 from pianta.formats.ros_map import save_ros_map
 from pianta.labels import SCHOOL
 from pianta.semantics.place_model_file import read_place_model, save_place_model
+from pianta.semantics.training import building_of
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import map_floor
 from tests.command_line import list_files, run_pianta
@@ -93,11 +98,95 @@ def test_a_building_that_cannot_be_read_does_not_stop_the_others(buildings, tmp_
     assert "trained on 6 floors" in out
 
 
+def save_as(floor: Floor, path: Path, **changed: Any) -> None:
+    path.parent.mkdir(exist_ok=True)
+    save_floor(replace(floor, **changed), path)
+
+
+def test_floors_are_named_by_their_files(tmp_path):
+    for floor, name in zip(labelled_floors(), ("St. Anna 1", "St. Anna 2", "b1-1", "b1-2", "b2", "c"), strict=True):
+        save_as(floor, tmp_path / "maps" / f"{name}.geojson")
+    assert run_pianta("train", "places", tmp_path / "maps", "-o", tmp_path / "m.skops", "-q")[0] == 0
+    names = ("St. Anna 1", "St. Anna 2", "b1-1", "b1-2", "b2", "c")
+    assert read_place_model(tmp_path / "m.skops").training.floors == tuple(f"{name}.geojson" for name in names)
+
+
+def test_all_names_have_their_folder_as_soon_as_one_repeats(tmp_path):
+    """Otherwise a/1 and a/2, floors of one building, would be learned from and left out at a time."""
+    places = ("a/house1", "a/house2", "b/house1", "c/x", "c/y", "c/z")
+    for floor, place in zip(labelled_floors(), places, strict=True):
+        save_as(floor, tmp_path / f"{place}.geojson")
+    folders = [tmp_path / name for name in "abc"]
+    assert run_pianta("train", "places", *folders, "-o", tmp_path / "m.skops", "-q")[0] == 0
+    sources = read_place_model(tmp_path / "m.skops").training.floors
+    assert sources == tuple(f"{place}.geojson" for place in places)
+    assert [building_of(source) for source in sources[:3]] == ["a/house", "a/house", "b/house"]
+
+
+@pytest.mark.parametrize(
+    ("files", "names"),
+    [
+        (["a/x.xml", "a/y.xml"], ["x.xml", "y.xml"]),
+        (["a/x.xml", "b/x.xml", "b/y.xml"], ["a/x.xml", "b/x.xml", "b/y.xml"]),
+        (["a/c/x.xml", "b/c/x.xml", "b/c/y.xml"], ["a/c/x.xml", "b/c/x.xml", "b/c/y.xml"]),
+        (["a/x.xml", "a/x.geojson"], ["x.xml", "x.geojson"]),
+        ([], []),
+    ],
+)
+def test_names_of_files(files, names):
+    assert name_sources(files) == names
+
+
+def test_types_in_any_case(buildings, tmp_path):
+    for number, floor in enumerate(labelled_floors()[:2]):
+        save_as(floor, tmp_path / f"{'ab'[number]}.geojson", building_type={})
+    options = ("--type", " SCHOOL ", "-o", tmp_path / "m.skops", "-q")
+    assert run_pianta("train", "places", tmp_path / "a.geojson", tmp_path / "b.geojson", *options) == (0, "", "")
+    assert read_place_model(tmp_path / "m.skops").building_types == ("school",)
+
+
+def test_a_type_without_a_name(buildings, tmp_path):
+    code, out, err = run_pianta("train", "places", buildings, "--type", " ", "-o", tmp_path / "m.skops")
+    assert (code, out) == (2, "")
+    assert "--type: the name is empty" in err
+
+
+def test_faults_are_told_once_and_before_simulation(tmp_path, monkeypatch):
+    first, *others = labelled_floors()[:3]
+    bare = (replace(first.rooms[0], label=None), *first.rooms[1:])
+    save_as(first, tmp_path / "a.geojson", rooms=bare)
+    for number, floor in enumerate(others):
+        save_as(floor, tmp_path / f"b{number}.geojson")
+    monkeypatch.setattr("pianta.semantics.simulated.simulate_reading", None)
+    code, out, err = run_pianta("train", "places", tmp_path, "--simulate", 2, "-o", tmp_path / "m.skops")
+    assert (code, out) == (2, "")
+    assert err.count("have no label") == 1
+    assert "rooms 1 of a.geojson have no label" in err
+
+
+def test_one_file_that_cannot_be_read_is_told_in_one_line(tmp_path):
+    (tmp_path / "bad.xml").write_text("<svg/>")
+    code, out, err = run_pianta("train", "places", tmp_path / "bad.xml", "-o", tmp_path / "m.skops")
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert "bad.xml" in err
+
+
+def test_several_files_that_cannot_be_read(tmp_path):
+    for name in "ab":
+        (tmp_path / f"{name}.xml").write_text("<svg/>")
+    code, out, err = run_pianta("train", "places", tmp_path, "-o", tmp_path / "m.skops")
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 3
+    assert "none of 2 buildings could be read" in err
+
+
 @pytest.mark.parametrize("arguments", [("nowhere",), ("nowhere.xml",)])
 def test_buildings_that_are_not_there(arguments, tmp_path):
     code, out, err = run_pianta("train", "places", *arguments, "-o", tmp_path / "m.skops")
     assert (code, out) == (2, "")
     assert "nowhere" in err
+    assert err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
@@ -108,7 +197,7 @@ def test_a_model_file_that_is_a_folder(buildings, tmp_path):
 
 
 def test_read_labels_rooms_in_all_outputs(small_map, tmp_path):
-    code, out, err = run_pianta("read", small_map, "-o", tmp_path / "out", "--type", "School")
+    code, out, err = run_pianta("read", small_map, "-o", tmp_path / "out", "--type", " School ")
     assert (code, err) == (0, "")
     floor = read_floor(tmp_path / "out" / "floor.geojson")
     assert floor.building_type == {"school": 1.0}
@@ -146,6 +235,7 @@ def test_read_with_a_model_of_the_user(small_map, model, tmp_path):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
+        (("--type", ""), "--type: the name is empty"),
         (("--type", "castle"), "knows no building type 'castle', give one of office, school"),
         (("--model", "nowhere.skops"), "does not exist"),
         (("--no-labels", "--type", "school"), "--no-labels"),

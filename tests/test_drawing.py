@@ -162,8 +162,7 @@ def test_labels_are_drawn_on_request_only(ax):
     for drawn, expected in zip(ax.patches, plain.patches, strict=True):
         assert drawn.get_facecolor() == expected.get_facecolor()
         assert drawn.get_path().vertices == pytest.approx(expected.get_path().vertices)
-    assert len(draw_floor(LABELLED, AROUND_TWO_ROOMS, labels=False).axes) == 1
-    assert len(draw_floor(TWO_ROOMS, AROUND_TWO_ROOMS, labels=True).axes) == 1
+    assert len(draw_floor(TWO_ROOMS, AROUND_TWO_ROOMS).axes) == 1
 
 
 def test_ids_are_white_on_dark_labels_and_uncertain_ones_have_a_question_mark(ax):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from shapely import LineString, Polygon, affinity, box, contains_xy, distance, points
 
 from pianta.errors import FloorError
-from pianta.floor import Door, Floor, Room, cells_of_polygon
+from pianta.floor import Door, Floor, Room, cells_of_polygon, scale_floor
 from pianta.gridmap import GridMap
 
 SHELL = [(0, 0), (4, 0), (4, 3), (0, 3)]
@@ -228,3 +228,36 @@ def test_rooms_side_by_side_cover_each_cell_once(cuts, yaw):
     assert np.sum(masks, axis=0).max() <= 1
     labels = Floor(tuple(Room(number, polygon) for number, polygon in enumerate(turned, start=1))).label_image(grid)
     assert all((labels == number).tolist() == mask.tolist() for number, mask in enumerate(masks, start=1))
+
+
+def test_building_types_are_in_lower_case_and_the_most_probable_comes_first():
+    floor = Floor((), building_type={"Office": 0.3, " SCHOOL ": 0.2, "school": 0.4, "old  house": 0.1})
+    assert floor.building_type == pytest.approx({"office": 0.3, "school": 0.6, "old house": 0.1})
+    assert floor.building_types == ("school", "office", "old house")
+    assert Floor(()).building_types == ()
+
+
+@pytest.mark.parametrize("name", ["", "  ", "X" * 101, "BELL\a"])
+def test_building_types_that_are_no_names_stay(name):
+    assert Floor((), building_type={name: 1.0}).building_types == (name,)
+
+
+def test_scaled_floor():
+    rooms = Room(1, box(1, 0, 2, 1), "GYM"), Room(2, box(2, 0, 3, 1))
+    doors = Door((1, 2), LineString([(2, 0.2), (2, 0.6)]), 0.5), Door((1, None), LineString([(1, 0), (2, 0)]), 0.8)
+    floor = Floor(rooms, doors, (LineString([(1, 0), (1, 1)]),), {"school": 1.0}, "a.xml", 7)
+    larger = scale_floor(floor, 3, 2)
+    assert [room.polygon.bounds for room in larger.rooms] == [(3, 0, 6, 2), (6, 0, 9, 2)]
+    assert [door.width for door in larger.doors] == pytest.approx([1.0, 2.4])
+    bounds = [bound for door in larger.doors for bound in door.line.bounds]
+    assert bounds == pytest.approx([6, 0.4, 6, 1.2, 3, 0, 6, 0])
+    assert larger.walls[0].bounds == (3, 0, 3, 2)
+    assert larger.rooms[0].label == "GYM"
+    assert (larger.building_type, larger.source, larger.last_id) == ({"school": 1.0}, "a.xml", 7)
+    assert scale_floor(floor, 1, 1) == floor
+
+
+def test_a_door_without_length_is_scaled():
+    point = LineString([(1, 0.5), (1, 0.5)])
+    floor = Floor((Room(1, box(0, 0, 1, 1)),), (Door((1, None), point, 0.9),))
+    assert scale_floor(floor, 1, 4).doors[0].width == pytest.approx(1.8)

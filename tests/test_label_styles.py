@@ -21,6 +21,11 @@ def style_of(label: str | None, building_type: dict[str, float] | None = None, *
     ("label", "labels", "building_type", "color"),
     [
         ("KITCHEN", {}, SCHOOL, "#b27abe"),
+        (" kitchen ", {}, SCHOOL, "#b27abe"),
+        ("conference  Room", {}, {" OFFICE ": 1.0}, "#3fbf04"),
+        ("Lab", {}, {}, FCES_COLORS[FCES.FUNCTIONAL]),
+        ("room", {}, {}, FCES_COLORS[FCES.FUNCTIONAL]),
+        ("", {}, SCHOOL, NEUTRAL_COLOR),
         ("CLASSROOM", {}, OFFICE, "#1bddf2"),
         ("CUBICULE", {"office": "CUBICULE"}, {}, "#2e7880"),
         ("WARD", {"F/C/E/S": "SERVICE"}, SCHOOL, FCES_COLORS[FCES.SERVICE]),
@@ -41,7 +46,11 @@ def test_a_label_has_the_colour_of_its_schema_else_of_its_function(label, labels
     ("label", "labels", "building_type", "is_corridor"),
     [
         ("LOBBY", {}, SCHOOL, True),
-        ("OPENSPACE", {}, OFFICE, True),
+        ("OPENSPACE", {}, OFFICE, False),
+        ("ENTRANCE", {}, SCHOOL, False),
+        ("lobby", {}, SCHOOL, True),
+        ("Corridor", {}, {}, True),
+        ("LOBBY", {}, {}, True),
         ("STAIRS", {}, SCHOOL, False),
         ("LOBBY", {"R/C": "ROOM"}, SCHOOL, False),
         ("WARD", {"R/C": "CORRIDOR"}, {}, True),
@@ -51,7 +60,7 @@ def test_a_label_has_the_colour_of_its_schema_else_of_its_function(label, labels
         (None, {}, SCHOOL, False),
     ],
 )
-def test_corridors_are_those_that_r_c_says_else_those_of_the_graphs_of_the_thesis(
+def test_corridors_are_those_that_r_c_says_else_those_of_the_experiments_of_the_thesis(
     label, labels, building_type, is_corridor
 ):
     assert style_of(label, building_type, labels=labels).is_corridor == is_corridor
@@ -128,3 +137,19 @@ def test_colours_of_a_schema_of_the_user():
     assert style_rooms(floor)[4].color == FCES_COLORS[FCES.FUNCTIONAL]
     assert style_rooms(floor, schemas)[4].color == "#8c3b2e"
     assert [entry.style.color for entry in list_labels(floor, schemas)] == ["#8c3b2e"]
+
+
+@pytest.mark.parametrize("schema", SCHEMAS.values())
+def test_given_labels_look_like_those_of_a_model(schema):
+    """A model tells the sets above a label too, in the split of the experiments."""
+    for label in schema.labels:
+        sets = {"R/C": str(label.in_r_c()), "F/C/E/S": str(label.in_f_c_e_s()), schema.building_type: label.name}
+        of_type = {schema.building_type: 1.0}
+        assert style_of(label.name.title(), of_type) == style_of(label.name, of_type, labels=sets)
+
+
+def test_a_label_in_several_spellings_is_listed_once():
+    rooms = tuple(Room(number, SQUARE, label) for number, label in enumerate(("Gym", "GYM", " gym"), start=1))
+    assert [(each.label, each.room_ids) for each in list_labels(Floor(rooms, building_type=SCHOOL))] == [
+        ("GYM", (1, 2, 3))
+    ]

@@ -3,13 +3,14 @@
 import io
 import json
 import zipfile
+from copy import copy
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from sklearn.ensemble import ExtraTreesClassifier
-from sklearn.tree import DecisionTreeClassifier
+from sklearn.tree import DecisionTreeClassifier, ExtraTreeClassifier
 from skops.io import dumps
 
 from pianta.errors import ModelError, PiantaError
@@ -24,6 +25,7 @@ from pianta.semantics.places import PlaceModel
 from pianta.worlds.floors import make_floor
 from tests.labelled_floors import labelled_floors, small_model
 
+LAB = {"name": "LAB", "function": "FUNCTIONAL", "general": "B", "color": "#2267f2"}
 MAX_DEFAULT_BYTES = 3 * 2**20
 
 
@@ -58,7 +60,8 @@ def refuse(path: Path, match: str) -> None:
 
 def test_round_trip(model_file):
     read, floor = read_place_model(model_file), labelled_floors()[0]
-    assert (read.classify(floor) == small_model().classify(floor)).all()
+    for said, said_before in zip(read.passes(floor).values(), small_model().passes(floor).values(), strict=True):
+        assert (said == said_before).all()
     assert read.label(floor) == small_model().label(floor)
     assert read.training == small_model().training
     assert read.schemas == small_model().schemas
@@ -107,6 +110,10 @@ def test_a_newer_minor_version_is_read(model_file, tmp_path):
         ({"schemas": {"school": []}}, "no label"),
         ({"schemas": {}}, "do not fit"),
         ({"field": {}}, "field"),
+        ({"training": {}}, "training.floors: Field required"),
+        ({"schemas": {"school": [{"name": "LAB", "function": "POOL"}]}}, r"schemas.school\[0\].function"),
+        ({"schemas": {"school": [LAB | {"color": "red"}]}}, r"schemas.school\[0\]: the colour 'red' is none"),
+        ({"schemas": {"school": [LAB, LAB]}}, "has labels twice: LAB"),
     ],
 )
 def test_headers_that_make_no_sense(model_file, tmp_path, header, match):
@@ -149,6 +156,62 @@ def test_trees_that_are_missing_or_of_another_kind(model_file, tmp_path):
         refuse(rewrite(model_file, tmp_path / "m.skops", trees=trees), "trees are")
 
 
+def break_forest(*missing: str, **changed: object) -> ExtraTreesClassifier:
+    """The first forest of the small model without some of its attributes, and with others."""
+    broken = copy(small_model().first)
+    for name in missing:
+        delattr(broken, name)
+    for name, value in changed.items():
+        setattr(broken, name, value)
+    return broken
+
+
+@pytest.mark.parametrize("place", ["first", "second", "school"])
+def test_an_untrained_forest(model_file, tmp_path, place):
+    bare = ExtraTreesClassifier(2)
+    changed = {"names": {"school": bare}} if place == "school" else {place: bare}
+    refuse(rewrite(model_file, tmp_path / "m.skops", trees=trees_of(small_model(), **changed)), "trees are damaged")
+
+
+@pytest.mark.parametrize(
+    ("missing", "changed"),
+    [
+        (["classes_"], {}),
+        (["estimators_"], {}),
+        (["n_classes_"], {}),
+        ([], {"estimators_": []}),
+        ([], {"estimators_": 7}),
+        ([], {"estimators_": [ExtraTreeClassifier()]}),
+        ([], {"estimators_": [1, 2]}),
+        ([], {"classes_": np.array([0, 1, 2, 9])}),
+        ([], {"classes_": np.array([0, 1, 2, 2])}),
+        ([], {"classes_": np.array([0.0, 1.0, 2.0, 3.0])}),
+        ([], {"classes_": "wrong"}),
+        ([], {"n_classes_": 2}),
+        ([], {"n_jobs": "many"}),
+    ],
+)
+def test_forests_that_lack_a_part_or_have_a_wrong_one(model_file, tmp_path, missing, changed):
+    trees = trees_of(small_model(), first=break_forest(*missing, **changed))
+    refuse(rewrite(model_file, tmp_path / "m.skops", trees=trees), "trees are damaged")
+
+
+def test_a_copied_forest_is_sound(model_file, tmp_path):
+    path = rewrite(model_file, tmp_path / "m.skops", trees=trees_of(small_model(), first=break_forest()))
+    assert read_place_model(path).label(labelled_floors()[0]) == small_model().label(labelled_floors()[0])
+
+
+def test_an_archive_packed_in_a_way_that_python_does_not_know(model_file, tmp_path):
+    content = bytearray(model_file.read_bytes())
+    with zipfile.ZipFile(model_file) as archive:
+        start = archive.getinfo(HEADER).header_offset
+    entry = content.rindex(HEADER.encode()) - 46
+    for place in (start + 8, entry + 10):
+        content[place : place + 2] = (97).to_bytes(2, "little")
+    (tmp_path / "m.skops").write_bytes(content)
+    refuse(tmp_path / "m.skops", "no model of pianta")
+
+
 def test_trees_that_lead_nowhere(model_file, tmp_path):
     """A node beyond the last one would be read from memory that is not the tree's."""
     model = small_model()
@@ -185,6 +248,6 @@ def test_the_model_that_comes_with_pianta():
     model = read_default_place_model()
     assert model.building_types == ("office", "school")
     assert model.training.rooms.keys() == {"office", "school"}
-    assert len(model.training.buildings) > 40
+    assert len(model.training.floors) > 40
     labelled = model.label(make_floor("corridor", seed=1))
     assert {room.labels["R/C"] for room in labelled.rooms} == {"ROOM", "CORRIDOR"}

@@ -72,7 +72,7 @@ def test_fit_learns_what_doors_join():
     probabilities = np.full((count, 2), 0.5)
     probabilities[::2] = (0.9, 0.1)
     doors = np.arange(count).reshape(-1, 2)
-    field = fit_random_field(probabilities, truth, Neighbourhood(doors, NOBODY, np.zeros(0)))
+    field = fit_random_field(probabilities, truth, Neighbourhood(doors, NOBODY, np.zeros(0)), np.ones(count))
     marginals = field.compute_marginals(probabilities, Neighbourhood(doors, NOBODY, np.zeros(0)))
     assert field.doors[0, 1] > 0 > field.doors[0, 0]
     assert (marginals.argmax(axis=1) == truth).all()
@@ -83,6 +83,26 @@ def test_fit_tempers_a_classifier_that_is_too_sure():
     truth = np.tile([0] * 7 + [1] * 3, 40)
     probabilities = np.tile([0.99, 0.01], (len(truth), 1))
     near = Neighbourhood(NOBODY, NOBODY, np.zeros(0))
-    field = fit_random_field(probabilities, truth, near)
+    field = fit_random_field(probabilities, truth, near, np.ones(len(truth)))
     assert field.temperature > 2
     assert field.compute_marginals(probabilities, near)[0, 0] < 0.85
+
+
+def test_fit_weighs_rooms_and_pairs():
+    """Doors between labels 0 and 1 count 3, those between equal labels 1: as if there were three of the former."""
+    truth = np.array([0, 1, 0, 0, 1, 1])
+    probabilities = np.array([[0.8, 0.2], [0.3, 0.7], [0.6, 0.4], [0.9, 0.1], [0.2, 0.8], [0.6, 0.4]])
+    pairs = np.arange(6).reshape(-1, 2)
+    weighted = fit_random_field(
+        probabilities, truth, Neighbourhood(pairs, NOBODY, np.zeros(0)), np.array([3.0, 3.0, 1.0, 1.0, 1.0, 1.0])
+    )
+    repeated = np.array([0, 1, 0, 1, 0, 1, 2, 3, 4, 5])
+    doors = np.arange(10).reshape(-1, 2)
+    counted = fit_random_field(
+        probabilities[repeated], truth[repeated], Neighbourhood(doors, NOBODY, np.zeros(0)), np.ones(10)
+    )
+    # Of 1 + 3 meetings either way, and 1 + 2 of each label with itself.
+    assert weighted.doors == pytest.approx(np.log(np.array([[3, 4], [4, 3]]) / 14 * 4))
+    assert weighted.doors == pytest.approx(counted.doors)
+    assert weighted.temperature == pytest.approx(counted.temperature, abs=0.05)
+    assert weighted.door_strength == pytest.approx(counted.door_strength, abs=0.05)

@@ -42,7 +42,8 @@ def test_the_union_has_all_rooms_and_counts_names_together():
 
 def test_types_in_the_data_are_read_and_joined(tmp_path):
     write_types(tmp_path, "school", "office")
-    school, office, union = read_room_sets(tmp_path)
+    (school, office, union), failed = read_room_sets(tmp_path)
+    assert failed == {"school": (), "office": ()}
     assert (school.name, office.name, union.name) == ("School", "Office", "S+O")
     assert len(school.labels) == 28
     assert school.names == {("C", "CORRIDOR"): 2, ("M", "CLASSROOM"): 12, ("S", "CLOSET"): 12, ("H", "HALL"): 2}
@@ -52,13 +53,13 @@ def test_types_in_the_data_are_read_and_joined(tmp_path):
 
 def test_houses_come_first_with_general_labels_or_a_schema_of_their_own(tmp_path):
     write_types(tmp_path, "house", "school")
-    assert [rooms.name for rooms in read_room_sets(tmp_path)] == ["House", "School", "H+S"]
+    assert [rooms.name for rooms in read_room_sets(tmp_path)[0]] == ["House", "School", "H+S"]
     schema = tmp_path / "buildings" / "house" / "labels.yaml"
     labels = [("M", "FUNCTIONAL", "B"), ("S", "SERVICE", "S"), ("H", "CONNECTION", "H"), ("C", "CONNECTION", "C")]
     lines = [f"  - {{name: {name}, function: {function}, size: {size}}}" for name, function, size in labels]
     header = ['format: "pianta labels"', 'version: "1.0"', "building_type: house", "labels:"]
     schema.write_text("\n".join([*header, *lines]))
-    house = read_room_sets(tmp_path)[0]
+    house = read_room_sets(tmp_path)[0][0]
     assert set(house.labels) == {"B", "S", "H", "C"}
 
 
@@ -66,7 +67,7 @@ def test_floors_of_one_building_are_one_building_where_the_data_say_so(tmp_path)
     write_types(tmp_path, "school", buildings=3)
     records = [{"path": f"buildings/school/school{n}.xml", "building": "both"} for n in (0, 2)]
     (tmp_path / "manifest.json").write_text(json.dumps(records))
-    (school,) = read_room_sets(tmp_path)
+    (school,), _ = read_room_sets(tmp_path)
     assert set(school.buildings) == {"school/both", "school/school1"}
     (tmp_path / "manifest.json").write_text("{}x")
     with pytest.raises(DataError, match=r"manifest.json' is no list of files"):
@@ -81,9 +82,32 @@ def test_what_cannot_be_learnt_from_is_refused(tmp_path):
         read_room_sets(tmp_path)
 
 
-def test_labels_of_no_schema_are_refused(tmp_path):
+def test_one_bad_floor_does_not_stop_the_others(tmp_path):
+    write_types(tmp_path, "house", buildings=4)
+    folder = tmp_path / "buildings" / "house"
+    strange, broken = folder / "house0.xml", folder / "house1.xml"
+    strange.write_text(strange.read_text().replace("<label>M<", "<label>KITCHEN<"))
+    broken.write_text("<building")
+    (house,), failed = read_room_sets(tmp_path)
+    assert set(house.buildings) == {"house/house2", "house/house3"}
+    assert len(house.labels) == sum(house.names.values()) == 28
+    assert [row.item for row in failed["house"]] == ["house0", "house1"]
+    assert failed["house"][0].failure == (
+        "labels KITCHEN are none of C, H, S, M, B, give the schema of houses as labels.yaml"
+    )
+    assert "is no XML" in str(failed["house"][1].failure)
+
+
+def test_where_too_few_floors_are_left_the_faults_are_told(tmp_path):
     write_types(tmp_path, "house")
-    file = tmp_path / "buildings" / "house" / "house0.xml"
-    file.write_text(file.read_text().replace("<label>M<", "<label>KITCHEN<"))
-    with pytest.raises(LabelError, match=r"labels KITCHEN are none of C, H, S, M, B, give the schema of houses"):
+    for file in (tmp_path / "buildings" / "house").iterdir():
+        file.write_text(file.read_text().replace("<label>M<", "<label>KITCHEN<"))
+    with pytest.raises(DataError, match=r"has 0 rooms in 0 buildings, .*\(house0 failed: labels KITCHEN .*; house1 "):
+        read_room_sets(tmp_path)
+
+
+def test_a_schema_that_is_none_is_refused(tmp_path):
+    write_types(tmp_path, "house")
+    (tmp_path / "buildings" / "house" / "labels.yaml").write_text("labels: none")
+    with pytest.raises(LabelError, match=r"labels\.yaml"):
         read_room_sets(tmp_path)

@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from shapely import box
+from shapely import Polygon, box
 
 from pianta.evaluation.semantics import (
     LabelPair,
-    SemanticScores,
     count_confusion,
     measure_reliability,
     pair_backward,
     pair_forward,
-    score_semantics,
+    share_of_agreeing,
 )
 
 # A corridor above two rooms, 10 m × 2 m and twice 5 m × 4 m.
@@ -21,29 +20,36 @@ TRUTH = [box(0, 4, 10, 6), box(0, 0, 5, 4), box(5, 0, 10, 4)]
 TRUE_LABELS = ["C", "F", "S"]
 
 
+def score(rooms: list[Polygon], labels: list[str]) -> tuple[float, float]:
+    """SemanticAccuracy_FC and SemanticAccuracy_BC against the truth (eqs. 5.1 and 5.2)."""
+    ways = pair_forward, pair_backward
+    forward, backward = (share_of_agreeing(pair(rooms, labels, TRUTH, TRUE_LABELS)) for pair in ways)
+    return forward, backward
+
+
 def test_a_layout_that_is_the_truth_is_judged_by_its_labels_alone():
-    assert score_semantics(TRUTH, TRUE_LABELS, TRUTH, TRUE_LABELS) == SemanticScores(1, 1)
-    assert score_semantics(TRUTH, ["C", "S", "S"], TRUTH, TRUE_LABELS) == SemanticScores(2 / 3, 2 / 3)
+    assert score(TRUTH, TRUE_LABELS) == (1, 1)
+    assert score(TRUTH, ["C", "S", "S"]) == (2 / 3, 2 / 3)
 
 
 def test_a_corridor_in_parts_is_right_when_all_parts_are():
     """The example of section 5.3: over-segmentation alone does not change the scores."""
     parts = [box(0, 4, 3, 6), box(3, 4, 6, 6), box(6, 4, 10, 6), *TRUTH[1:]]
-    assert score_semantics(parts, ["C", "C", "C", "F", "S"], TRUTH, TRUE_LABELS) == SemanticScores(1, 1)
+    assert score(parts, ["C", "C", "C", "F", "S"]) == (1, 1)
     # The largest part is BC of the corridor.
-    assert score_semantics(parts, ["C", "C", "F", "F", "S"], TRUTH, TRUE_LABELS) == SemanticScores(4 / 5, 2 / 3)
-    assert score_semantics(parts, ["F", "F", "C", "F", "S"], TRUTH, TRUE_LABELS) == SemanticScores(3 / 5, 1)
+    assert score(parts, ["C", "C", "F", "F", "S"]) == (4 / 5, 2 / 3)
+    assert score(parts, ["F", "F", "C", "F", "S"]) == (3 / 5, 1)
 
 
 def test_rooms_in_one_can_be_right_for_one_of_them():
     merged = [TRUTH[0], box(0, 0, 10, 4)]
     # FC of the merged room is the larger of its true rooms, here the first of two equal ones.
-    assert score_semantics(merged, ["C", "F"], TRUTH, TRUE_LABELS) == SemanticScores(1, 2 / 3)
+    assert score(merged, ["C", "F"]) == (1, 2 / 3)
 
 
 def test_what_overlaps_nothing_is_wrong():
     found = [TRUTH[0], box(20, 0, 25, 4)]
-    assert score_semantics(found, ["C", "F"], TRUTH, TRUE_LABELS) == SemanticScores(1 / 2, 1 / 3)
+    assert score(found, ["C", "F"]) == (1 / 2, 1 / 3)
     assert pair_forward(found, ["C", "F"], TRUTH, TRUE_LABELS) == [LabelPair("C", "C"), LabelPair("F", None)]
     backward = pair_backward(found, ["C", "F"], TRUTH, TRUE_LABELS)
     assert backward == [LabelPair("C", "C"), LabelPair(None, "F"), LabelPair(None, "S")]
@@ -51,17 +57,18 @@ def test_what_overlaps_nothing_is_wrong():
 
 
 def test_without_rooms():
-    assert score_semantics([], [], [], []) == SemanticScores(1, 1)
-    assert score_semantics([], [], TRUTH, TRUE_LABELS) == SemanticScores(0, 0)
-    assert score_semantics(TRUTH, TRUE_LABELS, [], []) == SemanticScores(0, 0)
+    assert score([], []) == (1, 0)
+    assert pair_forward(TRUTH, TRUE_LABELS, [], []) == [LabelPair(label, None) for label in TRUE_LABELS]
+    assert pair_backward(TRUTH, TRUE_LABELS, [], []) == []
 
 
 @pytest.mark.parametrize("labels", [["C"], ["C", "F", "S", "S"]])
 def test_each_room_needs_a_label(labels: list[str]):
-    with pytest.raises(ValueError, match=r"3 rooms have|zip"):
-        score_semantics(TRUTH, labels, TRUTH, TRUE_LABELS)
-    with pytest.raises(ValueError, match=r"3 rooms have|zip"):
-        score_semantics(TRUTH, TRUE_LABELS, TRUTH, labels)
+    for pair in (pair_forward, pair_backward):
+        with pytest.raises(ValueError, match=r"3 rooms have|zip"):
+            pair(TRUTH, labels, TRUTH, TRUE_LABELS)
+        with pytest.raises(ValueError, match=r"3 rooms have|zip"):
+            pair(TRUTH, TRUE_LABELS, TRUTH, labels)
 
 
 def test_confusion_in_per_cent_of_the_true_label():

@@ -64,13 +64,12 @@ def draw_floor(
     *,
     walls: bool = False,
     graph: bool = False,
-    labels: bool = True,
     schemas: Schemas = SCHEMAS,
 ) -> Figure:
     """Picture of a floor on its map, cropped to the building: rooms with their ids, doors, and a scale bar.
 
+    When any room has a label, rooms have the colours of their labels, and a legend is below or right of the building.
     walls: the representative lines too. graph: the topological graph too.
-    labels: rooms in the colours of their labels, and a legend below or right of the building, when any has a label.
     schemas: by building type, the labels whose colours are known.
     """
     from matplotlib.figure import Figure
@@ -82,7 +81,7 @@ def draw_floor(
     ax = figure.add_axes((0, 0, 1, 1))
     ax.set_axis_off()
     plot_grid(grid, ax=ax)
-    labels = labels and any(room.label is not None for room in floor.rooms)
+    labels = any(room.label is not None for room in floor.rooms)
     plot_rooms(floor, ax=ax, labels=labels, schemas=schemas)
     if walls:
         plot_walls(floor, ax=ax)
@@ -103,7 +102,6 @@ def save_picture(
     *,
     walls: bool = False,
     graph: bool = False,
-    labels: bool = True,
     schemas: Schemas = SCHEMAS,
 ) -> None:
     """Write the picture of draw_floor as a PNG, the same bytes for the same floor.
@@ -111,7 +109,7 @@ def save_picture(
     The building has a long side of 1600 pixels; a legend makes the picture larger.
     Raises PiantaError when the file cannot be written.
     """
-    figure = draw_floor(floor, grid, walls=walls, graph=graph, labels=labels, schemas=schemas)
+    figure = draw_floor(floor, grid, walls=walls, graph=graph, schemas=schemas)
     with written_atomically(path) as temporary:
         figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
 
@@ -193,12 +191,12 @@ def plot_graph(floor: Floor, *, ax: Axes, labels: bool = False, schemas: Schemas
     return ax
 
 
-def plot_legend(floor: Floor, *, ax: Axes, columns: int = 1, graph: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
+def plot_legend(floor: Floor, *, ax: Axes, graph: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
     """Draw the labels that rooms have, in the upper left of an ax: colour, number of rooms, and their ids when few.
 
     Below them stands what else is drawn of labels: uncertain ones, partial rooms, and with graph the shapes of nodes.
     """
-    _draw_legend(floor, ax, columns=columns, graph=graph, schemas=schemas)
+    _draw_legend(floor, ax, columns=1, graph=graph, schemas=schemas)
     return ax
 
 

@@ -33,9 +33,17 @@ class BuildingWarning(UserWarning):
     """A layout XML had defects that were repaired; the message lists them."""
 
 
+class GraphError(PiantaError):
+    """A graph that a kernel cannot compare: what is no simple undirected graph, nodes without labels."""
+
+
 class LabelError(PiantaError):
     """A label that no schema has, or a schema that is none."""
 
 
 class ModelError(PiantaError):
     """A model file that cannot be used, or data that no model can be trained on."""
+
+
+class RelationError(PiantaError):
+    """Facts that contradict their signatures, or a file of facts that cannot be read."""

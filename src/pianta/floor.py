@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, TypeVar
 
 import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 from shapely import LineString, Polygon, get_coordinates
+from shapely.affinity import scale
 from shapely.geometry.polygon import orient
 
-from pianta.errors import FloorError
+from pianta.errors import FloorError, LabelError
 from pianta.gridmap import GridMap
+from pianta.labels import standard_building_type
+
+Shape = TypeVar("Shape", LineString, Polygon)
 
 MAX_LABEL_IMAGE_ID = np.iinfo(np.uint16).max
 
@@ -117,7 +122,7 @@ class Floor:
     rooms: ordered as found; ids are unique.
     doors: each joins two rooms of this floor, or one of them to the outside.
     walls: the representative lines of the building (thesis, section 3.1), cut to its extent.
-    building_type: type -> probability, empty when nobody said.
+    building_type: type -> probability, empty when nobody said; types are in any case, and become lower case.
     source: the name of the map or file that the floor was read from.
     last_id: the highest id that a room of this building ever had, so that no id is given twice; 0 stands for the
         highest on this floor.
@@ -136,7 +141,7 @@ class Floor:
     def __post_init__(self) -> None:
         for name in ("rooms", "doors", "walls"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
-        object.__setattr__(self, "building_type", dict(self.building_type))
+        object.__setattr__(self, "building_type", _standardise_types(self.building_type))
         ids = Counter(room.id for room in self.rooms)
         repeated = sorted(room_id for room_id, count in ids.items() if count > 1)
         stray = sorted({room_id for door in self.doors for room_id in door.room_ids} - ids.keys())
@@ -149,6 +154,11 @@ class Floor:
             faults.append(f"the last id is {self.last_id} and a room has id {highest}, give {highest} or more")
         if faults:
             raise FloorError("not a floor: " + "; ".join(faults))
+
+    @property
+    def building_types(self) -> tuple[str, ...]:
+        """The types that the building may have, the most probable first."""
+        return tuple(sorted(self.building_type, key=lambda name: -self.building_type[name]))
 
     def graph(self) -> nx.Graph:
         """Topological graph (thesis, section 3.1): a node a room, an edge where one or more doors join two rooms.
@@ -191,6 +201,37 @@ class Floor:
             rows, cols, inside = cells_of_polygon(room.polygon, grid)
             labels[rows, cols][inside] = room.id
         return labels
+
+
+def scale_floor(floor: Floor, x_factor: float, y_factor: float) -> Floor:
+    """The floor with all lengths multiplied by a factor along each axis; doors become as much wider as their lines.
+
+    A door whose line is a point becomes wider by the geometric mean of the factors.
+    """
+
+    def scaled(shape: Shape) -> Shape:
+        larger: Shape = scale(shape, x_factor, y_factor, origin=(0, 0))
+        return larger
+
+    def scaled_door(door: Door) -> Door:
+        line, length = scaled(door.line), door.line.length
+        return replace(door, line=line, width=door.width * (line.length / length if length else mean_factor))
+
+    mean_factor = (x_factor * y_factor) ** 0.5
+    rooms = tuple(replace(room, polygon=scaled(room.polygon)) for room in floor.rooms)
+    doors, walls = tuple(map(scaled_door, floor.doors)), tuple(map(scaled, floor.walls))
+    return replace(floor, rooms=rooms, doors=doors, walls=walls)
+
+
+def _standardise_types(probabilities: Mapping[str, float]) -> dict[str, float]:
+    """The probabilities of building types in standard form; those of one type in several spellings are added."""
+    standard: defaultdict[str, float] = defaultdict(float)
+    for name, probability in probabilities.items():
+        key = name
+        with suppress(LabelError):  # what is no name stays, and no schema knows it
+            key = standard_building_type(name)
+        standard[key] += probability
+    return dict(standard)
 
 
 def _copy_probabilities(probabilities: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from pianta.floor import Floor, Room
+from pianta.formats.drawn_rooms import normalize_label
 from pianta.labels import FCES, FCES_COLORS, RC, SCHEMAS, General, Label, LabelSchema, LabelSet, Split
 
 # Label schemas by building type.
@@ -68,7 +69,7 @@ class RoomStyle:
 
 @dataclass(frozen=True)
 class LegendEntry:
-    """A label of a floor: its name, None for rooms without one; its style; the ids of its rooms."""
+    """A label of a floor: its name as in its schema, None for rooms without one; its style; the ids of its rooms."""
 
     label: str | None
     style: RoomStyle
@@ -83,11 +84,13 @@ def style_rooms(floor: Floor, schemas: Schemas = SCHEMAS) -> dict[int, RoomStyle
 
 def list_labels(floor: Floor, schemas: Schemas = SCHEMAS) -> list[LegendEntry]:
     """The labels that rooms of a floor have: in the schema's order, then others by name, rooms without one last."""
-    order = {label.name: number for schema in _schemas_of(floor, schemas) for number, label in enumerate(schema.labels)}
+    of_floor = _schemas_of(floor, schemas)
+    order = {label.name: number for schema in of_floor for number, label in enumerate(schema.labels)}
     styles = style_rooms(floor, schemas)
     rooms_of: defaultdict[tuple[str | None, str], list[int]] = defaultdict(list)
     for room in floor.rooms:
-        rooms_of[room.label, styles[room.id].color].append(room.id)
+        known = _find_label(room, of_floor)
+        rooms_of[known.name if known else room.label, styles[room.id].color].append(room.id)
     entries = [LegendEntry(label, RoomStyle(color), tuple(sorted(ids))) for (label, color), ids in rooms_of.items()]
     return sorted(
         entries,
@@ -102,42 +105,40 @@ def list_labels(floor: Floor, schemas: Schemas = SCHEMAS) -> list[LegendEntry]:
 
 def _schemas_of(floor: Floor, schemas: Schemas) -> list[LabelSchema]:
     """Schemas of the floor's building types, the most probable first, then of the label sets that rooms have."""
-    types = sorted(floor.building_type, key=lambda building_type: -floor.building_type[building_type])
-    types += sorted({label_set for room in floor.rooms for label_set in room.labels})
-    known = dict.fromkeys(building_type.lower() for building_type in types)
-    return [schemas[building_type] for building_type in known if building_type in schemas]
+    label_sets = sorted({label_set.lower() for room in floor.rooms for label_set in room.labels})
+    names = dict.fromkeys([*floor.building_types, *label_sets])
+    return [schemas[name] for name in names if name in schemas]
+
+
+def _find_label(room: Room, of_floor: list[LabelSchema]) -> Label | None:
+    """The label of a room in the first schema that has it, in whatever case somebody gave it."""
+    name = normalize_label(room.label)
+    return next((schema.by_name[name] for schema in of_floor if name in schema.by_name), None) if name else None
 
 
 def _style_room(room: Room, of_floor: list[LabelSchema], schemas: Schemas) -> RoomStyle:
-    label = next((known for schema in of_floor if (known := schema.by_name.get(room.label or ""))), None)
+    name, label = normalize_label(room.label) or "", _find_label(room, of_floor)
+    coarse = _coarsen(name, room, label, schemas)
+    color = label.color if label else COARSE_COLORS.get(coarse, NEUTRAL_COLOR)
     probability = room.label_probability
     return RoomStyle(
-        color=_color_of_label(room, label, schemas),
+        color=color if name else NEUTRAL_COLOR,
         opacity=PARTIAL_OPACITY if room.partial else OPACITY,
-        is_corridor=_is_corridor(room, label),
+        is_corridor=room.labels.get(LabelSet.R_C, coarse) in CORRIDOR_LABELS,
         is_uncertain=probability is not None and probability < CERTAIN_FROM,
     )
 
 
-def _color_of_label(room: Room, label: Label | None, schemas: Schemas) -> str:
-    """The colour in the schema, or of F/C/E/S, or of the function that the label has in every schema that knows it."""
-    if room.label is None:
-        return NEUTRAL_COLOR
-    if label is not None:
-        return label.color
-    coarse = room.labels.get(LabelSet.F_C_E_S, room.label)
-    functions = {schema.by_name[room.label].in_f_c_e_s() for schema in schemas.values() if room.label in schema.by_name}
-    if coarse not in COARSE_COLORS and len(functions) == 1:
-        coarse = functions.pop()
-    return COARSE_COLORS.get(coarse, NEUTRAL_COLOR)
+def _coarsen(name: str, room: Room, label: Label | None, schemas: Schemas) -> str:
+    """Where a room lies in a coarse label set: as it says, else in that of the experiments, where label_rooms puts it.
 
-
-def _is_corridor(room: Room, label: Label | None) -> bool:
-    """Whether it is CORRIDOR in R/C: as the room says, else by the schema as in the graphs of chapter 5."""
-    said = room.labels.get(LabelSet.R_C)
-    if said is None and label is not None:
-        said = label.in_r_c(Split.GRAPHS)
-    return (said or room.labels.get(LabelSet.F_C_E_S) or room.label) in CORRIDOR_LABELS
+    name: of its label, in capitals; what no schema of its floor knows has the function that it has in all others.
+    """
+    if LabelSet.F_C_E_S in room.labels or (label is None and name in COARSE_COLORS):
+        return room.labels.get(LabelSet.F_C_E_S, name)
+    labels = [label] if label else [schema.by_name[name] for schema in schemas.values() if name in schema.by_name]
+    functions = {str(known.in_f_c_e_s(Split.EXPERIMENTS)) for known in labels}
+    return functions.pop() if len(functions) == 1 else name
 
 
 def _luminance(color: str) -> float:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +27,15 @@ Floats = NDArray[np.float64]
 
 KINDS = ("school", "office")
 
+Made = TypeVar("Made")
+
 
 @dataclass(frozen=True, eq=False)
 class AnnotatedFloor:
-    """A floor whose rooms have labels of the schema of its type.
+    """A floor as its file has it.
 
-    item: name of its file. kind: school or office. building: what it must be left out with, such as school/plans.
+    item: name of its file. kind: school, office or house. building: what it must be left out with, such as
+    school/plans.
     """
 
     item: str
@@ -53,25 +58,40 @@ class AnnotatedFloor:
 def read_annotated_floors(data: Path) -> tuple[list[AnnotatedFloor], dict[str, tuple[Row, ...]]]:
     """The floors of data/buildings/school and data/buildings/office, and by type those that could not be read.
 
+    The floors have a building type, and their rooms labels of its schema.
     Raises DataError when there are no floors of a type.
     """
-    buildings = read_buildings_of_files(data)
+
+    def give_type(drawn: AnnotatedFloor) -> AnnotatedFloor:
+        return replace(drawn, floor=set_building_type(drawn.floor, drawn.kind))
+
     floors, failed = [], {}
     for kind in KINDS:
-        folder = data / "buildings" / kind
-        faults = []
-        for item in list_maps(folder, ".xml"):
-            building = buildings.get(f"buildings/{kind}/{item}.xml", item)
-            try:
-                floor = label_floor(read_drawing(folder / f"{item}.xml"), kind)
-                floors.append(AnnotatedFloor(item, kind, f"{kind}/{building}", floor))
-            except PiantaError as error:
-                faults.append(Row(item, {}, reason_of(error)))
-        failed[kind] = tuple(faults)
+        of_kind, failed[kind] = make_of_drawings(data, kind, give_type)
+        floors += of_kind
     return floors, failed
 
 
-def label_floor(floor: Floor, kind: str) -> Floor:
+def make_of_drawings(
+    data: Path, kind: str, make: Callable[[AnnotatedFloor], Made]
+) -> tuple[list[Made], tuple[Row, ...]]:
+    """What is made of each drawing of data/buildings/KIND, and the drawings of which nothing can be made, with why.
+
+    make: raises PiantaError for such a drawing.
+    Raises DataError when there is no drawing, or when the data's list of files is none.
+    """
+    folder, buildings = data / "buildings" / kind, read_buildings_of_files(data)
+    made, failed = [], []
+    for item in list_maps(folder, ".xml"):
+        building = buildings.get(f"buildings/{kind}/{item}.xml", item)
+        try:
+            made.append(make(AnnotatedFloor(item, kind, f"{kind}/{building}", read_drawing(folder / f"{item}.xml"))))
+        except PiantaError as error:
+            failed.append(Row(item, {}, reason_of(error)))
+    return made, tuple(failed)
+
+
+def set_building_type(floor: Floor, kind: str) -> Floor:
     """The floor with a type, once each of its rooms has a label of that type.
 
     Raises LabelError for labels that the type does not have.

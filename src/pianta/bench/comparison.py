@@ -14,7 +14,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from pianta import __version__
-from pianta.bench.report import start_table
+from pianta.bench.report import ABSENT, show_figure, start_table
 from pianta.bench.table import Row
 from pianta.formats.files import written_atomically
 
@@ -22,7 +22,6 @@ from pianta.formats.files import written_atomically
 Items: TypeAlias = Mapping[str, Sequence[Row]]
 
 WIDTH = 100
-ABSENT = "–"
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def show_comparisons(tables: Sequence[ComparisonTable], items: Items | None = No
             lines += [block, Text()]
         lines += [*map(Text, table.notes), *[Text()] * bool(table.notes)]
     for part, rows in (items or {}).items():
-        lines += _tell_faults(part, rows)
+        lines += tell_faults(part, rows)
     return Group(*lines)
 
 
@@ -147,9 +146,9 @@ def _column_pair(table: ComparisonTable, place: int) -> list[tuple[str, list[str
     """Headings and texts of the column measured here, and of the printed one where there is any."""
     name = table.columns[place]
     cells = [(row.cells[place], row.digits) for row in table.rows]
-    pair = [(f"{name}\nhere", [_show_mean(cell.mean, cell.sd, digits) for cell, digits in cells])]
+    pair = [(f"{name}\nhere", [_show_cell(cell.mean, cell.sd, digits) for cell, digits in cells])]
     if any(cell.printed_mean is not None for cell, _ in cells):
-        printed = [_show_mean(cell.printed_mean, cell.printed_sd, digits) for cell, digits in cells]
+        printed = [_show_cell(cell.printed_mean, cell.printed_sd, digits) for cell, digits in cells]
         pair.append((f"{name}\nthesis", printed))
     return pair
 
@@ -161,13 +160,14 @@ def _draw_block(names: list[str], columns: list[tuple[str, list[str]]]) -> Rende
     return rows
 
 
-def _show_mean(mean: float | None, sd: float | None, digits: int) -> str:
+def _show_cell(mean: float | None, sd: float | None, digits: int) -> str:
     if mean is None:
         return ABSENT
-    return f"{mean:.{digits}f}" + (f" ± {sd:.{digits}f}" if sd is not None else "")
+    return show_figure(float(mean), digits) + (f" ± {show_figure(float(sd), digits)}" if sd is not None else "")
 
 
-def _tell_faults(part: str, rows: Sequence[Row]) -> Iterator[RenderableType]:
+def tell_faults(part: str, rows: Sequence[Row]) -> Iterator[RenderableType]:
+    """A line for each item of a part that failed, and one for how many items there were warnings."""
     for row in rows:
         if row.failure:
             yield Text.assemble((f"{row.item} failed", "red"), f" ({part}), not counted: {row.failure}")

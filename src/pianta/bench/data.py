@@ -12,6 +12,9 @@ DATA_VARIABLE = "PIANTA_DATA"
 DEFAULT_DATA = Path("..", "shared", "data")
 REMEDY = f"give the folder of the data by --data, or by ${DATA_VARIABLE}"
 
+# Maps of schools, with the layouts of the schools; metres per cell.
+SLAM_FOLDER, SLAM_TRUTH, SLAM_RESOLUTION = "slam", "_gt.xml", 0.1
+
 SET_NAMES = ("survey", "furniture", "clutter", "doors", "schools", "growing")
 
 

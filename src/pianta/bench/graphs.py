@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pianta.bench.charts import save_chart, start_chart
 from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable, Items
 from pianta.bench.data import list_maps
 from pianta.bench.table import Column, Figures, Row, measure_rows
 from pianta.formats.building_xml import read_building_xml
-from pianta.formats.files import written_atomically
 from pianta.graphs.centrality import drop_isolated, measure_decay
 from pianta.graphs.metrics import GRAPH_METRICS, find_corridors, measure_graph
 from pianta.labels import schema_of
@@ -79,6 +79,7 @@ NOTES = (
     "closn-cen is the usual closeness; the last row is what section 5.1 prints for it.",
 )
 SEED, PANELS_A_ROW, SPREAD = 0, 5, 0.18
+DPI = 150
 COLORS = ("#4477aa", "#cc6633")
 
 
@@ -126,19 +127,16 @@ def save_distributions(items: Items, path: Path) -> None:
 
     Raises PiantaError when the file cannot be written.
     """
-    from matplotlib.figure import Figure
-
     keys = [key for key in NAMES if key in PRINTED]
     rows = -(-len(keys) // PANELS_A_ROW)
-    figure = Figure(figsize=(2.1 * PANELS_A_ROW, 2.3 * rows), dpi=150, facecolor="white", layout="constrained")
+    figure = start_chart(2.1 * PANELS_A_ROW, 2.3 * rows)
     axes = figure.subplots(rows, PANELS_A_ROW).ravel()
     for ax, key in zip(axes, keys, strict=False):
         plot_distributions(items, key, ax=ax)
     for ax in axes[len(keys) :]:
         ax.set_axis_off()
     axes[-1].legend(*axes[0].get_legend_handles_labels(), loc="center", frameon=False, fontsize=8)
-    with written_atomically(path) as temporary:
-        figure.savefig(temporary, format="png", metadata={"Software": None})
+    save_chart(figure, path, dpi=DPI)
 
 
 def plot_distributions(items: Items, key: str, *, ax: Axes) -> Axes:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from pianta.bench.data import list_maps
+from pianta.bench.data import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, list_maps
 from pianta.bench.rooms import TIME_NOTE, compare_counts, describe_scores, name_columns, time_reconstruction
 from pianta.bench.table import BenchTable, Column, Figures, Part, Printed, measure_rows
 from pianta.drawing import save_picture
@@ -18,8 +18,6 @@ from pianta.formats.maps import read_map
 
 SCORES = ("a_fc", "a_bc")
 HEADINGS = ("A_FC", "A_BC")
-RESOLUTION = 0.1
-TRUTH_ENDING = "_gt.xml"
 PRINTED = (Printed("thesis, our method", {"schools": ((87.6, 5.7), (87.8, 4.5))}),)
 DOOR_COLUMNS = (
     Column("door_precision", "doors\nP", "%", failed=0.0),
@@ -49,8 +47,9 @@ def measure_layout(
     """
     *scores, found, true, seconds, transforms = name_columns(SCORES, HEADINGS)
     columns = (*scores, *DOOR_COLUMNS, found, true, seconds, transforms)
-    measure = partial(_measure_map, folder=data / "slam", method=method, pictures=pictures)
-    rows = measure_rows(track(list_maps(data / "slam", TRUTH_ENDING)), measure, columns=columns)
+    folder = data / SLAM_FOLDER
+    measure = partial(_measure_map, folder=folder, method=method, pictures=pictures)
+    rows = measure_rows(track(list_maps(folder, SLAM_TRUTH)), measure, columns=columns)
     return BenchTable(
         bench="layout",
         title="Table 3.1a, accuracy of layout reconstruction",
@@ -65,8 +64,8 @@ def measure_layout(
 
 
 def _measure_map(name: str, *, folder: Path, method: str, pictures: Path | None) -> Iterator[Figures]:
-    grid = read_map(folder / f"{name}.png", resolution=RESOLUTION)
-    truth = read_building_xml(folder / f"{name}{TRUTH_ENDING}", grid=grid)
+    grid = read_map(folder / f"{name}.png", resolution=SLAM_RESOLUTION)
+    truth = read_building_xml(folder / f"{name}{SLAM_TRUTH}", grid=grid)
     yield {"true": len(truth.rooms)}
     floor, time = time_reconstruction(grid, method=method)
     free = score_labels(floor.label_image(grid), truth.label_image(grid), counted=grid.free)

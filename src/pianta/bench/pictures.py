@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta.bench.charts import save_chart
 from pianta.drawing import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
 from pianta.evaluation.segmentation import match_rooms
-from pianta.formats.files import written_atomically
 from pianta.gridmap import GridMap
 
 # Neighbouring ids differ by the golden angle; reds are left to the errors.
@@ -47,8 +47,7 @@ def save_comparison(found: NDArray[np.integer], truth: NDArray[np.integer], grid
         ax.set_axis_off()
         ax.imshow(image, aspect="auto", interpolation="antialiased")
         figure.text(side / 2 + 0.005, (1 + height) / 2, caption, fontsize=14, va="center")
-    with written_atomically(path) as temporary:
-        figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
+    save_chart(figure, Path(path), dpi=DPI)
 
 
 def paint_comparison(

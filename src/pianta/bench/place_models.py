@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from shapely.affinity import scale
 
 from pianta.bench.annotated_floors import AnnotatedFloor
-from pianta.floor import Floor
+from pianta.floor import Floor, scale_floor
 from pianta.graphs.features import GEOMETRIC, ROOM_FEATURES, compute_room_features
 from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, Split
-from pianta.semantics.places import PlaceModel
+from pianta.semantics.places import PlaceModel, vote
 from pianta.semantics.training import train_places
 
 if TYPE_CHECKING:
@@ -44,7 +42,7 @@ WITHOUT_CENTRALITY, ALL_FEATURES = slice(0, LOCAL_FEATURES), slice(0, len(ROOM_F
 class LocalTrees:
     """Extra-Trees over V_n of single rooms (thesis, sections 5.3 and 6.1.3), for each label set.
 
-    columns: those of V_n that it sees.
+    forests: their classes are places in LABELS. columns: those of V_n that it sees.
     """
 
     forests: Mapping[LabelSet, ExtraTreesClassifier]
@@ -53,14 +51,7 @@ class LocalTrees:
     def judge(self, floor: Floor) -> Opinion:
         """Probabilities of the labels of each set; of what was not in the training 0."""
         features = compute_room_features(floor)[:, self.columns]
-        return {label_set: self._vote(label_set, features) for label_set in self.forests}
-
-    def _vote(self, label_set: LabelSet, features: Floats) -> Floats:
-        forest, labels = self.forests[label_set], LABELS[label_set]
-        votes = np.zeros((len(features), len(labels)))
-        if len(features):
-            votes[:, [labels.index(label) for label in forest.classes_]] = forest.predict_proba(features)
-        return votes
+        return {label_set: vote(forest, features, len(LABELS[label_set])) for label_set, forest in self.forests.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,15 +73,7 @@ class Judges:
 
     def judge_rescaled(self, floor: Floor, factor: float) -> dict[str, Opinion]:
         """What CENTRAL says of a floor whose lengths are multiplied by a factor."""
-        return {IN_DRAWINGS_SCALE: self.local[CENTRAL].judge(scale_floor(floor, factor))}
-
-
-def scale_floor(floor: Floor, factor: float) -> Floor:
-    """The floor with all lengths multiplied, but for its walls."""
-    resize = partial(scale, xfact=factor, yfact=factor, origin=(0, 0))
-    rooms = tuple(replace(room, polygon=resize(room.polygon)) for room in floor.rooms)
-    doors = tuple(replace(door, line=resize(door.line), width=factor * door.width) for door in floor.doors)
-    return replace(floor, rooms=rooms, doors=doors)
+        return {IN_DRAWINGS_SCALE: self.local[CENTRAL].judge(scale_floor(floor, factor, factor))}
 
 
 def name_step(model: str, step: str) -> str:
@@ -135,8 +118,8 @@ def train_local_trees(floors: Sequence[AnnotatedFloor], *, columns: slice, split
 
     features = np.concatenate([floor.features for floor in floors])[:, columns]
     forests = {}
-    for label_set in LABELS:
-        truth = [label for floor in floors for label in true_labels(floor.floor, label_set, split=split)]
+    for label_set, labels in LABELS.items():
+        truth = [labels.index(label) for floor in floors for label in true_labels(floor.floor, label_set, split=split)]
         forests[label_set] = ExtraTreesClassifier(TREES, random_state=seed).fit(features, truth)
     return LocalTrees(forests, columns)
 

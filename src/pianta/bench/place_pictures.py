@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta.bench.charts import save_chart, start_chart
 from pianta.bench.judged_floors import LAYOUTS, OFFICES, SCHOOLS
 from pianta.bench.place_models import CENTRAL, LABELS, PIANTA
 from pianta.bench.place_tables import (
@@ -19,8 +20,8 @@ from pianta.bench.place_tables import (
     average_confusions,
     measure_curve,
 )
+from pianta.bench.report import show_figure
 from pianta.evaluation.semantics import Reliability
-from pianta.formats.files import written_atomically
 from pianta.labels import LabelSet
 
 if TYPE_CHECKING:
@@ -36,13 +37,12 @@ DPI = 130
 def save_place_pictures(bench: PlacesBench, folder: Path) -> None:
     """Write reliability.png and confusion.png into a folder; raises PiantaError when one cannot be written."""
     for name, draw in PICTURES.items():
-        with written_atomically(folder / name) as temporary:
-            draw(bench).savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
+        save_chart(draw(bench), folder / name, dpi=DPI)
 
 
 def draw_reliability(bench: PlacesBench) -> Figure:
     """Share of right labels by the probability of the label given, and rooms in each bin; a column a label set."""
-    figure = _start_figure(9, 5.4)
+    figure = start_chart(9, 5.4)
     curves, counts = figure.subplots(2, len(LABELS), sharex=True, height_ratios=(3, 1), squeeze=False)
     for label_set, above, below in zip(LABELS, curves, counts, strict=True):
         for place, part in enumerate(COLORS):
@@ -62,7 +62,7 @@ def draw_reliability(bench: PlacesBench) -> Figure:
 
 def draw_confusions(bench: PlacesBench) -> Figure:
     """Tables 5.3 (left) and 5.4 (right) as heat maps: the thesis, Extra-Trees here, pianta."""
-    figure = _start_figure(7.4, 9.6)
+    figure = start_chart(7.4, 9.6)
     layouts = bench.of_part(LAYOUTS)
     axes = figure.subplots(3, 2)
     for column, (printed, backward) in enumerate(((PRINTED_FORWARD, False), (PRINTED_BACKWARD, True))):
@@ -83,7 +83,7 @@ def plot_confusion(means: NDArray[np.float64], title: str, *, ax: Axes) -> Axes:
     ax.imshow(np.nan_to_num(means), cmap="Blues", vmin=0, vmax=100)
     for (row, col), mean in np.ndenumerate(means):
         color = "white" if mean > 55 else "#222222"
-        ax.text(col, row, "–" if np.isnan(mean) else f"{mean:.0f}", ha="center", va="center", color=color, fontsize=9)
+        ax.text(col, row, show_figure(float(mean), 0), ha="center", va="center", color=color, fontsize=9)
     ax.set_xticks(range(len(given)), given)
     ax.set_yticks(range(len(labels)), [label[0] for label in labels])
     ax.set_title(title, fontsize=10)
@@ -110,12 +110,3 @@ def _plot_counts(curve: Reliability, part: str, place: int, *, ax: Axes) -> None
     width = (curve.edges[1] - curve.edges[0]) / (len(COLORS) + 1)
     left = curve.edges[:-1] + (place + 0.5) * width
     ax.bar(left, curve.counts, width, align="edge", color=COLORS[part])
-
-
-def _start_figure(width: float, height: float) -> Figure:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained", facecolor="white")
-    FigureCanvasAgg(figure)
-    return figure

@@ -191,7 +191,7 @@ def tabulate_calibration(bench: PlacesBench) -> ComparisonTable:
         ]
         rows.append(ComparisonRow(model, tuple(cells)))
     notes = (
-        "10 bins of equal width by the probability of the given label. Bars: 5 in R/C, 8 in F/C/E/S.",
+        "10 bins of equal width by the probability of the given label.",
         "S schools, O offices, L reconstructed layouts of schools, rooms that overlap no true room left out.",
     )
     columns = tuple(f"{INITIALS[part]} {labels}" for part, labels in sets)

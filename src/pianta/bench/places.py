@@ -13,13 +13,13 @@ from typing import TypeVar
 
 from pianta.bench.annotated_floors import (
     AnnotatedFloor,
-    label_floor,
     read_annotated_floors,
     read_buildings_of_files,
     read_drawing,
+    set_building_type,
 )
 from pianta.bench.comparison import save_comparisons
-from pianta.bench.data import list_maps
+from pianta.bench.data import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, list_maps
 from pianta.bench.judged_floors import LAYOUTS, OFFICES, SCHOOLS, TRUE_LAYOUTS, JudgedFloor
 from pianta.bench.place_models import LABELS, PIANTA, Judges, train_judges, train_on, true_labels
 from pianta.bench.place_tables import Cost, PlacesBench, tabulate_places
@@ -35,8 +35,8 @@ from pianta.semantics.simulated import simulate_reading
 
 PART_OF_KIND = {"school": SCHOOLS, "office": OFFICES}
 SIMULATED = "simulated"
-# The maps are of schools.
-MAPS_FOLDER, MAPS_KIND, MAPS_TRUTH, MAP_RESOLUTION = "slam", "school", "_gt.xml", 0.1
+# Of the buildings on the maps.
+MAPS_KIND = "school"
 # Of the floor that labelling is timed on, and how often both are.
 TIMED_ROOMS, RUNS = 60, 3
 
@@ -140,9 +140,9 @@ class _Run:
         self.judged += judged
 
     def _read_map(self, item: str) -> tuple[GridMap, Floor]:
-        folder = self.data / MAPS_FOLDER
-        grid = read_map(folder / f"{item}.png", resolution=MAP_RESOLUTION)
-        return grid, label_floor(read_drawing(folder / f"{item}{MAPS_TRUTH}", grid=grid), MAPS_KIND)
+        folder = self.data / SLAM_FOLDER
+        grid = read_map(folder / f"{item}.png", resolution=SLAM_RESOLUTION)
+        return grid, set_building_type(read_drawing(folder / f"{item}{SLAM_TRUTH}", grid=grid), MAPS_KIND)
 
     def _compare_scales(self, item: str, true: Floor) -> float:
         """Lengths of the drawing in those of the map of the same floor; 1 where there is no drawing."""
@@ -152,15 +152,18 @@ class _Run:
         return float(sqrt(areas[0] / area)) if areas else 1.0
 
     def measure_cost(self) -> None:
-        """Time training, and reading and labelling of the map whose number of rooms found is next to TIMED_ROOMS."""
+        """Time training, and reading and labelling of the map whose number of rooms found is next to TIMED_ROOMS.
+
+        It is labelled by a model of drawn floors, as the one that comes with pianta is.
+        """
         layouts = [floor for floor in self.judged if floor.part == LAYOUTS]
         if not layouts:
             return
         layout = min(layouts, key=lambda floor: abs(len(floor.found.rooms) - TIMED_ROOMS))
         train = partial(train_on, self.floors, split=self.split, seed=self.seed)
         grid, _ = self._read_map(layout.item)
-        train_drawn, _ = _time(train)
-        train_all, model = _time(partial(train, [*self.simulated.values()]))
+        train_drawn, model = _time(train)
+        train_all, _ = _time(partial(train, [*self.simulated.values()]))
         read = median(_time(partial(reconstruct, grid))[0] for _ in range(RUNS))
         label = median(_time(partial(model.label, layout.found))[0] for _ in range(RUNS))
         rooms = sum(len(floor.floor.rooms) for floor in self.floors)
@@ -182,8 +185,8 @@ def _start(data: Path, *, split: Split, seed: int, pictures: Path | None) -> _Ru
     floors, failed = read_annotated_floors(data)
     buildings = read_buildings_of_files(data)
     maps = {
-        item: f"{MAPS_KIND}/{buildings.get(f'{MAPS_FOLDER}/{item}.png', item)}"
-        for item in list_maps(data / MAPS_FOLDER, MAPS_TRUTH)
+        item: f"{MAPS_KIND}/{buildings.get(f'{SLAM_FOLDER}/{item}.png', item)}"
+        for item in list_maps(data / SLAM_FOLDER, SLAM_TRUTH)
     }
     items = {part: [*failed[kind]] for kind, part in PART_OF_KIND.items()} | {SIMULATED: [], LAYOUTS: []}
     return _Run(data, split, seed, pictures, floors, maps, items)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import isfinite
 
 from rich import box
 from rich.console import Group, RenderableType
@@ -10,6 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from pianta.bench.table import BenchTable, Part, Summary
+
+ABSENT = "–"
 
 
 def show_bench_table(table: BenchTable, *, maps: bool = True) -> Group:
@@ -38,8 +41,8 @@ def _show_summaries(table: BenchTable) -> Iterator[RenderableType]:
             if part.name == name:
                 scores = [_show_mean(part.summarise(key)).replace(" ", "") for key in table.summarised]
                 ratio, seconds = part.divide_sums(*table.ratios["found_per_true"]), part.summarise("seconds").mean
-                times = _show_figure(seconds, 1), _show_figure(part.summarise("transforms").median, 0)
-                rows.add_row(part.method, *scores, _show_figure(ratio, 2), *times)
+                times = show_figure(seconds, 1), show_figure(part.summarise("transforms").median, 0)
+                rows.add_row(part.method, *scores, show_figure(ratio, 2), *times)
         yield rows
         yield from (_tell_what_lasted(part, table) for part in table.parts if part.name == name)
         yield Text()
@@ -58,12 +61,12 @@ def _show_maps(part: Part, table: BenchTable) -> Iterator[RenderableType]:
     name = part.name if len(table.methods) == 1 else f"{part.name},\n{part.method}"
     rows = start_table(name, *(column.heading for column in columns))
     for row in part.rows:
-        cells = (_show_figure(row.figures[column.key], column.digits) for column in columns)
+        cells = (show_figure(row.figures[column.key], column.digits) for column in columns)
         rows.add_row(Text(row.item, style="red" if row.failure else ""), *cells)
     rows.add_section()
     summaries = [(part.summarise(column.key), column.digits) for column in columns]
     for name in ("mean", "sd", "median"):
-        rows.add_row(name, *(_show_figure(getattr(summary, name), digits) for summary, digits in summaries))
+        rows.add_row(name, *(show_figure(getattr(summary, name), digits) for summary, digits in summaries))
     yield rows
 
 
@@ -108,10 +111,11 @@ def start_table(first: str, *headings: str) -> Table:
 
 
 def _show_mean(summary: Summary) -> str:
-    return f"{_show_figure(summary.mean, 1)} ± {_show_figure(summary.sd, 1)}"
+    return f"{show_figure(summary.mean, 1)} ± {show_figure(summary.sd, 1)}"
 
 
-def _show_figure(figure: float | None, digits: int) -> str:
-    if figure is None:
-        return "–"
+def show_figure(figure: float | None, digits: int) -> str:
+    """A figure with so many digits behind the point, none behind a whole number; ABSENT for None, nan and infinity."""
+    if figure is None or not isfinite(figure):
+        return ABSENT
     return str(figure) if isinstance(figure, int) else f"{figure:.{digits}f}"

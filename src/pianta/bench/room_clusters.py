@@ -12,6 +12,7 @@ from sklearn.cluster import DBSCAN
 from sklearn.decomposition import PCA
 from sklearn.metrics import completeness_score, homogeneity_score
 from sklearn.neighbors import NearestNeighbors
+from sklearn.preprocessing import minmax_scale
 
 from pianta.bench.room_sets import Floats, RoomSet
 from pianta.graphs.features import GENERAL_FEATURES
@@ -27,19 +28,12 @@ BEND_SHARE = 0.98
 Clusters = NDArray[np.int_]
 
 
-def _share_of_range(rooms: RoomSet) -> Floats:
-    """Each feature in per cent of the range that it has in the set."""
-    geometry = rooms.geometry - rooms.geometry.min(axis=0)
-    spread = geometry.max(axis=0)
-    return np.asarray(100 * geometry / np.where(spread > 0, spread, 1))
-
-
 # The thesis does not print how its features were scaled for an ε of 3.
 SCALES: MappingProxyType[str, Callable[[RoomSet], Floats]] = MappingProxyType(
     {
         "a (m²), d, rt": lambda rooms: rooms.geometry,
         "with neighbours": RoomSet.with_neighbours,
-        "% of range": _share_of_range,
+        "% of range": lambda rooms: 100 * minmax_scale(rooms.geometry),
     }
 )
 

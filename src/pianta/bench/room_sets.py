@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.bench.annotated_floors import read_buildings_of_files, read_drawing
-from pianta.bench.data import REMEDY, list_maps
+from pianta.bench.annotated_floors import AnnotatedFloor, make_of_drawings
+from pianta.bench.data import REMEDY
+from pianta.bench.table import Row
 from pianta.errors import DataError, LabelError
 from pianta.floor import Floor
+from pianta.formats.faults import join_faults
 from pianta.formats.files import shown
 from pianta.formats.label_schema import read_label_schema
 from pianta.graphs.features import GENERAL_FEATURES, compute_general_features
@@ -58,24 +61,30 @@ class RoomSet:
         return np.hstack([self.geometry, self.neighbours])
 
 
-def read_room_sets(data: Path) -> tuple[RoomSet, ...]:
+def read_room_sets(data: Path) -> tuple[tuple[RoomSet, ...], dict[str, tuple[Row, ...]]]:
     """The sets of types that data/buildings has, and their union when there are several (section 4.2.3).
+
+    Beside them, by type, the floors that could not be read or have labels that the schema does not have: no set has
+    their rooms.
 
     A house set is the user's: data/buildings/house with layout XMLs, and their schema in labels.yaml unless the
     labels are already those of L_general.
 
-    Raises DataError when there is none, or one that is too small to learn from; LabelError for labels that the schema
-    does not have.
+    Raises DataError when there is none, or one that is too small to learn from, LabelError for a schema that is none.
     """
     folder = data / "buildings"
     types = [name for name in BUILDING_TYPES if (folder / name).is_dir()]
     if not types:
         places = ", ".join(shown(folder / name) for name in BUILDING_TYPES)
         raise DataError(f"no buildings in any of {places}, {REMEDY}")
-    buildings = read_buildings_of_files(data)
-    sets = [_read_room_set(folder / name, buildings) for name in types]
-    initials = "+".join(rooms.name[0] for rooms in sets)
-    return (*sets, join_room_sets(initials, sets)) if len(sets) > 1 else tuple(sets)
+    sets, failed = [], {}
+    for name in types:
+        floors, failed[name] = make_of_drawings(data, name, partial(_represent, _schema_of_folder(folder / name)))
+        _check_size(floors, failed[name], folder / name)
+        sets.append(join_room_sets(name.capitalize(), floors))
+    if len(sets) > 1:
+        sets.append(join_room_sets("+".join(rooms.name[0] for rooms in sets), sets))
+    return tuple(sets), failed
 
 
 def join_room_sets(name: str, sets: Sequence[RoomSet]) -> RoomSet:
@@ -112,28 +121,24 @@ def represent_floor(floor: Floor, labels: Sequence[str]) -> tuple[Floats, Floats
     return compute_general_features(floor), neighbours
 
 
-def _read_room_set(folder: Path, buildings: Mapping[str, str]) -> RoomSet:
-    generalise = _schema_of_folder(folder)
-    floors = []
-    for item in list_maps(folder, ".xml"):
-        floor = read_drawing(folder / f"{item}.xml")
-        labels = generalise([room.label for room in floor.rooms])
-        building = buildings.get(f"buildings/{folder.name}/{item}.xml", item)
-        names = Counter(zip(labels, (str(room.label) for room in floor.rooms), strict=True))
-        places = np.full(len(labels), f"{folder.name}/{building}")
-        floors.append(RoomSet(item, *represent_floor(floor, labels), np.array(labels, str), places, names))
-    return _checked(join_room_sets(folder.name.capitalize(), floors), folder)
+def _represent(generalise: Callable[[Sequence[str | None]], list[str]], drawn: AnnotatedFloor) -> RoomSet:
+    """The rooms of one floor."""
+    floor = drawn.floor
+    labels = generalise([room.label for room in floor.rooms])
+    names = Counter(zip(labels, (str(room.label) for room in floor.rooms), strict=True))
+    buildings = np.full(len(labels), drawn.building)
+    return RoomSet(drawn.item, *represent_floor(floor, labels), np.array(labels, str), buildings, names)
 
 
-def _checked(rooms: RoomSet, folder: Path) -> RoomSet:
-    """Refuse a set that cannot be divided into folds."""
-    _, counts = np.unique(rooms.labels, return_counts=True)
-    buildings = len(np.unique(rooms.buildings))
-    if np.sum(counts >= FEWEST_ROOMS) < 2 or buildings < 2:
-        found = f"{len(rooms.labels)} rooms in {buildings} building{'s' * (buildings != 1)}"
+def _check_size(floors: Sequence[RoomSet], failed: Sequence[Row], folder: Path) -> None:
+    """Refuse a set that cannot be divided into folds, and say which of its floors failed."""
+    counts = Counter(label for floor in floors for label in floor.labels.tolist())
+    buildings = len({building for floor in floors for building in floor.buildings.tolist()})
+    if sum(count >= FEWEST_ROOMS for count in counts.values()) < 2 or buildings < 2:
+        found = f"{counts.total()} rooms in {buildings} building{'s' * (buildings != 1)}"
         need = f"at least 2 buildings, and {FEWEST_ROOMS} rooms of each of 2 labels of L_general"
-        raise DataError(f"{shown(folder)} has {found}, too few to learn from, give {need}")
-    return rooms
+        faults = f" ({join_faults([f'{row.item} failed: {row.failure}' for row in failed])})" if failed else ""
+        raise DataError(f"{shown(folder)} has {found}, too few to learn from{faults}, give {need}")
 
 
 def _schema_of_folder(folder: Path) -> Callable[[Sequence[str | None]], list[str]]:

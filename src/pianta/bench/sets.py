@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.bench.data import REMEDY, check_set, list_maps
+from pianta.bench.data import REMEDY, SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, check_set, list_maps
 from pianta.errors import DataError
 from pianta.evaluation.segmentation import drop_small_rooms
 from pianta.formats.building_xml import read_building_xml
@@ -21,7 +21,7 @@ from pianta.formats.maps import read_map
 from pianta.formats.survey_truth import ROOM_ABOVE_GREY, label_free_rooms, label_patches
 from pianta.gridmap import GridMap
 
-RESOLUTION, SCHOOL_RESOLUTION = 0.05, 0.1
+RESOLUTION = 0.05
 CLOSED = "_[0-9][0-9]_IN.png"
 
 
@@ -117,8 +117,8 @@ def read_closed_doors(folder: Path, name: str) -> TrueMap:
 
 def read_school(folder: Path, name: str) -> TrueMap:
     """A school's map, and the rooms of its layout XML, walls included."""
-    grid = read_map(folder / f"{name}.png", resolution=SCHOOL_RESOLUTION)
-    truth = read_building_xml(folder / f"{name}_gt.xml", grid=grid).label_image(grid).astype(np.int32)
+    grid = read_map(folder / f"{name}.png", resolution=SLAM_RESOLUTION)
+    truth = read_building_xml(folder / f"{name}{SLAM_TRUTH}", grid=grid).label_image(grid).astype(np.int32)
     return TrueMap(grid, truth, truth, grid.free)
 
 
@@ -129,7 +129,7 @@ SETS = {
         MapSet("furniture", "survey", "_gt_segmentation.png", partial(read_survey_map, ending="_furnitures.png")),
         MapSet("clutter", "clutter", "_gt.png", read_colored_map),
         MapSet("doors", "doors", "_GT.png", read_closed_doors, free_only=True, in_places=True),
-        MapSet("schools", "slam", "_gt.xml", read_school, free_only=True),
+        MapSet("schools", SLAM_FOLDER, SLAM_TRUTH, read_school, free_only=True),
         MapSet("growing", "partial/freiburg79", "_gt.png", read_colored_map, grows=True),
     )
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean, stdev
 from types import MappingProxyType
@@ -11,6 +11,7 @@ from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from sklearn.metrics import confusion_matrix
 from sklearn.model_selection import GroupKFold, StratifiedKFold
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.neural_network import MLPClassifier
@@ -115,14 +116,12 @@ class Transfer:
     accuracies: Mapping[str, tuple[float, ...]]
 
 
-def cross_validate(
-    rooms: RoomSet, *, representation: str, divided: str, seed: int, algorithms: Iterable[str] = ALGORITHMS
-) -> CrossValidation:
+def cross_validate(rooms: RoomSet, *, representation: str, divided: str, seed: int) -> CrossValidation:
     """Label each room by classifiers that learnt from the other folds (Fig. 4.3, Table 4.3)."""
     features = REPRESENTATIONS[representation](rooms)
     splits = divide(rooms, divided=divided, seed=seed)
-    given = {name: _predict_folds(name, features, rooms.labels, splits, seed) for name in algorithms}
-    tables = [count_confusion(rooms.labels, labels) for labels in given.values()]
+    given = {name: _predict_folds(name, features, rooms.labels, splits, seed) for name in ALGORITHMS}
+    tables = [confusion_matrix(rooms.labels, labels, labels=GENERAL_LABELS) for labels in given.values()]
     accuracies = {
         name: tuple(float((labels[test] == rooms.labels[test]).mean()) for _, test in splits)
         for name, labels in given.items()
@@ -132,15 +131,13 @@ def cross_validate(
     return CrossValidation(rooms.name, representation, divided, accuracies, confusion, misled)
 
 
-def measure_transfer(
-    train: RoomSet, test: RoomSet, *, representation: str, seed: int, algorithms: Iterable[str] = ALGORITHMS
-) -> Transfer:
+def measure_transfer(train: RoomSet, test: RoomSet, *, representation: str, seed: int) -> Transfer:
     """Learn from nine tenths of a set, ten times, and label the whole of another (Table 4.4)."""
     learnt, asked = (REPRESENTATIONS[representation](rooms) for rooms in (train, test))
     accuracies: dict[str, tuple[float, ...]] = {}
-    for name in algorithms:
+    for name, make in ALGORITHMS.items():
         classifiers = [
-            ALGORITHMS[name](seed + fold).fit(learnt[rows], train.labels[rows])
+            make(seed + fold).fit(learnt[rows], train.labels[rows])
             for fold, (rows, _) in enumerate(divide(train, divided="rooms", seed=seed))
         ]
         accuracies[name] = tuple(float((each.predict(asked) == test.labels).mean()) for each in classifiers)
@@ -158,15 +155,11 @@ def divide(rooms: RoomSet, *, divided: str, seed: int) -> list[Split]:
     return list(GroupKFold(count).split(rooms.geometry, groups=rooms.buildings))
 
 
-def count_confusion(true: Labels, given: Labels) -> NDArray[np.int_]:
-    """Rooms by their true label (row) and the given one (column), in the order of GENERAL_LABELS, shape (5, 5)."""
-    return np.array(
-        [[np.sum((true == row) & (given == column)) for column in GENERAL_LABELS] for row in GENERAL_LABELS]
-    )
-
-
 def share_rows(table: NDArray[np.int_]) -> Floats:
-    """A confusion matrix with rows of sum 1; the diagonal is what Table 4.3 calls TP, the rest of a row FP."""
+    """A confusion matrix whose rows, the true labels, have the sum 1.
+
+    The diagonal is what Table 4.3 calls TP, the rest of a row FP.
+    """
     totals = table.sum(axis=1, keepdims=True)
     return np.asarray(np.divide(table, totals, out=np.full(table.shape, np.nan), where=totals > 0))
 

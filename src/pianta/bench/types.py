@@ -12,6 +12,7 @@ import numpy as np
 from pianta.bench.printed_types import CHARACTERISTICS
 from pianta.bench.room_clusters import SCALES, RoomClusters, find_room_clusters
 from pianta.bench.room_sets import GENERAL_LABELS, RoomSet, join_room_sets, name_sizes_by_area, read_room_sets
+from pianta.bench.table import Row
 from pianta.bench.type_classifiers import (
     DIVISIONS,
     REPRESENTATIONS,
@@ -46,7 +47,7 @@ class TypesBench:
     """What was measured of each set, in the order of the thesis; the union comes last where there is one.
 
     seed: of folds and of algorithms. validations, transfers: by BY_NAME and BY_AREA; the latter only OF_THESIS.
-    transfers: between sets of one type each.
+    transfers: between sets of one type each. failed: by building type, the floors that no set has, and why.
     """
 
     seed: int
@@ -54,15 +55,17 @@ class TypesBench:
     validations: dict[str, tuple[CrossValidation, ...]]
     transfers: dict[str, tuple[Transfer, ...]]
     clusters: tuple[RoomClusters, ...]
+    failed: dict[str, tuple[Row, ...]]
 
 
 def measure_types(data: Path, *, seed: int = 0, track: Callable[[Sequence[str]], Iterable[str]] = iter) -> TypesBench:
     """Measure Tables 4.2, 4.3, 4.4 and Figs. 4.3, 4.4 on the buildings of the data.
 
+    A floor that fails does not count.
     track: as of measure_segmentation, over the classifications. Raises what read_room_sets raises.
     """
-    sets = {BY_NAME: read_room_sets(data)}
-    sets[BY_AREA] = _name_all_by_area(sets[BY_NAME])
+    read, failed = read_room_sets(data)
+    sets = {BY_NAME: read, BY_AREA: _name_all_by_area(read)}
     trials = [(BY_NAME, *trial) for trial in product(sets[BY_NAME], REPRESENTATIONS, DIVISIONS)]
     trials += [(BY_AREA, rooms, *OF_THESIS) for rooms in sets[BY_AREA]]
     validations: dict[str, list[CrossValidation]] = {BY_NAME: [], BY_AREA: []}
@@ -78,6 +81,7 @@ def measure_types(data: Path, *, seed: int = 0, track: Callable[[Sequence[str]],
             BY_AREA: _measure_transfers(sets[BY_AREA], OF_THESIS[:1], seed),
         },
         tuple(find_room_clusters(rooms, scale=scale) for rooms, scale in product(sets[BY_NAME], SCALES)),
+        failed,
     )
 
 

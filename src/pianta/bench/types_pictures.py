@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pianta.bench import printed_types as printed
+from pianta.bench.charts import save_chart, start_chart
 from pianta.bench.room_clusters import EPSILON, MIN_POINTS, OUTLIER, SCALES, RoomClusters
 from pianta.bench.type_classifiers import ALGORITHMS, CrossValidation
 from pianta.bench.types import BY_AREA, BY_NAME, OF_THESIS, TypesBench
-from pianta.formats.files import written_atomically
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,13 +35,12 @@ def save_types_pictures(bench: TypesBench, folder: Path) -> None:
     Raises PiantaError when one cannot be written.
     """
     for name, draw in PICTURES.items():
-        with written_atomically(folder / name) as temporary:
-            draw(bench).savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
+        save_chart(draw(bench), folder / name, dpi=DPI)
 
 
 def draw_accuracies(bench: TypesBench) -> Figure:
     """Bars of the algorithms and their standard deviations over folds, with the thesis' means (Fig. 4.3)."""
-    figure = _start_figure(9.5, 4)
+    figure = start_chart(9.5, 4)
     captions = {BY_NAME: "S, M, B by the label's name", BY_AREA: "S, M, B by area"}
     axes = figure.subplots(1, 2, sharey=True)
     for ax, (sizes, validations) in zip(axes, bench.validations.items(), strict=True):
@@ -56,7 +55,7 @@ def draw_accuracies(bench: TypesBench) -> Figure:
 
 def draw_distances(bench: TypesBench) -> Figure:
     """The K-distance plot of each set, and ε, by which ε is chosen (section 4.2.4)."""
-    figure = _start_figure(3.4 * len(SCALES), 3.6)
+    figure = start_chart(3.4 * len(SCALES), 3.6)
     for ax, scale in zip(figure.subplots(1, len(SCALES), sharey=True), SCALES, strict=True):
         for color, each in zip(ALGORITHM_COLORS, _of_scale(bench.clusters, scale), strict=False):
             ranks = np.linspace(0, 100, len(each.distances))
@@ -73,7 +72,7 @@ def draw_distances(bench: TypesBench) -> Figure:
 def draw_clusters(bench: TypesBench) -> Figure:
     """Clusters on the first two principal components, a column a set, a row a scale; outliers black (Fig. 4.4a-d)."""
     count = len(bench.sets)
-    figure = _start_figure(3.5 * count, 3.0 * len(SCALES))
+    figure = start_chart(3.5 * count, 3.0 * len(SCALES))
     rows = figure.subplots(len(SCALES), count, squeeze=False)
     for axes, scale in zip(rows, SCALES, strict=True):
         for ax, each in zip(axes, _of_scale(bench.clusters, scale), strict=True):
@@ -86,7 +85,7 @@ def draw_clusters(bench: TypesBench) -> Figure:
 def draw_cluster_scores(bench: TypesBench) -> Figure:
     """Homogeneity and completeness over L_general, and homogeneity over R/C (Fig. 4.4f)."""
     scores = {"homogeneity": "homogeneity", "completeness": "completeness", "homogeneity_r_c": "homogeneity, R/C"}
-    figure = _start_figure(3.4 * len(SCALES), 3.4)
+    figure = start_chart(3.4 * len(SCALES), 3.4)
     for ax, scale in zip(figure.subplots(1, len(SCALES), sharey=True), SCALES, strict=True):
         clusters = _of_scale(bench.clusters, scale)
         for place, (key, name) in enumerate(scores.items()):
@@ -152,12 +151,3 @@ def _of_scale(clusters: Sequence[RoomClusters], scale: str) -> list[RoomClusters
 
 def _clear(ax: Axes) -> None:
     ax.spines[["top", "right"]].set_visible(False)
-
-
-def _start_figure(width: float, height: float) -> Figure:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure

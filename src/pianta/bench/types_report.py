@@ -15,7 +15,8 @@ from rich.text import Text
 
 from pianta import __version__
 from pianta.bench import printed_types as printed
-from pianta.bench.report import start_table
+from pianta.bench.comparison import tell_faults
+from pianta.bench.report import show_figure, start_table
 from pianta.bench.room_clusters import EPSILON, MIN_POINTS, RoomClusters
 from pianta.bench.room_sets import GENERAL_LABELS, RoomSet
 from pianta.bench.type_classifiers import ALGORITHMS, CrossValidation, Transfer
@@ -58,7 +59,8 @@ def show_types_bench(bench: TypesBench) -> Group:
     lines: list[RenderableType] = [Text(f"Building types (chapter 4), seed {bench.seed}", style="bold"), Text()]
     for part in chain.from_iterable(parts):
         lines += [part, Text()] if isinstance(part, Table) else [part]
-    return Group(*lines, *map(Text, NOTES))
+    faults = chain.from_iterable(tell_faults(f"{kind}s", rows) for kind, rows in bench.failed.items())
+    return Group(*lines, *faults, *map(Text, NOTES))
 
 
 def _show_characteristics(sets: Sequence[RoomSet]) -> Iterator[RenderableType]:
@@ -86,7 +88,8 @@ def _show_accuracies(bench: TypesBench) -> Iterator[RenderableType]:
             of_thesis = (each.representation, each.divided) == OF_THESIS
             theirs = printed.ACCURACIES.get(each.rooms) if of_thesis else None
             means = [fmean(folds) for folds in each.accuracies.values()]
-            figures = [_digits(100 * value) for value in (*means, each.mean, each.sd_of_algorithms, each.sd_of_folds)]
+            shares = (*means, each.mean, each.sd_of_algorithms, each.sd_of_folds)
+            figures = [show_figure(100 * share, 1) for share in shares]
             beside = f"{theirs[0]}±{theirs[1]}" if theirs else ""
             table.add_row(each.rooms, each.representation, each.divided, *figures, beside)
         yield table
@@ -103,7 +106,7 @@ def _show_confusions(validations: Iterable[CrossValidation]) -> Iterator[Rendera
             right = 100 * validation.confusion[row, row]
             cells = (100 * validation.confusion[row]).tolist()
             beside = [_beside(*pair) for pair in zip(cells, _pad(theirs[row], len(cells)), strict=True)]
-            table.add_row(label, *beside, _digits(right), _digits(100 - right))
+            table.add_row(label, *beside, show_figure(right, 1), show_figure(100 - right, 1))
         misled = (100 * validation.misled).tolist()
         wrong = _pad(printed.MISLED.get(validation.rooms, ()), len(misled))
         right_ones = [100 - value if value is not None else None for value in wrong]
@@ -128,7 +131,7 @@ def _show_transfers(bench: TypesBench) -> Iterator[RenderableType]:
             runs = (f"{100 * fmean(runs):.1f}±{100 * stdev(runs):.1f}" for runs in each.accuracies.values())
             beside = f"{theirs[-1]}" if theirs else ""
             table.add_row(
-                f"{each.train}, {each.test}", each.representation, *runs, _digits(100 * _mean_of(each)), beside
+                f"{each.train}, {each.test}", each.representation, *runs, show_figure(100 * _mean_of(each), 1), beside
             )
         yield table
     pairs = (f"{train} to {test} {means[-1]}" for (train, test), means in printed.TRANSFERS.items())
@@ -140,7 +143,7 @@ def _show_clusters(clusters: Sequence[RoomClusters]) -> Iterator[RenderableType]
     table = _start_table(2, "set", "features", *(heading for heading, *_ in CLUSTER_COLUMNS), "bend", "below\nε, %")
     for each in clusters:
         below = 100 * float((each.distances <= EPSILON).mean())
-        table.add_row(*_show_figures(each, CLUSTER_COLUMNS), _digits(each.bend), _digits(below))
+        table.add_row(*_show_figures(each, CLUSTER_COLUMNS), show_figure(each.bend, 1), show_figure(below, 1))
     theirs = printed.CLUSTERS, str(printed.OUTLIERS), str(printed.CORRIDORS_IN_OUTLIERS)
     table.add_row("thesis", "?", *theirs, *[""] * 4)
     yield table
@@ -162,7 +165,7 @@ def _start_table(names: int, *headings: str) -> Table:
 
 def _show_figures(clusters: RoomClusters, columns: Columns) -> list[str]:
     figures = [(clusters.figures[key], factor, digits) for _, key, factor, digits in columns]
-    shown = ["–" if value is None else f"{value * factor:.{digits}f}" for value, factor, digits in figures]
+    shown = [show_figure(None if value is None else value * factor, digits) for value, factor, digits in figures]
     return [clusters.rooms, clusters.scale, *shown]
 
 
@@ -170,12 +173,8 @@ def _mean_of(measured: Transfer) -> float:
     return fmean(map(fmean, measured.accuracies.values()))
 
 
-def _digits(value: float | None) -> str:
-    return "–" if value is None or not isfinite(value) else f"{value:.1f}"
-
-
 def _beside(ours: float | None, theirs: float | None) -> str:
-    return _digits(ours) + (f" ({theirs:.1f})" if theirs is not None else "")
+    return show_figure(ours, 1) + (f" ({show_figure(theirs, 1)})" if theirs is not None else "")
 
 
 def _pad(values: Sequence[float], length: int) -> list[float | None]:
@@ -208,6 +207,11 @@ def _as_json(bench: TypesBench) -> dict[str, object]:
             {"set": each.rooms, "features": each.scale, "min_points": MIN_POINTS, "epsilon": EPSILON}
             | {"bend": each.bend, **each.figures}
             for each in bench.clusters
+        ],
+        "failures": [
+            {"type": kind, "item": row.item, "failure": row.failure}
+            for kind, rows in bench.failed.items()
+            for row in rows
         ],
         "printed": {
             "accuracies_percent": dict(printed.ACCURACIES),

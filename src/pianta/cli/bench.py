@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,7 +17,7 @@ from pianta.formats.files import shown
 from pianta.layout.methods import METHODS, check_method
 
 if TYPE_CHECKING:
-    from pianta.bench.comparison import ComparisonTable, Items
+    from pianta.bench.comparison import Items
     from pianta.bench.table import BenchTable
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
@@ -56,7 +56,6 @@ GraphPictures = Annotated[
     typer.Option("--pictures", help="Folder for graphs.png, every metric of every building.", metavar="DIR"),
 ]
 
-
 TypesPictures = Annotated[
     Path | None,
     typer.Option(
@@ -74,7 +73,7 @@ PlacePictures = Annotated[
 PlaceSplit = Annotated[
     str, typer.Option(help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5).")
 ]
-Seed = Annotated[int, typer.Option(help="Of folds, and of algorithms that draw lots.", min=0, max=2**31)]
+Seed = Annotated[int, typer.Option(help="Of folds, of classifiers, and of simulated maps.", min=0, max=2**31)]
 
 
 @app.command("layout", epilog=show_examples(["pianta bench layout", "pianta bench layout --pictures layouts"]))
@@ -152,9 +151,20 @@ def bench_graphs(*, data: Data = None, json: Json = None, pictures: GraphPicture
     Reads buildings/school/*.xml and buildings/office/*.xml of the data. A
     building that fails does not count; the exit code is then 1.
     """
+    from pianta.bench.comparison import save_comparisons, show_comparisons
+    from pianta.bench.data import find_data
     from pianta.bench.graphs import measure_graphs
 
-    _run_comparison("graphs", measure_graphs, data, json, pictures)
+    _check_outputs(json, pictures)
+    folder = find_data(data)
+    if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
+    tables, items = measure_graphs(folder, pictures=pictures, track=track_items)
+    stdout.print(show_comparisons(tables, items))
+    if json:
+        with written_together(json.parent) as new:
+            save_comparisons("graphs", tables, items, new / json.name)
+    _exit_on_failure(items)
 
 
 @app.command("types", epilog=show_examples(["pianta bench types", "pianta bench types --pictures types"]))
@@ -162,7 +172,8 @@ def bench_types(*, data: Data = None, seed: Seed = 0, json: Json = None, picture
     """Types of buildings: classifiers and clusters of rooms (Tables 4.2 to 4.4).
 
     Reads buildings/school/*.xml and buildings/office/*.xml of the data, and
-    buildings/house/*.xml with labels.yaml when there are any.
+    buildings/house/*.xml with labels.yaml when there are any. A building that
+    fails does not count; the exit code is then 1.
     """
     _check_outputs(json, pictures)
     from pianta.bench.data import find_data
@@ -178,6 +189,7 @@ def bench_types(*, data: Data = None, seed: Seed = 0, json: Json = None, picture
     if pictures:
         with written_together(pictures) as new:
             save_types_pictures(bench, new)
+    _exit_on_failure(bench.failed)
 
 
 @app.command(
@@ -219,32 +231,7 @@ def bench_places(
     if pictures:
         with written_together(pictures) as new:
             save_place_pictures(bench, new)
-    if any(row.failure for rows in bench.items.values() for row in rows):
-        raise typer.Exit(1)
-
-
-def _run_comparison(
-    bench: str,
-    measure: Callable[..., tuple[Sequence[ComparisonTable], Items]],
-    data: Path | None,
-    json: Path | None,
-    pictures: Path | None,
-) -> None:
-    """Measure, print beside the thesis' figures, save; nothing is measured when an option makes no sense."""
-    from pianta.bench.comparison import save_comparisons, show_comparisons
-    from pianta.bench.data import find_data
-
-    _check_outputs(json, pictures)
-    folder = find_data(data)
-    if pictures:
-        pictures.mkdir(parents=True, exist_ok=True)
-    tables, items = measure(folder, pictures=pictures, track=track_items)
-    stdout.print(show_comparisons(tables, items))
-    if json:
-        with written_together(json.parent) as new:
-            save_comparisons(bench, tables, items, new / json.name)
-    if any(row.failure for rows in items.values() for row in rows):
-        raise typer.Exit(1)
+    _exit_on_failure(bench.items)
 
 
 def _run(
@@ -265,6 +252,12 @@ def _run(
         with written_together(json.parent) as new:
             save_bench_table(table, new / json.name)
     if table.failed:
+        raise typer.Exit(1)
+
+
+def _exit_on_failure(items: Items) -> None:
+    """Leave with the code 1 when an item failed."""
+    if any(row.failure for rows in items.values() for row in rows):
         raise typer.Exit(1)
 
 

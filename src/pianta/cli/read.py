@@ -19,7 +19,7 @@ from rich.table import Table
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import describe_floor, stdout, tell_error, tell_result, track_items
 from pianta.drawing import save_picture
-from pianta.errors import MapError, MapWarning, OptionError, PiantaError
+from pianta.errors import LabelError, MapError, MapWarning, OptionError, PiantaError
 from pianta.floor import Floor, Room
 from pianta.formats.files import MAX_CELLS, shown
 from pianta.formats.floor_geojson import read_floor, save_floor
@@ -28,7 +28,7 @@ from pianta.formats.label_png import save_label_image
 from pianta.formats.maps import read_map
 from pianta.formats.ros_map import YAML_SUFFIXES
 from pianta.gridmap import GridMap
-from pianta.labels import SCHEMAS, LabelSchema
+from pianta.labels import SCHEMAS, LabelSchema, standard_building_type
 from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
 
 if TYPE_CHECKING:
@@ -148,6 +148,17 @@ def read_building(
         raise type(error)(f"map {shown(path)}: {error}") from error
 
 
+def check_type(building_type: str) -> str:
+    """The building type of --type in lower case.
+
+    Raises OptionError for what is no name.
+    """
+    try:
+        return standard_building_type(building_type)
+    except LabelError as error:
+        raise OptionError(f"--type: {error}") from None
+
+
 def read_model(path: Path | None, building_type: str | None) -> PlaceModel:
     """The model in a file, or the one that comes with pianta.
 
@@ -157,7 +168,7 @@ def read_model(path: Path | None, building_type: str | None) -> PlaceModel:
     from pianta.semantics.place_model_file import read_default_place_model, read_place_model
 
     model = read_place_model(path) if path else read_default_place_model()
-    if building_type is not None and building_type.lower() not in model.building_types:
+    if building_type is not None and check_type(building_type) not in model.building_types:
         known = ", ".join(model.building_types)
         raise OptionError(f"the model knows no building type {building_type!r}, give one of {known}")
     return model
@@ -172,7 +183,7 @@ def label_floor(floor: Floor, model: PlaceModel | None, building_type: str | Non
 
     given = [keep_given_label(room) for room in floor.rooms]
     if building_type:
-        floor = replace(floor, building_type={building_type.lower(): 1.0})
+        floor = replace(floor, building_type={building_type: 1.0})
     said = label_rooms(floor, model).rooms if model else given
     return replace(floor, rooms=tuple(old if old.label else new for old, new in zip(given, said, strict=True)))
 

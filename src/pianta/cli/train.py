@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pianta.cli.outputs import check_output_folder
+from pianta.cli.read import check_type
 from pianta.cli.terminal import show_examples, tell_error, tell_result, track_items
 from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
@@ -74,11 +75,12 @@ def train_places(
     from pianta.semantics.place_model_file import save_place_model
 
     _check_out(out)
+    if building_type is not None:
+        check_type(building_type)
     schemas = read_schemas(labels or ())
     files = list(map(str, list_buildings(buildings)))
     floors = _read_floors(files, building_type, quiet=quiet)
-    if not floors:
-        raise ModelError(f"none of {len(files)} buildings could be read, so there is nothing to train on")
+    training.check_labels(floors, schemas)
     simulated = simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
     model = training.train_places(floors, simulated=simulated, schemas=schemas, seed=seed)
     save_place_model(model, out)
@@ -102,6 +104,16 @@ def read_schemas(paths: Iterable[Path]) -> Mapping[str, LabelSchema]:
             raise LabelError(f"two schemas of building type {schema.building_type!r} are given, leave one out")
         given[schema.building_type] = schema
     return {**SCHEMAS, **given}
+
+
+def name_sources(files: Sequence[str | Path]) -> list[str]:
+    """Names of files, all different: their own; as soon as one repeats, all with as many folders as it takes."""
+    parts = [Path(file).absolute().parts for file in files]
+    for depth in range(1, max(map(len, parts), default=0) + 1):
+        names = [Path(*of_file[-depth:]).as_posix() for of_file in parts]
+        if len(set(names)) == len(names):
+            return names
+    return [str(file) for file in files]
 
 
 def simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: bool = False) -> list[Floor]:
@@ -131,20 +143,23 @@ def _check_out(out: Path) -> None:
 
 
 def _read_floors(files: Sequence[str], building_type: str | None, *, quiet: bool) -> list[Floor]:
-    """The floors of files, their type filled in; what cannot be read is told and left out."""
-    from pianta.cli.read import name_folders
+    """The floors of files, their type filled in; what cannot be read is told and left out, unless nothing is left."""
     from pianta.formats.buildings import read_building
 
     floors = []
-    for file, name in zip(track_items(files, quiet=quiet), name_folders(files), strict=True):
+    for file, source in zip(track_items(files, quiet=quiet), name_sources(files), strict=True):
         try:
             floor = read_building(file)
         except PiantaError as error:
+            if len(files) == 1:
+                raise
             tell_error(error)
             continue
         if building_type and not floor.building_type:
-            floor = replace(floor, building_type={building_type.lower(): 1.0})
-        floors.append(replace(floor, source=name))
+            floor = replace(floor, building_type={building_type: 1.0})
+        floors.append(replace(floor, source=source))
+    if not floors:
+        raise ModelError(f"none of {len(files)} buildings could be read, so there is nothing to train on")
     return floors
 
 

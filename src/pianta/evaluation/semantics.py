@@ -28,18 +28,6 @@ class LabelPair:
 
 
 @dataclass(frozen=True)
-class SemanticScores:
-    """Labels of a reconstructed layout against the truth, each in 0 … 1.
-
-    forward: share of the found rooms with the label of FC(r), eq. 5.1.
-    backward: share of the true rooms with the label of BC(r'), eq. 5.2.
-    """
-
-    forward: float
-    backward: float
-
-
-@dataclass(frozen=True)
 class Reliability:
     """How often a label is right that has a certain probability; shapes (bins,).
 
@@ -60,24 +48,13 @@ class Reliability:
         return float(np.nansum(np.abs(self.confidence - self.accuracy) * self.counts) / self.counts.sum())
 
 
-def score_semantics(
-    rooms: Sequence[Polygon], labels: Sequence[str], truth: Sequence[Polygon], true_labels: Sequence[str]
-) -> SemanticScores:
-    """SemanticAccuracy_FC and SemanticAccuracy_BC of rooms in any one plane frame (eqs. 5.1 and 5.2).
-
-    A room that overlaps no room of the other side counts as wrong. Where one of the two sides has no rooms both
-    shares are 0; where neither has, both are 1.
-    Raises ValueError when a side has not one label for each room.
-    """
-    forward = pair_forward(rooms, labels, truth, true_labels)
-    backward = pair_backward(rooms, labels, truth, true_labels)
-    return SemanticScores(share_of_agreeing(forward, backward), share_of_agreeing(backward, forward))
-
-
 def pair_forward(
     rooms: Sequence[Polygon], labels: Sequence[str], truth: Sequence[Polygon], true_labels: Sequence[str]
 ) -> list[LabelPair]:
-    """For each found room its label and that of FC(r), the true room that overlaps it most."""
+    """For each found room its label and that of FC(r), the true room that overlaps it most (eq. 5.1).
+
+    Rooms are in any one plane frame. Raises ValueError when a side has not one label for each room.
+    """
     true_of = _labels_of(forward_coverage(rooms, truth), true_labels, rooms=truth)
     return [LabelPair(given, true) for given, true in zip(labels, true_of, strict=True)]
 
@@ -85,14 +62,17 @@ def pair_forward(
 def pair_backward(
     rooms: Sequence[Polygon], labels: Sequence[str], truth: Sequence[Polygon], true_labels: Sequence[str]
 ) -> list[LabelPair]:
-    """For each true room the label of BC(r'), the found room that overlaps it most, and its own."""
+    """For each true room the label of BC(r'), the found room that overlaps it most, and its own (eq. 5.2).
+
+    Rooms are in any one plane frame. Raises ValueError when a side has not one label for each room.
+    """
     given_of = _labels_of(backward_coverage(rooms, truth), labels, rooms=rooms)
     return [LabelPair(given, true) for given, true in zip(given_of, true_labels, strict=True)]
 
 
-def share_of_agreeing(pairs: Sequence[LabelPair], other_side: Sequence[LabelPair] = ()) -> float:
-    """Share of the pairs that agree; of none 1 when the other side has none either, else 0."""
-    return sum(pair.agree for pair in pairs) / len(pairs) if pairs else float(not other_side)
+def share_of_agreeing(pairs: Sequence[LabelPair]) -> float:
+    """Share of the pairs that agree, 1 of none: SemanticAccuracy of section 5.3."""
+    return sum(pair.agree for pair in pairs) / len(pairs) if pairs else 1.0
 
 
 def count_confusion(pairs: Sequence[LabelPair], labels: Sequence[str]) -> NDArray[np.float64]:

@@ -42,9 +42,7 @@ def kind_of_building(path: str | Path) -> Kind:
     Raises BuildingError, in one line that names what the file looks like, when it is none of the kinds.
     """
     file = checked_input(path, "building", BuildingError)
-    kind, looks = (
-        _look_at_json(file) if _starts_as_json(file) else _look_at_xml(parse_xml(file, "building", BuildingError))
-    )
+    kind, looks = _look_at_json(file) if _starts_as_json(file) else _look_at_xml(parse_xml(file))
     if kind is None:
         known = ", ".join(Kind)
         raise BuildingError(f"building {shown(file)} is {looks}, which pianta cannot read, give one of {known}")
@@ -60,7 +58,7 @@ def parse_building(path: str | Path, kind: Kind) -> tuple[Path, Element]:
     if _starts_as_json(file):
         found, looks = _look_at_json(file)
     else:
-        root = parse_xml(file, "building", BuildingError)
+        root = parse_xml(file)
         found, looks = _look_at_xml(root)
         if found is kind:
             return file, root
@@ -78,7 +76,7 @@ def read_building_json(path: str | Path, kind: Kind) -> tuple[Path, bytes]:
         if found is kind:
             return file, file.read_bytes()
     else:
-        found, looks = _look_at_xml(parse_xml(file, "building", BuildingError))
+        found, looks = _look_at_xml(parse_xml(file))
     raise BuildingError(_tell_other_kind(file, kind, found, looks))
 
 
@@ -99,7 +97,7 @@ def _look_at_xml(root: Element) -> tuple[Kind | None, str]:
 
 
 def _look_at_json(file: Path) -> tuple[Kind | None, str]:
-    check_file_size(file, "building", BuildingError)
+    check_file_size(file)
     try:
         content = from_json(file.read_bytes().lstrip(_BLANKS))
     except (ValueError, OSError) as exception:

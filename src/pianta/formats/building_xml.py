@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from shapely import LineString, get_coordinates
 
+from pianta.errors import LabelError
 from pianta.floor import Door, Floor, Room
 from pianta.formats.building_kinds import Kind, parse_building
 from pianta.formats.drawn_doors import line_along_wall, line_in_middle
@@ -34,6 +35,7 @@ from pianta.formats.drawn_rooms import (
 from pianta.formats.files import shown
 from pianta.formats.safe_xml import parse_number
 from pianta.gridmap import UNKNOWN, GridMap
+from pianta.labels import standard_building_type
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -66,12 +68,11 @@ def read_building_xml(path: str | Path, *, grid: GridMap | None = None) -> Floor
     metres_per_px, door_px = _read_scale(root, findings.faults)
     frame = grid or GridMap(np.array([[UNKNOWN]]), metres_per_px, (0.0, -metres_per_px, 0.0))
     spaces = _read_spaces(root, frame, findings)
+    building_type = _read_type(root, findings.faults)
     findings.raise_faults(file)
     door = door_px * frame.resolution
     rooms = tuple(Room(space.number, space.outline, space.label) for space in spaces.values())
-    building_type = root.findtext("building_type/main_type", "").strip().lower()
-    probabilities = {building_type: 1.0} if building_type else {}
-    floor = Floor(rooms, _read_doors(spaces, door, findings), building_type=probabilities, source=file.name)
+    floor = Floor(rooms, _read_doors(spaces, door, findings), building_type=building_type, source=file.name)
     remark_on_rooms(list(spaces.values()), door=door, findings=findings)
     if grid:
         _remark_on_corners(floor, grid, findings)
@@ -102,6 +103,16 @@ def _read_scale(root: Element, faults: list[str]) -> tuple[float, float]:
         return real / 100 / drawn, drawn
     faults.append("its scale is {} {} for {} {}, give pixel for cm".format(*map(shown, texts)))
     return 1.0, 1.0
+
+
+def _read_type(root: Element, faults: list[str]) -> dict[str, float]:
+    """The type of the building with probability 1, nothing where the file does not say it."""
+    text = root.findtext("building_type/main_type", "").strip()
+    try:
+        return {standard_building_type(text): 1.0} if text else {}
+    except LabelError as error:
+        faults.append(f"its building type is none: {error}")
+        return {}
 
 
 def _read_spaces(root: Element, frame: GridMap, findings: Findings) -> dict[str, _Space]:

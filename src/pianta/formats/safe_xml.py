@@ -9,7 +9,7 @@ from xml.etree.ElementTree import ParseError
 
 from defusedxml import DefusedXmlException, ElementTree
 
-from pianta.errors import PiantaError
+from pianta.errors import BuildingError
 from pianta.formats.files import reason_of, shown
 
 if TYPE_CHECKING:
@@ -18,28 +18,26 @@ if TYPE_CHECKING:
 MAX_FILE_BYTES = 16 * 2**20
 
 
-def parse_xml(file: Path, what: str, error: type[PiantaError]) -> Element:
-    """The root element of a file that exists, as of checked_input.
+def parse_xml(file: Path) -> Element:
+    """The root element of a building that exists, as of checked_input.
 
-    what: the noun by which messages call the file, such as "building".
-    Raises error, in one line, for a file that is too large, no XML, or declares a document type or entities.
+    Raises BuildingError, in one line, for a file that is too large, no XML, or declares a document type or entities.
     """
-    name = f"{what} {shown(file)}"
-    check_file_size(file, what, error)
+    check_file_size(file)
     try:
         root: Element = ElementTree.parse(file, forbid_dtd=True).getroot()
     except DefusedXmlException:
-        raise error(f"{name} declares a document type or entities, remove them") from None
+        raise BuildingError(f"building {shown(file)} declares a document type or entities, remove them") from None
     except (ParseError, ValueError, LookupError, OSError) as exception:
-        raise error(f"{name} is no XML: {reason_of(exception)}") from None
+        raise BuildingError(f"building {shown(file)} is no XML: {reason_of(exception)}") from None
     return root
 
 
-def check_file_size(file: Path, what: str, error: type[PiantaError]) -> None:
-    """Raises error, in one line, for a file that has more bytes than any drawing of a building."""
+def check_file_size(file: Path) -> None:
+    """Raises BuildingError, in one line, for a file that has more bytes than any drawing of a building."""
     if file.stat().st_size > MAX_FILE_BYTES:
-        raise error(
-            f"{what} {shown(file)} has more than {MAX_FILE_BYTES} bytes, too many for a building, give one floor"
+        raise BuildingError(
+            f"building {shown(file)} has more than {MAX_FILE_BYTES} bytes, too many for a building, give one floor"
         )
 
 

@@ -65,8 +65,8 @@ def measure_eigenvector(graph: nx.Graph) -> Centrality:
     return _by_node(graph, values)
 
 
-def measure_katz(graph: nx.Graph, *, alpha: float = KATZ_ALPHA, beta: float = KATZ_BETA) -> Centrality:
-    """Solution of x = α M x + β with the adjacency matrix M, scaled to length 1.
+def measure_katz(graph: nx.Graph, *, alpha: float = KATZ_ALPHA) -> Centrality:
+    """Solution of x = α M x + β with the adjacency matrix M and β = 1, scaled to length 1.
 
     nan where α reaches one over the largest eigenvalue of M, where walks add up to no finite number: with 0.1, a
     corridor with 100 rooms that have no other door.
@@ -76,7 +76,7 @@ def measure_katz(graph: nx.Graph, *, alpha: float = KATZ_ALPHA, beta: float = KA
     matrix = nx.to_numpy_array(graph, weight=None)
     if alpha * np.linalg.eigvalsh(matrix)[-1] >= 1 - SAME_EIGENVALUE:
         return dict.fromkeys(graph, nan)
-    values = np.linalg.solve(np.eye(len(graph)) - alpha * matrix, np.full(len(graph), beta))
+    values = np.linalg.solve(np.eye(len(graph)) - alpha * matrix, np.full(len(graph), KATZ_BETA))
     return _by_node(graph, values / np.linalg.norm(values))
 
 

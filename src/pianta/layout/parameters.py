@@ -83,8 +83,9 @@ class StructureParameters:
     frontier: a room that borders as much unseen space is partial.
     split_share: two parts of a room are rooms when at most this share of the wall line between them is open.
     split_wall: wall between two such parts, at least.
-    split_opening: widest opening between them, as a multiple of the clearance of the narrower one, at most.
-    split_clearance, split_area: clearance (m) and area (m²) of each such part, at least.
+    split_opening: widest opening between them, as a multiple of the width of the narrower one, at most.
+    split_clearance: width of each such part, the diameter of the largest circle in it, at least.
+    split_area: area of each such part, at least; m².
     longest_opening: a wider opening of a wall line is not closed.
     line_reach: how far a wall line is followed both ways.
 

@@ -110,7 +110,7 @@ def find_borders(pieces: Pieces, space: Mask, lines: Floats, *, reach: float) ->
     right = _first_piece(pieces.labels, place, -across[border], beside)
     within = (step >= 0) & (step <= length[border])
     band = round(ASTRAY / pieces.resolution)
-    is_open = np.logical_and.reduce([_look_up(space, place + miss * across[border]) for miss in range(-band, band + 1)])
+    is_open = np.logical_and.reduce([look_up(space, place + miss * across[border]) for miss in range(-band, band + 1)])
     sides = _find_sides(border, left, right, within, len(lines))
     real = sides[:, 0] > 0
     kept = real[border] & ((left > 0) | (right > 0))
@@ -145,16 +145,19 @@ def _first_piece(labels: Labels, place: Floats, across: Floats, beside: list[int
     """
     found = np.zeros(len(place), np.intp)
     for distance in beside:
-        found = np.where(found == 0, _look_up(labels, place + distance * across), found)
+        found = np.where(found == 0, look_up(labels, place + distance * across), found)
     return found
 
 
-def _look_up(image: NDArray[Any], place: Floats) -> NDArray[Any]:
-    """Values of an image at the cells nearest to places, shape (S, 2), row and col; 0 outside; shape (S,)."""
-    rows, cols = np.rint(place).astype(np.intp).T
-    height, width = image.shape
-    inside = (rows >= 0) & (rows < height) & (cols >= 0) & (cols < width)
-    return np.where(inside, image[rows.clip(0, height - 1), cols.clip(0, width - 1)], 0)
+def look_up(image: NDArray[Any], places: Floats) -> NDArray[Any]:
+    """Values of an image at row, col of places, shape (..., 2), in cells; 0 outside."""
+    cells = np.rint(places).astype(np.intp)
+    rows, cols = cells[..., 0], cells[..., 1]
+    outside = (rows < 0) | (rows >= image.shape[0]) | (cols < 0) | (cols >= image.shape[1])
+    rows[outside] = cols[outside] = 0
+    values = np.asarray(image[rows, cols])
+    values[outside] = 0
+    return values
 
 
 def _list_hulls(labels: Labels) -> list[Hull]:

@@ -13,8 +13,8 @@ from scipy.sparse.csgraph import connected_components
 from pianta.layout.canvas import Mask
 from pianta.layout.necks import Clearance, Floats
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.pieces import Indices, Labels
-from pianta.layout.wall_lines import STEP, WallLines, look_up
+from pianta.layout.pieces import Indices, Labels, look_up
+from pianta.layout.wall_lines import STEP, WallLines
 
 Window = tuple[slice, slice]
 
@@ -257,10 +257,10 @@ def _choose_openings(
         for key in np.unique(pair[between & ~is_open]).tolist():
             samples = np.cumsum(np.r_[0, (pair == key) & is_open])
             lengths = samples[openings.last[own]] - samples[openings.first[own]]
-            clearance = 2 * radius[list(divmod(key, len(large)))].min()
+            width = 2 * radius[list(divmod(key, len(large)))].min()
             step = profile.step * profile.resolution
             score = _score(
-                samples[-1] * step, ((pair == key) & ~is_open).sum() * step, lengths.max() * step, clearance, parameters
+                samples[-1] * step, ((pair == key) & ~is_open).sum() * step, lengths.max() * step, width, parameters
             )
             used = np.flatnonzero(own)[lengths > 0]
             if score < best and _count_large(atoms, openings, used, parameters) > 1:
@@ -268,13 +268,13 @@ def _choose_openings(
     return chosen
 
 
-def _score(opened: float, wall: float, longest: float, clearance: float, parameters: StructureParameters) -> float:
-    """Share of the line that is open times longest opening over clearance; infinite where the parts are one room."""
+def _score(opened: float, wall: float, longest: float, width: float, parameters: StructureParameters) -> float:
+    """Share of the line that is open times longest opening over width; infinite where the parts are one room."""
     if wall < parameters.split_wall or not 0 < opened <= parameters.split_share * (opened + wall):
         return np.inf
-    if clearance < parameters.split_clearance or longest > parameters.split_opening * clearance:
+    if width < parameters.split_clearance or longest > parameters.split_opening * width:
         return np.inf
-    return opened / (opened + wall) * longest / clearance
+    return opened / (opened + wall) * longest / width
 
 
 def _count_large(atoms: _Atoms, openings: _Openings, used: Indices, parameters: StructureParameters) -> int:

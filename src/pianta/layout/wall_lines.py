@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -11,13 +10,19 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pianta.layout.canvas import Mask
-from pianta.layout.necks import Floats
-from pianta.layout.pieces import Indices
+from pianta.layout.necks import Floats, measure_lengths
+from pianta.layout.pieces import Indices, look_up
 
 # Half the length of contour that gives a place of it its tangent, and the step along a line; metres.
 TANGENT, STEP = 0.2, 0.1
-# How far beyond its face a line is first fitted; metres.
-FIRST_REACHES = (0.5, 1.5)
+# A face is a piece of contour that is straight but for the first, and at least as long as the second; metres.
+TOLERANCE, SHORTEST_FACE = 0.1, 0.4
+# Contour as near to a line as this, and turned against it by less than this, is on it; metres, degrees.
+BAND, ANGLE = 0.15, 15.0
+# How far beyond its face a line is fitted, ever further; metres.
+REACHES = (0.5, 1.5, 3.0)
+# Length of contour on a line, at least; metres.
+LEAST_SUPPORT = 0.8
 # Where, as shares of its length from its middle, a face is asked on which side its wall is, and how far beside; metres.
 ASKED, BESIDE = (-0.3, -0.15, 0.0, 0.15, 0.3), 0.1
 # Lines of one wall face: metres apart across and along, and degrees between them, at most.
@@ -44,34 +49,22 @@ class WallLines:
         return WallLines(self.points[chosen], self.along[chosen], self.towards[chosen])
 
 
-def find_wall_lines(
-    space: Mask,
-    *,
-    resolution: float,
-    tolerance: float = 0.1,
-    length: float = 0.4,
-    band: float = 0.15,
-    angle: float = 15.0,
-    reach: float = 3.0,
-    support: float = 0.8,
-) -> WallLines:
+def find_wall_lines(space: Mask, *, resolution: float) -> WallLines:
     """Wall lines of the space where a robot may be, shape (H, W), those of the longest faces first.
 
-    tolerance: a face is a piece of the contour that is straight but for this. length: of a face, at least.
-    band, angle: contour as near to a line as this, and turned against it by less than this, is on it; metres, degrees.
-    reach: how far beyond its face a line is fitted. support: length of contour on a line, at least. All in metres.
+    resolution: metres per cell.
     """
     # Straight pieces of the contour are the faces of walls
-    faces, tangents = _trace_faces(space, tolerance / resolution, round(TANGENT / resolution))
-    faces = faces[_measure(faces) * resolution >= length]
-    lengths = _measure(faces)
+    faces, tangents = _trace_faces(space, TOLERANCE / resolution, round(TANGENT / resolution))
+    faces = faces[measure_lengths(faces) * resolution >= SHORTEST_FACE]
+    lengths = measure_lengths(faces)
     points, along = faces.mean(axis=1), (faces[:, 1] - faces[:, 0]) / lengths[:, None]
     # A face is too short to tell its direction: the contour in line with it, ever further away, refines it
     step = max(1, round(STEP / resolution))
-    for beyond in (*FIRST_REACHES, reach):
-        halves = np.minimum(lengths / 2, reach / resolution) + beyond / resolution
+    for beyond in REACHES:
+        halves = np.minimum(lengths / 2, REACHES[-1] / resolution) + beyond / resolution
         line, steps, cells = _sample_contour(
-            tangents, points, along, halves, step=step, band=round(band / resolution), angle=angle
+            tangents, points, along, halves, step=step, band=round(BAND / resolution), angle=ANGLE
         )
         points, along = _fit_lines(points, along, line, cells)
         # A step counts once, however many cells of the contour lie across it
@@ -81,7 +74,7 @@ def find_wall_lines(
     # The wall is where the space is not
     lines = WallLines(points, along, _face_walls(points, along, lengths, space, max(2, BESIDE / resolution)))
     # What few pieces of contour support is no wall, and one line represents all that lie on each other
-    chosen = np.flatnonzero(supports >= support)
+    chosen = np.flatnonzero(supports >= LEAST_SUPPORT)
     chosen = chosen[np.argsort(-lengths[chosen], kind="stable")]
     return _drop_doubles(lines.select(chosen), resolution)
 
@@ -126,10 +119,6 @@ def _trace_faces(space: Mask, tolerance: float, window: int) -> tuple[Floats, ND
         if len(corners) > 1:
             faces.append(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1))
     return np.concatenate(faces), tangents
-
-
-def _measure(faces: Floats) -> Floats:
-    return np.asarray(np.hypot(*(faces[:, 1] - faces[:, 0]).T))
 
 
 def _sample_contour(
@@ -193,14 +182,3 @@ def _drop_doubles(lines: WallLines, resolution: float) -> WallLines:
 def turn(directions: Floats) -> Floats:
     """Directions, shape (..., 2), turned by 90 degrees."""
     return np.stack([directions[..., 1], -directions[..., 0]], axis=-1)
-
-
-def look_up(image: NDArray[Any], places: Floats) -> NDArray[Any]:
-    """Values of an image at row, col of places, shape (..., 2), in cells; 0 outside."""
-    cells = np.rint(places).astype(np.intp)
-    rows, cols = cells[..., 0], cells[..., 1]
-    outside = (rows < 0) | (rows >= image.shape[0]) | (cols < 0) | (cols >= image.shape[1])
-    rows[outside] = cols[outside] = 0
-    values = np.asarray(image[rows, cols])
-    values[outside] = 0
-    return values

@@ -15,9 +15,12 @@ from pianta.semantics.room_context import RoomContext
 
 Floats = NDArray[np.float64]
 
+# Columns for each label that describe_neighbours adds to the context of a room.
+AROUND = 9
+
 
 def describe_neighbours(context: RoomContext, probabilities: Floats) -> Floats:
-    """Features of rooms, what is thought of each, and of the rooms around it: shape (n, k + 9 L).
+    """Features of rooms, what is thought of each, and of the rooms around it: shape (n, k + AROUND L).
 
     probabilities: of L labels, shape (n, L).
     """

@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import warnings
 import zipfile
+import zlib
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
@@ -19,8 +20,9 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 from pianta.errors import ModelError, PiantaError
 from pianta.formats.faults import describe_validation
 from pianta.formats.files import checked_input, reason_of, shown, written_atomically
-from pianta.labels import FCES, General, Label, LabelSchema
-from pianta.semantics.places import FUNCTIONS, PlaceModel, Training
+from pianta.labels import Label, LabelSchema
+from pianta.semantics.neighbour_labels import AROUND
+from pianta.semantics.places import FUNCTIONS, PlaceModel, Training, vote
 from pianta.semantics.random_field import RandomField
 from pianta.semantics.room_context import CONTEXT_FEATURES
 
@@ -34,8 +36,6 @@ DEFAULT_MODEL = Path(__file__).with_name("places.skops")
 MAX_FILE_BYTES, MAX_CONTENT_BYTES, MAX_MEMBERS = 32 * 2**20, 512 * 2**20, 20_000
 # Reviewed: the arrays of a tree, which _check_trees looks at before they are used.
 TRUSTED_TYPES = ("sklearn.tree._tree.Tree",)
-# Columns that describe_neighbours adds to the context of a room.
-AROUND = 9 * len(FUNCTIONS)
 
 
 def save_place_model(model: PlaceModel, path: str | Path) -> None:
@@ -78,7 +78,8 @@ def read_default_place_model() -> PlaceModel:
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(strict=True, frozen=True)
+    # Infinite numbers are refused in the dataclasses of the model too.
+    model_config = ConfigDict(strict=True, frozen=True, allow_inf_nan=False)
 
 
 _Table = Annotated[
@@ -94,25 +95,6 @@ class _Field(_Part):
     alike_strength: FiniteFloat
 
 
-class _Label(_Part):
-    name: str
-    function: str
-    general: str
-    color: str
-    in_experiments: str | None = None
-    corridor_in_graphs: bool | None = None
-
-
-class _Training(_Part):
-    buildings: list[str]
-    rooms: dict[str, int]
-    simulated: int
-    errors: dict[str, FiniteFloat]
-    seed: int
-    pianta: str
-    sklearn: str
-
-
 class _Version(_Part):
     format: Literal["pianta places"]
     version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
@@ -121,12 +103,12 @@ class _Version(_Part):
 class _Header(_Version):
     features: list[str]
     field: _Field
-    schemas: dict[str, list[_Label]]
-    training: _Training
+    schemas: dict[str, tuple[Label, ...]]
+    training: Training
 
 
 def _describe_model(model: PlaceModel) -> _Header:
-    field, training = model.field, model.training
+    field = model.field
     return _Header(
         format=FORMAT,
         version=f"{MAJOR}.{MINOR}",
@@ -138,27 +120,8 @@ def _describe_model(model: PlaceModel) -> _Header:
             door_strength=field.door_strength,
             alike_strength=field.alike_strength,
         ),
-        schemas={kind: [_describe_label(label) for label in schema.labels] for kind, schema in model.schemas.items()},
-        training=_Training(
-            buildings=list(training.buildings),
-            rooms=dict(training.rooms),
-            simulated=training.simulated,
-            errors=dict(training.errors),
-            seed=training.seed,
-            pianta=training.pianta,
-            sklearn=training.sklearn,
-        ),
-    )
-
-
-def _describe_label(label: Label) -> _Label:
-    return _Label(
-        name=label.name,
-        function=str(label.function),
-        general=str(label.general),
-        color=label.color,
-        in_experiments=None if label.in_experiments is None else str(label.in_experiments),
-        corridor_in_graphs=label.corridor_in_graphs,
+        schemas={kind: schema.labels for kind, schema in model.schemas.items()},
+        training=model.training,
     )
 
 
@@ -170,17 +133,10 @@ def _read_header(content: bytes) -> _Header:
             if len(members) > MAX_MEMBERS or sum(member.file_size for member in members) > MAX_CONTENT_BYTES:
                 raise ModelError(f"it unpacks to more than {MAX_CONTENT_BYTES} bytes, too many for a model")
             text = archive.read(HEADER)
-    except (
-        zipfile.BadZipFile,
-        KeyError,
-        EOFError,
-        NotImplementedError,
-        RuntimeError,
-        OSError,
-        ValueError,
-    ) as exception:
-        if isinstance(exception, ModelError):
-            raise
+    except ModelError:
+        raise
+    # A way of packing that zipfile does not know is a NotImplementedError, and an encrypted member a RuntimeError.
+    except (zipfile.BadZipFile, zlib.error, KeyError, EOFError, RuntimeError, OSError, ValueError):
         raise ModelError("it is no model of pianta, make one with `pianta train places`") from None
     try:
         version = _Version.model_validate_json(text).version
@@ -218,49 +174,54 @@ def _load_trees(content: bytes) -> dict[str, Any]:
 
 def _build_model(header: _Header, trees: dict[str, Any]) -> PlaceModel:
     try:
-        schemas = {kind: LabelSchema(kind, tuple(map(_build_label, labels))) for kind, labels in header.schemas.items()}
+        schemas = {kind: LabelSchema(kind, labels) for kind, labels in header.schemas.items()}
     except (PiantaError, ValueError) as error:
         raise ModelError(f"its labels are none: {reason_of(error)}") from None
     context = len(CONTEXT_FEATURES)
+    around = context + AROUND * len(FUNCTIONS)
     if trees["names"].keys() != schemas.keys():
         raise ModelError("its trees do not fit its labels, train it again")
     _check_trees(trees["first"], features=context, classes=len(FUNCTIONS))
-    _check_trees(trees["second"], features=context + AROUND, classes=len(FUNCTIONS))
+    _check_trees(trees["second"], features=around, classes=len(FUNCTIONS))
     for kind, schema in schemas.items():
-        _check_trees(trees["names"][kind], features=context + AROUND, classes=len(schema.labels))
+        _check_trees(trees["names"][kind], features=around, classes=len(schema.labels))
     field = {name: getattr(header.field, name) for name in ("temperature", "door_strength", "alike_strength")}
-    told = header.training
     return PlaceModel(
         first=trees["first"],
         second=trees["second"],
         field=RandomField(np.array(header.field.doors), np.array(header.field.alike), **field),
         names=trees["names"],
         schemas=schemas,
-        training=Training(
-            tuple(told.buildings), told.rooms, told.simulated, told.errors, told.seed, told.pianta, told.sklearn
-        ),
+        training=header.training,
     )
-
-
-def _build_label(label: _Label) -> Label:
-    experiments = None if label.in_experiments is None else FCES(label.in_experiments)
-    places = FCES(label.function), General(label.general)
-    return Label(label.name, *places, label.color, experiments, label.corridor_in_graphs)
 
 
 def _check_trees(forest: ExtraTreesClassifier, *, features: int, classes: int) -> None:
     """Raise ModelError for what is no forest over these features and classes, or has a way out of its trees."""
-    from sklearn.ensemble import ExtraTreesClassifier
-
-    sound = isinstance(forest, ExtraTreesClassifier) and getattr(forest, "n_features_in_", None) == features
-    if sound:
-        known = np.asarray(forest.classes_)
-        sound = known.dtype.kind == "i" and bool(
-            np.isin(known, np.arange(classes)).all() and len(set(known)) == len(known)
-        )
-        sound = sound and all(_is_sound(tree.tree_, features, len(known)) for tree in forest.estimators_)
+    try:
+        # Votes are only asked for once no tree can lead out of its memory.
+        sound = _is_forest(forest, features, classes)
+        with np.errstate(all="ignore"):
+            sound = sound and bool(np.isfinite(vote(forest, np.zeros((1, features)), classes)).all())
+    except Exception:  # whatever a forest provokes that lacks a part, or has one of another kind
+        sound = False
     if not sound:
         raise ModelError("its trees are damaged or of another kind, train it again")
+
+
+def _is_forest(forest: ExtraTreesClassifier, features: int, classes: int) -> bool:
+    """Whether it is a forest over some of the classes, all of whose trees are sound; raises where it lacks a part."""
+    from sklearn.ensemble import ExtraTreesClassifier
+    from sklearn.tree import ExtraTreeClassifier
+
+    if not (isinstance(forest, ExtraTreesClassifier) and forest.n_features_in_ == features and forest.estimators_):
+        return False
+    known = np.asarray(forest.classes_)
+    of_classes = known.dtype.kind == "i" and np.isin(known, np.arange(classes)).all() and len(set(known)) == len(known)
+    return bool(of_classes) and all(
+        isinstance(tree, ExtraTreeClassifier) and _is_sound(tree.tree_, features, len(known))
+        for tree in forest.estimators_
+    )
 
 
 def _is_sound(tree: Any, features: int, classes: int) -> bool:  # noqa: ANN401

@@ -27,18 +27,20 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 FUNCTIONS = tuple(FCES)
+CONNECTION = FUNCTIONS.index(FCES.CONNECTION)
 
 
 @dataclass(frozen=True)
 class Training:
     """What a model was trained on.
 
-    buildings: names of the files, sorted. rooms: by building type, how many rooms. simulated: how many of the floors
-    were read from simulated maps. errors: by label set, the share of rooms with a wrong label, each judged by trees
-    that have not seen its building. seed, pianta, sklearn: what it takes to train it again.
+    floors: sources of the drawn floors, sorted. rooms: by building type, how many rooms, those of simulated maps
+    included. simulated: how many simulated maps were read besides. errors: by label set, the share of drawn rooms that
+    would get a wrong label, judged by trees that have not seen their building; the tables, temperature and strengths
+    of the random field were fitted on the same rooms. seed, pianta, sklearn: what it takes to train it again.
     """
 
-    buildings: tuple[str, ...]
+    floors: tuple[str, ...]
     rooms: Mapping[str, int]
     simulated: int
     errors: Mapping[str, float]
@@ -49,7 +51,7 @@ class Training:
     def __str__(self) -> str:
         rooms = ", ".join(f"{count} rooms of type {name}" for name, count in sorted(self.rooms.items()))
         simulated = f", and {self.simulated} simulated maps of them" if self.simulated else ""
-        return f"{len(self.buildings)} floors{simulated}: {rooms}"
+        return f"{len(self.floors)} floors{simulated}: {rooms}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +70,11 @@ class PlaceModel:
     schemas: Mapping[str, LabelSchema]
     training: Training
 
-    def classify(self, floor: Floor) -> Floats:
-        """Calibrated probabilities of F/C/E/S, shape (rooms, 4), columns in the order of FCES."""
-        return self.passes(floor)["random field"]
-
     def passes(self, floor: Floor) -> dict[str, Floats]:
-        """Probabilities as in `classify`, after each step: "first pass", "second pass", "random field"."""
+        """Probabilities of F/C/E/S after each step, "first pass", "second pass" and "random field".
+
+        Each is of shape (rooms, 4), columns in the order of FCES; those of the last step are calibrated.
+        """
         return self._judge(describe_rooms(floor))
 
     def _judge(self, context: RoomContext) -> dict[str, Floats]:
@@ -88,11 +89,11 @@ class PlaceModel:
             return floor
         context = describe_rooms(floor)
         judged = self._judge(context)["random field"]
-        types = [name for name, _ in sorted(floor.building_type.items(), key=lambda item: -item[1])]
-        known = next((name for name in types if name in self.names), None)
+        known = next((name for name in floor.building_types if name in self.names), None)
         names = np.zeros((len(judged), 0)) if known is None else self._name(context, judged, known)
         schema = None if known is None else self.schemas[known]
-        rooms = [_label_room(*row, schema) for row in zip(floor.rooms, judged, names, strict=True)]
+        rows = zip(floor.rooms, judged, choose_functions(judged), names, strict=True)
+        rooms = [_label_room(*row, schema) for row in rows]
         return replace(floor, rooms=tuple(rooms))
 
     def _name(self, context: RoomContext, judged: Floats, building_type: str) -> Floats:
@@ -130,12 +131,8 @@ def has_given_label(room: Room) -> bool:
 
     What the model says has a probability, and is the finest of the room's labels.
     """
-    return room.label is not None and room.label not in _finest_said(room)
-
-
-def _finest_said(room: Room) -> tuple[str, ...]:
-    """The label that a model gave a room, if one did."""
-    return tuple(room.labels.values())[-1:] if room.label_probabilities else ()
+    said_by_model = [*room.labels.values()][-1:] if room.label_probabilities else []
+    return room.label is not None and room.label not in said_by_model
 
 
 def keep_given_label(room: Room) -> Room:
@@ -150,15 +147,24 @@ def vote(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:
     return votes
 
 
-def _label_room(room: Room, functions: Floats, names: Floats, schema: LabelSchema | None) -> Room:
+def choose_functions(judged: Floats) -> NDArray[np.intp]:
+    """Which of FUNCTIONS each room is called, shape (n,), given their probabilities, shape (n, 4).
+
+    From R/C down: a CONNECTION is what is more likely one than not, other rooms are the most probable of the rest.
+    """
+    others = judged.copy()
+    others[:, CONNECTION] = -1
+    return np.where(judged[:, CONNECTION] > 0.5, CONNECTION, others.argmax(axis=1))
+
+
+def _label_room(room: Room, functions: Floats, chosen: int, names: Floats, schema: LabelSchema | None) -> Room:
     """The room with its labels from the coarsest set down, and the probabilities of all sets."""
-    corridor = float(functions[FUNCTIONS.index(FCES.CONNECTION)])
+    corridor = float(functions[CONNECTION])
     by_function = dict(zip(map(str, FUNCTIONS), functions.tolist(), strict=True))
     probabilities = {str(LabelSet.R_C): {str(RC.ROOM): 1 - corridor, str(RC.CORRIDOR): corridor}}
     probabilities[str(LabelSet.F_C_E_S)] = by_function
-    r_c = RC.CORRIDOR if corridor > 0.5 else RC.ROOM
-    others = {name: value for name, value in by_function.items() if name != FCES.CONNECTION}
-    function = str(FCES.CONNECTION) if r_c is RC.CORRIDOR else max(others, key=lambda name: others[name])
+    function = str(FUNCTIONS[chosen])
+    r_c = RC.CORRIDOR if chosen == CONNECTION else RC.ROOM
     labels = {str(LabelSet.R_C): str(r_c), str(LabelSet.F_C_E_S): function}
     if schema is not None:
         by_name = dict(zip((label.name for label in schema.labels), names.tolist(), strict=True))

@@ -93,17 +93,22 @@ def _gather(unary: Floats, target: Edges, messages: Floats) -> Floats:
     return total
 
 
-def fit_random_field(probabilities: Floats, truth: NDArray[np.intp], near: Neighbourhood) -> RandomField:
+def fit_random_field(
+    probabilities: Floats, truth: NDArray[np.intp], near: Neighbourhood, weights: Floats
+) -> RandomField:
     """Field that makes the true labels of a set of floors, taken as one, most probable.
 
     probabilities: of a classifier that has not seen these rooms, shape (n, L). truth: shape (n,).
+    weights: how much each room counts, shape (n,); a pair counts the mean of its rooms.
     The tables are counted, with one added to each cell; temperature and strengths minimise the mean negative log
     marginal of the true labels.
     """
     from scipy.optimize import minimize
 
     labels = probabilities.shape[1]
-    doors, alike = (_count_meetings(truth[pairs], labels) for pairs in (near.doors, near.alike))
+    doors, alike = (
+        _count_meetings(truth[pairs], weights[pairs].mean(axis=1), labels) for pairs in (near.doors, near.alike)
+    )
 
     def build(parameters: Sequence[float]) -> RandomField:
         temperature, door, alike_strength = np.clip(parameters, (0.2, 0, 0), STRONGEST).tolist()
@@ -111,17 +116,18 @@ def fit_random_field(probabilities: Floats, truth: NDArray[np.intp], near: Neigh
 
     def loss(parameters: Sequence[float]) -> float:
         marginals = build(parameters).compute_marginals(probabilities, near)
-        return float(-np.log(np.maximum(marginals[np.arange(len(truth)), truth], 1e-9)).mean())
+        losses = -np.log(np.maximum(marginals[np.arange(len(truth)), truth], 1e-9))
+        return float(np.average(losses, weights=weights))
 
     found = minimize(loss, START, method="Nelder-Mead", options={"maxfev": 90, "xatol": 0.01, "fatol": 1e-4})
     return build(found.x)
 
 
-def _count_meetings(labels: NDArray[np.intp], count: int) -> Floats:
-    """Pointwise mutual information of the labels of pairs, shape (count, count)."""
+def _count_meetings(labels: NDArray[np.intp], weights: Floats, count: int) -> Floats:
+    """Pointwise mutual information of the labels of pairs, shapes (n, 2) and (n,), as a table (count, count)."""
     meetings = np.ones((count, count))
     for one, other in (labels.T, labels.T[::-1]) if len(labels) else ():
-        np.add.at(meetings, (one, other), 1)
+        np.add.at(meetings, (one, other), weights)
     meetings /= meetings.sum()
     alone = meetings.sum(axis=1)
     return np.asarray(np.log(meetings / np.outer(alone, alone)))

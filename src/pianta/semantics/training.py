@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +17,7 @@ from pianta.floor import Floor
 from pianta.formats.faults import join_faults
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet
 from pianta.semantics.neighbour_labels import describe_neighbours, join_neighbourhoods
-from pianta.semantics.places import FUNCTIONS, PlaceModel, Training, vote
+from pianta.semantics.places import CONNECTION, FUNCTIONS, PlaceModel, Training, choose_functions, vote
 from pianta.semantics.random_field import fit_random_field
 from pianta.semantics.room_context import RoomContext, describe_rooms
 
@@ -59,14 +59,14 @@ def train_places(
     """Train a model of what rooms are for.
 
     floors: with labels of the schema of their most probable building type, and a source, which differs from floor to
-    floor; what precedes a number at its end tells the building, whose floors are left out together.
-    simulated: floors that simulate_reading has made of them, which are learned from as well.
-    Raises LabelError that lists all labels that are in no schema, and ModelError for fewer than two buildings.
+    floor and tells the building by building_of. The floors of a building are left out together; where there are fewer
+    than FOLDS buildings each floor counts as one.
+    simulated: floors that simulate_reading has made of them; their rooms count SIMULATED_WEIGHT everywhere.
+    Raises LabelError as check_labels, and ModelError for fewer than two buildings.
     """
-    from sklearn import __version__ as sklearn_version
-
-    weights = [1.0] * len(floors) + [SIMULATED_WEIGHT] * len(simulated)
-    examples = [*_list_examples([*floors, *simulated], weights, schemas)]
+    check_labels(floors, schemas)
+    check_labels(simulated, schemas)
+    examples = [*_list_examples(floors, schemas), *_list_examples(simulated, schemas, weight=SIMULATED_WEIGHT)]
     folds = _leave_out(examples, np.random.default_rng(seed))
     # First pass: what the context of a room says
     seen = [example.context.features for example in examples]
@@ -78,30 +78,28 @@ def train_places(
     held_out = _vote_on_held_out(around, examples, folds, seed=seed)
     # Random field and calibration, on what the second pass says of buildings that it has not seen
     near = join_neighbourhoods([example.context for example in examples])
-    field = fit_random_field(np.concatenate(held_out), _truth(examples), near)
+    field = fit_random_field(np.concatenate(held_out), _truth(examples), near, _weights(examples))
     judged = field.compute_marginals(np.concatenate(held_out), near)
     names = dict(_grow_names(examples, around, seed=seed))
-    training = Training(
-        buildings=tuple(sorted(Path(floor.source).name for floor in floors)),
-        rooms=Counter({kind: sum(len(e.functions) for e in examples if e.building_type == kind) for kind in names}),
-        simulated=len(simulated),
-        errors=_measure_errors(judged, examples),
-        seed=seed,
-        pianta=__version__,
-        sklearn=sklearn_version,
-    )
+    training = _describe_training(floors, examples, _measure_errors(judged, examples), seed=seed)
     return PlaceModel(first, second, field, names, {kind: schemas[kind] for kind in names}, training)
 
 
 def building_of(source: str) -> str:
-    """The building that a floor belongs to, by the name of its file: what precedes a number at its end."""
-    return Path(source).stem.rstrip("0123456789_- ") or source
+    """The building that a floor belongs to, by its file: folders as given, and the name up to one number at its end.
+
+    house/floor1.xml and house/floor2.xml are floors of house/floor. A name that is a number stays as it is.
+    """
+    folders, slash, name = source.rpartition("/")
+    stem = re.sub(r"\.[a-z]+$", "", name, flags=re.IGNORECASE)
+    return folders + slash + (re.sub(r"[-_ ]*\d+$", "", stem) or name)
 
 
-def _list_examples(
-    floors: Sequence[Floor], weights: Sequence[float], schemas: Mapping[str, LabelSchema]
-) -> Iterator[Example]:
-    """The floors as examples; all labels and types that are unknown are told in one message."""
+def check_labels(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = SCHEMAS) -> None:
+    """Check that floors can be learned from: each tells a type that has a schema, each room a label of it.
+
+    Raises LabelError, with every fault in one message.
+    """
     faults = [*_find_missing(floors)]
     for kind in dict.fromkeys(map(_type_of, floors)):
         labels = [room.label for floor in floors if _type_of(floor) == kind for room in floor.rooms if room.label]
@@ -114,7 +112,13 @@ def _list_examples(
             faults.append(str(error))
     if faults:
         raise LabelError(join_faults(faults))
-    for floor, weight in zip(floors, weights, strict=True):
+
+
+def _list_examples(
+    floors: Sequence[Floor], schemas: Mapping[str, LabelSchema], *, weight: float = 1.0
+) -> Iterator[Example]:
+    """The floors that have rooms, as examples."""
+    for floor in floors:
         schema, labels = schemas[_type_of(floor)], [str(room.label) for room in floor.rooms]
         functions = [FUNCTIONS.index(FCES(name)) for name in schema.map_labels(labels, LabelSet.F_C_E_S)]
         every = [label.name for label in schema.labels]
@@ -137,7 +141,8 @@ def _find_missing(floors: Sequence[Floor]) -> Iterator[str]:
 
 
 def _type_of(floor: Floor) -> str:
-    return max(floor.building_type, key=lambda name: floor.building_type[name], default="")
+    """The most probable type of the building, empty where nobody said."""
+    return next(iter(floor.building_types), "")
 
 
 def _leave_out(examples: Sequence[Example], rng: np.random.Generator) -> Indices:
@@ -156,12 +161,15 @@ def _truth(examples: Sequence[Example]) -> Indices:
     return np.concatenate([example.functions for example in examples])
 
 
+def _weights(examples: Sequence[Example]) -> Floats:
+    return np.concatenate([np.full(len(example.functions), example.weight) for example in examples])
+
+
 def _grow(features: Sequence[Floats], examples: Sequence[Example], *, trees: int, seed: int) -> ExtraTreesClassifier:
     from sklearn.ensemble import ExtraTreesClassifier
 
     forest = ExtraTreesClassifier(trees, max_features=FEATURE_SHARE, min_samples_leaf=LEAF, random_state=seed)
-    weights = np.concatenate([np.full(len(example.functions), example.weight) for example in examples])
-    return forest.fit(np.concatenate(features), _truth(examples), weights)
+    return forest.fit(np.concatenate(features), _truth(examples), _weights(examples))
 
 
 def _vote_on_held_out(
@@ -178,14 +186,12 @@ def _vote_on_held_out(
 
 
 def _measure_errors(judged: Floats, examples: Sequence[Example]) -> dict[str, float]:
-    """Share of drawn rooms whose label is wrong, in both label sets."""
-    drawn = np.repeat([example.weight == 1 for example in examples], [len(example.names) for example in examples])
-    judged, truth = judged[drawn], _truth(examples)[drawn]
-    connection = FUNCTIONS.index(FCES.CONNECTION)
-    corridor = judged[:, connection] > 0.5
+    """Share of drawn rooms that would get a wrong label, in both label sets."""
+    drawn = _weights(examples) == 1
+    chosen, truth = choose_functions(judged[drawn]), _truth(examples)[drawn]
     return {
-        str(LabelSet.R_C): float((corridor != (truth == connection)).mean()),
-        str(LabelSet.F_C_E_S): float((judged.argmax(axis=1) != truth).mean()),
+        str(LabelSet.R_C): float(((chosen == CONNECTION) != (truth == CONNECTION)).mean()),
+        str(LabelSet.F_C_E_S): float((chosen != truth).mean()),
     }
 
 
@@ -201,4 +207,24 @@ def _grow_names(
             NAME_TREES, max_features=FEATURE_SHARE, max_leaf_nodes=NAME_LEAVES, random_state=seed
         )
         names = np.concatenate([examples[i].names for i in of_kind])
-        yield kind, forest.fit(np.concatenate([features[i] for i in of_kind]), names)
+        weights = _weights([examples[i] for i in of_kind])
+        yield kind, forest.fit(np.concatenate([features[i] for i in of_kind]), names, weights)
+
+
+def _describe_training(
+    floors: Sequence[Floor], examples: Sequence[Example], errors: Mapping[str, float], *, seed: int
+) -> Training:
+    from sklearn import __version__ as sklearn_version
+
+    rooms: Counter[str] = Counter()
+    for example in examples:
+        rooms[example.building_type] += len(example.functions)
+    return Training(
+        floors=tuple(sorted(floor.source for floor in floors)),
+        rooms=rooms,
+        simulated=sum(example.weight != 1 for example in examples),
+        errors=errors,
+        seed=seed,
+        pianta=__version__,
+        sklearn=sklearn_version,
+    )
