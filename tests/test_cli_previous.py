@@ -11,7 +11,8 @@ from PIL import Image
 from rich.console import Console
 from shapely import LineString, box
 
-from pianta.cli.read import describe_ids, tabulate_rooms
+from pianta.cli.read import describe_ids
+from pianta.cli.room_table import tabulate_rooms
 from pianta.cli.terminal import describe_floor
 from pianta.floor import Door, Floor, Room
 from pianta.formats.floor_geojson import read_floor, save_floor

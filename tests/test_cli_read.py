@@ -22,7 +22,8 @@ from shapely import LineString, box
 from pianta import __version__
 from pianta.cli import main
 from pianta.cli.outputs import written_together
-from pianta.cli.read import name_folders, tabulate_rooms
+from pianta.cli.read import name_folders
+from pianta.cli.room_table import tabulate_rooms
 from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
 from pianta.formats.floor_geojson import read_floor

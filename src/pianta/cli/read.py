@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
-from rich import box
-from rich.console import JustifyMethod
-from rich.table import Table
 
+from pianta.cli.labelling import Labelling, describe_type, label_floor, name_type, read_labelling
 from pianta.cli.outputs import check_output_folder, written_together
+from pianta.cli.room_table import tabulate_rooms
 from pianta.cli.terminal import describe_floor, stdout, tell_error, tell_result, track_items
 from pianta.drawing import save_picture
-from pianta.errors import LabelError, MapError, MapWarning, OptionError, PiantaError
-from pianta.floor import Floor, Room
+from pianta.errors import MapError, MapWarning, OptionError, PiantaError
+from pianta.floor import Floor
 from pianta.formats.files import MAX_CELLS, shown
 from pianta.formats.floor_geojson import read_floor, save_floor
 from pianta.formats.graph_json import save_graph
@@ -28,11 +27,8 @@ from pianta.formats.label_png import save_label_image
 from pianta.formats.maps import read_map
 from pianta.formats.ros_map import YAML_SUFFIXES
 from pianta.gridmap import GridMap
-from pianta.labels import SCHEMAS, LabelSchema, standard_building_type
+from pianta.labels import SCHEMAS, LabelSchema
 from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
-
-if TYPE_CHECKING:
-    from pianta.semantics.places import PlaceModel
 
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
 MAX_GONE_TOLD = 10
@@ -60,9 +56,13 @@ Graph = Annotated[bool, typer.Option("--graph", help="Draw the topological graph
 Model = Annotated[Path | None, typer.Option(metavar="FILE", help="Model of `pianta train places`; ours unless given.")]
 Type = Annotated[
     str | None,
-    typer.Option("--type", metavar="NAME", help="Building type, such as school or office: rooms get its labels."),
+    typer.Option("--type", metavar="NAME", help="Building type, such as school or office, where you know it."),
 ]
-NoLabels = Annotated[bool, typer.Option("--no-labels", help="Do not say what rooms are for.")]
+BuildingModelFile = Annotated[
+    Path | None,
+    typer.Option("--building-model", metavar="FILE", help="Model of `pianta train buildings`; ours unless given."),
+]
+NoLabels = Annotated[bool, typer.Option("--no-labels", help="Do not say what rooms are for, nor the building.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
 
 
@@ -79,51 +79,57 @@ def read_maps(
     graph: Graph = False,
     building_type: Type = None,
     model: Model = None,
+    building_model: BuildingModelFile = None,
     no_labels: NoLabels = False,
     quiet: Quiet = False,
 ) -> None:
-    """Read a robot's map into a building: rooms, doors and the topological graph.
+    """Read a robot's map into a building: its type, rooms and doors.
 
-    Writes floor.geojson (rooms, doors and walls in metres of the map frame),
-    rooms.png (16 bits: 0 is no room, n the room with id n), graph.json
-    (networkx node-link) and picture.png. Older results are replaced.
+    Writes floor.geojson (metres of the map frame), rooms.png (16 bits: 0 is no
+    room, n the room with id n), graph.json (networkx node-link), picture.png.
 
-    Several maps get a folder each in OUT, named after the map; maps of equal
-    names after their folder and their name. A map that cannot be read does not
+    Several maps get a folder each in OUT. A map that cannot be read does not
     stop the others; the exit code is then 1.
 
-    Rooms are labelled: ROOM or CORRIDOR; FUNCTIONAL, CONNECTION, ENTRANCE or
-    SERVICE; and with --type the labels of that building type, each with its
-    probability.
+    Rooms are labelled ROOM or CORRIDOR; FUNCTIONAL, CONNECTION, ENTRANCE or
+    SERVICE; and by names of the building type that is given or sure enough.
 
-    With --previous, which may be in OUT, every room that is still there keeps
-    its id, on a map that has grown or moved its origin; ids are never reused.
-    A label that somebody has changed in that floor.geojson stays too.
+    With --previous rooms keep their ids, and labels and a type that somebody
+    has given stay; the map may have grown, and its origin may have moved.
     """
     check_output_folder(out)
     check_method(method)
     older = _read_older(previous, maps)
-    if no_labels and (model or building_type is not None):
-        raise OptionError("--no-labels makes --model and --type useless, leave either out")
-    places = None if no_labels else read_model(model, building_type)
+    labelling = read_labelling(model, building_model, building_type, no_labels=no_labels)
+    opening = {"resolution": resolution, "trust_thresholds": trust_thresholds, "max_cells": max_cells}
+    reading = Reading(method, opening, older, labelling, walls=walls, graph=graph)
+    (_read_several if len(maps) > 1 else _read_one)(maps, out, reading, quiet=quiet)
 
-    def build(path: str, folder: Path) -> Floor:
+
+@dataclass(frozen=True)
+class Reading:
+    """How maps are read.
+
+    method: how rooms are found. opening: options of read_map. older: the floor whose ids and given labels stay.
+    labelling: None for no labels. walls, graph: what to draw into the picture.
+    """
+
+    method: str
+    opening: Mapping[str, Any]
+    older: Floor | None
+    labelling: Labelling | None
+    walls: bool
+    graph: bool
+
+    def read(self, path: str, folder: Path) -> Floor:
+        """Read a map and write the results into a folder."""
         _refuse_overwriting(Path(path), folder)
-        floor, grid = read_building(
-            path, method=method, resolution=resolution, trust_thresholds=trust_thresholds, max_cells=max_cells
-        )
-        floor = _keep_ids(floor, older, path) if older else floor
-        floor = label_floor(floor, places, building_type)
-        schemas = {**SCHEMAS, **(places.schemas if places else {})}
-        save_outputs(floor, grid, folder, walls=walls, graph=graph, schemas=schemas)
+        floor, grid = read_building(path, method=self.method, **self.opening)
+        floor = _keep_ids(floor, self.older, path) if self.older else floor
+        floor = label_floor(floor, self.labelling, self.older)
+        schemas = self.labelling.schemas if self.labelling else SCHEMAS
+        save_outputs(floor, grid, folder, walls=self.walls, graph=self.graph, schemas=schemas)
         return floor
-
-    if len(maps) > 1:
-        _read_several(maps, out, build, quiet=quiet)
-        return
-    floor = build(maps[0], out)
-    if not quiet:
-        _tell_building(floor, older, out)
 
 
 def read_building(
@@ -146,46 +152,6 @@ def read_building(
         return reconstruct(grid, method=method, source=Path(path).name), grid
     except PiantaError as error:
         raise type(error)(f"map {shown(path)}: {error}") from error
-
-
-def check_type(building_type: str) -> str:
-    """The building type of --type in lower case.
-
-    Raises OptionError for what is no name.
-    """
-    try:
-        return standard_building_type(building_type)
-    except LabelError as error:
-        raise OptionError(f"--type: {error}") from None
-
-
-def read_model(path: Path | None, building_type: str | None) -> PlaceModel:
-    """The model in a file, or the one that comes with pianta.
-
-    Raises ModelError, in one line, for a file that is none; OptionError for a building type that the model does not
-    know.
-    """
-    from pianta.semantics.place_model_file import read_default_place_model, read_place_model
-
-    model = read_place_model(path) if path else read_default_place_model()
-    if building_type is not None and check_type(building_type) not in model.building_types:
-        known = ", ".join(model.building_types)
-        raise OptionError(f"the model knows no building type {building_type!r}, give one of {known}")
-    return model
-
-
-def label_floor(floor: Floor, model: PlaceModel | None, building_type: str | None) -> Floor:
-    """The floor with labels, those of a building type where one is given; what somebody has said of a room stays.
-
-    Without a model, what somebody has said is all that stays.
-    """
-    from pianta.semantics.places import keep_given_label, label_rooms
-
-    given = [keep_given_label(room) for room in floor.rooms]
-    if building_type:
-        floor = replace(floor, building_type={building_type: 1.0})
-    said = label_rooms(floor, model).rooms if model else given
-    return replace(floor, rooms=tuple(old if old.label else new for old, new in zip(given, said, strict=True)))
 
 
 def read_previous(path: str | Path) -> Floor:
@@ -246,52 +212,33 @@ def name_folders(maps: Sequence[str | Path]) -> list[str]:
     return list(names.values())
 
 
-def tabulate_rooms(floor: Floor) -> Table:
-    """Table of the rooms: id, area, doors and neighbours; openings, entrances, label and partial when one has any.
-
-    An entrance is counted as such only.
-    """
-    graph = floor.graph()
-    kinds = Counter((room_id, door.kind) for door in floor.doors if not door.is_entrance for room_id in door.room_ids)
-    columns = {
-        "room": [str(room.id) for room in floor.rooms],
-        "area m²": [f"{room.polygon.area:.1f}" for room in floor.rooms],
-        "doors": [str(kinds[room.id, "door"]) for room in floor.rooms],
-        "openings": [str(kinds[room.id, "opening"] or "") for room in floor.rooms],
-        "entrances": [str(graph.nodes[room.id]["entrances"] or "") for room in floor.rooms],
-        "neighbours": [" ".join(map(str, sorted(graph[room.id]))) for room in floor.rooms],
-        "label": [_describe_label(room) for room in floor.rooms],
-        "seen": ["in part" if room.partial else "" for room in floor.rooms],
-    }
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    shown_columns = {name: cells for name, cells in columns.items() if any(cells)}
-    for name in shown_columns:
-        # Only what has several words becomes several lines on a narrow terminal.
-        justify: JustifyMethod = "left" if name in ("neighbours", "label", "seen") else "right"
-        table.add_column(name, justify=justify, no_wrap=name not in ("neighbours", "label"), overflow="fold")
-    for cells in zip(*shown_columns.values(), strict=True):
-        table.add_row(*cells)
-    return table
+def _read_one(maps: Sequence[str], out: Path, reading: Reading, *, quiet: bool) -> None:
+    """Read a map; print its rooms, what kind of building it is, what became of older ids, and where the results are."""
+    floor = reading.read(maps[0], out)
+    if quiet:
+        return
+    stdout.print(tabulate_rooms(floor))
+    if reading.labelling and reading.labelling.judges(floor):
+        tell_result(f"building: {describe_type(floor, reading.labelling.buildings.building_types)}")
+    if reading.older:
+        tell_result(describe_ids(floor, reading.older))
+    tell_result(f"{describe_floor(floor)}, in {out}")
 
 
-def _describe_label(room: Room) -> str:
-    """The label with its probability, where they are known."""
-    probability = room.label_probability
-    return (room.label or "") if probability is None else f"{room.label} {probability:.2f}"
-
-
-def _read_several(maps: Sequence[str], out: Path, build: Callable[[str, Path], Floor], *, quiet: bool) -> None:
+def _read_several(maps: Sequence[str], out: Path, reading: Reading, *, quiet: bool) -> None:
     """Read maps into a folder each, with a progress bar; raise typer.Exit(1) at the end when one has failed."""
     failed = 0
     for path, name in zip(track_items(maps, quiet=quiet), name_folders(maps), strict=True):
         try:
-            floor = build(path, out / name)
+            floor = reading.read(path, out / name)
         except PiantaError as error:
             tell_error(error)
             failed += 1
             continue
         if not quiet:
-            tell_result(f"{describe_floor(floor)}, in {out / name}")
+            judged = reading.labelling and reading.labelling.judges(floor)
+            kind = f", {name_type(floor)}" if judged else ""
+            tell_result(f"{describe_floor(floor)}{kind}, in {out / name}")
     if not quiet:
         tell_result(f"{len(maps) - failed} of {len(maps)} maps read")
     if failed:
@@ -305,14 +252,6 @@ def _read_older(previous: Path | None, maps: Sequence[str]) -> Floor | None:
     if len(maps) > 1:
         raise OptionError(f"--previous is one floor and {len(maps)} maps are given, read each map on its own")
     return read_previous(previous)
-
-
-def _tell_building(floor: Floor, older: Floor | None, out: Path) -> None:
-    """Print the rooms, what became of older ids, and where the results are."""
-    stdout.print(tabulate_rooms(floor))
-    if older:
-        tell_result(describe_ids(floor, older))
-    tell_result(f"{describe_floor(floor)}, in {out}")
 
 
 def _keep_ids(floor: Floor, previous: Floor, path: str) -> Floor:

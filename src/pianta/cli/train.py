@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pianta.cli.labelling import check_type, find_given_type
 from pianta.cli.outputs import check_output_folder
-from pianta.cli.read import check_type
 from pianta.cli.terminal import show_examples, tell_error, tell_result, track_items
 from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
@@ -19,12 +19,18 @@ from pianta.formats.files import reason_of, shown
 from pianta.labels import SCHEMAS, LabelSchema
 
 if TYPE_CHECKING:
+    from pianta.semantics.buildings import BuildingModel, Verdict
     from pianta.semantics.places import PlaceModel
 
-EXAMPLES = (
+PLACES_EXAMPLES = (
     "pianta train places buildings/school buildings/office -o places.skops",
     "pianta train places wards --labels hospital.yaml --type hospital -o hospital.skops",
     "pianta read map.yaml --model hospital.skops --type hospital -o building",
+)
+BUILDINGS_EXAMPLES = (
+    "pianta train buildings buildings/school buildings/office -o types.json",
+    "pianta train buildings buildings/school wards --labels hospital.yaml --type hospital -o types.json",
+    "pianta read map.yaml --building-model types.json -o building",
 )
 
 app = typer.Typer(no_args_is_help=True, help="Train models on buildings that people have labelled.")
@@ -51,7 +57,7 @@ def describe() -> None:
     """Train models on buildings that people have labelled."""
 
 
-@app.command("places", epilog=show_examples(EXAMPLES))
+@app.command("places", epilog=show_examples(PLACES_EXAMPLES))
 def train_places(
     buildings: Buildings,
     *,
@@ -74,9 +80,7 @@ def train_places(
     from pianta.semantics import training
     from pianta.semantics.place_model_file import save_place_model
 
-    _check_out(out)
-    if building_type is not None:
-        check_type(building_type)
+    _check_options(out, building_type)
     schemas = read_schemas(labels or ())
     files = list(map(str, list_buildings(buildings)))
     floors = _read_floors(files, building_type, quiet=quiet)
@@ -86,6 +90,39 @@ def train_places(
     save_place_model(model, out)
     if not quiet:
         _tell_model(model, out)
+    if len(floors) < len(files):
+        raise typer.Exit(1)
+
+
+@app.command("buildings", epilog=show_examples(BUILDINGS_EXAMPLES))
+def train_buildings(
+    buildings: Buildings,
+    *,
+    out: Out,
+    labels: Labels = None,
+    building_type: Type = None,
+    quiet: Quiet = False,
+) -> None:
+    """Train a model of building types, for `pianta read --building-model`.
+
+    Takes the same files as `pianta train places`, of two types of buildings or more,
+    and of two buildings of each type at least; dozens are better.
+
+    Tells how often the model is wrong on buildings that were left out. A building
+    that cannot be read does not stop the others; the exit code is then 1.
+    """
+    from pianta.formats.buildings import list_buildings
+    from pianta.semantics import buildings as building_types
+    from pianta.semantics.building_model_file import save_building_model
+
+    _check_options(out, building_type)
+    schemas = read_schemas(labels or ())
+    files = list(map(str, list_buildings(buildings)))
+    floors = _read_floors(files, building_type, quiet=quiet)
+    model = building_types.train_buildings(floors, schemas=schemas)
+    save_building_model(model, out)
+    if not quiet:
+        _tell_building_model(model, building_types.judge_held_out(model), out)
     if len(floors) < len(files):
         raise typer.Exit(1)
 
@@ -132,7 +169,10 @@ def simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: b
     return found
 
 
-def _check_out(out: Path) -> None:
+def _check_options(out: Path, building_type: str | None) -> None:
+    """Refuse, before any work, a model file that cannot be written, and a type that has no name."""
+    if building_type is not None:
+        check_type(building_type)
     check_output_folder(out.parent)
     if out.is_dir():
         raise OptionError(f"model file {shown(out)} is a folder, give the name of a file")
@@ -143,7 +183,10 @@ def _check_out(out: Path) -> None:
 
 
 def _read_floors(files: Sequence[str], building_type: str | None, *, quiet: bool) -> list[Floor]:
-    """The floors of files, their type filled in; what cannot be read is told and left out, unless nothing is left."""
+    """The floors of files, their type filled in; what cannot be read is told and left out, unless nothing is left.
+
+    A type that pianta has guessed is none: it may be wrong, and a model does not learn from what a model has said.
+    """
     from pianta.formats.buildings import read_building
 
     floors = []
@@ -155,9 +198,8 @@ def _read_floors(files: Sequence[str], building_type: str | None, *, quiet: bool
                 raise
             tell_error(error)
             continue
-        if building_type and not floor.building_type:
-            floor = replace(floor, building_type={building_type: 1.0})
-        floors.append(replace(floor, source=source))
+        kind = find_given_type(floor) or building_type
+        floors.append(replace(floor, source=source, building_type={kind: 1.0} if kind else {}))
     if not floors:
         raise ModelError(f"none of {len(files)} buildings could be read, so there is nothing to train on")
     return floors
@@ -168,3 +210,26 @@ def _tell_model(model: PlaceModel, out: Path) -> None:
     tell_result(f"trained on {model.training}")
     tell_result(f"wrong labels on buildings left out: {errors}")
     tell_result(f"in {out}, {out.stat().st_size / 2**20:.1f} MB")
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def _tell_building_model(model: BuildingModel, held_out: Sequence[Verdict], out: Path) -> None:
+    """Print what a model knows, and how right it is of each floor when it does not know its building.
+
+    held_out: what is said of each floor that it knows, by the model of all other buildings.
+    """
+    counts = []
+    for kind in model.building_types:
+        names = [name for name, other in zip(model.buildings, model.types, strict=True) if other == kind]
+        counts.append(f"{_count(len(names), 'floor')} of {_count(len(set(names)), 'building')} of type {kind}")
+    floors = len(model.known)
+    said = [max(verdict.probabilities, key=verdict.probabilities.__getitem__) for verdict in held_out]
+    wrong = sum(kind != right for kind, right in zip(said, model.types, strict=True))
+    unknown = sum(not verdict.known for verdict in held_out)
+    tell_result(f"trained on {_count(floors, 'floor')}: {', '.join(counts)}")
+    tell_result(f"wrong types of floors whose building was left out: {wrong} of {floors}, {wrong / floors:.1%}")
+    tell_result(f"called unknown when left out: {unknown} of {floors}, {unknown / floors:.1%}")
+    tell_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")

@@ -1,0 +1,181 @@
+"""The file of a BuildingModel: JSON with the descriptions of the floors that it knows, a line for each.
+
+A model file may come from a stranger. All of it is numbers and names, which are checked before anything is learned from
+them; the classifier is no part of it, and is fitted again where it is used.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Final, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
+
+from pianta.errors import ModelError
+from pianta.formats.faults import describe_validation, join_faults
+from pianta.formats.files import checked_input, reason_of, shown, written_atomically
+from pianta.labels import LabelSet, standard_building_type
+from pianta.semantics.building_description import LABELS, BuildingDescription, name_features
+from pianta.semantics.buildings import BuildingModel, check_types
+
+FORMAT: Final = "pianta buildings"
+MAJOR, MINOR = 1, 0
+DEFAULT_MODEL = Path(__file__).with_name("buildings.json")
+MAX_FILE_BYTES, MAX_FLOORS, MAX_ROOMS = 16 * 2**20, 5000, 1000
+# The work that patterns are grows with the square of the rooms of a floor; this is 6000 floors of 40 rooms.
+MAX_PAIRS = 10_000_000
+# No number of a floor is near this.
+LARGEST = 1e6
+
+
+def save_building_model(model: BuildingModel, path: str | Path) -> None:
+    """Write a model; read_building_model gives back one that says the same, and the same model gives the same bytes.
+
+    Raises ModelError for a model that read_building_model would refuse, PiantaError when the file cannot be written.
+    """
+    try:
+        content = _describe_model(model)
+        _check_model(content)
+    except (ModelError, ValidationError) as error:
+        told = describe_validation(error) if isinstance(error, ValidationError) else error
+        raise ModelError(f"the model cannot be saved: {told}") from None
+    head = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in content.model_dump(exclude={"floors"}).items()]
+    floors = [json.dumps(floor.model_dump(by_alias=True), separators=(",", ":")) for floor in content.floors]
+    text = "{\n" + ",\n".join([*head, '"floors": [\n' + ",\n".join(floors) + "\n]"]) + "\n}\n"
+    with written_atomically(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def read_building_model(path: str | Path) -> BuildingModel:
+    """Read a model that save_building_model has written.
+
+    Raises ModelError, in one line, for a file that is no model, one of a newer format or of other features, and one
+    whose floors cannot be.
+    """
+    file = checked_input(path, "model", ModelError)
+    try:
+        if file.stat().st_size > MAX_FILE_BYTES:
+            raise ModelError(f"it has more than {MAX_FILE_BYTES} bytes, too many for a model")
+        content = _read_content(file.read_bytes())
+        _check_model(content)
+    except (ModelError, OSError) as error:
+        raise ModelError(f"cannot read the model {shown(file)}: {reason_of(error)}") from error
+    return BuildingModel(
+        known=tuple(floor.describe() for floor in content.floors),
+        types=tuple(floor.building_type for floor in content.floors),
+        buildings=tuple(floor.building for floor in content.floors),
+        label_set=LabelSet(content.label_set),
+    )
+
+
+@cache
+def read_default_building_model() -> BuildingModel:
+    """The model that comes with pianta; `known` says of which floors it is."""
+    return read_building_model(DEFAULT_MODEL)
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(strict=True, frozen=True, populate_by_name=True)
+
+
+_Name = Annotated[str, Field(max_length=1000)]
+_Number = Annotated[FiniteFloat, Field(ge=-LARGEST, le=LARGEST)]
+_Rooms = Field(min_length=1, max_length=MAX_ROOMS)
+
+
+class _Floor(_Part):
+    source: _Name
+    building_type: Annotated[str, AfterValidator(standard_building_type), Field(alias="type")]
+    building: _Name
+    features: tuple[_Number, ...]
+    labels: Annotated[tuple[str, ...], _Rooms]
+    sizes: Annotated[tuple[_Number, ...], _Rooms]
+    sides: Annotated[tuple[Annotated[int, Field(ge=0, le=2)], ...], _Rooms]
+    doors: tuple[tuple[int, int], ...]
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        rooms = len(self.labels)
+        if not rooms == len(self.sizes) == len(self.sides):
+            raise ValueError("labels, sizes and sides are not of the same rooms")
+        if not all(0 <= one < other < rooms for one, other in self.doors) or len(set(self.doors)) < len(self.doors):
+            raise ValueError(f"doors are not pairs of its {rooms} rooms, each once and the smaller number first")
+        return self
+
+    def describe(self) -> BuildingDescription:
+        features = np.array(self.features)
+        return BuildingDescription(self.source, features, self.labels, self.sizes, self.sides, self.doors)
+
+
+class _Version(_Part):
+    format: Literal["pianta buildings"]
+    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
+
+
+class _Model(_Version):
+    label_set: Literal["R/C", "F/C/E/S"]
+    features: tuple[str, ...]
+    floors: Annotated[tuple[_Floor, ...], Field(max_length=MAX_FLOORS)]
+
+
+def _describe_model(model: BuildingModel) -> _Model:
+    floors = tuple(
+        _Floor(
+            source=known.source,
+            building_type=kind,
+            building=building,
+            features=tuple(known.features.tolist()),
+            labels=known.labels,
+            sizes=known.sizes,
+            sides=known.sides,
+            doors=known.doors,
+        )
+        for known, kind, building in zip(model.known, model.types, model.buildings, strict=True)
+    )
+    return _Model.model_validate(
+        {
+            "format": FORMAT,
+            "version": f"{MAJOR}.{MINOR}",
+            "label_set": str(model.label_set),
+            "features": name_features(model.label_set),
+            "floors": floors,
+        }
+    )
+
+
+def _read_content(content: bytes) -> _Model:
+    """What a model file holds; what it says of version and features comes before faults of its floors."""
+    try:
+        version = _Version.model_validate_json(content).version
+        if int(version.partition(".")[0]) > MAJOR:
+            raise ModelError(f"it has format version {version}, this pianta reads {MAJOR}.x; update pianta")
+        return _Model.model_validate_json(content)
+    except ValidationError as exception:
+        if any(fault["type"] == "json_invalid" or not fault["loc"] for fault in exception.errors()):
+            told = "it is no model of building types, make one with `pianta train buildings`"
+            raise ModelError(told) from None
+        raise ModelError(describe_validation(exception)) from None
+
+
+def _check_model(model: _Model) -> None:
+    """Raise ModelError for a model of other features or labels, of too much work, or that tells no types apart."""
+    label_set = LabelSet(model.label_set)
+    names = name_features(label_set)
+    if model.features != names:
+        raise ModelError("it was trained on other features of floors than this pianta computes, train it again")
+    faults = [
+        f"floor {shown(floor.source)} has {len(floor.features)} features of {len(names)}"
+        for floor in model.floors
+        if len(floor.features) != len(names)
+    ]
+    strange = sorted({label for floor in model.floors for label in floor.labels} - set(LABELS[label_set]))
+    if strange:
+        faults.append(f"its rooms have labels that are not of {label_set}: {', '.join(map(shown, strange[:5]))}")
+    if sum(len(floor.labels) ** 2 for floor in model.floors) > MAX_PAIRS:
+        faults.append(f"its floors have more than {MAX_PAIRS} pairs of rooms, too many for a model")
+    if faults:
+        raise ModelError(join_faults(faults))
+    check_types([floor.building_type for floor in model.floors], [floor.building for floor in model.floors])

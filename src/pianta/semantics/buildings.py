@@ -1,0 +1,258 @@
+"""What kind of building a floor is of (thesis, section 6.2.2), or that it is like none that is known.
+
+The thesis gives whole floors to kLog: an SVM on a graph kernel. Here the SVM sees the local patterns of the floor and
+how it is made up (BuildingKernel), says how probable each type is, and a floor unlike all known ones gets none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.errors import LabelError, ModelError
+from pianta.floor import Floor
+from pianta.formats.faults import join_faults
+from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split
+from pianta.semantics.building_description import BuildingDescription, describe_building, spread_labels
+from pianta.semantics.building_kernel import BuildingKernel
+from pianta.semantics.training import building_of, check_labels
+from pianta.semantics.typicality import Typicality, learn_typicality, measure_likeness
+
+if TYPE_CHECKING:
+    from sklearn.linear_model import LogisticRegression
+    from sklearn.svm import SVC
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+COST = 10.0
+# How far probabilities may be drawn from their mean, which few buildings do not tell well.
+CALIBRATION_COST = 10.0
+# A floor that is less typical than this share of the known ones is of no known type.
+LEAST_TYPICAL = 0.025
+# For the calibration buildings are left out one by one, of more than these some together.
+MAX_PARTS = 64
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a model says of the building of a floor.
+
+    probabilities: by type, summing to 1. typicality: the share of known floors that are less typical of buildings.
+    known: whether it is like the known floors at all. alike: sources of the known floors that it is most like.
+    """
+
+    probabilities: Mapping[str, float]
+    typicality: float
+    known: bool
+    alike: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingModel:
+    """A trained model of building types: it is the floors that it knows.
+
+    known: descriptions of floors, by rooms that have labels of label_set. types: of each. buildings: of each, which
+    of them are floors of one building.
+    """
+
+    known: tuple[BuildingDescription, ...]
+    types: tuple[str, ...]
+    buildings: tuple[str, ...]
+    label_set: LabelSet
+
+    @cached_property
+    def building_types(self) -> tuple[str, ...]:
+        """The types that it tells apart."""
+        return tuple(sorted(set(self.types)))
+
+    def judge(self, floor: Floor) -> Verdict:
+        """What kind of building a floor is of.
+
+        Raises LabelError for rooms without a label of the label set.
+        """
+        return self.judge_description(describe_building(floor, self.label_set))
+
+    def judge_description(self, description: BuildingDescription) -> Verdict:
+        """As `judge`, for a floor that is described in the label set of the model."""
+        gram = self._kernel.compare([description])
+        likeness = measure_likeness(gram)
+        typicality = float(self._typicality.rank(likeness)[0])
+        probabilities = self._calibration.predict_proba(_decide(self._classifier, gram))[0]
+        alike = [self.known[place].source for place in np.argsort(-gram[0], kind="stable")[:3]]
+        by_type = dict(zip(self.building_types, map(float, probabilities), strict=True))
+        return Verdict(by_type, typicality, typicality >= LEAST_TYPICAL, tuple(alike))
+
+    def leave_out(self, places: Indices) -> BuildingModel:
+        """The model of all floors that it knows but those at some places."""
+        kept = np.setdiff1d(np.arange(len(self.known)), places)
+        known, types, buildings = (tuple(every[i] for i in kept) for every in (self.known, self.types, self.buildings))
+        return replace(self, known=known, types=types, buildings=buildings)
+
+    @cached_property
+    def _kernel(self) -> BuildingKernel:
+        return BuildingKernel().fit(self.known)
+
+    @cached_property
+    def _gram(self) -> Floats:
+        return self._kernel.compare()
+
+    @cached_property
+    def _truth(self) -> Indices:
+        return np.array([self.building_types.index(name) for name in self.types])
+
+    @cached_property
+    def _typicality(self) -> Typicality:
+        return learn_typicality(self._gram, self.buildings)
+
+    @cached_property
+    def _classifier(self) -> SVC:
+        return _fit_svm(self._gram, self._truth)
+
+    @cached_property
+    def _calibration(self) -> LogisticRegression:
+        """Platt's scaling, on what is said of each building by a classifier that has not seen it."""
+        from sklearn.linear_model import LogisticRegression
+
+        decisions, truth = [], []
+        for others, held_out in leave_buildings_out(self.buildings, parts=MAX_PARTS):
+            # The only building of a type has to be judged by what has seen it.
+            tell_all = len(np.unique(self._truth[others])) == len(self.building_types)
+            seen = others if tell_all else np.arange(len(self.known))
+            machine = _fit_svm(self._gram[np.ix_(seen, seen)], self._truth[seen])
+            decisions.append(_decide(machine, self._gram[np.ix_(held_out, seen)]))
+            truth.append(self._truth[held_out])
+        return LogisticRegression(C=CALIBRATION_COST).fit(np.concatenate(decisions), np.concatenate(truth))
+
+
+def classify_building(floor: Floor, model: BuildingModel | None = None) -> Floor:
+    """The floor with probabilities of its building's types; with none where it is unlike all that the model knows.
+
+    model: the one that comes with pianta unless given.
+    Rooms that have no label in the label set of the model are labelled for this by label_rooms, all of them; the labels
+    of the floor stay as they are. A floor without rooms gets no type.
+    """
+    return floor if not floor.rooms else replace(floor, building_type=_find_type(judge_building(floor, model)))
+
+
+def judge_building(floor: Floor, model: BuildingModel | None = None) -> Verdict:
+    """What a model says of the building of a floor; model and labels as in classify_building.
+
+    Raises LabelError for a floor without rooms.
+    """
+    from pianta.semantics.building_model_file import read_default_building_model
+    from pianta.semantics.places import label_rooms
+
+    model = model or read_default_building_model()
+    if any(str(model.label_set) not in room.labels for room in floor.rooms):
+        floor = label_rooms(replace(floor, building_type={}))
+    return model.judge(floor)
+
+
+def train_buildings(
+    floors: Sequence[Floor],
+    *,
+    buildings: Sequence[str] | None = None,
+    schemas: Mapping[str, LabelSchema] = SCHEMAS,
+    label_set: LabelSet = LabelSet.F_C_E_S,
+    split: Split = Split.EXPERIMENTS,
+) -> BuildingModel:
+    """Train a model of building types.
+
+    floors: with labels of the schema of their most probable building type; those without rooms are passed by.
+    buildings: of which building each floor with rooms is; by building_of from the sources unless given, where a type
+    that would have one building only has as many as floors.
+    Raises LabelError as check_labels, and ModelError for fewer than two types or a type with fewer than two buildings,
+    with every fault in one message.
+    """
+    floors = [floor for floor in floors if floor.rooms]
+    types = [next(iter(floor.building_types), "") for floor in floors]
+    names = list(buildings) if buildings is not None else _name_buildings(floors, types)
+    _check_examples(floors, types, names, schemas)
+    spread = (spread_labels(floor, schemas[kind], split=split) for floor, kind in zip(floors, types, strict=True))
+    known = tuple(describe_building(floor, label_set) for floor in spread)
+    return BuildingModel(known, tuple(types), tuple(names), label_set)
+
+
+def judge_held_out(model: BuildingModel) -> list[Verdict]:
+    """What is said of each floor that a model knows, by the model of all other buildings."""
+    verdicts: dict[int, Verdict] = {}
+    for _, held_out in leave_buildings_out(model.buildings):
+        others = model.leave_out(held_out)
+        verdicts |= {place: others.judge_description(model.known[place]) for place in held_out.tolist()}
+    return [verdicts[place] for place in range(len(model.known))]
+
+
+def leave_buildings_out(buildings: Sequence[str], *, parts: int | None = None) -> Iterator[tuple[Indices, Indices]]:
+    """For each building, in order, the places of the floors of all others, and of its own.
+
+    parts: of more buildings than this some are left out together.
+    """
+    numbers = {name: number for number, name in enumerate(dict.fromkeys(buildings))}
+    count = min(parts or len(numbers), len(numbers))
+    part = np.array([numbers[name] % count for name in buildings])
+    for number in range(count):
+        yield np.flatnonzero(part != number), np.flatnonzero(part == number)
+
+
+def check_types(types: Sequence[str], buildings: Sequence[str]) -> None:
+    """Raise ModelError unless floors, given types and buildings of each, are of two types with two buildings each."""
+    faults = [*_find_lonely_types(types, buildings)]
+    if faults:
+        raise ModelError(f"{join_faults(faults)}, give two types at least and two buildings of each, better dozens")
+
+
+def _find_type(verdict: Verdict) -> dict[str, float]:
+    return dict(verdict.probabilities) if verdict.known else {}
+
+
+def _name_buildings(floors: Sequence[Floor], types: Sequence[str]) -> list[str]:
+    """The building of each floor by building_of; where a type would have one only, its floors are one each."""
+    names = [building_of(floor.source) for floor in floors]
+    of_types = _group_buildings(types, names)
+    named = zip(floors, types, names, strict=True)
+    return [name if len(of_types[kind]) > 1 else floor.source for floor, kind, name in named]
+
+
+def _check_examples(
+    floors: Sequence[Floor], types: Sequence[str], buildings: Sequence[str], schemas: Mapping[str, LabelSchema]
+) -> None:
+    """Raise what check_labels and check_types do; where both do, LabelError with the faults of both."""
+    try:
+        check_labels(floors, schemas)
+    except LabelError as error:
+        # Who does not tell all types is not blamed for there being few.
+        lonely = _find_lonely_types(types, buildings) if all(types) else ()
+        raise LabelError(join_faults([str(error), *lonely])) from None
+    check_types(types, buildings)
+
+
+def _find_lonely_types(types: Sequence[str], buildings: Sequence[str]) -> Iterator[str]:
+    of_types = _group_buildings(types, buildings)
+    yield from (f"{kind} has 1 building" for kind, names in of_types.items() if len(names) < 2)
+    if len(of_types) < 2:
+        yield f"{len(of_types)} building type{' is' if of_types else 's are'} given"
+
+
+def _group_buildings(types: Sequence[str], buildings: Sequence[str]) -> dict[str, set[str]]:
+    """The buildings of each type."""
+    of_types: dict[str, set[str]] = {}
+    for kind, name in zip(types, buildings, strict=True):
+        of_types.setdefault(kind, set()).add(name)
+    return of_types
+
+
+def _fit_svm(gram: Floats, truth: Indices) -> SVC:
+    from sklearn.svm import SVC
+
+    return SVC(kernel="precomputed", C=COST, class_weight="balanced").fit(gram, truth)
+
+
+def _decide(machine: SVC, gram: Floats) -> Floats:
+    """Decision values, shape (floors, 1) of two types, (floors, types) of more."""
+    return np.asarray(machine.decision_function(gram)).reshape(len(gram), -1)

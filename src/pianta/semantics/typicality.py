@@ -1,0 +1,50 @@
+"""Typicality: whether a floor is like the known ones, calibrated by how much these are like each other.
+
+A one-class answer: no example of anything else is needed (thesis, section 8.1, has both classes).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+# A floor is compared with so many known floors: those that it is most like.
+NEAREST = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Typicality:
+    """How much known floors are like each other.
+
+    likenesses: of each known floor, the mean likeness to the NEAREST floors of other buildings, ascending.
+    """
+
+    likenesses: Floats
+
+    def rank(self, likenesses: Floats) -> Floats:
+        """The share of known floors that are less typical, from 0 to 1; 0.5 is as typical as the median.
+
+        likenesses: means as `measure_likeness` gives them, any shape.
+        """
+        ranks = np.searchsorted(self.likenesses, likenesses, side="left") + np.searchsorted(
+            self.likenesses, likenesses, side="right"
+        )
+        return np.asarray(ranks / (2 * len(self.likenesses)))
+
+
+def measure_likeness(gram: Floats) -> Floats:
+    """Mean likeness of floors to the NEAREST known ones, shape (floors,); gram: shape (floors, known)."""
+    nearest = np.sort(gram, axis=1)[:, -NEAREST:]
+    return np.asarray(nearest.mean(axis=1))
+
+
+def learn_typicality(gram: Floats, buildings: Sequence[str]) -> Typicality:
+    """From how alike known floors are, shape (n, n); floors of one building are not compared."""
+    names = np.array(buildings)
+    likenesses = [measure_likeness(row[None, names != name])[0] for row, name in zip(gram, names, strict=True)]
+    return Typicality(np.sort(likenesses))

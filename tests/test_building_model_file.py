@@ -1,0 +1,266 @@
+"""Model files of building types: round trip, and what strangers may send."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from pianta.errors import ModelError, PiantaError
+from pianta.formats.buildings import read_building
+from pianta.labels import SCHEMAS, LabelSet
+from pianta.semantics.building_description import LABELS, describe_building, name_features, spread_labels
+from pianta.semantics.building_model_file import (
+    DEFAULT_MODEL,
+    MAX_ROOMS,
+    read_building_model,
+    read_default_building_model,
+    save_building_model,
+)
+from pianta.semantics.buildings import train_buildings
+from tests.mutation import mutated, refused_in_one_line
+from tests.typed_floors import ALL_SCHEMAS, typed_floors, typed_model
+
+MAX_DEFAULT_BYTES = 100_000
+
+
+@pytest.fixture(scope="module")
+def model_file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("model") / "types.json"
+    save_building_model(typed_model(), path)
+    return path
+
+
+def refuse(path: Path, match: str) -> None:
+    with pytest.raises(ModelError, match=match) as caught:
+        read_building_model(path)
+    assert "\n" not in str(caught.value)
+    assert path.name in str(caught.value)
+
+
+def rewrite(model_file: Path, path: Path, change: Callable[[dict[str, Any]], object]) -> Path:
+    """A copy of a model file whose content is changed."""
+    content = json.loads(model_file.read_text())
+    change(content)
+    path.write_text(json.dumps(content))
+    return path
+
+
+@pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
+def test_round_trip(tmp_path, label_set):
+    model = train_buildings(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
+    save_building_model(model, tmp_path / "m.json")
+    read = read_building_model(tmp_path / "m.json")
+    assert (read.types, read.buildings, read.label_set) == (model.types, model.buildings, label_set)
+    for one, other in zip(read.known, model.known, strict=True):
+        assert (one.features == other.features).all()
+        assert replace(one, features=other.features).__dict__ == other.__dict__
+        assert read.judge_description(other) == model.judge_description(other)
+
+
+def test_the_same_model_gives_the_same_bytes(model_file, tmp_path):
+    save_building_model(read_building_model(model_file), tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_bytes() == model_file.read_bytes()
+
+
+def test_a_line_for_each_floor(model_file):
+    lines = model_file.read_text().splitlines()
+    assert [json.loads(line.rstrip(","))["source"] for line in lines if line.startswith('{"')] == [
+        floor.source for floor in typed_floors()
+    ]
+
+
+def test_it_replaces_an_older_file(tmp_path):
+    (tmp_path / "m.json").write_text("older")
+    save_building_model(typed_model(), tmp_path / "m.json")
+    assert read_building_model(tmp_path / "m.json").types == typed_model().types
+    assert [file.name for file in tmp_path.iterdir()] == ["m.json"]
+
+
+def test_writing_into_a_folder_that_is_missing(tmp_path):
+    with pytest.raises(PiantaError, match="cannot write"):
+        save_building_model(typed_model(), tmp_path / "missing" / "m.json")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_model_that_could_not_be_read_is_not_written(tmp_path):
+    model = typed_model()
+    large = replace(model.known[0], labels=("SERVICE",) * (MAX_ROOMS + 1))
+    with pytest.raises(ModelError, match=r"cannot be saved: labels: .*at most 1000") as caught:
+        save_building_model(replace(model, known=(large, *model.known[1:])), tmp_path / "m.json")
+    assert "\n" not in str(caught.value)
+    with pytest.raises(ModelError, match="cannot be saved: 1 building type is given"):
+        save_building_model(replace(model, types=("school",) * len(model.types)), tmp_path / "m.json")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("content", [b"no model", b"PK\x03\x04", b"{", b"[]", b"7", b"\xff\xfe{}", b"null", b'{"a":'])
+def test_files_that_are_no_model(tmp_path, content):
+    (tmp_path / "m.json").write_bytes(content)
+    refuse(tmp_path / "m.json", "no model of building types")
+
+
+def test_empty_and_missing_files_and_folders(tmp_path):
+    (tmp_path / "empty.json").write_bytes(b"")
+    refuse(tmp_path / "empty.json", "is empty")
+    refuse(tmp_path / "missing.json", "does not exist")
+    refuse(tmp_path, "is a folder")
+
+
+def test_a_truncated_file(model_file, tmp_path):
+    content = model_file.read_bytes()
+    (tmp_path / "m.json").write_bytes(content[: len(content) // 2])
+    refuse(tmp_path / "m.json", "no model of building types")
+
+
+def test_a_file_that_is_too_large(model_file, tmp_path, monkeypatch):
+    monkeypatch.setattr("pianta.semantics.building_model_file.MAX_FILE_BYTES", 1000)
+    refuse(model_file, "more than 1000 bytes")
+
+
+def test_floors_of_too_many_rooms_together(model_file, monkeypatch):
+    monkeypatch.setattr("pianta.semantics.building_model_file.MAX_PAIRS", 1000)
+    refuse(model_file, "more than 1000 pairs of rooms")
+
+
+def test_a_newer_minor_version_is_read(model_file, tmp_path):
+    path = rewrite(model_file, tmp_path / "m.json", lambda content: content.update(version="1.9", novelty=True))
+    assert read_building_model(path).types == typed_model().types
+
+
+def test_types_in_any_case(model_file, tmp_path):
+    path = rewrite(model_file, tmp_path / "m.json", lambda content: content["floors"][0].update(type=" School "))
+    assert read_building_model(path).types == typed_model().types
+
+
+@pytest.mark.parametrize(
+    ("changed", "match"),
+    [
+        ({"format": "pianta floor"}, "format: Input should be 'pianta buildings', found 'pianta floor'"),
+        ({"version": "2.0", "floors": 7}, "version 2.0, this pianta reads 1.x; update pianta"),
+        ({"version": "one"}, "version"),
+        ({"version": 1.0}, "version"),
+        ({"label_set": "general"}, "label_set"),
+        ({"label_set": "R/C"}, "other features"),
+        ({"features": ["area"]}, "other features"),
+        ({"features": None}, "features"),
+        ({"floors": []}, "0 building types are given"),
+        ({"floors": [1]}, r"floors\[0\]"),
+        ({"floors": None}, "floors"),
+    ],
+)
+def test_contents_that_make_no_sense(model_file, tmp_path, changed, match):
+    refuse(rewrite(model_file, tmp_path / "m.json", lambda content: content.update(changed)), match)
+
+
+ROOMS = len(typed_model().known[0].labels)
+NUMBERS = len(name_features(LabelSet.F_C_E_S))
+
+
+@pytest.mark.parametrize(
+    ("changed", "match"),
+    [
+        ({"source": "x" * 1001}, r"floors\[0\].source"),
+        ({"type": ""}, "the name is empty"),
+        ({"type": 7}, r"floors\[0\].type"),
+        ({"building": None}, "building"),
+        ({"features": [0.0]}, "has 1 features of 25"),
+        ({"features": [1e999] * NUMBERS}, "finite"),
+        ({"features": [1e7] * NUMBERS}, "less than or equal"),
+        ({"features": ["1"] * NUMBERS}, "valid number"),
+        ({"features": [True] * NUMBERS}, "valid number"),
+        ({"labels": ["POOL"] * ROOMS}, "not of F/C/E/S: 'POOL'"),
+        ({"labels": ["ROOM"] * ROOMS}, "not of F/C/E/S: 'ROOM'"),
+        ({"labels": ["SERVICE"]}, "not of the same rooms"),
+        ({"labels": [], "sizes": [], "sides": [], "doors": []}, "at least 1 item"),
+        ({"labels": ["SERVICE"] * (MAX_ROOMS + 1)}, "at most 1000 items"),
+        ({"sizes": [0.0]}, "not of the same rooms"),
+        ({"sizes": [-1e999] * ROOMS}, "finite"),
+        ({"sides": [3] * ROOMS}, "less than or equal to 2"),
+        ({"sides": [0.5] * ROOMS}, "valid integer"),
+        ({"doors": [[0, ROOMS]]}, f"not pairs of its {ROOMS} rooms"),
+        ({"doors": [[1, 0]]}, "not pairs"),
+        ({"doors": [[1, 1]]}, "not pairs"),
+        ({"doors": [[-1, 1]]}, "not pairs"),
+        ({"doors": [[0, 1], [0, 1]]}, "not pairs"),
+        ({"doors": [[0, 1, 2]]}, "doors"),
+        ({"doors": [[0, 10**400]]}, "doors"),
+    ],
+)
+def test_floors_that_cannot_be(model_file, tmp_path, changed, match):
+    refuse(rewrite(model_file, tmp_path / "m.json", lambda content: content["floors"][0].update(changed)), match)
+
+
+def test_too_few_buildings_of_a_type(model_file, tmp_path):
+    path = rewrite(model_file, tmp_path / "m.json", lambda content: content["floors"][0].update(type="castle"))
+    refuse(path, "castle has 1 building")
+
+
+def test_deeply_nested_content(tmp_path):
+    (tmp_path / "m.json").write_text('{"format": ' + "[" * 100_000)
+    refuse(tmp_path / "m.json", "no model of building types")
+
+
+@given(mutated(DEFAULT_MODEL.read_bytes()))
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_damaged_files_are_refused_or_read(tmp_path, content):
+    path = tmp_path / "m.json"
+    path.write_bytes(content)
+    with refused_in_one_line():
+        read_building_model(path)
+
+
+@given(
+    st.lists(st.lists(st.floats(-1e6, 1e6), min_size=NUMBERS, max_size=NUMBERS), min_size=6, max_size=6),
+    st.lists(st.integers(1, 4), min_size=6, max_size=6),
+    st.randoms(use_true_random=False),
+)
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_what_is_read_can_judge(tmp_path, features, rooms, random):
+    """Whatever numbers a stranger's model has."""
+    floors = [
+        {
+            "source": f"{place}",
+            "type": "abc"[place % 3],
+            "building": f"{place}",
+            "features": numbers,
+            "labels": [random.choice(LABELS[LabelSet.F_C_E_S]) for _ in range(count)],
+            "sizes": [random.uniform(-1e6, 1e6) for _ in range(count)],
+            "sides": [random.randrange(3) for _ in range(count)],
+            "doors": [[one, other] for other in range(count) for one in range(other) if random.random() < 0.5],
+        }
+        for place, (numbers, count) in enumerate(zip(features, rooms, strict=True))
+    ]
+    names = list(name_features(LabelSet.F_C_E_S))
+    content = {"format": "pianta buildings", "version": "1.0", "label_set": "F/C/E/S", "features": names}
+    (tmp_path / "m.json").write_text(json.dumps(content | {"floors": floors}))
+    model = read_building_model(tmp_path / "m.json")
+    for known in typed_model().known[::5]:
+        verdict = model.judge_description(known)
+        assert sum(verdict.probabilities.values()) == pytest.approx(1)
+        assert 0 <= verdict.typicality <= 1
+
+
+def test_the_model_that_comes_with_pianta():
+    assert DEFAULT_MODEL.stat().st_size <= MAX_DEFAULT_BYTES
+    model = read_default_building_model()
+    assert model is read_default_building_model()
+    assert model.building_types == ("office", "school")
+    assert model.label_set is LabelSet.F_C_E_S
+    assert (len(model.known), len(set(model.buildings))) == (43, 35)
+    assert [model.types.count(kind) for kind in model.building_types] == [11, 32]
+
+
+@pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
+def test_the_model_that_comes_with_pianta_is_of_the_data(data):
+    model = read_default_building_model()
+    for place in (0, 20, 40):
+        known, kind = model.known[place], model.types[place]
+        floor = spread_labels(read_building(data / "buildings" / kind / known.source), SCHEMAS[kind])
+        said = describe_building(floor, model.label_set)
+        assert said.features == pytest.approx(known.features, abs=1e-3)
+        assert (said.labels, said.sides, said.doors) == (known.labels, known.sides, known.doors)

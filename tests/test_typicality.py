@@ -1,0 +1,41 @@
+"""How typical floors are of the known ones."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.testing import assert_allclose
+
+from pianta.semantics.typicality import Typicality, learn_typicality, measure_likeness
+
+
+def test_likeness_is_the_mean_of_the_three_most_alike():
+    gram = np.array([[0.1, 0.9, 0.5, 0.4], [1.0, 0.0, 0.0, 0.0]])
+    assert_allclose(measure_likeness(gram), [0.6, 1 / 3])
+
+
+def test_likeness_to_fewer_than_three():
+    assert_allclose(measure_likeness(np.array([[0.2, 0.4]])), [0.3])
+
+
+def test_floors_of_a_building_are_not_compared():
+    gram = np.array([[1.0, 0.99, 0.2], [0.99, 1.0, 0.4], [0.2, 0.4, 1.0]])
+    assert_allclose(learn_typicality(gram, ("a", "a", "b")).likenesses, [0.2, 0.3, 0.4])
+
+
+def test_ranks():
+    known = Typicality(np.array([0.2, 0.4, 0.4, 0.8]))
+    assert_allclose(known.rank(np.array([0.1, 0.2, 0.3, 0.4, 0.8, 0.9])), [0, 1 / 8, 1 / 4, 1 / 2, 7 / 8, 1])
+
+
+@given(arrays(np.float64, st.integers(1, 20), elements=st.floats(0, 1)), st.floats(0, 1), st.floats(0, 1))
+def test_what_is_more_alike_is_not_less_typical(likenesses, one, other):
+    known = Typicality(np.sort(likenesses))
+    less, more = known.rank(np.array(sorted((one, other))))
+    assert 0 <= less <= more <= 1
+
+
+@given(arrays(np.float64, st.integers(1, 20), elements=st.floats(0, 1)))
+def test_known_floors_are_as_typical_as_the_median_on_average(likenesses):
+    known = Typicality(np.sort(likenesses))
+    assert_allclose(known.rank(likenesses).mean(), 0.5)
