@@ -23,6 +23,8 @@ types: $(READY)
 
 docs: $(READY)  ## draw the pictures of README and docs again
 	$(BIN)/python docs/draw_pictures.py
+	$(BIN)/python docs/draw_graph_kernels.py
+	$(BIN)/python docs/draw_realism.py
 
 clean:
 	rm -rf $(VENV) demo

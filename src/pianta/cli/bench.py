@@ -70,10 +70,22 @@ PlacePictures = Annotated[
         metavar="DIR",
     ),
 ]
+RealismPictures = Annotated[
+    Path | None, typer.Option("--pictures", help="Folder for scores.png and curves.png (Fig. 8.4).", metavar="DIR")
+]
 PlaceSplit = Annotated[
     str, typer.Option(help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5).")
 ]
 Seed = Annotated[int, typer.Option(help="Of folds, of classifiers, and of simulated maps.", min=0, max=2**31)]
+
+CurvePictures = Annotated[
+    Path | None, typer.Option("--pictures", help="Folder for places.png and buildings.png, the curves.", metavar="DIR")
+]
+BuildingTypes = Annotated[
+    list[Path] | None,
+    typer.Option("--types", help="Folder of buildings of one type; repeat it for each type.", metavar="DIR"),
+]
+Trees = Annotated[int, typer.Option(help="Of each forest of Extra-Trees; the thesis has 500.", min=1, max=10000)]
 
 
 @app.command("layout", epilog=show_examples(["pianta bench layout", "pianta bench layout --pictures layouts"]))
@@ -231,6 +243,82 @@ def bench_places(
     if pictures:
         with written_together(pictures) as new:
             save_place_pictures(bench, new)
+    _exit_on_failure(bench.items)
+
+
+@app.command(
+    "buildings",
+    epilog=show_examples(
+        [
+            "pianta bench buildings --json buildings.json --pictures buildings",
+            "pianta bench buildings --types dorms --types offices --types labs",
+        ]
+    ),
+)
+def bench_buildings(
+    *,
+    data: Data = None,
+    types: BuildingTypes = None,
+    split: PlaceSplit = "experiments",
+    trees: Trees = 100,
+    seed: Seed = 0,
+    json: Json = None,
+    pictures: CurvePictures = None,
+) -> None:
+    """Rooms and whole buildings (Table 6.1, Figs. 6.2 and 6.3).
+
+    Reads buildings/school/*.xml and buildings/office/*.xml of the data. Each
+    building is judged by models that have not seen it. With --types only
+    buildings are classified, those of your folders. A floor that fails does
+    not count; the exit code is then 1.
+    """
+    from pianta.bench.building_pictures import save_building_pictures
+    from pianta.bench.building_tables import list_items, save_buildings, tabulate_buildings
+    from pianta.bench.buildings import measure_building_types, measure_buildings
+    from pianta.bench.comparison import show_comparisons
+    from pianta.bench.data import find_data
+    from pianta.labels import Split
+
+    if split not in PLACE_SPLITS:
+        raise OptionError(f"split is {split!r}, give one of {', '.join(PLACE_SPLITS)}")
+    if types and pictures:
+        raise OptionError("--pictures are of the thesis' two types, leave it out with --types")
+    _check_outputs(json, pictures)
+    measure = partial(measure_building_types, types) if types else partial(measure_buildings, find_data(data))
+    bench = measure(split=Split(split), trees=trees, seed=seed, track=track_items)
+    items = list_items(bench)
+    stdout.print(show_comparisons(tabulate_buildings(bench), items))
+    if json:
+        with written_together(json.parent) as new:
+            save_buildings(bench, new / json.name)
+    if pictures:
+        with written_together(pictures) as new:
+            save_building_pictures(bench, new)
+    _exit_on_failure(items)
+
+
+@app.command("realism", epilog=show_examples(["pianta bench realism", "pianta bench realism --pictures realism"]))
+def bench_realism(*, data: Data = None, seed: Seed = 0, json: Json = None, pictures: RealismPictures = None) -> None:
+    """Real offices and simulated ones told apart (Table 8.2, Fig. 8.4).
+
+    Reads buildings/office/*.xml and buildings/robocup/*.xml of the data, and
+    buildings/school/*.xml when there are any, which are judged as if they were
+    offices. A floor that fails does not count; the exit code is then 1.
+    """
+    _check_outputs(json, pictures)
+    from pianta.bench.comparison import show_comparisons
+    from pianta.bench.data import find_data
+    from pianta.bench.realism import measure_realism, save_realism, tabulate_realism
+    from pianta.bench.realism_pictures import save_realism_pictures
+
+    bench = measure_realism(find_data(data), seed=seed, track=track_items)
+    stdout.print(show_comparisons(tabulate_realism(bench), bench.items))
+    if json:
+        with written_together(json.parent) as new:
+            save_realism(bench, new / json.name)
+    if pictures:
+        with written_together(pictures) as new:
+            save_realism_pictures(bench, new)
     _exit_on_failure(bench.items)
 
 

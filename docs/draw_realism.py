@@ -1,0 +1,79 @@
+"""Draw the pictures of docs/realism.md: python docs/draw_realism.py."""
+
+from __future__ import annotations
+
+import tempfile
+from itertools import pairwise, product
+from pathlib import Path
+
+from shapely import LineString, Polygon, box
+
+from pianta.bench.charts import save_chart
+from pianta.bench.data import find_data
+from pianta.bench.realism import measure_realism
+from pianta.bench.realism_pictures import draw_scores
+from pianta.cli import main as run_pianta
+from pianta.errors import DataError
+from pianta.floor import Door, Floor, Room
+from pianta.formats.floor_geojson import save_floor
+from pianta.worlds.floors import FLOOR_MAKERS, make_floor
+
+IMAGES = Path(__file__).parent / "images"
+SEEDS = range(4)
+# Rooms of 5 m in rows that a way to and fro leads through; the last row is a corridor.
+COLUMNS, ROWS, SIDE = 6, 4, 5.0
+
+
+def main() -> None:
+    """Draw both pictures; without data, that of the scores stays as it is."""
+    draw_labyrinth()
+    try:
+        bench = measure_realism(find_data())
+    except DataError:
+        return
+    save_chart(draw_scores(bench), IMAGES / "realism_scores.png", dpi=110)
+
+
+def draw_labyrinth() -> None:
+    """Judge a labyrinth by `pianta realism`, with the floors of `pianta world` as reference."""
+    with tempfile.TemporaryDirectory() as folder:
+        reference = Path(folder, "offices")
+        reference.mkdir()
+        for kind, seed in product(FLOOR_MAKERS, SEEDS):
+            # Names that differ in a number alone would be those of one building.
+            save_floor(make_floor(kind, seed=seed), reference / f"{kind} {'abcd'[seed]}.geojson")
+        world = Path(folder, "labyrinth.geojson")
+        save_floor(make_labyrinth(), world)
+        try:
+            run_pianta(["realism", str(world), "--reference", str(reference), "-o", folder])
+        except SystemExit as end:
+            if end.code:
+                raise
+        Path(folder, "labyrinth.png").replace(IMAGES / "realism.png")
+
+
+def make_labyrinth() -> Floor:
+    """A floor whose rooms lead one into the next, and into a corridor at the end."""
+    places = [(x if y % 2 else COLUMNS - 1 - x, y) for y in range(ROWS) for x in range(COLUMNS)]
+    rooms = [box(SIDE * x, SIDE * y, SIDE * (x + 1), SIDE * (y + 1)) for x, y in places]
+    corridor = box(0, SIDE * ROWS, SIDE * COLUMNS, SIDE * ROWS + 2.5)
+    doors = [_hang_door(pair, rooms[pair[0] - 1], rooms[pair[1] - 1]) for pair in pairwise(range(1, len(rooms) + 1))]
+    doors.append(_hang_door((len(rooms), len(rooms) + 1), rooms[-1], corridor))
+    return Floor(
+        rooms=(
+            *(Room(number, polygon, label="ROOM") for number, polygon in enumerate(rooms, start=1)),
+            Room(len(rooms) + 1, corridor, label="CORRIDOR"),
+        ),
+        doors=tuple(doors),
+        source="labyrinth",
+    )
+
+
+def _hang_door(pair: tuple[int, int], one: Polygon, other: Polygon) -> Door:
+    wall = one.intersection(other)
+    ends = [wall.interpolate(wall.length / 2 + half) for half in (-0.5, 0.5)]
+    return Door(pair, LineString(ends), 1.0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,60 @@
+"""Labels of rooms in R/C or F/C/E/S, as people have given them, or as pianta finds them where nobody has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from pianta.floor import Floor, Room
+from pianta.formats.drawn_rooms import normalize_label
+from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, Split
+from pianta.semantics.building_description import LABELS
+from pianta.semantics.places import has_given_label, label_rooms
+
+
+@dataclass(frozen=True)
+class CoarseFloor:
+    """A floor all of whose rooms have a label in one label set, and no other.
+
+    found: the ids of the rooms whose label pianta has found, now or when it read the floor; nobody has given it.
+    """
+
+    floor: Floor
+    found: tuple[int, ...]
+
+
+def complete_labels(floor: Floor, label_set: LabelSet, *, schemas: Mapping[str, LabelSchema] = SCHEMAS) -> CoarseFloor:
+    """The floor with a label of each room in a label set, R/C or F/C/E/S, split as in the thesis' experiments.
+
+    What somebody has given is mapped upwards, by the schema of the floor's building type where that has it, else by
+    all others where these agree. Rooms without such a label keep the one of pianta, or get one by label_rooms.
+    """
+    name = str(label_set)
+    given = {room.id: _place_given(room, floor, label_set, schemas) for room in floor.rooms}
+    missing = [room for room in floor.rooms if given[room.id] is None and name not in room.labels]
+    read = {room.id: room.labels.get(name) for room in floor.rooms}
+    if missing:
+        read |= {room.id: room.labels[name] for room in label_rooms(replace(floor, building_type={})).rooms}
+    labels = {room.id: given[room.id] or str(read[room.id]) for room in floor.rooms}
+    rooms = tuple(
+        replace(room, label=labels[room.id], labels={name: labels[room.id]}, label_probabilities={})
+        for room in floor.rooms
+    )
+    found = tuple(room.id for room in floor.rooms if given[room.id] is None)
+    return CoarseFloor(replace(floor, rooms=rooms), found)
+
+
+def _place_given(room: Room, floor: Floor, label_set: LabelSet, schemas: Mapping[str, LabelSchema]) -> str | None:
+    """Where the label that somebody gave a room lies in a label set; None for no label, and one that nobody knows."""
+    if not has_given_label(room):
+        # Labels that say nothing of probabilities are no finding of pianta.
+        return None if room.label_probabilities else room.labels.get(str(label_set))
+    name = normalize_label(room.label) or ""
+    if name in LABELS[label_set]:
+        return name
+    if label_set is LabelSet.R_C and name in LABELS[LabelSet.F_C_E_S]:
+        return str(RC.CORRIDOR if name == FCES.CONNECTION else RC.ROOM)
+    own = [schemas[kind] for kind in floor.building_types if kind in schemas and name in schemas[kind].by_name]
+    knowing = own[:1] or [schema for schema in schemas.values() if name in schema.by_name]
+    places = {str(schema.map_labels([name], label_set, split=Split.EXPERIMENTS)[0]) for schema in knowing}
+    return places.pop() if len(places) == 1 else None

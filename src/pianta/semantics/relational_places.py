@@ -1,0 +1,130 @@
+"""Places as kLog classifies them: one decision for each room, its whole floor as the interpretation (section 6.2.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.errors import ModelError
+from pianta.floor import Floor
+from pianta.formats.faults import join_faults
+from pianta.labels import LabelSet
+from pianta.relations import FLOOR_SIGNATURES, Interpretation, Signature
+from pianta.semantics.interpretations import interpret_floor
+from pianta.semantics.relational_kernels import (
+    BINS,
+    COST,
+    DISTANCE,
+    RADIUS,
+    ROOM_RELATIONS,
+    RoomKernel,
+    decide,
+    fit_machine,
+)
+
+Floats = NDArray[np.float64]
+# Of each floor, a label for each room.
+Labels: TypeAlias = Sequence[Sequence[str]]
+
+
+class RelationalPlaces:
+    """A classifier of rooms on a kernel of rooms: fit to labelled floors, then predict those of others.
+
+    Floors are Floor, told by ROOM_RELATIONS, or Interpretation, such as read_interpretations gives; the labels to be
+    learnt are hidden. Parameters as of RoomKernel; cost: C of the support vector machines.
+
+    labels_: by the name of a label set, the labels learnt.
+    """
+
+    def __init__(
+        self,
+        *,
+        target: str = "label",
+        signatures: Iterable[Signature] = FLOOR_SIGNATURES,
+        bins: int = BINS,
+        radius: int = RADIUS,
+        distance: int = DISTANCE,
+        cost: float = COST,
+    ) -> None:
+        self.kernel = RoomKernel(target=target, signatures=signatures, bins=bins, radius=radius, distance=distance)
+        self.cost = cost
+
+    def fit(
+        self, floors: Sequence[Floor | Interpretation], labels: Mapping[str, Labels] | None = None
+    ) -> RelationalPlaces:
+        """Learn the labels of all label sets from one Gram matrix.
+
+        labels: by the name of a label set, of each floor those of its rooms in order. Where none are given, those that
+        the facts of the target tell are one set with the target's name.
+        Raises ModelError for rooms without a label and fewer than two labels, RelationError as RoomKernel.
+        """
+        told = tell_floors(floors)
+        rooms = [self.kernel.list_rooms(each) for each in told]
+        given = {self.kernel.target: self._read_labels(told)} if labels is None else labels
+        for name, of_floors in given.items():
+            counts = [len(each) for each in of_floors]
+            if counts != [len(each) for each in rooms]:
+                raise ModelError(
+                    f"labels of {name} are not one for each room of each floor, give {sum(map(len, rooms))}"
+                )
+        gram = self.kernel.fit(told).compare()
+        joined = {name: [label for each in of_floors for label in each] for name, of_floors in given.items()}
+        self.machines_ = {name: fit_machine(gram, each, cost=self.cost) for name, each in joined.items()}
+        self.labels_ = {name: tuple(sorted(set(each))) for name, each in joined.items()}
+        return self
+
+    def decide(self, floors: Sequence[Floor | Interpretation]) -> dict[str, list[Floats]]:
+        """By label set, of each floor the decision values of its rooms, shape (rooms, labels_).
+
+        Raises ModelError before `fit`, RelationError as RoomKernel.
+        """
+        told = tell_floors(floors)
+        gram = self.kernel.compare(told)
+        ends = np.cumsum([len(self.kernel.list_rooms(each)) for each in told])[:-1]
+        return {
+            name: np.split(decide(machine, gram, self.labels_[name]), ends) for name, machine in self.machines_.items()
+        }
+
+    def predict(self, floors: Sequence[Floor | Interpretation]) -> dict[str, list[list[str]]]:
+        """By label set, of each floor the labels of its rooms: those with the highest decision values."""
+        return {
+            name: [[self.labels_[name][column] for column in values.argmax(axis=1)] for values in of_floors]
+            for name, of_floors in self.decide(floors).items()
+        }
+
+    def _read_labels(self, told: Sequence[Interpretation]) -> list[list[str]]:
+        """The labels that the facts of the target tell."""
+        read = [dict(self._read_targets(each)) for each in told]
+        missing = [
+            f"{room} of {each.name}"
+            for each, labels in zip(told, read, strict=True)
+            for room in self.kernel.list_rooms(each)
+            if room not in labels
+        ]
+        if missing:
+            more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
+            raise ModelError(f"rooms {join_faults(missing[:5])}{more} have no {self.kernel.target}, give each one")
+        return [
+            [labels[room] for room in self.kernel.list_rooms(each)] for each, labels in zip(told, read, strict=True)
+        ]
+
+    def _read_targets(self, interpretation: Interpretation) -> Iterator[tuple[object, str]]:
+        """Room and label of the facts of the target."""
+        arguments = self.kernel.signatures[self.kernel.target].arguments
+        places = [place for place, argument in enumerate(arguments) if argument.is_entity]
+        others = [place for place in range(len(arguments)) if place not in places]
+        for fact in interpretation.facts_of(self.kernel.target):
+            yield fact.arguments[places[0]], ",".join(str(fact.arguments[place]) for place in others)
+
+
+def tell_floors(
+    floors: Sequence[Floor | Interpretation], *, label_set: LabelSet = LabelSet.TYPE
+) -> list[Interpretation]:
+    """Floors as interpretations, by ROOM_RELATIONS with labels of a label set; interpretations as they are."""
+    return [
+        interpret_floor(each, relations=ROOM_RELATIONS, label_set=label_set) if isinstance(each, Floor) else each
+        for each in floors
+    ]

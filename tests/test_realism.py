@@ -1,0 +1,333 @@
+"""Realism: what it says of made floors, whose answer is known, and of the RoboCup worlds."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image
+from shapely import Geometry, LineString, affinity, box
+
+from pianta.bench.annotated_floors import make_of_drawings
+from pianta.drawing_realism import draw_realism, save_realism_picture
+from pianta.errors import LabelError, ModelError
+from pianta.floor import Door, Floor, Room
+from pianta.labels import LabelSet
+from pianta.semantics.building_description import describe_building
+from pianta.semantics.building_kernel import BuildingKernel
+from pianta.semantics.buildings import BuildingModel
+from pianta.semantics.coarse_labels import complete_labels
+from pianta.semantics.realism import Realism, RealismModel, learn_realism, name_buildings, realism_of_types
+from pianta.semantics.realism_classifier import LinearBuildingKernel, RealismClassifier
+from pianta.semantics.realism_measures import (
+    MEASURES_TOLD,
+    find_off_measures,
+    list_measures,
+    measure_description,
+)
+from pianta.semantics.realism_patterns import MANY, RoomPattern, find_off_patterns, list_patterns
+from tests.simulated_offices import make_grid_floor, make_offices, make_snake, make_worlds
+
+R_C, F_C_E_S = LabelSet.R_C, LabelSet.F_C_E_S
+ROOM_AT_CORRIDOR = RoomPattern("ROOM", (("CORRIDOR", 1),))
+
+
+def join_row(labels: str, *pairs: tuple[int, int], label: str = "label") -> Floor:
+    """Rooms of 1 m² in a row, C for CORRIDOR and R for ROOM, with doors between pairs."""
+    names = {"C": "CORRIDOR", "R": "ROOM"}
+    rooms = tuple(Room(n, box(n, 0, n + 1, 1), label=names[each]) for n, each in enumerate(labels, start=1))
+    return Floor(rooms, tuple(Door(pair, LineString([(0, 0), (1, 0)]), 1.0) for pair in pairs), source="row")
+
+
+@cache
+def one_class() -> RealismModel:
+    return learn_realism(make_offices(), label_set=R_C)
+
+
+@cache
+def two_classes() -> RealismModel:
+    return learn_realism(make_offices(), label_set=R_C, unlike=make_worlds())
+
+
+def make_realism(typicality: float, probability: float | None = None) -> Realism:
+    return Realism(0.5, (0.1, 0.2, 0.3, 0.4), typicality, probability, ("a",), (), ())
+
+
+def test_patterns_by_hand():
+    floor = join_row("CRRRRRR", (1, 2), (1, 3), (1, 4), (1, 5), (5, 6))
+    patterns = list_patterns(describe_building(floor, R_C))
+    assert [str(pattern) for pattern in patterns] == [
+        "CORRIDOR that leads to 3 or more ROOMs only",
+        *["ROOM that leads to 1 CORRIDOR only"] * 3,
+        "ROOM that leads to 1 CORRIDOR and 1 ROOM",
+        "ROOM that leads to 1 ROOM and no CORRIDOR",
+        "ROOM without a door to another room",
+    ]
+    assert patterns[0] == RoomPattern("CORRIDOR", (("ROOM", MANY),))
+    assert str(RoomPattern("SERVICE", (("ENTRANCE", 2),))) == "SERVICE that leads to 2 ENTRANCEs and no CONNECTION"
+    assert str(RoomPattern("CONNECTION", (("SERVICE", 2),))) == "CONNECTION that leads to 2 SERVICEs only"
+
+
+def test_off_patterns_by_hand():
+    through = RoomPattern("ROOM", (("ROOM", 2),))
+    alone = RoomPattern("ROOM", ())
+    known = [[ROOM_AT_CORRIDOR] * 9 + [through], [ROOM_AT_CORRIDOR] * 8 + [through] * 2]
+    found = find_off_patterns([through] * 9 + [alone], known, [*range(11, 21)])
+    assert [(off.pattern, off.is_frequent) for off in found] == [(through, True), (ROOM_AT_CORRIDOR, False)]
+    often, seldom = found
+    assert often.rooms == (*range(11, 20),)
+    assert often.usual == pytest.approx((0.1, 0.2))
+    # Poisson's deviance of 9 where 1.5 are expected, and of 0 where 8.5 are.
+    assert often.strangeness == pytest.approx(2 * (9 * np.log(6) - 7.5))
+    assert seldom.strangeness == pytest.approx(17)
+    assert str(often) == (
+        "often a ROOM that leads to 2 ROOMs and no CORRIDOR: 90% of the rooms, usually 11% to 20% "
+        "(rooms 11 12 13 14 15 16 17 18 19)"
+    )
+    assert str(seldom) == "seldom a ROOM that leads to 1 CORRIDOR only: 0% of the rooms, usually 80% to 90%"
+    assert find_off_patterns(known[0], known, [*range(10)]) == ()
+
+
+def test_measures_by_hand():
+    measured = measure_description(describe_building(join_row("CRRR", (1, 2), (1, 3), (1, 4)), R_C), R_C)
+    assert [*measured] == [measure.key for measure in list_measures(R_C)]
+    assert (measured["nodes"], measured["nodes_c"], measured["diameter"]) == (4, 1, 2)
+    assert (measured["betweenness_r"], measured["betweenness_c"]) == (0, 0.5)
+    assert measured["assortativity"] == pytest.approx(-1)
+    assert measured["mean leaves"] == pytest.approx(0.75)
+    assert measured["largest_share"] == pytest.approx(0.25, rel=1e-4)
+    assert measured["CORRIDOR share"] == pytest.approx(0.25)
+    assert measured["CORRIDOR area_share"] == pytest.approx(0.25, rel=1e-4)
+    without = measure_description(describe_building(join_row("RR", (1, 2)), R_C), R_C)
+    assert (without["betweenness_c"], without["assortativity"], without["CORRIDOR area_share"]) == (None, None, 0)
+
+
+def test_off_measures_by_hand():
+    keys = [measure.key for measure in list_measures(R_C)]
+    known: list[dict[str, float | None]] = [dict.fromkeys(keys, 10.0 + number) for number in range(5)]
+    usual = dict.fromkeys(keys, 12.0)
+    assert find_off_measures(usual, known, R_C) == ()
+    # 5 and 95 % of 10 … 14 are 10.2 and 13.8; a tenth of that range more is not off yet.
+    assert find_off_measures(usual | {"diameter": 14.1}, known, R_C) == ()
+    (off,) = find_off_measures(usual | {"diameter": 19.2, "path_length": 18.0}, known, R_C)
+    assert off.strangeness == pytest.approx(2)
+    assert [*off.usual] == [10, 11, 12, 13, 14]
+    assert str(off) == (
+        "the longest way leads through many doors: doors on the longest way 19, usually 10 to 14 (median 12)"
+    )
+    (low,) = find_off_measures(usual | {"diameter": 1.0}, known, R_C)
+    assert low.meaning == "the longest way leads through few doors"
+    all_off = find_off_measures(dict.fromkeys(keys, 99.0), known, R_C)
+    assert len(all_off) == len({each.measure.family for each in all_off}) == MEASURES_TOLD
+    assert find_off_measures(dict.fromkeys(keys), known, R_C) == ()
+    rare = [floor | {"diameter": None} for floor in known[:3]] + known[3:]
+    assert find_off_measures(usual | {"diameter": 99.0}, rare, R_C) == ()
+
+
+@pytest.mark.parametrize(
+    ("typicality", "words"),
+    [
+        (0, "less typical than any of the 4 reference floors"),
+        (0.1, "less typical than 90% of the 4 reference floors"),
+        (0.5, "typical, 50% of the 4 reference floors are less so"),
+        (0.8, "more typical than 80% of the 4 reference floors"),
+        (1, "more typical than any of the 4 reference floors"),
+    ],
+)
+def test_verdicts(typicality, words):
+    judged = make_realism(typicality)
+    assert (judged.score, judged.verdict) == (typicality, words)
+    judged = make_realism(typicality, 0.2)
+    assert (judged.score, judged.verdict) == (0.2, f"not realistic, probability 0.20 of being so; {words}")
+    joined = ", but " if typicality == 0 else "; "
+    assert make_realism(typicality, 0.5).verdict == f"realistic, probability 0.50 of being so{joined}{words}"
+
+
+def test_one_class_ranks_worlds_below_offices():
+    model = one_class()
+    worlds = [model.judge(world) for world in make_worlds()]
+    offices = [model.leave_out(floor.source).judge(floor) for floor in make_offices()]
+    assert max(world.likeness for world in worlds) < min(office.likeness for office in offices)
+    assert {world.typicality for world in worlds} == {0}
+    assert np.median([office.typicality for office in offices]) > 0.2
+    assert all(world.probability is None for world in worlds)
+
+
+def test_reasons_name_what_is_off():
+    judged = one_class().judge(make_snake(5, 4))
+    assert {"paths", "betweenness"} <= {off.measure.family for off in judged.measures}
+    often = next(off for off in judged.patterns if off.is_frequent)
+    assert often.pattern == RoomPattern("ROOM", (("ROOM", 2),))
+    assert often.rooms == (*range(2, 19),)
+    assert any(off.pattern == ROOM_AT_CORRIDOR and not off.is_frequent for off in judged.patterns)
+    assert judged.reasons == (*map(str, judged.measures), *map(str, judged.patterns))
+
+
+def test_two_classes_tell_left_out_floors_apart():
+    model = two_classes()
+    for floor in make_offices()[::3]:
+        assert (model.leave_out(floor.source).judge(floor).probability or 0) > 0.5
+    for world in make_worlds():
+        assert (model.leave_out(world.source).judge(world).probability or 1) < 0.5
+
+
+def test_features_of_a_floor_unlike_all_are_on_a_side():
+    """Twice as far from the mean is twice the decision, where a Gaussian has forgotten it."""
+    known = [describe_building(floor, R_C) for floor in make_offices()]
+    linear, gaussian = (kernel().fit(known) for kernel in (LinearBuildingKernel, BuildingKernel))
+    far = [replace(known[0], features=linear.means_ + factor * linear.spreads_) for factor in (20, 40)]
+    one, two = linear.compare_features(far)
+    np.testing.assert_allclose(two, 2 * one)
+    np.testing.assert_allclose(gaussian.compare_features(far), 0, atol=1e-12)
+
+
+def test_classes_count_the_same_however_many_floors_they_have():
+    descriptions = [describe_building(floor, R_C) for floor in (*make_offices()[:3], *make_worlds())]
+    names = [description.source for description in descriptions]
+    said = RealismClassifier().fit(descriptions, [True] * 3 + [False] * 3, names)
+    opposite = RealismClassifier().fit(descriptions, [False] * 3 + [True] * 3, names)
+    for description in descriptions:
+        assert said.judge(description) + opposite.judge(description) == pytest.approx(1, abs=1e-4)
+
+
+@given(
+    st.sampled_from([*make_offices()[:2], make_snake(4, 3)]),
+    st.floats(0.05, 20),
+    st.floats(-180, 180),
+    st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)),
+    st.randoms(use_true_random=False),
+)
+@settings(max_examples=15)
+def test_pose_scale_and_order_change_nothing(floor, factor, angle, shift, random):
+    def move(shape: Geometry) -> Geometry:
+        return affinity.translate(
+            affinity.rotate(affinity.scale(shape, factor, factor, origin=(0, 0)), angle, origin=(0, 0)), *shift
+        )
+
+    rooms = [replace(room, polygon=move(room.polygon)) for room in floor.rooms]
+    doors = [replace(door, line=move(door.line), width=factor * door.width) for door in floor.doors]
+    random.shuffle(rooms)
+    random.shuffle(doors)
+    model = one_class().leave_out(floor.source)
+    expected, moved = model.judge(floor), model.judge(Floor(tuple(rooms), tuple(doors)))
+    assert moved.typicality == expected.typicality
+    assert moved.likeness == pytest.approx(expected.likeness, abs=1e-4)
+    assert moved.patterns == expected.patterns
+    assert [str(off) for off in moved.measures] == [str(off) for off in expected.measures]
+
+
+def test_order_of_the_reference_changes_nothing():
+    turned = learn_realism(make_offices()[::-1], label_set=R_C, unlike=make_worlds()[::-1])
+    judged, expected = (model.judge(make_snake(4, 4)) for model in (turned, two_classes()))
+    assert judged.likeness == pytest.approx(expected.likeness)
+    assert judged.probability == pytest.approx(expected.probability, abs=1e-3)
+    assert judged.reasons == expected.reasons
+
+
+def test_too_few_buildings():
+    offices, worlds = make_offices(), make_worlds()
+    with pytest.raises(ModelError, match=r"^2 reference buildings are too few, give 3 at least, better dozens$"):
+        learn_realism(offices[:2], label_set=R_C)
+    with pytest.raises(ModelError, match=r"^2 reference buildings"):
+        learn_realism(offices[:3], buildings=["a", "a", "b"], label_set=R_C)
+    with pytest.raises(ModelError, match=r"^1 unrealistic building is too few, give 2 at least or none$"):
+        learn_realism(offices, label_set=R_C, unlike=worlds[:1])
+    with pytest.raises(ModelError, match=r"^2 reference"):
+        learn_realism(offices[:3], label_set=R_C).leave_out(offices[0].source)
+    empty = Floor((), source="empty")
+    assert learn_realism([*offices, empty], label_set=R_C).buildings == one_class().buildings
+    with pytest.raises(LabelError, match="no rooms"):
+        one_class().judge(empty)
+
+
+def test_names_of_buildings():
+    many = [f"house {kind}{floor}.xml" for kind in "abcde" for floor in (1, 2)]
+    assert name_buildings(many) == [f"house {kind}" for kind in "abcde" for _ in (1, 2)]
+    assert name_buildings(["office1.xml", "office2.xml"]) == ["office1.xml", "office2.xml"]
+
+
+def test_floors_of_a_building_model():
+    known = tuple(describe_building(floor, R_C) for floor in (*make_offices(), *make_worlds()))
+    types = ("office",) * 8 + ("maze",) * 3
+    model = BuildingModel(known, types, tuple(each.source for each in known), R_C)
+    offices = realism_of_types(model, ["office"])
+    assert offices.judge(make_snake(4, 4)) == one_class().judge(make_snake(4, 4))
+    assert len(realism_of_types(model).known) == 11
+    with pytest.raises(ModelError, match=r"^no building of type church is known, give of maze, office$"):
+        realism_of_types(model, ["church", "office"])
+
+
+def test_given_labels():
+    """In R/C: office, school, F/C/E/S and R/C labels; as label sets have them; those that pianta has found."""
+    found = {"R/C": {"ROOM": 0.9, "CORRIDOR": 0.1}}
+    rooms = (
+        Room(1, box(0, 0, 1, 1), label="lobby"),
+        Room(2, box(1, 0, 2, 1), label="CLASSROOM"),
+        Room(3, box(2, 0, 3, 1), label="CONNECTION"),
+        Room(4, box(3, 0, 4, 1), label="SERVICE"),
+        Room(5, box(4, 0, 5, 1), label="CORRIDOR"),
+        Room(6, box(5, 0, 6, 1), labels={"R/C": "CORRIDOR"}),
+        Room(7, box(6, 0, 7, 1), label="ROOM", labels={"R/C": "ROOM"}, label_probabilities=found),
+    )
+    coarse = complete_labels(Floor(rooms), R_C)
+    kinds = ["CORRIDOR", "ROOM", "CORRIDOR", "ROOM", "CORRIDOR", "CORRIDOR", "ROOM"]
+    assert [room.label for room in coarse.floor.rooms] == kinds
+    assert [dict(room.labels) for room in coarse.floor.rooms] == [{"R/C": kind} for kind in kinds]
+    assert coarse.found == (7,)
+    floor = Floor(rooms[:2], building_type={"office": 1.0})
+    assert [room.label for room in complete_labels(floor, F_C_E_S).floor.rooms] == ["CONNECTION", "FUNCTIONAL"]
+
+
+def test_labels_that_nobody_has_given():
+    floor = make_offices()[0]
+    strange = replace(floor, rooms=tuple(replace(room, label="WARD" if room.id > 1 else None) for room in floor.rooms))
+    coarse = complete_labels(strange, R_C)
+    assert coarse.found == tuple(room.id for room in floor.rooms)
+    assert coarse.floor.rooms[0].label == "CORRIDOR"
+    assert {room.label for room in coarse.floor.rooms[1:]} == {"ROOM"}
+    assert complete_labels(floor, R_C).found == ()
+
+
+def test_picture(tmp_path):
+    floor = complete_labels(make_grid_floor(4, 4), R_C).floor
+    judged = one_class().judge(floor)
+    figure = draw_realism(floor, judged)
+    # The floor, its legend, and a strip for the likeness and for each reason.
+    assert len(figure.axes) == 3 + len(judged.reasons)
+    hatched = [patch for patch in figure.axes[0].patches if patch.get_hatch()]
+    assert len(hatched) == sum(len(off.rooms) for off in judged.patterns if off.is_frequent) > 0
+    for name in ("one.png", "other.png"):
+        save_realism_picture(floor, judged, tmp_path / name)
+    assert (tmp_path / "one.png").read_bytes() == (tmp_path / "other.png").read_bytes()
+    with Image.open(tmp_path / "one.png") as image:
+        assert image.size == tuple(round(side * figure.dpi) for side in figure.get_size_inches())
+
+
+@pytest.mark.parametrize("label_set", [R_C, F_C_E_S])
+def test_robocup_worlds_are_told_from_offices(data, label_set):
+    def describe(drawn):
+        floor = complete_labels(replace(drawn.floor, source=drawn.item), label_set).floor
+        return drawn.building, describe_building(floor, label_set), [room.id for room in floor.rooms]
+
+    (offices, failed), (worlds, failed_worlds) = (
+        make_of_drawings(data, kind, describe) for kind in ("office", "robocup")
+    )
+    assert (len(offices), len(worlds), failed, failed_worlds) == (11, 5, (), ())
+    names, known, _ = zip(*offices, strict=True)
+    unlike_names, unlike, _ = zip(*worlds, strict=True)
+    two = RealismModel(known, names, label_set, unlike, unlike_names)
+    one = replace(two, unlike=(), unlike_buildings=())
+    of_offices, of_worlds = (
+        [one.leave_out(name).judge_description(floor, ids) for name, floor, ids in part] for part in (offices, worlds)
+    )
+    assert max(world.likeness for world in of_worlds) < np.median([office.likeness for office in of_offices])
+    assert max(world.typicality for world in of_worlds) == 0
+    assert min(len(world.reasons) for world in of_worlds) > np.median([len(office.reasons) for office in of_offices])
+    # Of the offices those that are least like the others, by two classes.
+    least = np.argsort([office.likeness for office in of_offices])[:3]
+    for name, floor, ids in [*(offices[place] for place in least), *worlds]:
+        said = two.leave_out(name).judge_description(floor, ids).probability
+        assert said is not None
+        assert (said > 0.5) is (floor in known)

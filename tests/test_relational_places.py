@@ -1,0 +1,161 @@
+"""Rooms and floors learnt from facts: tiny floors whose labels only the rooms around tell."""
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shapely import box
+
+from pianta.errors import ModelError, OptionError, RelationError
+from pianta.floor import Floor, Room
+from pianta.formats.klog import read_interpretations, read_signatures, save_interpretations
+from pianta.relations import LISTING_SIGNATURES, Fact, Interpretation
+from pianta.semantics.relational_buildings import RelationalBuildings
+from pianta.semantics.relational_kernels import FloorKernel, RoomKernel, decide, fit_machine
+from pianta.semantics.relational_places import RelationalPlaces, tell_floors
+
+
+def tell_row(name: str, rooms: int, *, first: str = "r", labelled: bool = True, kind: str = "school") -> Interpretation:
+    """Rooms of one size in a row, each with a door to the next; the ends are stairs."""
+    ids = [f"{first}{number}" for number in range(rooms)]
+    facts = [Fact("buildingtype", (kind,))] if kind else []
+    facts += [Fact("room", (room,)) for room in ids]
+    facts += [Fact("area", (room, 20.0)) for room in ids]
+    facts += [Fact("connected", pair) for pair in pairwise(ids)]
+    if labelled:
+        facts += [Fact("label", (room, "lstairs" if room in (ids[0], ids[-1]) else "lcorridor")) for room in ids]
+    return Interpretation(name, tuple(facts))
+
+
+def test_rooms_are_known_by_those_around():
+    places = RelationalPlaces().fit([tell_row("a", 4), tell_row("b", 6)])
+    assert places.labels_ == {"label": ("lcorridor", "lstairs")}
+    new = tell_row("c", 5, first="s", labelled=False)
+    assert places.predict([new]) == {"label": [["lstairs", *["lcorridor"] * 3, "lstairs"]]}
+
+
+def test_labels_are_hidden_from_those_who_judge():
+    places = RelationalPlaces().fit([tell_row("a", 4), tell_row("b", 6)])
+    new = tell_row("c", 5)
+    wrong = replace(
+        new, facts=(*new.without("label").facts, Fact("label", ("r0", "lcorridor")), Fact("iscorr", ("r0",)))
+    )
+    for one, other in zip(places.decide([new])["label"], places.decide([wrong])["label"], strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_two_label_sets_share_a_matrix():
+    floors = [tell_row("a", 4, labelled=False), tell_row("b", 6, labelled=False)]
+    ends = [["E", *["M"] * 2, "E"], ["E", *["M"] * 4, "E"]]
+    three = [["E", "N", "N", "E"], ["E", "N", "M", "M", "N", "E"]]
+    places = RelationalPlaces().fit(floors, {"ends": ends, "three": three})
+    assert places.predict(floors) == {"ends": ends, "three": three}
+    decided = places.decide(floors)
+    assert [values.shape for values in decided["ends"]] == [(4, 2), (6, 2)]
+    assert [values.shape for values in decided["three"]] == [(4, 3), (6, 3)]
+
+
+def test_floors_are_learnt_from_as_facts_are():
+    def draw(width: float) -> Floor:
+        rooms = [
+            Room(1, box(0, 0, 20, 2), "CORRIDOR"),
+            *(Room(n, box(0, 2, width, 2 + width), "OFFICE") for n in (2, 3)),
+        ]
+        return Floor(tuple(rooms), building_type={"office": 1.0}, source=f"{width}")
+
+    floors = [draw(3), draw(3.5), draw(4)]
+    places = RelationalPlaces().fit(floors[:2])
+    assert places.predict(floors[2:]) == {"label": [["lcorridor", "loffice", "loffice"]]}
+    told = tell_floors(floors[:2])
+    assert RelationalPlaces().fit(told).predict(floors[2:]) == places.predict(floors[2:])
+
+
+def test_fact_files(tmp_path: Path):
+    file = tmp_path / "facts.pl"
+    save_interpretations(file, [tell_row("a", 4, kind=""), tell_row("b", 6, kind=""), tell_row("c", 5, kind="")])
+    floors = read_interpretations(file)
+    places = RelationalPlaces(signatures=read_signatures(file)).fit(floors[:2])
+    assert places.predict(floors[2:])["label"] == [["lstairs", *["lcorridor"] * 3, "lstairs"]]
+
+
+def test_entities_of_another_name():
+    def tell(name: str, count: int) -> Interpretation:
+        facts = tell_row(name, count, kind="").facts
+        return Interpretation(name, tuple(replace(f, relation="space") if f.relation == "room" else f for f in facts))
+
+    places = RelationalPlaces(signatures=LISTING_SIGNATURES).fit([tell("a", 4), tell("b", 6)])
+    assert places.predict([tell("c", 3)])["label"] == [["lstairs", "lcorridor", "lstairs"]]
+
+
+def test_files_of_the_data(data):
+    file = data / "klog" / "office_RC.pl"
+    if not file.is_file():
+        pytest.skip(f"no {file}")
+    floors = read_interpretations(file)
+    places = RelationalPlaces(signatures=read_signatures(file)).fit(floors[1:])
+    truth = [str(fact.arguments[1]) for fact in floors[0].facts_of("label")]
+    given = dict(zip(places.kernel.list_rooms(floors[0]), places.predict(floors[:1])["label"][0], strict=True))
+    wrong = sum(given[fact.arguments[0]] != fact.arguments[1] for fact in floors[0].facts_of("label"))
+    assert wrong / len(truth) < 0.15
+    assert set(given.values()) == {"lroom", "lcorridor"}
+
+
+def test_bins_may_come_from_elsewhere():
+    """A room of 30 m² is in another bin than one of 20 m² only where some floor of both sizes cuts the bins."""
+    small, large = (
+        Interpretation(name, (Fact("room", ("r",)), Fact("area", ("r", area)))) for name, area in (("a", 20), ("b", 30))
+    )
+    both = RoomKernel().fit([small, large])
+    np.testing.assert_array_less(both.compare()[0, 1], 1)
+    alone = RoomKernel().fit([small, large], binned=[replace(small, facts=(*small.facts[:1], Fact("area", ("r", 10))))])
+    np.testing.assert_allclose(alone.compare(), 1)
+
+
+def test_floors_are_known_by_their_patterns():
+    def star(name: str, rooms: int, kind: str = "office") -> Interpretation:
+        ids = [f"r{number}" for number in range(rooms)]
+        facts = [Fact("buildingtype", (kind,)), *(Fact("room", (room,)) for room in ids)]
+        return Interpretation(name, (*facts, *(Fact("connected", (ids[0], room)) for room in ids[1:])))
+
+    floors = [*(tell_row("", n, labelled=False) for n in (4, 5, 6)), *(star("", n) for n in (4, 5, 6))]
+    buildings = RelationalBuildings().fit(floors)
+    assert buildings.types_ == ("office", "school")
+    new = [star("", 7), tell_row("", 7, labelled=False)]
+    assert buildings.predict(new) == ["office", "school"]
+    # Nobody may look at the type.
+    assert buildings.predict([star("", 7, "school")]) == ["office"]
+    assert RelationalBuildings().fit(floors, ["x", "x", "x", "y", "y", "y"]).predict(new) == ["y", "x"]
+
+
+def test_decisions_of_labels_not_learnt_are_the_lowest():
+    gram = np.eye(2)
+    machine = fit_machine(gram, ["a", "c"])
+    decided = decide(machine, gram, ["a", "b", "c"])
+    assert decided.argmax(axis=1).tolist() == [0, 2]
+    assert decided.argmin(axis=1).tolist() == [1, 1]
+
+
+def test_bad_input():
+    row = tell_row("a", 4)
+    with pytest.raises(ModelError, match=r"rooms r0 of a and r1 of a have no label|rooms .*r0 of a.* have no label"):
+        RelationalPlaces().fit([row.without("label")])
+    with pytest.raises(ModelError, match=r"labels of x are not one for each room of each floor, give 4"):
+        RelationalPlaces().fit([row], {"x": [["a"]]})
+    with pytest.raises(ModelError, match="all labels are"):
+        RelationalPlaces().fit([row], {"x": [["a"] * 4]})
+    with pytest.raises(ModelError, match="call fit first"):
+        RelationalPlaces().predict([row])
+    with pytest.raises(OptionError, match="target is 'colour'"):
+        RelationalPlaces(target="colour")
+    with pytest.raises(OptionError, match="about no entity"):
+        RoomKernel(target="buildingtype")
+    with pytest.raises(RelationError, match="without a signature"):
+        RelationalPlaces(signatures=LISTING_SIGNATURES).fit([row])
+    with pytest.raises(ModelError, match=r"floors a \(0\) tell not one buildingtype"):
+        RelationalBuildings().fit([row.without("buildingtype")])
+    with pytest.raises(ModelError, match="1 types are given for 2 floors"):
+        RelationalBuildings().fit([row, row], ["x"])
+    with pytest.raises(ModelError, match="call fit first"):
+        FloorKernel(target="buildingtype").compare([row])
