@@ -107,7 +107,7 @@ def test_table_8_2(measured):
     said = {row.name: [cell.mean for cell in row.cells] for row in one_class.rows}
     assert said["worlds less like offices than the median office"] == [1, 1]
     assert said["AUC"] == [1, 1]
-    assert said["worlds: less typical than any office"] == [1, 1]
+    assert said["worlds: called simulated"] == [1, 1]
     assert len(floors.rows) == 9
     assert floors.rows[-1].name == "world3"
 
@@ -121,10 +121,10 @@ def test_views(measured):
         assert floor.views[MAPPED, R_C] == floor.views[UNLABELLED, R_C]
     cells = {row.name: [cell.mean for cell in row.cells] for row in tabulate_realism(measured)[2].rows}
     assert cells["two classes: errors"][0] == 0
-    untypical = [floor.realism[R_C].typicality <= 0 for floor in offices]
-    assert cells["offices: less typical than any other"][0] == 100 * sum(untypical) / 5
-    untypical = [floor.views[UNLABELLED, R_C].typicality <= 0 for floor in worlds]
-    assert cells["worlds: less typical than any office"][1] == 100 * sum(untypical) / 4
+    untypical = [floor.realism[R_C].is_unlike for floor in offices]
+    assert cells["offices called so"][0] == 100 * sum(untypical) / 5
+    untypical = [floor.views[UNLABELLED, R_C].is_unlike for floor in worlds]
+    assert cells["worlds called simulated by one class"][1] == 100 * sum(untypical) / 4
 
 
 def test_errors_by_hand(measured, monkeypatch):

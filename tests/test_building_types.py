@@ -22,9 +22,9 @@ from pianta.semantics.buildings import (
     classify_building,
     judge_building,
     judge_held_out,
-    leave_buildings_out,
     train_buildings,
 )
+from pianta.semantics.folds import leave_buildings_out
 from pianta.semantics.places import label_rooms
 from tests.typed_floors import (
     ALL_SCHEMAS,
@@ -141,10 +141,15 @@ def test_rooms_without_labels_are_labelled_for_it():
 
 def test_labels_that_are_there_are_used():
     """A school all of whose rooms are called SERVICE is not as described by what label_rooms says."""
-    rooms = tuple(replace(room, labels={"F/C/E/S": "SERVICE"}) for room in NEW["school"].rooms)
+    rooms = tuple(replace(room, label="SERVICE", labels={"F/C/E/S": "SERVICE"}) for room in NEW["school"].rooms)
     floor = replace(NEW["school"], rooms=rooms)
     assert judge_building(floor, typed_model()) == typed_model().judge(floor)
     assert judge_building(floor, typed_model()).typicality < typed_model().judge(spread(NEW["school"])).typicality
+
+
+def test_labels_of_the_type_are_mapped_upwards():
+    """The rooms are CLASSROOM, CORRIDOR and CLOSET, which nobody has said to be FUNCTIONAL, CONNECTION and SERVICE."""
+    assert judge_building(NEW["school"], typed_model()) == typed_model().judge(spread(NEW["school"]))
 
 
 def test_a_floor_without_rooms():

@@ -1,11 +1,15 @@
 """How typical floors are of the known ones."""
 
+from itertools import pairwise
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose
 
+from pianta.semantics.building_description import BuildingDescription
+from pianta.semantics.building_kernel import BuildingKernel
 from pianta.semantics.typicality import Typicality, learn_typicality, measure_likeness
 
 
@@ -18,9 +22,23 @@ def test_likeness_to_fewer_than_three():
     assert_allclose(measure_likeness(np.array([[0.2, 0.4]])), [0.3])
 
 
+def describe(numbers: tuple[float, ...], *labels: str) -> BuildingDescription:
+    """Rooms in a row, each with a door to the next."""
+    doors = tuple(pairwise(range(len(labels))))
+    return BuildingDescription("", np.array(numbers), labels, (0.0,) * len(labels), (1,) * len(labels), doors)
+
+
 def test_floors_of_a_building_are_not_compared():
-    gram = np.array([[1.0, 0.99, 0.2], [0.99, 1.0, 0.4], [0.2, 0.4, 1.0]])
-    assert_allclose(learn_typicality(gram, ("a", "a", "b")).likenesses, [0.2, 0.3, 0.4])
+    twin, other = describe((0.0, 1.0), "ROOM", "CORRIDOR"), describe((1.0, -1.0), "CORRIDOR", "CORRIDOR", "ROOM")
+    assert learn_typicality([twin, twin, other], "abc").likenesses.max() >= 0.5
+    assert learn_typicality([twin, twin, other], "aab").likenesses.max() < 0.5
+
+
+def test_a_known_floor_is_compared_as_a_new_one_is():
+    known = [describe((float(n), float(n * n)), *["ROOM"] * (n + 1), "CORRIDOR") for n in range(4)]
+    learnt = learn_typicality(known, "abcd").likenesses
+    as_new = [measure_likeness(BuildingKernel().fit(known[:n] + known[n + 1 :]).compare([known[n]])) for n in range(4)]
+    assert_allclose(learnt, np.sort(np.ravel(as_new)))
 
 
 def test_ranks():

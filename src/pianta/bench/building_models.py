@@ -26,7 +26,8 @@ from pianta.bench.place_models import (
     train_on,
 )
 from pianta.labels import LabelSet, Split
-from pianta.semantics.buildings import BuildingModel, leave_buildings_out
+from pianta.semantics.buildings import BuildingModel
+from pianta.semantics.folds import leave_buildings_out
 from pianta.semantics.places import vote
 from pianta.semantics.relational_kernels import FloorKernel, RoomKernel, decide, fit_machine
 

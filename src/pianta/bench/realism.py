@@ -23,7 +23,7 @@ from pianta.floor import Floor
 from pianta.labels import SCHEMAS, LabelSet
 from pianta.semantics.building_description import spread_labels
 from pianta.semantics.coarse_labels import complete_labels
-from pianta.semantics.realism import Realism, RealismModel
+from pianta.semantics.realism import UNLIKE, Realism, RealismModel
 
 OFFICES, WORLDS, SCHOOLS = "offices", "worlds", "schools"
 # By part: the folder of data/buildings, and the building type whose labels its rooms have.
@@ -35,7 +35,7 @@ TWO, ONE = f"{PIANTA}, two classes", f"{PIANTA}, one class"
 MODELS = (LOCAL, CENTRAL, KLOG, GAUSSIAN, TWO, ONE)
 # A floor with a score above it is called realistic; decisions are 0 where the classes meet.
 THRESHOLDS: Mapping[str, float] = MappingProxyType(
-    {LOCAL: 0.5, CENTRAL: 0.5, KLOG: 0.0, GAUSSIAN: 0.5, TWO: 0.5, ONE: 0.0}
+    {LOCAL: 0.5, CENTRAL: 0.5, KLOG: 0.0, GAUSSIAN: 0.5, TWO: 0.5, ONE: UNLIKE}
 )
 # Errors in R/C and in F/C/E/S, % (Table 8.2).
 PRINTED: Mapping[str, tuple[float, float]] = MappingProxyType(
@@ -119,7 +119,7 @@ def compare_with_table_8_2(bench: RealismBench) -> ComparisonTable:
         f"{counts[0]} real offices and {counts[1]} simulated (thesis: 20 and 6), each judged without its building.",
         f"Ex-T: {TREES} trees on single rooms and their labels, a floor is what most of its rooms are.",
         f"{GAUSSIAN}: the kernel of the one class, which compares features by a Gaussian.",
-        f"{ONE}: has seen no simulated office; a floor less typical than any real one is called simulated.",
+        f"{ONE}: has seen no simulated office; a floor with a typicality of {UNLIKE} or less is called simulated.",
     )
     columns = tuple(map(str, LABELS))
     return ComparisonTable("Table 8.2, errors of validation", columns, tuple(rows), notes, "% of floors")
@@ -153,7 +153,7 @@ def tabulate_views(bench: RealismBench) -> ComparisonTable:
         }
         columns.append(f"{label_set}\n{view or 'drawn'}")
         cells.append(_share_wrong(judged[OFFICES], judged[WORLDS]))
-    names = ("worlds: less typical than any office", "offices: less typical than any other", "two classes: errors")
+    names = ("worlds called simulated by one class", "offices called so", "two classes: errors")
     rows = [ComparisonRow(name, row) for name, row in zip(names, zip(*cells, strict=True), strict=True)]
     notes = (
         f"{UNLABELLED}: drawn rooms, labelled by the model that comes with pianta, which knows the offices.",
@@ -282,10 +282,10 @@ def _judge_left_out(
 
 
 def _share_wrong(offices: Sequence[Realism], worlds: Sequence[Realism]) -> tuple[Cell, ...]:
-    """Worlds and offices with a typicality of 0, and errors of two classes, %."""
+    """Worlds and offices that are unlike the offices, and errors of two classes, %."""
     wrong = [(judged.probability or 0) <= 0.5 for judged in offices]
     wrong += [(judged.probability or 0) > 0.5 for judged in worlds]
-    untypical = ([judged.typicality <= 0 for judged in of_part] for of_part in (worlds, offices))
+    untypical = ([judged.is_unlike for judged in of_part] for of_part in (worlds, offices))
     return tuple(Cell(100 * fmean(shares) if shares else None) for shares in (*untypical, wrong))
 
 
@@ -300,7 +300,7 @@ def _measure_one_class(bench: RealismBench, label_set: LabelSet) -> Iterable[tup
     for name, of_part in (("offices", offices), ("worlds", worlds), ("schools", schools)):
         typicality = [judged.typicality for judged in of_part]
         yield f"{name}: median typicality", median(typicality) if typicality else None
-        yield f"{name}: less typical than any office", fmean(each <= 0 for each in typicality) if typicality else None
+        yield f"{name}: called simulated", fmean(judged.is_unlike for judged in of_part) if of_part else None
         yield f"{name}: median likeness", median(judged.likeness for judged in of_part) if of_part else None
         yield f"{name}: reasons told", fmean(len(judged.reasons) for judged in of_part) if of_part else None
 

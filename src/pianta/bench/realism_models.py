@@ -14,7 +14,7 @@ from pianta.bench.place_models import ALL_FEATURES, CENTRAL, LABELS, LOCAL, WITH
 from pianta.labels import LabelSet
 from pianta.semantics.building_description import BuildingDescription, describe_building
 from pianta.semantics.building_kernel import BuildingKernel
-from pianta.semantics.buildings import leave_buildings_out
+from pianta.semantics.folds import leave_buildings_out
 from pianta.semantics.realism_classifier import RealismClassifier
 from pianta.semantics.relational_buildings import RelationalBuildings
 

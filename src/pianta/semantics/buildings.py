@@ -20,6 +20,8 @@ from pianta.formats.faults import join_faults
 from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split
 from pianta.semantics.building_description import BuildingDescription, describe_building, spread_labels
 from pianta.semantics.building_kernel import BuildingKernel
+from pianta.semantics.coarse_labels import complete_labels
+from pianta.semantics.folds import leave_buildings_out
 from pianta.semantics.training import building_of, check_labels
 from pianta.semantics.typicality import Typicality, learn_typicality, measure_likeness
 
@@ -34,7 +36,7 @@ COST = 10.0
 # How far probabilities may be drawn from their mean, which few buildings do not tell well.
 CALIBRATION_COST = 10.0
 # A floor that is less typical than this share of the known ones is of no known type.
-LEAST_TYPICAL = 0.025
+LEAST_TYPICAL = 0.05
 # For the calibration buildings are left out one by one, of more than these some together.
 MAX_PARTS = 64
 
@@ -108,7 +110,7 @@ class BuildingModel:
 
     @cached_property
     def _typicality(self) -> Typicality:
-        return learn_typicality(self._gram, self.buildings)
+        return learn_typicality(self.known, self.buildings)
 
     @cached_property
     def _classifier(self) -> SVC:
@@ -134,8 +136,8 @@ def classify_building(floor: Floor, model: BuildingModel | None = None) -> Floor
     """The floor with probabilities of its building's types; with none where it is unlike all that the model knows.
 
     model: the one that comes with pianta unless given.
-    Rooms that have no label in the label set of the model are labelled for this by label_rooms, all of them; the labels
-    of the floor stay as they are. A floor without rooms gets no type.
+    Rooms are compared by the labels that somebody gave them, else by those of label_rooms; the labels of the floor stay
+    as they are. A floor without rooms gets no type.
     """
     return floor if not floor.rooms else replace(floor, building_type=_find_type(judge_building(floor, model)))
 
@@ -146,12 +148,9 @@ def judge_building(floor: Floor, model: BuildingModel | None = None) -> Verdict:
     Raises LabelError for a floor without rooms.
     """
     from pianta.semantics.building_model_file import read_default_building_model
-    from pianta.semantics.places import label_rooms
 
     model = model or read_default_building_model()
-    if any(str(model.label_set) not in room.labels for room in floor.rooms):
-        floor = label_rooms(replace(floor, building_type={}))
-    return model.judge(floor)
+    return model.judge(complete_labels(floor, model.label_set).floor)
 
 
 def train_buildings(
@@ -186,18 +185,6 @@ def judge_held_out(model: BuildingModel) -> list[Verdict]:
         others = model.leave_out(held_out)
         verdicts |= {place: others.judge_description(model.known[place]) for place in held_out.tolist()}
     return [verdicts[place] for place in range(len(model.known))]
-
-
-def leave_buildings_out(buildings: Sequence[str], *, parts: int | None = None) -> Iterator[tuple[Indices, Indices]]:
-    """For each building, in order, the places of the floors of all others, and of its own.
-
-    parts: of more buildings than this some are left out together.
-    """
-    numbers = {name: number for number, name in enumerate(dict.fromkeys(buildings))}
-    count = min(parts or len(numbers), len(numbers))
-    part = np.array([numbers[name] % count for name in buildings])
-    for number in range(count):
-        yield np.flatnonzero(part != number), np.flatnonzero(part == number)
 
 
 def check_types(types: Sequence[str], buildings: Sequence[str]) -> None:

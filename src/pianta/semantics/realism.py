@@ -27,6 +27,8 @@ from pianta.semantics.typicality import Typicality, learn_typicality, measure_li
 LEAST_BUILDINGS, LEAST_UNLIKE = 3, 2
 # Between these shares of the reference floors that are less typical, a floor is typical.
 LOW, HIGH = 0.25, 0.75
+# Where no more than this share of the reference floors is less typical, a floor is not built like them.
+UNLIKE = 0.1
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,11 @@ class Realism:
         return self.typicality if self.probability is None else self.probability
 
     @property
+    def is_unlike(self) -> bool:
+        """Whether it is not built like the reference floors, by its typicality."""
+        return self.typicality <= UNLIKE
+
+    @property
     def verdict(self) -> str:
         """The score in words."""
         typical = self._compare()
@@ -63,7 +70,7 @@ class Realism:
         realistic = self.probability >= 0.5
         side = "realistic" if realistic else "not realistic"
         # Two classes put every floor on a side, a single room as well.
-        joined = ", but " if realistic and self.typicality <= 0 else "; "
+        joined = ", but " if realistic and self.is_unlike else "; "
         return f"{side}, probability {self.probability:.2f} of being so{joined}{typical}"
 
     @property
@@ -162,7 +169,7 @@ class RealismModel:
 
     @cached_property
     def _typicality(self) -> Typicality:
-        return learn_typicality(self._kernel.compare(self.known), self.buildings)
+        return learn_typicality(self.known, self.buildings)
 
     @cached_property
     def _classifier(self) -> RealismClassifier:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from pianta.semantics.building_description import BuildingDescription
 from pianta.semantics.building_kernel import BuildingKernel
-from pianta.semantics.buildings import COST, leave_buildings_out
+from pianta.semantics.buildings import COST
+from pianta.semantics.folds import leave_buildings_out
 
 if TYPE_CHECKING:
     from sklearn.linear_model import LogisticRegression

@@ -11,10 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta.semantics.building_description import BuildingDescription
+from pianta.semantics.building_kernel import BuildingKernel
+from pianta.semantics.folds import leave_buildings_out
+
 Floats = NDArray[np.float64]
 
 # A floor is compared with so many known floors: those that it is most like.
 NEAREST = 3
+PARTS = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +48,13 @@ def measure_likeness(gram: Floats) -> Floats:
     return np.asarray(nearest.mean(axis=1))
 
 
-def learn_typicality(gram: Floats, buildings: Sequence[str]) -> Typicality:
-    """From how alike known floors are, shape (n, n); floors of one building are not compared."""
-    names = np.array(buildings)
-    likenesses = [measure_likeness(row[None, names != name])[0] for row, name in zip(gram, names, strict=True)]
+def learn_typicality(known: Sequence[BuildingDescription], buildings: Sequence[str]) -> Typicality:
+    """From known floors; buildings: of each. What is usual is learnt without the floor that is compared, as of others.
+
+    Of more than PARTS buildings some are left out together.
+    """
+    likenesses = np.zeros(len(known))
+    for seen, held_out in leave_buildings_out(buildings, parts=PARTS):
+        kernel = BuildingKernel().fit([known[place] for place in seen])
+        likenesses[held_out] = measure_likeness(kernel.compare([known[place] for place in held_out]))
     return Typicality(np.sort(likenesses))

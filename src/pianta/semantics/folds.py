@@ -1,0 +1,22 @@
+"""Folds by building: floors of one building are alike, and are left out together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Indices = NDArray[np.intp]
+
+
+def leave_buildings_out(buildings: Sequence[str], *, parts: int | None = None) -> Iterator[tuple[Indices, Indices]]:
+    """For each building, in order, the places of the floors of all others, and of its own.
+
+    parts: of more buildings than this some are left out together.
+    """
+    numbers = {name: number for number, name in enumerate(dict.fromkeys(buildings))}
+    count = min(parts or len(numbers), len(numbers))
+    part = np.array([numbers[name] % count for name in buildings])
+    for number in range(count):
+        yield np.flatnonzero(part != number), np.flatnonzero(part == number)
