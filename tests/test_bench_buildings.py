@@ -2,6 +2,8 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +11,18 @@ import numpy as np
 import pytest
 
 from pianta.bench import building_models, place_models
-from pianta.bench.building_floors import read_building_floors, read_type_folders
-from pianta.bench.building_models import KLOG, MODELS, compare_floors, judge_places_by_relations, list_folds
+from pianta.bench.building_floors import BuildingFloor, read_building_floors, read_type_folders
+from pianta.bench.building_models import (
+    KLOG,
+    MODELS,
+    compare_floors,
+    judge_buildings_by_pianta,
+    judge_buildings_by_relations,
+    judge_buildings_by_trees,
+    judge_places_by_relations,
+    judge_places_by_trees,
+    list_folds,
+)
 from pianta.bench.building_tables import draw_curves, list_items, tabulate_buildings, wrong_floors, wrong_rooms
 from pianta.bench.buildings import BUILDING, FLOOR, BuildingsBench, measure_building_types, measure_buildings
 from pianta.bench.comparison import Cell
@@ -74,10 +86,70 @@ def test_nothing_is_judged_by_who_has_seen_its_building(tiny, trainings):
     assert trainings == [[name for name in names if name not in out] for out in left_out]
 
 
-def test_the_relational_kernel_has_not_seen_the_building(tiny, monkeypatch):
+@pytest.fixture
+def floors(tiny: Path) -> list[BuildingFloor]:
+    return read_building_floors(tiny, split=Split.EXPERIMENTS)[0]
+
+
+def with_wrong_labels(floor: BuildingFloor) -> BuildingFloor:
+    """Each room has the label after its own."""
+    labels = {
+        label_set: tuple(known[(known.index(label) + 1) % len(known)] for label in floor.labels[label_set])
+        for label_set, known in place_models.LABELS.items()
+    }
+    return replace(floor, labels=labels)
+
+
+def with_wrong_measures(floor: BuildingFloor) -> BuildingFloor:
+    """The rooms are of sizes that all lie between those of the others, where the bins are cut."""
+    facts = tuple(
+        replace(fact, arguments=(fact.arguments[0], 5.0 + place / 1000)) if fact.relation == "area" else fact
+        for place, fact in enumerate(floor.facts.facts)
+    )
+    return replace(floor, facts=replace(floor.facts, facts=facts))
+
+
+def with_wrong_type(floor: BuildingFloor) -> BuildingFloor:
+    return replace(floor, drawn=replace(floor.drawn, kind="office" if floor.drawn.kind == "school" else "school"))
+
+
+def folds_of(floors: Sequence[BuildingFloor]) -> Any:
+    return list_folds([floor.drawn.building for floor in floors])
+
+
+def test_trees_have_not_seen_the_building(floors):
+    """Wrong labels and types of floors change nothing of what is said of them."""
+    places = partial(judge_places_by_trees, label_set=F_C_E_S, model=LOCAL, trees=10, seed=0)
+    types = partial(judge_buildings_by_trees, label_set=R_C, model=LOCAL, trees=10, seed=0)
+    labels_said, types_said = places(floors), types(floors, folds_of(floors))
+    for held_out in ([0, 1], [2], [5]):
+        wrong_labels, wrong_types = (
+            [make(floor) if place in held_out else floor for place, floor in enumerate(floors)]
+            for make in (with_wrong_labels, with_wrong_type)
+        )
+        for place in held_out:
+            np.testing.assert_array_equal(places(wrong_labels)[place], labels_said[place])
+        np.testing.assert_array_equal(types(wrong_types, folds_of(floors))[held_out], types_said[held_out])
+
+
+def test_pianta_has_not_seen_the_building(floors):
+    """Wrong types of floors, and what they are like, change nothing of what is said of their buildings."""
+    said, typical = judge_buildings_by_pianta(floors, folds_of(floors), R_C)
+    for held_out in ([0, 1], [2], [5]):
+        wrong = [with_wrong_type(floor) if place in held_out else floor for place, floor in enumerate(floors)]
+        said_again, typical_again = judge_buildings_by_pianta(wrong, folds_of(floors), R_C)
+        np.testing.assert_array_equal(said_again[held_out], said[held_out])
+        np.testing.assert_array_equal(typical_again[held_out], typical[held_out])
+    # school0 and school1 are a building; what school1 is like may not tell on school0.
+    wrong = [floors[0], replace(floors[1], descriptions=floors[6].descriptions), *floors[2:]]
+    said_again, _ = judge_buildings_by_pianta(wrong, folds_of(floors), R_C)
+    np.testing.assert_array_equal(said_again[0], said[0])
+    assert not np.array_equal(said_again[2], said[2]), "others have seen it"
+
+
+def test_the_relational_kernel_has_not_seen_the_building(floors, monkeypatch):
     """Labels of a floor, and a measure that would move the bins, change nothing of what is said of its building."""
-    floors, _ = read_building_floors(tiny, split=Split.EXPERIMENTS)
-    schools = [floor for floor in floors if floor.drawn.kind == "school"]
+    schools = floors[:4]
     bins: list[list[str]] = []
     fit = RoomKernel.fit
 
@@ -90,6 +162,26 @@ def test_the_relational_kernel_has_not_seen_the_building(tiny, monkeypatch):
     # plans, school2 and school3 are a part each.
     assert bins == [["school2", "school3"], ["school0", "school1", "school3"], ["school0", "school1", "school2"]]
     assert [[values.shape for values in judged[each]] for each in (R_C, F_C_E_S)] == [[(14, 2)] * 4, [(14, 4)] * 4]
+    # school0 and school1 are the building; what school1 is may not tell on school0.
+    told = judge_places_by_relations(
+        [with_wrong_labels(schools[0]), with_wrong_measures(with_wrong_labels(schools[1])), *schools[2:]]
+    )
+    for label_set in (R_C, F_C_E_S):
+        np.testing.assert_array_equal(told[label_set][0], judged[label_set][0])
+        assert not np.array_equal(told[label_set][2], judged[label_set][2]), "others have seen it"
+
+
+def test_the_kernel_of_floors_has_not_seen_the_building(floors):
+    """The same of building types, a wrong type too."""
+
+    def judge(given: Sequence[BuildingFloor]) -> Any:
+        return judge_buildings_by_relations(given, folds_of(given), compare_floors(given, R_C))
+
+    judged = judge(floors)
+    wrong = with_wrong_type(with_wrong_measures(with_wrong_labels(floors[1])))
+    told = judge([with_wrong_type(floors[0]), wrong, *floors[2:]])
+    np.testing.assert_array_equal(told[0], judged[0])
+    assert not np.array_equal(told[2], judged[2]), "others have seen it"
 
 
 def test_parts_of_many_buildings():
@@ -154,7 +246,7 @@ def test_votes_of_rooms(tiny):
     """A floor has the type that most of its rooms are given."""
     floors, _ = read_building_floors(tiny, split=Split.EXPERIMENTS)
     folds = list_folds([floor.drawn.building for floor in floors])
-    votes = building_models.judge_buildings_by_trees(floors, folds, R_C, model=CENTRAL, trees=10, seed=0)
+    votes = judge_buildings_by_trees(floors, folds, R_C, model=CENTRAL, trees=10, seed=0)
     np.testing.assert_allclose(votes.sum(axis=1), 1)
     np.testing.assert_allclose(votes * 14, np.round(votes * 14), atol=1e-9)
     assert (votes[:4, 1] > 0.5).all()
@@ -287,6 +379,8 @@ def test_too_few(folders, tiny, tmp_path):
     assert (outcome.code, outcome.err) == (2, "error: office has 1 building, give 3 of each type at least\n")
     with pytest.raises(DataError, match="all buildings are of type 'school'"):
         measure_building_types(folders[:1])
+    with pytest.raises(OptionError, match=r"^the name of folder '?/'? is no building type: the name is empty"):
+        measure_building_types([Path("/")])
     with pytest.raises(OptionError, match="is no folder"):
         measure_building_types([tmp_path / "nothing"])
     (tiny / "buildings" / "office" / "office0.xml").unlink()
@@ -303,6 +397,27 @@ def test_floors_of_one_building_stay_together(folders):
     buildings = [floor.drawn.building for floor in floors]
     assert buildings[:3] == ["school/school0", "school/school1", "school/school2"]
     assert buildings[3:9] == ["office/hall"] * 2 + ["office/office"] * 3 + ["office/tower"]
+
+
+def test_a_subfolder_is_a_building(folders):
+    """Floors of one name in two folders are of two buildings, and those of two names in one folder of one."""
+    for building in ("a", "b", "c"):
+        (folders[1] / building).mkdir()
+        for number, name in enumerate(("first", "ground")):
+            (folders[1] / building / f"{name}.xml").write_text(write_labelled("office", stretch=2 + number / 10))
+    floors, _ = read_type_folders(folders[:2], split=Split.EXPERIMENTS)
+    named = {floor.drawn.item: floor.drawn.building for floor in floors if floor.drawn.kind == "office"}
+    assert named == {f"office{number}": "office/office" for number in range(3)} | {
+        f"{building}/{name}": f"office/{building}" for building in "abc" for name in ("first", "ground")
+    }
+
+
+def test_floors_of_a_subfolder_are_not_divided(folders):
+    (folders[1] / "hall").mkdir()
+    for number in range(3):
+        (folders[1] / f"office{number}.xml").rename(folders[1] / "hall" / f"{number}.xml")
+    with pytest.raises(DataError, match="office has 1 building, give 3"):
+        read_type_folders(folders[:2], split=Split.EXPERIMENTS)
 
 
 def test_files_may_tell_their_type(folders):

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -137,8 +138,25 @@ def test_errors_by_hand(measured, monkeypatch):
         for floor in measured.floors
     ]
     monkeypatch.setattr(realism, "THRESHOLDS", MappingProxyType({ONE: scores[2]}))
-    bench = RealismBench(0, floors, measured.failed)
+    bench = RealismBench(0, 5, floors, measured.failed)
     assert realism.measure_error(bench, ONE, R_C) == pytest.approx(3 / 9)
+
+
+def test_a_probability_of_one_half_is_realistic(measured):
+    """As the verdict of pianta says; offices are right then, and worlds wrong."""
+    floors = [
+        replace(
+            floor,
+            scores={(TWO, R_C): 0.5},
+            realism={each: replace(judged, probability=0.5) for each, judged in floor.realism.items()},
+        )
+        for floor in measured.floors
+    ]
+    bench = replace(measured, floors=floors)
+    assert floors[0].realism[R_C].verdict.startswith("realistic")
+    assert realism.measure_error(bench, TWO, R_C) == pytest.approx(4 / 9)
+    cells = {row.name: [cell.mean for cell in row.cells] for row in realism.tabulate_views(bench).rows}
+    assert cells["two classes: errors"][0] == pytest.approx(400 / 9)
 
 
 def test_nobody_is_scored_by_who_has_seen_it(tiny, monkeypatch):
@@ -176,7 +194,15 @@ def test_too_few_floors(tmp_path):
         measure_realism(tmp_path)
     (tmp_path / "buildings" / "robocup").mkdir()
     (tmp_path / "buildings" / "robocup" / "world.xml").write_text(write_world(8, 4))
-    with pytest.raises(DataError, match=r"^2 offices could be read, give 4 at least$"):
+    with pytest.raises(DataError, match=r"^2 offices of 2 buildings could be read, give 4 buildings at least$"):
+        measure_realism(tmp_path)
+
+
+def test_floors_of_one_building_are_too_few(tmp_path):
+    write_data(tmp_path)
+    records = [{"path": f"buildings/robocup/world{n}.xml", "building": "final"} for n in range(4)]
+    (tmp_path / "manifest.json").write_text(json.dumps(records))
+    with pytest.raises(DataError, match=r"^4 worlds of 1 building could be read, give 3 buildings at least$"):
         measure_realism(tmp_path)
 
 
@@ -197,7 +223,8 @@ def test_command(tiny, measured: RealismBench, tmp_path, monkeypatch):
     assert "strange failed (worlds), not counted: " in outcome.out
     assert {*list_files(pictures)} == {"curves.png", "scores.png"}
     content = json.loads(file.read_text())
-    assert content["bench"] == "realism"
+    assert (content["bench"], content["trees"]) == ("realism", 5)
+    assert "Ex-T: 5 trees on single rooms" in outcome.out
     assert len(content["floors"]) == 2 * 11
     assert {"part", "item", "label_set", "verdict", "measures"} <= {*content["floors"][0]}
     world = next(item for item in content["items"] if item["item"] == "world0")

@@ -17,6 +17,7 @@ from pianta.semantics.building_description import (
     LEAST_SHARE,
     BuildingDescription,
     describe_building,
+    draw_rooms,
     name_features,
     spread_labels,
 )
@@ -147,7 +148,7 @@ def test_patterns_name_rooms_by_label_size_and_sides():
         "CORRIDOR size 1 sides 1",
         "ROOM size 2 sides 2",
     )
-    graph = said.draw_patterns(np.array([-0.5, 1.0]))
+    graph = draw_rooms(said.name_rooms(np.array([-0.5, 1.0])), said.doors)
     assert sorted(graph.edges) == [(0, 1)]
     assert {node: graph.nodes[node]["label"] for node in graph} == dict(
         enumerate(said.name_rooms(np.array([-0.5, 1.0])))

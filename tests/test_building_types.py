@@ -24,6 +24,7 @@ from pianta.semantics.buildings import (
     judge_held_out,
     train_buildings,
 )
+from pianta.semantics.coarse_labels import complete_labels
 from pianta.semantics.folds import leave_buildings_out
 from pianta.semantics.places import label_rooms
 from tests.typed_floors import (
@@ -276,3 +277,31 @@ def test_known_floors_that_are_left_out():
 def test_worlds_of_robocup_are_no_buildings(data, name):
     floor = read_building(data / "buildings" / "robocup" / f"{name}.xml")
     assert classify_building(floor).building_type == {}
+
+
+def test_buildings_of_two_types_with_the_same_names_are_four():
+    floors = [replace(floor, source=f"{floor.source[-5]}.xml") for floor in typed_floors()]
+    kept = [floor for floor in floors if floor.building_types[0] != "house" and floor.source in ("a.xml", "b.xml")]
+    model = train_buildings(kept, schemas=ALL_SCHEMAS)
+    assert set(model.buildings) == {"school/a", "school/b", "office/a", "office/b"}
+    assert len(judge_held_out(model)) == len(kept)
+
+
+def test_what_all_known_floors_have_alike_does_not_make_others_unlike():
+    known = typed_model().known
+    alike = [replace(each, features=np.r_[each.features, 0.5]) for each in known]
+    other = replace(alike[0], features=np.r_[known[0].features, 0.9])
+    assert BuildingKernel().fit(alike[1:]).compare([other]) == pytest.approx(
+        BuildingKernel().fit(alike[1:]).compare([alike[0]])
+    )
+
+
+def test_the_labels_that_are_missing_are_found_and_the_others_stay():
+    """A room without any label does not change what pianta said of the others, though it would say something else."""
+    rooms = NEW["school"].rooms
+    said = {"F/C/E/S": "SERVICE"}
+    labelled = [replace(room, label="SERVICE", labels=said, label_probabilities={"F/C/E/S": {}}) for room in rooms[1:]]
+    floor = Floor((replace(rooms[0], label=None), *labelled), NEW["school"].doors)
+    completed = complete_labels(floor, LabelSet.F_C_E_S)
+    assert [room.label for room in completed.floor.rooms[1:]] == ["SERVICE"] * len(labelled)
+    assert completed.floor.rooms[0].label is not None

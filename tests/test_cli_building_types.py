@@ -278,3 +278,20 @@ def test_models_of_rooms_and_of_buildings_are_not_mixed_up(maps, model, tmp_path
     assert (code, "no model of building types, make one with `pianta train buildings`" in err) == (2, True)
     code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--model", model)
     assert (code, "no model of pianta" in err) == (2, True)
+
+
+def test_the_type_is_judged_by_the_labels_that_somebody_gave(maps, tmp_path, monkeypatch):
+    folder = tmp_path / "out"
+    assert run_pianta("read", maps["school"], "-o", folder, "-q") == (0, "", "")
+    floor = read_floor(folder / "floor.geojson")
+    rooms = tuple(replace(room, label="ENTRANCE") for room in floor.rooms)
+    save_floor(replace(floor, rooms=rooms), folder / "floor.geojson")
+    judged: list[Floor] = []
+
+    def judge(floor: Floor, model: object) -> Floor:
+        judged.append(floor)
+        return floor
+
+    monkeypatch.setattr("pianta.semantics.buildings.classify_building", judge)
+    assert run_pianta("read", maps["school"], "--previous", folder, "-o", folder, "-q") == (0, "", "")
+    assert {room.label for room in judged[0].rooms} == {"ENTRANCE"}

@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pianta.cli.realism import name_pictures
 from pianta.floor import Floor
@@ -170,3 +172,21 @@ def test_names_of_pictures():
     assert name_pictures(["a.xml", "b.geojson"]) == ["a.png", "b.png"]
     assert name_pictures(["a.xml", "a.json", "c"]) == ["a.xml.png", "a.json.png", "c.png"]
     assert name_pictures(["one/floor.geojson", "two/floor.geojson"]) == ["one_floor.png", "two_floor.png"]
+    assert name_pictures(["a/b.xml", "a_b.xml"]) == ["a_b.xml.png", "a_b.xml-2.png"]
+    assert name_pictures(["A.xml", "a.xml", "a.json"]) == ["A.xml.png", "a.xml-2.png", "a.json.png"]
+    assert name_pictures(["a.xml", "a.json", "a.xml.gz"]) == ["a.xml.png", "a.json.png", "a.xml-2.png"]
+
+
+@given(st.lists(st.text("aA/._x", min_size=1, max_size=5), unique=True, max_size=8))
+def test_pictures_have_different_names_on_any_disk(names):
+    pictures = name_pictures(names)
+    assert len({picture.casefold() for picture in pictures}) == len(names)
+    assert not any("/" in picture for picture in pictures)
+
+
+def test_a_file_is_realistic_or_not(offices, worlds, maze):
+    arguments = "--reference", offices, "--reference", worlds / "grid 5x4.geojson", "--unlike", worlds
+    code, out, err = run_pianta("realism", maze, *arguments)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("error: --reference and --unlike both give ")
+    assert err.endswith("grid 5x4.geojson', leave each out of either\n")

@@ -216,7 +216,6 @@ def test_read_labels_rooms_in_all_outputs(small_map, tmp_path):
 def test_read_without_a_type_tells_functions(small_map, tmp_path):
     assert run_pianta("read", small_map, "-o", tmp_path, "--quiet") == (0, "", "")
     floor = read_floor(tmp_path / "floor.geojson")
-    assert floor.building_type == {}
     assert {room.label for room in floor.rooms} <= {"FUNCTIONAL", "CONNECTION", "ENTRANCE", "SERVICE"}
 
 

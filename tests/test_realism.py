@@ -115,7 +115,7 @@ def test_off_measures_by_hand():
     assert off.strangeness == pytest.approx(2)
     assert [*off.usual] == [10, 11, 12, 13, 14]
     assert str(off) == (
-        "the longest way leads through many doors: doors on the longest way 19, usually 10 to 14 (median 12)"
+        "the longest way leads through many doors: doors on the longest way 19.2, usually 10.2 to 13.8 (median 12)"
     )
     (low,) = find_off_measures(usual | {"diameter": 1.0}, known, R_C)
     assert low.meaning == "the longest way leads through few doors"

@@ -80,6 +80,19 @@ def test_fact_files(tmp_path: Path):
     assert places.predict(floors[2:])["label"] == [["lstairs", *["lcorridor"] * 3, "lstairs"]]
 
 
+def test_a_fact_file_without_the_signature_of_an_entity(tmp_path: Path):
+    """No fact could declare the entity: the signature is missed, once."""
+    file = tmp_path / "facts.pl"
+    file.write_text("signature a(x::wing)::extensional.\ninterpretation(f,a(q)).\ninterpretation(f,a(r)).\n")
+    fault = "line 2: 'a' is about 'wing', add signature wing(id::self)::extensional"
+    with pytest.raises(RelationError) as raised:
+        read_interpretations(file)
+    assert str(raised.value).endswith(f"facts.pl': {fault}")
+    file.write_text(f"signature wing(id::self)::extensional.\ninterpretation(f,wing(q)).\n{file.read_text()}")
+    with pytest.raises(RelationError, match=r"line 5: a\(r\) names no wing, add the fact wing\(r\)$"):
+        read_interpretations(file)
+
+
 def test_entities_of_another_name():
     def tell(name: str, count: int) -> Interpretation:
         facts = tell_row(name, count, kind="").facts
@@ -137,6 +150,39 @@ def test_decisions_of_labels_not_learnt_are_the_lowest():
     assert decided.argmin(axis=1).tolist() == [1, 1]
 
 
+def test_a_label_told_twice_is_one():
+    row = tell_row("a", 4)
+    twice = replace(row, facts=(*row.facts, *row.facts_of("label")))
+    places = RelationalPlaces().fit([twice])
+    assert places.predict([row]) == RelationalPlaces().fit([row]).predict([row])
+
+
+def test_nothing_to_predict():
+    places = RelationalPlaces().fit([tell_row("a", 4), tell_row("b", 6)])
+    empty = Interpretation("e", (Fact("buildingtype", ("school",)),))
+    assert places.predict([]) == {"label": []}
+    assert places.predict([empty]) == {"label": [[]]}
+    assert [values.shape for values in places.decide([empty, tell_row("c", 3), empty])["label"]] == [
+        (0, 2),
+        (3, 2),
+        (0, 2),
+    ]
+    buildings = RelationalBuildings().fit([tell_row("a", 4), tell_row("b", 5, kind="office")])
+    assert buildings.predict([]) == []
+    assert buildings.decide([]).shape == (0, 2)
+
+
+@pytest.mark.parametrize("fact", [Fact("label", ("r1",)), Fact("room", ()), Fact("buildingtype", ())])
+def test_facts_of_wrong_arity(fact):
+    rows = [tell_row("a", 4), tell_row("b", 6, kind="office")]
+    wrong = replace(rows[0], facts=(*rows[0].facts, fact))
+    for classifier in (RelationalPlaces(), RelationalBuildings()):
+        with pytest.raises(RelationError, match=r"interpretation a: .* argument"):
+            classifier.fit([wrong, rows[1]])
+        with pytest.raises(RelationError, match=r"interpretation a: .* argument"):
+            classifier.fit(rows).predict([wrong])
+
+
 def test_bad_input():
     row = tell_row("a", 4)
     with pytest.raises(ModelError, match=r"rooms r0 of a and r1 of a have no label|rooms .*r0 of a.* have no label"):
@@ -155,6 +201,8 @@ def test_bad_input():
         RelationalPlaces(signatures=LISTING_SIGNATURES).fit([row])
     with pytest.raises(ModelError, match=r"floors a \(0\) tell not one buildingtype"):
         RelationalBuildings().fit([row.without("buildingtype")])
+    with pytest.raises(ModelError, match=r"rooms r0 of a \(lstairs, lcorridor\) have more than one label, give each"):
+        RelationalPlaces().fit([replace(row, facts=(*row.facts, Fact("label", ("r0", "lcorridor"))))])
     with pytest.raises(ModelError, match="1 types are given for 2 floors"):
         RelationalBuildings().fit([row, row], ["x"])
     with pytest.raises(ModelError, match="call fit first"):

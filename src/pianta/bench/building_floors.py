@@ -92,9 +92,9 @@ def read_type_folders(folders: Sequence[Path], *, split: Split) -> tuple[list[Bu
     """The floors of folders, each of one building type, and by folder those that could not be read.
 
     The type is that of the schema labels.yaml in the folder; else what the file tells; else the folder's name. Floors
-    are of one building by building_of; where a type has one only, each file is a building.
-    Raises OptionError for what is no folder and types without a schema; DataError for fewer than two types and too few
-    buildings of one; what list_buildings and read_label_schema raise.
+    in one subfolder are of one building; others by building_of, and where that were one building only, each is one.
+    Raises OptionError for what is no folder, and a folder whose name is no type; DataError for fewer than two types and
+    too few buildings of one; what list_buildings and read_label_schema raise.
     """
     floors: list[BuildingFloor] = []
     failed: dict[str, tuple[Row, ...]] = {}
@@ -103,7 +103,7 @@ def read_type_folders(folders: Sequence[Path], *, split: Split) -> tuple[list[Bu
         if not folder.is_dir():
             raise OptionError(f"{shown(folder)} is no folder, give a folder of buildings for each building type")
         schema = _read_schema(folder)
-        kind = schema.building_type if schema else standard_building_type(folder.resolve().name)
+        kind = schema.building_type if schema else _name_type(folder)
         prepare = partial(_prepare_file, folder=folder, kind=kind, schema=schema, split=split)
         read, failed[shown(folder)] = _read_files(list_buildings([folder]), folder, prepare)
         kinds |= dict.fromkeys([floor.drawn.kind for floor in read] or [kind])
@@ -119,6 +119,16 @@ def _read_schema(folder: Path) -> LabelSchema | None:
     """The schema in a folder, if there is one."""
     file = folder / USER_SCHEMA
     return read_label_schema(file) if file.is_file() else None
+
+
+def _name_type(folder: Path) -> str:
+    """The building type that the name of a folder is."""
+    try:
+        return standard_building_type(folder.resolve().name)
+    except LabelError as error:
+        raise OptionError(
+            f"the name of folder {shown(folder)} is no building type: {error}, or give {USER_SCHEMA} in the folder"
+        ) from error
 
 
 def _read_files(
@@ -146,8 +156,14 @@ def _prepare_file(file: Path, *, folder: Path, kind: str, schema: LabelSchema | 
             )
         schema = SCHEMAS[kind]
     item = _name_item(file, folder)
-    drawn = AnnotatedFloor(item, kind, f"{kind}/{building_of(file.name)}", replace(floor, building_type={kind: 1.0}))
+    building = f"{kind}/{_name_building(file.relative_to(folder))}"
+    drawn = AnnotatedFloor(item, kind, building, replace(floor, building_type={kind: 1.0}))
     return prepare_floor(drawn, schema, split)
+
+
+def _name_building(file: Path) -> str:
+    """The subfolder that a file of a type's folder is in; else what building_of tells of its name."""
+    return building_of(file.name) if file.parent == Path() else file.parent.as_posix()
 
 
 def _name_item(file: Path, folder: Path) -> str:
@@ -155,13 +171,13 @@ def _name_item(file: Path, folder: Path) -> str:
 
 
 def _divide_buildings(floors: Sequence[BuildingFloor]) -> list[BuildingFloor]:
-    """The floors, each a building of its own where all of a type would be one."""
+    """The floors, each a building of its own where all of a type would be one by their names."""
     of_type: dict[str, set[str]] = {}
     for floor in floors:
         of_type.setdefault(floor.drawn.kind, set()).add(floor.drawn.building)
     return [
         replace(floor, drawn=replace(floor.drawn, building=f"{floor.drawn.kind}/{floor.drawn.item}"))
-        if len(of_type[floor.drawn.kind]) == 1
+        if len(of_type[floor.drawn.kind]) == 1 and "/" not in floor.drawn.item
         else floor
         for floor in floors
     ]

@@ -23,7 +23,7 @@ from pianta.floor import Floor
 from pianta.labels import SCHEMAS, LabelSet
 from pianta.semantics.building_description import spread_labels
 from pianta.semantics.coarse_labels import complete_labels
-from pianta.semantics.realism import UNLIKE, Realism, RealismModel
+from pianta.semantics.realism import LEAST_BUILDINGS, LEAST_UNLIKE, UNLIKE, Realism, RealismModel
 
 OFFICES, WORLDS, SCHOOLS = "offices", "worlds", "schools"
 # By part: the folder of data/buildings, and the building type whose labels its rooms have.
@@ -33,7 +33,7 @@ SOURCES = MappingProxyType(
 COMPARED = (OFFICES, WORLDS)
 TWO, ONE = f"{PIANTA}, two classes", f"{PIANTA}, one class"
 MODELS = (LOCAL, CENTRAL, KLOG, GAUSSIAN, TWO, ONE)
-# A floor with a score above it is called realistic; decisions are 0 where the classes meet.
+# A floor with such a score or above is called realistic, by ONE above only; decisions are 0 where the classes meet.
 THRESHOLDS: Mapping[str, float] = MappingProxyType(
     {LOCAL: 0.5, CENTRAL: 0.5, KLOG: 0.0, GAUSSIAN: 0.5, TWO: 0.5, ONE: UNLIKE}
 )
@@ -41,7 +41,8 @@ THRESHOLDS: Mapping[str, float] = MappingProxyType(
 PRINTED: Mapping[str, tuple[float, float]] = MappingProxyType(
     {LOCAL: (16.67, 8.33), CENTRAL: (8.33, 0.0), KLOG: (0.0, 0.0)}
 )
-LEAST_FLOORS = 4
+# Buildings that must be there so that enough are left when one is left out.
+LEAST: Mapping[str, int] = MappingProxyType({OFFICES: LEAST_BUILDINGS + 1, WORLDS: LEAST_UNLIKE + 1})
 NAME_LENGTH = 30
 
 
@@ -63,9 +64,13 @@ class JudgedRealism:
 
 @dataclass(frozen=True)
 class RealismBench:
-    """What was measured. failed: by part, the floors that could not be judged, and why."""
+    """What was measured.
+
+    seed, trees: of Extra-Trees. failed: by part, the floors that could not be judged, and why.
+    """
 
     seed: int
+    trees: int
     floors: Sequence[JudgedRealism]
     failed: Mapping[str, tuple[Row, ...]]
 
@@ -87,16 +92,20 @@ def measure_realism(
     The schools of the data, when there are any, are judged by the offices alone.
     A floor that cannot be read or has unknown labels does not count. seed, trees: of Extra-Trees. track: wraps the
     names of models and label sets, to show progress.
-    Raises DataError for fewer than four floors of a kind.
+    Raises DataError for floors of too few buildings, which are four of offices and three of worlds.
     """
     read: dict[str, list[AnnotatedFloor]] = {}
     failed: dict[str, tuple[Row, ...]] = {}
     for part in SOURCES:
         read[part], failed[part] = _read_part(data, part)
     for part in COMPARED:
-        if len(read[part]) < LEAST_FLOORS:
-            raise DataError(f"{len(read[part])} {part} could be read, give {LEAST_FLOORS} at least")
-    return RealismBench(seed, _judge_all(read, seed, trees, track), failed)
+        count = len({floor.building for floor in read[part]})
+        if count < LEAST[part]:
+            raise DataError(
+                f"{len(read[part])} {part} of {count} building{'s' * (count != 1)} could be read, "
+                f"give {LEAST[part]} buildings at least"
+            )
+    return RealismBench(seed, trees, _judge_all(read, seed, trees, track), failed)
 
 
 def tabulate_realism(bench: RealismBench) -> tuple[ComparisonTable, ...]:
@@ -117,7 +126,7 @@ def compare_with_table_8_2(bench: RealismBench) -> ComparisonTable:
     counts = [len(bench.of_part(part)) for part in COMPARED]
     notes = (
         f"{counts[0]} real offices and {counts[1]} simulated (thesis: 20 and 6), each judged without its building.",
-        f"Ex-T: {TREES} trees on single rooms and their labels, a floor is what most of its rooms are.",
+        f"Ex-T: {bench.trees} trees on single rooms and their labels, a floor is what most of its rooms are.",
         f"{GAUSSIAN}: the kernel of the one class, which compares features by a Gaussian.",
         f"{ONE}: has seen no simulated office; a floor with a typicality of {UNLIKE} or less is called simulated.",
     )
@@ -179,7 +188,7 @@ def tabulate_floors(bench: RealismBench) -> ComparisonTable:
 def measure_error(bench: RealismBench, model: str, label_set: LabelSet) -> float:
     """Share of offices and worlds that a model takes for the other kind."""
     wrong = [
-        (score > THRESHOLDS[model]) is not (part == OFFICES)
+        _is_realistic(model, score) is not (part == OFFICES)
         for part in COMPARED
         for score in list_scores(bench, model, label_set, part)
     ]
@@ -198,7 +207,7 @@ def save_realism(bench: RealismBench, path: str | Path) -> None:
         for floor in bench.floors
         for label_set, realism in floor.realism.items()
     ]
-    more = {"seed": bench.seed, "floors": judged}
+    more = {"seed": bench.seed, "trees": bench.trees, "floors": judged}
     save_comparisons("realism", tabulate_realism(bench), bench.items, path, more=more)
 
 
@@ -281,10 +290,15 @@ def _judge_left_out(
     return judged + [one_class.judge(floor.floor) for floor in schools], judged_views
 
 
+def _is_realistic(model: str, score: float) -> bool:
+    """Whether a model says so: as the verdicts of pianta, for which 0.5 of two classes is realistic."""
+    return score > THRESHOLDS[model] if model == ONE else score >= THRESHOLDS[model]
+
+
 def _share_wrong(offices: Sequence[Realism], worlds: Sequence[Realism]) -> tuple[Cell, ...]:
     """Worlds and offices that are unlike the offices, and errors of two classes, %."""
-    wrong = [(judged.probability or 0) <= 0.5 for judged in offices]
-    wrong += [(judged.probability or 0) > 0.5 for judged in worlds]
+    wrong = [not _is_realistic(TWO, judged.probability or 0) for judged in offices]
+    wrong += [_is_realistic(TWO, judged.probability or 0) for judged in worlds]
     untypical = ([judged.is_unlike for judged in of_part] for of_part in (worlds, offices))
     return tuple(Cell(100 * fmean(shares) if shares else None) for shares in (*untypical, wrong))
 

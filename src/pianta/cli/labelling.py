@@ -29,17 +29,18 @@ class Labelling:
     building_type: str | None = None
 
     def label(self, floor: Floor) -> Floor:
-        """The floor with its building's type, and labels for all rooms.
+        """The floor with its building's type, and labels for all rooms that nobody has labelled.
 
         A type that the floor has is taken as given, and rooms get its labels. A type that the model finds gives rooms
         no labels: where it is wrong, it would name all of them wrongly.
         """
         from pianta.semantics.buildings import classify_building
-        from pianta.semantics.places import label_rooms
+        from pianta.semantics.places import keep_given_label, label_rooms
 
-        if floor.building_type:
-            return label_rooms(floor, self.places)
-        return classify_building(label_rooms(floor, self.places), self.buildings)
+        given, found = map(keep_given_label, floor.rooms), label_rooms(floor, self.places).rooms
+        rooms = tuple(old if old.label else new for old, new in zip(given, found, strict=True))
+        labelled = replace(floor, rooms=rooms)
+        return labelled if floor.building_type else classify_building(labelled, self.buildings)
 
     @property
     def schemas(self) -> Mapping[str, LabelSchema]:
@@ -99,12 +100,11 @@ def label_floor(floor: Floor, labelling: Labelling | None, older: Floor | None =
     """
     from pianta.semantics.places import keep_given_label
 
-    given = [keep_given_label(room) for room in floor.rooms]
     kind = (labelling and labelling.building_type) or (older and find_given_type(older))
     floor = replace(floor, building_type={kind: 1.0} if kind else {})
-    floor = labelling.label(floor) if labelling else floor
-    said = floor.rooms if labelling else given
-    return replace(floor, rooms=tuple(old if old.label else new for old, new in zip(given, said, strict=True)))
+    if labelling:
+        return labelling.label(floor)
+    return replace(floor, rooms=tuple(map(keep_given_label, floor.rooms)))
 
 
 def describe_type(floor: Floor, building_types: Sequence[str]) -> str:

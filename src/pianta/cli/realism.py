@@ -7,6 +7,7 @@ import warnings
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +20,7 @@ from pianta.cli.train import name_sources
 from pianta.errors import BuildingWarning, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.formats.buildings import list_buildings, read_building
+from pianta.formats.faults import join_faults
 from pianta.formats.files import shown
 from pianta.labels import LabelSet, standard_building_type
 
@@ -149,12 +151,20 @@ def judge_floors(
 
 
 def name_pictures(names: Sequence[str]) -> list[str]:
-    """File names of pictures, all different, for floors of different names."""
-    stems = [name.rpartition(".")[0].replace("/", "_") or name for name in names]
-    counts = Counter(stems)
-    return [
-        f"{stem if counts[stem] == 1 else name.replace('/', '_')}.png" for stem, name in zip(stems, names, strict=True)
-    ]
+    """A file name for the picture of each floor, all different: its stem; where stems repeat its name; then a number.
+
+    Folders become part of it. Names that differ in case alone are one on some disks.
+    """
+    flat = [name.replace("/", "_") for name in names]
+    stems = [name.rpartition(".")[0] or name for name in flat]
+    occurrences = Counter(stem.casefold() for stem in stems)
+    pictures: dict[str, str] = {}
+    for name, stem in zip(flat, stems, strict=True):
+        chosen = stem if occurrences[stem.casefold()] == 1 else name
+        numbered = (f"{chosen}.png" if number == 1 else f"{chosen}-{number}.png" for number in count(1))
+        free = next(candidate for candidate in numbered if candidate.casefold() not in pictures)
+        pictures[free.casefold()] = free
+    return list(pictures.values())
 
 
 def _learn(
@@ -172,6 +182,7 @@ def _learn(
         return _take_known(unlike, types, label_set)
     if types:
         raise OptionError("--reference makes --type useless, leave either out")
+    _check_classes(reference, unlike or ())
     label_set = label_set or LabelSet.R_C
     real, others = (_read_floors(paths, label_set, quiet=quiet) for paths in (reference, unlike or ()))
     model = learn_realism(real.floors, label_set=label_set, unlike=others.floors)
@@ -180,6 +191,14 @@ def _learn(
     buildings = {others.places[description.source]: building for description, building in unlike_known}
     buildings |= {real.places[description.source]: building for description, building in known}
     return Reference(model, buildings, _tell_reference(model, real, others), real.failed or others.failed)
+
+
+def _check_classes(reference: Sequence[str], unlike: Sequence[str]) -> None:
+    """Refuse files that are said to be both realistic and not."""
+    real = {file.resolve() for file in list_buildings(reference)}
+    both = [shown(file) for file in list_buildings(unlike) if file.resolve() in real]
+    if both:
+        raise OptionError(f"--reference and --unlike both give {join_faults(both)}, leave each out of either")
 
 
 def _take_known(unlike: Sequence[str] | None, types: Sequence[str] | None, label_set: LabelSet | None) -> Reference:

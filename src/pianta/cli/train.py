@@ -229,7 +229,12 @@ def _tell_building_model(model: BuildingModel, held_out: Sequence[Verdict], out:
     said = [max(verdict.probabilities, key=verdict.probabilities.__getitem__) for verdict in held_out]
     wrong = sum(kind != right for kind, right in zip(said, model.types, strict=True))
     unknown = sum(not verdict.known for verdict in held_out)
+    guessed = floors - max(model.types.count(kind) for kind in model.building_types)
     tell_result(f"trained on {_count(floors, 'floor')}: {', '.join(counts)}")
     tell_result(f"wrong types of floors whose building was left out: {wrong} of {floors}, {wrong / floors:.1%}")
+    if wrong >= guessed:
+        tell_result(
+            f"guessing the commonest type errs on {guessed}: they are too few, or too alike; give more buildings"
+        )
     tell_result(f"called unknown when left out: {unknown} of {floors}, {unknown / floors:.1%}")
     tell_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")

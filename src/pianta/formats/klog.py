@@ -137,11 +137,34 @@ def _find_faults_in(
     unread: set[Value],
 ) -> list[tuple[int, str]]:
     """Faults of the facts with their lines; entities that an unreadable clause may declare are not missed."""
-    return [
+    undeclared, unknowable = _find_undeclared([one for of_floor in stated for one in of_floor], signatures)
+    return undeclared + [
         (of_floor[place].line, fault)
         for floor, of_floor in zip(floors, stated, strict=True)
-        for place, fault in locate_faults(floor, signatures, known=unread)
+        for place, fault in locate_faults(floor, signatures, known=unread | unknowable)
     ]
+
+
+def _find_undeclared(
+    stated: Iterable[_Stated], signatures: tuple[Signature, ...]
+) -> tuple[list[tuple[int, str]], set[Value]]:
+    """Entities without a signature, with the line of the first fact about each, and what the facts call them.
+
+    No fact could declare these.
+    """
+    declarable = {signature.name for signature in signatures if signature.self_place is not None}
+    named = {signature.name: signature for signature in signatures}
+    faults: dict[str, tuple[int, str]] = {}
+    called: set[Value] = set()
+    for one in stated:
+        arguments = named[one.fact.relation].arguments if one.fact.relation in named else ()
+        for argument, value in zip(arguments, one.fact.arguments, strict=False):
+            if argument.is_entity and argument.kind not in declarable:
+                kind, relation = argument.kind, shown(one.fact.relation)
+                fault = f"{relation} is about {shown(kind)}, add signature {kind}(id::self)::extensional"
+                faults.setdefault(kind, (one.line, fault))
+                called.add(value)
+    return [*faults.values()], called
 
 
 def _group_by_floor(stated: Iterable[_Stated]) -> dict[str, list[_Stated]]:

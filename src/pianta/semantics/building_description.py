@@ -67,10 +67,6 @@ class BuildingDescription:
         rooms = zip(self.labels, classes, self.sides, strict=True)
         return tuple(f"{label} size {size} sides {sides}" for label, size, sides in rooms)
 
-    def draw_patterns(self, bounds: Floats) -> nx.Graph:
-        """The graph of the rooms, labelled by what name_rooms says of them."""
-        return draw_rooms(self.name_rooms(bounds), self.doors)
-
 
 def draw_rooms(names: Sequence[str], doors: Iterable[tuple[int, int]]) -> nx.Graph:
     """The graph of rooms by their places: each with its name as its label, joined by doors."""

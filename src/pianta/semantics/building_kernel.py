@@ -8,6 +8,7 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from pianta.graphs.explicit_kernel import FeatureCounts, gather_counts
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
@@ -21,7 +22,7 @@ RADIUS, DISTANCE = 1, 2
 SIZE_CLASSES = 3
 # What patterns count beside features.
 PATTERN_SHARE = 0.5
-# A feature varies by no less than this.
+# Of a feature that varies less among known floors nobody knows how much it may vary, and it does not count.
 LEAST_SPREAD = 1e-6
 # Patterns of so many floors are kept: those of known floors are asked for again whenever others are left out.
 MAX_REMEMBERED = 1024
@@ -38,7 +39,8 @@ class BuildingKernel:
         """Learn what is usual, and keep the known floors."""
         features = np.array([description.features for description in known])
         sizes = np.concatenate([description.sizes for description in known])
-        self.means_, self.spreads_ = features.mean(axis=0), np.maximum(features.std(axis=0), LEAST_SPREAD)
+        spreads = features.std(axis=0)
+        self.means_, self.spreads_ = features.mean(axis=0), np.where(spreads < LEAST_SPREAD, np.inf, spreads)
         self.bounds_ = np.quantile(sizes, np.arange(1, SIZE_CLASSES) / SIZE_CLASSES)
         self.floors_, self.known_ = known, self._standardise(known)
         self.patterns_ = NeighborhoodPairs(radius=RADIUS, distance=DISTANCE).fit_counts(self._count_patterns(known))
@@ -52,8 +54,8 @@ class BuildingKernel:
 
     def compare_features(self, floors: Sequence[BuildingDescription]) -> Floats:
         """The share of the features in `compare`, from 0 to 1, shape (floors, known)."""
-        apart = self._standardise(floors)[:, None] - self.known_
-        return np.asarray(np.exp(-(apart**2).mean(axis=2) / 2))
+        apart = cdist(self._standardise(floors), self.known_, "sqeuclidean") / self.known_.shape[1]
+        return np.asarray(np.exp(-apart / 2))
 
     def _standardise(self, floors: Sequence[BuildingDescription]) -> Floats:
         features = np.array([description.features for description in floors])

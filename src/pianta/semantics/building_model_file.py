@@ -24,7 +24,7 @@ from pianta.semantics.buildings import BuildingModel, check_types
 FORMAT: Final = "pianta buildings"
 MAJOR, MINOR = 1, 0
 DEFAULT_MODEL = Path(__file__).with_name("buildings.json")
-MAX_FILE_BYTES, MAX_FLOORS, MAX_ROOMS = 16 * 2**20, 5000, 1000
+MAX_FILE_BYTES, MAX_FLOORS, MAX_ROOMS = 16 * 2**20, 1000, 1000
 # The work that patterns are grows with the square of the rooms of a floor; this is 6000 floors of 40 rooms.
 MAX_PAIRS = 10_000_000
 # No number of a floor is near this.
@@ -154,7 +154,10 @@ def _read_content(content: bytes) -> _Model:
             raise ModelError(f"it has format version {version}, this pianta reads {MAJOR}.x; update pianta")
         return _Model.model_validate_json(content)
     except ValidationError as exception:
-        if any(fault["type"] == "json_invalid" or not fault["loc"] for fault in exception.errors()):
+        if any(
+            fault["type"] == "json_invalid" or not fault["loc"] or fault["loc"] == ("format",)
+            for fault in exception.errors()
+        ):
             told = "it is no model of building types, make one with `pianta train buildings`"
             raise ModelError(told) from None
         raise ModelError(describe_validation(exception)) from None

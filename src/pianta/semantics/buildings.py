@@ -118,7 +118,10 @@ class BuildingModel:
 
     @cached_property
     def _calibration(self) -> LogisticRegression:
-        """Platt's scaling, on what is said of each building by a classifier that has not seen it."""
+        """Platt's scaling, on what is said of each building by a classifier that was not trained on it.
+
+        What is usual of features is learnt from all. Types are as probable as they are frequent among the known floors.
+        """
         from sklearn.linear_model import LogisticRegression
 
         decisions, truth = [], []
@@ -135,11 +138,12 @@ class BuildingModel:
 def classify_building(floor: Floor, model: BuildingModel | None = None) -> Floor:
     """The floor with probabilities of its building's types; with none where it is unlike all that the model knows.
 
+    They take the place of those that the floor has.
     model: the one that comes with pianta unless given.
     Rooms are compared by the labels that somebody gave them, else by those of label_rooms; the labels of the floor stay
     as they are. A floor without rooms gets no type.
     """
-    return floor if not floor.rooms else replace(floor, building_type=_find_type(judge_building(floor, model)))
+    return replace(floor, building_type=_find_type(judge_building(floor, model)) if floor.rooms else {})
 
 
 def judge_building(floor: Floor, model: BuildingModel | None = None) -> Verdict:
@@ -172,6 +176,9 @@ def train_buildings(
     floors = [floor for floor in floors if floor.rooms]
     types = [next(iter(floor.building_types), "") for floor in floors]
     names = list(buildings) if buildings is not None else _name_buildings(floors, types)
+    if any(len({kind for kind, other in zip(types, names, strict=True) if other == name}) > 1 for name in set(names)):
+        # Buildings of different types are not one, whatever they are called.
+        names = [f"{kind}/{name}" for kind, name in zip(types, names, strict=True)]
     _check_examples(floors, types, names, schemas)
     spread = (spread_labels(floor, schemas[kind], split=split) for floor, kind in zip(floors, types, strict=True))
     known = tuple(describe_building(floor, label_set) for floor in spread)

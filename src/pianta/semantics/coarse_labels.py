@@ -34,7 +34,8 @@ def complete_labels(floor: Floor, label_set: LabelSet, *, schemas: Mapping[str, 
     missing = [room for room in floor.rooms if given[room.id] is None and name not in room.labels]
     read = {room.id: room.labels.get(name) for room in floor.rooms}
     if missing:
-        read |= {room.id: room.labels[name] for room in label_rooms(replace(floor, building_type={})).rooms}
+        labelled = {room.id: room.labels[name] for room in label_rooms(replace(floor, building_type={})).rooms}
+        read |= {room.id: labelled[room.id] for room in missing}
     labels = {room.id: given[room.id] or str(read[room.id]) for room in floor.rooms}
     rooms = tuple(
         replace(room, label=labels[room.id], labels={name: labels[room.id]}, label_probabilities={})

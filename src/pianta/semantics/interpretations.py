@@ -6,11 +6,12 @@ A relation is a signature and a Python function that finds its facts on a floor,
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from pianta.errors import LabelError, RelationError
 from pianta.floor import Floor, Room
+from pianta.formats.faults import join_faults
 from pianta.graphs.centrality import Centrality, drop_isolated, measure_betweenness, measure_closeness
 from pianta.graphs.features import GEOMETRIC
 from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, Split
@@ -204,19 +205,33 @@ def _map_labels(rooms: Sequence[Room], label_set: LabelSet, split: Split, schema
 def _make_facts(relation: Relation, floor: Floor, rooms: dict[int, str]) -> Iterator[Fact]:
     """Facts of a relation with atoms for rooms, each once."""
     signature = relation.signature
+    found = _check_found(relation, floor, rooms)
     seen: set[tuple[Value, ...]] = set()
-    for found in relation.find(floor):
-        if len(found) != len(signature.arguments):
-            raise RelationError(f"{signature.name} found {found!r}, give {len(signature.arguments)} values")
-        arguments = []
-        for value, argument in zip(found, signature.arguments, strict=True):
-            if argument.kind != ROOM.name:
-                arguments.append(value)
-            elif value in rooms:
-                arguments.append(rooms[int(value)])
-            else:
-                raise RelationError(f"{signature.name} found {value!r}, which is the id of no room of the floor")
+    for values in found:
+        arguments = [
+            rooms[int(value)] if argument.kind == ROOM.name else value
+            for value, argument in zip(values, signature.arguments, strict=True)
+        ]
         standard = signature.standard_arguments(arguments)
         if standard not in seen:
             yield Fact(signature.name, tuple(arguments))
         seen.add(standard)
+
+
+def _check_found(relation: Relation, floor: Floor, rooms: Mapping[int, str]) -> list[tuple[Value, ...]]:
+    """What a relation finds; raises RelationError, with all faults in one line, for what are no arguments of it."""
+    name, count = relation.signature.name, len(relation.signature.arguments)
+    try:
+        found = [tuple(values) for values in relation.find(floor)]
+    except TypeError as error:
+        raise RelationError(f"{name} found no tuples of {count} values: {error}") from error
+    faults = [f"{values!r}, give {count} values" for values in found if len(values) != count]
+    kinds = [argument.kind for argument in relation.signature.arguments]
+    given = (zip(values, kinds, strict=True) for values in found if len(values) == count)
+    strange = dict.fromkeys(
+        repr(value) for pairs in given for value, kind in pairs if kind == ROOM.name and value not in rooms
+    )
+    faults += [f"{value}, which is the id of no room of the floor" for value in strange]
+    if faults:
+        raise RelationError(f"{name} found {join_faults(faults)}")
+    return found

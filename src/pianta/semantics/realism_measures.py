@@ -261,8 +261,10 @@ def find_off_measures(
 
 
 def show_value(value: float, digits: int | None) -> str:
-    """A number of a measure, in percent when it is a share."""
-    return f"{value:.0%}" if digits is None else f"{value:.{digits}f}"
+    """A number of a measure, in percent when it is a share; of what is counted, one digit where that tells more."""
+    if digits is None:
+        return f"{value:.0%}"
+    return f"{value:.{digits}f}" if digits or round(value, 1) == round(value) else f"{value:.1f}"
 
 
 def _list_off_measures(

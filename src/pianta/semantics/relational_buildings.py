@@ -61,6 +61,7 @@ class RelationalBuildings:
         as interpret_floor.
         """
         told = self._tell(floors)
+        self.kernel.check(told)
         given = _read_types(told) if types is None else list(types)
         if len(given) != len(told):
             raise ModelError(f"{len(given)} types are given for {len(told)} floors, give one each")
@@ -92,6 +93,5 @@ def _read_types(told: Sequence[Interpretation]) -> list[str]:
         f"{each.name} ({len(of_floor)})" for each, of_floor in zip(told, types, strict=True) if len(of_floor) != 1
     ]
     if faults:
-        more = f" and {len(faults) - 5} more" if len(faults) > 5 else ""
-        raise ModelError(f"floors {join_faults(faults[:5])}{more} tell not one {TARGET}, give each one")
+        raise ModelError(f"floors {join_faults(faults)} tell not one {TARGET}, give each one")
     return [name for (name,) in types]

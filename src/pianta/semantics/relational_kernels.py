@@ -18,7 +18,7 @@ from pianta.errors import ModelError, OptionError
 from pianta.graphs.explicit_kernel import FeatureCounts
 from pianta.graphs.graphicalization import Graphicalizer
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
-from pianta.relations import FLOOR_SIGNATURES, Interpretation, Signature, Value, by_name
+from pianta.relations import FLOOR_SIGNATURES, Interpretation, Signature, Value, by_name, check_interpretation
 from pianta.semantics.interpretations import FLOOR_RELATIONS
 
 if TYPE_CHECKING:
@@ -84,6 +84,11 @@ class RelationalKernel(ABC):
         if not hasattr(self, "graphicalizer_"):
             raise ModelError("nothing is known to compare with, call fit first")
         return self.pairs.compare_counts(None if others is None else self._count(others))
+
+    def check(self, interpretations: Iterable[Interpretation]) -> None:
+        """Raise RelationError for facts that contradict the signatures."""
+        for each in interpretations:
+            check_interpretation(each, self.signatures.values())
 
     @abstractmethod
     def _count(self, interpretations: Sequence[Interpretation]) -> list[FeatureCounts]:
@@ -151,6 +156,9 @@ def decide(machine: SVC, gram: Floats, labels: Sequence[str]) -> Floats:
 
     A label that the machine has not learned has the lowest value of the row, less one.
     """
+    # scikit-learn refuses to decide on nothing.
+    if len(gram) == 0:
+        return np.zeros((0, len(labels)))
     values = np.asarray(machine.decision_function(gram)).reshape(len(gram), -1)
     if values.shape[1] == 1:
         values = np.column_stack([-values, values])

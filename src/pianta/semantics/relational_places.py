@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -12,7 +13,7 @@ from pianta.errors import ModelError
 from pianta.floor import Floor
 from pianta.formats.faults import join_faults
 from pianta.labels import LabelSet
-from pianta.relations import FLOOR_SIGNATURES, Interpretation, Signature
+from pianta.relations import FLOOR_SIGNATURES, Interpretation, Signature, Value
 from pianta.semantics.interpretations import interpret_floor
 from pianta.semantics.relational_kernels import (
     BINS,
@@ -59,9 +60,11 @@ class RelationalPlaces:
 
         labels: by the name of a label set, of each floor those of its rooms in order. Where none are given, those that
         the facts of the target tell are one set with the target's name.
-        Raises ModelError for rooms without a label and fewer than two labels, RelationError as RoomKernel.
+        Raises ModelError for rooms without a label or with several, and for fewer than two labels, RelationError as
+        RoomKernel.
         """
         told = tell_floors(floors)
+        self.kernel.check(told)
         rooms = [self.kernel.list_rooms(each) for each in told]
         given = {self.kernel.target: self._read_labels(told)} if labels is None else labels
         for name, of_floors in given.items():
@@ -83,10 +86,9 @@ class RelationalPlaces:
         """
         told = tell_floors(floors)
         gram = self.kernel.compare(told)
-        ends = np.cumsum([len(self.kernel.list_rooms(each)) for each in told])[:-1]
-        return {
-            name: np.split(decide(machine, gram, self.labels_[name]), ends) for name, machine in self.machines_.items()
-        }
+        ends = np.cumsum([0, *(len(self.kernel.list_rooms(each)) for each in told)])
+        decided = {name: decide(machine, gram, self.labels_[name]) for name, machine in self.machines_.items()}
+        return {name: [values[start:end] for start, end in pairwise(ends)] for name, values in decided.items()}
 
     def predict(self, floors: Sequence[Floor | Interpretation]) -> dict[str, list[list[str]]]:
         """By label set, of each floor the labels of its rooms: those with the highest decision values."""
@@ -97,27 +99,32 @@ class RelationalPlaces:
 
     def _read_labels(self, told: Sequence[Interpretation]) -> list[list[str]]:
         """The labels that the facts of the target tell."""
-        read = [dict(self._read_targets(each)) for each in told]
-        missing = [
-            f"{room} of {each.name}"
-            for each, labels in zip(told, read, strict=True)
-            for room in self.kernel.list_rooms(each)
-            if room not in labels
-        ]
+        target = self.kernel.target
+        missing, several, read = [], [], []
+        for each in told:
+            labels = self._read_targets(each)
+            rooms = self.kernel.list_rooms(each)
+            missing += [f"{room} of {each.name}" for room in rooms if room not in labels]
+            several += [
+                f"{room} of {each.name} ({', '.join(labels[room])})" for room in rooms if len(labels.get(room, ())) > 1
+            ]
+            read.append([name for room in rooms for name in labels.get(room, ())])
         if missing:
-            more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
-            raise ModelError(f"rooms {join_faults(missing[:5])}{more} have no {self.kernel.target}, give each one")
-        return [
-            [labels[room] for room in self.kernel.list_rooms(each)] for each, labels in zip(told, read, strict=True)
-        ]
+            raise ModelError(f"rooms {join_faults(missing)} have no {target}, give each one")
+        if several:
+            raise ModelError(f"rooms {join_faults(several)} have more than one {target}, give each one")
+        return read
 
-    def _read_targets(self, interpretation: Interpretation) -> Iterator[tuple[object, str]]:
-        """Room and label of the facts of the target."""
+    def _read_targets(self, interpretation: Interpretation) -> dict[Value, list[str]]:
+        """By room the labels that the facts of the target tell, each once."""
         arguments = self.kernel.signatures[self.kernel.target].arguments
         places = [place for place, argument in enumerate(arguments) if argument.is_entity]
         others = [place for place in range(len(arguments)) if place not in places]
+        found: dict[Value, dict[str, None]] = {}
         for fact in interpretation.facts_of(self.kernel.target):
-            yield fact.arguments[places[0]], ",".join(str(fact.arguments[place]) for place in others)
+            label = ",".join(str(fact.arguments[place]) for place in others)
+            found.setdefault(fact.arguments[places[0]], {})[label] = None
+        return {room: [*labels] for room, labels in found.items()}
 
 
 def tell_floors(

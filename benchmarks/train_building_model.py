@@ -1,0 +1,30 @@
+"""Train the model of building types that comes with pianta: python benchmarks/train_building_model.py.
+
+As `pianta train buildings` does, but which floors are of one building is read from manifest.json of the data: names of
+files do not always tell.
+"""
+
+from __future__ import annotations
+
+import typer
+
+from pianta.bench.annotated_floors import read_annotated_floors
+from pianta.bench.data import find_data
+from pianta.semantics.building_model_file import DEFAULT_MODEL, save_building_model
+from pianta.semantics.buildings import judge_held_out, train_buildings
+
+
+def main() -> None:
+    """Train, save, and print how many types are wrong when the building is left out."""
+    floors, _ = read_annotated_floors(find_data(None))
+    model = train_buildings([floor.floor for floor in floors], buildings=[floor.building for floor in floors])
+    save_building_model(model, DEFAULT_MODEL)
+    verdicts = judge_held_out(model)
+    said = [max(verdict.probabilities, key=lambda kind: verdict.probabilities[kind]) for verdict in verdicts]
+    wrong = sum(one != other for one, other in zip(said, model.types, strict=True))
+    unknown = sum(not verdict.known for verdict in verdicts)
+    typer.echo(f"{len(floors)} floors of {len(set(model.buildings))} buildings: {wrong} wrong, {unknown} unknown")
+
+
+if __name__ == "__main__":
+    main()
