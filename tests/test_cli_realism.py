@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -85,6 +86,17 @@ def test_a_floor_of_the_reference_is_judged_by_the_others(offices):
     assert "of the 7 reference floors" in out
     assert "(its building left out of the reference)" in out
     assert "most like l a" not in out
+
+
+def test_the_name_of_a_file_does_not_tell_whether_it_is_in_the_reference(offices, maze, tmp_path):
+    shutil.copy(offices / "l a.geojson", tmp_path / "copy.geojson")
+    shutil.copy(maze, tmp_path / "l a.geojson")
+    code, out, _ = run_pianta("realism", tmp_path / "copy.geojson", tmp_path / "l a.geojson", "--reference", offices)
+    copy, other = (line for line in out.splitlines() if line.startswith(("copy", "l a")))
+    assert code == 0
+    assert "of the 7 reference floors" in copy
+    assert copy.endswith("(its building left out of the reference)")
+    assert other == "l a.geojson: 0.00, less typical than any of the 8 reference floors"
 
 
 def test_one_that_fails_stops_no_others(offices, maze, tmp_path):

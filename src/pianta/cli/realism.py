@@ -69,8 +69,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but wa
 class Reference:
     """What floors are judged by.
 
-    model: of the reference floors. buildings: of the files that it was learnt from, by their places on the disk, or
-    by their names alone where these are all that is known.
+    model: of the reference floors. buildings: of the files that it was learnt from, by their places on the disk.
     about: what it is, in a line. failed: whether a file could not be read.
     """
 
@@ -80,13 +79,13 @@ class Reference:
     failed: bool = False
 
     def judge(self, file: str) -> Judged:
-        """Judge the floor of a file; by the others when it is among the reference floors."""
+        """Judge the floor of a file; by the others when the file, or one of the same floor, is in the reference."""
         from pianta.semantics.coarse_labels import complete_labels
 
         coarse = complete_labels(read_building(file), self.model.label_set)
-        building = self.buildings.get(Path(file).resolve(), self.buildings.get(Path(Path(file).name)))
-        model = self.model if building is None else self.model.leave_out(building)
         try:
+            building = self.buildings.get(Path(file).resolve()) or self.model.find_building(coarse.floor)
+            model = self.model if building is None else self.model.leave_out(building)
             return Judged(coarse, model.judge(coarse.floor), building is not None)
         except PiantaError as error:
             raise type(error)(f"floor {shown(file)}: {error}") from error
@@ -212,8 +211,7 @@ def _take_known(unlike: Sequence[str] | None, types: Sequence[str] | None, label
     if label_set not in (None, model.label_set):
         raise OptionError(f"the floors that come with pianta have labels of {model.label_set}, give --reference")
     kinds = f" of type {' and '.join(types)}" if types else ""
-    buildings = {Path(Path(each.source).name): name for each, name in zip(model.known, model.buildings, strict=True)}
-    return Reference(model, buildings, f"{_tell_reference(model)}, of those{kinds} that come with pianta")
+    return Reference(model, {}, f"{_tell_reference(model)}, of those{kinds} that come with pianta")
 
 
 def _read_label_set(labels: str | None) -> LabelSet | None:

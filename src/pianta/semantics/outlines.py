@@ -16,6 +16,8 @@ from pianta.floor import Floor
 Floats = NDArray[np.float64]
 Geometries = NDArray[np.object_]
 
+# GEOS leaves a floating-point flag behind now and then when it buffers, of which numpy would warn; results are sound.
+QUIET_BUFFERS = np.errstate(invalid="ignore")
 # Shares of the unit, which is 6.5 m in the median school or office.
 THICKEST_WALL = 0.1
 NICHE = 0.08
@@ -33,6 +35,7 @@ def measure_unit(floor: Floor) -> float:
     return float(np.sqrt(np.median(shapely.area([room.polygon for room in floor.rooms]))))
 
 
+@QUIET_BUFFERS
 def draw_outlines(floor: Floor, unit: float) -> Geometries:
     """Polygons without holes of all rooms, shape (n,), that meet in the middle of the walls between them."""
     rooms = np.array([room.polygon for room in floor.rooms], dtype=object)

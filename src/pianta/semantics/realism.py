@@ -151,6 +151,15 @@ class RealismModel:
             patterns=find_off_patterns(list_patterns(description), self._patterns, room_ids),
         )
 
+    def find_building(self, floor: Floor) -> str | None:
+        """The building of a known floor, realistic or not, that is the same but for its source; None for a new floor.
+
+        Raises LabelError as `judge` does.
+        """
+        told = describe_building(floor, self.label_set)
+        pairs = zip((*self.known, *self.unlike), (*self.buildings, *self.unlike_buildings), strict=True)
+        return next((building for each, building in pairs if _is_same(told, each)), None)
+
     def leave_out(self, building: str) -> RealismModel:
         """The model of all floors that it knows but those of a building; raises ModelError where too few are left."""
         kept = [place for place, name in enumerate(self.buildings) if name != building]
@@ -228,6 +237,10 @@ def name_buildings(sources: Sequence[str]) -> list[str]:
     """The building of each floor, by building_of; where these were fewer than five, each floor is one."""
     names = [building_of(source) for source in sources]
     return names if len(set(names)) >= FOLDS else [*sources]
+
+
+def _is_same(one: BuildingDescription, other: BuildingDescription) -> bool:
+    return (one.labels, one.doors) == (other.labels, other.doors) and np.array_equal(one.features, other.features)
 
 
 def _describe(

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from pianta.semantics.outlines import Floats, Geometries
+from pianta.semantics.outlines import QUIET_BUFFERS, Floats, Geometries
 from pianta.semantics.room_shapes import MISSING, SAME, Rectangles
 
 # Rooms whose areas and lengths differ by less than this (of the logarithm) are alike.
@@ -31,6 +31,7 @@ def find_alike(outlines: Geometries, rectangles: Rectangles) -> NDArray[np.bool_
     return np.asarray(alike)
 
 
+@QUIET_BUFFERS
 def share_walls(outlines: Geometries, unit: float) -> Floats:
     """Lengths of wall that rooms (rows) share with others (columns), as shares of their perimeters, shape (n, n)."""
     n = len(outlines)
@@ -64,6 +65,7 @@ def measure_sizes(outlines: Geometries, rectangles: Rectangles, alike: NDArray[n
     }
 
 
+@QUIET_BUFFERS
 def measure_facades(outlines: Geometries, rectangles: Rectangles, unit: float) -> dict[str, Floats]:
     """How much of a room is at the facade, how many of its sides, and how far it is from the middle of the floor."""
     joined = shapely.union_all(shapely.buffer(outlines, JOIN * unit, join_style="mitre"))
