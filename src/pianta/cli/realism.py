@@ -127,7 +127,8 @@ def judge_floors(
     so than any of them, and 0.5 for the median real floor. With --unlike the
     score is the probability that the floor is realistic.
 
-    Floors are layout XML, KTH XML, MIT XML or floor.geojson of `pianta read`.
+    Floors are layout XML, KTH XML, MIT XML, HouseExpo JSON or floor.geojson of
+    `pianta read`.
     Rooms that nobody has labelled are labelled by pianta. A floor that is in
     the reference is judged without its building. A floor that cannot be read
     does not stop the others; the exit code is then 1.

@@ -29,7 +29,8 @@ def parse_xml(file: Path) -> Element:
     except DefusedXmlException:
         raise BuildingError(f"building {shown(file)} declares a document type or entities, remove them") from None
     except (ParseError, ValueError, LookupError, OSError) as exception:
-        raise BuildingError(f"building {shown(file)} is no XML: {reason_of(exception)}") from None
+        told = f"building {shown(file)} is no XML: {reason_of(exception)}"
+        raise BuildingError(f"{told}; give a drawn building, `pianta read` reads maps") from None
     return root
 
 
