@@ -261,3 +261,11 @@ def test_a_door_without_length_is_scaled():
     point = LineString([(1, 0.5), (1, 0.5)])
     floor = Floor((Room(1, box(0, 0, 1, 1)),), (Door((1, None), point, 0.9),))
     assert scale_floor(floor, 1, 4).doors[0].width == pytest.approx(1.8)
+
+
+@pytest.mark.parametrize(
+    ("types", "given"),
+    [({"school": 1.0}, "school"), ({"school": 0.9, "office": 0.1}, None), ({"school": 0.9}, None), ({}, None)],
+)
+def test_a_type_that_is_certain_was_given(types, given):
+    assert Floor((), building_type=types).given_type == given

@@ -156,6 +156,11 @@ class Floor:
             raise FloorError("not a floor: " + "; ".join(faults))
 
     @property
+    def given_type(self) -> str | None:
+        """The building type that somebody has given: it is certain and alone, where a model tells of all it knows."""
+        return self.building_types[0] if [*self.building_type.values()] == [1] else None
+
+    @property
     def building_types(self) -> tuple[str, ...]:
         """The types that the building may have, the most probable first."""
         return tuple(sorted(self.building_type, key=lambda name: -self.building_type[name]))

@@ -148,7 +148,7 @@ def _prepare_file(file: Path, *, folder: Path, kind: str, schema: LabelSchema | 
         warnings.simplefilter("ignore", BuildingWarning)
         floor = read_building(file)
     if schema is None:
-        kind = next(iter(floor.building_types), kind)
+        kind = floor.given_type or kind
         if kind not in SCHEMAS:
             raise LabelError(
                 f"there is no schema of building type {kind!r}, give one as {USER_SCHEMA} in the folder, "

@@ -88,11 +88,6 @@ def check_type(building_type: str) -> str:
         raise OptionError(f"--type: {error}") from None
 
 
-def find_given_type(floor: Floor) -> str | None:
-    """The building type that somebody has given: it is certain and alone, where a model tells of all it knows."""
-    return floor.building_types[0] if [*floor.building_type.values()] == [1] else None
-
-
 def label_floor(floor: Floor, labelling: Labelling | None, older: Floor | None = None) -> Floor:
     """The floor with its type and labels; what somebody has said of a room, or of the type of an older floor, stays.
 
@@ -100,7 +95,7 @@ def label_floor(floor: Floor, labelling: Labelling | None, older: Floor | None =
     """
     from pianta.semantics.places import keep_given_label
 
-    kind = (labelling and labelling.building_type) or (older and find_given_type(older))
+    kind = (labelling and labelling.building_type) or (older and older.given_type)
     floor = replace(floor, building_type={kind: 1.0} if kind else {})
     if labelling:
         return labelling.label(floor)
@@ -114,7 +109,7 @@ def describe_type(floor: Floor, building_types: Sequence[str]) -> str:
     """
     if not floor.building_type:
         return f"unknown, unlike every type that the model knows ({', '.join(building_types)})"
-    if find_given_type(floor):
+    if floor.given_type:
         return f"{floor.building_types[0]}, as somebody has said"
     first, *others = (f"{kind} {floor.building_type[kind]:.2f}" for kind in floor.building_types)
     return f"{first} ({', '.join(others)})" if others else first

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.labelling import check_type, find_given_type
+from pianta.cli.labelling import check_type
 from pianta.cli.outputs import check_output_folder
 from pianta.cli.terminal import show_examples, tell_error, tell_result, track_items
 from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
@@ -198,7 +198,7 @@ def _read_floors(files: Sequence[str], building_type: str | None, *, quiet: bool
                 raise
             tell_error(error)
             continue
-        kind = find_given_type(floor) or building_type
+        kind = floor.given_type or building_type
         floors.append(replace(floor, source=source, building_type={kind: 1.0} if kind else {}))
     if not floors:
         raise ModelError(f"none of {len(files)} buildings could be read, so there is nothing to train on")
