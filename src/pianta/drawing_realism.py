@@ -36,6 +36,7 @@ TITLE_WIDTH, STRIP_TITLE_WIDTH = 130, 74
 # Dots of reference floors lie so far apart across their strip at most.
 SPREAD = 0.3
 MARGIN = 0.03
+KEY = "dots: reference floors, line: their median, diamond: this floor"
 
 
 def draw_realism(floor: Floor, realism: Realism, *, schemas: Schemas = SCHEMAS) -> Figure:
@@ -66,6 +67,7 @@ def draw_realism(floor: Floor, realism: Realism, *, schemas: Schemas = SCHEMAS) 
     plot_legend(floor, ax=add_part(GAP, TITLE_HEIGHT + of_floor, FLOOR_WIDTH, LEGEND_HEIGHT), schemas=schemas)
     lowest = [TITLE_HEIGHT + STRIP_HEIGHT * (place + 0.8) for place in range(strips)]
     at_left = FLOOR_WIDTH + 2 * GAP
+    figure.text(at_left / width, 1 - TITLE_HEIGHT / height, KEY, fontsize=7.5, color=USUAL_COLOR, va="top")
     _plot_strips(realism, [add_part(at_left, y - AXIS_HEIGHT, STRIPS_WIDTH, AXIS_HEIGHT) for y in lowest])
     return figure
 
