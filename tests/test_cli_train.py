@@ -217,6 +217,7 @@ def test_read_without_a_type_tells_functions(small_map, tmp_path):
     assert run_pianta("read", small_map, "-o", tmp_path, "--quiet") == (0, "", "")
     floor = read_floor(tmp_path / "floor.geojson")
     assert {room.label for room in floor.rooms} <= {"FUNCTIONAL", "CONNECTION", "ENTRANCE", "SERVICE"}
+    assert {*map(tuple, (room.labels for room in floor.rooms))} == {("R/C", "F/C/E/S")}
 
 
 def test_read_without_labels(small_map, tmp_path):

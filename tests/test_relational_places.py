@@ -76,7 +76,7 @@ def test_fact_files(tmp_path: Path):
     file = tmp_path / "facts.pl"
     save_interpretations(file, [tell_row("a", 4, kind=""), tell_row("b", 6, kind=""), tell_row("c", 5, kind="")])
     floors = read_interpretations(file)
-    places = RelationalPlaces(signatures=read_signatures(file)).fit(floors[:2])
+    places = RelationalPlaces(RoomKernel(signatures=read_signatures(file))).fit(floors[:2])
     assert places.predict(floors[2:])["label"] == [["lstairs", *["lcorridor"] * 3, "lstairs"]]
 
 
@@ -98,7 +98,7 @@ def test_entities_of_another_name():
         facts = tell_row(name, count, kind="").facts
         return Interpretation(name, tuple(replace(f, relation="space") if f.relation == "room" else f for f in facts))
 
-    places = RelationalPlaces(signatures=LISTING_SIGNATURES).fit([tell("a", 4), tell("b", 6)])
+    places = RelationalPlaces(RoomKernel(signatures=LISTING_SIGNATURES)).fit([tell("a", 4), tell("b", 6)])
     assert places.predict([tell("c", 3)])["label"] == [["lstairs", "lcorridor", "lstairs"]]
 
 
@@ -107,7 +107,7 @@ def test_files_of_the_data(data):
     if not file.is_file():
         pytest.skip(f"no {file}")
     floors = read_interpretations(file)
-    places = RelationalPlaces(signatures=read_signatures(file)).fit(floors[1:])
+    places = RelationalPlaces(RoomKernel(signatures=read_signatures(file))).fit(floors[1:])
     truth = [str(fact.arguments[1]) for fact in floors[0].facts_of("label")]
     given = dict(zip(places.kernel.list_rooms(floors[0]), places.predict(floors[:1])["label"][0], strict=True))
     wrong = sum(given[fact.arguments[0]] != fact.arguments[1] for fact in floors[0].facts_of("label"))
@@ -194,11 +194,11 @@ def test_bad_input():
     with pytest.raises(ModelError, match="call fit first"):
         RelationalPlaces().predict([row])
     with pytest.raises(OptionError, match="target is 'colour'"):
-        RelationalPlaces(target="colour")
+        RelationalPlaces(RoomKernel(target="colour"))
     with pytest.raises(OptionError, match="about no entity"):
         RoomKernel(target="buildingtype")
     with pytest.raises(RelationError, match="without a signature"):
-        RelationalPlaces(signatures=LISTING_SIGNATURES).fit([row])
+        RelationalPlaces(RoomKernel(signatures=LISTING_SIGNATURES)).fit([row])
     with pytest.raises(ModelError, match=r"floors a \(0\) tell not one buildingtype"):
         RelationalBuildings().fit([row.without("buildingtype")])
     with pytest.raises(ModelError, match=r"rooms r0 of a \(lstairs, lcorridor\) have more than one label, give each"):
@@ -206,4 +206,4 @@ def test_bad_input():
     with pytest.raises(ModelError, match="1 types are given for 2 floors"):
         RelationalBuildings().fit([row, row], ["x"])
     with pytest.raises(ModelError, match="call fit first"):
-        FloorKernel(target="buildingtype").compare([row])
+        FloorKernel().compare([row])

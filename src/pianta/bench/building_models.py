@@ -126,7 +126,7 @@ def compare_floors(floors: Sequence[BuildingFloor], label_set: LabelSet) -> Call
     told = [floor.told[label_set] for floor in floors]
 
     def compare(others: Indices) -> Floats:
-        kernel = FloorKernel(target="buildingtype")
+        kernel = FloorKernel()
         return kernel.fit(told, binned=[told[i] for i in others]).compare()
 
     return _compare_by_part([floor.drawn.building for floor in floors], compare)

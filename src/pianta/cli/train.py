@@ -76,21 +76,19 @@ def train_places(
     Tells how often the model is wrong on buildings that were left out. A building
     that cannot be read does not stop the others; the exit code is then 1.
     """
-    from pianta.formats.buildings import list_buildings
     from pianta.semantics import training
     from pianta.semantics.place_model_file import save_place_model
 
     _check_options(out, building_type)
     schemas = read_schemas(labels or ())
-    files = list(map(str, list_buildings(buildings)))
-    floors = _read_floors(files, building_type, quiet=quiet)
+    floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     training.check_labels(floors, schemas)
     simulated = simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
     model = training.train_places(floors, simulated=simulated, schemas=schemas, seed=seed)
     save_place_model(model, out)
     if not quiet:
         _tell_model(model, out)
-    if len(floors) < len(files):
+    if not all_read:
         raise typer.Exit(1)
 
 
@@ -111,19 +109,17 @@ def train_buildings(
     Tells how often the model is wrong on buildings that were left out. A building
     that cannot be read does not stop the others; the exit code is then 1.
     """
-    from pianta.formats.buildings import list_buildings
     from pianta.semantics import buildings as building_types
     from pianta.semantics.building_model_file import save_building_model
 
     _check_options(out, building_type)
     schemas = read_schemas(labels or ())
-    files = list(map(str, list_buildings(buildings)))
-    floors = _read_floors(files, building_type, quiet=quiet)
+    floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     model = building_types.train_buildings(floors, schemas=schemas)
     save_building_model(model, out)
     if not quiet:
         _tell_building_model(model, building_types.judge_held_out(model), out)
-    if len(floors) < len(files):
+    if not all_read:
         raise typer.Exit(1)
 
 
@@ -182,13 +178,16 @@ def _check_options(out: Path, building_type: str | None) -> None:
         raise OptionError(f"folder {shown(out.parent)} cannot be made: {reason_of(exception)}") from None
 
 
-def _read_floors(files: Sequence[str], building_type: str | None, *, quiet: bool) -> list[Floor]:
-    """The floors of files, their type filled in; what cannot be read is told and left out, unless nothing is left.
+def _read_floors(paths: Sequence[str], building_type: str | None, *, quiet: bool) -> tuple[list[Floor], bool]:
+    """The floors of files and folders, their type filled in, and whether all could be read.
+
+    What cannot be read is told and left out, unless nothing is left.
 
     A type that pianta has guessed is none: it may be wrong, and a model does not learn from what a model has said.
     """
-    from pianta.formats.buildings import read_building
+    from pianta.formats.buildings import list_buildings, read_building
 
+    files = list(map(str, list_buildings(paths)))
     floors = []
     for file, source in zip(track_items(files, quiet=quiet), name_sources(files), strict=True):
         try:
@@ -202,7 +201,7 @@ def _read_floors(files: Sequence[str], building_type: str | None, *, quiet: bool
         floors.append(replace(floor, source=source, building_type={kind: 1.0} if kind else {}))
     if not floors:
         raise ModelError(f"none of {len(files)} buildings could be read, so there is nothing to train on")
-    return floors
+    return floors, len(floors) == len(files)
 
 
 def _tell_model(model: PlaceModel, out: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +11,10 @@ from pianta.errors import ModelError
 from pianta.floor import Floor
 from pianta.formats.faults import join_faults
 from pianta.labels import LabelSet
-from pianta.relations import FLOOR_SIGNATURES, Interpretation, Signature
+from pianta.relations import Interpretation
 from pianta.semantics.interpretations import FLOOR_RELATIONS, interpret_floor
 from pianta.semantics.relational_kernels import (
-    BINS,
     COST,
-    DISTANCE,
-    RADIUS,
     ROOM_RELATIONS,
     FloorKernel,
     decide,
@@ -34,23 +31,16 @@ class RelationalBuildings:
     """A classifier of floors by type of building on a kernel of floors: fit to known floors, then predict others.
 
     Floors are Floor, told by ROOM_RELATIONS and their labels in label_set, or Interpretation, such as
-    read_interpretations gives; the type is hidden. Other parameters as of FloorKernel; cost: C of the support vector
-    machine.
+    read_interpretations gives; the type is hidden.
+    kernel: FloorKernel() unless given. cost: C of the support vector machine.
 
     types_: the types learnt.
     """
 
     def __init__(
-        self,
-        *,
-        label_set: LabelSet = LabelSet.R_C,
-        signatures: Iterable[Signature] = FLOOR_SIGNATURES,
-        bins: int = BINS,
-        radius: int = RADIUS,
-        distance: int = DISTANCE,
-        cost: float = COST,
+        self, kernel: FloorKernel | None = None, *, label_set: LabelSet = LabelSet.R_C, cost: float = COST
     ) -> None:
-        self.kernel = FloorKernel(target=TARGET, signatures=signatures, bins=bins, radius=radius, distance=distance)
+        self.kernel = kernel or FloorKernel()
         self.label_set = label_set
         self.cost = cost
 

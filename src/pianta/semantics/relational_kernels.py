@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import networkx as nx
 import numpy as np
@@ -40,29 +40,29 @@ ROOM_RELATIONS = tuple(
 class RelationalKernel(ABC):
     """A kernel on interpretations: fit to known ones, compare others with them.
 
-    target: the relation that is to be learnt; it is hidden from the kernel.
+    target: the relation that is to be learnt, usual_target unless given; it is hidden from the kernel.
     signatures: what the interpretations must agree with. bins: into which the numbers of the known ones are cut.
     radius, distance: of NSPDK, in edges of the graph of facts; two rooms with a door between them are 2 apart.
     Raises OptionError for a target without a signature.
     """
 
-    hidden: tuple[str, ...] = ()
+    usual_target: ClassVar[str]
+    hidden: ClassVar[tuple[str, ...]] = ()
 
     def __init__(
         self,
         *,
-        target: str,
+        target: str | None = None,
         signatures: Iterable[Signature] = FLOOR_SIGNATURES,
         bins: int = BINS,
         radius: int = RADIUS,
         distance: int = DISTANCE,
     ) -> None:
-        self.target = target
+        self.target = target or self.usual_target
         self.signatures = by_name(signatures)
         self.bins = bins
         self.pairs = NeighborhoodPairs(radius=radius, distance=distance)
-        if target not in self.signatures:
-            raise OptionError(f"target is {target!r}, give one of {', '.join(self.signatures)}")
+        self._check_target()
 
     def fit(self, known: Sequence[Interpretation], *, binned: Sequence[Interpretation] | None = None) -> Self:
         """Learn the bins, and keep the known interpretations.
@@ -90,6 +90,10 @@ class RelationalKernel(ABC):
         for each in interpretations:
             check_interpretation(each, self.signatures.values())
 
+    def _check_target(self) -> None:
+        if self.target not in self.signatures:
+            raise OptionError(f"target is {self.target!r}, give one of {', '.join(self.signatures)}")
+
     @abstractmethod
     def _count(self, interpretations: Sequence[Interpretation]) -> list[FeatureCounts]:
         """The features of what is compared."""
@@ -100,6 +104,8 @@ class RelationalKernel(ABC):
 
 class FloorKernel(RelationalKernel):
     """How alike whole floors are: all pairs of neighbourhoods in their graphs, a row for each floor."""
+
+    usual_target = "buildingtype"
 
     def _count(self, interpretations: Sequence[Interpretation]) -> list[FeatureCounts]:
         return self.pairs.count_features(self._draw(interpretations))
@@ -112,22 +118,22 @@ class RoomKernel(RelationalKernel):
     Raises OptionError for a target that is about no entity.
     """
 
+    usual_target = "label"
     hidden = (FROM_LABELS,)
 
-    def __init__(
-        self,
-        *,
-        target: str = "label",
-        signatures: Iterable[Signature] = FLOOR_SIGNATURES,
-        bins: int = BINS,
-        radius: int = RADIUS,
-        distance: int = DISTANCE,
-    ) -> None:
-        super().__init__(target=target, signatures=signatures, bins=bins, radius=radius, distance=distance)
-        kinds = [argument.kind for argument in self.signatures[target].arguments if argument.is_entity]
-        if not kinds:
-            raise OptionError(f"target is {target!r}, which is about no entity, give a relation of rooms")
-        self.room = self.signatures[kinds[0]]
+    def _check_target(self) -> None:
+        super()._check_target()
+        if not self._list_kinds():
+            raise OptionError(f"target is {self.target!r}, which is about no entity, give a relation of rooms")
+
+    def _list_kinds(self) -> list[str]:
+        """Of the entities that the target is about."""
+        return [argument.kind for argument in self.signatures[self.target].arguments if argument.is_entity]
+
+    @property
+    def room(self) -> Signature:
+        """The signature of rooms."""
+        return self.signatures[self._list_kinds()[0]]
 
     def list_rooms(self, interpretation: Interpretation) -> tuple[Value, ...]:
         """The identifiers of the rooms of a floor, in the order of the rows."""

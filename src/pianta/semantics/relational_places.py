@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -13,13 +13,10 @@ from pianta.errors import ModelError
 from pianta.floor import Floor
 from pianta.formats.faults import join_faults
 from pianta.labels import LabelSet
-from pianta.relations import FLOOR_SIGNATURES, Interpretation, Signature, Value
+from pianta.relations import Interpretation, Value
 from pianta.semantics.interpretations import interpret_floor
 from pianta.semantics.relational_kernels import (
-    BINS,
     COST,
-    DISTANCE,
-    RADIUS,
     ROOM_RELATIONS,
     RoomKernel,
     decide,
@@ -35,22 +32,14 @@ class RelationalPlaces:
     """A classifier of rooms on a kernel of rooms: fit to labelled floors, then predict those of others.
 
     Floors are Floor, told by ROOM_RELATIONS, or Interpretation, such as read_interpretations gives; the labels to be
-    learnt are hidden. Parameters as of RoomKernel; cost: C of the support vector machines.
+    learnt are hidden.
+    kernel: RoomKernel() unless given. cost: C of the support vector machines.
 
     labels_: by the name of a label set, the labels learnt.
     """
 
-    def __init__(
-        self,
-        *,
-        target: str = "label",
-        signatures: Iterable[Signature] = FLOOR_SIGNATURES,
-        bins: int = BINS,
-        radius: int = RADIUS,
-        distance: int = DISTANCE,
-        cost: float = COST,
-    ) -> None:
-        self.kernel = RoomKernel(target=target, signatures=signatures, bins=bins, radius=radius, distance=distance)
+    def __init__(self, kernel: RoomKernel | None = None, *, cost: float = COST) -> None:
+        self.kernel = kernel or RoomKernel()
         self.cost = cost
 
     def fit(
