@@ -20,7 +20,7 @@ def main() -> None:
     model = train_buildings([floor.floor for floor in floors], buildings=[floor.building for floor in floors])
     save_building_model(model, DEFAULT_MODEL)
     verdicts = judge_held_out(model)
-    said = [max(verdict.probabilities, key=lambda kind: verdict.probabilities[kind]) for verdict in verdicts]
+    said = [verdict.likeliest for verdict in verdicts]
     wrong = sum(one != other for one, other in zip(said, model.types, strict=True))
     unknown = sum(not verdict.known for verdict in verdicts)
     typer.echo(f"{len(floors)} floors of {len(set(model.buildings))} buildings: {wrong} wrong, {unknown} unknown")

@@ -31,6 +31,7 @@ from pianta.errors import DataError, LabelError, OptionError
 from pianta.floor import Floor
 from pianta.formats.label_schema import save_label_schema
 from pianta.labels import FCES, SCHEMAS, General, Label, LabelSchema, LabelSet, Split
+from pianta.semantics.building_description import LABELS
 from pianta.semantics.relational_kernels import RoomKernel
 from tests.command_line import list_files, run_pianta
 from tests.tiny_types import write_labelled, write_types
@@ -95,7 +96,7 @@ def with_wrong_labels(floor: BuildingFloor) -> BuildingFloor:
     """Each room has the label after its own."""
     labels = {
         label_set: tuple(known[(known.index(label) + 1) % len(known)] for label in floor.labels[label_set])
-        for label_set, known in place_models.LABELS.items()
+        for label_set, known in LABELS.items()
     }
     return replace(floor, labels=labels)
 

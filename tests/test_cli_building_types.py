@@ -12,6 +12,7 @@ from pianta.formats.ros_map import save_ros_map
 from pianta.labels import LabelSet
 from pianta.semantics.building_model_file import read_building_model, save_building_model
 from pianta.semantics.buildings import train_buildings
+from pianta.semantics.places import PlaceModel
 from pianta.semantics.simulated import simulate_reading
 from pianta.worlds.scan import map_floor
 from tests.command_line import list_files, run_pianta
@@ -295,3 +296,23 @@ def test_the_type_is_judged_by_the_labels_that_somebody_gave(maps, tmp_path, mon
     monkeypatch.setattr("pianta.semantics.buildings.classify_building", judge)
     assert run_pianta("read", maps["school"], "--previous", folder, "-o", folder, "-q") == (0, "", "")
     assert {room.label for room in judged[0].rooms} == {"ENTRANCE"}
+
+
+def test_the_model_of_places_that_is_given_is_the_only_one_asked(maps, tmp_path, monkeypatch):
+    """A label of nobody's schema stays, and for the type the room is what the given model finds."""
+    folder = tmp_path / "out"
+    assert run_pianta("read", maps["school"], "-o", folder, "-q") == (0, "", "")
+    floor = read_floor(folder / "floor.geojson")
+    ward, *others = floor.rooms
+    save_floor(replace(floor, rooms=(replace(ward, label="WARD"), *others)), folder / "floor.geojson")
+    asked: list[Floor] = []
+    label = PlaceModel.label
+
+    def count(model: PlaceModel, floor: Floor) -> Floor:
+        asked.append(floor)
+        return label(model, floor)
+
+    monkeypatch.setattr(PlaceModel, "label", count)
+    assert run_pianta("read", maps["school"], "--previous", folder, "-o", folder, "-q") == (0, "", "")
+    assert len(asked) == 1
+    assert read_floor(folder / "floor.geojson").rooms[0].label == "WARD"

@@ -9,7 +9,6 @@ from functools import cached_property, partial
 from pathlib import Path
 
 from pianta.bench.annotated_floors import KINDS, AnnotatedFloor, make_of_drawings, set_building_type
-from pianta.bench.place_models import LABELS
 from pianta.bench.room_sets import USER_SCHEMA
 from pianta.bench.table import Row
 from pianta.errors import BuildingWarning, DataError, LabelError, OptionError, PiantaError
@@ -19,7 +18,7 @@ from pianta.formats.files import reason_of, shown
 from pianta.formats.label_schema import read_label_schema
 from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split, standard_building_type
 from pianta.relations import Fact, Interpretation
-from pianta.semantics.building_description import BuildingDescription, describe_building, spread_labels
+from pianta.semantics.building_description import LABELS, BuildingDescription, describe_building, spread_labels
 from pianta.semantics.interpretations import LABEL, ROOM, atom_of_label, interpret_floor
 from pianta.semantics.relational_kernels import ROOM_RELATIONS
 from pianta.semantics.training import building_of

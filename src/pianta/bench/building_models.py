@@ -17,7 +17,6 @@ from pianta.bench.building_floors import BuildingFloor
 from pianta.bench.place_models import (
     ALL_FEATURES,
     CENTRAL,
-    LABELS,
     LAST_STEP,
     LOCAL,
     PIANTA,
@@ -26,6 +25,7 @@ from pianta.bench.place_models import (
     train_on,
 )
 from pianta.labels import LabelSet, Split
+from pianta.semantics.building_description import LABELS
 from pianta.semantics.buildings import BuildingModel
 from pianta.semantics.folds import leave_buildings_out
 from pianta.semantics.places import vote

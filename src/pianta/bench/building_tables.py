@@ -11,14 +11,16 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta.bench.annotated_floors import KINDS
 from pianta.bench.building_models import KLOG, MODELS
 from pianta.bench.buildings import BUILDING, BUILDINGS, FLOOR, FLOORS, PLACES, BuildingsBench
 from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable, save_comparisons
-from pianta.bench.place_models import CENTRAL, LABELS, LOCAL, PIANTA
+from pianta.bench.place_models import CENTRAL, LOCAL, PIANTA
 from pianta.bench.place_tables import PRINTED_ERRORS
 from pianta.bench.table import Row
 from pianta.evaluation.curves import Curve, measure_precision_recall, measure_roc
 from pianta.labels import RC, LabelSet
+from pianta.semantics.building_description import LABELS
 
 PRINTED_PLACES = MappingProxyType(
     {LOCAL: PRINTED_ERRORS[LOCAL], CENTRAL: PRINTED_ERRORS[CENTRAL], KLOG: PRINTED_ERRORS["kLog"]}
@@ -27,7 +29,6 @@ PRINTED_PLACES = MappingProxyType(
 PRINTED_BUILDINGS: Mapping[str, tuple[float, ...]] = MappingProxyType(
     {LOCAL: (40.0, 5.0), CENTRAL: (30.0, 5.0), KLOG: (8.0, 8.0)}
 )
-KINDS = ("school", "office")
 INITIALS = MappingProxyType({"school": "S", "office": "O"})
 # What counts as positive in the curves of buildings: the rarer type.
 POSITIVE = "office"

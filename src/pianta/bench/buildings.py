@@ -27,8 +27,9 @@ from pianta.bench.building_models import (
     list_folds,
     list_types,
 )
-from pianta.bench.place_models import LABELS, PIANTA
+from pianta.bench.place_models import PIANTA
 from pianta.labels import LabelSet, Split
+from pianta.semantics.building_description import LABELS
 
 Floats = NDArray[np.float64]
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.bench.place_models import LABELS, Opinion, true_labels
+from pianta.bench.place_models import Opinion, true_labels
 from pianta.evaluation.semantics import LabelPair, pair_backward, pair_forward
 from pianta.floor import Floor
 from pianta.labels import LabelSet, Split
+from pianta.semantics.building_description import LABELS
 
 Floats = NDArray[np.float64]
 

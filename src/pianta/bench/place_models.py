@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -13,7 +12,8 @@ from numpy.typing import NDArray
 from pianta.bench.annotated_floors import AnnotatedFloor
 from pianta.floor import Floor, scale_floor
 from pianta.graphs.features import GEOMETRIC, ROOM_FEATURES, compute_room_features
-from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, Split
+from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet, Split
+from pianta.semantics.building_description import LABELS
 from pianta.semantics.places import PlaceModel, vote
 from pianta.semantics.training import train_places
 
@@ -24,9 +24,6 @@ Floats = NDArray[np.float64]
 # Probabilities of the rooms of a floor, shape (rooms, labels), by label set.
 Opinion: TypeAlias = Mapping[LabelSet, Floats]
 
-LABELS: Mapping[LabelSet, tuple[str, ...]] = MappingProxyType(
-    {LabelSet.R_C: tuple(map(str, RC)), LabelSet.F_C_E_S: tuple(map(str, FCES))}
-)
 # Of IN_DRAWINGS_SCALE the trees are those of CENTRAL.
 IN_DRAWINGS_SCALE = "Ex-T, drawing's scale"
 LOCAL, CENTRAL, PIANTA, MAPPED = "Ex-T", "Ex-T, centrality", "pianta", "pianta, maps too"

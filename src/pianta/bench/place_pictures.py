@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pianta.bench.charts import save_chart, start_chart
 from pianta.bench.judged_floors import LAYOUTS, OFFICES, SCHOOLS
-from pianta.bench.place_models import CENTRAL, LABELS, PIANTA
+from pianta.bench.place_models import CENTRAL, PIANTA
 from pianta.bench.place_tables import (
     PRINTED_BACKWARD,
     PRINTED_FORWARD,
@@ -23,6 +23,7 @@ from pianta.bench.place_tables import (
 from pianta.bench.report import show_figure
 from pianta.evaluation.semantics import Reliability
 from pianta.labels import LabelSet
+from pianta.semantics.building_description import LABELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,7 +21,7 @@ from pianta.bench.annotated_floors import (
 from pianta.bench.comparison import save_comparisons
 from pianta.bench.data import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, list_maps
 from pianta.bench.judged_floors import LAYOUTS, OFFICES, SCHOOLS, TRUE_LAYOUTS, JudgedFloor
-from pianta.bench.place_models import LABELS, PIANTA, Judges, train_judges, train_on, true_labels
+from pianta.bench.place_models import PIANTA, Judges, train_judges, train_on, true_labels
 from pianta.bench.place_tables import Cost, PlacesBench, tabulate_places
 from pianta.bench.table import Figures, Row, measure_row
 from pianta.drawing import save_picture
@@ -31,6 +31,7 @@ from pianta.formats.maps import read_map
 from pianta.gridmap import GridMap
 from pianta.labels import LabelSet, Split
 from pianta.layout.reconstruct import reconstruct
+from pianta.semantics.building_description import LABELS
 from pianta.semantics.simulated import simulate_reading
 
 PART_OF_KIND = {"school": SCHOOLS, "office": OFFICES}

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from pianta.bench.annotated_floors import AnnotatedFloor, make_of_drawings, set_building_type
 from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable, Items, save_comparisons
-from pianta.bench.place_models import CENTRAL, LABELS, LOCAL, PIANTA, TREES
+from pianta.bench.place_models import CENTRAL, LOCAL, PIANTA, TREES
 from pianta.bench.realism_models import GAUSSIAN, KLOG, SCORERS, describe_drawn, score_left_out
 from pianta.bench.realism_readings import MAPPED, UNLABELLED, read_again
 from pianta.bench.table import Row
 from pianta.errors import DataError
 from pianta.floor import Floor
 from pianta.labels import SCHEMAS, LabelSet
-from pianta.semantics.building_description import spread_labels
+from pianta.semantics.building_description import LABELS, spread_labels
 from pianta.semantics.coarse_labels import complete_labels
 from pianta.semantics.realism import LEAST_BUILDINGS, LEAST_UNLIKE, UNLIKE, Realism, RealismModel
 

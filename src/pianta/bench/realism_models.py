@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.bench.annotated_floors import AnnotatedFloor
-from pianta.bench.place_models import ALL_FEATURES, CENTRAL, LABELS, LOCAL, WITHOUT_CENTRALITY
+from pianta.bench.place_models import ALL_FEATURES, CENTRAL, LOCAL, WITHOUT_CENTRALITY
 from pianta.labels import LabelSet
-from pianta.semantics.building_description import BuildingDescription, describe_building
+from pianta.semantics.building_description import LABELS, BuildingDescription, describe_building
 from pianta.semantics.building_kernel import BuildingKernel
 from pianta.semantics.folds import leave_buildings_out
 from pianta.semantics.realism_classifier import RealismClassifier

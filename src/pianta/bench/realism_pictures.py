@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pianta.bench.charts import save_chart, start_chart
-from pianta.bench.place_models import CENTRAL, LABELS, LOCAL
+from pianta.bench.place_models import CENTRAL, LOCAL
 from pianta.bench.realism import OFFICES, ONE, SCHOOLS, TWO, WORLDS, RealismBench, list_scores
 from pianta.bench.realism_models import KLOG
 from pianta.labels import LabelSet
+from pianta.semantics.building_description import LABELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -35,12 +35,17 @@ class Labelling:
         no labels: where it is wrong, it would name all of them wrongly.
         """
         from pianta.semantics.buildings import classify_building
+        from pianta.semantics.coarse_labels import complete_labels
         from pianta.semantics.places import keep_given_label, label_rooms
 
         given, found = map(keep_given_label, floor.rooms), label_rooms(floor, self.places).rooms
         rooms = tuple(old if old.label else new for old, new in zip(given, found, strict=True))
         labelled = replace(floor, rooms=rooms)
-        return labelled if floor.building_type else classify_building(labelled, self.buildings)
+        if floor.building_type:
+            return labelled
+        # What is found of a room stands for a given label that no schema has.
+        coarse = complete_labels(labelled, self.buildings.label_set, schemas=self.schemas, found=found).floor
+        return replace(labelled, building_type=classify_building(coarse, self.buildings).building_type)
 
     @property
     def schemas(self) -> Mapping[str, LabelSchema]:

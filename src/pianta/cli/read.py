@@ -92,7 +92,7 @@ def read_maps(
     stop the others; the exit code is then 1.
 
     Rooms are labelled ROOM or CORRIDOR; FUNCTIONAL, CONNECTION, ENTRANCE or
-    SERVICE; and by names of the building type that is given or sure enough.
+    SERVICE; and with --type by the names of that building type.
 
     With --previous rooms keep their ids, and labels and a type that somebody
     has given stay; the map may have grown, and its origin may have moved.

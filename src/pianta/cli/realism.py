@@ -80,13 +80,16 @@ class Reference:
 
     def judge(self, file: str) -> Judged:
         """Judge the floor of a file; by the others when the file, or one of the same floor, is in the reference."""
+        from pianta.semantics.building_description import describe_building
         from pianta.semantics.coarse_labels import complete_labels
 
         coarse = complete_labels(read_building(file), self.model.label_set)
         try:
-            building = self.buildings.get(Path(file).resolve()) or self.model.find_building(coarse.floor)
+            told = describe_building(coarse.floor, self.model.label_set)
+            building = self.buildings.get(Path(file).resolve()) or self.model.find_building(told)
             model = self.model if building is None else self.model.leave_out(building)
-            return Judged(coarse, model.judge(coarse.floor), building is not None)
+            ids = [room.id for room in coarse.floor.rooms]
+            return Judged(coarse, model.judge_description(told, ids), building is not None)
         except PiantaError as error:
             raise type(error)(f"floor {shown(file)}: {error}") from error
 

@@ -225,7 +225,7 @@ def _tell_building_model(model: BuildingModel, held_out: Sequence[Verdict], out:
         names = [name for name, other in zip(model.buildings, model.types, strict=True) if other == kind]
         counts.append(f"{_count(len(names), 'floor')} of {_count(len(set(names)), 'building')} of type {kind}")
     floors = len(model.known)
-    said = [max(verdict.probabilities, key=verdict.probabilities.__getitem__) for verdict in held_out]
+    said = [verdict.likeliest for verdict in held_out]
     wrong = sum(kind != right for kind, right in zip(said, model.types, strict=True))
     unknown = sum(not verdict.known for verdict in held_out)
     guessed = floors - max(model.types.count(kind) for kind in model.building_types)

@@ -176,7 +176,7 @@ def _check_model(model: _Model) -> None:
     ]
     strange = sorted({label for floor in model.floors for label in floor.labels} - set(LABELS[label_set]))
     if strange:
-        faults.append(f"its rooms have labels that are not of {label_set}: {', '.join(map(shown, strange[:5]))}")
+        faults.append(f"its rooms have labels that are not of {label_set}: {join_faults([*map(shown, strange)])}")
     if sum(len(floor.labels) ** 2 for floor in model.floors) > MAX_PAIRS:
         faults.append(f"its floors have more than {MAX_PAIRS} pairs of rooms, too many for a model")
     if faults:

@@ -23,7 +23,7 @@ from pianta.semantics.building_kernel import BuildingKernel
 from pianta.semantics.coarse_labels import complete_labels
 from pianta.semantics.folds import leave_buildings_out
 from pianta.semantics.training import building_of, check_labels
-from pianta.semantics.typicality import Typicality, learn_typicality, measure_likeness
+from pianta.semantics.typicality import Typicality, find_most_alike, learn_typicality, measure_likeness
 
 if TYPE_CHECKING:
     from sklearn.linear_model import LogisticRegression
@@ -46,13 +46,22 @@ class Verdict:
     """What a model says of the building of a floor.
 
     probabilities: by type, summing to 1. typicality: the share of known floors that are less typical of buildings.
-    known: whether it is like the known floors at all. alike: sources of the known floors that it is most like.
+    alike: sources of the known floors that it is most like.
     """
 
     probabilities: Mapping[str, float]
     typicality: float
-    known: bool
     alike: tuple[str, ...]
+
+    @property
+    def known(self) -> bool:
+        """Whether it is like the known floors at all."""
+        return self.typicality >= LEAST_TYPICAL
+
+    @property
+    def likeliest(self) -> str:
+        """The most probable type, known or not."""
+        return max(self.probabilities, key=self.probabilities.__getitem__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +95,8 @@ class BuildingModel:
         likeness = measure_likeness(gram)
         typicality = float(self._typicality.rank(likeness)[0])
         probabilities = self._calibration.predict_proba(_decide(self._classifier, gram))[0]
-        alike = [self.known[place].source for place in np.argsort(-gram[0], kind="stable")[:3]]
         by_type = dict(zip(self.building_types, map(float, probabilities), strict=True))
-        return Verdict(by_type, typicality, typicality >= LEAST_TYPICAL, tuple(alike))
+        return Verdict(by_type, typicality, find_most_alike(gram, self.known))
 
     def leave_out(self, places: Indices) -> BuildingModel:
         """The model of all floors that it knows but those at some places."""
@@ -176,7 +184,7 @@ def train_buildings(
     floors = [floor for floor in floors if floor.rooms]
     types = [next(iter(floor.building_types), "") for floor in floors]
     names = list(buildings) if buildings is not None else _name_buildings(floors, types)
-    if any(len({kind for kind, other in zip(types, names, strict=True) if other == name}) > 1 for name in set(names)):
+    if len({*zip(types, names, strict=True)}) > len({*names}):
         # Buildings of different types are not one, whatever they are called.
         names = [f"{kind}/{name}" for kind, name in zip(types, names, strict=True)]
     _check_examples(floors, types, names, schemas)

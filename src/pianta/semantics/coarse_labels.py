@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pianta.floor import Floor, Room
@@ -23,26 +23,33 @@ class CoarseFloor:
     found: tuple[int, ...]
 
 
-def complete_labels(floor: Floor, label_set: LabelSet, *, schemas: Mapping[str, LabelSchema] = SCHEMAS) -> CoarseFloor:
+def complete_labels(
+    floor: Floor,
+    label_set: LabelSet,
+    *,
+    schemas: Mapping[str, LabelSchema] = SCHEMAS,
+    found: Sequence[Room] | None = None,
+) -> CoarseFloor:
     """The floor with a label of each room in a label set, R/C or F/C/E/S, split as in the thesis' experiments.
 
     What somebody has given is mapped upwards, by the schema of the floor's building type where that has it, else by
     all others where these agree. Rooms without such a label keep the one of pianta, or get one by label_rooms.
+    found: the rooms as label_rooms has labelled them, where that is known already.
     """
     name = str(label_set)
     given = {room.id: _place_given(room, floor, label_set, schemas) for room in floor.rooms}
     missing = [room for room in floor.rooms if given[room.id] is None and name not in room.labels]
     read = {room.id: room.labels.get(name) for room in floor.rooms}
     if missing:
-        labelled = {room.id: room.labels[name] for room in label_rooms(replace(floor, building_type={})).rooms}
+        labelled = {room.id: room.labels[name] for room in found or label_rooms(replace(floor, building_type={})).rooms}
         read |= {room.id: labelled[room.id] for room in missing}
     labels = {room.id: given[room.id] or str(read[room.id]) for room in floor.rooms}
     rooms = tuple(
         replace(room, label=labels[room.id], labels={name: labels[room.id]}, label_probabilities={})
         for room in floor.rooms
     )
-    found = tuple(room.id for room in floor.rooms if given[room.id] is None)
-    return CoarseFloor(replace(floor, rooms=rooms), found)
+    by_pianta = tuple(room.id for room in floor.rooms if given[room.id] is None)
+    return CoarseFloor(replace(floor, rooms=rooms), by_pianta)
 
 
 def _place_given(room: Room, floor: Floor, label_set: LabelSet, schemas: Mapping[str, LabelSchema]) -> str | None:

@@ -22,7 +22,7 @@ from pianta.semantics.realism_classifier import RealismClassifier
 from pianta.semantics.realism_measures import OffMeasure, find_off_measures, measure_description
 from pianta.semantics.realism_patterns import OffPattern, RoomPattern, find_off_patterns, list_patterns
 from pianta.semantics.training import FOLDS, building_of
-from pianta.semantics.typicality import Typicality, learn_typicality, measure_likeness
+from pianta.semantics.typicality import Typicality, find_most_alike, learn_typicality, measure_likeness
 
 LEAST_BUILDINGS, LEAST_UNLIKE = 3, 2
 # Between these shares of the reference floors that are less typical, a floor is typical.
@@ -138,25 +138,20 @@ class RealismModel:
         """As `judge`, for a floor that is described in the label set of the model; room_ids: of its rooms."""
         gram = self._kernel.compare([description])
         likeness = measure_likeness(gram)
-        alike = [self.known[place].source for place in np.argsort(-gram[0], kind="stable")[:3]]
         return Realism(
             likeness=float(likeness[0]),
             usual=tuple(self._typicality.likenesses.tolist()),
             typicality=float(self._typicality.rank(likeness)[0]),
             probability=self._classifier.judge(description) if self.unlike else None,
-            alike=tuple(alike),
+            alike=find_most_alike(gram, self.known),
             measures=find_off_measures(
                 measure_description(description, self.label_set), self._measured, self.label_set
             ),
             patterns=find_off_patterns(list_patterns(description), self._patterns, room_ids),
         )
 
-    def find_building(self, floor: Floor) -> str | None:
-        """The building of a known floor, realistic or not, that is the same but for its source; None for a new floor.
-
-        Raises LabelError as `judge` does.
-        """
-        told = describe_building(floor, self.label_set)
+    def find_building(self, told: BuildingDescription) -> str | None:
+        """The building of a known floor, realistic or not, that is the same but for its source; None for no such."""
         pairs = zip((*self.known, *self.unlike), (*self.buildings, *self.unlike_buildings), strict=True)
         return next((building for each, building in pairs if _is_same(told, each)), None)
 
@@ -240,7 +235,8 @@ def name_buildings(sources: Sequence[str]) -> list[str]:
 
 
 def _is_same(one: BuildingDescription, other: BuildingDescription) -> bool:
-    return (one.labels, one.doors) == (other.labels, other.doors) and np.array_equal(one.features, other.features)
+    told, known = ((each.labels, each.sizes, each.sides, each.doors) for each in (one, other))
+    return told == known and np.array_equal(one.features, other.features)
 
 
 def _describe(

@@ -67,7 +67,7 @@ class RealismClassifier:
         from sklearn.svm import SVC
 
         kernel = self.kernel().fit(floors)
-        return kernel, SVC(kernel="precomputed", C=COST, class_weight="balanced").fit(kernel.compare(floors), truth)
+        return kernel, SVC(kernel="precomputed", C=COST, class_weight="balanced").fit(kernel.compare(), truth)
 
 
 def _decide(kernel: BuildingKernel, machine: SVC, floors: Sequence[BuildingDescription]) -> Floats:

@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 
 # A floor is compared with so many known floors: those that it is most like.
 NEAREST = 3
+# Buildings are left out in so many parts: each costs a fit of the kernel.
 PARTS = 16
 
 
@@ -46,6 +47,11 @@ def measure_likeness(gram: Floats) -> Floats:
     """Mean likeness of floors to the NEAREST known ones, shape (floors,); gram: shape (floors, known)."""
     nearest = np.sort(gram, axis=1)[:, -NEAREST:]
     return np.asarray(nearest.mean(axis=1))
+
+
+def find_most_alike(gram: Floats, known: Sequence[BuildingDescription]) -> tuple[str, ...]:
+    """Sources of the NEAREST known floors of one floor, the most alike first; gram: shape (1, known)."""
+    return tuple(known[place].source for place in np.argsort(-gram[0], kind="stable")[:NEAREST])
 
 
 def learn_typicality(known: Sequence[BuildingDescription], buildings: Sequence[str]) -> Typicality:
