@@ -1,0 +1,1 @@
+"""Models of building types, and new buildings made from them (thesis, chapter 7)."""

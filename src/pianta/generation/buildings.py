@@ -1,0 +1,211 @@
+"""New buildings of a type, sampled from its model in four steps (thesis, section 7.4.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import cached_property
+
+import networkx as nx
+import numpy as np
+
+from pianta.errors import OptionError
+from pianta.generation.cluster_configuration import (
+    EMPTY,
+    AreaChains,
+    ConfigurationCost,
+    DensityCost,
+    DistanceCost,
+    Slots,
+    sample_areas,
+)
+from pianta.generation.cut_potentials import CutPotentials
+from pianta.generation.functional_graph import FunctionalGraphs, draw_door_counts, draw_start, sample_functional_graphs
+from pianta.generation.gram_rows import References
+from pianta.generation.metropolis_hastings import Floats
+from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, connect_areas
+from pianta.generation.type_model import Counts, TypeFloor, TypeModel, count_labels
+from pianta.generation.wishes import Wishes
+
+MAX_BUILDINGS = 100_000
+# Buildings like a floor have as many rooms, or this share more or fewer.
+LIKE_SIZE = 0.2
+
+
+class Costs(StrEnum):
+    """Γ1 of step 1: how dense configurations lie, or their distances as printed."""
+
+    DENSITY = "density"
+    THESIS = "thesis"
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingSampler:
+    """Samples buildings of a type; what the model gives is worked out once.
+
+    wishes: what each building must have. like: a floor that each is to be like, in the place of those of the model,
+    with as many rooms, or a fifth more or fewer, unless the wishes say how many. kept: a floor whose rooms and doors
+    each building has, and others besides. costs: Γ1.
+
+    Raises OptionError that lists wishes that no building can meet.
+    """
+
+    model: TypeModel
+    wishes: Wishes = field(default_factory=Wishes)
+    like: TypeFloor | None = None
+    kept: TypeFloor | None = None
+    costs: Costs = Costs.DENSITY
+
+    def __post_init__(self) -> None:
+        if self.like and not self.wishes.rooms:
+            rooms = len(self.like.graph)
+            alike = round((1 - LIKE_SIZE) * rooms), round((1 + LIKE_SIZE) * rooms)
+            object.__setattr__(self, "wishes", replace(self.wishes, rooms=alike))
+        counts = count_labels(self.areas, self.model.schema)
+        fewest, most = self.slots.bound_rooms(np.column_stack([counts, counts.sum(axis=1)]))
+        self.wishes.check(fewest, most, self.model.schema)
+
+    @cached_property
+    def areas(self) -> tuple[nx.Graph, ...]:
+        """The functional areas that buildings can have: those of the model, and those that are kept."""
+        return (*self.model.areas, *(self.kept.area_graphs if self.kept else ()))
+
+    @cached_property
+    def slots(self) -> Slots:
+        """Where areas can be: of each cluster as many as a floor ever has, and room for those that are kept."""
+        most = self.model.configurations.max(axis=0)
+        kept: list[tuple[int, ...]] = [() for _ in most]
+        if self.like:
+            most = np.maximum(most, self.model.configure(self.like))
+        if self.kept:
+            most = np.maximum(most, self.model.configure(self.kept))
+            for number, cluster in enumerate(self.kept.clusters, len(self.model.areas)):
+                kept[cluster] += (number,)
+        return Slots(self.model, most, tuple(kept))
+
+    @cached_property
+    def functional_references(self) -> References:
+        """What Γ2 compares with: functional graphs."""
+        return References([floor.functional_graph for floor in self._examples])
+
+    @cached_property
+    def references(self) -> References:
+        """What Γ4 compares with: the graphs of floors."""
+        return References([floor.graph for floor in self._examples])
+
+    @cached_property
+    def potentials(self) -> CutPotentials:
+        """Φ of step 4."""
+        return CutPotentials(self.model)
+
+    def sample(self, numbers: Sequence[int], *, seed: int) -> list[nx.Graph]:
+        """The buildings of these numbers, 0 … among all of a seed; which are sampled beside it changes none.
+
+        Raises ModelError when wishes are not met.
+        """
+        generators = [np.random.default_rng((seed, number)) for number in numbers]
+        # Step 1: how many functional areas of each cluster; and step 3: which.
+        chosen = self.sample_areas(self._choose_starts(numbers, seed), generators)
+        # Step 2: which of them are joined.
+        functional_graphs = self.join_areas(chosen, generators)
+        # Step 4: by which doors.
+        return self.connect_rooms(chosen, functional_graphs, generators)
+
+    def sample_areas(
+        self, starts: Counts, generators: Sequence[np.random.Generator], *, traces: list[Floats] | None = None
+    ) -> list[list[int]]:
+        """Steps 1 and 3: the areas of each building, the kept ones first; chains start from the given configurations.
+
+        traces: gets the costs after each sweep.
+        """
+        slots, wishes = self.slots, self.wishes
+        near = self.model.configure(self.like) if self.like else None
+        cost: ConfigurationCost = DistanceCost(slots) if self.costs is Costs.THESIS else DensityCost(slots, like=near)
+        uniforms = np.stack([generator.random(len(slots.clusters)) for generator in generators])
+        rooms = count_labels(self.areas, self.model.schema)
+        chains = AreaChains(slots, cost, slots.fill(starts, uniforms), wishes=wishes, label_counts=rooms)
+        filled = sample_areas(chains, generators, traces=traces)
+        kept = range(len(self.model.areas), len(self.areas))
+        return [[*kept, *(area for area in row if area not in kept and area != EMPTY)] for row in filled.tolist()]
+
+    def join_areas(
+        self,
+        chosen: Sequence[Sequence[int]],
+        generators: Sequence[np.random.Generator],
+        *,
+        traces: list[Floats] | None = None,
+    ) -> list[nx.Graph]:
+        """Step 2: Ĥ of each building, its nodes the chosen areas in order. traces: gets the costs after each move."""
+        clusters = [*self.model.clusters.tolist(), *(self.kept.clusters if self.kept else ())]
+        functional = self.kept.functional_graph if self.kept else None
+        starts = [
+            draw_start([str(clusters[area]) for area in areas], generator, kept=functional)
+            for areas, generator in zip(chosen, generators, strict=True)
+        ]
+        chains = FunctionalGraphs(self.functional_references, starts, kept=len(functional or ()))
+        graphs = sample_functional_graphs(chains, generators, moves=self.model.edge_moves, traces=traces)
+        for graph, generator in zip(graphs, generators, strict=True):
+            draw_door_counts(graph, self.model.door_counts, generator)
+        return graphs
+
+    def connect_rooms(
+        self,
+        chosen: Sequence[Sequence[int]],
+        functional_graphs: Sequence[nx.Graph],
+        generators: Sequence[np.random.Generator],
+        *,
+        traces: list[Floats] | None = None,
+    ) -> list[nx.Graph]:
+        """Step 4: the buildings, from their areas and the functional graphs that join them.
+
+        traces: gets the costs after each move.
+        """
+        buildings = [ConnectedBuilding([self.areas[area] for area in areas]) for areas in chosen]
+        if self.kept:
+            for building in buildings:
+                building.keep_doors(self.kept)
+        kept = len(self.kept.areas) if self.kept else 0
+        chains = NodeConnections(self.references, buildings, functional_graphs, self.potentials, generators, kept=kept)
+        graphs = connect_areas(chains, moves=self.model.door_moves, traces=traces)
+        if self.kept:
+            rooms = [room for area in self.kept.area_graphs for _, room in area.nodes(data="room")]
+            for graph in graphs:
+                nx.set_node_attributes(graph, dict(enumerate(rooms)), "room")
+        return graphs
+
+    @property
+    def _examples(self) -> Sequence[TypeFloor]:
+        """The floors that buildings are to be like."""
+        return [self.like] if self.like else self.model.floors
+
+    def _choose_starts(self, numbers: Sequence[int], seed: int) -> Counts:
+        """The configuration of a floor for each building, each floor once before one comes again."""
+        examples = self._examples
+        orders = {
+            turn: np.random.default_rng((seed, turn, len(examples))).permutation(len(examples))
+            for turn in {number // len(examples) for number in numbers}
+        }
+        chosen = [orders[number // len(examples)][number % len(examples)] for number in numbers]
+        return np.array([self.model.configure(examples[place]) for place in chosen])
+
+
+def generate_buildings(
+    model: TypeModel,
+    count: int,
+    *,
+    seed: int = 0,
+    wishes: Wishes | None = None,
+    like: TypeFloor | None = None,
+    kept: TypeFloor | None = None,
+    costs: Costs = Costs.DENSITY,
+) -> list[nx.Graph]:
+    """New buildings of a type: graphs with nodes 0 … n - 1, a `label` each; the first are the rooms of `kept`.
+
+    Raises OptionError for no or too many buildings and wished labels that the type does not have, ModelError for wishes
+    that are not met.
+    """
+    if not 1 <= count <= MAX_BUILDINGS:
+        raise OptionError(f"{count} buildings are wanted, give 1 to {MAX_BUILDINGS}")
+    sampler = BuildingSampler(model, wishes or Wishes(), like, kept, costs)
+    return sampler.sample(range(count), seed=seed)

@@ -1,0 +1,143 @@
+"""Step 2 of section 7.4.3: which functional areas of a new building are joined."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.generation.gram_rows import GraphBatch, References
+from pianta.generation.metropolis_hastings import Flags, Floats, accept, choose, draw_uniforms
+
+Indices = NDArray[np.intp]
+
+# λ1 and λ2 of the moves, and α of the cost, for as many floors.
+GROWTH, DECLINE = 0.1, 0.1
+ALPHA, PRINTED_FLOORS = 1.0, 50
+DRAWS = 6
+
+
+class FunctionalGraphs:
+    """The chains of step 2: connected functional graphs Ĥ of n buildings, changed edge by edge.
+
+    references: the functional graphs of the model. graphs: what the chains start from, connected, the areas 0 … with
+    their clusters as labels. kept: the number of areas of each building, the first ones, whose edges stay as they are.
+    """
+
+    def __init__(self, references: References, graphs: Sequence[nx.Graph], *, kept: int = 0) -> None:
+        self.batch = GraphBatch(references, graphs)
+        self.sizes = self.batch.present.sum(axis=1)
+        self.kept = kept
+        self.costs = self._cost()
+
+    def move(self, uniforms: Floats) -> None:
+        """T2 on each chain: ADD or REMOVE an edge, or SWAP one end of it; uniforms: shape (n, DRAWS)."""
+        free = self._list_free_edges()
+        edges = self.batch.adjacency.sum(axis=(1, 2)) / 2
+        # As in method-notes.md, ε has its sign back.
+        adding = 1 - np.exp(-GROWTH * self.sizes / np.maximum(edges, 1))
+        removing = (1 - adding) * (1 - np.exp(-DECLINE * edges / self.sizes))
+        adds = uniforms[:, 0] < adding
+        removes = ~adds & (uniforms[:, 0] < adding + removing)
+        swaps = ~adds & ~removes
+        ones, others = _choose_edges(free, uniforms[:, 1])
+        ones, others = np.where(uniforms[:, 2] < 1 / 2, (ones, others), (others, ones))
+        targets = choose(uniforms[:, 3], self.sizes)
+        sources = np.where(swaps, ones, choose(uniforms[:, 4], self.sizes))
+        existing = free.any(axis=(1, 2))
+        every = np.arange(len(edges))
+        possible: Flags = (sources != targets) & ~self.batch.adjacency[every, sources, targets]
+        possible &= (sources >= self.kept) | (targets >= self.kept)
+        possible = np.asarray(np.where(adds, possible, existing & (removes | possible)))
+        taken, given = possible & ~adds, possible & ~removes
+        self._change(every[taken], ones[taken], others[taken], present=False)
+        self._change(every[given], sources[given], targets[given], present=True)
+        costs = self._cost()
+        costs[~self._are_connected()] = np.inf
+        stays = possible & ~accept(self.costs, costs, uniforms[:, 5])
+        self._change(every[stays & given], sources[stays & given], targets[stays & given], present=False)
+        self._change(every[stays & taken], ones[stays & taken], others[stays & taken], present=True)
+        self.costs = np.where(possible & ~stays, costs, self.costs)
+
+    def to_graphs(self) -> list[nx.Graph]:
+        """The graphs as they are now, without labels."""
+        pairs = zip(self.batch.adjacency, self.sizes.tolist(), strict=True)
+        return [nx.from_numpy_array(adjacency[:size, :size], edge_attr=None) for adjacency, size in pairs]
+
+    def _cost(self) -> Floats:
+        """Γ2 = Σ_H sqrt(2 - 2 K(Ĥ, H)), K normalised: distances where the print has similarities."""
+        distances = np.sqrt(np.maximum(2 - 2 * self.batch.measure_similarity(), 0))
+        costs: Floats = ALPHA * PRINTED_FLOORS * distances.mean(axis=1)
+        return costs
+
+    def _list_free_edges(self) -> Flags:
+        """Edges that may go, shape (n, nodes, nodes), each once."""
+        free = np.triu(self.batch.adjacency)
+        free[:, : self.kept, : self.kept] = False
+        return free
+
+    def _change(self, chains: Indices, ones: Indices, others: Indices, *, present: bool) -> None:
+        self.batch.change_edges(chains, ones, others, present=present)
+
+    def _are_connected(self) -> Flags:
+        """Which graphs are in one part."""
+        reached = np.zeros(self.batch.present.shape, bool)
+        reached[:, 0] = True
+        while True:
+            further = reached | (self.batch.adjacency & reached[:, None, :]).any(axis=2)
+            if (further == reached).all():
+                return np.asarray((reached | ~self.batch.present).all(axis=1))
+            reached = further
+
+
+def draw_start(labels: Sequence[str], generator: np.random.Generator, *, kept: nx.Graph | None = None) -> nx.Graph:
+    """A random connected graph to start from: each area is joined to one of those before it.
+
+    kept: joins the first areas as it does.
+    """
+    graph = nx.Graph()
+    graph.add_nodes_from((place, {"label": label}) for place, label in enumerate(labels))
+    if kept is not None:
+        graph.add_edges_from(kept.edges)
+    first = 1 if kept is None else len(kept)
+    graph.add_edges_from((place, int(generator.integers(place))) for place in range(first, len(labels)))
+    return graph
+
+
+def sample_functional_graphs(
+    chains: FunctionalGraphs,
+    generators: Sequence[np.random.Generator],
+    *,
+    moves: int,
+    traces: list[Floats] | None = None,
+) -> list[nx.Graph]:
+    """Run the chains for so many moves: the functional graphs of the buildings.
+
+    traces: gets the costs after each move.
+    """
+    draws = draw_uniforms(generators, DRAWS)
+    for _ in range(moves):
+        chains.move(next(draws))
+        if traces is not None:
+            traces.append(chains.costs)
+    return chains.to_graphs()
+
+
+def draw_door_counts(graph: nx.Graph, counts: Sequence[int], generator: np.random.Generator) -> None:
+    """Give each edge of Ĥ without one a number of `cuts`, as often as the functional graphs of a model have it.
+
+    The thesis makes one door for each edge; real areas are often joined by more, which are the cycles of a building.
+    """
+    for one, other in sorted((min(edge), max(edge)) for edge in graph.edges):
+        graph.edges[one, other].setdefault("cuts", counts[int(generator.integers(len(counts)))])
+
+
+def _choose_edges(edges: Flags, draws: Floats) -> tuple[Indices, Indices]:
+    """An edge of each graph, as the places of its ends; any where there is none."""
+    flat = edges.reshape(len(edges), -1)
+    wanted = choose(draws, flat.sum(axis=1)) + 1
+    found = (np.cumsum(flat, axis=1) < wanted[:, None]).sum(axis=1)
+    found = np.minimum(found, flat.shape[1] - 1)
+    return found // edges.shape[1], found % edges.shape[1]

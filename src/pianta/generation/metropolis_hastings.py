@@ -1,0 +1,54 @@
+"""Metropolis-Hastings with a Boltzmann-like stationary distribution, many chains at once (thesis, section 7.4.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+# Costs are compared to so many decimals, so that other ways to add numbers up decide the same on other machines.
+DECIMALS = 9
+BLOCK = 256
+
+
+def draw_uniforms(generators: Sequence[np.random.Generator], columns: int) -> Iterator[Floats]:
+    """Numbers in [0, 1), shape (chains, columns), for one iteration after the other.
+
+    Each chain draws from its own generator, so what it does never depends on which chains run beside it.
+    """
+    while True:
+        block = np.stack([generator.random((BLOCK, columns)) for generator in generators], axis=1)
+        yield from block
+
+
+def choose(draws: Floats, counts: NDArray[np.integer]) -> NDArray[np.intp]:
+    """Whole numbers from 0 up to, without, the counts, all as likely."""
+    chosen: NDArray[np.intp] = np.minimum((draws * counts).astype(np.intp), np.maximum(counts, 1) - 1)
+    return chosen
+
+
+def accept(costs: Floats, proposed: Floats, draws: Floats) -> Flags:
+    """Which chains move: with probability min(1, exp(Γ(g) - Γ(g'))), the costs times α already (eq. 7.3).
+
+    The proposal distributions are taken for symmetric, as in the thesis. A proposal with an infinite cost is none.
+    """
+    gains = np.minimum((costs - proposed).round(DECIMALS), 0)
+    accepted: Flags = draws < np.exp(gains)
+    return accepted
+
+
+def measure_convergence(traces: Floats) -> float:
+    """R̂, near 1 when chains with the same target have mixed (Gelman and Rubin, 1992; Koller and Friedman, p. 523).
+
+    traces: a number that each chain had in each iteration, shape (chains, iterations), two of each at least.
+    """
+    iterations = traces.shape[1]
+    within = float(traces.var(axis=1, ddof=1).mean())
+    between = iterations * float(traces.mean(axis=1).var(ddof=1))
+    if within == 0:
+        return 1.0 if between == 0 else np.inf
+    return float(np.sqrt((iterations - 1) / iterations + between / iterations / within))

@@ -1,0 +1,256 @@
+"""Step 4 of section 7.4.3: between which rooms the doors of joined functional areas are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import networkx as nx
+import numpy as np
+import rustworkx as rx
+from numpy.typing import NDArray
+
+from pianta.generation.cut_potentials import CutPotentials, Neighborhood, describe_neighborhood
+from pianta.generation.gram_rows import GraphBatch, References
+from pianta.generation.metropolis_hastings import Floats, accept
+from pianta.generation.type_model import TypeFloor
+
+Indices = NDArray[np.intp]
+Pair = tuple[int, int]
+
+# α of the cost, for as many floors.
+ALPHA, PRINTED_FLOORS = 1.0, 50
+# A graph with fewer independent cycles than K_3,3 is planar (Kuratowski, 1930).
+CYCLES_OF_NON_PLANAR = 4
+
+
+@dataclass(eq=False)
+class Candidates:
+    """Pairs of rooms that a door could join, their neighbourhoods, and Λ Λ Υ of each."""
+
+    pairs: list[Pair] = field(default_factory=list)
+    neighborhoods: list[Neighborhood] = field(default_factory=list)
+    weights: list[float] = field(default_factory=list)
+
+    def draw(self, resemblance: Mapping[Neighborhood, float], uniform: float) -> Pair:
+        """A pair by P_conn."""
+        potentials = np.array(self.weights) * [resemblance[around] for around in self.neighborhoods]
+        bounds = np.cumsum(potentials)
+        return self.pairs[int(np.searchsorted(bounds, uniform * bounds[-1], side="right").clip(0, len(bounds) - 1))]
+
+
+class ConnectedBuilding:
+    """Ĝ of one chain of step 4: the rooms of its functional areas, and a door or more for each edge of Ĥ.
+
+    labels: of rooms 0 … areas: the rooms of each. doors: by edge of Ĥ, the pairs of rooms that it joins.
+    """
+
+    def __init__(self, areas: Sequence[nx.Graph]) -> None:
+        self.labels: list[str] = []
+        self.neighbors: list[set[int]] = []
+        self.areas: list[range] = []
+        self.doors: dict[Pair, list[Pair]] = {}
+        for area in areas:
+            first = len(self.labels)
+            places = {node: first + place for place, node in enumerate(area)}
+            self.areas.append(range(first, first + len(area)))
+            self.labels += [label for _, label in area.nodes(data="label")]
+            self.neighbors += [{places[near] for near in area[node]} for node in area]
+
+    def keep_doors(self, floor: TypeFloor) -> None:
+        """Join the first areas, which are those of a floor, by its doors, which never move."""
+        rooms = {
+            node: self.areas[place][rank]
+            for place, area in enumerate(floor.area_graphs)
+            for rank, node in enumerate(area)
+        }
+        for cuts in floor.cuts.values():
+            for one, other in cuts:
+                self.join(rooms[one], rooms[other])
+
+    def join(self, one: int, other: int) -> None:
+        """Add a door."""
+        self.neighbors[one].add(other)
+        self.neighbors[other].add(one)
+
+    def part(self, one: int, other: int) -> None:
+        """Remove a door."""
+        self.neighbors[one].discard(other)
+        self.neighbors[other].discard(one)
+
+    def list_candidates(self, edge: Pair, potentials: CutPotentials) -> Candidates:
+        """S_û: the pairs of rooms of two areas that no door joins, with a chance that one does.
+
+        Where the model's cuts have none of their labels, all pairs.
+        """
+        found = Candidates()
+        for anything in (False, True):
+            for one in self.areas[edge[0]]:
+                for other in self.areas[edge[1]]:
+                    frequency = 1.0 if anything else potentials.measure_frequency(self.labels[one], self.labels[other])
+                    if not frequency or other in self.neighbors[one]:
+                        continue
+                    # Λ: rooms with more doors get more; one without any has one when it is joined.
+                    degrees = max(len(self.neighbors[one]), 1) * max(len(self.neighbors[other]), 1)
+                    found.pairs.append((one, other))
+                    found.neighborhoods.append(describe_neighborhood(self.labels, self.neighbors, one, other))
+                    found.weights.append(frequency * degrees)
+            if found.pairs:
+                break
+        return found
+
+    def list_doors(self) -> list[Pair]:
+        """All pairs of rooms that a door joins, sorted."""
+        return [(one, other) for one, near in enumerate(self.neighbors) for other in sorted(near) if one < other]
+
+    def to_graph(self) -> nx.Graph:
+        """The building as it is now."""
+        graph = nx.Graph()
+        graph.add_nodes_from((room, {"label": label}) for room, label in enumerate(self.labels))
+        graph.add_edges_from(
+            (one, other) for one, near in enumerate(self.neighbors) for other in sorted(near) if one < other
+        )
+        return graph
+
+
+@dataclass(frozen=True, eq=False)
+class _Move:
+    """One door of an edge of Ĥ, to be replaced by another."""
+
+    chain: int
+    edge: Pair
+    place: int
+    old: Pair
+    candidates: Candidates
+
+
+class NodeConnections:
+    """The chains of step 4: n buildings, their doors moved one by one.
+
+    references: the graphs of the model. functional_graphs: Ĥ of each building, its edges with their number of doors,
+    `cuts`; the first areas, `kept` of them, are joined already. generators: one of each building.
+    """
+
+    def __init__(
+        self,
+        references: References,
+        buildings: Sequence[ConnectedBuilding],
+        functional_graphs: Sequence[nx.Graph],
+        potentials: CutPotentials,
+        generators: Sequence[np.random.Generator],
+        *,
+        kept: int = 0,
+    ) -> None:
+        self.buildings, self.potentials, self.generators = buildings, potentials, generators
+        for building, functional, generator in zip(buildings, functional_graphs, generators, strict=True):
+            # In the order of the areas, however the graph holds its edges.
+            for edge in sorted((min(edge), max(edge)) for edge in functional.edges):
+                if edge[1] >= kept:
+                    self._draw_start(building, edge, functional.edges[edge]["cuts"], generator)
+        self.batch = GraphBatch(references, [building.to_graph() for building in buildings])
+        self.costs = self._cost()
+
+    def move(self) -> None:
+        """T4 on each chain: a door, chosen at random, moves to a pair of rooms drawn by P_conn."""
+        moves = [move for chain in range(len(self.buildings)) if (move := self._choose_door(chain)) is not None]
+        resemblance = self.potentials.measure_resemblance(
+            around for move in moves for around in move.candidates.neighborhoods
+        )
+        uniforms = {move.chain: self.generators[move.chain].random(2) for move in moves}
+        proposed = {
+            move: move.candidates.draw(resemblance, float(uniforms[move.chain][0]))
+            for move in moves
+            if move.candidates.pairs
+        }
+        self._change(proposed, forward=True)
+        costs = self._cost()
+        draws = np.zeros(len(costs))
+        for chain, uniform in uniforms.items():
+            draws[chain] = uniform[1]
+        accepted = accept(self.costs, costs, draws)
+        refused = {}
+        for move, new in proposed.items():
+            building = self.buildings[move.chain]
+            building.part(*move.old)
+            building.join(*new)
+            if accepted[move.chain] and is_planar(building):
+                building.doors[move.edge][move.place] = new
+                self.costs[move.chain] = costs[move.chain]
+                continue
+            building.part(*new)
+            building.join(*move.old)
+            refused[move] = new
+        self._change(refused, forward=False)
+
+    def _draw_start(self, building: ConnectedBuilding, edge: Pair, count: int, generator: np.random.Generator) -> None:
+        """So many doors for an edge of Ĥ, drawn by P_conn.
+
+        Where a door leaves a graph that is not planar it is not made, unless it is the only one.
+        """
+        doors = building.doors[edge] = []
+        for uniform in generator.random(count):
+            candidates = building.list_candidates(edge, self.potentials)
+            if not candidates.pairs:
+                return
+            resemblance = self.potentials.measure_resemblance(candidates.neighborhoods)
+            pair = candidates.draw(resemblance, float(uniform))
+            building.join(*pair)
+            if doors and not is_planar(building):
+                building.part(*pair)
+                continue
+            doors.append(pair)
+
+    def _choose_door(self, chain: int) -> _Move | None:
+        """A door of a building that may move; None when it has none."""
+        building, generator = self.buildings[chain], self.generators[chain]
+        edges = list(building.doors)
+        if not edges:
+            return None
+        edge = edges[int(generator.integers(len(edges)))]
+        place = int(generator.integers(len(building.doors[edge])))
+        old = building.doors[edge][place]
+        building.part(*old)
+        candidates = building.list_candidates(edge, self.potentials)
+        building.join(*old)
+        return _Move(chain, edge, place, old, candidates)
+
+    def _change(self, moves: Mapping[_Move, Pair], *, forward: bool) -> None:
+        """Replace the old doors by the new ones in the batch, or the other way round."""
+        moves = {move: new for move, new in moves.items() if new != move.old}
+        chains = np.array([move.chain for move in moves], np.intp)
+        old = np.array([move.old for move in moves], np.intp).reshape(-1, 2)
+        new = np.array([*moves.values()], np.intp).reshape(-1, 2)
+        self.batch.change_edges(
+            np.concatenate([chains, chains]),
+            *np.concatenate([old, new]).T,
+            present=np.repeat([not forward, forward], len(chains)),
+        )
+
+    def _cost(self) -> Floats:
+        """Γ4 = Σ_G sqrt(2 - 2 K(Ĝ, G)), K normalised: distances where eq. 7.4 has similarities."""
+        distances = np.sqrt(np.maximum(2 - 2 * self.batch.measure_similarity(), 0))
+        costs: Floats = ALPHA * PRINTED_FLOORS * distances.mean(axis=1)
+        return costs
+
+
+def is_planar(building: ConnectedBuilding) -> bool:
+    """Whether its graph can be drawn without crossings, as a floor's can where no passage bridges another."""
+    edges = building.list_doors()
+    # As it is in one part, each edge beyond a tree's closes a cycle.
+    if len(edges) - len(building.labels) + 1 < CYCLES_OF_NON_PLANAR:
+        return True
+    graph: rx.PyGraph[None, None] = rx.PyGraph()
+    graph.extend_from_edge_list(edges)
+    return bool(rx.is_planar(graph))
+
+
+def connect_areas(chains: NodeConnections, *, moves: int, traces: list[Floats] | None = None) -> list[nx.Graph]:
+    """Run the chains for so many moves: the graphs of the buildings, their rooms in the order of the areas.
+
+    traces: gets the costs after each move.
+    """
+    for _ in range(moves):
+        chains.move()
+        if traces is not None:
+            traces.append(chains.costs.copy())
+    return [building.to_graph() for building in chains.buildings]

@@ -1,0 +1,205 @@
+"""The file of a TypeModel: JSON with the labels of the type, and a line for each floor.
+
+A model file may come from a stranger. All of it is numbers and names, checked before anything is made from them, and
+what follows from the floors, such as functional graphs and kernels, is worked out again.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Final, Literal, Self
+
+import networkx as nx
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from pianta.errors import LabelError, ModelError
+from pianta.formats.faults import describe_validation, join_faults
+from pianta.formats.files import checked_input, shown, written_atomically
+from pianta.generation.functional_areas import Segmentation
+from pianta.generation.type_model import LEAST_FLOORS, MAX_ROOMS, TypeFloor, TypeModel
+from pianta.labels import Label, LabelSchema, standard_building_type
+
+FORMAT: Final = "pianta type"
+MAJOR, MINOR = 1, 0
+MAX_FILE_BYTES, MAX_FLOORS, MAX_CLUSTERS, MAX_ITERATIONS = 16 * 2**20, 1000, 1000, 100_000
+
+
+def save_type_model(model: TypeModel, path: str | Path) -> None:
+    """Write a model; read_type_model gives back one that makes the same buildings, and the same model the same bytes.
+
+    Raises ModelError for a model that read_type_model would refuse, PiantaError when the file cannot be written.
+    """
+    content = _dump_model(model)
+    try:
+        _parse_model(content)
+    except ModelError as exception:
+        raise ModelError(f"cannot save the model as {shown(path)}: {exception}") from exception
+    with written_atomically(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def read_type_model(path: str | Path) -> TypeModel:
+    """Read the model of a building type.
+
+    Raises ModelError, with every fault in one message, for a file that holds none, and for one of a newer format.
+    """
+    file = checked_input(path, "model", ModelError)
+    try:
+        if (size := file.stat().st_size) > MAX_FILE_BYTES:
+            raise ModelError(f"it has {size} bytes, the limit is {MAX_FILE_BYTES}")
+        return _parse_model(file.read_bytes())
+    except (ModelError, OSError) as exception:
+        raise ModelError(f"cannot read the model {shown(file)}: {exception}") from exception
+
+
+def _check_type(name: str) -> str:
+    if standard_building_type(name) != name:
+        raise ValueError(f"the building type {shown(name)} is not in lower case")
+    return name
+
+
+_Place = Annotated[int, Field(ge=0, lt=MAX_ROOMS)]
+_Iterations = Annotated[int, Field(ge=1, le=MAX_ITERATIONS)]
+
+
+class _Floor(BaseModel):
+    """A floor: its rooms by label, doors and areas by the places of rooms."""
+
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    source: str
+    labels: list[str] = Field(min_length=2, max_length=MAX_ROOMS)
+    doors: list[tuple[_Place, _Place]]
+    areas: list[list[_Place]] = Field(min_length=1)
+    clusters: list[Annotated[int, Field(ge=0, lt=MAX_CLUSTERS)]]
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if faults := self._find_faults():
+            raise ValueError(f"floor {shown(self.source)}: {join_faults(faults)}")
+        return self
+
+    def _find_faults(self) -> list[str]:
+        rooms = len(self.labels)
+        faults = []
+        if stray := [door for door in self.doors if door[0] == door[1] or max(door) >= rooms]:
+            faults.append(f"door {list(stray[0])} is not between two of its {rooms} rooms")
+        if len({frozenset(door) for door in self.doors}) != len(self.doors):
+            faults.append("a door is given twice")
+        if sorted(room for area in self.areas for room in area) != [*range(rooms)]:
+            faults.append("not every room is in one area")
+        if len(self.clusters) != len(self.areas):
+            faults.append(f"{len(self.areas)} areas have {len(self.clusters)} clusters")
+        if faults:
+            return faults
+        graph = nx.Graph(self.doors)
+        graph.add_nodes_from(range(rooms))
+        return [] if nx.is_connected(graph) else ["its doors leave it in parts"]
+
+    def to_floor(self) -> TypeFloor:
+        graph = nx.Graph(source=self.source)
+        graph.add_nodes_from((room, {"label": label}) for room, label in enumerate(self.labels))
+        graph.add_edges_from(self.doors)
+        return TypeFloor(self.source, graph, tuple(map(frozenset, self.areas)), tuple(self.clusters))
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    format: Literal["pianta type"]
+    version: str
+    building_type: Annotated[str, AfterValidator(_check_type)]
+    segmentation: Annotated[Segmentation, Field(strict=False)]
+    sweeps: _Iterations
+    edge_moves: _Iterations
+    door_moves: _Iterations
+    labels: Annotated[tuple[Label, ...], Field(strict=False, min_length=1)]
+    floors: list[_Floor] = Field(min_length=LEAST_FLOORS, max_length=MAX_FLOORS)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        known = {label.name for label in self.labels}
+        faults = [
+            f"floor {shown(floor.source)} has labels {', '.join(unknown)} that the type does not have"
+            for floor in self.floors
+            if (unknown := sorted(set(floor.labels) - known))
+        ]
+        clusters = {cluster for floor in self.floors for cluster in floor.clusters}
+        if clusters != {*range(len(clusters))}:
+            faults.append(f"clusters are numbered {min(clusters)} to {max(clusters)} with gaps, number them from 0 on")
+        if faults:
+            raise ValueError(join_faults(faults))
+        return self
+
+    def to_model(self) -> TypeModel:
+        return TypeModel(
+            LabelSchema(self.building_type, self.labels),
+            self.segmentation,
+            tuple(floor.to_floor() for floor in self.floors),
+            self.sweeps,
+            self.edge_moves,
+            self.door_moves,
+        )
+
+
+def _dump_model(model: TypeModel) -> bytes:
+    head = {
+        "format": FORMAT,
+        "version": f"{MAJOR}.{MINOR}",
+        "building_type": model.building_type,
+        "segmentation": model.segmentation,
+        "sweeps": model.sweeps,
+        "edge_moves": model.edge_moves,
+        "door_moves": model.door_moves,
+    }
+    labels = [
+        {name: value for name in LABEL_FIELDS if (value := getattr(label, name)) is not None}
+        for label in model.schema.labels
+    ]
+    floors = [
+        {
+            "source": floor.source,
+            "labels": [label for _, label in floor.graph.nodes(data="label")],
+            "doors": [list(door) for door in floor.graph.edges],
+            "areas": [sorted(area) for area in floor.areas],
+            "clusters": list(floor.clusters),
+        }
+        for floor in model.floors
+    ]
+    lines = [f" {json.dumps(name)}: {json.dumps(value)}" for name, value in head.items()]
+    for name, rows in (("labels", labels), ("floors", floors)):
+        listed = ",\n".join(f"  {json.dumps(row)}" for row in rows)
+        lines.append(f' "{name}": [\n{listed}\n ]')
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+
+LABEL_FIELDS = ("name", "function", "general", "color", "in_experiments", "corridor_in_graphs")
+
+
+def _parse_model(content: bytes) -> TypeModel:
+    try:
+        _check_version(content)
+        return _Model.model_validate_json(content).to_model()
+    except ValidationError as exception:
+        raise ModelError(describe_validation(exception)) from None
+    except LabelError as exception:
+        raise ModelError(str(exception)) from None
+
+
+def _check_version(content: bytes) -> None:
+    """Raise ModelError for a file of a newer format, before its parts are looked at."""
+    try:
+        head = json.loads(content)
+    except (ValueError, RecursionError) as exception:
+        raise ModelError(f"it is no JSON: {exception}") from None
+    if not isinstance(head, dict) or head.get("format") != FORMAT:
+        raise ModelError(f"it is no model of a building type: its `format` is not {FORMAT!r}")
+    version = head.get("version")
+    major = version.partition(".")[0] if isinstance(version, str) else ""
+    if not major.isdecimal():
+        raise ModelError(f"its version is {shown(version)}, give {MAJOR}.{MINOR}")
+    if int(major[:9]) != MAJOR:
+        raise ModelError(
+            f"it has version {shown(version)}, this pianta reads {MAJOR}.x; read it with a pianta of its time"
+        )

@@ -1,0 +1,114 @@
+"""Wishes: what a generated building must have, as users say it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.errors import LabelError, OptionError
+from pianta.formats.faults import join_faults
+from pianta.labels import LabelSchema, standard_name
+
+Counts = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """Numbers of rooms, of all and of some labels.
+
+    rooms: fewest and most of all rooms, corridors included; None for any number.
+    at_least, at_most: label -> number of rooms, labels in any case.
+
+    Raises OptionError that lists what contradicts itself, and numbers below 0.
+    """
+
+    rooms: tuple[int, int] | None = None
+    at_least: Mapping[str, int] = field(default_factory=dict)
+    at_most: Mapping[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "at_least", _standardise(self.at_least))
+        object.__setattr__(self, "at_most", _standardise(self.at_most))
+        if faults := self._find_faults():
+            raise OptionError(join_faults(faults))
+
+    def __bool__(self) -> bool:
+        return self.rooms is not None or bool(self.at_least) or bool(self.at_most)
+
+    def check(self, fewest: Counts, most: Counts, schema: LabelSchema) -> None:
+        """Raise OptionError that lists what no building can have.
+
+        fewest, most: rooms of each label of the schema, and of all, that a building has at least and at most, shape
+        (labels + 1,).
+        """
+        columns = {label: column for column, label in enumerate(schema.by_name)}
+        known = [label for label, column in columns.items() if most[column]]
+        wished = sorted(self.at_least.keys() | self.at_most.keys())
+        faults = [
+            f"there are no rooms of label {label}, give some of {', '.join(known)}"
+            for label in wished
+            if label not in known
+        ]
+        faults += [
+            f"at least {number} rooms of label {label} are wished for, and there are {most[columns[label]]} at most"
+            for label, number in self.at_least.items()
+            if label in known and number > most[columns[label]]
+        ]
+        faults += [
+            f"at most {number} rooms of label {label} are wished for, and {fewest[columns[label]]} are kept"
+            for label, number in self.at_most.items()
+            if label in known and number < fewest[columns[label]]
+        ]
+        if self.rooms is not None and self.rooms[1] < fewest[-1]:
+            faults.append(f"{self.rooms[1]} rooms in all are wished for, and {fewest[-1]} are kept")
+        if self.rooms is not None and self.rooms[0] > most[-1]:
+            faults.append(f"{self.rooms[0]} rooms in all are wished for, and there are {most[-1]} at most")
+        if faults:
+            raise OptionError(f"no {schema.building_type} of the model can be as wished: {join_faults(faults)}")
+
+    def count_misses(self, counts: Counts, labels: Sequence[str]) -> Counts:
+        """How many rooms too many or too few, shape (n,), from the rooms of each label, shape (n, labels)."""
+        columns = {label: counts[:, column] for column, label in enumerate(labels)}
+        misses = np.zeros(len(counts), np.int64)
+        if self.rooms is not None:
+            total = counts.sum(axis=1)
+            misses += np.maximum(self.rooms[0] - total, 0) + np.maximum(total - self.rooms[1], 0)
+        for label, number in self.at_least.items():
+            misses += np.maximum(number - columns[label], 0)
+        for label, number in self.at_most.items():
+            misses += np.maximum(columns[label] - number, 0)
+        return misses
+
+    def _find_faults(self) -> list[str]:
+        faults = [
+            f"{number} rooms of label {label} are wished for, give 0 or more"
+            for wished in (self.at_least, self.at_most)
+            for label, number in wished.items()
+            if number < 0
+        ]
+        faults += [
+            f"at least {number} and at most {self.at_most[label]} rooms of label {label} contradict each other"
+            for label, number in self.at_least.items()
+            if number > self.at_most.get(label, number)
+        ]
+        if self.rooms is not None:
+            fewest, most = self.rooms
+            wished = sum(self.at_least.values())
+            if not 1 <= fewest <= most:
+                faults.append(f"{fewest} to {most} rooms is no range, give the fewest first, 1 or more")
+            elif wished > most:
+                faults.append(f"at least {wished} rooms of some labels are more than {most} rooms in all")
+        return faults
+
+
+def _standardise(numbers: Mapping[str, int]) -> dict[str, int]:
+    standard: dict[str, int] = {}
+    for label, number in numbers.items():
+        name = standard_name(label)
+        if name in standard:
+            raise LabelError(f"label {name} is given twice, leave one out")
+        standard[name] = number
+    return standard

@@ -1,0 +1,342 @@
+"""Graphs survive their GraphML, networkx reads the same ones, and nothing else passes for one."""
+
+import re
+
+import networkx as nx
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shapely import LineString, box
+
+from pianta.errors import FloorError
+from pianta.floor import Door, Floor, Room
+from pianta.formats import graphml
+from pianta.formats.graphml import read_graphml, save_graphml
+from tests.mutation import mutated, refused_in_one_line
+
+FLOOR = Floor(
+    (
+        Room(3, box(0, 0, 4, 3), "OFFICE", {"R/C": "ROOM"}, {"office": {"BÜRO": 0.6}}),
+        Room(1, box(4, 0, 9, 3)),
+    ),
+    (Door((1, 3), LineString([(4, 0.1), (4, 1)]), 0.9),),
+    source="Büro",
+)
+TWO_ROOMS = """<?xml version='1.0' encoding='utf-8'?>
+<graphml xmlns="http://graphml.graphdrawing.org/xmlns">
+  <key id="graph0" for="graph" attr.name="source" attr.type="string" />
+  <key id="node1" for="node" attr.name="label" attr.type="string" />
+  <key id="node2" for="node" attr.name="area" attr.type="double" />
+  <key id="node3" for="node" attr.name="partial" attr.type="boolean" />
+  <key id="edge4" for="edge" attr.name="doors" attr.type="long" />
+  <graph edgedefault="undirected">
+    <data key="graph0">a &amp; b</data>
+    <node id="1">
+      <data key="node1">LAB</data>
+      <data key="node2">12.5</data>
+    </node>
+    <node id="0">
+      <data key="node3">true</data>
+    </node>
+    <edge source="1" target="0">
+      <data key="edge4">2</data>
+    </edge>
+  </graph>
+</graphml>
+"""
+
+# What XML can hold.
+texts = st.text(
+    st.characters(exclude_categories=["Cs"]).filter(lambda c: c >= " " or c in "\t\n\r"), max_size=5
+).filter(lambda text: not {"\ufffe", "\uffff"} & set(text))
+finite = st.floats(allow_nan=False, allow_infinity=False)
+attributes = st.dictionaries(texts, st.booleans() | st.integers(-(2**63) + 1, 2**63 - 1) | finite | texts, max_size=3)
+integer_ids = st.lists(st.integers(-(10**18) + 1, 10**18 - 1), unique=True, max_size=5)
+text_ids = st.lists(texts, unique=True, max_size=5).filter(lambda ids: not all(map(graphml._INTEGER_ID.fullmatch, ids)))
+
+
+@st.composite
+def graphs(draw, ids=integer_ids | text_ids) -> nx.Graph:
+    graph = nx.Graph()
+    graph.graph.update(draw(attributes))
+    nodes = draw(ids)
+    graph.add_nodes_from(nodes)
+    for node in nodes:
+        graph.nodes[node].update(draw(attributes))
+    if nodes:
+        ends = st.tuples(st.sampled_from(nodes), st.sampled_from(nodes))
+        for _ in range(draw(st.integers(0, 5))):
+            pair = draw(ends)
+            graph.add_edge(*pair)
+            graph.edges[pair].update(draw(attributes))
+    return graph
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return tmp_path_factory.mktemp("graphs") / "graph.graphml"
+
+
+def two_rooms() -> nx.Graph:
+    graph = nx.Graph(source="a & b")
+    graph.add_node(1, label="LAB", area=12.5)
+    graph.add_node(0, partial=True)
+    graph.add_edge(1, 0, doors=2)
+    return graph
+
+
+def types_of(graph: nx.Graph) -> list[dict[str, type]]:
+    parts = [graph.graph, *graph.nodes.values(), *graph.edges.values()]
+    return [{name: type(value) for name, value in part.items()} for part in parts]
+
+
+def test_the_file_by_hand(path):
+    save_graphml(two_rooms(), path)
+    assert path.read_text(encoding="utf-8") == TWO_ROOMS
+    assert nx.utils.graphs_equal(read_graphml(path), two_rooms())
+    assert list(read_graphml(path)) == [1, 0]
+
+
+@given(graph=graphs())
+def test_round_trip_is_exact_and_stable(path, graph):
+    save_graphml(graph, path)
+    content = path.read_bytes()
+    again = read_graphml(path)
+    assert nx.utils.graphs_equal(again, graph)
+    assert types_of(again) == types_of(graph)
+    save_graphml(again, path)
+    assert path.read_bytes() == content
+
+
+@given(graph=graphs(integer_ids))
+def test_networkx_reads_the_same_graph(path, graph):
+    save_graphml(graph, path)
+    theirs = nx.read_graphml(path, node_type=int)
+    del theirs.graph["node_default"], theirs.graph["edge_default"]
+    assert nx.utils.graphs_equal(theirs, graph)
+
+
+@given(graph=graphs(integer_ids))
+def test_a_file_of_networkx_is_read(path, graph):
+    """Without carriage returns, which networkx writes so that they become line feeds."""
+    for part in (graph.graph, *graph.nodes.values(), *graph.edges.values()):
+        for name in [name for name, value in part.items() if "\r" in f"{name}{value}"]:
+            del part[name]
+    nx.write_graphml_xml(graph, path)
+    assert nx.utils.graphs_equal(read_graphml(path), graph)
+
+
+def test_the_graph_of_a_floor(path):
+    """Dicts become JSON text, and what is None is left out."""
+    save_graphml(FLOOR.graph(), path)
+    graph = read_graphml(path)
+    assert graph.graph == {"source": "Büro"}
+    assert graph.nodes[3]["label"] == "OFFICE"
+    assert graph.nodes[3]["label_probabilities"] == '{"office": {"BÜRO": 0.6}}'
+    assert graph.nodes[1] == {
+        "labels": "{}",
+        "label_probabilities": "{}",
+        "area": 15.0,
+        "x": 6.5,
+        "y": 1.5,
+        "partial": False,
+        "entrances": 0,
+    }
+    assert graph.edges[1, 3] == FLOOR.graph().edges[1, 3]
+
+
+def test_numbers_of_numpy_are_numbers(path):
+    graph = nx.Graph([(np.int64(0), np.int64(1))], a=np.float32(0.5), b=np.uint8(7), c=np.bool_(True), d=np.float64(2))
+    save_graphml(graph, path)
+    again = read_graphml(path)
+    assert again.graph == {"a": 0.5, "b": 7, "c": True, "d": 2.0}
+    assert types_of(again)[0] == {"a": float, "b": int, "c": bool, "d": float}
+    assert list(again.edges) == [(0, 1)]
+
+
+@pytest.mark.parametrize(
+    ("ids", "read"),
+    [
+        (["1", "2"], [1, 2]),
+        ([1, "a"], ["1", "a"]),
+        (["01", "1"], ["01", "1"]),
+        (["1" * 19, "1"], ["1" * 19, "1"]),
+        (["²", "٣"], ["²", "٣"]),
+    ],
+)
+def test_ids_are_integers_where_all_are_written_so(path, ids, read):
+    graph = nx.Graph()
+    graph.add_nodes_from(ids)
+    save_graphml(graph, path)
+    assert list(read_graphml(path)) == read
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (float("nan"), "attribute 'value' of the graph is nan, give a finite number"),
+        (float("-inf"), "is -inf, give a finite number"),
+        ([float("nan")], "has no JSON text: Out of range float values"),
+        ({"a": object()}, "has no JSON text: Object of type object"),
+        ((1, 2), "is of type tuple, give text"),
+        (2**63, "has more than 64 bits"),
+        ("a\x00", r"has the character '\\x00', which XML does not have, leave it out"),
+        ("\ud800", r"has the character '\\ud800'"),
+        ("\uffff", r"has the character '\\uffff'"),
+    ],
+)
+def test_attributes_that_graphml_does_not_have_are_refused(path, value, message):
+    path.write_text("old")
+    with pytest.raises(FloorError, match=f"cannot save the graph as .*{message}"):
+        save_graphml(nx.Graph(value=value), path)
+    assert path.read_text() == "old"
+
+
+def test_faults_of_a_graph_are_told_together(path):
+    graph = nx.Graph()
+    graph.add_nodes_from([1, "1", (2, 3), False, "\x01"])
+    graph.nodes["1"].update({4: "a", "\x02": "b"})
+    with pytest.raises(FloorError) as error:
+        save_graphml(graph, path)
+    told = str(error.value)
+    assert "2 nodes are '1' as text, rename one; " in told
+    assert "node (2, 3) is neither text nor an integer, rename it" in told
+    assert "node False is neither text nor an integer" in told
+    assert r"the id of node '\x01' has the character '\x01'" in told
+    assert "attribute 4 of node '1' has a name that is no text" in told
+    assert r"the name of attribute '\x02' of node '1' has the character '\x02'" in told
+    assert "\n" not in told
+
+
+@pytest.mark.parametrize("kind", [nx.DiGraph, nx.MultiGraph])
+def test_other_graphs_are_refused(path, kind):
+    with pytest.raises(FloorError, match="it is directed or has parallel edges"):
+        save_graphml(kind([(1, 2)]), path)
+
+
+def changed(old: str, new: str) -> str:
+    assert old in TWO_ROOMS
+    return TWO_ROOMS.replace(old, new)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"undirected"', '"directed"', "its edges are 'directed', give an undirected graph"),
+        ('target="0"', 'target="0" directed="true"', "edge '1' to '0' is directed"),
+        ('<node id="0">', '<node id="1">', "2 nodes have the id '1', rename them"),
+        ('<node id="0">', "<node>", "a node has no id"),
+        ('target="0"', 'target="7"', "edge '1' to '7' leads to node '7', which does not exist"),
+        ("</edge>", '</edge><edge source="0" target="1"/>', "edge '0' to '1' occurs more than once"),
+        ("12.5", "NaN", "attribute 'area' of node '1' is 'NaN', which is no double"),
+        ("12.5", "1e999", "is '1e999', which is no double"),
+        ("12.5", "", "is '', which is no double"),
+        (">true<", ">maybe<", "is 'maybe', which is no boolean"),
+        (">2<", ">2.5<", "is '2.5', which is no long"),
+        (">2<", f">{'2' * 5000}<", "which is no long"),
+        ('key="edge4"', 'key="edge5"', "edge '1' to '0' has data of key 'edge5', which is not declared"),
+        ('<key id="edge4"', '<key id="node1"', "key 'node1' is declared 2 times"),
+        ('"double"', '"complex"', "key 'node2' has type 'complex', give one of string, boolean"),
+        ('key="node2">12.5', 'key="node1">12.5', "node '1' has attribute 'label' twice"),
+        ('"long" />', '"long"><default>a</default></key>', "attribute 'doors' of key 'edge4' by default is 'a'"),
+        ("</graphml>", '<graph edgedefault="undirected"/></graphml>', "it has 2 graphs, give one"),
+        ("</node>", '<graph edgedefault="undirected"/></node>', "it has groups of nodes, ungroup them"),
+        ("</edge>", "</edge><hyperedge/>", "edges of many ends"),
+        ("graphml", "svg", r"XML of another kind \(its root is 'svg'\), give GraphML"),
+        ("</graphml>", "", "it is no XML"),
+        ("utf-8", "klingon", "it is no XML: unknown encoding"),
+    ],
+)
+def test_other_files_are_refused(path, old, new, message):
+    path.write_text(changed(old, new))
+    with pytest.raises(FloorError, match=f"^cannot read the graph .*{message}") as error:
+        read_graphml(path)
+    assert "\n" not in str(error.value)
+
+
+def test_faults_of_a_file_are_told_together(path):
+    path.write_text(changed("12.5", "nan").replace('target="0"', 'target="7"'))
+    with pytest.raises(FloorError, match="which is no double; edge '1' to '7' leads to node '7'"):
+        read_graphml(path)
+
+
+BOMB = '<!DOCTYPE graphml [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>'
+FILE_ENTITY = '<!DOCTYPE graphml [<!ENTITY a SYSTEM "file:///etc/passwd">]>'
+
+
+@pytest.mark.parametrize("declaration", [BOMB, FILE_ENTITY, "<!DOCTYPE graphml>"])
+def test_entities_are_refused(path, declaration):
+    path.write_text(changed("?>", f"?>{declaration}").replace("LAB", "&a;"))
+    with pytest.raises(FloorError, match=r"it declares a document type or entities, remove them$"):
+        read_graphml(path)
+
+
+def test_large_files_are_refused(path, monkeypatch):
+    save_graphml(two_rooms(), path)
+    monkeypatch.setattr(graphml, "MAX_FILE_BYTES", 100)
+    with pytest.raises(FloorError, match=r"cannot read the graph .* bytes, the limit is 100"):
+        read_graphml(path)
+    with pytest.raises(FloorError, match=r"cannot save the graph .* bytes, the limit is 100"):
+        save_graphml(two_rooms(), path)
+
+
+def test_missing_and_empty_files_are_refused(tmp_path):
+    (tmp_path / "empty.graphml").touch()
+    with pytest.raises(FloorError, match=r"graph .*empty\.graphml' is empty"):
+        read_graphml(tmp_path / "empty.graphml")
+    with pytest.raises(FloorError, match="does not exist"):
+        read_graphml(tmp_path / "missing.graphml")
+
+
+def test_defaults_fill_what_is_left_out(path):
+    path.write_text(changed('name="label" attr.type="string" />', 'name="label"><default>ROOM</default></key>'))
+    assert dict(read_graphml(path).nodes(data="label")) == {1: "LAB", 0: "ROOM"}
+    assert "label" not in read_graphml(path).graph
+    assert "label" not in read_graphml(path).edges[0, 1]
+
+
+def test_a_namespace_is_not_asked_for(path):
+    path.write_text(
+        changed(' xmlns="http://graphml.graphdrawing.org/xmlns"', "").replace(' edgedefault="undirected"', "")
+    )
+    assert nx.utils.graphs_equal(read_graphml(path), two_rooms())
+
+
+def test_texts_drawn_in_yed_are_labels(path):
+    """As yEd writes them, with its keys, ids and geometry; an attribute of that name comes first."""
+    drawing = (
+        '<data key="d6"><y:ShapeNode><y:Geometry height="30" width="30" x="1" y="2"/>'
+        '<y:NodeLabel fontSize="12">{}<y:LabelModel/></y:NodeLabel><y:Shape type="rectangle"/></y:ShapeNode></data>'
+    )
+    path.write_text(
+        '<graphml xmlns="http://graphml.graphdrawing.org/xmlns" xmlns:y="http://www.yworks.com/xml/graphml">'
+        '<key for="node" id="d4" attr.name="label" attr.type="string"/>'
+        '<key for="port" id="d1" yfiles.type="portgraphics"/>'
+        '<key for="node" id="d6" yfiles.type="nodegraphics"/><key for="edge" id="d10" yfiles.type="edgegraphics"/>'
+        '<key for="graphml" id="d7" yfiles.type="resources"/><key for="node" id="d8" attr.name="NodeGraphics"/>'
+        '<graph edgedefault="undirected" id="G">'
+        f'<node id="n0">{drawing.format("Class room ")}</node>'
+        f'<node id="n1"><data key="d4">HALL</data>{drawing.format("1")}</node>'
+        f'<node id="n2"><data key="d8"> <y:Shape/> </data>{drawing.format(" ")}</node>'
+        '<edge id="e0" source="n0" target="n1"><data key="d10"><y:PolyLineEdge/></data></edge>'
+        '</graph><data key="d7"><y:Resources/></data></graphml>'
+    )
+    graph = read_graphml(path)
+    assert dict(graph.nodes(data=True)) == {"n0": {"label": "Class room"}, "n1": {"label": "HALL"}, "n2": {}}
+    assert list(graph.edges(data=True)) == [("n0", "n1", {})]
+
+
+def test_keys_are_not_called_as_yed_calls_its_own(path):
+    """Gephi takes the key d3 for the label of a node, whatever its name is."""
+    save_graphml(nx.Graph([(1, 2, dict.fromkeys("abcdef", 1))], **dict.fromkeys("ghi", 1)), path)
+    ids = re.findall(r'<key id="(\w+)"', path.read_text())
+    assert len(set(ids)) == 9
+    assert not any(key.startswith("d") for key in ids)
+
+
+@given(fuzz=st.data())
+def test_damaged_file_is_read_or_refused(path, fuzz):
+    path.write_bytes(fuzz.draw(st.binary() | mutated(TWO_ROOMS.encode())))
+    with refused_in_one_line():
+        assert isinstance(read_graphml(path), nx.Graph)

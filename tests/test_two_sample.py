@@ -1,0 +1,159 @@
+"""The classifier two-sample test: metrics by hand, sets that are apart, the same, or copies, and real schools."""
+
+import networkx as nx
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pianta.errors import GraphError, OptionError
+from pianta.evaluation.two_sample import (
+    STRUCTURE_METRICS,
+    TwoSampleScores,
+    describe_structure,
+    tell_by_kernel,
+    tell_by_trees,
+)
+from pianta.graphs.metrics import find_corridors
+from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
+from pianta.labels import SCHOOL
+from tests.labelled_graphs import labelled_graphs, make_path, make_plan, rename
+from tests.school_graphs import read_samples, read_schools
+
+KERNELS = [WeisfeilerLehman(iterations=2), NeighborhoodPairs(radius=1, distance=2)]
+
+
+def test_a_triangle_with_a_tail():
+    described = describe_structure(nx.Graph([(0, 1), (1, 2), (2, 0), (0, 3)]), {0})
+    assert dict(zip(STRUCTURE_METRICS, described, strict=True)) == pytest.approx(
+        {
+            "nodes": 4,
+            "edges": 4,
+            "nodes_r": 3,
+            "nodes_c": 1,
+            "mean_degree": 2,
+            "largest_degree": 3,
+            "leaves": 1,
+            "path_length": (4 * 1 + 2 * 2) / 6,
+            "diameter": 2,
+            "art_points": 1,
+            "assortativity": -5 / 7,
+            "cycles": 1,
+            "transitivity": 3 / 5,
+        }
+    )
+    assert described.shape == (13,)
+
+
+def test_what_a_graph_does_not_have_is_0():
+    assert describe_structure(nx.Graph(), ()).tolist() == [0] * 13
+    assert describe_structure(nx.empty_graph(2), ()).tolist() == [2, 0, 2] + [0] * 10
+    # Two rings of three: two cycles in two parts, and no assortativity.
+    rings = nx.disjoint_union(nx.cycle_graph(3), nx.cycle_graph(3))
+    assert describe_structure(rings, ()).tolist() == [6, 6, 6, 0, 2, 2, 0, 1, 1, 0, 0, 2, 1]
+
+
+@given(labelled_graphs(), st.integers(0, 99))
+def test_names_change_nothing(graph, seed):
+    renamed = rename(graph, seed=seed)
+    described = [
+        describe_structure(one, {node for node, label in one.nodes(data="label") if label == "A"})
+        for one in (graph, renamed)
+    ]
+    np.testing.assert_allclose(described[1], described[0], atol=1e-9)
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_a_kernel_tells_other_labels_always(kernel):
+    real, generated = ([make_path(label * size) for size in range(3, 9)] for label in ("AB", "CD"))
+    expected = TwoSampleScores((1, 1), (1, 1))
+    assert tell_by_kernel(real, [*generated, *generated], kernel, repeats=2, seed=0) == expected
+    assert not hasattr(kernel, "fitted_")
+
+
+def test_trees_tell_other_features_always():
+    real, generated = np.arange(12.0).reshape(6, 2), 100 + np.arange(20.0).reshape(10, 2)
+    assert tell_by_trees(real, generated, repeats=2, seed=0, trees=10) == TwoSampleScores((1, 1), (1, 1))
+
+
+def test_who_knows_nothing_names_the_larger_set():
+    # Left out alone, each graph is in the smaller set. In a pair, one of two is named rightly.
+    expected = TwoSampleScores((0, 0, 0), (0.5, 0.5, 0.5))
+    assert tell_by_kernel([make_path("AB")] * 5, [make_path("BA")] * 7, KERNELS[0], repeats=3, seed=0) == expected
+    assert tell_by_trees(np.ones((5, 2)), np.ones((7, 2)), repeats=3, seed=0, trees=10) == expected
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_a_kernel_tells_one_source_half_of_the_time(kernel):
+    # One set of so few real graphs is off by chance.
+    sources = [[make_plan(12, seed=100 * source + graph) for graph in range(60)] for source in range(20)]
+    told = [tell_by_kernel(plans[:20], plans[20:], kernel, repeats=2, seed=0) for plans in sources]
+    pair_out = np.mean([scores.pair_out for scores in told])
+    assert pair_out == pytest.approx(0.5, abs=0.04)
+    assert np.mean([scores.one_out for scores in told]) < pair_out
+
+
+def test_trees_tell_one_source_half_of_the_time():
+    sources = np.random.default_rng(0).normal(size=(20, 30, 3))
+    told = [tell_by_trees(rows[:10], rows[10:], repeats=1, seed=0, trees=10) for rows in sources]
+    assert np.mean([scores.pair_out for scores in told]) == pytest.approx(0.5, abs=0.06)
+
+
+def test_copies_are_told_less_than_half_of_the_time():
+    real = [make_plan(12, seed=seed) for seed in range(20)]
+    scores = tell_by_kernel(real, [rename(graph, seed=1) for graph in real], KERNELS[0], repeats=5, seed=0)
+    assert max(scores.pair_out) < 0.25
+
+
+def test_each_repeat_draws_other_graphs():
+    # Four of the generated graphs are told, four are copies.
+    real, others = ([make_path(label * size) for size in range(1, 5)] for label in ("AB", "CD"))
+    tell = [tell_by_kernel(real, [*real, *others], KERNELS[0], repeats=20, seed=seed) for seed in (0, 0, 1)]
+    assert len(set(tell[0].pair_out)) > 2
+    assert len(set(tell[0].one_out)) > 2
+    assert tell[0] == tell[1] != tell[2]
+
+
+def test_a_seed_grows_the_same_trees():
+    features = np.random.default_rng(0).normal(size=(30, 3))
+    tell = [tell_by_trees(features[:10], features[10:], repeats=4, seed=seed, trees=5) for seed in (0, 0, 1)]
+    assert tell[0] == tell[1] != tell[2]
+
+
+def test_each_part_grows_other_trees():
+    # The same graphs are left out in each repeat.
+    features = np.random.default_rng(0).normal(size=(20, 3))
+    assert len(set(tell_by_trees(features[:10], features[10:], repeats=5, seed=0, trees=1).one_out)) > 1
+
+
+def test_a_cost_that_hardly_punishes_is_a_classifier_that_knows_nothing():
+    real, generated = ([make_plan(9, seed=seed) for seed in seeds] for seeds in (range(8), range(8, 16)))
+    assert tell_by_kernel(real, generated, KERNELS[0], repeats=1, seed=0, cost=1e-6).one_out == (0,)
+
+
+def test_sets_that_are_too_small():
+    paths = [make_path("AB")] * 3
+    with pytest.raises(GraphError, match="real has 1 graphs, give 2 at least"):
+        tell_by_kernel(paths[:1], paths, KERNELS[0], seed=0)
+    with pytest.raises(GraphError, match="generated has 2 graphs beside 3 real ones, give as many at least"):
+        tell_by_trees(np.ones((3, 1)), np.ones((2, 1)), seed=0)
+
+
+@pytest.mark.parametrize("shapes", [((3, 2), (3, 1)), ((3,), (3,)), ((3, 2), (3,))])
+def test_features_of_other_lengths(shapes):
+    with pytest.raises(OptionError, match="give a row for each graph, all of one length"):
+        tell_by_trees(*map(np.ones, shapes), seed=0)
+
+
+@pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
+def test_the_samples_of_the_thesis_beside_real_schools(data):
+    real, samples = read_schools(data), read_samples(data)
+    kernels = NeighborhoodPairs(radius=2, distance=4), WeisfeilerLehman(iterations=5)
+    told = [np.mean(tell_by_kernel(real, samples, kernel, seed=0).pair_out) for kernel in kernels]
+    assert told == pytest.approx([0.44, 0.40], abs=0.06)
+    features = [
+        np.array([describe_structure(graph, find_corridors(graph, SCHOOL)) for graph in graphs])
+        for graphs in (real, samples)
+    ]
+    assert np.mean(tell_by_trees(*features, seed=0, repeats=2, trees=20).pair_out) == pytest.approx(0.6, abs=0.1)
