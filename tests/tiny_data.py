@@ -1,5 +1,6 @@
-"""Data folders of two tiny rooms, whose scores can be reckoned by hand, and what a bench prints."""
+"""Data folders of two tiny rooms, whose scores can be reckoned by hand, of tiny schools, and what a bench prints."""
 
+from collections.abc import Sequence
 from io import StringIO
 from pathlib import Path
 
@@ -21,6 +22,8 @@ TRUE_FLOOR = Floor(tuple(Room(number, polygon) for number, polygon in enumerate(
 ONE_ROOM = Floor((Room(1, box(1, 1, 7.2, 4)),))
 
 UNKNOWN_GREY, FREE_GREY = 205, 254
+
+ROOM_LABELS = {"K": "CLASSROOM", "C": "CLOSET", "L": "LAB", "W": "WASHROOM", "S": "STAIRS"}
 
 
 def write_survey(data: Path, *names: str) -> None:
@@ -104,3 +107,43 @@ def show_lines(table: BenchTable, width: int = 80, *, maps: bool = True) -> list
     console.print(show_bench_table(table, maps=maps))
     assert isinstance(console.file, StringIO)
     return [line.rstrip() for line in console.file.getvalue().splitlines()]
+
+
+def write_schools(data: Path, *wings: str) -> None:
+    """data/buildings/school: each named by its wings, such as "KKW-LC", with a letter of ROOM_LABELS for each room."""
+    folder = data / "buildings" / "school"
+    folder.mkdir(parents=True)
+    for number, school in enumerate(wings):
+        (folder / f"school{number}.xml").write_text(write_school(school.split("-")))
+
+
+def write_school(wings: Sequence[str]) -> str:
+    """Layout XML, 0.1 m a pixel: wings of a corridor with a door to each of its rooms, and to the next corridor."""
+    spaces, left = [], 0
+    hubs = [sum(len(wing) + 1 for wing in wings[:place]) for place in range(len(wings))]
+    for hub, wing in zip(hubs, wings, strict=True):
+        rooms = range(hub + 1, hub + 1 + len(wing))
+        beside = [other for other in hubs if abs(hubs.index(other) - hubs.index(hub)) == 1]
+        spaces.append(_write_space(hub, "CORRIDOR", (left, 0, left + 40 * len(wing), 20), [*rooms, *beside]))
+        for room, letter in zip(rooms, wing, strict=True):
+            right = left + 40
+            spaces.append(_write_space(room, ROOM_LABELS[letter], (left, 20, right, 60), [hub]))
+            left = right
+    return (
+        "<building><scale><represented_distance><value>9</value><um>pixel</um></represented_distance>"
+        "<real_distance><value>90</value><um>cm</um></real_distance></scale>"
+        f"<floor><spaces>{''.join(spaces)}</spaces></floor></building>"
+    )
+
+
+def _write_space(number: int, label: str, bounds: tuple[int, int, int, int], others: Sequence[int]) -> str:
+    left, top, right, bottom = bounds
+    corners = (left, top), (right, top), (right, bottom), (left, bottom)
+    outline = "".join(f'<point x="{x}" y="{y}"/>' for x, y in corners)
+    portals = "".join(
+        f"<portal><target><id>{number}</id><id>{other}</id></target><type>EXPLICIT</type></portal>" for other in others
+    )
+    return (
+        f'<space id="{number}"><labels><label>{label}</label></labels>'
+        f"<bounding_polygon>{outline}</bounding_polygon><portals>{portals}</portals></space>"
+    )

@@ -73,6 +73,20 @@ PlacePictures = Annotated[
 RealismPictures = Annotated[
     Path | None, typer.Option("--pictures", help="Folder for scores.png and curves.png (Fig. 8.4).", metavar="DIR")
 ]
+GenerationPictures = Annotated[
+    Path | None,
+    typer.Option(
+        "--pictures",
+        help="Folder for heatmap, areas, buildings (Figs. 7.5, 7.7, 7.9) and sheets real, corr, ncut, as .png.",
+        metavar="DIR",
+    ),
+]
+Buildings = Annotated[
+    int,
+    typer.Option(
+        "--count", "-n", help="Buildings to generate with each model, as many as are real or more.", min=1, max=10000
+    ),
+]
 PlaceSplit = Annotated[
     str, typer.Option(help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5).")
 ]
@@ -319,6 +333,43 @@ def bench_realism(*, data: Data = None, seed: Seed = 0, json: Json = None, pictu
     if pictures:
         with written_together(pictures) as new:
             save_realism_pictures(bench, new)
+    _exit_on_failure(bench.items)
+
+
+@app.command(
+    "generation",
+    epilog=show_examples(["pianta bench generation", "pianta bench generation --json new.json --pictures new"]),
+)
+def bench_generation(
+    *,
+    data: Data = None,
+    count: Buildings = 200,
+    seed: Seed = 0,
+    json: Json = None,
+    pictures: GenerationPictures = None,
+) -> None:
+    """Models of schools and new ones made by them (chapter 7, Tables 7.1, 7.2).
+
+    Reads buildings/school/*.xml of the data, and sampled/corr_table7_1.json
+    when it is there, the thesis' own new schools. A school that fails does
+    not count; the exit code is then 1.
+    """
+    _check_outputs(json, pictures)
+    from pianta.bench.comparison import show_comparisons
+    from pianta.bench.data import find_data
+    from pianta.bench.generation import measure_generation
+    from pianta.bench.generation_file import save_generation
+    from pianta.bench.generation_pictures import save_generation_pictures
+    from pianta.bench.generation_tables import tabulate_generation
+
+    bench = measure_generation(find_data(data), seed=seed, count=count, track=track_items)
+    stdout.print(show_comparisons(tabulate_generation(bench), bench.items))
+    if json:
+        with written_together(json.parent) as new:
+            save_generation(bench, new / json.name)
+    if pictures:
+        with written_together(pictures) as new:
+            save_generation_pictures(bench, new)
     _exit_on_failure(bench.items)
 
 

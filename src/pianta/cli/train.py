@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -15,13 +16,19 @@ from pianta.cli.outputs import check_output_folder
 from pianta.cli.terminal import show_examples, tell_error, tell_result, track_items
 from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
+from pianta.formats.faults import join_faults
 from pianta.formats.files import reason_of, shown
 from pianta.labels import SCHEMAS, LabelSchema
 
 if TYPE_CHECKING:
+    import networkx as nx
+
+    from pianta.generation.mixing import ModelMixing
+    from pianta.generation.type_model import TypeModel
     from pianta.semantics.buildings import BuildingModel, Verdict
     from pianta.semantics.places import PlaceModel
 
+SEGMENTATIONS = ("corr", "ncut")
 PLACES_EXAMPLES = (
     "pianta train places buildings/school buildings/office -o places.skops",
     "pianta train places wards --labels hospital.yaml --type hospital -o hospital.skops",
@@ -31,6 +38,12 @@ BUILDINGS_EXAMPLES = (
     "pianta train buildings buildings/school buildings/office -o types.json",
     "pianta train buildings buildings/school wards --labels hospital.yaml --type hospital -o types.json",
     "pianta read map.yaml --building-model types.json -o building",
+)
+
+TYPE_EXAMPLES = (
+    "pianta train type buildings/school -o school.json",
+    "pianta train type wards --labels hospital.yaml --type hospital --areas ncut -o hospital.json",
+    "pianta generate school.json -n 24 -o schools",
 )
 
 app = typer.Typer(no_args_is_help=True, help="Train models on buildings that people have labelled.")
@@ -49,6 +62,11 @@ Simulate = Annotated[
     int, typer.Option(min=0, max=20, help="Simulated robot's maps of each building to learn from as well.")
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Of the trees and the simulation.")]
+ChainSeed = Annotated[int, typer.Option(min=0, help="Of the chains by which iterations are counted.")]
+Areas = Annotated[
+    str,
+    typer.Option(help=f"How functional areas are found: {', '.join(SEGMENTATIONS)}; by corridors, or where cuts are."),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
 
 
@@ -120,6 +138,46 @@ def train_buildings(
     if not quiet:
         _tell_building_model(model, building_types.judge_held_out(model), out)
     if not all_read:
+        raise typer.Exit(1)
+
+
+@app.command("type", epilog=show_examples(TYPE_EXAMPLES))
+def train_type(
+    buildings: Buildings,
+    *,
+    out: Out,
+    labels: Labels = None,
+    building_type: Type = None,
+    areas: Areas = "corr",
+    seed: ChainSeed = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Train a model of one type of buildings, for `pianta generate`.
+
+    Takes the same files as `pianta train places`, all of one type. Learns which groups
+    of rooms the floors have, which groups are alike, and how they are joined.
+    Two floors are the least; dozens are better.
+
+    Rooms without a door do not count. A floor that cannot be read, that has rooms
+    without a label, or that doors leave in parts does not stop the others; the exit
+    code is then 1.
+    """
+    from pianta.generation.functional_areas import Segmentation
+    from pianta.generation.mixing import train_type as train
+    from pianta.generation.type_model_file import save_type_model
+
+    _check_options(out, building_type)
+    if areas not in SEGMENTATIONS:
+        raise OptionError(f"areas is {areas!r}, give one of {', '.join(SEGMENTATIONS)}")
+    schemas = read_schemas(labels or ())
+    floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
+    schema = _choose_schema(floors, schemas)
+    graphs, all_usable = _list_usable(floors, schema)
+    model, mixing = train(graphs, schema, segmentation=Segmentation(areas), seed=seed)
+    save_type_model(model, out)
+    if not quiet:
+        _tell_type_model(model, mixing, out)
+    if not (all_read and all_usable):
         raise typer.Exit(1)
 
 
@@ -202,6 +260,55 @@ def _read_floors(paths: Sequence[str], building_type: str | None, *, quiet: bool
     if not floors:
         raise ModelError(f"none of {len(files)} buildings could be read, so there is nothing to train on")
     return floors, len(floors) == len(files)
+
+
+def _choose_schema(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema]) -> LabelSchema:
+    """The schema of the one type that all floors have."""
+    untold = [floor.source for floor in floors if not floor.given_type]
+    if untold:
+        told = f"{shown(untold[0])} does not tell its building type"
+        raise ModelError(f"{told}{f', nor do {len(untold) - 1} more' if len(untold) > 1 else ''}; give it by --type")
+    kinds = sorted({floor.given_type for floor in floors if floor.given_type})
+    if len(kinds) > 1:
+        raise ModelError(
+            f"the buildings are of types {', '.join(kinds)}, and a model is of one; give those of one type"
+        )
+    if kinds[0] not in schemas:
+        known = ", ".join(schemas)
+        raise LabelError(f"there is no schema of building type {shown(kinds[0])}, give one by --labels, or {known}")
+    return schemas[kinds[0]]
+
+
+def _list_usable(floors: Sequence[Floor], schema: LabelSchema) -> tuple[list[nx.Graph], bool]:
+    """The graphs of floors that a model can take, and whether it can take all; the others are told."""
+    from pianta.generation.type_model import LEAST_FLOORS, prepare_room_graph
+
+    graphs, faults = [], []
+    for floor in floors:
+        try:
+            prepare_room_graph(floor.graph(), schema)
+            graphs.append(floor.graph())
+        except PiantaError as error:
+            faults.append(f"floor {shown(floor.source)} is left out: {error}")
+    if len(graphs) < LEAST_FLOORS:
+        rest = f": {join_faults(faults)}" if faults else ""
+        raise ModelError(
+            f"a model takes two floors at least, better dozens, and {len(graphs)} of {len(floors)} can be used{rest}"
+        )
+    for fault in faults:
+        tell_error(ModelError(fault))
+    return graphs, not faults
+
+
+def _tell_type_model(model: TypeModel, mixing: ModelMixing, out: Path) -> None:
+    """Print what a model knows, and how long its chains are."""
+    sizes = sorted(int((model.clusters == cluster).sum()) for cluster in range(model.configurations.shape[1]))
+    tell_result(f"trained on {model} of {sizes[0]} to {sizes[-1]}, type {model.building_type}")
+    steps = {"sweeps": mixing.sweeps, "moves of edges": mixing.edge_moves, "moves of doors": mixing.door_moves}
+    told = ", ".join(f"{found.iterations} {name} ({found.convergence:.2f})" for name, found in steps.items())
+    tell_result(f"iterations until chains have mixed, and their R-hat: {told}")
+    tell_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")
+    tell_result(f"next: pianta generate {quote(str(out))} -n 24 -o {quote(str(out.with_suffix('')) + '-buildings')}")
 
 
 def _tell_model(model: PlaceModel, out: Path) -> None:

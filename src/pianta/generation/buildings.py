@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
@@ -28,9 +28,10 @@ from pianta.generation.node_connections import ConnectedBuilding, NodeConnection
 from pianta.generation.type_model import Counts, TypeFloor, TypeModel, count_labels
 from pianta.generation.wishes import Wishes
 
-MAX_BUILDINGS = 100_000
-# Buildings like a floor have as many rooms, or this share more or fewer.
-LIKE_SIZE = 0.2
+MAX_BUILDINGS, MAX_JOBS, BATCH = 100_000, 256, 100
+STEPS = ("functional areas", "functional graphs", "doors")
+# Buildings are by this share smaller than the smallest floor that they are to be like, or larger than the largest.
+BEYOND = 0.2
 
 
 class Costs(StrEnum):
@@ -44,9 +45,10 @@ class Costs(StrEnum):
 class BuildingSampler:
     """Samples buildings of a type; what the model gives is worked out once.
 
-    wishes: what each building must have. like: a floor that each is to be like, in the place of those of the model,
-    with as many rooms, or a fifth more or fewer, unless the wishes say how many. kept: a floor whose rooms and doors
-    each building has, and others besides. costs: Γ1.
+    wishes: what each building must have. Unless they say how many rooms, it has a fifth fewer than the smallest floor
+    of the model at least, and a fifth more than the largest at most, where its areas come to that. like: a floor that
+    each is to be like, in the place of those of the model. kept: a floor whose rooms and doors each building has, and
+    others besides. costs: Γ1; the printed one knows nothing of sizes.
 
     Raises OptionError that lists wishes that no building can meet.
     """
@@ -58,10 +60,6 @@ class BuildingSampler:
     costs: Costs = Costs.DENSITY
 
     def __post_init__(self) -> None:
-        if self.like and not self.wishes.rooms:
-            rooms = len(self.like.graph)
-            alike = round((1 - LIKE_SIZE) * rooms), round((1 + LIKE_SIZE) * rooms)
-            object.__setattr__(self, "wishes", replace(self.wishes, rooms=alike))
         counts = count_labels(self.areas, self.model.schema)
         fewest, most = self.slots.bound_rooms(np.column_stack([counts, counts.sum(axis=1)]))
         self.wishes.check(fewest, most, self.model.schema)
@@ -99,18 +97,27 @@ class BuildingSampler:
         """Φ of step 4."""
         return CutPotentials(self.model)
 
-    def sample(self, numbers: Sequence[int], *, seed: int) -> list[nx.Graph]:
+    def sample(
+        self, numbers: Sequence[int], *, seed: int, track: Callable[[Sequence[str]], Iterable[str]] = iter
+    ) -> list[nx.Graph]:
         """The buildings of these numbers, 0 … among all of a seed; which are sampled beside it changes none.
 
+        track: wraps the names of the steps, to show progress.
         Raises ModelError when wishes are not met.
         """
         generators = [np.random.default_rng((seed, number)) for number in numbers]
+        steps = iter(track([f"buildings {numbers[0] + 1} to {numbers[-1] + 1}: {step}" for step in STEPS]))
         # Step 1: how many functional areas of each cluster; and step 3: which.
+        next(steps)
         chosen = self.sample_areas(self._choose_starts(numbers, seed), generators)
         # Step 2: which of them are joined.
+        next(steps)
         functional_graphs = self.join_areas(chosen, generators)
         # Step 4: by which doors.
-        return self.connect_rooms(chosen, functional_graphs, generators)
+        next(steps)
+        buildings = self.connect_rooms(chosen, functional_graphs, generators)
+        next(steps, None)
+        return buildings
 
     def sample_areas(
         self, starts: Counts, generators: Sequence[np.random.Generator], *, traces: list[Floats] | None = None
@@ -120,12 +127,17 @@ class BuildingSampler:
         traces: gets the costs after each sweep.
         """
         slots, wishes = self.slots, self.wishes
-        near = self.model.configure(self.like) if self.like else None
-        cost: ConfigurationCost = DistanceCost(slots) if self.costs is Costs.THESIS else DensityCost(slots, like=near)
+        if not wishes.rooms and self.costs is not Costs.THESIS:
+            wishes = replace(wishes, rooms=self._bound_size())
+        cost: ConfigurationCost = (
+            DistanceCost(slots, like=self.like)
+            if self.costs is Costs.THESIS
+            else DensityCost(slots, like=self.like, rooms=self.wishes.rooms)
+        )
         uniforms = np.stack([generator.random(len(slots.clusters)) for generator in generators])
         rooms = count_labels(self.areas, self.model.schema)
         chains = AreaChains(slots, cost, slots.fill(starts, uniforms), wishes=wishes, label_counts=rooms)
-        filled = sample_areas(chains, generators, traces=traces)
+        filled = sample_areas(chains, generators, needed=self.wishes, traces=traces)
         kept = range(len(self.model.areas), len(self.areas))
         return [[*kept, *(area for area in row if area not in kept and area != EMPTY)] for row in filled.tolist()]
 
@@ -174,6 +186,13 @@ class BuildingSampler:
                 nx.set_node_attributes(graph, dict(enumerate(rooms)), "room")
         return graphs
 
+    def _bound_size(self) -> tuple[int, int]:
+        """The fewest and the most rooms that a building has when nothing is wished for."""
+        sizes = [len(floor.graph) for floor in self._examples]
+        kept = len(self.kept.graph) if self.kept else 0
+        most = max(round((1 + BEYOND) * max(sizes)), sum(self.wishes.at_least.values()), kept)
+        return min(max(round((1 - BEYOND) * min(sizes)), kept), most), most
+
     @property
     def _examples(self) -> Sequence[TypeFloor]:
         """The floors that buildings are to be like."""
@@ -199,13 +218,42 @@ def generate_buildings(
     like: TypeFloor | None = None,
     kept: TypeFloor | None = None,
     costs: Costs = Costs.DENSITY,
+    jobs: int = 1,
+    track: Callable[[Sequence[str]], Iterable[str]] = iter,
 ) -> list[nx.Graph]:
     """New buildings of a type: graphs with nodes 0 … n - 1, a `label` each; the first are the rooms of `kept`.
 
-    Raises OptionError for no or too many buildings and wished labels that the type does not have, ModelError for wishes
-    that are not met.
+    wishes, like, kept, costs: see BuildingSampler. jobs: processes; the buildings are the same for any number of them.
+    track: wraps the names of what is done, to show progress.
+
+    Raises OptionError for no or too many buildings or jobs and for wishes that no building can meet, ModelError for
+    wishes that were not met.
     """
     if not 1 <= count <= MAX_BUILDINGS:
         raise OptionError(f"{count} buildings are wanted, give 1 to {MAX_BUILDINGS}")
+    if seed < 0:
+        raise OptionError(f"seed is {seed}, give 0 or more")
+    if not 1 <= jobs <= MAX_JOBS:
+        raise OptionError(f"jobs is {jobs}, give 1 to {MAX_JOBS}")
     sampler = BuildingSampler(model, wishes or Wishes(), like, kept, costs)
-    return sampler.sample(range(count), seed=seed)
+    # Chains of a batch run side by side, which is quicker than one after the other.
+    size = min(BATCH, -(-count // jobs))
+    batches = [range(first, min(first + size, count)) for first in range(0, count, size)]
+    if jobs == 1:
+        return [building for batch in batches for building in sampler.sample(batch, seed=seed, track=track)]
+    return _sample_in_processes(sampler, batches, seed, jobs, track)
+
+
+def _sample_in_processes(
+    sampler: BuildingSampler,
+    batches: Sequence[range],
+    seed: int,
+    jobs: int,
+    track: Callable[[Sequence[str]], Iterable[str]],
+) -> list[nx.Graph]:
+    from joblib import Parallel, delayed
+
+    names = [f"buildings {batch[0] + 1} to {batch[-1] + 1}" for batch in batches]
+    run = delayed(BuildingSampler.sample)
+    found = Parallel(n_jobs=jobs, return_as="generator")(run(sampler, batch, seed=seed) for batch in batches)
+    return [building for _, of_batch in zip(track(names), found, strict=True) for building in of_batch]

@@ -20,7 +20,7 @@ from scipy.special import gammaln, logsumexp
 from pianta.errors import ModelError
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.metropolis_hastings import Flags, Floats, accept, choose, draw_uniforms
-from pianta.generation.type_model import Counts, TypeModel
+from pianta.generation.type_model import Counts, TypeFloor, TypeModel
 from pianta.generation.wishes import Wishes
 
 Indices = NDArray[np.intp]
@@ -28,6 +28,8 @@ Indices = NDArray[np.intp]
 EMPTY = -1
 # A component of a configuration is as on another floor so often.
 EXCHANGE, EXCHANGE_OF_LIKE = 0.2, 0.05
+# Standard deviation of the logarithm of a building's rooms about those of a floor.
+SIZE_SPREAD = 0.15
 # Keeps numbers of areas possible that no floor has.
 LEAST_FREQUENCY = 1e-4
 # Of the printed cost, for as many floors.
@@ -113,8 +115,17 @@ class ConfigurationCost(Protocol):
     def gain(self, slots: Indices, before: Counts, after: Counts) -> Floats:
         """What the parts gain when one slot of each is flipped, by the areas of its cluster before and after."""
 
-    def cost(self, parts: Floats) -> Floats:
-        """Γ1, shape (n,), but for a constant."""
+    def cost(self, parts: Floats, rooms: Counts) -> Floats:
+        """Γ1, shape (n,), but for a constant, of buildings with so many rooms, shape (n,)."""
+
+    def draw(self, uniforms: Floats) -> Counts | None:
+        """Configurations, shape (n, clusters), by e^-Γ1 where rooms do not count; None when that takes a chain.
+
+        uniforms: shape (n, 1 + 2 clusters).
+        """
+
+    def weigh_rooms(self, parts: Floats, rooms: Counts) -> Floats:
+        """What of Γ1 is because of the number of rooms, shape (n,)."""
 
 
 class DensityCost:
@@ -123,17 +134,26 @@ class DensityCost:
     The density is the mean over floors of Π_i ((1 - x) [v_i = v_i^G] + x p_i(v_i)), where p_i says how often floors
     have v_i areas of cluster i, and x = 0.2. The sum of distances to all floors, in print, is least at a middle that
     most clusters are missing from. This keeps how often floors have how many areas of a cluster, and which clusters go
-    together, as eq. 7.2 asks for.
-    like: the configuration, shape (clusters,), that alone is near, in the place of the model's, and x = 0.05.
+    together, as eq. 7.2 asks for. A floor's part falls with exp(-ln²(n / n^G) / 2 s²), too, where n are the rooms of
+    the building, n^G those of the floor, and s = 0.15: large areas that come together by chance would make buildings
+    vary more in size than floors do.
+    like: the floor that alone is near, in the place of those of the model, and x = 0.05. rooms: the fewest and the most
+    that are wished for, which floors with fewer or more count as having.
     """
 
-    def __init__(self, slots: Slots, *, like: Counts | None = None) -> None:
+    def __init__(self, slots: Slots, *, like: TypeFloor | None = None, rooms: tuple[int, int] | None = None) -> None:
         configurations = slots.model.configurations
-        near = configurations if like is None else like[None]
+        floors = slots.model.floors if like is None else [like]
+        near = np.array([slots.model.configure(floor) for floor in floors])
+        self._sizes = np.log(np.clip([len(floor.graph) for floor in floors], *(rooms or (1, None))))
+        self._near, self._exchange = near, EXCHANGE if like is None else EXCHANGE_OF_LIKE
         values = np.arange(slots.areas.max() + 1)
         frequencies = (configurations[:, :, None] == values).mean(axis=0) + LEAST_FREQUENCY
-        exchange = EXCHANGE if like is None else EXCHANGE_OF_LIKE
-        densities = np.log((1 - exchange) * (near[:, :, None] == values) + exchange * frequencies)
+        frequencies = np.where(values <= slots.areas[:, None], frequencies, 0)
+        self._frequencies = frequencies / frequencies.sum(axis=1, keepdims=True)
+        densities = (1 - self._exchange) * (near[:, :, None] == values) + self._exchange * self._frequencies
+        # No slots are there for more.
+        densities = np.log(np.maximum(densities, LEAST_FREQUENCY * self._exchange))
         # All the ways to fill so many of the slots are one configuration.
         kept = np.array([len(areas) for areas in slots.kept])[:, None]
         chosen = np.maximum(values - kept, 0)
@@ -154,21 +174,37 @@ class DensityCost:
         gains: Floats = self._densities[clusters, after] - self._densities[clusters, before]
         return gains
 
-    def cost(self, parts: Floats) -> Floats:
+    def cost(self, parts: Floats, rooms: Counts) -> Floats:
         """See ConfigurationCost."""
-        costs: Floats = -logsumexp(parts, axis=1)
+        beside = np.log(np.maximum(rooms, 1))[:, None] - self._sizes
+        costs: Floats = -logsumexp(parts - beside**2 / (2 * SIZE_SPREAD**2), axis=1)
         return costs
+
+    def draw(self, uniforms: Floats) -> Counts | None:
+        """See ConfigurationCost."""
+        clusters = self._near.shape[1]
+        of_floor = self._near[choose(uniforms[:, 0], np.full(len(uniforms), len(self._near)))]
+        bounds = np.cumsum(self._frequencies, axis=1)[:, :-1]
+        of_any = (uniforms[:, 1 + clusters : 1 + 2 * clusters, None] >= bounds).sum(axis=2)
+        return np.where(uniforms[:, 1 : 1 + clusters] < self._exchange, of_any, of_floor)
+
+    def weigh_rooms(self, parts: Floats, rooms: Counts) -> Floats:
+        """See ConfigurationCost."""
+        weights: Floats = self.cost(parts, rooms) + logsumexp(parts, axis=1)
+        return weights
 
 
 class DistanceCost:
     """Γ1 = α Σ_G d(V, V^G) of section 7.4.3: d is the Hamming distance of the slots, a floor's areas in the first ones.
 
     α is 0.0625 (`corr`) or 0.0575 (`ncut`) for 50 floors, and the larger the fewer there are.
+    like: the floor that alone counts, in the place of those of the model.
     """
 
-    def __init__(self, slots: Slots) -> None:
+    def __init__(self, slots: Slots, *, like: TypeFloor | None = None) -> None:
         model = slots.model
-        used = (slots.ranks < model.configurations[:, slots.clusters]).mean(axis=0)
+        near = model.configurations if like is None else model.configure(like)[None]
+        used = (slots.ranks < near[:, slots.clusters]).mean(axis=0)
         # Floors that differ from a slot when it is filled, less those that differ when it is empty.
         self._gains = PRINTED_ALPHA[model.segmentation] * PRINTED_FLOORS * (1 - 2 * used)
         self._empty = PRINTED_ALPHA[model.segmentation] * PRINTED_FLOORS * used.sum()
@@ -183,9 +219,17 @@ class DistanceCost:
         gains: Floats = (self._gains[slots] * (after - before))[:, None]
         return gains
 
-    def cost(self, parts: Floats) -> Floats:
+    def cost(self, parts: Floats, rooms: Counts) -> Floats:  # noqa: ARG002 - the other cost looks at them
         """See ConfigurationCost."""
         return parts[:, 0]
+
+    def draw(self, uniforms: Floats) -> Counts | None:  # noqa: ARG002 - the other cost can
+        """See ConfigurationCost."""
+        return None
+
+    def weigh_rooms(self, parts: Floats, rooms: Counts) -> Floats:  # noqa: ARG002 - the other cost has rooms
+        """See ConfigurationCost."""
+        return np.zeros(len(rooms))
 
 
 class AreaChains:
@@ -200,13 +244,14 @@ class AreaChains:
     ) -> None:
         self.slots, self.cost, self.wishes = slots, cost, wishes
         self.filled = filled
+        self._labels = [*slots.model.schema.by_name]
         # Where nothing is, there are no rooms: EMPTY is the last row.
         self._label_counts = np.vstack([label_counts, np.zeros(label_counts.shape[1], np.int64)])
         self._counts = slots.count_areas(filled)
         self._parts = cost.start(slots, filled)
         self._rooms = self._label_counts[filled].sum(axis=1)
-        self.misses = self._count_misses(self._rooms)
-        self.costs = cost.cost(self._parts) + MISS_COST * self.misses
+        self.misses = self.count_misses(wishes)
+        self.costs = cost.cost(self._parts, self._rooms.sum(axis=1)) + MISS_COST * self.misses
 
     def move(self, uniforms: Floats, running: Flags) -> None:
         """Flip or exchange a slot of each running chain, shape (n,), or leave it; uniforms: shape (n, DRAWS)."""
@@ -226,42 +271,81 @@ class AreaChains:
         after = before + (new != EMPTY) - (old != EMPTY)
         parts = self._parts + self.cost.gain(chosen, before, after)
         rooms = self._rooms + self._label_counts[new] - self._label_counts[old]
-        misses = self._count_misses(rooms)
-        costs = self.cost.cost(parts) + MISS_COST * misses
+        misses = self.wishes.count_misses(rooms, self._labels)
+        costs = self.cost.cost(parts, rooms.sum(axis=1)) + MISS_COST * misses
         costs[self._counts.sum(axis=1) + after - before == 0] = np.inf
         moved = running & accept(self.costs, costs, uniforms[:, 3])
         self.filled[moved, chosen[moved]], self._counts[moved, clusters[moved]] = new[moved], after[moved]
         self._parts[moved], self._rooms[moved] = parts[moved], rooms[moved]
         self.misses[moved], self.costs[moved] = misses[moved], costs[moved]
 
-    def _count_misses(self, rooms: Counts) -> Counts:
-        return self.wishes.count_misses(rooms, [*self.slots.model.schema.by_name])
+    def jump(self, uniforms: Floats, running: Flags) -> None:
+        """Fill all slots of each running chain anew, or leave them; uniforms: shape (n, jump_draws).
+
+        Single steps seldom lead from what is near one floor to what is near another.
+        """
+        slots, clusters = self.slots, len(self.slots.areas)
+        configurations = self.cost.draw(uniforms)
+        if configurations is None:
+            return
+        filled = slots.fill(configurations, uniforms[:, 1 + 2 * clusters : -1])
+        counts = slots.count_areas(filled)
+        parts, rooms = self.cost.start(slots, filled), self._label_counts[filled].sum(axis=1)
+        misses = self.wishes.count_misses(rooms, self._labels)
+        # As configurations are drawn by e^-Γ1 but for rooms and wishes, only these decide.
+        costs = self.cost.weigh_rooms(parts, rooms.sum(axis=1)) + MISS_COST * misses
+        costs[(counts != configurations).any(axis=1) | (counts.sum(axis=1) == 0)] = np.inf
+        before = self.cost.weigh_rooms(self._parts, self._rooms.sum(axis=1)) + MISS_COST * self.misses
+        moved = running & accept(before, costs, uniforms[:, -1])
+        self.filled[moved], self._counts[moved] = filled[moved], counts[moved]
+        self._parts[moved], self._rooms[moved], self.misses[moved] = parts[moved], rooms[moved], misses[moved]
+        self.costs = self.cost.cost(self._parts, self._rooms.sum(axis=1)) + MISS_COST * self.misses
+
+    @property
+    def jump_draws(self) -> int:
+        """Random numbers of a jump."""
+        return 2 + 2 * len(self.slots.areas) + len(self.slots.clusters)
+
+    def count_misses(self, wishes: Wishes) -> Counts:
+        """How many rooms each building has too many or too few for wishes, shape (n,)."""
+        return wishes.count_misses(self._rooms, self._labels)
 
 
 def sample_areas(
-    chains: AreaChains, generators: Sequence[np.random.Generator], *, traces: list[Floats] | None = None
+    chains: AreaChains,
+    generators: Sequence[np.random.Generator],
+    *,
+    needed: Wishes | None = None,
+    traces: list[Floats] | None = None,
 ) -> Indices:
     """Run the chains: what then fills the slots of each building, shape (n, slots), EMPTY where nothing does.
 
-    A sweep has as many moves as there are slots to fill. Where there are wishes, a chain goes on after its sweeps until
-    it meets them. traces: gets the costs after each sweep.
-    Raises ModelError when wishes are not met after ten times the sweeps.
+    A sweep has as many moves as there are slots to fill, and a jump. Where there are wishes, a chain goes on after its
+    sweeps until it meets them. needed: those of the wishes that it has to meet, all unless given. traces: gets the
+    costs after each sweep.
+    Raises ModelError when needed wishes are not met after ten times the sweeps.
     """
     slots = chains.slots
-    draws = draw_uniforms(generators, DRAWS)
+    draws, jumps = draw_uniforms(generators, DRAWS), draw_uniforms(generators, chains.jump_draws)
     running = np.ones(len(chains.filled), bool)
     for sweep in range(PATIENCE * slots.model.sweeps):
         if sweep >= slots.model.sweeps:
             running &= chains.misses > 0
             if not running.any():
                 return chains.filled
+        if sweep == slots.model.sweeps:
+            # How long others go on is no matter to what a chain draws later.
+            generators = [generator.spawn(1)[0] for generator in generators]
+            draws, jumps = draw_uniforms(generators, DRAWS), draw_uniforms(generators, chains.jump_draws)
         for _ in range(int((slots.fixed == EMPTY).sum())):
             chains.move(next(draws), running)
+        chains.jump(next(jumps), running)
         if traces is not None:
             traces.append(chains.costs.copy())
-    if not chains.misses.any():
+    misses = chains.count_misses(chains.wishes if needed is None else needed)
+    if not misses.any():
         return chains.filled
-    nearest = int(chains.misses[chains.misses > 0].min())
+    nearest = int(misses[misses > 0].min())
     raise ModelError(
         f"no building with all that is wished for was found in {PATIENCE * slots.model.sweeps} sweeps, the nearest "
         f"misses it by {nearest} room{'s' * (nearest != 1)}; wish for less"

@@ -44,18 +44,23 @@ class CutPotentials:
         self._frequencies = {pair: count / total for pair, count in pairs.items()}
         # Ξ: how near a neighbourhood is to those of the cuts, as near as these are to each other.
         self._kernel = WeisfeilerLehman(iterations=ITERATIONS).fit(map(build_neighborhood, neighborhoods))
-        distances = np.sqrt(np.maximum(2 - 2 * self._kernel.compare(), 0))
-        self._typical = distances.mean(axis=0)
-        self._scale = float(self._weigh(distances).sum())
         self._known: dict[Neighborhood, float] = {}
+        self._typical, self._scale = np.zeros(0), 0.0
+        if neighborhoods:
+            distances = np.sqrt(np.maximum(2 - 2 * self._kernel.compare(), 0))
+            self._typical = distances.mean(axis=0)
+            self._scale = float(self._weigh(distances).sum())
 
     def measure_frequency(self, one: str, other: str) -> float:
         """Υ: the share of cuts that are between two labels."""
         return self._frequencies.get(_order(one, other), 0.0)
 
     def measure_resemblance(self, neighborhoods: Iterable[Neighborhood]) -> Mapping[Neighborhood, float]:
-        """Ξ of neighbourhoods, and of all that were asked for before."""
+        """Ξ of neighbourhoods, and of all that were asked for before; all are as good where the model has no cuts."""
         new = [wanted for wanted in dict.fromkeys(neighborhoods) if wanted not in self._known]
+        if not self._scale:
+            self._known.update(dict.fromkeys(new, 1.0))
+            return self._known
         if new:
             similarity = self._kernel.compare(map(build_neighborhood, new))
             weights = self._weigh(np.sqrt(np.maximum(2 - 2 * similarity, 0)))

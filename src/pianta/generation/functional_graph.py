@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import networkx as nx
 import numpy as np
+import rustworkx as rx
 from numpy.typing import NDArray
 
 from pianta.generation.gram_rows import GraphBatch, References
@@ -17,6 +18,8 @@ Indices = NDArray[np.intp]
 GROWTH, DECLINE = 0.1, 0.1
 ALPHA, PRINTED_FLOORS = 1.0, 50
 DRAWS = 6
+# A graph with fewer independent cycles than K_3,3 is planar (Kuratowski, 1930).
+CYCLES_OF_NON_PLANAR = 4
 
 
 class FunctionalGraphs:
@@ -31,6 +34,8 @@ class FunctionalGraphs:
         self.sizes = self.batch.present.sum(axis=1)
         self.kept = kept
         self.costs = self._cost()
+        # Kept areas may be joined by bridges.
+        self._flat = np.array([is_planar([*graph.edges], len(graph)) for graph in graphs])
 
     def move(self, uniforms: Floats) -> None:
         """T2 on each chain: ADD or REMOVE an edge, or SWAP one end of it; uniforms: shape (n, DRAWS)."""
@@ -55,7 +60,7 @@ class FunctionalGraphs:
         self._change(every[taken], ones[taken], others[taken], present=False)
         self._change(every[given], sources[given], targets[given], present=True)
         costs = self._cost()
-        costs[~self._are_connected()] = np.inf
+        costs[~self._are_connected() | ~self._are_planar(given)] = np.inf
         stays = possible & ~accept(self.costs, costs, uniforms[:, 5])
         self._change(every[stays & given], sources[stays & given], targets[stays & given], present=False)
         self._change(every[stays & taken], ones[stays & taken], others[stays & taken], present=True)
@@ -90,6 +95,28 @@ class FunctionalGraphs:
             if (further == reached).all():
                 return np.asarray((reached | ~self.batch.present).all(axis=1))
             reached = further
+
+    def _are_planar(self, given: Flags) -> Flags:
+        """Which graphs are planar, of those that got an edge and were so at first; the others are taken for planar."""
+        planar = np.ones(len(given), bool)
+        for chain in np.flatnonzero(given & self._flat).tolist():
+            planar[chain] = is_planar(
+                np.argwhere(np.triu(self.batch.adjacency[chain])).tolist(), int(self.sizes[chain])
+            )
+        return planar
+
+
+def is_planar(edges: Sequence[Sequence[int]], nodes: int, *, parts: int = 1) -> bool:
+    """Whether a graph can be drawn without crossings, as a floor's can where no passage bridges another.
+
+    parts: how many parts it falls into, or more.
+    """
+    # Each edge beyond those of a tree for each part closes a cycle.
+    if len(edges) - nodes + parts < CYCLES_OF_NON_PLANAR:
+        return True
+    graph: rx.PyGraph[None, None] = rx.PyGraph()
+    graph.extend_from_edge_list([(one, other) for one, other in edges])
+    return bool(rx.is_planar(graph))
 
 
 def draw_start(labels: Sequence[str], generator: np.random.Generator, *, kept: nx.Graph | None = None) -> nx.Graph:

@@ -70,6 +70,7 @@ def _double(runner: Callable[[BuildingSampler, int], Floats], model: TypeModel, 
     while True:
         longer = replace(model, sweeps=iterations, edge_moves=iterations, door_moves=iterations)
         traces = runner(BuildingSampler(longer), seed)
+        # Without a target nothing has to mix.
         found = [measure_convergence(of_target[:, iterations // 2 :]) for of_target in traces]
         convergence = float(np.median(found)) if found else 1.0
         if convergence < MIXED_BELOW or iterations >= most:
@@ -90,6 +91,8 @@ def _run_edge_moves(sampler: BuildingSampler, seed: int) -> Floats:
     """Costs of step 2, shape (targets, chains, moves), each target the areas of a floor."""
     traces: list[Floats] = []
     chosen = [target for target in _list_targets(sampler, seed) for _ in range(CHAINS)]
+    if not chosen:
+        return np.zeros((0, CHAINS, 0))
     sampler.join_areas([areas for areas, _ in chosen], _generators(seed, len(chosen)), traces=traces)
     return np.array(traces).T.reshape(-1, CHAINS, len(traces))
 
@@ -98,6 +101,8 @@ def _run_door_moves(sampler: BuildingSampler, seed: int) -> Floats:
     """Costs of step 4, shape (targets, chains, moves), each target the areas of a floor, joined as they are."""
     traces: list[Floats] = []
     chosen = [target for target in _list_targets(sampler, seed) for _ in range(CHAINS)]
+    if not chosen:
+        return np.zeros((0, CHAINS, 0))
     graphs = [sampler.model.floors[place].functional_graph for _, place in chosen]
     sampler.connect_rooms([areas for areas, _ in chosen], graphs, _generators(seed, len(chosen)), traces=traces)
     return np.array(traces).T.reshape(-1, CHAINS, len(traces))

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import networkx as nx
 import numpy as np
-import rustworkx as rx
 from numpy.typing import NDArray
 
 from pianta.generation.cut_potentials import CutPotentials, Neighborhood, describe_neighborhood
+from pianta.generation.functional_graph import is_planar
 from pianta.generation.gram_rows import GraphBatch, References
 from pianta.generation.metropolis_hastings import Floats, accept
 from pianta.generation.type_model import TypeFloor
@@ -20,8 +20,7 @@ Pair = tuple[int, int]
 
 # α of the cost, for as many floors.
 ALPHA, PRINTED_FLOORS = 1.0, 50
-# A graph with fewer independent cycles than K_3,3 is planar (Kuratowski, 1930).
-CYCLES_OF_NON_PLANAR = 4
+PLANAR_TRIES = 20
 
 
 @dataclass(eq=False)
@@ -99,6 +98,10 @@ class ConnectedBuilding:
                 break
         return found
 
+    def is_planar(self) -> bool:
+        """Whether its graph is; areas that no door joins yet are parts of it."""
+        return is_planar(self.list_doors(), len(self.labels), parts=len(self.areas))
+
     def list_doors(self) -> list[Pair]:
         """All pairs of rooms that a door joins, sorted."""
         return [(one, other) for one, near in enumerate(self.neighbors) for other in sorted(near) if one < other]
@@ -147,6 +150,8 @@ class NodeConnections:
             for edge in sorted((min(edge), max(edge)) for edge in functional.edges):
                 if edge[1] >= kept:
                     self._draw_start(building, edge, functional.edges[edge]["cuts"], generator)
+        # Where a door had to leave a graph that is not planar, or kept rooms have bridges, no other makes it worse.
+        self._bridged = {chain for chain, building in enumerate(buildings) if not building.is_planar()}
         self.batch = GraphBatch(references, [building.to_graph() for building in buildings])
         self.costs = self._cost()
 
@@ -173,7 +178,7 @@ class NodeConnections:
             building = self.buildings[move.chain]
             building.part(*move.old)
             building.join(*new)
-            if accepted[move.chain] and is_planar(building):
+            if accepted[move.chain] and (building.is_planar() or move.chain in self._bridged):
                 building.doors[move.edge][move.place] = new
                 self.costs[move.chain] = costs[move.chain]
                 continue
@@ -183,22 +188,27 @@ class NodeConnections:
         self._change(refused, forward=False)
 
     def _draw_start(self, building: ConnectedBuilding, edge: Pair, count: int, generator: np.random.Generator) -> None:
-        """So many doors for an edge of Ĥ, drawn by P_conn.
+        """So many doors for an edge of Ĥ, drawn by P_conn, and drawn again where they leave a graph that is not planar.
 
-        Where a door leaves a graph that is not planar it is not made, unless it is the only one.
+        A door that never fits is not made, unless it is the only one.
         """
         doors = building.doors[edge] = []
-        for uniform in generator.random(count):
+        for _ in range(count):
             candidates = building.list_candidates(edge, self.potentials)
             if not candidates.pairs:
                 return
             resemblance = self.potentials.measure_resemblance(candidates.neighborhoods)
-            pair = candidates.draw(resemblance, float(uniform))
-            building.join(*pair)
-            if doors and not is_planar(building):
+            for _ in range(PLANAR_TRIES):
+                pair = candidates.draw(resemblance, float(generator.random()))
+                building.join(*pair)
+                if building.is_planar():
+                    doors.append(pair)
+                    break
                 building.part(*pair)
-                continue
-            doors.append(pair)
+            else:
+                if not doors:
+                    building.join(*pair)
+                    doors.append(pair)
 
     def _choose_door(self, chain: int) -> _Move | None:
         """A door of a building that may move; None when it has none."""
@@ -231,17 +241,6 @@ class NodeConnections:
         distances = np.sqrt(np.maximum(2 - 2 * self.batch.measure_similarity(), 0))
         costs: Floats = ALPHA * PRINTED_FLOORS * distances.mean(axis=1)
         return costs
-
-
-def is_planar(building: ConnectedBuilding) -> bool:
-    """Whether its graph can be drawn without crossings, as a floor's can where no passage bridges another."""
-    edges = building.list_doors()
-    # As it is in one part, each edge beyond a tree's closes a cycle.
-    if len(edges) - len(building.labels) + 1 < CYCLES_OF_NON_PLANAR:
-        return True
-    graph: rx.PyGraph[None, None] = rx.PyGraph()
-    graph.extend_from_edge_list(edges)
-    return bool(rx.is_planar(graph))
 
 
 def connect_areas(chains: NodeConnections, *, moves: int, traces: list[Floats] | None = None) -> list[nx.Graph]:

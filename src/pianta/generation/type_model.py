@@ -24,6 +24,7 @@ from pianta.generation.functional_areas import (
     find_functional_areas,
 )
 from pianta.graphs.centrality import drop_isolated
+from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelSchema, Split, standard_name
 
@@ -107,8 +108,8 @@ class TypeModel:
 
     @cached_property
     def door_counts(self) -> list[int]:
-        """The number of cuts of each edge of the functional graphs, sorted."""
-        return sorted(len(cuts) for floor in self.floors for cuts in floor.cuts.values())
+        """The number of cuts of each edge of the functional graphs, sorted; 1 where no floor has any."""
+        return sorted(len(cuts) for floor in self.floors for cuts in floor.cuts.values()) or [1]
 
     def configure(self, floor: TypeFloor) -> Counts:
         """V of a floor: its areas of each cluster, shape (clusters,)."""
@@ -141,7 +142,7 @@ def learn_type(
     areas = [_cut(graph, schema, segmentation) for graph in prepared]
     # 7.3.2: areas of all graphs that are alike are a cluster.
     parts = [take_area(graph, area) for graph, own in zip(prepared, areas, strict=True) for area in own]
-    clusters = cluster_areas(compare_areas(parts)).tolist()
+    clusters = cluster_areas(compare_areas(parts), segmentation=segmentation).tolist()
     ends = np.cumsum([len(own) for own in areas]).tolist()
     floors = [
         TypeFloor(graph.graph["source"], graph, own, tuple(clusters[end - len(own) : end]))
@@ -171,10 +172,18 @@ def prepare_room_graph(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:
     """The graph of a floor as a model takes it: nodes 0 … n - 1, each with its `label` and its name before, `room`.
 
     Rooms without a door are left out, as in Table 5.1.
-    Raises LabelError that lists the labels that the schema does not have, and GraphError for a floor without doors, of
-    more than 1000 rooms, or whose doors leave it in parts.
+    Raises LabelError that lists rooms without a label, or labels that the schema does not have, and GraphError for a
+    floor without doors, of more than 1000 rooms, or whose doors leave it in parts, have a direction or lead back.
     """
+    if graph.is_directed() or graph.is_multigraph():
+        raise GraphError(f"it is a {type(graph).__name__}, give a networkx.Graph without directions and parallel edges")
+    if loops := [*nx.nodes_with_selfloops(graph)]:
+        raise GraphError(f"doors of rooms {name_some(loops)} lead back to the same room, remove them")
     joined = drop_isolated(graph)
+    if unlabelled := [node for node, label in joined.nodes(data="label") if label is None]:
+        raise LabelError(f"rooms {name_some(unlabelled)} have no label, label them")
+    if unnamed := [node for node, label in joined.nodes(data="label") if not isinstance(label, str)]:
+        raise LabelError(f"the labels of rooms {name_some(unnamed)} are no text, label them")
     find_corridors(joined, schema)
     if not len(joined):
         raise GraphError("no door joins two of its rooms, add doors or leave it out")

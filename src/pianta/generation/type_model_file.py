@@ -7,6 +7,7 @@ what follows from the floors, such as functional graphs and kernels, is worked o
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Annotated, Final, Literal, Self
 
@@ -23,6 +24,8 @@ from pianta.labels import Label, LabelSchema, standard_building_type
 FORMAT: Final = "pianta type"
 MAJOR, MINOR = 1, 0
 MAX_FILE_BYTES, MAX_FLOORS, MAX_CLUSTERS, MAX_ITERATIONS = 16 * 2**20, 1000, 1000, 100_000
+# Floors times clusters times areas of a cluster, which sampling has a table of.
+MAX_CELLS = 30_000_000
 
 
 def save_type_model(model: TypeModel, path: str | Path) -> None:
@@ -71,7 +74,7 @@ class _Floor(BaseModel):
     source: str
     labels: list[str] = Field(min_length=2, max_length=MAX_ROOMS)
     doors: list[tuple[_Place, _Place]]
-    areas: list[list[_Place]] = Field(min_length=1)
+    areas: list[Annotated[list[_Place], Field(min_length=1)]] = Field(min_length=1)
     clusters: list[Annotated[int, Field(ge=0, lt=MAX_CLUSTERS)]]
 
     @model_validator(mode="after")
@@ -95,7 +98,10 @@ class _Floor(BaseModel):
             return faults
         graph = nx.Graph(self.doors)
         graph.add_nodes_from(range(rooms))
-        return [] if nx.is_connected(graph) else ["its doors leave it in parts"]
+        if not nx.is_connected(graph):
+            return ["its doors leave it in parts"]
+        broken = [number for number, area in enumerate(self.areas) if not nx.is_connected(graph.subgraph(area))]
+        return [f"its doors leave area {number} in parts" for number in broken]
 
     def to_floor(self) -> TypeFloor:
         graph = nx.Graph(source=self.source)
@@ -128,6 +134,12 @@ class _Model(BaseModel):
         clusters = {cluster for floor in self.floors for cluster in floor.clusters}
         if clusters != {*range(len(clusters))}:
             faults.append(f"clusters are numbered {min(clusters)} to {max(clusters)} with gaps, number them from 0 on")
+        most = max(Counter(floor.clusters).most_common(1)[0][1] for floor in self.floors)
+        if len(self.floors) * len(clusters) * most > MAX_CELLS:
+            faults.append(
+                f"{len(self.floors)} floors with {len(clusters)} clusters, one of them {most} times on a floor, are "
+                "too many to sample from"
+            )
         if faults:
             raise ValueError(join_faults(faults))
         return self

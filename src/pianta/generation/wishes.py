@@ -14,6 +14,8 @@ from pianta.labels import LabelSchema, standard_name
 
 Counts = NDArray[np.int64]
 
+MAX_ROOMS = 1_000_000
+
 
 @dataclass(frozen=True)
 class Wishes:
@@ -84,10 +86,10 @@ class Wishes:
 
     def _find_faults(self) -> list[str]:
         faults = [
-            f"{number} rooms of label {label} are wished for, give 0 or more"
+            f"{number} rooms of label {label} are wished for, give 0 to {MAX_ROOMS}"
             for wished in (self.at_least, self.at_most)
             for label, number in wished.items()
-            if number < 0
+            if not 0 <= number <= MAX_ROOMS
         ]
         faults += [
             f"at least {number} and at most {self.at_most[label]} rooms of label {label} contradict each other"
@@ -97,8 +99,8 @@ class Wishes:
         if self.rooms is not None:
             fewest, most = self.rooms
             wished = sum(self.at_least.values())
-            if not 1 <= fewest <= most:
-                faults.append(f"{fewest} to {most} rooms is no range, give the fewest first, 1 or more")
+            if not 1 <= fewest <= most <= MAX_ROOMS:
+                faults.append(f"{fewest} to {most} rooms is no range, give the fewest first, 1 to {MAX_ROOMS}")
             elif wished > most:
                 faults.append(f"at least {wished} rooms of some labels are more than {most} rooms in all")
         return faults

@@ -1,0 +1,162 @@
+"""Draw the pictures of docs/generation.md: python docs/draw_generation.py."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+import networkx as nx
+import numpy as np
+from draw_pictures import ACCENT, IMAGES, LINE, SHADE, frame, save
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+
+from pianta.bench.data import find_data
+from pianta.drawing_graphs import place_nodes, save_contact_sheet
+from pianta.errors import DataError
+from pianta.formats.buildings import list_buildings, read_building
+from pianta.generation.buildings import BuildingSampler, generate_buildings
+from pianta.generation.mixing import train_type
+from pianta.generation.type_model import TypeFloor, TypeModel
+from pianta.labels import SCHOOL
+
+FLOORS, SEED, SHOWN = 16, 6, 18
+# Colours are so few, for a file of a fifth of the size.
+PALETTE = 128
+# What a wing of a made school has behind its corridor: the corridor's label, and label -> fewest and most rooms.
+WINGS = (
+    ("CORRIDOR", {"CLASSROOM": (3, 5), "WASHROOM": (1, 1), "STAIRS": (1, 1)}),
+    ("CORRIDOR", {"SMALL ADMINISTRATIVE": (2, 3), "CLOSET": (1, 2), "CONFERENCE": (0, 1)}),
+    ("LOBBY", {"ENTRANCE": (1, 2), "LIBRARY": (0, 1), "CANTEEN": (1, 1)}),
+    ("HALL", {"GYM": (1, 1), "CLOSET": (1, 2), "WASHROOM": (2, 2)}),
+)
+# Paul Tol's "bright" scheme.
+COLORS = ("#4477aa", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb", "#ee6677")
+NODE_SIZE, CUT_WIDTH = 90, 2.6
+
+
+def main() -> None:
+    """Draw the method on made schools, and buildings made from the real ones; without data, these stay as they are."""
+    random = np.random.default_rng(SEED)
+    model, _ = train_type([make_school(random) for _ in range(FLOORS)], SCHOOL)
+    draw_steps(model)
+    try:
+        files = list_buildings([find_data() / "buildings" / "school"])
+    except DataError:
+        return
+    model, _ = train_type([read_building(file).graph() for file in files], SCHOOL)
+    sheet = IMAGES / "generation.png"
+    save_contact_sheet(generate_buildings(model, SHOWN, seed=SEED), sheet, schema=SCHOOL)
+    with Image.open(sheet) as picture:
+        picture.convert("RGB").quantize(PALETTE).save(sheet, optimize=True)
+
+
+def make_school(random: np.random.Generator) -> nx.Graph:
+    """The graph of a school of two to five wings, each joined to one before it."""
+    graph = nx.Graph()
+    hubs: list[int] = []
+    for wing in [2, *random.choice([0, 0, 1, 3], size=random.integers(1, 5))]:
+        label, rooms = WINGS[wing]
+        hub = len(graph)
+        graph.add_node(hub, label=label)
+        if hubs:
+            graph.add_edge(hub, int(random.choice(hubs)))
+        hubs.append(hub)
+        for room, (fewest, most) in rooms.items():
+            for _ in range(random.integers(fewest, most + 1)):
+                graph.add_edge(hub, len(graph))
+                graph.nodes[len(graph) - 1]["label"] = room
+    return graph
+
+
+def draw_steps(model: TypeModel) -> None:
+    """Draw a floor in functional areas, the clusters, and the steps of a new building."""
+    sampler = BuildingSampler(model)
+    generators = [np.random.default_rng(SEED)]
+    chosen = sampler.sample_areas(model.configurations[[largest(model)]], generators)
+    (functional,) = sampler.join_areas(chosen, generators)
+    (building,) = sampler.connect_rooms(chosen, [functional], generators)
+    clusters = model.clusters[chosen[0]].tolist()
+    sizes = [len(model.areas[area]) for area in chosen[0]]
+    figure = Figure(figsize=(16, 4.4), layout="constrained")
+    axes = figure.subplots(1, 4)
+    plot_floor(model.floors[largest(model)], ax=axes[0])
+    plot_clusters(model, ax=axes[1])
+    plot_functional_graph(functional, clusters, ax=axes[2])
+    areas = np.repeat(np.arange(len(sizes)), sizes).tolist()
+    plot_graph(
+        building, {room: clusters[area] for room, area in enumerate(areas)}, find_doors(building, areas), ax=axes[3]
+    )
+    frame(axes[3], "Steps 3 and 4: any area of the cluster,\nand the doors between them (red)")
+    save(figure, IMAGES / "generation_steps.png")
+
+
+def largest(model: TypeModel) -> int:
+    """The place of the floor with the most areas."""
+    return int(model.configurations.sum(axis=1).argmax())
+
+
+def find_doors(building: nx.Graph, areas: list[int]) -> list[tuple[int, int]]:
+    """The doors between rooms of different areas."""
+    return [(one, other) for one, other in building.edges if areas[one] != areas[other]]
+
+
+def plot_floor(floor: TypeFloor, *, ax: Axes) -> None:
+    """Plot a floor of the model, its rooms in the colours of their areas' clusters, its cuts red."""
+    clusters = {room: cluster for area, cluster in zip(floor.areas, floor.clusters, strict=True) for room in area}
+    cuts = [cut for cuts in floor.cuts.values() for cut in cuts]
+    plot_graph(floor.graph, clusters, cuts, ax=ax)
+    frame(ax, "The model: a floor is cut (red)\ninto functional areas")
+
+
+def plot_clusters(model: TypeModel, *, ax: Axes) -> None:
+    """Plot the first areas of each cluster, a row each."""
+    for cluster in range(model.configurations.shape[1]):
+        for column, area in enumerate(np.flatnonzero(model.clusters == cluster)[:3]):
+            places = place_nodes(model.areas[area])
+            at = np.array([*places.values()])
+            at = (at - at.mean(axis=0)) / max(np.ptp(at, axis=0).max(), 1.0) * 1.9
+            shifted = {node: (2.6 * column + x, -2.6 * cluster + y) for node, (x, y) in zip(places, at, strict=True)}
+            plot_graph(model.areas[area], dict.fromkeys(places, cluster), [], ax=ax, places=shifted, size=NODE_SIZE / 3)
+        ax.annotate(str(cluster), (-1.9, -2.6 * cluster), ha="center", va="center", fontsize=13)
+    frame(ax, "Areas of all floors that are alike\nare a cluster")
+
+
+def plot_functional_graph(graph: nx.Graph, clusters: list[int], *, ax: Axes) -> None:
+    """Plot the areas of a new building, with the numbers of their clusters."""
+    places = place_nodes(graph)
+    for one, other in graph.edges:
+        ax.plot(*zip(places[one], places[other], strict=True), color=LINE, linewidth=2, zorder=0)
+    for area, (x, y) in places.items():
+        ax.scatter(x, y, s=900, color=COLORS[clusters[area] % len(COLORS)], edgecolors="black", zorder=1)
+        ax.annotate(str(clusters[area]), (x, y), ha="center", va="center", fontsize=14)
+    ax.margins(0.25)
+    ax.set_aspect("equal", adjustable="datalim")
+    frame(ax, "Steps 1 and 2: how many areas of each cluster,\nand which are joined")
+
+
+def plot_graph(
+    graph: nx.Graph,
+    clusters: Mapping[int, int],
+    marked: Collection[tuple[int, int]],
+    *,
+    ax: Axes,
+    places: Mapping[int, tuple[float, float]] | None = None,
+    size: float = NODE_SIZE,
+) -> None:
+    """Plot rooms as circles, corridors as squares, in the colours of clusters; marked doors are red."""
+    places = place_nodes(graph) if places is None else places
+    red = {frozenset(door) for door in marked}
+    for one, other in graph.edges:
+        is_marked = frozenset((one, other)) in red
+        color, width = (ACCENT, CUT_WIDTH) if is_marked else (SHADE, 1.2)
+        ax.plot(*zip(places[one], places[other], strict=True), color=color, linewidth=width, zorder=0)
+    for node, label in graph.nodes(data="label"):
+        marker = "s" if SCHOOL.by_name[label].in_r_c() == "CORRIDOR" else "o"
+        color = COLORS[clusters[node] % len(COLORS)]
+        ax.scatter(*places[node], s=size, marker=marker, color=color, edgecolors="black", linewidths=0.8, zorder=1)
+    ax.set_aspect("equal", adjustable="datalim")
+
+
+if __name__ == "__main__":
+    main()

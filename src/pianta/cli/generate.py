@@ -1,0 +1,180 @@
+"""The verb generate: new buildings of a type."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pianta.cli.outputs import check_output_folder, written_together
+from pianta.cli.terminal import tell_result, track_items
+from pianta.errors import GraphError, LabelError, OptionError
+from pianta.formats.files import shown
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+    from pianta.generation.type_model import TypeFloor, TypeModel
+
+EXAMPLES = (
+    "pianta generate school.json -n 24 -o schools",
+    "pianta generate school.json -n 200 -o schools --jobs 4 --seed 7",
+    "pianta generate school.json --rooms 30-50 --at-least CLASSROOM=12 --at-least GYM -o large",
+    "pianta generate school.json --like building/floor.geojson -o alike",
+    "pianta generate school.json --keep explored/floor.geojson -o continued",
+)
+SHEET = "sheet.png"
+MAX_LISTED = 3
+
+Model = Annotated[Path, typer.Argument(metavar="MODEL", help="Model of a building type, of `pianta train type`.")]
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the buildings; it is made when there is none.")]
+Count = Annotated[int, typer.Option("--count", "-n", help="How many buildings.", min=1, max=100_000)]
+Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same buildings.")]
+Jobs = Annotated[int, typer.Option(min=1, max=256, help="Processes; the buildings are the same for any number.")]
+Rooms = Annotated[str | None, typer.Option(metavar="N or N-M", help="Rooms of each building, corridors included.")]
+AtLeast = Annotated[
+    list[str] | None,
+    typer.Option(metavar="LABEL[=N]", help="So many rooms of a label or more, one unless given; may be repeated."),
+]
+AtMost = Annotated[
+    list[str] | None, typer.Option(metavar="LABEL=N", help="So many rooms of a label or fewer; may be repeated.")
+]
+Like = Annotated[
+    Path | None, typer.Option(metavar="FLOOR", help="A floor that the buildings shall be like, and about as large.")
+]
+Keep = Annotated[
+    Path | None, typer.Option(metavar="FLOOR", help="A floor whose rooms and doors each building has, and others.")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
+
+
+def generate(
+    model: Model,
+    *,
+    out: Out,
+    count: Count = 24,
+    seed: Seed = 0,
+    jobs: Jobs = 1,
+    rooms: Rooms = None,
+    at_least: AtLeast = None,
+    at_most: AtMost = None,
+    like: Like = None,
+    keep: Keep = None,
+    quiet: Quiet = False,
+) -> None:
+    """Make new buildings of a type, as graphs of labelled rooms joined by doors.
+
+    Writes building-001.json (networkx node-link), building-001.graphml and so on, and
+    sheet.png, a picture of the first 24.
+
+    FLOOR is a floor.geojson, layout XML, graph.json or GraphML whose rooms have labels of
+    the type, such as those of `pianta read --type`. With --keep its rooms have their ids
+    as `room` in the new graphs.
+    """
+    from pianta.generation.buildings import generate_buildings
+    from pianta.generation.type_model_file import read_type_model
+    from pianta.generation.wishes import Wishes
+
+    check_output_folder(out)
+    wishes = Wishes(
+        rooms=None if rooms is None else read_range(rooms),
+        at_least=_read_numbers(at_least or (), "--at-least", unless_given=1),
+        at_most=_read_numbers(at_most or (), "--at-most"),
+    )
+    names = [f"building-{number:0{max(3, len(str(count)))}}" for number in range(1, count + 1)]
+    _check_leftovers(out, names)
+    known = read_type_model(model)
+    buildings = generate_buildings(
+        known,
+        count,
+        seed=seed,
+        wishes=wishes,
+        like=_read_floor(like, known),
+        kept=_read_floor(keep, known),
+        jobs=jobs,
+        track=lambda items: track_items(items, quiet=quiet),
+    )
+    save_buildings(buildings, names, known, out)
+    if not quiet:
+        _tell_buildings(buildings, known, out)
+
+
+def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: TypeModel, out: Path) -> None:
+    """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none."""
+    from pianta.drawing_graphs import save_contact_sheet
+    from pianta.formats.graph_json import save_graph
+    from pianta.formats.graphml import save_graphml
+
+    kept = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
+    with written_together(out) as new:
+        for name, building in zip(names, buildings, strict=True):
+            building.graph.update(source=name, building_type=model.building_type)
+            save_graph(building, new / f"{name}.json")
+            save_graphml(building, new / f"{name}.graphml")
+        save_contact_sheet(buildings, new / SHEET, schema=model.schema, fixed=kept)
+
+
+def read_range(text: str) -> tuple[int, int]:
+    """The numbers of N or N-M.
+
+    Raises OptionError for anything else.
+    """
+    found = re.fullmatch(r"\s*(\d{1,6})\s*(?:-\s*(\d{1,6})\s*)?", text, re.ASCII)
+    if found is None:
+        raise OptionError(f"--rooms is {shown(text)}, give a number such as 40, or two such as 30-50")
+    return int(found[1]), int(found[2] or found[1])
+
+
+def _read_numbers(texts: Sequence[str], option: str, *, unless_given: int | None = None) -> Mapping[str, int]:
+    """Label -> number of LABEL=N, or of LABEL where a number is known without."""
+    numbers: dict[str, int] = {}
+    for text in texts:
+        label, equals, number = text.partition("=")
+        if (not equals and unless_given is None) or (equals and not re.fullmatch(r"\d{1,6}", number.strip(), re.ASCII)):
+            raise OptionError(f"{option} is {shown(text)}, give a label and a number such as CLASSROOM=12")
+        key = label.strip().upper()
+        if key in numbers:
+            raise OptionError(f"{option} gives {key} twice, leave one out")
+        numbers[key] = int(number) if equals else int(unless_given or 0)
+    return numbers
+
+
+def _read_floor(path: Path | None, model: TypeModel) -> TypeFloor | None:
+    from pianta.formats.room_graphs import read_room_graph
+    from pianta.generation.type_model import recognize_areas
+
+    if path is None:
+        return None
+    graph = read_room_graph(path)
+    try:
+        return recognize_areas(graph, model)
+    except (GraphError, LabelError) as error:
+        raise type(error)(f"floor {shown(path)}: {error}") from error
+
+
+def _check_leftovers(out: Path, names: Sequence[str]) -> None:
+    """Refuse a folder with buildings that would be left beside the new ones."""
+    found = {file.stem for file in out.glob("building-*.*")} - set(names) if out.is_dir() else set()
+    if found:
+        listed = ", ".join(sorted(found)[:MAX_LISTED]) + (", …" if len(found) > MAX_LISTED else "")
+        raise OptionError(f"folder {shown(out)} has other buildings, {listed}; remove them or give another folder")
+
+
+def _tell_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path) -> None:
+    """Print how large the buildings are beside those of the model, how new, and where they are."""
+    from pianta.evaluation.graph_sets import find_copies, find_repeats
+
+    known = [floor.graph for floor in model.floors]
+    made, copies, repeats = len(buildings), sum(find_copies(buildings, known)), sum(find_repeats(buildings))
+    noun = f"building{'s' * (made != 1)} of type {model.building_type}"
+    tell_result(f"{made} {noun}, {_describe_sizes(buildings)}; the {len(known)} of the model {_describe_sizes(known)}")
+    tell_result(f"copies of a floor of the model: {copies}; of another new building: {repeats}")
+    tell_result(f"in {out}: building-*.json, building-*.graphml, {SHEET}")
+
+
+def _describe_sizes(graphs: Sequence[nx.Graph]) -> str:
+    sizes = [len(graph) for graph in graphs]
+    return f"{min(sizes)} to {max(sizes)} rooms, {sum(sizes) / len(sizes):.1f} on average"

@@ -1,0 +1,264 @@
+"""`pianta train type` and `pianta generate`, as a user runs them."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import networkx as nx
+import pytest
+from PIL import Image
+from shapely import LineString, box
+
+from pianta.floor import Door, Floor, Room
+from pianta.formats.floor_geojson import save_floor
+from pianta.formats.graph_json import read_graph
+from pianta.formats.graphml import read_graphml
+from pianta.generation.type_model_file import read_type_model
+from tests.command_line import list_files, run_pianta
+from tests.generated_types import make_schools
+
+
+def draw_floor(graph: nx.Graph, *, kind: str | None = "school") -> Floor:
+    """A floor with the rooms and doors of a graph, its rooms squares in a row with ids from 1 on."""
+    rooms = tuple(
+        Room(node + 1, box(2 * node, 0, 2 * node + 1, 1), label=label) for node, label in graph.nodes("label")
+    )
+    doors = tuple(Door((one + 1, other + 1), LineString([(0, 0), (0, 1)]), 1.0) for one, other in graph.edges)
+    return Floor(rooms, doors, building_type={kind: 1.0} if kind else {}, source=graph.graph["source"])
+
+
+def part_floor(floor: Floor) -> Floor:
+    """The floor without the doors between its corridors."""
+    hubs = {room.id for room in floor.rooms if room.label == "CORRIDOR"}
+    return replace(floor, doors=tuple(door for door in floor.doors if not hubs.issuperset(door.rooms)))
+
+
+@pytest.fixture(scope="module")
+def schools(tmp_path_factory):
+    """A folder of eight schools."""
+    folder = tmp_path_factory.mktemp("schools")
+    for graph in make_schools():
+        save_floor(draw_floor(graph), folder / f"{Path(graph.graph['source']).stem}.geojson")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory, schools):
+    """Their model, with chains that are soon at an end."""
+    path = tmp_path_factory.mktemp("model") / "school.json"
+    outcome = run_pianta("train", "type", schools, "-o", path)
+    assert outcome.code == 0, outcome.err
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps(content | {"sweeps": 20, "edge_moves": 50, "door_moves": 10}))
+    return path
+
+
+def label_counts(graph: nx.Graph) -> dict[str, int]:
+    labels = [label for _, label in graph.nodes(data="label")]
+    return {label: labels.count(label) for label in labels}
+
+
+def read_made(folder: Path) -> list[nx.Graph]:
+    return [read_graph(file) for file in sorted(folder.glob("building-*.json"))]
+
+
+class TestTrainType:
+    def test_learns_and_tells_what_next(self, schools, tmp_path):
+        outcome = run_pianta("train", "type", schools, "-o", tmp_path / "new" / "school.json")
+        assert outcome.code == 0, outcome.err
+        trained, mixed, written, following = outcome.out.splitlines()
+        learned = read_type_model(tmp_path / "new" / "school.json")
+        assert [floor.source for floor in learned.floors] == [f"school {name}.geojson" for name in "abcdefgh"]
+        assert trained == f"trained on {learned} of {min_max(learned)}, type school"
+        assert "R-hat" in mixed
+        assert "school.json" in written
+        command = following.removeprefix("next: pianta ")
+        assert command.startswith(f"generate {tmp_path / 'new' / 'school.json'} -n 24 -o ")
+
+    def test_gives_the_same_bytes_again(self, schools, tmp_path):
+        for name in ("one.json", "other.json"):
+            assert run_pianta("train", "type", schools, "-q", "-o", tmp_path / name).code == 0
+        assert (tmp_path / "one.json").read_bytes() == (tmp_path / "other.json").read_bytes()
+
+    def test_cuts_by_normalized_cut(self, schools, tmp_path):
+        assert run_pianta("train", "type", schools, "--areas", "ncut", "-q", "-o", tmp_path / "cut.json").code == 0
+        assert read_type_model(tmp_path / "cut.json").segmentation == "ncut"
+
+    def test_leaves_out_what_it_cannot_use(self, schools, tmp_path):
+        first, second = make_schools()[:2]
+        unlabelled = draw_floor(first)
+        rooms = (replace(unlabelled.rooms[0], label=None), *unlabelled.rooms[1:])
+        save_floor(replace(unlabelled, rooms=rooms), tmp_path / "unlabelled.geojson")
+        second.remove_edge(0, 5)
+        save_floor(draw_floor(second), tmp_path / "parted.geojson")
+        (tmp_path / "broken.geojson").write_text("{")
+        outcome = run_pianta("train", "type", schools, tmp_path, "-o", tmp_path / "model.json")
+        assert outcome.code == 1
+        assert len(read_type_model(tmp_path / "model.json").floors) == 8
+        broken, parted, unlabelled_line = sorted(line for line in outcome.err.splitlines() if "error" in line)
+        assert "broken.geojson" in broken
+        assert "parted.geojson" in parted
+        assert "2 parts" in parted
+        assert "unlabelled.geojson" in unlabelled_line
+        assert "rooms 1 have no label" in unlabelled_line
+
+    @pytest.mark.parametrize(
+        ("change", "told"),
+        [
+            (lambda floor: replace(floor, rooms=tuple(replace(room, label=None) for room in floor.rooms)), "no label"),
+            (part_floor, "parts that no door joins"),
+            (lambda floor: replace(floor, doors=()), "no door joins two"),
+            (lambda floor: replace(floor, building_type={}), "give it by --type"),
+            (lambda floor: replace(floor, building_type={"castle": 1.0}), "no schema of building type 'castle'"),
+        ],
+    )
+    def test_refuses_a_set_that_it_cannot_use(self, change, told, tmp_path):
+        for graph in make_schools()[:3]:
+            save_floor(change(draw_floor(graph)), tmp_path / f"{Path(graph.graph['source']).stem}.geojson")
+        outcome = run_pianta("train", "type", tmp_path, "-o", tmp_path / "model.json")
+        assert_one_error(outcome, told)
+        assert not (tmp_path / "model.json").exists()
+
+    def test_refuses_one_floor(self, schools, tmp_path):
+        outcome = run_pianta("train", "type", schools / "school a.geojson", "-o", tmp_path / "model.json")
+        assert_one_error(outcome, "a model takes two floors at least, better dozens, and 1 of 1 can be used")
+
+    def test_refuses_several_types(self, schools, tmp_path):
+        save_floor(draw_floor(make_schools()[0], kind="office"), tmp_path / "office.geojson")
+        outcome = run_pianta("train", "type", schools, tmp_path, "-o", tmp_path / "model.json")
+        assert_one_error(outcome, "of types office, school, and a model is of one")
+
+    def test_refuses_unknown_areas(self, schools, tmp_path):
+        outcome = run_pianta("train", "type", schools, "--areas", "rooms", "-o", tmp_path / "model.json")
+        assert_one_error(outcome, "areas is 'rooms', give one of corr, ncut")
+
+
+class TestGenerate:
+    def test_writes_graphs_and_their_sheet(self, model, tmp_path):
+        outcome = run_pianta("generate", model, "-n", 5, "-o", tmp_path / "made")
+        assert outcome.code == 0, outcome.err
+        names = [f"building-{number:03}" for number in range(1, 6)]
+        expected = {f"{name}.{kind}" for name in names for kind in ("json", "graphml")} | {"sheet.png"}
+        assert list_files(tmp_path / "made").keys() == expected
+        sizes, copies, place = outcome.out.splitlines()
+        made = read_made(tmp_path / "made")
+        rooms = [len(graph) for graph in made]
+        assert sizes.startswith(f"5 buildings of type school, {min(rooms)} to {max(rooms)} rooms, ")
+        assert copies.startswith("copies of a floor of the model: ")
+        assert str(tmp_path / "made") in place
+        for name, graph in zip(names, made, strict=True):
+            assert nx.is_connected(graph)
+            assert graph.graph == {"source": name, "building_type": "school"}
+            assert nx.utils.graphs_equal(read_graphml(tmp_path / "made" / f"{name}.graphml"), graph)
+        with Image.open(tmp_path / "made" / "sheet.png") as sheet:
+            assert sheet.width > sheet.height
+
+    def test_gives_the_same_for_a_seed_and_any_number_of_jobs(self, model, tmp_path):
+        for name, options in (("one", ()), ("two", ("--jobs", 2)), ("other", ("--seed", 1))):
+            assert run_pianta("generate", model, "-n", 4, "-q", "-o", tmp_path / name, *options).code == 0
+        one, two, other = (list_files(tmp_path / name) for name in ("one", "two", "other"))
+        assert one == two
+        assert one != other
+
+    def test_meets_wishes(self, model, tmp_path):
+        wishes = ("--rooms", "12-16", "--at-least", "classroom=5", "--at-least", "GYM", "--at-most", "CLOSET=2")
+        outcome = run_pianta("generate", model, "-n", 6, *wishes, "-o", tmp_path / "made")
+        assert outcome.code == 0, outcome.err
+        for graph in read_made(tmp_path / "made"):
+            counts = label_counts(graph)
+            assert 12 <= len(graph) <= 16
+            assert counts["CLASSROOM"] >= 5
+            assert counts["GYM"] >= 1
+            assert counts.get("CLOSET", 0) <= 2
+
+    def test_makes_buildings_like_a_floor(self, model, schools, tmp_path):
+        outcome = run_pianta(
+            "generate", model, "-n", 4, "--like", schools / "school d.geojson", "-o", tmp_path / "made"
+        )
+        assert outcome.code == 0, outcome.err
+        rooms = len(make_schools()[3])
+        assert all(0.79 * rooms <= len(graph) <= 1.21 * rooms for graph in read_made(tmp_path / "made"))
+
+    def test_keeps_rooms_and_doors(self, model, schools, tmp_path):
+        outcome = run_pianta(
+            "generate", model, "-n", 3, "--keep", schools / "school a.geojson", "-o", tmp_path / "made"
+        )
+        assert outcome.code == 0, outcome.err
+        known = make_schools()[0]
+        for graph in read_made(tmp_path / "made"):
+            node_of = {room: node for node, room in graph.nodes(data="room") if room is not None}
+            assert {room: graph.nodes[node]["label"] for room, node in node_of.items()} == {
+                node + 1: label for node, label in known.nodes(data="label")
+            }
+            kept = graph.subgraph(node_of.values())
+            doors = {frozenset((node_of[one + 1], node_of[other + 1])) for one, other in known.edges}
+            assert {frozenset(edge) for edge in kept.edges} == doors
+
+    def test_takes_what_it_has_made(self, model, tmp_path):
+        assert run_pianta("generate", model, "-n", 1, "-q", "-o", tmp_path / "made").code == 0
+        for kind in ("json", "graphml"):
+            floor = tmp_path / "made" / f"building-001.{kind}"
+            assert run_pianta("generate", model, "-n", 1, "-q", "--keep", floor, "-o", tmp_path / kind).code == 0
+        assert list_files(tmp_path / "json") == list_files(tmp_path / "graphml")
+
+    @pytest.mark.parametrize(
+        ("options", "told"),
+        [
+            (("--rooms", "many"), "--rooms is 'many', give a number such as 40"),
+            (("--rooms", "50-30"), "50 to 30 rooms is no range"),
+            (("--rooms", "900"), "900 rooms in all are wished for, and there are"),
+            (("--rooms", "5", "--at-least", "CLASSROOM=6"), "at least 6 rooms of some labels are more than 5"),
+            (("--at-least", "CLASSROOM=4", "--at-most", "CLASSROOM=2"), "contradict each other"),
+            (("--at-least", "LIBRARY"), "there are no rooms of label LIBRARY"),
+            (("--at-least", "CLASSROOM=few"), "give a label and a number such as CLASSROOM=12"),
+            (("--at-least", "GYM=1", "--at-least", "gym"), "gives GYM twice"),
+            (("--at-most", "GYM"), "give a label and a number such as CLASSROOM=12"),
+            (("--like", "nowhere.geojson"), "does not exist"),
+        ],
+    )
+    def test_refuses_what_cannot_be(self, model, options, told, tmp_path):
+        outcome = run_pianta("generate", model, "-n", 2, *options, "-o", tmp_path / "made")
+        assert_one_error(outcome, told)
+        assert not (tmp_path / "made").exists()
+
+    def test_refuses_a_floor_of_other_labels(self, model, tmp_path):
+        graph = make_schools()[0]
+        graph.nodes[3]["label"] = "DUNGEON"
+        save_floor(draw_floor(graph), tmp_path / "castle.geojson")
+        outcome = run_pianta("generate", model, "--keep", tmp_path / "castle.geojson", "-o", tmp_path / "made")
+        assert_one_error(outcome, "DUNGEON")
+        assert "castle.geojson" in outcome.err
+
+    @pytest.mark.parametrize(
+        ("change", "told"),
+        [
+            ({"version": "2.0"}, "version '2.0'"),
+            ({"format": "pianta labels"}, "no model of a building type"),
+            ({"sweeps": 0}, "sweeps"),
+        ],
+    )
+    def test_refuses_other_models(self, model, change, told, tmp_path):
+        (tmp_path / "model.json").write_text(json.dumps(json.loads(model.read_text()) | change))
+        assert_one_error(run_pianta("generate", tmp_path / "model.json", "-o", tmp_path / "made"), told)
+
+    def test_leaves_other_buildings_alone(self, model, tmp_path):
+        assert run_pianta("generate", model, "-n", 3, "-q", "-o", tmp_path).code == 0
+        before = list_files(tmp_path)
+        outcome = run_pianta("generate", model, "-n", 2, "-o", tmp_path)
+        assert_one_error(outcome, "has other buildings, building-003; remove them or give another folder")
+        assert list_files(tmp_path) == before
+        assert run_pianta("generate", model, "-n", 3, "-q", "--seed", 1, "-o", tmp_path).code == 0
+        assert list_files(tmp_path).keys() == before.keys()
+
+
+def min_max(model) -> str:
+    sizes = [int((model.clusters == cluster).sum()) for cluster in set(model.clusters.tolist())]
+    return f"{min(sizes)} to {max(sizes)}"
+
+
+def assert_one_error(outcome, told: str) -> None:
+    assert outcome.code == 2
+    assert outcome.out == ""
+    (line,) = [line for line in outcome.err.splitlines() if not line.startswith("warning: ")]
+    assert line.startswith("error: ")
+    assert told in line

@@ -1,0 +1,294 @@
+"""Buildings from end to end: with wishes, like a floor, around a floor; and nothing but the seed counts."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import networkx as nx
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pianta.errors import ModelError, OptionError
+from pianta.generation.buildings import MAX_BUILDINGS, BuildingSampler, Costs, generate_buildings
+from pianta.generation.functional_areas import Segmentation
+from pianta.generation.type_model import TypeFloor, TypeModel, learn_type, recognize_areas
+from pianta.generation.wishes import Wishes
+from tests.generated_types import SCHOOL, build_floor, join_wings, make_wing, small_model
+
+# A part of a building that was seen, with names of rooms that are no numbers.
+SEEN = nx.relabel_nodes(join_wings(("CCCT", "GS"), ((0, 1),), source="seen"), lambda node: f"room {node}")
+
+
+@cache
+def quick_model(segmentation=Segmentation.CORR) -> TypeModel:
+    """The small model with few iterations."""
+    return replace(small_model(segmentation), sweeps=6, edge_moves=30, door_moves=6)
+
+
+@cache
+def seen_floor() -> TypeFloor:
+    return recognize_areas(SEEN, quick_model())
+
+
+def list_rooms(building) -> tuple[list[Any], list[Any]]:
+    """All that a building is."""
+    return [*building.nodes(data=True)], sorted(tuple(sorted(edge)) for edge in building.edges)
+
+
+def count_label(building, name) -> int:
+    return [label for _, label in building.nodes(data="label")].count(name)
+
+
+def assert_building(building, model) -> None:
+    assert list(building) == [*range(len(building))]
+    assert nx.is_connected(building)
+    assert not [*nx.selfloop_edges(building)]
+    known = {label for floor in model.floors for _, label in floor.graph.nodes(data="label")}
+    assert {label for _, label in building.nodes(data="label")} <= known
+
+
+@pytest.mark.parametrize("costs", Costs)
+@pytest.mark.parametrize("segmentation", Segmentation)
+def test_buildings_are_floors_of_the_type(segmentation, costs):
+    model = quick_model(segmentation)
+    buildings = generate_buildings(model, 12, costs=costs)
+    assert len(buildings) == 12
+    for building in buildings:
+        assert_building(building, model)
+        assert not nx.get_node_attributes(building, "room")
+    assert len({nx.weisfeiler_lehman_graph_hash(building, node_attr="label") for building in buildings}) > 6
+
+
+def test_sizes_are_a_fifth_beyond_those_of_floors_at_most():
+    sizes = [len(floor.graph) for floor in quick_model().floors]
+    found = [len(building) for building in generate_buildings(quick_model(), 60)]
+    assert 0.8 * min(sizes) - 0.5 <= min(found)
+    assert max(found) <= 1.2 * max(sizes) + 0.5
+    assert len(set(found)) > 5
+
+
+@settings(max_examples=8)
+@given(st.lists(st.integers(0, 40), min_size=1, max_size=4, unique=True), st.integers(0, 2**32))
+def test_a_building_depends_on_none_beside_it(numbers, seed):
+    wishes = Wishes(rooms=(15, 16), at_least={"gym": 1})
+    together = BuildingSampler(quick_model(), wishes).sample(numbers, seed=seed)
+    for number, building in zip(numbers, together, strict=True):
+        (alone,) = BuildingSampler(quick_model(), wishes).sample([number], seed=seed)
+        assert list_rooms(alone) == list_rooms(building)
+
+
+@pytest.mark.parametrize("given_floor", ["none", "like", "kept"])
+def test_batches_are_the_same_as_all_at_once(given_floor):
+    like, kept = (seen_floor() if given_floor == name else None for name in ("like", "kept"))
+    sampler = BuildingSampler(quick_model(), like=like, kept=kept)
+    parts = [*sampler.sample(range(3), seed=2), *sampler.sample(range(3, 6), seed=2)]
+    whole = BuildingSampler(quick_model(), like=like, kept=kept).sample(range(6), seed=2)
+    assert list(map(list_rooms, parts)) == list(map(list_rooms, whole))
+
+
+def test_jobs_make_the_same_buildings():
+    one, two = (generate_buildings(quick_model(), 4, seed=3, jobs=jobs) for jobs in (1, 2))
+    assert list(map(list_rooms, one)) == list(map(list_rooms, two))
+
+
+def test_the_start_of_more_buildings_is_the_same():
+    few, many = generate_buildings(quick_model(), 3, seed=1), generate_buildings(quick_model(), 9, seed=1)
+    assert list(map(list_rooms, few)) == list(map(list_rooms, many[:3]))
+
+
+def test_seeds_differ():
+    one, two = generate_buildings(quick_model(), 3, seed=1), generate_buildings(quick_model(), 3, seed=2)
+    assert list(map(list_rooms, one)) != list(map(list_rooms, two))
+
+
+HASHED = """
+import networkx as nx
+from dataclasses import replace
+from pianta.generation.buildings import generate_buildings
+from pianta.generation.type_model import learn_type, recognize_areas
+from tests.generated_types import SCHOOL, join_wings, make_schools
+from tests.test_generated_buildings import SEEN, list_rooms
+named = [nx.relabel_nodes(graph, lambda node: f"room {node}") for graph in make_schools()]
+for segmentation in ("corr", "ncut"):
+    model = replace(learn_type(named, SCHOOL, segmentation=segmentation), sweeps=5, edge_moves=20, door_moves=4)
+    floor = recognize_areas(SEEN, model)
+    for buildings in (generate_buildings(model, 3), generate_buildings(model, 2, kept=floor, like=floor)):
+        print(*map(list_rooms, buildings))
+"""
+
+
+def test_the_same_under_every_hash_seed():
+    found = [
+        subprocess.run(
+            [sys.executable, "-c", HASHED],
+            check=True,
+            capture_output=True,
+            text=True,
+            cwd=Path(__file__).parents[1],
+            env=os.environ | {"PYTHONHASHSEED": seed},
+        ).stdout
+        for seed in ("1", "2", "3")
+    ]
+    assert "room 4" in found[0]
+    assert len(set(found)) == 1
+
+
+def test_wishes_are_met():
+    wishes = Wishes(rooms=(14, 18), at_least={"Classroom": 6, "GYM": 1}, at_most={"closet": 3})
+    buildings = generate_buildings(quick_model(), 20, wishes=wishes)
+    for building in buildings:
+        assert_building(building, quick_model())
+        assert 14 <= len(building) <= 18
+        assert count_label(building, "CLASSROOM") >= 6
+        assert count_label(building, "GYM") >= 1
+        assert count_label(building, "CLOSET") <= 3
+    assert len({len(building) for building in buildings}) > 1
+
+
+@pytest.mark.parametrize("rooms", [(3, 5), (21, 22)])
+def test_sizes_that_no_floor_has(rooms):
+    # Floors have 9 to 19 rooms.
+    for building in generate_buildings(quick_model(), 10, wishes=Wishes(rooms=rooms)):
+        assert rooms[0] <= len(building) <= rooms[1]
+
+
+def test_an_exact_number_of_rooms():
+    assert {len(building) for building in generate_buildings(quick_model(), 10, wishes=Wishes(rooms=(17, 17)))} == {17}
+
+
+@pytest.mark.parametrize(
+    ("wishes", "message"),
+    [
+        (Wishes(at_least={"gym": 30}), "at least 30 rooms of label GYM are wished for, and there are 2 at most"),
+        (Wishes(at_least={"canteen": 1}), "there are no rooms of label CANTEEN, give some of CLASSROOM, .*"),
+        (Wishes(at_most={"pool": 1}), "there are no rooms of label POOL, give some of CLASSROOM, .*"),
+        (Wishes(rooms=(500, 600)), r"500 rooms in all are wished for, and there are \d+ at most"),
+    ],
+)
+def test_wishes_that_no_building_can_meet(wishes, message):
+    with pytest.raises(OptionError, match=f"^no school of the model can be as wished: {message}$"):
+        generate_buildings(quick_model(), 2, wishes=wishes)
+
+
+def test_wishes_that_contradict_what_is_kept():
+    with pytest.raises(OptionError, match=r"at most 2 rooms of label CLASSROOM .* 3 are kept") as caught:
+        generate_buildings(quick_model(), 2, kept=seen_floor(), wishes=Wishes(rooms=(1, 5), at_most={"classroom": 2}))
+    assert "5 rooms in all are wished for, and 8 are kept" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_wishes_that_are_not_met():
+    # Each area has one corridor, so that there are more rooms than any area has in all.
+    wishes = Wishes(rooms=(19, 20), at_most={"corridor": 1})
+    with pytest.raises(ModelError, match=r"^no building with all that is wished for was found in 60 sweeps, .*less$"):
+        generate_buildings(quick_model(), 1, wishes=wishes)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"count": 0}, "0 buildings are wanted, give 1 to 100000"),
+        ({"count": MAX_BUILDINGS + 1}, "100001 buildings are wanted, give 1 to 100000"),
+        ({"count": 1, "jobs": 0}, "jobs is 0, give 1 to 256"),
+        ({"count": 1, "seed": -1}, "seed is -1, give 0 or more"),
+    ],
+)
+def test_options_that_are_none(options, message):
+    with pytest.raises(OptionError, match=f"^{message}$"):
+        generate_buildings(quick_model(), **options)
+
+
+def test_like_a_floor():
+    like = quick_model().floors[3]
+    buildings = generate_buildings(quick_model(), 12, like=like)
+    assert all(0.8 * len(like.graph) - 0.5 <= len(building) <= 1.2 * len(like.graph) + 0.5 for building in buildings)
+    assert len({str(list_rooms(building)) for building in buildings}) > 6
+    asked = generate_buildings(quick_model(), 4, like=like, wishes=Wishes(rooms=(12, 12)))
+    assert [len(building) for building in asked] == [12] * 4
+
+
+def test_like_a_floor_with_areas_larger_than_any():
+    floor = recognize_areas(make_wing("C" * 80), quick_model())
+    # 81 rooms cannot be, and nobody has wished for them.
+    buildings = generate_buildings(quick_model(), 2, like=floor)
+    assert all(nx.is_connected(building) for building in buildings)
+
+
+def test_rooms_and_doors_that_are_kept():
+    for building in generate_buildings(quick_model(), 12, kept=seen_floor(), wishes=Wishes(rooms=(14, 20))):
+        assert_building(building, quick_model())
+        node_of = {room: node for node, room in building.nodes(data="room") if room is not None}
+        assert node_of.keys() == set(SEEN)
+        assert sorted(node_of.values()) == [*range(len(SEEN))]
+        assert all(building.nodes[node]["label"] == SEEN.nodes[room]["label"] for room, node in node_of.items())
+        seen = {frozenset((node_of[one], node_of[other])) for one, other in SEEN.edges}
+        assert {frozenset(edge) for edge in building.subgraph(node_of.values()).edges} == seen
+        assert 14 <= len(building) <= 20
+
+
+def test_what_is_kept_may_be_larger_than_any_floor():
+    graph = join_wings(
+        ("CCCCC", "CCCC", "AAS", "GS", "CCT", "AA", "CCCCCC"), tuple((0, n) for n in range(1, 7)), source=""
+    )
+    floor = recognize_areas(graph, quick_model())
+    for building in generate_buildings(quick_model(), 2, kept=floor):
+        assert len(building) >= len(graph)
+        assert building.subgraph(range(len(graph))).number_of_edges() == graph.number_of_edges()
+
+
+def test_kept_and_like_and_wishes_at_once():
+    (building,) = generate_buildings(
+        quick_model(),
+        1,
+        kept=seen_floor(),
+        like=quick_model().floors[3],
+        wishes=Wishes(at_least={"small administrative": 2}),
+    )
+    assert count_label(building, "SMALL ADMINISTRATIVE") >= 2
+    assert nx.get_node_attributes(building, "room")
+
+
+@pytest.mark.parametrize(
+    "graphs",
+    [
+        [make_wing("CCT"), make_wing("AAAAAS")],
+        [make_wing("CCT"), make_wing("CCT")],
+        [make_wing("C"), make_wing("A")],
+        [make_wing("C"), join_wings(("CCC", "GGG"), ((0, 1),), source="")],
+        [nx.relabel_nodes(make_wing("CCC", hub="GYM"), {0: "hall"}), make_wing("C")],
+    ],
+)
+@pytest.mark.parametrize("segmentation", Segmentation)
+def test_types_of_two_floors(graphs, segmentation):
+    model = replace(learn_type(graphs, SCHOOL, segmentation=segmentation), sweeps=5, edge_moves=20, door_moves=5)
+    for building in generate_buildings(model, 6):
+        assert_building(building, model)
+    first, second = model.floors
+    (building,) = generate_buildings(model, 1, like=first, kept=second)
+    assert len(building) >= len(second.graph)
+
+
+def test_clusters_that_no_floor_has_together():
+    # Nothing tells how these areas are joined; where they come together they are all the same.
+    floors = (build_floor(("CCT",), (), (0,)), build_floor(("AAS",), (), (1,)))
+    model = TypeModel(SCHOOL, Segmentation.CORR, floors, 5, 20, 5)
+    buildings = generate_buildings(model, 40, wishes=Wishes(rooms=(8, 8)), costs=Costs.THESIS)
+    assert all(nx.is_connected(building) and len(building) == 8 for building in buildings)
+
+
+def test_progress_is_told():
+    told = []
+
+    def track(names: Sequence[str]) -> Iterator[str]:
+        for name in names:
+            told.append(name)
+            yield name
+
+    generate_buildings(quick_model(), 2, track=track)
+    assert told == [f"buildings 1 to 2: {step}" for step in ("functional areas", "functional graphs", "doors")]

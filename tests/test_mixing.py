@@ -1,0 +1,123 @@
+"""How long chains take to mix: found for each step, doubled where they have not, twice at most."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pianta.generation import mixing
+from pianta.generation.buildings import BuildingSampler
+from pianta.generation.functional_areas import Segmentation
+from pianta.generation.metropolis_hastings import Floats
+from pianta.generation.mixing import CHAINS, TARGETS, Mixing, ModelMixing, find_mixing, train_type
+from pianta.generation.type_model import TypeModel
+from tests.generated_types import SCHOOL, build_floor, make_schools, make_wing, small_model
+
+QUICK = replace(small_model(), sweeps=8, edge_moves=40, door_moves=10)
+Runner = Callable[[BuildingSampler, int], Floats]
+
+
+def make_runner(apart: Callable[[int], float], asked: list[int]) -> Runner:
+    """A step whose chains are as far apart as it says for their iterations; of three targets, one has always mixed."""
+
+    def run(sampler: BuildingSampler, seed: int) -> Floats:
+        iterations = sampler.model.sweeps
+        assert sampler.model.edge_moves == sampler.model.door_moves == iterations
+        asked.append(iterations)
+        noise = np.random.default_rng(seed).normal(size=(3, CHAINS, iterations))
+        noise[1:] += apart(iterations) * np.arange(CHAINS)[:, None]
+        return noise
+
+    return run
+
+
+def use_runners(monkeypatch: pytest.MonkeyPatch, runner: Runner) -> None:
+    for name in ("_run_sweeps", "_run_edge_moves", "_run_door_moves"):
+        monkeypatch.setattr(mixing, name, runner)
+
+
+def test_chains_that_have_mixed_stay(monkeypatch):
+    asked: list[int] = []
+    use_runners(monkeypatch, make_runner(lambda _: 0.0, asked))
+    found = find_mixing(replace(QUICK, sweeps=200, edge_moves=300, door_moves=400))
+    assert asked == [200, 300, 400]
+    assert [step.iterations for step in (found.sweeps, found.edge_moves, found.door_moves)] == asked
+    assert found.sweeps.convergence == pytest.approx(1, abs=0.03)
+
+
+def test_chains_that_mix_late_take_more(monkeypatch):
+    asked: list[int] = []
+    use_runners(monkeypatch, make_runner(lambda iterations: 5.0 * (iterations < 400), asked))
+    found = find_mixing(replace(QUICK, sweeps=200, edge_moves=400, door_moves=100))
+    assert asked == [200, 400, 400, 100, 200, 400]
+    assert [step.iterations for step in (found.sweeps, found.edge_moves, found.door_moves)] == [400, 400, 400]
+
+
+def test_chains_that_never_mix_take_four_times_as_many(monkeypatch):
+    asked: list[int] = []
+    use_runners(monkeypatch, make_runner(lambda _: 5.0, asked))
+    found = find_mixing(replace(QUICK, sweeps=100, edge_moves=50, door_moves=30))
+    assert [step.iterations for step in (found.sweeps, found.edge_moves, found.door_moves)] == [400, 200, 120]
+    assert found.door_moves.convergence > 2
+
+
+def test_only_the_second_half_counts(monkeypatch):
+    def run(sampler: BuildingSampler, seed: int) -> Floats:
+        noise = np.random.default_rng(seed).normal(size=(2, CHAINS, sampler.model.sweeps))
+        noise[:, :, : sampler.model.sweeps // 2] += 100 * np.arange(CHAINS)[:, None]
+        return noise
+
+    use_runners(monkeypatch, run)
+    assert find_mixing(replace(QUICK, sweeps=200)).sweeps.iterations == 200
+
+
+def test_traces_of_the_steps():
+    sampler = BuildingSampler(QUICK)
+    sweeps = mixing._run_sweeps(sampler, 0)
+    edges = mixing._run_edge_moves(sampler, 0)
+    doors = mixing._run_door_moves(sampler, 0)
+    assert (sweeps.shape, edges.shape, doors.shape) == (
+        (1, CHAINS * TARGETS, 8),
+        (TARGETS, CHAINS, 40),
+        (TARGETS, CHAINS, 10),
+    )
+    assert all(np.isfinite(traces).all() for traces in (sweeps, edges, doors))
+    # Chains of a target start apart, unless it has two areas, which are joined in one way.
+    assert any(len(set(of_target[:, 0])) > 1 for of_target in edges)
+
+
+@pytest.mark.parametrize("segmentation", Segmentation)
+def test_chains_of_the_small_schools(segmentation):
+    found = find_mixing(replace(small_model(segmentation), sweeps=40, edge_moves=300, door_moves=60), seed=1)
+    assert found.sweeps.convergence < 1.1
+    assert found.sweeps.iterations == 40
+    assert found.edge_moves.iterations in (300, 600, 1200)
+    assert found.door_moves.iterations in (60, 120, 240)
+
+
+def test_the_same_seed_finds_the_same():
+    assert find_mixing(QUICK, seed=4) == find_mixing(QUICK, seed=4)
+
+
+def test_floors_of_one_area_have_nothing_to_join():
+    model = TypeModel(
+        SCHOOL, Segmentation.CORR, (build_floor(("CC",), (), (0,)), build_floor(("AA",), (), (0,))), 5, 20, 10
+    )
+    found = find_mixing(model)
+    assert (found.edge_moves, found.door_moves) == (Mixing(20, 1.0), Mixing(10, 1.0))
+
+
+def test_a_type_is_trained_with_what_was_found(monkeypatch):
+    monkeypatch.setattr(
+        mixing, "find_mixing", lambda model, *, seed: ModelMixing(Mixing(seed, 1.0), Mixing(8, 1.2), Mixing(9, 1.3))
+    )
+    model, found = train_type(make_schools(), SCHOOL, segmentation=Segmentation.NCUT, seed=7)
+    assert (model.sweeps, model.edge_moves, model.door_moves) == (7, 8, 9)
+    assert found.edge_moves == Mixing(8, 1.2)
+    assert (model.segmentation, len(model.floors)) == (Segmentation.NCUT, 8)
+
+
+def test_two_floors():
+    model, found = train_type([make_wing("C"), make_wing("AAA")], SCHOOL)
+    assert model.sweeps == found.sweeps.iterations >= 300

@@ -1,0 +1,313 @@
+"""Model files of chapter 7: round trip, and what strangers may send."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import networkx as nx
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from pianta.errors import ModelError
+from pianta.generation.buildings import generate_buildings
+from pianta.generation.functional_areas import Segmentation
+from pianta.generation.type_model import TypeModel, learn_type
+from pianta.generation.type_model_file import MAX_FILE_BYTES, read_type_model, save_type_model
+from pianta.labels import FCES, General, Label, LabelSchema
+from tests.generated_types import build_floor, make_schools, small_model
+from tests.mutation import mutated, refused_in_one_line
+
+Change = Callable[[dict[str, Any]], object]
+
+
+@pytest.fixture(scope="module")
+def model_file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("model") / "school.json"
+    save_type_model(replace(small_model(), sweeps=3, edge_moves=10, door_moves=2), path)
+    return path
+
+
+def refuse(path: Path, match: str) -> None:
+    with pytest.raises(ModelError, match=match) as caught:
+        read_type_model(path)
+    assert "\n" not in str(caught.value)
+    assert path.name in str(caught.value)
+
+
+def rewrite(model_file: Path, path: Path, change: Change) -> Path:
+    """A copy of a model file whose content is changed."""
+    content = json.loads(model_file.read_text())
+    change(content)
+    path.write_text(json.dumps(content))
+    return path
+
+
+def list_rooms(building: nx.Graph) -> tuple[list[Any], list[Any]]:
+    return [*building.nodes(data=True)], sorted(building.edges)
+
+
+@pytest.mark.parametrize("segmentation", Segmentation)
+def test_round_trip(tmp_path, segmentation):
+    model = replace(small_model(segmentation), sweeps=3, edge_moves=10, door_moves=2)
+    save_type_model(model, tmp_path / "m.json")
+    read = read_type_model(tmp_path / "m.json")
+    assert (read.schema, read.segmentation) == (model.schema, segmentation)
+    assert (read.sweeps, read.edge_moves, read.door_moves) == (3, 10, 2)
+    for one, other in zip(read.floors, model.floors, strict=True):
+        assert (one.source, one.areas, one.clusters, one.cuts) == (
+            other.source,
+            other.areas,
+            other.clusters,
+            other.cuts,
+        )
+        assert [*one.graph.nodes(data="label")] == [*other.graph.nodes(data="label")]
+    save_type_model(read, tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_bytes() == (tmp_path / "m.json").read_bytes()
+    ours, theirs = (generate_buildings(known, 4, seed=5) for known in (read, model))
+    assert list(map(list_rooms, ours)) == list(map(list_rooms, theirs))
+
+
+def test_a_type_of_ones_own(tmp_path):
+    house = LabelSchema(
+        "house",
+        (
+            Label("CORRIDOR", FCES.ENTRANCE, General.CORRIDOR, "#112233", FCES.SERVICE, corridor_in_graphs=True),
+            Label("Bäder", FCES.SERVICE, General.SMALL, "#AABBCC"),
+        ),
+    )
+    graphs = []
+    for rooms in (1, 2, 3):
+        graph = nx.star_graph(rooms)
+        graph.graph["source"] = f"Häuser {rooms}\n"
+        nx.set_node_attributes(graph, {node: "bäder" if node else "corridor" for node in graph}, "label")
+        graphs.append(graph)
+    save_type_model(learn_type(graphs, house), tmp_path / "m.json")
+    read = read_type_model(tmp_path / "m.json")
+    assert read.schema == house
+    assert [floor.source for floor in read.floors] == [graph.graph["source"] for graph in graphs]
+
+
+def test_it_replaces_an_older_file(tmp_path):
+    (tmp_path / "m.json").write_text("older")
+    save_type_model(small_model(), tmp_path / "m.json")
+    assert read_type_model(tmp_path / "m.json").building_type == "school"
+
+
+def test_a_line_for_each_floor(model_file):
+    lines = [line for line in model_file.read_text().splitlines() if '"source"' in line]
+    assert [json.loads(line.rstrip(","))["source"] for line in lines] == [
+        floor.source for floor in small_model().floors
+    ]
+
+
+def test_a_model_that_could_not_be_read_is_not_saved(tmp_path):
+    floor = build_floor(("CC", "AA"), ((0, 1),), (0, 2))
+    with pytest.raises(ModelError, match=r"^cannot save the model as .*m.json'?: .*gaps") as caught:
+        save_type_model(replace(small_model(), floors=(floor, floor)), tmp_path / "m.json")
+    assert "\n" not in str(caught.value)
+    assert not [*tmp_path.iterdir()]
+
+
+def change_floor(**changes: Any) -> Change:
+    return lambda content: content["floors"][0].update(changes)
+
+
+# School a: corridor 0 with rooms 1 to 5, corridor 6 with rooms 7 to 9.
+AREAS = [[0, 1, 2, 3, 4, 5], [6, 7, 8, 9]]
+DOORS = [[0, 1], [0, 2], [0, 3], [0, 4], [0, 5], [6, 7], [6, 8], [6, 9], [0, 6]]
+
+
+def test_the_floor_that_is_changed(model_file):
+    floor = json.loads(model_file.read_text())["floors"][0]
+    assert floor["areas"] == AREAS
+    assert sorted(map(sorted, floor["doors"])) == sorted(DOORS)
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (change_floor(areas=[AREAS[0], AREAS[1][1:]]), "floor 'school a.xml': not every room is in one area"),
+        (change_floor(areas=[[*AREAS[0], 6], AREAS[1]]), "not every room is in one area"),
+        (change_floor(areas=[[*AREAS[0], 0], AREAS[1]]), "not every room is in one area"),
+        (change_floor(areas=[*AREAS, []], clusters=[0, 1, 0]), r"areas\[2\]: List should have at least 1 item"),
+        (change_floor(areas=[AREAS[0], [*AREAS[1], 10]]), "not every room is in one area"),
+        (change_floor(areas=[AREAS[0], [*AREAS[1], -1]]), r"areas\[1\]\[4\]: .* greater than or equal to 0"),
+        (change_floor(areas=[]), "areas: List should have at least 1 item"),
+        (change_floor(areas=[[0, 1, 2, 3, 4, 7], [6, 5, 8, 9]]), "its doors leave area 0 in parts; .* area 1 in parts"),
+        (change_floor(areas=[*AREAS, AREAS[0]]), "not every room is in one area; 3 areas have 2 clusters"),
+        (change_floor(clusters=[0]), "2 areas have 1 clusters"),
+        (change_floor(clusters=[0, 1.0]), r"clusters\[1\]"),
+        (change_floor(clusters=[0, 10**30]), r"clusters\[1\]"),
+        (change_floor(clusters=[0, 999]), "clusters are numbered 0 to 999 with gaps, number them from 0 on"),
+        (change_floor(doors=[*DOORS, [3, 3]]), r"door \[3, 3\] is not between two of its 10 rooms"),
+        (change_floor(doors=[*DOORS, [3, 10]]), r"door \[3, 10\] is not between two of its 10 rooms"),
+        (change_floor(doors=[*DOORS, [1, 0]]), "a door is given twice"),
+        (change_floor(doors=[*DOORS, [1]]), r"doors\[9\]"),
+        (change_floor(doors=[*DOORS, [1, 2, 3]]), r"doors\[9\]"),
+        (change_floor(doors=[*DOORS, [1, "2"]]), r"doors\[9\]\[1\]: Input should be a valid integer"),
+        (change_floor(doors=DOORS[:-1]), "its doors leave it in parts"),
+        (change_floor(doors=[]), "its doors leave it in parts"),
+        (change_floor(labels=["CORRIDOR"] * 9), "not between two of its 9 rooms; not every room is in one area"),
+        (change_floor(labels=["CORRIDOR"] * 9 + ["POOL"]), "has labels POOL that the type does not have"),
+        (change_floor(labels=["CORRIDOR"] * 9 + ["gym"]), "has labels gym that the type does not have"),
+        (change_floor(labels=["CORRIDOR"] * 9 + [None]), r"labels\[9\]: Input should be a valid string"),
+        (change_floor(labels=["CORRIDOR"], doors=[], areas=[[0]], clusters=[0]), "at least 2 items"),
+        (change_floor(labels=["GYM"] * 1001), "labels: List should have at most 1000 items"),
+        (change_floor(source=7), "source: Input should be a valid string, found 7"),
+        (change_floor(more=1), r"floors\[0\].more: Extra inputs are not permitted"),
+        (lambda content: content["floors"][0].pop("doors"), r"floors\[0\].doors: Field required"),
+        (lambda content: content.pop("labels"), "labels: Field required"),
+        (lambda content: content.pop("sweeps"), "sweeps: Field required"),
+        (lambda content: content.update(sweeps=0), "sweeps: .* found 0"),
+        (lambda content: content.update(sweeps=10**6), "sweeps: .* found 1000000"),
+        (lambda content: content.update(door_moves=1e400), "door_moves: .* found inf"),
+        (lambda content: content.update(edge_moves=float("nan")), "edge_moves: .* found nan"),
+        (lambda content: content.update(edge_moves=True), "edge_moves: .* found True"),
+        (lambda content: content.update(edge_moves=10**5000 // 10**4000), "edge_moves"),
+        (lambda content: content.update(segmentation="rooms"), "segmentation: .* 'corr' or 'ncut'"),
+        (lambda content: content.update(building_type="School"), "building type 'School' is not in lower case"),
+        (lambda content: content.update(building_type=""), "building_type: .*the name is empty"),
+        (lambda content: content.update(labels=[]), "labels: .* at least 1 item"),
+        (lambda content: content["labels"].append(content["labels"][0]), "has labels twice: CLASSROOM"),
+        (lambda content: content["labels"][0].update(color="red"), "colour 'red' is none"),
+        (lambda content: content["labels"][0].update(function="NOTHING"), r"labels\[0\].function"),
+        (lambda content: content.update(floors=content["floors"][:1]), "floors: List should have at least 2 items"),
+        (lambda content: content.update(floors={}), "floors: Input should be a valid array"),
+        (lambda content: content.update(extra=[]), "extra: Extra inputs are not permitted"),
+        (lambda content: content.update(format="pianta types"), "it is no model of a building type"),
+        (lambda content: content.update(version="2.0"), "has version '2.0', this pianta reads 1.x"),
+        (lambda content: content.update(version="99999999999999999999.0"), "this pianta reads 1.x"),
+        (lambda content: content.update(version=1.0), "its version is 1.0, give 1.0"),
+        (lambda content: content.update(version="²"), "its version is '²', give 1.0"),
+        (lambda content: content.pop("version"), "its version is None, give 1.0"),
+    ],
+)
+def test_files_changed_by_hand(model_file, tmp_path, change, match):
+    refuse(rewrite(model_file, tmp_path / "changed.json", change), match)
+
+
+@pytest.mark.parametrize(
+    ("content", "match"),
+    [
+        (b"", "is empty, write it again"),
+        (b" ", "it is no JSON"),
+        (b"{", "it is no JSON"),
+        (b"\xff\xfe\x00", "it is no JSON"),
+        (b"[" * 100_000, "it is no JSON"),
+        (b'{"format": ' * 100_000, "it is no JSON"),
+        (b"9" * 10_000, "it is no JSON"),
+        (b"null", "it is no model of a building type"),
+        (b"[1, 2]", "it is no model of a building type"),
+        (b'{"format": "pianta type", "version": "1.0", "floors": %s}' % (b"[" * 500 + b"]" * 500), ": "),
+        (b'{"format": "pianta type", "version": "1.0"}', "building_type: Field required"),
+    ],
+)
+def test_files_that_are_none(tmp_path, content, match):
+    (tmp_path / "none.json").write_bytes(content)
+    refuse(tmp_path / "none.json", match)
+
+
+def test_a_file_that_is_too_large(tmp_path):
+    with (tmp_path / "large.json").open("wb") as file:
+        file.truncate(MAX_FILE_BYTES + 1)
+    refuse(tmp_path / "large.json", f"it has {MAX_FILE_BYTES + 1} bytes, the limit is {MAX_FILE_BYTES}")
+
+
+def test_no_file(tmp_path):
+    refuse(tmp_path / "no.json", "no.json")
+
+
+def test_a_small_file_that_would_fill_the_memory(model_file, tmp_path):
+    def change(content: dict[str, Any]) -> None:
+        row = {"source": "", "labels": ["GYM"] * 1000, "doors": [[room, room + 1] for room in range(999)]}
+        pair = {"source": "", "labels": ["GYM"] * 2, "doors": [[0, 1]], "areas": [[0], [1]]}
+        content["floors"] = [
+            {**row, "areas": [[room] for room in range(1000)], "clusters": [0] * 1000},
+            *({**pair, "clusters": [2 * number % 1000, 2 * number % 1000 + 1]} for number in range(999)),
+        ]
+
+    refuse(
+        rewrite(model_file, tmp_path / "memory.json", change),
+        "1000 floors with 1000 clusters, one of them 1000 times on a floor, are too many to sample from",
+    )
+
+
+def test_a_later_minor_version_is_read(model_file, tmp_path):
+    path = rewrite(model_file, tmp_path / "later.json", lambda content: content.update(version="1.7"))
+    assert len(read_type_model(path).floors) == 8
+
+
+def test_the_same_floor_in_another_order_is_harmless(model_file, tmp_path):
+    def turn(content: dict[str, Any]) -> None:
+        for floor in content["floors"]:
+            floor["doors"] = [door[::-1] for door in reversed(floor["doors"])]
+            floor["areas"] = [area[::-1] for area in floor["areas"]]
+
+    turned = read_type_model(rewrite(model_file, tmp_path / "turned.json", turn))
+    assert [floor.areas for floor in turned.floors] == [floor.areas for floor in read_type_model(model_file).floors]
+    assert_sampled(turned)
+
+
+def test_all_faults_are_told(model_file, tmp_path):
+    def change(content: dict[str, Any]) -> None:
+        content["floors"][0]["clusters"] = [0]
+        content["floors"][1]["doors"] = []
+        content["sweeps"] = -1
+
+    path = rewrite(model_file, tmp_path / "changed.json", change)
+    refuse(path, "2 areas have 1 clusters")
+    refuse(path, "school b.xml.*its doors leave it in parts")
+    refuse(path, "sweeps")
+
+
+def assert_sampled(model: TypeModel) -> None:
+    """Whatever can be read makes buildings."""
+    (building,) = generate_buildings(replace(model, sweeps=2, edge_moves=4, door_moves=2), 1)
+    assert nx.is_connected(building)
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_damaged_files(model_file, tmp_path, data):
+    path = tmp_path / "damaged.json"
+    path.write_bytes(data.draw(mutated(model_file.read_bytes())))
+    with refused_in_one_line():
+        assert_sampled(read_type_model(path))
+
+
+VALUES = st.one_of(
+    st.integers(-2, 12),
+    st.none(),
+    st.booleans(),
+    st.floats(),
+    st.text(max_size=3),
+    st.just([]),
+    st.just({}),
+    st.just([0]),
+)
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_a_value_replaced_by_another(model_file, tmp_path, data):
+    content = json.loads(model_file.read_text())
+    place: Any = content
+    while True:
+        key = data.draw(st.sampled_from(sorted(place) if isinstance(place, dict) else range(len(place))))
+        if not isinstance(place[key], dict | list) or not place[key] or data.draw(st.integers(0, 4)) == 0:
+            break
+        place = place[key]
+    place[key] = data.draw(VALUES)
+    path = tmp_path / "replaced.json"
+    path.write_text(json.dumps(content))
+    with refused_in_one_line():
+        assert_sampled(read_type_model(path))
+
+
+def test_floors_in_order(model_file):
+    assert [floor.source for floor in read_type_model(model_file).floors] == [
+        graph.graph["source"] for graph in make_schools()
+    ]

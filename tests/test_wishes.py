@@ -1,0 +1,114 @@
+"""Wishes: what contradicts itself, what no building can have, and how far a building is from them."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pianta.errors import LabelError, OptionError
+from pianta.generation.wishes import MAX_ROOMS, Wishes
+from tests.generated_types import SCHOOL
+
+LABELS = ["CLASSROOM", "GYM"]
+
+
+def test_labels_in_any_case():
+    wishes = Wishes(at_least={" class  room": 2, "gym": 1}, at_most={"Gym": 3})
+    assert wishes.at_least == {"CLASS ROOM": 2, "GYM": 1}
+    assert wishes.at_most == {"GYM": 3}
+
+
+@pytest.mark.parametrize("field", ["at_least", "at_most"])
+def test_a_label_twice(field):
+    with pytest.raises(LabelError, match=r"^label GYM is given twice, leave one out$"):
+        replace(Wishes(), **dict[str, Any]({field: {"gym": 1, "GYM ": 2}}))
+
+
+def test_whether_there_are_any():
+    assert not Wishes()
+    assert not Wishes(at_least={}, at_most={})
+    assert Wishes(rooms=(1, 2))
+    assert Wishes(at_least={"gym": 0})
+    assert Wishes(at_most={"gym": 0})
+
+
+@pytest.mark.parametrize(
+    ("wishes", "message"),
+    [
+        ({"at_least": {"gym": -1}}, "-1 rooms of label GYM are wished for, give 0 to 1000000"),
+        ({"at_most": {"gym": 10**30}}, f"{10**30} rooms of label GYM are wished for, give 0 to 1000000"),
+        ({"rooms": (0, 5)}, "0 to 5 rooms is no range, give the fewest first, 1 to 1000000"),
+        ({"rooms": (6, 5)}, "6 to 5 rooms is no range, give the fewest first, 1 to 1000000"),
+        ({"rooms": (1, 10**30)}, f"1 to {10**30} rooms is no range, give the fewest first, 1 to 1000000"),
+        (
+            {"at_least": {"gym": 3}, "at_most": {"gym": 2}},
+            "at least 3 and at most 2 rooms of label GYM contradict each other",
+        ),
+        (
+            {"rooms": (1, 5), "at_least": {"gym": 3, "classroom": 3}},
+            "at least 6 rooms of some labels are more than 5 rooms in all",
+        ),
+    ],
+)
+def test_wishes_that_contradict_themselves(wishes, message):
+    with pytest.raises(OptionError, match=f"^{message}$"):
+        Wishes(**wishes)
+
+
+def test_all_faults_are_told_in_one_line():
+    with pytest.raises(OptionError) as caught:
+        Wishes(rooms=(9, 3), at_least={"gym": -1, "classroom": 4}, at_most={"classroom": 1})
+    assert str(caught.value).count(";") == 2
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_just_possible():
+    assert Wishes(rooms=(5, 5), at_least={"gym": 2, "classroom": 3}, at_most={"gym": 2})
+    assert Wishes(rooms=(1, MAX_ROOMS), at_most={"gym": MAX_ROOMS})
+
+
+def test_misses_by_hand():
+    wishes = Wishes(rooms=(4, 6), at_least={"gym": 1}, at_most={"classroom": 3})
+    # 0 + 0: four rooms and a gym too few. 3 + 1: as wished. 5 + 0: no gym, two classrooms too many. 8 + 2: four rooms
+    # and five classrooms too many.
+    counts = np.array([[0, 0], [3, 1], [5, 0], [8, 2]])
+    assert wishes.count_misses(counts, LABELS).tolist() == [5, 0, 3, 9]
+    assert Wishes().count_misses(counts, LABELS).tolist() == [0, 0, 0, 0]
+
+
+def check(wishes: Wishes, *, fewest: dict[str, int], most: dict[str, int]) -> None:
+    """Check by the rooms of two labels, and of all."""
+    kept, possible = ([counts.get(label, 0) for label in SCHOOL.by_name] for counts in (fewest, most))
+    wishes.check(np.array([*kept, sum(kept)]), np.array([*possible, sum(possible)]), SCHOOL)
+
+
+def test_wishes_that_can_be_met():
+    kept, most = {"CLASSROOM": 2}, {"CLASSROOM": 10, "GYM": 1}
+    check(Wishes(), fewest=kept, most=most)
+    wishes = Wishes(rooms=(11, 11), at_least={"classroom": 10, "gym": 1}, at_most={"gym": 1})
+    check(wishes, fewest=kept, most=most)
+    check(Wishes(rooms=(1, 2), at_most={"classroom": 2, "gym": 0}), fewest=kept, most=most)
+
+
+@pytest.mark.parametrize(
+    ("wishes", "message"),
+    [
+        (Wishes(at_least={"gym": 2}), "at least 2 rooms of label GYM are wished for, and there are 1 at most"),
+        (Wishes(at_most={"classroom": 1}), "at most 1 rooms of label CLASSROOM are wished for, and 2 are kept"),
+        (Wishes(rooms=(1, 1)), "1 rooms in all are wished for, and 2 are kept"),
+        (Wishes(rooms=(12, 20)), "12 rooms in all are wished for, and there are 11 at most"),
+        (Wishes(at_least={"lab": 1}), "there are no rooms of label LAB, give some of CLASSROOM, GYM"),
+        (Wishes(at_most={"no such": 1}), "there are no rooms of label NO SUCH, give some of CLASSROOM, GYM"),
+    ],
+)
+def test_wishes_that_no_building_can_meet(wishes, message):
+    with pytest.raises(OptionError, match=f"^no school of the model can be as wished: {message}$"):
+        check(wishes, fewest={"CLASSROOM": 2}, most={"CLASSROOM": 10, "GYM": 1})
+
+
+def test_all_that_cannot_be_is_told():
+    wishes = Wishes(rooms=(99, 99), at_least={"gym": 2, "lab": 1}, at_most={"classroom": 1})
+    with pytest.raises(OptionError) as caught:
+        check(wishes, fewest={"CLASSROOM": 2}, most={"CLASSROOM": 10, "GYM": 1})
+    assert str(caught.value).count(";") == 3
