@@ -25,7 +25,10 @@ ITERATIONS = 5
 
 
 class CutPotentials:
-    """Ξ and Υ of a model's cuts; Λ is the degree of a room, the number that it is divided by being the same for all."""
+    """Ξ and Υ of a model's cuts; Λ is the degree of a room, the number that it is divided by being the same for all.
+
+    closed: the share of cuts that close a triangle: their ends have a common neighbour.
+    """
 
     def __init__(self, model: TypeModel) -> None:
         from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
@@ -42,6 +45,8 @@ class CutPotentials:
         # Υ: how many of the cuts are between rooms of these labels.
         total = pairs.total()
         self._frequencies = {pair: count / total for pair, count in pairs.items()}
+        # One half that does, and one that does not, are counted besides.
+        self.closed = (sum(bool(common) for *_, common in neighborhoods) + 1 / 2) / (len(neighborhoods) + 1)
         # Ξ: how near a neighbourhood is to those of the cuts, as near as these are to each other.
         self._kernel = WeisfeilerLehman(iterations=ITERATIONS).fit(map(build_neighborhood, neighborhoods))
         self._known: dict[Neighborhood, float] = {}

@@ -31,10 +31,20 @@ class Candidates:
     neighborhoods: list[Neighborhood] = field(default_factory=list)
     weights: list[float] = field(default_factory=list)
 
-    def draw(self, resemblance: Mapping[Neighborhood, float], uniform: float) -> Pair:
-        """A pair by P_conn."""
-        potentials = np.array(self.weights) * [resemblance[around] for around in self.neighborhoods]
-        bounds = np.cumsum(potentials)
+    def draw(self, potentials: CutPotentials, uniform: float) -> Pair:
+        """A pair by P_conn.
+
+        Pairs with a common neighbour together are as likely as cuts of the model have one. By degrees and labels alone
+        the doors of three areas would meet in their largest corridors, and those of two in one room, where the doors of
+        real floors keep apart.
+        """
+        resemblance = potentials.measure_resemblance(self.neighborhoods)
+        weights = np.array(self.weights) * [resemblance[around] for around in self.neighborhoods]
+        closing = np.array([bool(common) for *_, common in self.neighborhoods])
+        if closing.any() and not closing.all():
+            weights[closing] *= potentials.closed / weights[closing].sum()
+            weights[~closing] *= (1 - potentials.closed) / weights[~closing].sum()
+        bounds = np.cumsum(weights)
         return self.pairs[int(np.searchsorted(bounds, uniform * bounds[-1], side="right").clip(0, len(bounds) - 1))]
 
 
@@ -91,8 +101,9 @@ class ConnectedBuilding:
                         continue
                     # Λ: rooms with more doors get more; one without any has one when it is joined.
                     degrees = max(len(self.neighbors[one]), 1) * max(len(self.neighbors[other]), 1)
+                    around = describe_neighborhood(self.labels, self.neighbors, one, other)
                     found.pairs.append((one, other))
-                    found.neighborhoods.append(describe_neighborhood(self.labels, self.neighbors, one, other))
+                    found.neighborhoods.append(around)
                     found.weights.append(frequency * degrees)
             if found.pairs:
                 break
@@ -158,12 +169,11 @@ class NodeConnections:
     def move(self) -> None:
         """T4 on each chain: a door, chosen at random, moves to a pair of rooms drawn by P_conn."""
         moves = [move for chain in range(len(self.buildings)) if (move := self._choose_door(chain)) is not None]
-        resemblance = self.potentials.measure_resemblance(
-            around for move in moves for around in move.candidates.neighborhoods
-        )
+        # For all chains at once, which is quicker.
+        self.potentials.measure_resemblance(around for move in moves for around in move.candidates.neighborhoods)
         uniforms = {move.chain: self.generators[move.chain].random(2) for move in moves}
         proposed = {
-            move: move.candidates.draw(resemblance, float(uniforms[move.chain][0]))
+            move: move.candidates.draw(self.potentials, float(uniforms[move.chain][0]))
             for move in moves
             if move.candidates.pairs
         }
@@ -197,9 +207,8 @@ class NodeConnections:
             candidates = building.list_candidates(edge, self.potentials)
             if not candidates.pairs:
                 return
-            resemblance = self.potentials.measure_resemblance(candidates.neighborhoods)
             for _ in range(PLANAR_TRIES):
-                pair = candidates.draw(resemblance, float(generator.random()))
+                pair = candidates.draw(self.potentials, float(generator.random()))
                 building.join(*pair)
                 if building.is_planar():
                     doors.append(pair)
