@@ -57,13 +57,15 @@ class FunctionalGraphs:
         possible &= (sources >= self.kept) | (targets >= self.kept)
         possible = np.asarray(np.where(adds, possible, existing & (removes | possible)))
         taken, given = possible & ~adds, possible & ~removes
-        self._change(every[taken], ones[taken], others[taken], present=False)
-        self._change(every[given], sources[given], targets[given], present=True)
+        chains = np.concatenate([every[taken], every[given]])
+        ends = np.concatenate([ones[taken], sources[given]]), np.concatenate([others[taken], targets[given]])
+        present = np.repeat([False, True], [taken.sum(), given.sum()])
+        self.batch.change_edges(chains, *ends, present=present)
         costs = self._cost()
         costs[~self._are_connected() | ~self._are_planar(given)] = np.inf
         stays = possible & ~accept(self.costs, costs, uniforms[:, 5])
-        self._change(every[stays & given], sources[stays & given], targets[stays & given], present=False)
-        self._change(every[stays & taken], ones[stays & taken], others[stays & taken], present=True)
+        back = stays[chains]
+        self.batch.change_edges(chains[back], ends[0][back], ends[1][back], present=~present[back])
         self.costs = np.where(possible & ~stays, costs, self.costs)
 
     def to_graphs(self) -> list[nx.Graph]:
@@ -83,9 +85,6 @@ class FunctionalGraphs:
         free[:, : self.kept, : self.kept] = False
         return free
 
-    def _change(self, chains: Indices, ones: Indices, others: Indices, *, present: bool) -> None:
-        self.batch.change_edges(chains, ones, others, present=present)
-
     def _are_connected(self) -> Flags:
         """Which graphs are in one part."""
         reached = np.zeros(self.batch.present.shape, bool)
@@ -99,7 +98,8 @@ class FunctionalGraphs:
     def _are_planar(self, given: Flags) -> Flags:
         """Which graphs are planar, of those that got an edge and were so at first; the others are taken for planar."""
         planar = np.ones(len(given), bool)
-        for chain in np.flatnonzero(given & self._flat).tolist():
+        cycles = self.batch.adjacency.sum(axis=(1, 2)) // 2 - self.sizes + 1
+        for chain in np.flatnonzero(given & self._flat & (cycles >= CYCLES_OF_NON_PLANAR)).tolist():
             planar[chain] = is_planar(
                 np.argwhere(np.triu(self.batch.adjacency[chain])).tolist(), int(self.sizes[chain])
             )
