@@ -20,9 +20,9 @@ from pianta.bench.generation_scores import (
     HeldOutScores,
     SetScores,
     draw_halves,
+    score_halves,
     score_held_out,
     score_set,
-    tell_halves,
 )
 from pianta.bench.graphs import NAMES, PRINTED
 from pianta.bench.table import Column, Figures, Row, measure_rows
@@ -84,8 +84,8 @@ class GenerationBench:
     """What was measured.
 
     sets: by part, REAL first; PRINTED_COSTS by the model of CORR with Γ1 as printed; THESIS only where its samples are
-    in the data. scores: by part but REAL. models: CORR and NCUT. real_halves: by classifier, how often half A of the
-    real floors is told from half B, a share for each pair of halves of the models.
+    in the data. scores: by part but REAL. models: CORR and NCUT. real_halves: of half A of the real floors itself, for
+    each pair of halves of the models.
     """
 
     seed: int
@@ -94,7 +94,7 @@ class GenerationBench:
     sets: Mapping[str, RoomGraphs]
     scores: Mapping[str, SetScores]
     models: Mapping[str, JudgedModel]
-    real_halves: Mapping[str, Sequence[float]]
+    real_halves: HeldOutScores
 
     @property
     def items(self) -> Items:
@@ -157,11 +157,10 @@ def _judge_all(
     sets = {REAL: real}
     scores: dict[str, SetScores] = {}
     models: dict[str, JudgedModel] = {}
-    told: Mapping[str, Sequence[float]] = {}
+    real_halves = HeldOutScores({}, {})
     for part in track([*SEGMENTATIONS, PRINTED_COSTS, *[THESIS] * (samples is not None), REAL]):
         if part == REAL:
-            halves = [(trial.half_a, trial.half_b) for trial in models[CORR].halves]
-            told = tell_halves(halves, SCHOOL, seed=seed, effort=effort)
+            real_halves = score_halves(models[CORR].halves, SCHOOL, seed=seed, effort=effort)
             continue
         if part in SEGMENTATIONS:
             made, models[part] = _judge_model(real.graphs, SEGMENTATIONS[part], count, seed, effort)
@@ -172,7 +171,7 @@ def _judge_all(
         elif samples is not None:
             sets[part] = samples
         scores[part] = score_set(sets[part].graphs, real.graphs, SCHOOL, seed=seed, effort=effort)
-    return GenerationBench(seed, count, effort, sets, scores, models, told)
+    return GenerationBench(seed, count, effort, sets, scores, models, real_halves)
 
 
 def _judge_model(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pianta.bench.comparison import save_comparisons
 from pianta.bench.generation import GenerationBench, JudgedModel
-from pianta.bench.generation_scores import SetScores
+from pianta.bench.generation_scores import HeldOutScores, SetScores
 from pianta.bench.generation_tables import MetricGap, compare_metrics, keep_finite, tabulate_generation
 from pianta.evaluation.graph_sets import DiscrepancyRatio
 
@@ -21,7 +21,7 @@ def save_generation(bench: GenerationBench, path: str | Path) -> None:
         "gaps": {part: [_gap_as_json(gap) for gap in compare_metrics(bench, part)] for part in bench.scores},
         "scores": {part: _scores_as_json(scores) for part, scores in bench.scores.items()},
         "models": {part: _model_as_json(judged) for part, judged in bench.models.items()},
-        "real_halves": {name: list(shares) for name, shares in bench.real_halves.items()},
+        "real_halves": _held_out_as_json(bench.real_halves),
     }
     save_comparisons("generation", tabulate_generation(bench), bench.items, path, more=more)
 
@@ -45,7 +45,7 @@ def _scores_as_json(scores: SetScores) -> dict[str, object]:
 
 
 def _model_as_json(judged: JudgedModel) -> dict[str, object]:
-    held_out, clusters = judged.held_out, judged.clusters
+    clusters = judged.clusters
     return {
         "mixing": {
             step: {"iterations": found["iterations"], "convergence": keep_finite(found["convergence"])}
@@ -70,8 +70,12 @@ def _model_as_json(judged: JudgedModel) -> dict[str, object]:
             for floor in judged.model.floors
             for area, cluster in zip(floor.areas, floor.clusters, strict=True)
         ],
-        "held_out": {
-            "discrepancies": {name: list(map(_ratio_as_json, of)) for name, of in held_out.discrepancies.items()},
-            "told": {name: list(shares) for name, shares in held_out.told.items()},
-        },
+        "held_out": _held_out_as_json(judged.held_out),
+    }
+
+
+def _held_out_as_json(scores: HeldOutScores) -> dict[str, object]:
+    return {
+        "discrepancies": {name: list(map(_ratio_as_json, of)) for name, of in scores.discrepancies.items()},
+        "told": {name: list(shares) for name, shares in scores.told.items()},
     }

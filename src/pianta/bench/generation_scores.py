@@ -114,6 +114,19 @@ def score_held_out(halves: Sequence[Trial], schema: LabelSchema, *, seed: int, e
     return HeldOutScores(discrepancies, told)
 
 
+def score_halves(halves: Sequence[Trial], schema: LabelSchema, *, seed: int, effort: Effort) -> HeldOutScores:
+    """What half A itself scores beside half B, the most that one who only knows half A can hope for.
+
+    Discrepancies are of as many floors drawn from half A, some more than once: of one that knows all of A by heart.
+    """
+    redrawn = [_draw_again(trial, effort.subsamples, seed) for trial in halves]
+    discrepancies = {
+        name: tuple(compare_discrepancy(trials, statistic=name) for trials in redrawn) for name in STATISTICS
+    }
+    told = tell_halves([(trial.half_a, trial.half_b) for trial in halves], schema, seed=seed, effort=effort)
+    return HeldOutScores(discrepancies, told)
+
+
 def tell_halves(
     pairs: Iterable[tuple[Sequence[nx.Graph], Sequence[nx.Graph]]], schema: LabelSchema, *, seed: int, effort: Effort
 ) -> dict[str, tuple[float, ...]]:
@@ -160,6 +173,13 @@ def tell_apart(
 
 def _describe(graphs: Sequence[nx.Graph], schema: LabelSchema) -> NDArray[np.float64]:
     return np.array([describe_structure(graph, find_corridors(graph, schema)) for graph in graphs])
+
+
+def _draw_again(trial: Trial, count: int, seed: int) -> list[Trial]:
+    random = np.random.default_rng(seed)
+    size = len(trial.half_a)
+    places = random.integers(size, size=(count, size)).tolist()
+    return [trial._replace(made=[trial.half_a[place] for place in row]) for row in places]
 
 
 def _draw_subsamples(trial: Trial, count: int, seed: int) -> list[Trial]:

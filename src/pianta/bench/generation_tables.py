@@ -195,21 +195,20 @@ def tabulate_scores(bench: GenerationBench) -> ComparisonTable:
 def tabulate_held_out(bench: GenerationBench) -> ComparisonTable:
     """Discrepancies and two-sample tests of what models of half A make beside half B."""
     rows = []
+    scored = [*(judged.held_out for judged in bench.models.values()), bench.real_halves]
     for name in STATISTICS:
-        ratios = [judged.held_out.discrepancies[name] for judged in bench.models.values()]
-        cells = [_ratio_cell(of_model) for of_model in ratios]
-        rows.append(ComparisonRow(f"discrepancy, {name} (≤ 1.5)", (*cells, Cell(1.0)), 2))
+        cells = [_ratio_cell(of.discrepancies[name]) for of in scored]
+        rows.append(ComparisonRow(f"discrepancy, {name} (≤ 1.5)", tuple(cells), 2))
     for name in CLASSIFIERS:
-        told = [judged.held_out.told[name] for judged in bench.models.values()]
-        cells = [Cell.over(100 * share for share in shares) for shares in (*told, bench.real_halves[name])]
+        cells = [Cell.over(100 * share for share in of.told[name]) for of in scored]
         rows.append(ComparisonRow(f"{name}, pair out, % (≤ 55)", tuple(cells), 1))
     effort = bench.effort
     notes = (
         f"{effort.models} models, each of a half A of the real floors, drawn at random.",
         f"Discrepancy: from half B, of {effort.subsamples} subsamples of a model's buildings, as many",
         "as half A has, over that of half A; of all models, ± its standard error.",
-        "% right: a model's buildings told from half B, mean ± sd over models; the last",
-        "column is half A itself told from half B.",
+        "% right: a model's buildings told from half B, mean ± sd over models. The last",
+        "column is half A itself: its floors drawn again, and told from half B.",
     )
     columns = (*bench.models, REAL_HALF)
     return ComparisonTable("Held out: models of half A beside half B (bars)", columns, tuple(rows), notes)
