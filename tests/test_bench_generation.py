@@ -249,7 +249,9 @@ def test_all_parts(measured):
 
 
 def test_timed_buildings_are_those_of_generate_buildings(measured, monkeypatch):
-    monkeypatch.setattr("pianta.bench.generation_costs.BATCH", 3)
+    monkeypatch.setattr(
+        "pianta.bench.generation_costs.split_batches", lambda count, _: [range(3), range(3, 6), range(6, count)]
+    )
     for part in (CORR, NCUT):
         model = measured.models[part].model
         made, costs = time_sampling(model, 8, seed=0)
@@ -257,6 +259,7 @@ def test_timed_buildings_are_those_of_generate_buildings(measured, monkeypatch):
             assert nx.utils.graphs_equal(graph, timed)
             assert [*kept.edges] == [*timed.edges]
         assert [*costs.steps] == [*costs.iterations] == [*STEPS]
+        assert costs.batch == 3
         assert sum(costs.steps.values()) < costs.total
 
 
@@ -273,6 +276,9 @@ def test_tables(measured):
     clusters = cells_of(tabulate_clusters(measured))
     assert clusters["functional areas"][0] == 16
     assert clusters["clusters of one area"] == [sum(judged.clusters.sizes == 1) for judged in measured.models.values()]
+    assert clusters["clusters by WL"] == [judged.clusters_by_wl for judged in measured.models.values()]
+    (by_wl,) = (row for row in tabulate_clusters(measured).rows if row.name == "clusters by WL")
+    assert [cell.printed_mean for cell in by_wl.cells] == [27, None]
     scores = cells_of(tabulate_scores(measured))
     assert scores["novel, % (≥ 95)"][-1] == 0
     assert scores["unique, % (≥ 95)"][-1] == 75
@@ -287,6 +293,11 @@ def test_tables(measured):
     proposal = costs.iterations["step 4"]
     assert proposal is not None
     assert told_costs["proposal of step 4 / row of floors"][1] == pytest.approx(proposal / costs.full_row)
+    assert told_costs["proposal of step 4 / row, 8 at once"][1] == pytest.approx(proposal / costs.batch_row)
+    proposal = costs.iterations["step 2"]
+    assert proposal is not None
+    functional = told_costs["proposal of step 2 / functional row, 8 at once"]
+    assert functional[1] == pytest.approx(proposal / costs.functional_batch_row)
     mixing = cells_of(tabulate_mixing(measured))
     assert mixing["step 2: moves"] == [20, 20]
     assert mixing["step 2: R̂"] == [None, None]

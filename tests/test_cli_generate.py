@@ -186,6 +186,7 @@ class TestGenerate:
         assert outcome.code == 0, outcome.err
         known = make_schools()[0]
         for graph in read_made(tmp_path / "made"):
+            assert len(graph) > len(known)
             node_of = {room: node for node, room in graph.nodes(data="room") if room is not None}
             assert {room: graph.nodes[node]["label"] for room, node in node_of.items()} == {
                 node + 1: label for node, label in known.nodes(data="label")
@@ -193,6 +194,21 @@ class TestGenerate:
             kept = graph.subgraph(node_of.values())
             doors = {frozenset((node_of[one + 1], node_of[other + 1])) for one, other in known.edges}
             assert {frozenset(edge) for edge in kept.edges} == doors
+
+    def test_tells_rooms_that_no_door_leads_to(self, model, tmp_path):
+        graph = make_schools()[0]
+        graph.add_node(len(graph), label="CLOSET")
+        save_floor(draw_floor(graph), tmp_path / "floor.geojson")
+        outcome = run_pianta("generate", model, "-n", 1, "--keep", tmp_path / "floor.geojson", "-o", tmp_path / "made")
+        assert outcome.code == 0
+        assert f"rooms {len(graph)} have no door and are left out" in outcome.err
+
+    def test_follows_the_printed_costs(self, model, tmp_path):
+        for costs in ("density", "thesis"):
+            assert run_pianta("generate", model, "-n", 2, "-q", "--costs", costs, "-o", tmp_path / costs).code == 0
+        assert list_files(tmp_path / "density") != list_files(tmp_path / "thesis")
+        outcome = run_pianta("generate", model, "--costs", "low", "-o", tmp_path / "low")
+        assert_one_error(outcome, "costs is 'low', give one of density, thesis")
 
     def test_takes_what_it_has_made(self, model, tmp_path):
         assert run_pianta("generate", model, "-n", 1, "-q", "-o", tmp_path / "made").code == 0
@@ -206,7 +222,7 @@ class TestGenerate:
         [
             (("--rooms", "many"), "--rooms is 'many', give a number such as 40"),
             (("--rooms", "50-30"), "50 to 30 rooms is no range"),
-            (("--rooms", "900"), "900 rooms in all are wished for, and there are"),
+            (("--rooms", "900"), "900 rooms in all are wished for, give"),
             (("--rooms", "5", "--at-least", "CLASSROOM=6"), "at least 6 rooms of some labels are more than 5"),
             (("--at-least", "CLASSROOM=4", "--at-most", "CLASSROOM=2"), "contradict each other"),
             (("--at-least", "LIBRARY"), "there are no rooms of label LIBRARY"),

@@ -149,7 +149,10 @@ def test_density_beside_kept_areas(jumps):
     chains = run(slots, DensityCost(slots), label_counts=count_rooms(KEPT), jumps=jumps)
     assert (chains.filled[:, 0] == number).all()
     assert (chains.filled[:, 1:] != number).all()
-    assert_distribution(chains, enumerate_all(weigh_density, label_counts=count_rooms(KEPT), first=3, kept=[number]))
+    exact = enumerate_all(weigh_density, label_counts=count_rooms(KEPT), first=3, kept=[number])
+    # What is kept is never all.
+    del exact[1, 0, 0]
+    assert_distribution(chains, exact)
 
 
 def test_printed_distance_by_enumeration():
@@ -226,10 +229,11 @@ def test_bounds_of_rooms():
     fewest, most = slots.bound_rooms(np.column_stack([counts, counts.sum(axis=1)]))
     columns = [*SCHOOL.by_name]
     classroom, office = columns.index("CLASSROOM"), columns.index("SMALL ADMINISTRATIVE")
-    # Kept: a corridor and 5 classrooms. A slot of cluster 0 is free for 4 more, two of cluster 1 for 3 offices each.
+    # Kept: a corridor and 5 classrooms, beside which is an area of 2 rooms or more. A slot of cluster 0 is free for
+    # 4 more classrooms, two of cluster 1 for 3 offices each.
     assert (fewest[classroom], most[classroom]) == (5, 9)
     assert (fewest[office], most[office]) == (0, 6)
-    assert (fewest[-1], most[-1]) == (6, 6 + 5 + 4 + 4)
+    assert (fewest[-1], most[-1]) == (6 + 2, 6 + 5 + 4 + 4)
 
 
 def sample(wishes, *, seeds=range(5), sweeps=5) -> tuple[Indices, list[float]]:

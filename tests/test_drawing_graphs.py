@@ -231,7 +231,7 @@ def test_the_legend_tells_what_is_fixed_only_where_something_is():
     graphs = [building([("a", "b")], a="CORRIDOR", b="LAB")] * 2
     assert legend_of(draw_contact_sheet(graphs, schema=SCHOOL, fixed=[set(), set()])) == ["LAB", "CORRIDOR"]
     figure = draw_contact_sheet(graphs, schema=SCHOOL, fixed=[set(), {"b"}])
-    assert legend_of(figure) == ["LAB", "CORRIDOR", "fixed"]
+    assert legend_of(figure) == ["LAB", "CORRIDOR", "kept"]
     widths = [[patch.get_linewidth() == THICK_OUTLINE for patch in ax.patches] for ax in figure.axes]
     assert widths == [[False, False], [False, True]]
 

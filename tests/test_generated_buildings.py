@@ -165,10 +165,10 @@ def test_an_exact_number_of_rooms():
 @pytest.mark.parametrize(
     ("wishes", "message"),
     [
-        (Wishes(at_least={"gym": 30}), "at least 30 rooms of label GYM are wished for, and there are 2 at most"),
+        (Wishes(at_least={"gym": 30}), "at least 30 rooms of label GYM are wished for, give 2 at most"),
         (Wishes(at_least={"canteen": 1}), "there are no rooms of label CANTEEN, give some of CLASSROOM, .*"),
         (Wishes(at_most={"pool": 1}), "there are no rooms of label POOL, give some of CLASSROOM, .*"),
-        (Wishes(rooms=(500, 600)), r"500 rooms in all are wished for, and there are \d+ at most"),
+        (Wishes(rooms=(500, 600)), r"500 rooms in all are wished for, give \d+ at most"),
     ],
 )
 def test_wishes_that_no_building_can_meet(wishes, message):
@@ -177,9 +177,9 @@ def test_wishes_that_no_building_can_meet(wishes, message):
 
 
 def test_wishes_that_contradict_what_is_kept():
-    with pytest.raises(OptionError, match=r"at most 2 rooms of label CLASSROOM .* 3 are kept") as caught:
+    with pytest.raises(OptionError, match=r"at most 2 rooms of label CLASSROOM .* give the 3 that are kept") as caught:
         generate_buildings(quick_model(), 2, kept=seen_floor(), wishes=Wishes(rooms=(1, 5), at_most={"classroom": 2}))
-    assert "5 rooms in all are wished for, and 8 are kept" in str(caught.value)
+    assert "5 rooms in all are wished for, give 11 at least" in str(caught.value)
     assert "\n" not in str(caught.value)
 
 

@@ -110,11 +110,15 @@ def test_floors_of_one_area_have_nothing_to_join():
 
 def test_a_type_is_trained_with_what_was_found(monkeypatch):
     monkeypatch.setattr(
-        mixing, "find_mixing", lambda model, *, seed: ModelMixing(Mixing(seed, 1.0), Mixing(8, 1.2), Mixing(9, 1.3))
+        mixing,
+        "find_mixing",
+        lambda model, *, seed, track: ModelMixing(Mixing(seed, 1.0), Mixing(8, 1.2), Mixing(9, 1.3)),
     )
     model, found = train_type(make_schools(), SCHOOL, segmentation=Segmentation.NCUT, seed=7)
     assert (model.sweeps, model.edge_moves, model.door_moves) == (7, 8, 9)
     assert found.edge_moves == Mixing(8, 1.2)
+    assert found.sweeps.has_mixed
+    assert not found.edge_moves.has_mixed
     assert (model.segmentation, len(model.floors)) == (Segmentation.NCUT, 8)
 
 

@@ -49,7 +49,7 @@ def test_configurations_by_hand():
     assert model.clusters.tolist() == [0, 0, 2, 2, 1]
     assert model.configurations.tolist() == [[2, 0, 1], [0, 1, 1]]
     assert model.floors[0].functional_graph.nodes(data="label")[2] == "2"
-    counts = dict(zip(SCHOOL.by_name, model.label_counts.T.tolist(), strict=True))
+    counts = dict(zip(SCHOOL.by_name, count_labels(model.areas, SCHOOL).T.tolist(), strict=True))
     assert counts["CORRIDOR"] == [1, 1, 1, 1, 1]
     assert counts["CLASSROOM"] == [1, 1, 0, 0, 0]
     assert counts["GYM"] == [0, 0, 0, 0, 1]

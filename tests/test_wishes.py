@@ -43,7 +43,7 @@ def test_whether_there_are_any():
         ({"rooms": (1, 10**30)}, f"1 to {10**30} rooms is no range, give the fewest first, 1 to 1000000"),
         (
             {"at_least": {"gym": 3}, "at_most": {"gym": 2}},
-            "at least 3 and at most 2 rooms of label GYM contradict each other",
+            "at least 3 and at most 2 rooms of label GYM contradict each other, change one",
         ),
         (
             {"rooms": (1, 5), "at_least": {"gym": 3, "classroom": 3}},
@@ -94,10 +94,13 @@ def test_wishes_that_can_be_met():
 @pytest.mark.parametrize(
     ("wishes", "message"),
     [
-        (Wishes(at_least={"gym": 2}), "at least 2 rooms of label GYM are wished for, and there are 1 at most"),
-        (Wishes(at_most={"classroom": 1}), "at most 1 rooms of label CLASSROOM are wished for, and 2 are kept"),
-        (Wishes(rooms=(1, 1)), "1 rooms in all are wished for, and 2 are kept"),
-        (Wishes(rooms=(12, 20)), "12 rooms in all are wished for, and there are 11 at most"),
+        (Wishes(at_least={"gym": 2}), "at least 2 rooms of label GYM are wished for, give 1 at most"),
+        (
+            Wishes(at_most={"classroom": 1}),
+            "at most 1 rooms of label CLASSROOM are wished for, give the 2 that are kept",
+        ),
+        (Wishes(rooms=(1, 1)), "1 rooms in all are wished for, give 2 at least"),
+        (Wishes(rooms=(12, 20)), "12 rooms in all are wished for, give 11 at most"),
         (Wishes(at_least={"lab": 1}), "there are no rooms of label LAB, give some of CLASSROOM, GYM"),
         (Wishes(at_most={"no such": 1}), "there are no rooms of label NO SUCH, give some of CLASSROOM, GYM"),
     ],

@@ -52,7 +52,7 @@ CELL_WIDTH, CELL_HEIGHT, TITLE_HEIGHT, LEGEND_ROW, HEADING = 3.0, 2.4, 0.4, 0.22
 # Of a column of the legend; between two buildings.
 LEGEND_WIDTH, CELL_GAP = 2.5, 0.2
 COLUMNS, FONT_SIZE = 6, 10
-OTHER_LABELS, FIXED = "other or no label", "fixed"
+OTHER_LABELS, FIXED = "other or no label", "kept"
 
 
 def plot_room_graph(

@@ -31,6 +31,7 @@ from pianta.evaluation.graph_sets import Trial
 from pianta.formats.building_xml import read_building_xml
 from pianta.formats.files import shown
 from pianta.formats.room_graphs import read_room_graphs
+from pianta.generation.area_clusters import AreaKernel
 from pianta.generation.buildings import Costs, generate_buildings
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.mixing import ModelMixing, train_type
@@ -38,7 +39,7 @@ from pianta.generation.type_model import TypeModel, learn_type, prepare_room_gra
 from pianta.graphs.metrics import find_corridors, measure_graph
 from pianta.labels import SCHOOL
 
-REAL, CORR, NCUT, PRINTED_COSTS, THESIS = "real", "corr", "ncut", "printed Γ1", "thesis"
+REAL, CORR, NCUT, PRINTED_COSTS, THESIS = "real", "corr", "ncut", "as printed", "thesis"
 SEGMENTATIONS = MappingProxyType({CORR: Segmentation.CORR, NCUT: Segmentation.NCUT})
 SAMPLED = Path("sampled", "corr_table7_1.json")
 METRICS = tuple(PRINTED)
@@ -65,8 +66,9 @@ class RoomGraphs:
 class JudgedModel:
     """A model of all real floors.
 
-    training: seconds that it took; learning: those for its areas and clusters alone. halves: pairs of halves of the
-    real floors, with what models of the first have made.
+    training: seconds that it took; learning: those for its areas and clusters alone. clusters_by_wl: how many there are
+    by the Weisfeiler-Lehman kernel. halves: pairs of halves of the real floors, with what models of
+    the first have made.
     """
 
     model: TypeModel
@@ -75,6 +77,7 @@ class JudgedModel:
     learning: float
     sampling: SamplingCosts
     clusters: ClusterScores
+    clusters_by_wl: int
     halves: Sequence[Trial]
     held_out: HeldOutScores
 
@@ -83,7 +86,7 @@ class JudgedModel:
 class GenerationBench:
     """What was measured.
 
-    sets: by part, REAL first; PRINTED_COSTS by the model of CORR with Γ1 as printed; THESIS only where its samples are
+    sets: by part, REAL first; PRINTED_COSTS by the model of CORR with Costs.THESIS; THESIS only where its samples are
     in the data. scores: by part but REAL. models: CORR and NCUT. real_halves: of half A of the real floors itself, for
     each pair of halves of the models.
     """
@@ -194,8 +197,18 @@ def _judge_model(
 
     halves = draw_halves(make, real, models=effort.models, seed=seed)
     held_out = score_held_out(halves, SCHOOL, seed=seed, effort=effort)
-    clusters = score_clusters(model)
-    return made, JudgedModel(model, mixing, training, learning, sampling, clusters, halves, held_out)
+    by_wl = learn_type(real, SCHOOL, segmentation=segmentation, kernel=AreaKernel.WEISFEILER_LEHMAN)
+    return made, JudgedModel(
+        model,
+        mixing,
+        training,
+        learning,
+        sampling,
+        score_clusters(model),
+        by_wl.configurations.shape[1],
+        halves,
+        held_out,
+    )
 
 
 def _measure_set(graphs: Sequence[nx.Graph], part: str) -> RoomGraphs:

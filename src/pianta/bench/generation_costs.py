@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import cycle, islice
 from statistics import median
 from time import perf_counter
 
 import networkx as nx
 import numpy as np
 
-from pianta.generation.buildings import BATCH, BuildingSampler
+from pianta.generation.buildings import BuildingSampler, split_batches
 from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.type_model import Counts, TypeModel
 
@@ -93,40 +94,45 @@ class TimedSampler(BuildingSampler):
 
 @dataclass(frozen=True)
 class SamplingCosts:
-    """Seconds of a run that made `count` buildings, those of a batch side by side.
+    """Seconds of a run that made `count` buildings, `batch` of them side by side.
 
     total: of the run. steps: of all buildings. iterations: of the median iteration, for one building; None for a step
     of fewer than two.
     full_row: of the Gram row of one graph of mean size against the floors of the model, from scratch; functional_row:
-    the same of functional graphs. batch_row: of such a row when those of all buildings are computed at once.
+    the same of functional graphs. batch_row: of such a row when those of all buildings are computed at once;
+    functional_batch_row: the same of as many functional graphs, those of the floors over and over.
     """
 
     count: int
+    batch: int
     total: float
     steps: dict[str, float]
     iterations: dict[str, float | None]
     full_row: float
     functional_row: float
     batch_row: float
+    functional_batch_row: float
 
 
 def time_sampling(model: TypeModel, count: int, *, seed: int) -> tuple[list[nx.Graph], SamplingCosts]:
     """The buildings that `generate_buildings` makes, and what they cost."""
     start = perf_counter()
     sampler = TimedSampler(model)
-    batches = (range(first, min(first + BATCH, count)) for first in range(0, count, BATCH))
+    batches = split_batches(count, max(len(floor.graph) for floor in model.floors))
     graphs = [graph for batch in batches for graph in sampler.sample(batch, seed=seed)]
     total = perf_counter() - start
     floors = [floor.graph for floor in model.floors]
     functional = [floor.functional_graph for floor in model.floors]
     return graphs, SamplingCosts(
         count,
+        len(batches[0]),
         total,
         sampler.steps,
         {step: median(seconds) if seconds else None for step, seconds in sampler.iterations.items()},
         time_rows(floors, [_find_mean_sized(graphs)], runs=ROW_RUNS),
         time_rows(functional, [_find_mean_sized(functional)], runs=ROW_RUNS),
         time_rows(floors, graphs, runs=BATCH_RUNS),
+        time_rows(functional, [*islice(cycle(functional), count)], runs=BATCH_RUNS),
     )
 
 

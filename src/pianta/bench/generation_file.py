@@ -65,6 +65,7 @@ def _model_as_json(judged: JudgedModel) -> dict[str, object]:
                 clusters.sizes, clusters.intra, clusters.inter, clusters.similarity, strict=True
             )
         ],
+        "clusters_by_wl": judged.clusters_by_wl,
         "areas": [
             {"floor": floor.source, "rooms": len(area), "cluster": int(cluster)}
             for floor in judged.model.floors

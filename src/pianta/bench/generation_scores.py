@@ -115,7 +115,7 @@ def score_held_out(halves: Sequence[Trial], schema: LabelSchema, *, seed: int, e
 
 
 def score_halves(halves: Sequence[Trial], schema: LabelSchema, *, seed: int, effort: Effort) -> HeldOutScores:
-    """What half A itself scores beside half B, the most that one who only knows half A can hope for.
+    """What half A itself scores beside half B, about the best that one who knows only half A can hope for.
 
     Discrepancies are of as many floors drawn from half A, some more than once: of one that knows all of A by heart.
     """

@@ -5,11 +5,33 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from pianta.bench.data import SET_NAMES, check_set
+from pianta.bench.data import check_set
+from pianta.cli.bench_options import (
+    PLACE_SPLITS,
+    Buildings,
+    BuildingTypes,
+    CurvePictures,
+    Data,
+    ErrorPictures,
+    GenerationPictures,
+    GraphPictures,
+    Json,
+    Maps,
+    Method,
+    Methods,
+    Pictures,
+    PlacePictures,
+    PlaceSplit,
+    RealismPictures,
+    Seed,
+    Sets,
+    Trees,
+    TypesPictures,
+)
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import show_examples, stdout, track_items
 from pianta.errors import OptionError
@@ -21,85 +43,6 @@ if TYPE_CHECKING:
     from pianta.bench.table import BenchTable
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
-PLACE_SPLITS = ("experiments", "figure")
-
-Data = Annotated[
-    Path | None, typer.Option(help="Folder of the data; $PIANTA_DATA, or ../shared/data, unless given.", metavar="DIR")
-]
-Method = Annotated[str, typer.Option(help=f"How rooms are found: {', '.join(METHODS)}.")]
-Json = Annotated[
-    Path | None, typer.Option("--json", help="File for every figure and its map, as JSON.", metavar="FILE")
-]
-Pictures = Annotated[Path | None, typer.Option(help="Folder for a picture of every floor found.", metavar="DIR")]
-Methods = Annotated[
-    list[str] | None,
-    typer.Option("--method", help=f"How rooms are found, may be repeated: {', '.join(METHODS)}; all unless given."),
-]
-Sets = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        help=f"Which maps, may be repeated: {', '.join(SET_NAMES)}; all in the data unless given.",
-        metavar="NAME",
-    ),
-]
-Maps = Annotated[bool, typer.Option("--maps", help="Print the rows of the maps; always done for a single method.")]
-ErrorPictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures", help="Folder for METHOD/SET/NAME.png, true rooms beside found ones, errors marked.", metavar="DIR"
-    ),
-]
-
-GraphPictures = Annotated[
-    Path | None,
-    typer.Option("--pictures", help="Folder for graphs.png, every metric of every building.", metavar="DIR"),
-]
-
-TypesPictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures", help="Folder for accuracy, k_distance, clusters and cluster_scores, as .png.", metavar="DIR"
-    ),
-]
-PlacePictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures",
-        help="Folder for reliability.png, confusion.png, and NAME.png and NAME_true.png of each map.",
-        metavar="DIR",
-    ),
-]
-RealismPictures = Annotated[
-    Path | None, typer.Option("--pictures", help="Folder for scores.png and curves.png (Fig. 8.4).", metavar="DIR")
-]
-GenerationPictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures",
-        help="Folder for heatmap, areas, buildings (Figs. 7.5, 7.7, 7.9) and sheets real, corr, ncut, as .png.",
-        metavar="DIR",
-    ),
-]
-Buildings = Annotated[
-    int,
-    typer.Option(
-        "--count", "-n", help="Buildings to generate with each model, as many as are real or more.", min=1, max=10000
-    ),
-]
-PlaceSplit = Annotated[
-    str, typer.Option(help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5).")
-]
-Seed = Annotated[int, typer.Option(help="Of folds, of classifiers, and of simulated maps.", min=0, max=2**31)]
-
-CurvePictures = Annotated[
-    Path | None, typer.Option("--pictures", help="Folder for places.png and buildings.png, the curves.", metavar="DIR")
-]
-BuildingTypes = Annotated[
-    list[Path] | None,
-    typer.Option("--types", help="Folder of buildings of one type; repeat it for each type.", metavar="DIR"),
-]
-Trees = Annotated[int, typer.Option(help="Of each forest of Extra-Trees; the thesis has 500.", min=1, max=10000)]
 
 
 @app.command("layout", epilog=show_examples(["pianta bench layout", "pianta bench layout --pictures layouts"]))

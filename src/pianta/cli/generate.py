@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,13 +13,14 @@ import typer
 
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import tell_result, track_items
-from pianta.errors import GraphError, LabelError, OptionError
+from pianta.errors import BuildingWarning, GraphError, LabelError, OptionError
 from pianta.formats.files import shown
 
 if TYPE_CHECKING:
     import networkx as nx
 
     from pianta.generation.type_model import TypeFloor, TypeModel
+    from pianta.generation.wishes import Wishes
 
 EXAMPLES = (
     "pianta generate school.json -n 24 -o schools",
@@ -27,6 +30,7 @@ EXAMPLES = (
     "pianta generate school.json --keep explored/floor.geojson -o continued",
 )
 SHEET = "sheet.png"
+COSTS = ("density", "thesis")
 MAX_LISTED = 3
 
 Model = Annotated[Path, typer.Argument(metavar="MODEL", help="Model of a building type, of `pianta train type`.")]
@@ -48,6 +52,9 @@ Like = Annotated[
 Keep = Annotated[
     Path | None, typer.Option(metavar="FLOOR", help="A floor whose rooms and doors each building has, and others.")
 ]
+ChosenCosts = Annotated[
+    str, typer.Option("--costs", help="What the steps follow: density, or thesis, as in section 7.4.3.", metavar="NAME")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
 
 
@@ -63,6 +70,7 @@ def generate(
     at_most: AtMost = None,
     like: Like = None,
     keep: Keep = None,
+    costs: ChosenCosts = "density",
     quiet: Quiet = False,
 ) -> None:
     """Make new buildings of a type, as graphs of labelled rooms joined by doors.
@@ -72,31 +80,21 @@ def generate(
 
     FLOOR is a floor.geojson, layout XML, graph.json or GraphML whose rooms have labels of
     the type, such as those of `pianta read --type`. With --keep its rooms have their ids
-    as `room` in the new graphs.
+    as `room` in the new graphs; those without a door are left out.
     """
-    from pianta.generation.buildings import generate_buildings
+    from pianta.generation.buildings import Costs, generate_buildings
     from pianta.generation.type_model_file import read_type_model
-    from pianta.generation.wishes import Wishes
 
     check_output_folder(out)
-    wishes = Wishes(
-        rooms=None if rooms is None else read_range(rooms),
-        at_least=_read_numbers(at_least or (), "--at-least", unless_given=1),
-        at_most=_read_numbers(at_most or (), "--at-most"),
-    )
+    if costs not in COSTS:
+        raise OptionError(f"costs is {shown(costs)}, give one of {', '.join(COSTS)}")
+    wishes = _read_wishes(rooms, at_least or (), at_most or ())
     names = [f"building-{number:0{max(3, len(str(count)))}}" for number in range(1, count + 1)]
     _check_leftovers(out, names)
     known = read_type_model(model)
-    buildings = generate_buildings(
-        known,
-        count,
-        seed=seed,
-        wishes=wishes,
-        like=_read_floor(like, known),
-        kept=_read_floor(keep, known),
-        jobs=jobs,
-        track=lambda items: track_items(items, quiet=quiet),
-    )
+    alike, kept = _read_floor(like, known), _read_floor(keep, known)
+    run = partial(generate_buildings, seed=seed, jobs=jobs, track=partial(track_items, quiet=quiet))
+    buildings = run(known, count, wishes=wishes, like=alike, kept=kept, costs=Costs(costs))
     save_buildings(buildings, names, known, out)
     if not quiet:
         _tell_buildings(buildings, known, out)
@@ -115,6 +113,16 @@ def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: T
             save_graph(building, new / f"{name}.json")
             save_graphml(building, new / f"{name}.graphml")
         save_contact_sheet(buildings, new / SHEET, schema=model.schema, fixed=kept)
+
+
+def _read_wishes(rooms: str | None, at_least: Sequence[str], at_most: Sequence[str]) -> Wishes:
+    from pianta.generation.wishes import Wishes
+
+    return Wishes(
+        rooms=None if rooms is None else read_range(rooms),
+        at_least=_read_numbers(at_least, "--at-least", unless_given=1),
+        at_most=_read_numbers(at_most, "--at-most"),
+    )
 
 
 def read_range(text: str) -> tuple[int, int]:
@@ -145,14 +153,19 @@ def _read_numbers(texts: Sequence[str], option: str, *, unless_given: int | None
 def _read_floor(path: Path | None, model: TypeModel) -> TypeFloor | None:
     from pianta.formats.room_graphs import read_room_graph
     from pianta.generation.type_model import recognize_areas
+    from pianta.graphs.labelled_graphs import name_some
 
     if path is None:
         return None
     graph = read_room_graph(path)
     try:
-        return recognize_areas(graph, model)
+        floor = recognize_areas(graph, model)
     except (GraphError, LabelError) as error:
         raise type(error)(f"floor {shown(path)}: {error}") from error
+    if alone := [node for node, doors in graph.degree if not doors]:
+        message = f"floor {shown(path)}: rooms {name_some(alone)} have no door and are left out"
+        warnings.warn(BuildingWarning(message), stacklevel=2)
+    return floor
 
 
 def _check_leftovers(out: Path, names: Sequence[str]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated
@@ -173,7 +174,8 @@ def train_type(
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     schema = _choose_schema(floors, schemas)
     graphs, all_usable = _list_usable(floors, schema)
-    model, mixing = train(graphs, schema, segmentation=Segmentation(areas), seed=seed)
+    track = partial(track_items, quiet=quiet)
+    model, mixing = train(graphs, schema, segmentation=Segmentation(areas), seed=seed, track=track)
     save_type_model(model, out)
     if not quiet:
         _tell_type_model(model, mixing, out)
@@ -306,7 +308,11 @@ def _tell_type_model(model: TypeModel, mixing: ModelMixing, out: Path) -> None:
     tell_result(f"trained on {model} of {sizes[0]} to {sizes[-1]}, type {model.building_type}")
     steps = {"sweeps": mixing.sweeps, "moves of edges": mixing.edge_moves, "moves of doors": mixing.door_moves}
     told = ", ".join(f"{found.iterations} {name} ({found.convergence:.2f})" for name, found in steps.items())
-    tell_result(f"iterations until chains have mixed, and their R-hat: {told}")
+    tell_result(f"iterations of the chains, and their R-hat: {told}")
+    if slow := [name for name, found in steps.items() if not found.has_mixed]:
+        tell_result(
+            f"the chains of {', '.join(slow)} had not mixed by then, R-hat is 1.1 or above: give more buildings"
+        )
     tell_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")
     tell_result(f"next: pianta generate {quote(str(out))} -n 24 -o {quote(str(out.with_suffix('')) + '-buildings')}")
 

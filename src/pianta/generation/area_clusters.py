@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from enum import StrEnum
 from types import MappingProxyType
 
 import networkx as nx
@@ -26,11 +27,20 @@ MAX_ITERATIONS, SETTLED = 3000, 100
 SAME_BELOW = 1e-9
 
 
-def compare_areas(areas: Iterable[nx.Graph]) -> NDArray[np.float64]:
-    """Gram matrix of the areas, shape (areas, areas), by the normalised Graph Hopper kernel."""
-    from pianta.graphs.graph_hopper import GraphHopper
+class AreaKernel(StrEnum):
+    """By what areas are compared: section 7.3.3 prefers Graph Hopper."""
 
-    gram: NDArray[np.float64] = GraphHopper().fit(areas).compare()
+    GRAPH_HOPPER = "graph hopper"
+    WEISFEILER_LEHMAN = "weisfeiler-lehman"
+
+
+def compare_areas(areas: Iterable[nx.Graph], *, kernel: AreaKernel = AreaKernel.GRAPH_HOPPER) -> NDArray[np.float64]:
+    """Gram matrix of the areas, shape (areas, areas), by a normalised kernel."""
+    from pianta.graphs.graph_hopper import GraphHopper
+    from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
+
+    chosen = GraphHopper() if kernel is AreaKernel.GRAPH_HOPPER else WeisfeilerLehman()
+    gram: NDArray[np.float64] = chosen.fit(areas).compare()
     return gram
 
 
@@ -54,7 +64,7 @@ def cluster_areas(gram: NDArray[np.float64], *, segmentation: Segmentation = Seg
     options = {"max_iter": MAX_ITERATIONS, "convergence_iter": SETTLED, "preference": preference, "random_state": 0}
     with warnings.catch_warnings():
         warnings.simplefilter("error", ConvergenceWarning)
-        # Two areas are.
+        # Of two areas all similarities are equal.
         warnings.filterwarnings("ignore", "All samples have mutually equal similarities", UserWarning)
         for damping in (DAMPING[segmentation], *MORE_DAMPING):
             messages = AffinityPropagation(damping=damping, affinity="precomputed", **options)

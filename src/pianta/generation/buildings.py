@@ -29,13 +29,19 @@ from pianta.generation.type_model import Counts, TypeFloor, TypeModel, count_lab
 from pianta.generation.wishes import Wishes
 
 MAX_BUILDINGS, MAX_JOBS, BATCH = 100_000, 256, 100
+# Pairs of rooms in a batch; rooms of the floors that buildings are compared with, times these floors.
+MAX_PAIRS, MAX_FEATURES = 2_000_000, 4_000_000
 STEPS = ("functional areas", "functional graphs", "doors")
 # Buildings are by this share smaller than the smallest floor that they are to be like, or larger than the largest.
 BEYOND = 0.2
 
 
 class Costs(StrEnum):
-    """Γ1 of step 1: how dense configurations lie, or their distances as printed."""
+    """What steps 1 and 4 follow.
+
+    DENSITY: Γ1 by how dense configurations lie; as many doors for an edge of Ĥ as real ones have, which close a
+    triangle as often. THESIS: Γ1, one door and P_conn as in section 7.4.3; nothing of sizes.
+    """
 
     DENSITY = "density"
     THESIS = "thesis"
@@ -45,10 +51,10 @@ class Costs(StrEnum):
 class BuildingSampler:
     """Samples buildings of a type; what the model gives is worked out once.
 
-    wishes: what each building must have. Unless they say how many rooms, it has a fifth fewer than the smallest floor
-    of the model at least, and a fifth more than the largest at most, where its areas come to that. like: a floor that
+    wishes: what each building must have. Unless they say how many rooms, it has between a fifth fewer than the smallest
+    floor of the model and a fifth more than the largest, as far as areas of the model can make that. like: a floor that
     each is to be like, in the place of those of the model. kept: a floor whose rooms and doors each building has, and
-    others besides. costs: Γ1; the printed one knows nothing of sizes.
+    one functional area or more besides; rooms without a door are left out. costs: see Costs.
 
     Raises OptionError that lists wishes that no building can meet.
     """
@@ -77,7 +83,8 @@ class BuildingSampler:
         if self.like:
             most = np.maximum(most, self.model.configure(self.like))
         if self.kept:
-            most = np.maximum(most, self.model.configure(self.kept))
+            # What is kept is never all.
+            most = np.maximum(most, self.model.configure(self.kept) + 1)
             for number, cluster in enumerate(self.kept.clusters, len(self.model.areas)):
                 kept[cluster] += (number,)
         return Slots(self.model, most, tuple(kept))
@@ -85,17 +92,17 @@ class BuildingSampler:
     @cached_property
     def functional_references(self) -> References:
         """What Γ2 compares with: functional graphs."""
-        return References([floor.functional_graph for floor in self._examples])
+        return References([floor.functional_graph for floor in _thin(self._examples)])
 
     @cached_property
     def references(self) -> References:
         """What Γ4 compares with: the graphs of floors."""
-        return References([floor.graph for floor in self._examples])
+        return References([floor.graph for floor in _thin(self._examples)])
 
     @cached_property
     def potentials(self) -> CutPotentials:
         """Φ of step 4."""
-        return CutPotentials(self.model)
+        return CutPotentials(self.model, closing=self.costs is not Costs.THESIS)
 
     def sample(
         self, numbers: Sequence[int], *, seed: int, track: Callable[[Sequence[str]], Iterable[str]] = iter
@@ -158,7 +165,7 @@ class BuildingSampler:
         chains = FunctionalGraphs(self.functional_references, starts, kept=len(functional or ()))
         graphs = sample_functional_graphs(chains, generators, moves=self.model.edge_moves, traces=traces)
         for graph, generator in zip(graphs, generators, strict=True):
-            draw_door_counts(graph, self.model.door_counts, generator)
+            draw_door_counts(graph, [1] if self.costs is Costs.THESIS else self.model.door_counts, generator)
         return graphs
 
     def connect_rooms(
@@ -190,7 +197,8 @@ class BuildingSampler:
         """The fewest and the most rooms that a building has when nothing is wished for."""
         sizes = [len(floor.graph) for floor in self._examples]
         kept = len(self.kept.graph) if self.kept else 0
-        most = max(round((1 + BEYOND) * max(sizes)), sum(self.wishes.at_least.values()), kept)
+        smallest = min(map(len, self.model.areas)) if kept else 0
+        most = max(round((1 + BEYOND) * max(sizes)), sum(self.wishes.at_least.values()), kept + smallest)
         return min(max(round((1 - BEYOND) * min(sizes)), kept), most), most
 
     @property
@@ -236,12 +244,27 @@ def generate_buildings(
     if not 1 <= jobs <= MAX_JOBS:
         raise OptionError(f"jobs is {jobs}, give 1 to {MAX_JOBS}")
     sampler = BuildingSampler(model, wishes or Wishes(), like, kept, costs)
-    # Chains of a batch run side by side, which is quicker than one after the other.
-    size = min(BATCH, -(-count // jobs))
-    batches = [range(first, min(first + size, count)) for first in range(0, count, size)]
+    rooms = max(len(floor.graph) for floor in (*model.floors, *([kept] if kept else ())))
+    batches = split_batches(count, max(rooms, sampler.wishes.rooms[1] if sampler.wishes.rooms else 0), jobs=jobs)
     if jobs == 1:
         return [building for batch in batches for building in sampler.sample(batch, seed=seed, track=track)]
     return _sample_in_processes(sampler, batches, seed, jobs, track)
+
+
+def split_batches(count: int, rooms: int, *, jobs: int = 1) -> list[range]:
+    """The numbers 0 … count - 1 in batches whose chains run side by side, which is quicker than one after the other.
+
+    rooms: of the largest building; the memory that a batch takes grows with their square.
+    """
+    size = max(1, min(BATCH, -(-count // jobs), MAX_PAIRS // rooms**2))
+    return [range(first, min(first + size, count)) for first in range(0, count, size)]
+
+
+def _thin(floors: Sequence[TypeFloor]) -> Sequence[TypeFloor]:
+    """Floors to compare with, evenly fewer where counts of their features would fill the memory."""
+    while len(floors) > 1 and len(floors) * sum(len(floor.graph) for floor in floors) > MAX_FEATURES:
+        floors = floors[::2]
+    return floors
 
 
 def _sample_in_processes(

@@ -26,7 +26,7 @@ from pianta.generation.wishes import Wishes
 Indices = NDArray[np.intp]
 
 EMPTY = -1
-# A component of a configuration is as on another floor so often.
+# How often a configuration has as many areas of a cluster as floors in general, not as the floor that it is near.
 EXCHANGE, EXCHANGE_OF_LIKE = 0.2, 0.05
 # Standard deviation of the logarithm of a building's rooms about those of a floor.
 SIZE_SPREAD = 0.15
@@ -38,6 +38,7 @@ PRINTED_ALPHA, PRINTED_FLOORS = MappingProxyType({Segmentation.CORR: 0.0625, Seg
 DRAWS = 4
 # What a room too few or too many costs.
 MISS_COST = 2.0
+LAST_RESORT = 1e9
 # After so many times the iterations of a chain, wishes are taken to be impossible.
 PATIENCE = 10
 
@@ -90,7 +91,8 @@ class Slots:
         free = np.bincount(self.clusters[self.fixed == EMPTY], minlength=len(self.areas))
         of_model = label_counts[: len(self.model.clusters)]
         largest = [of_model[self.model.clusters == cluster].max(axis=0) for cluster in range(len(self.areas))]
-        return of_kept, of_kept + free @ np.array(largest)
+        # One area at least is not kept.
+        return of_kept + of_model.min(axis=0), of_kept + free @ np.array(largest)
 
     def count_areas(self, filled: Indices) -> Counts:
         """Cluster configurations, shape (n, clusters), of what fills the slots, shape (n, slots)."""
@@ -251,7 +253,8 @@ class AreaChains:
         self._parts = cost.start(slots, filled)
         self._rooms = self._label_counts[filled].sum(axis=1)
         self.misses = self.count_misses(wishes)
-        self.costs = cost.cost(self._parts, self._rooms.sum(axis=1)) + MISS_COST * self.misses
+        self._kept = int((slots.fixed != EMPTY).sum())
+        self.costs = self._price()
 
     def move(self, uniforms: Floats, running: Flags) -> None:
         """Flip or exchange a slot of each running chain, shape (n,), or leave it; uniforms: shape (n, DRAWS)."""
@@ -273,7 +276,7 @@ class AreaChains:
         rooms = self._rooms + self._label_counts[new] - self._label_counts[old]
         misses = self.wishes.count_misses(rooms, self._labels)
         costs = self.cost.cost(parts, rooms.sum(axis=1)) + MISS_COST * misses
-        costs[self._counts.sum(axis=1) + after - before == 0] = np.inf
+        costs[self._counts.sum(axis=1) + after - before <= self._kept] = np.inf
         moved = running & accept(self.costs, costs, uniforms[:, 3])
         self.filled[moved, chosen[moved]], self._counts[moved, clusters[moved]] = new[moved], after[moved]
         self._parts[moved], self._rooms[moved] = parts[moved], rooms[moved]
@@ -294,17 +297,24 @@ class AreaChains:
         misses = self.wishes.count_misses(rooms, self._labels)
         # As configurations are drawn by e^-Γ1 but for rooms and wishes, only these decide.
         costs = self.cost.weigh_rooms(parts, rooms.sum(axis=1)) + MISS_COST * misses
-        costs[(counts != configurations).any(axis=1) | (counts.sum(axis=1) == 0)] = np.inf
+        costs[(counts != configurations).any(axis=1) | (counts.sum(axis=1) <= self._kept)] = np.inf
         before = self.cost.weigh_rooms(self._parts, self._rooms.sum(axis=1)) + MISS_COST * self.misses
+        before[self._counts.sum(axis=1) <= self._kept] = LAST_RESORT
         moved = running & accept(before, costs, uniforms[:, -1])
         self.filled[moved], self._counts[moved] = filled[moved], counts[moved]
         self._parts[moved], self._rooms[moved], self.misses[moved] = parts[moved], rooms[moved], misses[moved]
-        self.costs = self.cost.cost(self._parts, self._rooms.sum(axis=1)) + MISS_COST * self.misses
+        self.costs = self._price()
 
     @property
     def jump_draws(self) -> int:
         """Random numbers of a jump."""
         return 2 + 2 * len(self.slots.areas) + len(self.slots.clusters)
+
+    def _price(self) -> Floats:
+        """What each building costs; one of nothing but kept areas costs more than any other."""
+        costs = self.cost.cost(self._parts, self._rooms.sum(axis=1)) + MISS_COST * self.misses
+        costs[self._counts.sum(axis=1) <= self._kept] = LAST_RESORT
+        return costs
 
     def count_misses(self, wishes: Wishes) -> Counts:
         """How many rooms each building has too many or too few for wishes, shape (n,)."""

@@ -22,15 +22,18 @@ Neighborhood: TypeAlias = tuple[Star, Star, tuple[str, ...]]
 
 SIGMA = 0.5
 ITERATIONS = 5
+# Ξ looks at so many of the cuts at most, evenly over the floors, and remembers so many neighbourhoods.
+MAX_CUTS, MAX_KNOWN = 2000, 100_000
 
 
 class CutPotentials:
     """Ξ and Υ of a model's cuts; Λ is the degree of a room, the number that it is divided by being the same for all.
 
-    closed: the share of cuts that close a triangle: their ends have a common neighbour.
+    closed: the share of cuts that close a triangle: their ends have a common neighbour. None where that is not to
+    count, as in print.
     """
 
-    def __init__(self, model: TypeModel) -> None:
+    def __init__(self, model: TypeModel, *, closing: bool = True) -> None:
         from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 
         neighborhoods: list[Neighborhood] = []
@@ -45,8 +48,10 @@ class CutPotentials:
         # Υ: how many of the cuts are between rooms of these labels.
         total = pairs.total()
         self._frequencies = {pair: count / total for pair, count in pairs.items()}
+        neighborhoods = neighborhoods[:: -(-len(neighborhoods) // MAX_CUTS) or 1]
         # One half that does, and one that does not, are counted besides.
-        self.closed = (sum(bool(common) for *_, common in neighborhoods) + 1 / 2) / (len(neighborhoods) + 1)
+        closed = (sum(bool(common) for *_, common in neighborhoods) + 1 / 2) / (len(neighborhoods) + 1)
+        self.closed = closed if closing else None
         # Ξ: how near a neighbourhood is to those of the cuts, as near as these are to each other.
         self._kernel = WeisfeilerLehman(iterations=ITERATIONS).fit(map(build_neighborhood, neighborhoods))
         self._known: dict[Neighborhood, float] = {}
@@ -62,7 +67,11 @@ class CutPotentials:
 
     def measure_resemblance(self, neighborhoods: Iterable[Neighborhood]) -> Mapping[Neighborhood, float]:
         """Ξ of neighbourhoods, and of all that were asked for before; all are as good where the model has no cuts."""
-        new = [wanted for wanted in dict.fromkeys(neighborhoods) if wanted not in self._known]
+        asked = [*neighborhoods]
+        new = [wanted for wanted in dict.fromkeys(asked) if wanted not in self._known]
+        if len(self._known) + len(new) > MAX_KNOWN:
+            self._known.clear()
+            new = [*dict.fromkeys(asked)]
         if not self._scale:
             self._known.update(dict.fromkeys(new, 1.0))
             return self._known

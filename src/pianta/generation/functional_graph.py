@@ -14,9 +14,8 @@ from pianta.generation.metropolis_hastings import Flags, Floats, accept, choose,
 
 Indices = NDArray[np.intp]
 
-# λ1 and λ2 of the moves, and α of the cost, for as many floors.
+# λ1 and λ2 of the moves.
 GROWTH, DECLINE = 0.1, 0.1
-ALPHA, PRINTED_FLOORS = 1.0, 50
 DRAWS = 6
 # A graph with fewer independent cycles than K_3,3 is planar (Kuratowski, 1930).
 CYCLES_OF_NON_PLANAR = 4
@@ -33,7 +32,7 @@ class FunctionalGraphs:
         self.batch = GraphBatch(references, graphs)
         self.sizes = self.batch.present.sum(axis=1)
         self.kept = kept
-        self.costs = self._cost()
+        self.costs = self.batch.measure_costs()
         # Kept areas may be joined by bridges.
         self._flat = np.array([is_planar([*graph.edges], len(graph)) for graph in graphs])
 
@@ -61,8 +60,9 @@ class FunctionalGraphs:
         ends = np.concatenate([ones[taken], sources[given]]), np.concatenate([others[taken], targets[given]])
         present = np.repeat([False, True], [taken.sum(), given.sum()])
         self.batch.change_edges(chains, *ends, present=present)
-        costs = self._cost()
-        costs[~self._are_connected() | ~self._are_planar(given)] = np.inf
+        costs = self.batch.measure_costs()
+        costs[taken] = np.where(self._are_connected(taken), costs[taken], np.inf)
+        costs[~self._are_planar(given)] = np.inf
         stays = possible & ~accept(self.costs, costs, uniforms[:, 5])
         back = stays[chains]
         self.batch.change_edges(chains[back], ends[0][back], ends[1][back], present=~present[back])
@@ -73,26 +73,21 @@ class FunctionalGraphs:
         pairs = zip(self.batch.adjacency, self.sizes.tolist(), strict=True)
         return [nx.from_numpy_array(adjacency[:size, :size], edge_attr=None) for adjacency, size in pairs]
 
-    def _cost(self) -> Floats:
-        """Γ2 = Σ_H sqrt(2 - 2 K(Ĥ, H)), K normalised: distances where the print has similarities."""
-        distances = np.sqrt(np.maximum(2 - 2 * self.batch.measure_similarity(), 0))
-        costs: Floats = ALPHA * PRINTED_FLOORS * distances.mean(axis=1)
-        return costs
-
     def _list_free_edges(self) -> Flags:
         """Edges that may go, shape (n, nodes, nodes), each once."""
         free = np.triu(self.batch.adjacency)
         free[:, : self.kept, : self.kept] = False
         return free
 
-    def _are_connected(self) -> Flags:
-        """Which graphs are in one part."""
-        reached = np.zeros(self.batch.present.shape, bool)
+    def _are_connected(self, chosen: Flags) -> Flags:
+        """Which of the chosen graphs are in one part, shape (chosen,)."""
+        adjacency, present = self.batch.adjacency[chosen], self.batch.present[chosen]
+        reached = np.zeros(present.shape, bool)
         reached[:, 0] = True
         while True:
-            further = reached | (self.batch.adjacency & reached[:, None, :]).any(axis=2)
+            further = reached | (adjacency & reached[:, None, :]).any(axis=2)
             if (further == reached).all():
-                return np.asarray((reached | ~self.batch.present).all(axis=1))
+                return np.asarray((reached | ~present).all(axis=1))
             reached = further
 
     def _are_planar(self, given: Flags) -> Flags:

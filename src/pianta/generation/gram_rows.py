@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 
+ALPHA, PRINTED_FLOORS = 1.0, 50
+
 
 class References:
     """The fixed graphs: how often each has each feature of the kernel.
@@ -84,6 +86,16 @@ class GraphBatch:
         lengths = np.sqrt(np.outer(self.squares, self.references.squares))
         similarity: Floats = self.products / lengths
         return similarity
+
+    def measure_costs(self) -> Floats:
+        """Γ2 and Γ4, α included, shape (b,): mean distances sqrt(2 - 2 K) from the references, K normalised.
+
+        The print sums similarities, which a cost must fall with. α is 1 for the 50 floors of the authors, however many
+        there are.
+        """
+        distances = np.sqrt(np.maximum(2 - 2 * self.measure_similarity(), 0))
+        costs: Floats = ALPHA * PRINTED_FLOORS * distances.mean(axis=1)
+        return costs
 
     def change_edges(self, batch: Indices, ones: Indices, others: Indices, *, present: bool | Flags) -> None:
         """Add edges, or remove them where `present` is False, and bring the rows up to date.

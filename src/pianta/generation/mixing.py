@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import networkx as nx
 import numpy as np
 
-from pianta.generation.buildings import BuildingSampler
+from pianta.generation.buildings import STEPS, BuildingSampler
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.metropolis_hastings import Floats, measure_convergence
 from pianta.generation.type_model import TypeModel, learn_type
@@ -27,6 +27,11 @@ class Mixing:
     iterations: int
     convergence: float
 
+    @property
+    def has_mixed(self) -> bool:
+        """Whether R̂ is below 1.1, rather than that nobody waits any longer."""
+        return self.convergence < MIXED_BELOW
+
 
 @dataclass(frozen=True)
 class ModelMixing:
@@ -37,17 +42,18 @@ class ModelMixing:
     door_moves: Mixing
 
 
-def find_mixing(model: TypeModel, *, seed: int = 0) -> ModelMixing:
+def find_mixing(
+    model: TypeModel, *, seed: int = 0, track: Callable[[Sequence[str]], Iterable[str]] = iter
+) -> ModelMixing:
     """How many iterations the chains of a model take: those of the authors, which it has at first, or more.
 
     Chains with the same target start apart, each from another floor or graph. As long as they differ in the second half
     of their iterations more than each does in itself, R̂ being 1.1 or above, these are doubled, twice at most.
+    track: wraps the names of the steps, to show progress.
     """
-    return ModelMixing(
-        _double(_run_sweeps, model, model.sweeps, seed),
-        _double(_run_edge_moves, model, model.edge_moves, seed),
-        _double(_run_door_moves, model, model.door_moves, seed),
-    )
+    runs = (_run_sweeps, model.sweeps), (_run_edge_moves, model.edge_moves), (_run_door_moves, model.door_moves)
+    names = track([f"iterations of {step}" for step in STEPS])
+    return ModelMixing(*(_double(*run, model, seed) for _, run in zip(names, runs, strict=True)))
 
 
 def train_type(
@@ -56,15 +62,21 @@ def train_type(
     *,
     segmentation: Segmentation = Segmentation.CORR,
     seed: int = 0,
+    track: Callable[[Sequence[str]], Iterable[str]] = iter,
 ) -> tuple[TypeModel, ModelMixing]:
     """As `learn_type`, with as many iterations as the chains of the model take, and what was found of these."""
     model = learn_type(graphs, schema, segmentation=segmentation)
-    found = find_mixing(model, seed=seed)
-    iterations = (found.sweeps.iterations, found.edge_moves.iterations, found.door_moves.iterations)
-    return TypeModel(schema, segmentation, model.floors, *iterations), found
+    found = find_mixing(model, seed=seed, track=track)
+    trained = replace(
+        model,
+        sweeps=found.sweeps.iterations,
+        edge_moves=found.edge_moves.iterations,
+        door_moves=found.door_moves.iterations,
+    )
+    return trained, found
 
 
-def _double(runner: Callable[[BuildingSampler, int], Floats], model: TypeModel, iterations: int, seed: int) -> Mixing:
+def _double(runner: Callable[[BuildingSampler, int], Floats], iterations: int, model: TypeModel, seed: int) -> Mixing:
     """So many iterations, or twice, or four times, by when chains have mixed."""
     most = MOST * iterations
     while True:

@@ -18,8 +18,6 @@ from pianta.generation.type_model import TypeFloor
 Indices = NDArray[np.intp]
 Pair = tuple[int, int]
 
-# α of the cost, for as many floors.
-ALPHA, PRINTED_FLOORS = 1.0, 50
 PLANAR_TRIES = 20
 
 
@@ -41,7 +39,7 @@ class Candidates:
         resemblance = potentials.measure_resemblance(self.neighborhoods)
         weights = np.array(self.weights) * [resemblance[around] for around in self.neighborhoods]
         closing = np.array([bool(common) for *_, common in self.neighborhoods])
-        if closing.any() and not closing.all():
+        if potentials.closed is not None and closing.any() and not closing.all():
             weights[closing] *= potentials.closed / weights[closing].sum()
             weights[~closing] *= (1 - potentials.closed) / weights[~closing].sum()
         bounds = np.cumsum(weights)
@@ -121,9 +119,7 @@ class ConnectedBuilding:
         """The building as it is now."""
         graph = nx.Graph()
         graph.add_nodes_from((room, {"label": label}) for room, label in enumerate(self.labels))
-        graph.add_edges_from(
-            (one, other) for one, near in enumerate(self.neighbors) for other in sorted(near) if one < other
-        )
+        graph.add_edges_from(self.list_doors())
         return graph
 
 
@@ -164,7 +160,7 @@ class NodeConnections:
         # Where a door had to leave a graph that is not planar, or kept rooms have bridges, no other makes it worse.
         self._bridged = {chain for chain, building in enumerate(buildings) if not building.is_planar()}
         self.batch = GraphBatch(references, [building.to_graph() for building in buildings])
-        self.costs = self._cost()
+        self.costs = self.batch.measure_costs()
 
     def move(self) -> None:
         """T4 on each chain: a door, chosen at random, moves to a pair of rooms drawn by P_conn."""
@@ -178,7 +174,7 @@ class NodeConnections:
             if move.candidates.pairs
         }
         self._change(proposed, forward=True)
-        costs = self._cost()
+        costs = self.batch.measure_costs()
         draws = np.zeros(len(costs))
         for chain, uniform in uniforms.items():
             draws[chain] = uniform[1]
@@ -244,12 +240,6 @@ class NodeConnections:
             *np.concatenate([old, new]).T,
             present=np.repeat([not forward, forward], len(chains)),
         )
-
-    def _cost(self) -> Floats:
-        """Γ4 = Σ_G sqrt(2 - 2 K(Ĝ, G)), K normalised: distances where eq. 7.4 has similarities."""
-        distances = np.sqrt(np.maximum(2 - 2 * self.batch.measure_similarity(), 0))
-        costs: Floats = ALPHA * PRINTED_FLOORS * distances.mean(axis=1)
-        return costs
 
 
 def connect_areas(chains: NodeConnections, *, moves: int, traces: list[Floats] | None = None) -> list[nx.Graph]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pianta.errors import GraphError, LabelError, ModelError
 from pianta.formats.faults import join_faults
 from pianta.formats.files import shown
-from pianta.generation.area_clusters import cluster_areas, compare_areas
+from pianta.generation.area_clusters import AreaKernel, cluster_areas, compare_areas
 from pianta.generation.functional_areas import (
     Area,
     Cut,
@@ -33,7 +33,7 @@ Counts: TypeAlias = NDArray[np.int64]
 # Iterations of the authors.
 SWEEPS, EDGE_MOVES, DOOR_MOVES = 300, 2000, 100
 LEAST_FLOORS = 2
-# A floor of so many rooms takes as long as all others together.
+# The time and the memory of all steps grow with the square of the rooms of a floor.
 MAX_ROOMS = 1000
 
 
@@ -71,7 +71,7 @@ class TypeModel:
     """The floors of a building type, their functional areas, and the clusters of these.
 
     schema: the labels of the type. sweeps, edge_moves, door_moves: iterations of the chains of steps 1, 2 and 4 of
-    section 7.4.3, after which they have forgotten where they started.
+    section 7.4.3: those of the authors, or what `train_type` found that the chains take.
     """
 
     schema: LabelSchema
@@ -102,11 +102,6 @@ class TypeModel:
         return np.array([self.configure(floor) for floor in self.floors])
 
     @cached_property
-    def label_counts(self) -> Counts:
-        """Rooms of each label of the schema in each of `areas`, shape (areas, labels)."""
-        return count_labels(self.areas, self.schema)
-
-    @cached_property
     def door_counts(self) -> list[int]:
         """The number of cuts of each edge of the functional graphs, sorted; 1 where no floor has any."""
         return sorted(len(cuts) for floor in self.floors for cuts in floor.cuts.values()) or [1]
@@ -121,7 +116,11 @@ class TypeModel:
 
 
 def learn_type(
-    graphs: Iterable[nx.Graph], schema: LabelSchema, *, segmentation: Segmentation = Segmentation.CORR
+    graphs: Iterable[nx.Graph],
+    schema: LabelSchema,
+    *,
+    segmentation: Segmentation = Segmentation.CORR,
+    kernel: AreaKernel = AreaKernel.GRAPH_HOPPER,
 ) -> TypeModel:
     """Build the model of a building type from the graphs of its floors.
 
@@ -142,7 +141,7 @@ def learn_type(
     areas = [_cut(graph, schema, segmentation) for graph in prepared]
     # 7.3.2: areas of all graphs that are alike are a cluster.
     parts = [take_area(graph, area) for graph, own in zip(prepared, areas, strict=True) for area in own]
-    clusters = cluster_areas(compare_areas(parts), segmentation=segmentation).tolist()
+    clusters = cluster_areas(compare_areas(parts, kernel=kernel), segmentation=segmentation).tolist()
     ends = np.cumsum([len(own) for own in areas]).tolist()
     floors = [
         TypeFloor(graph.graph["source"], graph, own, tuple(clusters[end - len(own) : end]))

@@ -69,7 +69,7 @@ _Iterations = Annotated[int, Field(ge=1, le=MAX_ITERATIONS)]
 class _Floor(BaseModel):
     """A floor: its rooms by label, doors and areas by the places of rooms."""
 
-    model_config = ConfigDict(strict=True, extra="forbid")
+    model_config = ConfigDict(strict=True)
 
     source: str
     labels: list[str] = Field(min_length=2, max_length=MAX_ROOMS)
@@ -111,7 +111,7 @@ class _Floor(BaseModel):
 
 
 class _Model(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid")
+    model_config = ConfigDict(strict=True)
 
     format: Literal["pianta type"]
     version: str

@@ -48,26 +48,27 @@ class Wishes:
         """
         columns = {label: column for column, label in enumerate(schema.by_name)}
         known = [label for label, column in columns.items() if most[column]]
-        wished = sorted(self.at_least.keys() | self.at_most.keys())
+        # None of a label that nobody has is easily met.
+        wished = dict.fromkeys(self.at_most, 0) | dict(self.at_least)
         faults = [
             f"there are no rooms of label {label}, give some of {', '.join(known)}"
-            for label in wished
-            if label not in known
+            for label, number in wished.items()
+            if (number and not most[columns[label]] if label in columns else True)
         ]
         faults += [
-            f"at least {number} rooms of label {label} are wished for, and there are {most[columns[label]]} at most"
+            f"at least {number} rooms of label {label} are wished for, give {most[columns[label]]} at most"
             for label, number in self.at_least.items()
             if label in known and number > most[columns[label]]
         ]
         faults += [
-            f"at most {number} rooms of label {label} are wished for, and {fewest[columns[label]]} are kept"
+            f"at most {number} rooms of label {label} are wished for, give the {fewest[columns[label]]} that are kept"
             for label, number in self.at_most.items()
-            if label in known and number < fewest[columns[label]]
+            if label in columns and number < fewest[columns[label]]
         ]
         if self.rooms is not None and self.rooms[1] < fewest[-1]:
-            faults.append(f"{self.rooms[1]} rooms in all are wished for, and {fewest[-1]} are kept")
+            faults.append(f"{self.rooms[1]} rooms in all are wished for, give {fewest[-1]} at least")
         if self.rooms is not None and self.rooms[0] > most[-1]:
-            faults.append(f"{self.rooms[0]} rooms in all are wished for, and there are {most[-1]} at most")
+            faults.append(f"{self.rooms[0]} rooms in all are wished for, give {most[-1]} at most")
         if faults:
             raise OptionError(f"no {schema.building_type} of the model can be as wished: {join_faults(faults)}")
 
@@ -92,7 +93,8 @@ class Wishes:
             if not 0 <= number <= MAX_ROOMS
         ]
         faults += [
-            f"at least {number} and at most {self.at_most[label]} rooms of label {label} contradict each other"
+            f"at least {number} and at most {self.at_most[label]} rooms of label {label} contradict each other, "
+            "change one"
             for label, number in self.at_least.items()
             if number > self.at_most.get(label, number)
         ]
