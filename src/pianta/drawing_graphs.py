@@ -46,7 +46,7 @@ STEPS, STEPS_OF_SWAP, MAX_SWAPS, CROSSINGS_A_SWAP, PUSHES = 100, 8, 10, 3, 60
 TURNS, LARGER_TURNED = 36, 1.15
 # Nodes never start at the same place: offset of the first, and the angle between two, the golden one.
 OFFSET, GOLDEN_ANGLE = 1e-3, 2.399963
-OUTLINE, THICK_OUTLINE, EDGE, SPINE = 0.6, 2.2, 0.6, 1.8
+OUTLINE, THICK_OUTLINE, EDGE, SPINE = 0.6, 1.6, 0.6, 1.8
 # Inches: width and height of a building, its title, a row of the legend, the sheet's title.
 CELL_WIDTH, CELL_HEIGHT, TITLE_HEIGHT, LEGEND_ROW, HEADING = 3.0, 2.4, 0.4, 0.22, 0.4
 # Of a column of the legend; between two buildings.

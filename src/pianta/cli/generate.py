@@ -75,8 +75,7 @@ def generate(
 ) -> None:
     """Make new buildings of a type, as graphs of labelled rooms joined by doors.
 
-    Writes building-001.json (networkx node-link), building-001.graphml and so on, and
-    sheet.png, a picture of the first 24.
+    Writes building-001.json (networkx node-link), .graphml and so on, and sheet.png.
 
     FLOOR is a floor.geojson, layout XML, graph.json or GraphML whose rooms have labels of
     the type, such as those of `pianta read --type`. With --keep its rooms have their ids
@@ -92,9 +91,9 @@ def generate(
     names = [f"building-{number:0{max(3, len(str(count)))}}" for number in range(1, count + 1)]
     _check_leftovers(out, names)
     known = read_type_model(model)
-    alike, kept = _read_floor(like, known), _read_floor(keep, known)
-    run = partial(generate_buildings, seed=seed, jobs=jobs, track=partial(track_items, quiet=quiet))
-    buildings = run(known, count, wishes=wishes, like=alike, kept=kept, costs=Costs(costs))
+    wanted = partial(generate_buildings, wishes=wishes, like=_read_floor(like, known), kept=_read_floor(keep, known))
+    track = partial(track_items, quiet=quiet)
+    buildings = wanted(known, count, seed=seed, costs=Costs(costs), jobs=jobs, track=track)
     save_buildings(buildings, names, known, out)
     if not quiet:
         _tell_buildings(buildings, known, out)
