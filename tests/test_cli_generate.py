@@ -195,6 +195,14 @@ class TestGenerate:
             doors = {frozenset((node_of[one + 1], node_of[other + 1])) for one, other in known.edges}
             assert {frozenset(edge) for edge in kept.edges} == doors
 
+    def test_takes_the_folder_of_a_reading(self, model, schools, tmp_path):
+        (tmp_path / "read").mkdir()
+        content = (schools / "school a.geojson").read_bytes()
+        (tmp_path / "read" / "floor.geojson").write_bytes(content)
+        for name, floor in (("one", tmp_path / "read"), ("other", tmp_path / "read" / "floor.geojson")):
+            assert run_pianta("generate", model, "-n", 1, "-q", "--keep", floor, "-o", tmp_path / name).code == 0
+        assert list_files(tmp_path / "one") == list_files(tmp_path / "other")
+
     def test_tells_rooms_that_no_door_leads_to(self, model, tmp_path):
         graph = make_schools()[0]
         graph.add_node(len(graph), label="CLOSET")

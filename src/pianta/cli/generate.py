@@ -29,7 +29,7 @@ EXAMPLES = (
     "pianta generate school.json --like building/floor.geojson -o alike",
     "pianta generate school.json --keep explored/floor.geojson -o continued",
 )
-SHEET = "sheet.png"
+SHEET, FLOOR = "sheet.png", "floor.geojson"
 COSTS = ("density", "thesis")
 MAX_LISTED = 3
 
@@ -77,8 +77,8 @@ def generate(
 
     Writes building-001.json (networkx node-link), .graphml and so on, and sheet.png.
 
-    FLOOR is a floor.geojson, layout XML, graph.json or GraphML whose rooms have labels of
-    the type, such as those of `pianta read --type`. With --keep its rooms have their ids
+    FLOOR is a folder of `pianta read --type`, or a floor.geojson, layout XML, graph.json or
+    GraphML whose rooms have labels of the type. With --keep its rooms have their ids
     as `room` in the new graphs; those without a door are left out.
     """
     from pianta.generation.buildings import Costs, generate_buildings
@@ -156,7 +156,8 @@ def _read_floor(path: Path | None, model: TypeModel) -> TypeFloor | None:
 
     if path is None:
         return None
-    graph = read_room_graph(path)
+    # As `pianta read --previous`, the folder that `pianta read` wrote.
+    graph = read_room_graph(path / FLOOR if path.is_dir() else path)
     try:
         floor = recognize_areas(graph, model)
     except (GraphError, LabelError) as error:
