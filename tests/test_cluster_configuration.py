@@ -21,12 +21,11 @@ from pianta.generation.cluster_configuration import (
     AreaChains,
     DensityCost,
     DistanceCost,
-    Indices,
     Slots,
     sample_areas,
 )
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.metropolis_hastings import BLOCK
+from pianta.generation.metropolis_hastings import BLOCK, Indices
 from pianta.generation.type_model import Counts, TypeModel, count_labels
 from pianta.generation.wishes import Wishes
 from tests.generated_types import SCHOOL, build_floor

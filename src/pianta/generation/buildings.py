@@ -66,7 +66,7 @@ class BuildingSampler:
     costs: Costs = Costs.DENSITY
 
     def __post_init__(self) -> None:
-        counts = count_labels(self.areas, self.model.schema)
+        counts = self.label_counts
         fewest, most = self.slots.bound_rooms(np.column_stack([counts, counts.sum(axis=1)]))
         self.wishes.check(fewest, most, self.model.schema)
 
@@ -74,6 +74,11 @@ class BuildingSampler:
     def areas(self) -> tuple[nx.Graph, ...]:
         """The functional areas that buildings can have: those of the model, and those that are kept."""
         return (*self.model.areas, *(self.kept.area_graphs if self.kept else ()))
+
+    @cached_property
+    def label_counts(self) -> Counts:
+        """Rooms of each label of the schema in each of `areas`, shape (areas, labels)."""
+        return count_labels(self.areas, self.model.schema)
 
     @cached_property
     def slots(self) -> Slots:
@@ -142,8 +147,8 @@ class BuildingSampler:
             else DensityCost(slots, like=self.like, rooms=self.wishes.rooms)
         )
         uniforms = np.stack([generator.random(len(slots.clusters)) for generator in generators])
-        rooms = count_labels(self.areas, self.model.schema)
-        chains = AreaChains(slots, cost, slots.fill(starts, uniforms), wishes=wishes, label_counts=rooms)
+        filled = slots.fill(starts, uniforms)
+        chains = AreaChains(slots, cost, filled, wishes=wishes, label_counts=self.label_counts)
         filled = sample_areas(chains, generators, needed=self.wishes, traces=traces)
         kept = range(len(self.model.areas), len(self.areas))
         return [[*kept, *(area for area in row if area not in kept and area != EMPTY)] for row in filled.tolist()]

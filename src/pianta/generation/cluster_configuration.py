@@ -14,16 +14,13 @@ from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import gammaln, logsumexp
 
 from pianta.errors import ModelError
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.metropolis_hastings import Flags, Floats, accept, choose, draw_uniforms
+from pianta.generation.metropolis_hastings import Flags, Floats, Indices, accept, choose, draw_uniforms
 from pianta.generation.type_model import Counts, TypeFloor, TypeModel
 from pianta.generation.wishes import Wishes
-
-Indices = NDArray[np.intp]
 
 EMPTY = -1
 # How often a configuration has as many areas of a cluster as floors in general, not as the floor that it is near.

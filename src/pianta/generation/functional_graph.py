@@ -7,12 +7,9 @@ from collections.abc import Sequence
 import networkx as nx
 import numpy as np
 import rustworkx as rx
-from numpy.typing import NDArray
 
 from pianta.generation.gram_rows import GraphBatch, References
-from pianta.generation.metropolis_hastings import Flags, Floats, accept, choose, draw_uniforms
-
-Indices = NDArray[np.intp]
+from pianta.generation.metropolis_hastings import Flags, Floats, Indices, accept, choose, draw_uniforms
 
 # λ1 and λ2 of the moves.
 GROWTH, DECLINE = 0.1, 0.1

@@ -10,13 +10,9 @@ from collections.abc import Iterable, Sequence
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta.generation.metropolis_hastings import Flags, Floats, Indices
 from pianta.graphs.stable_hash import Codes, hash_name, join, mix
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Flags = NDArray[np.bool_]
 
 ALPHA, PRINTED_FLOORS = 1.0, 50
 

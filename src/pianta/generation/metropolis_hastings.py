@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+Floats: TypeAlias = NDArray[np.float64]
+Flags: TypeAlias = NDArray[np.bool_]
+Indices: TypeAlias = NDArray[np.intp]
 
 # Costs are compared to so many decimals, so that other ways to add numbers up decide the same on other machines.
 DECIMALS = 9
@@ -25,9 +27,9 @@ def draw_uniforms(generators: Sequence[np.random.Generator], columns: int) -> It
         yield from block
 
 
-def choose(draws: Floats, counts: NDArray[np.integer]) -> NDArray[np.intp]:
+def choose(draws: Floats, counts: NDArray[np.integer]) -> Indices:
     """Whole numbers from 0 up to, without, the counts, all as likely."""
-    chosen: NDArray[np.intp] = np.minimum((draws * counts).astype(np.intp), np.maximum(counts, 1) - 1)
+    chosen: Indices = np.minimum((draws * counts).astype(np.intp), np.maximum(counts, 1) - 1)
     return chosen
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 
 from pianta.generation.cut_potentials import CutPotentials, Neighborhood, describe_neighborhood
 from pianta.generation.functional_graph import is_planar
@@ -15,7 +14,6 @@ from pianta.generation.gram_rows import GraphBatch, References
 from pianta.generation.metropolis_hastings import Floats, accept
 from pianta.generation.type_model import TypeFloor
 
-Indices = NDArray[np.intp]
 Pair = tuple[int, int]
 
 PLANAR_TRIES = 20
@@ -184,7 +182,10 @@ class NodeConnections:
             building = self.buildings[move.chain]
             building.part(*move.old)
             building.join(*new)
-            if accepted[move.chain] and (building.is_planar() or move.chain in self._bridged):
+            planar = building.is_planar()
+            if accepted[move.chain] and (planar or move.chain in self._bridged):
+                if planar:
+                    self._bridged.discard(move.chain)
                 building.doors[move.edge][move.place] = new
                 self.costs[move.chain] = costs[move.chain]
                 continue

@@ -6,13 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pianta.errors import LabelError, OptionError
 from pianta.formats.faults import join_faults
+from pianta.generation.type_model import Counts
 from pianta.labels import LabelSchema, standard_name
-
-Counts = NDArray[np.int64]
 
 MAX_ROOMS = 1_000_000
 
