@@ -178,9 +178,9 @@ def test_the_floor_that_is_changed(model_file):
         (lambda content: content.update(format="pianta types"), "it is no model of a building type"),
         (lambda content: content.update(version="2.0"), "has version '2.0', this pianta reads 1.x"),
         (lambda content: content.update(version="99999999999999999999.0"), "this pianta reads 1.x"),
-        (lambda content: content.update(version=1.0), "its version is 1.0, give 1.0"),
-        (lambda content: content.update(version="²"), "its version is '²', give 1.0"),
-        (lambda content: content.pop("version"), "its version is None, give 1.0"),
+        (lambda content: content.update(version=1.0), "its version is 1.0, give 1.1"),
+        (lambda content: content.update(version="²"), "its version is '²', give 1.1"),
+        (lambda content: content.pop("version"), "its version is None, give 1.1"),
     ],
 )
 def test_files_changed_by_hand(model_file, tmp_path, change, match):

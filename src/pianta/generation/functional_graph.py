@@ -22,14 +22,22 @@ class FunctionalGraphs:
     """The chains of step 2: connected functional graphs Ĥ of n buildings, changed edge by edge.
 
     references: the functional graphs of the model. graphs: what the chains start from, connected, the areas 0 … with
-    their clusters as labels. kept: the number of areas of each building, the first ones, whose edges stay as they are.
+    their clusters as labels; edges with a true `known` stay. kept: the number of areas of each building, the first
+    ones, whose edges stay as they are. closed: these areas have as many edges to others as at the start.
     """
 
-    def __init__(self, references: References, graphs: Sequence[nx.Graph], *, kept: int = 0) -> None:
+    def __init__(
+        self, references: References, graphs: Sequence[nx.Graph], *, kept: int = 0, closed: bool = False
+    ) -> None:
         self.batch = GraphBatch(references, graphs)
         self.sizes = self.batch.present.sum(axis=1)
-        self.kept = kept
+        self.kept, self.closed = kept, kept if closed else 0
         self.costs = self.batch.measure_costs()
+        self._known = np.zeros(self.batch.adjacency.shape, bool)
+        self._known[:, :kept, :kept] = True
+        for chain, graph in enumerate(graphs):
+            for one, other, is_known in graph.edges(data="known"):
+                self._known[chain, [one, other], [other, one]] |= bool(is_known)
         # Kept areas may be joined by bridges.
         self._flat = np.array([is_planar([*graph.edges], len(graph)) for graph in graphs])
 
@@ -44,14 +52,15 @@ class FunctionalGraphs:
         removes = ~adds & (uniforms[:, 0] < adding + removing)
         swaps = ~adds & ~removes
         ones, others = _choose_edges(free, uniforms[:, 1])
-        ones, others = np.where(uniforms[:, 2] < 1 / 2, (ones, others), (others, ones))
+        ones, others = np.where((uniforms[:, 2] < 1 / 2) | (ones < self.closed), (ones, others), (others, ones))
         targets = choose(uniforms[:, 3], self.sizes)
         sources = np.where(swaps, ones, choose(uniforms[:, 4], self.sizes))
         existing = free.any(axis=(1, 2))
         every = np.arange(len(edges))
         possible: Flags = (sources != targets) & ~self.batch.adjacency[every, sources, targets]
         possible &= (sources >= self.kept) | (targets >= self.kept)
-        possible = np.asarray(np.where(adds, possible, existing & (removes | possible)))
+        possible &= (targets >= self.closed) & (swaps | (sources >= self.closed))
+        possible = np.asarray(np.where(adds, possible, existing & (np.where(removes, ones >= self.closed, possible))))
         taken, given = possible & ~adds, possible & ~removes
         chains = np.concatenate([every[taken], every[given]])
         ends = np.concatenate([ones[taken], sources[given]]), np.concatenate([others[taken], targets[given]])
@@ -72,9 +81,7 @@ class FunctionalGraphs:
 
     def _list_free_edges(self) -> Flags:
         """Edges that may go, shape (n, nodes, nodes), each once."""
-        free = np.triu(self.batch.adjacency)
-        free[:, : self.kept, : self.kept] = False
-        return free
+        return np.triu(self.batch.adjacency & ~self._known)
 
     def _are_connected(self, chosen: Flags) -> Flags:
         """Which of the chosen graphs are in one part, shape (chosen,)."""

@@ -47,7 +47,8 @@ class Candidates:
 class ConnectedBuilding:
     """Ĝ of one chain of step 4: the rooms of its functional areas, and a door or more for each edge of Ĥ.
 
-    labels: of rooms 0 … areas: the rooms of each. doors: by edge of Ĥ, the pairs of rooms that it joins.
+    labels: of rooms 0 … areas: the rooms of each. doors: by edge of Ĥ, the pairs of rooms that it joins. known_ends: by
+    edge of Ĥ, the room at one end of each of its doors, where that is known.
     """
 
     def __init__(self, areas: Sequence[nx.Graph]) -> None:
@@ -55,6 +56,7 @@ class ConnectedBuilding:
         self.neighbors: list[set[int]] = []
         self.areas: list[range] = []
         self.doors: dict[Pair, list[Pair]] = {}
+        self.known_ends: dict[Pair, list[int]] = {}
         for area in areas:
             first = len(self.labels)
             places = {node: first + place for place, node in enumerate(area)}
@@ -83,14 +85,15 @@ class ConnectedBuilding:
         self.neighbors[one].discard(other)
         self.neighbors[other].discard(one)
 
-    def list_candidates(self, edge: Pair, potentials: CutPotentials) -> Candidates:
-        """S_û: the pairs of rooms of two areas that no door joins, with a chance that one does.
+    def list_candidates(self, edge: Pair, potentials: CutPotentials, *, place: int = 0) -> Candidates:
+        """S_û of a door of an edge, by its place among its doors: the pairs of rooms of two areas that it may join.
 
-        Where the model's cuts have none of their labels, all pairs.
+        No door joins them, and the model's cuts have their labels; where they have none of such labels, all pairs.
         """
         found = Candidates()
+        ones = self.known_ends[edge][place : place + 1] if edge in self.known_ends else self.areas[edge[0]]
         for anything in (False, True):
-            for one in self.areas[edge[0]]:
+            for one in ones:
                 for other in self.areas[edge[1]]:
                     frequency = 1.0 if anything else potentials.measure_frequency(self.labels[one], self.labels[other])
                     if not frequency or other in self.neighbors[one]:
@@ -199,11 +202,11 @@ class NodeConnections:
 
         A door that never fits is not made, unless it is the only one.
         """
-        doors = building.doors[edge] = []
+        doors: list[Pair] = []
         for _ in range(count):
-            candidates = building.list_candidates(edge, self.potentials)
+            candidates = building.list_candidates(edge, self.potentials, place=len(doors))
             if not candidates.pairs:
-                return
+                break
             for _ in range(PLANAR_TRIES):
                 pair = candidates.draw(self.potentials, float(generator.random()))
                 building.join(*pair)
@@ -212,9 +215,11 @@ class NodeConnections:
                     break
                 building.part(*pair)
             else:
-                if not doors:
+                if not doors or edge in building.known_ends:
                     building.join(*pair)
                     doors.append(pair)
+        if doors:
+            building.doors[edge] = doors
 
     def _choose_door(self, chain: int) -> _Move | None:
         """A door of a building that may move; None when it has none."""
@@ -226,7 +231,7 @@ class NodeConnections:
         place = int(generator.integers(len(building.doors[edge])))
         old = building.doors[edge][place]
         building.part(*old)
-        candidates = building.list_candidates(edge, self.potentials)
+        candidates = building.list_candidates(edge, self.potentials, place=place)
         building.join(*old)
         return _Move(chain, edge, place, old, candidates)
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import networkx as nx
 import numpy as np
@@ -41,7 +41,8 @@ MAX_ROOMS = 1000
 class TypeFloor:
     """A floor in functional areas, and the clusters of these.
 
-    source: its name. graph: connected, nodes 0 … n - 1 with a `label` each. areas: the nodes of each area.
+    source: its name. graph: connected, nodes 0 … n - 1 with a `label` each, and maybe an `area`, m². areas: the nodes
+    of each functional area.
     clusters: of each area, numbered from 0 over all floors of a model.
     """
 
@@ -170,7 +171,7 @@ def recognize_areas(graph: nx.Graph, model: TypeModel) -> TypeFloor:
 def prepare_room_graph(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:
     """The graph of a floor as a model takes it: nodes 0 … n - 1, each with its `label` and its name before, `room`.
 
-    Rooms without a door are left out, as in Table 5.1.
+    Where it has one, a node keeps its `area`, m². Rooms without a door are left out, as in Table 5.1.
     Raises LabelError that lists rooms without a label, or labels that the schema does not have, and GraphError for a
     floor without doors, of more than 1000 rooms, or whose doors leave it in parts, have a direction or lead back.
     """
@@ -193,10 +194,19 @@ def prepare_room_graph(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:
     places = {node: place for place, node in enumerate(joined)}
     prepared = nx.Graph(source=str(graph.graph.get("source", "")))
     prepared.add_nodes_from(
-        (places[node], {"label": standard_name(label), "room": node}) for node, label in joined.nodes(data="label")
+        (places[node], {"label": standard_name(label), "room": node} | take_size(joined.nodes[node]))
+        for node, label in joined.nodes(data="label")
     )
     prepared.add_edges_from((places[one], places[other]) for one, other in joined.edges)
     return prepared
+
+
+def take_size(attributes: Mapping[str, Any]) -> dict[str, float]:
+    """The `area` of a room in its attributes, m², where it is a number above 0; nothing where it is none."""
+    area = attributes.get("area")
+    if not isinstance(area, int | float) or isinstance(area, bool) or not 0 < area < np.inf:
+        return {}
+    return {"area": float(area)}
 
 
 def take_area(graph: nx.Graph, area: Area) -> nx.Graph:

@@ -22,8 +22,9 @@ from pianta.generation.type_model import LEAST_FLOORS, MAX_ROOMS, TypeFloor, Typ
 from pianta.labels import Label, LabelSchema, standard_building_type
 
 FORMAT: Final = "pianta type"
-MAJOR, MINOR = 1, 0
+MAJOR, MINOR = 1, 1
 MAX_FILE_BYTES, MAX_FLOORS, MAX_CLUSTERS, MAX_ITERATIONS = 16 * 2**20, 1000, 1000, 100_000
+MAX_ROOM_AREA = 1e9
 # Floors times clusters times areas of a cluster, which sampling has a table of.
 MAX_CELLS = 30_000_000
 
@@ -64,10 +65,11 @@ def _check_type(name: str) -> str:
 
 _Place = Annotated[int, Field(ge=0, lt=MAX_ROOMS)]
 _Iterations = Annotated[int, Field(ge=1, le=MAX_ITERATIONS)]
+_Size = Annotated[float, Field(gt=0, le=MAX_ROOM_AREA)] | None
 
 
 class _Floor(BaseModel):
-    """A floor: its rooms by label, doors and areas by the places of rooms."""
+    """A floor: its rooms by label, doors and areas by the places of rooms; `sizes` of rooms, m², since version 1.1."""
 
     model_config = ConfigDict(strict=True)
 
@@ -76,6 +78,7 @@ class _Floor(BaseModel):
     doors: list[tuple[_Place, _Place]]
     areas: list[Annotated[list[_Place], Field(min_length=1)]] = Field(min_length=1)
     clusters: list[Annotated[int, Field(ge=0, lt=MAX_CLUSTERS)]]
+    sizes: list[_Size] = []
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -94,6 +97,8 @@ class _Floor(BaseModel):
             faults.append("not every room is in one area")
         if len(self.clusters) != len(self.areas):
             faults.append(f"{len(self.areas)} areas have {len(self.clusters)} clusters")
+        if self.sizes and len(self.sizes) != rooms:
+            faults.append(f"{rooms} rooms have {len(self.sizes)} sizes")
         if faults:
             return faults
         graph = nx.Graph(self.doors)
@@ -107,6 +112,8 @@ class _Floor(BaseModel):
         graph = nx.Graph(source=self.source)
         graph.add_nodes_from((room, {"label": label}) for room, label in enumerate(self.labels))
         graph.add_edges_from(self.doors)
+        for room, size in enumerate(self.sizes):
+            graph.nodes[room].update({} if size is None else {"area": size})
         return TypeFloor(self.source, graph, tuple(map(frozenset, self.areas)), tuple(self.clusters))
 
 
@@ -176,6 +183,7 @@ def _dump_model(model: TypeModel) -> bytes:
             "doors": [list(door) for door in floor.graph.edges],
             "areas": [sorted(area) for area in floor.areas],
             "clusters": list(floor.clusters),
+            "sizes": [area and round(area, 2) for _, area in floor.graph.nodes(data="area")],
         }
         for floor in model.floors
     ]

@@ -1,0 +1,214 @@
+"""The verb explore: a simulated robot in a building that it does not know."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pianta.cli.outputs import check_output_folder, written_together
+from pianta.cli.terminal import stderr, tell_result
+from pianta.errors import OptionError
+from pianta.formats.files import shown
+
+if TYPE_CHECKING:
+    from pianta.exploration.record import Exploration
+    from pianta.exploration.world import World
+
+POLICY_NAMES = ("nearest", "gain", "gain-exp")
+ANIMATIONS = ("gif", "mp4", "none")
+FLOOR_FILES = ("truth.geojson", "floor.geojson")
+SHARES = (0.5, 0.9, 0.99)
+EXAMPLES = (
+    "pianta explore ring -o exploration",
+    "pianta explore school.xml --policy gain --robots 2 -o exploration",
+    "pianta explore building --find gym --start 1.5,2",
+    "pianta explore map.yaml --stop 0.9 --animation none -o exploration",
+)
+
+World_ = Annotated[
+    str,
+    typer.Argument(
+        metavar="WORLD",
+        help="A floor or building file, a folder of `pianta read` or `world`, a map.yaml, or a kind of `pianta world`.",
+    ),
+]
+Policy = Annotated[str, typer.Option(help=f"Who chooses the next frontier: {', '.join(POLICY_NAMES)}.")]
+Out = Annotated[Path | None, typer.Option("--out", "-o", help="Folder for table, picture and animation.")]
+Robots = Annotated[int, typer.Option(help="How many robots, which share their map.")]
+Find = Annotated[str | None, typer.Option(metavar="LABEL", help="End when a room of this label is recognised.")]
+Start = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="X,Y", help="Where a robot starts, metres of the map frame; once for each. Unless given: the entrance."
+    ),
+]
+Stop = Annotated[
+    float | None, typer.Option(metavar="SHARE", help="End when this share of the area was seen; all unless given.")
+]
+Reach = Annotated[float, typer.Option(help="Of the lidar, metres.")]
+Noise = Annotated[float, typer.Option(help="Standard deviation of its ranges, metres.")]
+Radius = Annotated[float, typer.Option(help="Of a robot, metres.")]
+DriveOption = Annotated[str, typer.Option("--drive", help="point moves any way at once; differential turns first.")]
+MaxDistance = Annotated[
+    float | None, typer.Option(help="End after so many metres; derived from the area unless given.")
+]
+Seed = Annotated[int, typer.Option(min=0, help="Of the noise, and of a synthetic building.")]
+Animation = Annotated[str, typer.Option(help=f"One of {', '.join(ANIMATIONS)}; mp4 needs ffmpeg.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
+
+
+def explore_world(
+    world: World_,
+    *,
+    policy: Policy = "nearest",
+    out: Out = None,
+    robots: Robots = 1,
+    find: Find = None,
+    start: Start = None,
+    stop: Stop = None,
+    reach: Reach = 8.0,
+    noise: Noise = 0.01,
+    radius: Radius = 0.2,
+    drive: DriveOption = "point",
+    max_distance: MaxDistance = None,
+    seed: Seed = 0,
+    animation: Animation = "gif",
+    quiet: Quiet = False,
+) -> None:
+    """Let simulated robots explore a building that they do not know, with a lidar each.
+
+    Writes area.csv (area seen over metres driven), picture.png and exploration.gif when a
+    folder is given. Entrances are closed; rooms that robots do not fit into are left out.
+    """
+    from pianta.exploration.explore import explore
+    from pianta.exploration.kernels import has_numba
+    from pianta.exploration.lidar import Lidar
+    from pianta.exploration.policies import make_policy
+
+    if out is not None:
+        check_output_folder(out)
+        _check_animation(animation)
+    chosen, lidar = make_policy(policy), Lidar(reach=reach, noise=noise)
+    starts = [read_point(text) for text in start or ()] or None
+    wanted = partial(explore, starts=starts, lidar=lidar, robots=robots, find=find, max_distance=max_distance)
+    if not has_numba() and not quiet:
+        stderr.print("without numba this takes long; install it with: pip install 'pianta[sim]'", markup=False)
+    built = build_named_world(world, seed=seed)
+    with _tracking(quiet=quiet) as track:
+        end = "all" if stop is None else stop
+        run = wanted(built, chosen, radius=radius, drive=drive, stop=end, seed=seed, track=track)
+    if out is not None:
+        _save_exploration(run, built, out, animation)
+    _tell_exploration(run, policy, find)
+    if out is not None:
+        names = ["area.csv", "picture.png", *([] if animation == "none" else [f"exploration.{animation}"])]
+        tell_result(f"in {out}: {', '.join(names)}")
+
+
+def build_named_world(name: str, *, seed: int) -> World:
+    """The world of a kind of `pianta world`, of a folder with a floor, of a building's file, or of a map.
+
+    Raises OptionError for a folder without a floor and for names of nothing, and what the readers raise.
+    """
+    from pianta.cli.world import KINDS, SAMPLE
+    from pianta.exploration.world import build_world, read_world
+    from pianta.formats.buildings import SUFFIXES, read_building
+    from pianta.formats.maps import read_map
+    from pianta.worlds.floors import make_floor
+    from pianta.worlds.scan import make_sample
+
+    path = Path(name)
+    if name in KINDS and not path.is_file():
+        return build_world(make_sample()[0] if name == SAMPLE else make_floor(name, seed=seed))
+    if path.is_dir():
+        files = [path / file for file in FLOOR_FILES if (path / file).is_file()]
+        if not files:
+            raise OptionError(f"folder {shown(path)} has no {' or '.join(FLOOR_FILES)}, give a file or another folder")
+        path = files[0]
+    if path.suffix.lower() in SUFFIXES:
+        return build_world(read_building(path))
+    if not path.suffix and not path.exists():
+        raise OptionError(f"world is {shown(name)}, give a file, a folder, or one of {', '.join(KINDS)}")
+    return read_world(read_map(path))
+
+
+def read_point(text: str) -> tuple[float, float]:
+    """The x, y of "X,Y".
+
+    Raises OptionError for anything else.
+    """
+    try:
+        x, y = map(float, text.split(","))
+    except ValueError:
+        x = y = float("nan")
+    if not (isfinite(x) and isfinite(y)):
+        raise OptionError(f"--start is {shown(text)}, give two numbers such as 1.5,2")
+    return x, y
+
+
+def _check_animation(animation: str) -> None:
+    from pianta.drawing_exploration import check_animation
+
+    if animation != "none":
+        check_animation(animation)
+
+
+@contextmanager
+def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
+    """A progress bar on stderr, where that is a terminal, and the function that moves it to a share."""
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    columns = TextColumn("exploring"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn()
+    hidden = quiet or not stderr.is_terminal
+    with Progress(*columns, console=stderr, transient=True, redirect_stdout=sys.stdout.isatty(), disable=hidden) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+def _save_exploration(run: Exploration, world: World, out: Path, animation: str) -> None:
+    """Write table, picture and animation, all or none."""
+    from pianta.drawing_exploration import save_animation, save_exploration_picture
+
+    with written_together(out) as new:
+        _save_table(run, new / "area.csv")
+        save_exploration_picture(run, world, new / "picture.png")
+        if animation != "none":
+            with stderr.status(f"drawing exploration.{animation}"):
+                save_animation(run, world, new / f"exploration.{animation}", kind=animation)
+
+
+def _save_table(run: Exploration, path: Path) -> None:
+    """Write a row for each scan; with several robots, the metres of each, too."""
+    several = run.robot_distance.shape[1] > 1
+    robots = [f"robot_{number}_m" for number in range(1, run.robot_distance.shape[1] + 1)] if several else []
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["distance_m", "area_m2", "share", "time_s", *robots])
+        for distance, area, share, time, of_robots in zip(
+            run.distance, run.area, run.share, run.time, run.robot_distance, strict=True
+        ):
+            further: Sequence[float] = of_robots.tolist() if several else ()
+            figures = [f"{distance:.2f}", f"{area:.2f}", f"{share:.4f}", f"{time:.1f}"]
+            table.writerow([*figures, *(f"{metres:.2f}" for metres in further)])
+
+
+def _tell_exploration(run: Exploration, policy: str, find: str | None) -> None:
+    """Print how much was seen on which way, and why the run ended."""
+    robots = len(run.tracks)
+    who = f"{robots} robots" if robots > 1 else "1 robot"
+    seen = f"{100 * run.share[-1]:.1f} % of {run.reachable_area:.0f} m²"
+    tell_result(f"{who}, {policy}: {seen} seen in {run.distance[-1]:.0f} m, {run.time[-1] / 60:.0f} min: {run.outcome}")
+    reached = [(share, run.distance_to(share)) for share in SHARES]
+    parts = [f"{100 * share:.0f} % after {metres:.0f} m" for share, metres in reached if isfinite(metres)]
+    if parts:
+        tell_result(", ".join(parts))
+    if find is not None:
+        tell_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")

@@ -1,0 +1,303 @@
+"""The exploration of an unknown world: scan, map, find frontiers, choose, drive, until nothing is left to see."""
+
+from __future__ import annotations
+
+import warnings
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.errors import MapWarning, OptionError
+from pianta.exploration.frontiers import MIN_LENGTH, Frontier, count_border, find_frontiers
+from pianta.exploration.lidar import Lidar, Pose, scan
+from pianta.exploration.occupancy import OccupancyGrid
+from pianta.exploration.perception import perceive_counts
+from pianta.exploration.record import Exploration, Record
+from pianta.exploration.robots import DRIVES, Robot
+from pianta.exploration.routes import find_route, measure_distances, straighten_route
+from pianta.exploration.situation import Policy, Situation
+from pianta.exploration.starts import Point, find_rooms, find_starts, place_robots
+from pianta.exploration.world import Mask, World, clear_cells, explorable_cells, reachable_cells
+from pianta.gridmap import FREE, OCCUPIED
+from pianta.labels import standard_name
+
+Floats = NDArray[np.float64]
+
+# The part of a frontier around its target that must still border on the unknown, or the way there is given up; m.
+AROUND_TARGET = 1.0
+# What a robot at its target sees of the frontier so near is as much as anyone will; m.
+GIVEN_UP_WITHIN = 0.5
+# The longest run, metres for each m² that can be reached, and metres for the smallest world.
+LONGEST_RUN = (5.0, 200.0)
+MAX_ROBOTS = 100
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How robots explore: metres, but for the share, the number and the seed; see explore."""
+
+    lidar: Lidar
+    radius: float
+    drive: str
+    step: float
+    stop: float | None
+    max_distance: float
+    min_length: float
+
+
+def explore(
+    world: World,
+    policy: Policy,
+    *,
+    starts: Sequence[Point] | None = None,
+    lidar: Lidar | None = None,
+    robots: int = 1,
+    radius: float = 0.2,
+    drive: str = "point",
+    step: float = 0.5,
+    stop: float | str = "all",
+    find: str | None = None,
+    max_distance: float | None = None,
+    min_length: float = MIN_LENGTH,
+    seed: int = 0,
+    track: Callable[[float], None] | None = None,
+) -> Exploration:
+    """Explore a world with robots that share their map and go where the policy sends them (thesis, section 8.3).
+
+    starts: x, y, metres of the map frame; by default the first of find_starts. Robots beyond them stand beside them.
+    lidar: of every robot. radius: of every robot, metres. step: driven between two scans, metres.
+    drive: "point" or "differential", see Robot.
+    stop: the share of the reachable area at which the run ends, 0 … 1, or "all": when no frontier is left.
+    find: a label; the run ends when a room with it is recognised: a robot is inside, or a fifth of it has been seen.
+    max_distance: of all robots together, metres; derived from the area unless given, so that every run ends.
+    min_length: of a frontier, metres. seed: of the noise of the lidars. track: called with the share after every scan.
+    The policy is asked again when a robot is at its target, and when nothing is left to see there.
+    Raises OptionError for a start in a wall, a label that the world has not, and values without meaning.
+    Warns, by MapWarning, of rooms that no robot can reach.
+    """
+    _check_options(robots=robots, radius=radius, drive=drive, step=step, stop=stop, max_distance=max_distance)
+    wanted = _find_wanted(world, find)
+    points = place_robots(world, starts or find_starts(world, radius=radius)[:1], robots, radius=radius)
+    reachable = reachable_cells(world, [world.cell(*point) for point in points], radius=radius)
+    area = explorable_cells(world, reachable, radius=radius)
+    _warn_of_unreachable(world, reachable)
+    longest = LONGEST_RUN[0] * np.count_nonzero(area) * world.resolution**2 + LONGEST_RUN[1]
+    settings = Settings(
+        lidar=lidar or Lidar(),
+        radius=radius,
+        drive=drive,
+        step=step,
+        stop=None if stop == "all" else float(stop),
+        max_distance=longest if max_distance is None else max_distance,
+        min_length=min_length,
+    )
+    run = _Run(world, policy, settings, points=points, area=area, wanted=wanted, seed=seed, track=track)
+    return run.explore()
+
+
+class _Run:
+    """A run under way."""
+
+    def __init__(
+        self,
+        world: World,
+        policy: Policy,
+        settings: Settings,
+        *,
+        points: Sequence[Point],
+        area: Mask,
+        wanted: Sequence[int],
+        seed: int,
+        track: Callable[[float], None] | None,
+    ) -> None:
+        self.world, self.policy, self.settings, self.wanted = world, policy, settings, wanted
+        self.robots = [Robot(Pose(*point), settings.drive) for point in points]
+        self.map = OccupancyGrid(world)
+        self.given_up = np.zeros(world.blocked.shape, bool)
+        self.record = Record(world, area, self.robots, settings.lidar.reach)
+        self.rng, self.track = np.random.default_rng(seed), track
+        self.decisions = 0
+
+    def explore(self) -> Exploration:
+        """Run to the end."""
+        for number in range(len(self.robots)):
+            self._scan(number)
+        outcome = self._ended()
+        while outcome is None:
+            if any(self._needs_goal(robot) for robot in self.robots):
+                outcome = self._decide()
+            for number, robot in enumerate(self.robots):
+                if outcome is None and robot.goal is not None:
+                    robot.advance(self.settings.step)
+                    self._scan(number)
+                    outcome = self._ended()
+        grid = self.map.to_grid_map()
+        return self.record.close(grid, outcome, found=self._found(), decisions=self.decisions)
+
+    def _scan(self, number: int) -> None:
+        """Let a robot scan where it stands."""
+        pose, lidar = self.robots[number].pose, self.settings.lidar
+        self.map.add_scan(pose, lidar, scan(self.world, pose, lidar, self.rng))
+        self.record.add_scan(number, self.map.cells)
+        if self.track:
+            self.track(self.record.share)
+
+    def _ended(self) -> str | None:
+        """Why the run has ended, None while it goes on."""
+        if (found := self._found()) is not None and self.world.floor:
+            label = next(room.label for room in self.world.floor.rooms if room.id == found)
+            return f"found {label}"
+        if self.settings.stop is not None and self.record.share >= self.settings.stop:
+            return "share reached"
+        return "distance limit" if self.record.distance >= self.settings.max_distance else None
+
+    def _found(self) -> int | None:
+        """The id of a wanted room that was recognised."""
+        known = self.record.seen.keys() | self.record.entered.keys()
+        return next((room for room in self.wanted if room in known), None)
+
+    def _needs_goal(self, robot: Robot) -> bool:
+        """Whether a robot has arrived, or has nothing more to see where it goes, or no longer gets there."""
+        goal = robot.goal
+        if goal is None:
+            return len(self.robots) == 1 or all(other.goal is None for other in self.robots)
+        if not robot.route:
+            self._give_up(robot, goal)
+            return True
+        near = np.hypot(*(goal.cells - goal.target).T) * self.world.resolution <= AROUND_TARGET
+        return count_border(self.map.cells, goal.cells[near]) == 0 or self._is_barred(robot)
+
+    def _is_barred(self, robot: Robot) -> bool:
+        """Whether an obstacle has come to light where a robot drives next."""
+        x, y = robot.route[0]
+        here = np.array(robot.pose[:2])
+        length = float(np.hypot(*(np.array([x, y]) - here)))
+        ahead = min(length, self.settings.step)
+        ways = np.arange(0, ahead + self.world.resolution, self.world.resolution / 2).clip(max=ahead)
+        points = here + ways[:, None] * ((np.array([x, y]) - here) / max(length, 1e-9))
+        rows, cols = np.floor(self.world.grid.map_to_pixel(points[:, 0], points[:, 1])).astype(int)
+        return bool((self.map.cells[rows, cols] == OCCUPIED).any())
+
+    def _give_up(self, robot: Robot, goal: Frontier) -> None:
+        """Forget those cells of a frontier that nothing more can be seen of, though a robot is there."""
+        points = np.array(self.world.place(*robot.pose[:2]))
+        near = np.hypot(*(goal.cells + 0.5 - points).T) * self.world.resolution <= GIVEN_UP_WITHIN
+        self.given_up[tuple(goal.cells[near].T)] = True
+        self.given_up[goal.target] = True
+
+    def _decide(self) -> str | None:
+        """Ask the policy, and send the robots off; why the run ends where nobody has anywhere to go."""
+        radius_px = self.settings.radius / self.world.resolution
+        cells = self.map.cells
+        passable = (cells == FREE) & clear_cells(cells == OCCUPIED, radius_px)
+        distances = [self._distances_of(robot, passable) for robot in self.robots]
+        reachable = np.isfinite(distances[0])
+        for further in distances[1:]:
+            reachable |= np.isfinite(further)
+        frontiers = self._find_frontiers(reachable)
+        if not frontiers:
+            return "no reachable frontier" if self._find_frontiers(cells == FREE) else "done"
+        goals = self.policy.choose(self._describe(frontiers, distances))
+        self.decisions += 1
+        for robot, goal, of_robot in zip(self.robots, goals, distances, strict=True):
+            robot.goal, robot.route = goal, deque()
+            if goal is not None:
+                robot.route = self._plan(of_robot, goal.target)
+        return None if any(goal is not None for goal in goals) else "stopped by the policy"
+
+    def _find_frontiers(self, reachable: Mask) -> list[Frontier]:
+        return find_frontiers(
+            self.map.cells,
+            reachable,
+            resolution=self.world.resolution,
+            min_length=self.settings.min_length,
+            given_up=self.given_up,
+        )
+
+    def _distances_of(self, robot: Robot, passable: Mask) -> Floats:
+        """How far each cell is for a robot; what noise drew around its feet does not bar its way."""
+        row, col = self.world.cell(robot.pose.x, robot.pose.y)
+        reach = int(self.settings.radius / self.world.resolution) + 1
+        window = slice(max(row - reach, 0), row + reach + 1), slice(max(col - reach, 0), col + reach + 1)
+        kept = passable[window].copy()
+        passable[window] |= self.map.cells[window] == FREE
+        passable[row, col] = True
+        distances = measure_distances(passable, [(row, col)], resolution=self.world.resolution)
+        passable[window] = kept
+        return distances
+
+    def _plan(self, distances: Floats, target: tuple[int, int]) -> deque[Point]:
+        """The corners, x, y, of the way from a robot to a target."""
+        route = find_route(distances, target, resolution=self.world.resolution)
+        corners = straighten_route(route, np.isfinite(distances))
+        points = [self.world.point((row, col)) for row, col in corners.tolist()]
+        return deque(points[1:] or points)
+
+    def _describe(self, frontiers: Sequence[Frontier], distances: Sequence[Floats]) -> Situation:
+        """What the policy is told."""
+        rows, cols = np.array([frontier.target for frontier in frontiers]).T
+        x, y = self.world.grid.pixel_to_map(rows + 0.5, cols + 0.5)
+        in_rooms = [np.bincount(self.world.room_of_cell[tuple(frontier.cells.T)]) for frontier in frontiers]
+        known = self.map.cells.view()
+        known.setflags(write=False)
+        return Situation(
+            known=known,
+            resolution=self.world.resolution,
+            origin=self.world.origin,
+            poses=tuple(robot.pose for robot in self.robots),
+            frontiers=tuple(frontiers),
+            distances=np.array([of_robot[rows, cols] for of_robot in distances]),
+            points=np.column_stack([x, y]),
+            rooms=tuple(int(counts.argmax()) for counts in in_rooms),
+            reach=self.settings.lidar.reach,
+            seen=perceive_counts(self.world, known, self.record.room_counts, entered=self.record.entered.keys()),
+            travelled=self.record.distance,
+            decision=self.decisions,
+        )
+
+
+def _check_options(
+    *, robots: int, radius: float, drive: str, step: float, stop: str | float, max_distance: float | None
+) -> None:
+    """Raise OptionError naming every option without meaning."""
+    faults = [] if 1 <= robots <= MAX_ROBOTS else [f"robots are {robots}, give 1 … {MAX_ROBOTS}"]
+    for name, value in (("radius", radius), ("step", step), ("max_distance", max_distance)):
+        if value is not None and not (isfinite(value) and value > 0):
+            faults.append(f"{name} is {value}, give positive metres")
+    if drive not in DRIVES:
+        faults.append(f"drive is {drive!r}, give one of {', '.join(DRIVES)}")
+    if stop != "all" and not (isinstance(stop, float | int) and 0 < stop <= 1):
+        faults.append(f"stop is {stop!r}, give a share above 0 and up to 1, or 'all'")
+    if faults:
+        raise OptionError("cannot explore: " + "; ".join(faults))
+
+
+def _find_wanted(world: World, find: str | None) -> list[int]:
+    """Ids of the rooms with the label to be found.
+
+    Raises OptionError, naming those there are, when there is none.
+    """
+    if find is None:
+        return []
+    wanted = find_rooms(world.floor, [standard_name(find)])
+    if not wanted:
+        labels = sorted({room.label for room in world.floor.rooms if room.label} if world.floor else set())
+        there = f"give one of {', '.join(labels)}" if labels else "its rooms have no labels, give a labelled floor"
+        raise OptionError(f"no room of the world is {standard_name(find)}, {there}")
+    return wanted
+
+
+def _warn_of_unreachable(world: World, reachable: Mask) -> None:
+    if world.floor is None:
+        return
+    reached = set(np.unique(world.room_of_cell[reachable]).tolist())
+    if rooms := [room for room in world.floor.rooms if room.id not in reached]:
+        named = ", ".join(f"{room.id} {room.label or ''}".strip() for room in rooms[:10]) + (
+            ", …" if rooms[10:] else ""
+        )
+        message = f"rooms {named} cannot be reached and are left out: no door leads there that the robot fits through"
+        warnings.warn(MapWarning(message), stacklevel=3)

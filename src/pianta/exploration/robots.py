@@ -1,0 +1,56 @@
+"""A simulated robot: where it is, where it goes, and how it drives there."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from math import atan2, hypot, pi, remainder
+
+from pianta.exploration.frontiers import Frontier
+from pianta.exploration.lidar import Pose
+
+DRIVES = ("point", "differential")
+
+# m/s, and rad/s on the spot.
+SPEED, TURN_RATE = 0.5, 1.0
+
+
+@dataclass
+class Robot:
+    """A disc that follows a route of straight lines.
+
+    drive: a "point" moves in any direction at once; a "differential" drive turns on the spot first, which takes time.
+    goal: the frontier that it drives to, None while it waits. route: corners x, y ahead, metres of the map frame.
+    travelled: metres. time: driving and turning, seconds.
+    """
+
+    pose: Pose
+    drive: str = "point"
+    goal: Frontier | None = None
+    route: deque[tuple[float, float]] = field(default_factory=deque)
+    travelled: float = 0.0
+    time: float = 0.0
+
+    def advance(self, step: float) -> None:
+        """Follow the route for so many metres, or to its end; the heading is that of the last line."""
+        left = step
+        while self.route and left > 0:
+            x, y = self.route[0]
+            length = hypot(x - self.pose.x, y - self.pose.y)
+            if length > 0:
+                self._turn(atan2(y - self.pose.y, x - self.pose.x))
+            share = 1.0 if length <= left else left / length
+            here = self.pose
+            self.pose = Pose(here.x + share * (x - here.x), here.y + share * (y - here.y), here.heading)
+            if share == 1:
+                self.pose = Pose(x, y, here.heading)
+                self.route.popleft()
+            moved = min(length, left)
+            left -= moved
+            self.travelled += moved
+            self.time += moved / SPEED
+
+    def _turn(self, heading: float) -> None:
+        if self.drive == "differential":
+            self.time += abs(remainder(heading - self.pose.heading, 2 * pi)) / TURN_RATE
+        self.pose = self.pose._replace(heading=heading)

@@ -1,0 +1,226 @@
+"""The true world that a simulated robot moves in: obstacles on a grid, and the floor that they belong to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import ceil, hypot, isfinite
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.affinity import scale
+from shapely.geometry.base import BaseGeometry
+
+from pianta.errors import OptionError
+from pianta.floor import Door, Floor, cells_of_polygon
+from pianta.gridmap import FREE, OCCUPIED, GridMap
+
+Mask = NDArray[np.bool_]
+Cells = NDArray[np.int_]
+
+MAX_CELLS = 50_000_000
+# Where robots cannot stand may still be seen: this far beyond their reach by foot, m, free space counts as explorable.
+SEEN_BEYOND = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """Obstacles on a grid that nothing leaves, and where known, the floor.
+
+    blocked: shape (H, W), obstacles and all that lies outside the building.
+    resolution, origin: metres per cell, and the frame, as in GridMap.
+    floor: the truth, None for a grid map without one.
+    room_of_cell: shape (H, W), uint16; ids of rooms on their free cells, 0 elsewhere.
+    door_cells: for each door of the floor the free cells, shape (N, 2), of its passage through the wall.
+    """
+
+    blocked: Mask
+    resolution: float
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    floor: Floor | None = None
+    room_of_cell: NDArray[np.uint16] = field(default_factory=lambda: np.zeros((0, 0), np.uint16))
+    door_cells: tuple[Cells, ...] = ()
+
+    def __post_init__(self) -> None:
+        blocked = np.ascontiguousarray(self.blocked, bool)
+        rooms = self.room_of_cell if self.room_of_cell.size else np.zeros(blocked.shape, np.uint16)
+        object.__setattr__(self, "blocked", blocked)
+        object.__setattr__(self, "room_of_cell", np.where(blocked, 0, rooms).astype(np.uint16))
+        for cells in (self.blocked, self.room_of_cell):
+            cells.setflags(write=False)
+
+    @property
+    def free(self) -> Mask:
+        """Cells without an obstacle; shape (H, W)."""
+        return ~self.blocked
+
+    @cached_property
+    def grid(self) -> GridMap:
+        """The world as a grid map of free and occupied cells."""
+        return GridMap(np.where(self.blocked, OCCUPIED, FREE), self.resolution, self.origin)
+
+    @cached_property
+    def room_cells(self) -> NDArray[np.int_]:
+        """How many free cells each room has, by its id, shape (1 + highest id,)."""
+        highest = max((room.id for room in self.floor.rooms), default=0) if self.floor else 0
+        return np.bincount(self.room_of_cell.ravel(), minlength=highest + 1)
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        """Continuous row, col of a point, metres of the map frame."""
+        row, col = self.grid.map_to_pixel(x, y)
+        return float(row), float(col)
+
+    def cell(self, x: float, y: float) -> tuple[int, int]:
+        """Row and col of the cell that a point, metres of the map frame, lies in; it may be off the grid."""
+        row, col = np.floor(self.place(x, y))
+        return int(row), int(col)
+
+    def point(self, cell: tuple[int, int]) -> tuple[float, float]:
+        """x, y, metres of the map frame, of the middle of a cell."""
+        x, y = self.grid.pixel_to_map(cell[0] + 0.5, cell[1] + 0.5)
+        return float(x), float(y)
+
+    def is_clear(self, cell: tuple[int, int], radius: float) -> bool:
+        """Whether a robot of a radius, metres, can stand in the middle of a cell."""
+        reach = int(radius / self.resolution)
+        row, col = cell
+        if not (reach <= row < self.blocked.shape[0] - reach and reach <= col < self.blocked.shape[1] - reach):
+            return False
+        around = self.blocked[row - reach : row + reach + 1, col - reach : col + reach + 1]
+        return not (around & _disc(radius / self.resolution)).any()
+
+
+def build_world(floor: Floor, *, resolution: float = 0.1, wall: float = 0.2, door: float = 0.9) -> World:
+    """The world of a floor, with walls of a thickness between its rooms and doors of at least a width, all in metres.
+
+    Where the rooms leave a gap, as those of pianta.worlds do, it is part of the wall; where their outlines meet, as
+    those of drawn buildings do, each room gives half of the wall. Nothing leads outside: entrances stay closed.
+    Raises OptionError for lengths without meaning, a floor without rooms, and one that needs too many cells.
+    """
+    for name, value in (("resolution", resolution), ("wall", wall), ("door", door)):
+        if not (isfinite(value) and value > 0):
+            raise OptionError(f"{name} is {value}, give positive metres")
+    blank = _lay_grid(floor, resolution, margin=wall + 2 * resolution)
+    rooms = floor.label_image(blank)
+    # A wall has a cell at least, wherever two rooms meet.
+    thickness_px = max(wall / resolution, 1.5)
+    blocked = (rooms == 0) | _wall_cells(rooms, thickness_px)
+    door_cells = tuple(
+        _open_door(passage, floor, blank, rooms, blocked=blocked, wall=wall, width=door) for passage in floor.doors
+    )
+    return World(blocked, resolution, blank.origin, floor, rooms, door_cells)
+
+
+def read_world(grid: GridMap) -> World:
+    """The world of a grid map; what is not free, or unknown, is an obstacle."""
+    return World(~grid.free, grid.resolution, grid.origin)
+
+
+def reachable_cells(world: World, starts: list[tuple[int, int]], *, radius: float) -> Mask:
+    """Cells, shape (H, W), on whose middles a robot of a radius, metres, can come to stand from any of the starts."""
+    clear = clear_cells(world.blocked, radius / world.resolution)
+    # Steps go along rows and columns only: a diagonal one needs both cells beside it.
+    _, parts = cv2.connectedComponents(clear.astype(np.uint8), connectivity=4)
+    here = {int(parts[start]) for start in starts} - {0}
+    return np.isin(parts, sorted(here))
+
+
+def explorable_cells(world: World, reachable: Mask, *, radius: float) -> Mask:
+    """Free cells, shape (H, W), that count as the area to explore: those near where a robot of a radius can stand.
+
+    Near is no further than the radius and half a metre, as one walks over free cells: the corners of rooms belong to
+    it, and what lies behind a slit does not.
+    """
+    near = reachable.copy()
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    for _ in range(ceil((radius + SEEN_BEYOND) / world.resolution)):
+        near = world.free & (cv2.dilate(near.astype(np.uint8), cross) > 0)
+    return near
+
+
+def clear_cells(blocked: Mask, radius_px: float) -> Mask:
+    """Cells, shape (H, W), whose middles are more than a radius, in cells, from those of all blocked ones.
+
+    Beyond the grid all is blocked.
+    """
+    reach = int(radius_px)
+    around = np.pad(blocked, reach + 1, constant_values=True).astype(np.uint8)
+    near = cv2.dilate(around, _disc(radius_px).astype(np.uint8))
+    inner = slice(reach + 1, -reach - 1)
+    return np.asarray(near[inner, inner] == 0)
+
+
+def _disc(radius_px: float) -> Mask:
+    """Cells, shape (N, N), whose middles are within a radius, in cells, of the middle one."""
+    reach = int(radius_px)
+    row, col = np.ogrid[-reach : reach + 1, -reach : reach + 1]
+    return np.asarray(row**2 + col**2 <= radius_px**2)
+
+
+def _lay_grid(floor: Floor, resolution: float, margin: float) -> GridMap:
+    """An empty grid along the axes that holds all rooms with a margin, metres."""
+    if not floor.rooms:
+        raise OptionError("the floor has no rooms, give one at least")
+    left, bottom, right, top = shapely.total_bounds([room.polygon for room in floor.rooms])
+    width, height = (ceil((length + 2 * margin) / resolution) for length in (right - left, top - bottom))
+    if width * height > MAX_CELLS:
+        size = f"{right - left:.0f} × {top - bottom:.0f} m"
+        raise OptionError(f"a floor of {size} has more than {MAX_CELLS} cells of {resolution} m, give larger cells")
+    return GridMap(np.zeros((height, width), np.int8), resolution, (left - margin, bottom - margin, 0))
+
+
+def _wall_cells(rooms: NDArray[np.uint16], thickness_px: float) -> Mask:
+    """Cells of rooms that the wall to another room covers: it is as thick as given, and the gap is part of it."""
+    walls = np.zeros(rooms.shape, bool)
+    reach = ceil(thickness_px) + 1
+    for room in np.unique(rooms[rooms > 0]).tolist():
+        rows, cols = np.nonzero(rooms == room)
+        window = (
+            slice(max(rows.min() - reach, 0), rows.max() + reach + 1),
+            slice(max(cols.min() - reach, 0), cols.max() + reach + 1),
+        )
+        own = rooms[window] == room
+        others = (rooms[window] > 0) & ~own
+        if others.any():
+            # From the middle of a cell to the outline of its own room, and to that of the nearest other.
+            to_outline, to_other = (_distance_to(mask) - 0.5 for mask in (~own, others))
+            walls[window] |= own & (to_outline + to_other < thickness_px)
+    return walls
+
+
+def _distance_to(mask: Mask) -> NDArray[np.float64]:
+    """From the middle of each cell to the nearest middle of one in the mask, cells."""
+    from scipy.ndimage import distance_transform_edt
+
+    return np.asarray(distance_transform_edt(~mask), float)
+
+
+def _open_door(
+    passage: Door, floor: Floor, grid: GridMap, rooms: NDArray[np.uint16], *, blocked: Mask, wall: float, width: float
+) -> Cells:
+    """Free the cells of a door between two rooms, in place, and give them; an entrance is left closed."""
+    if passage.is_entrance:
+        return np.zeros((0, 2), int)
+    polygons = [room.polygon for room in floor.rooms if room.id in passage.room_ids]
+    gap = max(passage.line.distance(polygon) for polygon in polygons)
+    area = _door_area(passage, width, half_depth=max(gap, wall / 2) + grid.resolution)
+    window_rows, window_cols, inside = cells_of_polygon(area, grid)
+    window = window_rows, window_cols
+    # Neither the wall of a third room is opened, nor what lies outside.
+    inside &= np.isin(rooms[window], [0, *passage.room_ids])
+    opened = inside & blocked[window]
+    blocked[window] &= ~inside
+    rows, cols = np.nonzero(opened)
+    return np.column_stack([rows + window_rows.start, cols + window_cols.start])
+
+
+def _door_area(passage: Door, width: float, half_depth: float) -> BaseGeometry:
+    """The opening of a door through the wall: its line, made as long as the width, and the depth on both sides."""
+    (x0, y0), (x1, y1) = passage.line.coords[0], passage.line.coords[-1]
+    length = hypot(x1 - x0, y1 - y0)
+    if length == 0:
+        return shapely.Point(x0, y0).buffer(max(half_depth, width / 2), cap_style="square")
+    stretch = max(width / length, 1)
+    return scale(passage.line, stretch, stretch).buffer(half_depth, cap_style="flat")

@@ -1,0 +1,143 @@
+"""`pianta explore` as a user runs it."""
+
+import csv
+from pathlib import Path
+
+import pytest
+from PIL import Image, ImageSequence
+
+from pianta.formats.floor_geojson import save_floor
+from pianta.formats.ros_map import save_ros_map
+from tests.command_line import list_files, run_pianta
+from tests.explored_worlds import two_room_world, two_rooms
+
+
+@pytest.fixture
+def floor_file(tmp_path):
+    path = tmp_path / "floor.geojson"
+    save_floor(two_rooms(), path)
+    return path
+
+
+def read_table(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_floor_is_explored_and_table_picture_and_animation_are_written(tmp_path, floor_file):
+    code, out, err = run_pianta("explore", floor_file, "-o", tmp_path / "out", "--start", "2,3.5")
+    assert (code, err) == (0, "")
+    first, second, last = out.splitlines()
+    assert first.startswith("1 robot, nearest: 100.0 % of 27 m² seen in ")
+    assert first.endswith(": done")
+    assert second.startswith("50 % after 0 m, 90 % after ")
+    assert last == f"in {tmp_path / 'out'}: area.csv, picture.png, exploration.gif"
+    assert list_files(tmp_path / "out").keys() == {"area.csv", "picture.png", "exploration.gif"}
+    rows = read_table(tmp_path / "out" / "area.csv")
+    assert rows[0].keys() == {"distance_m", "area_m2", "share", "time_s"}
+    assert rows[0]["distance_m"] == "0.00"
+    assert float(rows[-1]["share"]) > 0.99
+    with Image.open(tmp_path / "out" / "exploration.gif") as image:
+        assert len(list(ImageSequence.Iterator(image))) > 1
+
+
+def test_without_a_folder_nothing_is_written(tmp_path, floor_file, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = list_files(tmp_path)
+    code, out, err = run_pianta("explore", floor_file.parent, "--policy", "gain")
+    assert (code, err) == (0, "")
+    assert out.startswith("1 robot, gain: ")
+    assert list_files(tmp_path) == before
+
+
+def test_several_robots_have_a_column_each(tmp_path, floor_file):
+    options = "--robots 2 --start 2,3.5 --start 6,1 --animation none"
+    code, out, _ = run_pianta("explore", floor_file, "-o", tmp_path / "out", *options.split())
+    assert code == 0
+    assert out.startswith("2 robots, nearest: ")
+    assert list_files(tmp_path / "out").keys() == {"area.csv", "picture.png"}
+    for row in read_table(tmp_path / "out" / "area.csv"):
+        together = float(row["robot_1_m"]) + float(row["robot_2_m"])
+        assert float(row["distance_m"]) == pytest.approx(together, abs=0.02)
+
+
+def test_a_room_is_found(floor_file):
+    code, out, _ = run_pianta("explore", floor_file, "--find", "stairs", "--start", "2,3.5")
+    assert code == 0
+    assert "found STAIRS" in out.splitlines()[0]
+    assert out.splitlines()[-1] == "STAIRS is room 2"
+
+
+def test_a_map_and_a_kind_of_world_are_explored(tmp_path):
+    save_ros_map(two_room_world().grid, tmp_path / "map.yaml")
+    assert "100.0 % of 27 m²" in run_pianta("explore", tmp_path / "map.yaml").out
+    code, out, _ = run_pianta("explore", "hall", "--seed", "3", "--stop", "0.3", "--drive", "differential")
+    assert code == 0
+    assert out.splitlines()[0].endswith(": share reached")
+
+
+def test_the_same_command_writes_the_same_files(tmp_path, floor_file):
+    for name in ("one", "two"):
+        run_pianta("explore", floor_file, "-o", tmp_path / name, "--animation", "none", "--seed", "4")
+    assert list_files(tmp_path / "one") == list_files(tmp_path / "two")
+
+
+def test_rooms_that_cannot_be_reached_are_one_warning(tmp_path):
+    save_floor(two_rooms(door=False), tmp_path / "floor.geojson")
+    code, _, err = run_pianta("explore", tmp_path / "floor.geojson", "--start", "2,2")
+    assert code == 0
+    assert err == (
+        "warning: rooms 2 STAIRS cannot be reached and are left out: no door leads there that the robot fits through\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--start", "4,0.5"], "start 4, 0.5 is in a wall or outside of the building, give a free place such as"),
+        (["--start", "here"], "--start is 'here', give two numbers such as 1.5,2"),
+        (["--policy", "best"], "policy is 'best', give one of nearest, gain"),
+        (["--find", "gym"], "no room of the world is GYM, give one of CLASSROOM, STAIRS"),
+        (["--robots", "0"], "robots are 0, give 1 … 100"),
+        (["--reach", "-1"], "reach is -1.0, give positive metres"),
+        (["--stop", "2"], "stop is 2.0, give a share"),
+        (["--animation", "avi"], "animation is 'avi', give gif, mp4 or none"),
+    ],
+)
+def test_bad_options_are_one_line_and_write_nothing(tmp_path, floor_file, arguments, told):
+    code, out, err = run_pianta("explore", floor_file, *arguments, "-o", tmp_path / "out")
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ")
+    assert told in err
+    assert len(err.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("world", "told"),
+    [("castle", "world is 'castle', give a file, a folder, or one of sample"), ("", "has no truth.geojson or floor.")],
+)
+def test_a_world_that_is_none_is_one_line(tmp_path, world, told):
+    code, _, err = run_pianta("explore", world or tmp_path)
+    assert code == 2
+    assert told in err
+    assert len(err.splitlines()) == 1
+
+
+def test_the_help_names_the_policies_there_are():
+    from pianta.cli.explore import POLICY_NAMES
+    from pianta.exploration.policies import POLICIES
+
+    assert tuple(POLICIES) == POLICY_NAMES
+    code, out, _ = run_pianta("explore", "--help")
+    assert code == 0
+    assert "pianta explore ring -o exploration" in out
+
+
+def test_without_numba_one_line_says_how_to_be_faster(floor_file, monkeypatch):
+    monkeypatch.setattr("pianta.exploration.kernels.has_numba", lambda: False)
+    code, out, err = run_pianta("explore", floor_file)
+    assert code == 0
+    assert out.startswith("1 robot, nearest: ")
+    assert err == "without numba this takes long; install it with: pip install 'pianta[sim]'\n"
+    assert run_pianta("explore", floor_file, "--quiet").err == ""

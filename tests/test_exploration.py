@@ -1,0 +1,340 @@
+"""Whole explorations of tiny worlds, and what policies choose."""
+
+import os
+import subprocess
+import sys
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike, NDArray
+from shapely import LineString, box
+
+from pianta.errors import MapWarning, OptionError
+from pianta.exploration import kernels
+from pianta.exploration.explore import explore
+from pianta.exploration.frontiers import Frontier
+from pianta.exploration.lidar import Lidar, Pose
+from pianta.exploration.perception import perceive_rooms
+from pianta.exploration.policies import POLICIES, InformationGain, NearestFrontier, make_policy
+from pianta.exploration.situation import Situation
+from pianta.exploration.world import build_world, read_world
+from pianta.floor import Door, Floor, Room
+from pianta.formats.buildings import read_building
+from pianta.worlds.floors import make_floor
+from tests.explored_worlds import two_room_world, two_rooms
+
+
+def row_of_rooms(*labels: str, door: bool = True) -> Floor:
+    """Rooms of 4 × 4 m side by side, each with a door to the next."""
+    rooms = tuple(Room(n + 1, box(4 * n, 0, 4 * n + 4, 4), label) for n, label in enumerate(labels))
+    middles = [LineString([(4 * n, 1.5), (4 * n, 2.4)]) for n in range(1, len(rooms))]
+    doors = tuple(Door((n, n + 1), line, 0.9) for n, line in enumerate(middles, start=1)) if door else ()
+    return Floor(rooms, doors)
+
+
+def situation_of(
+    distances: list[list[float]], points: ArrayLike | None = None, *, known: NDArray[np.int8] | None = None
+) -> Situation:
+    """Robots and frontiers at given distances from each other, on an unknown map of 0.1 m cells."""
+    ways = np.array(distances, float)
+    count = ways.shape[1]
+    places = np.array([(100.0 * n, 0) for n in range(count)] if points is None else points)
+    known = np.full((101, 101), -1, np.int8) if known is None else known
+    targets = [(50, 20 * n + 30) for n in range(count)]
+    frontiers = tuple(Frontier(np.array([target]), target, 1.0, n) for n, target in enumerate(targets))
+    poses = tuple(Pose(0, 0) for _ in ways)
+    return Situation(known, 0.1, (0, 0, 0), poses, frontiers, ways, places, (0,) * count, reach=2.0)
+
+
+def ids_of(choice: Sequence[Frontier | None]) -> list[int | None]:
+    return [None if frontier is None else frontier.id for frontier in choice]
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+def test_two_rooms_are_explored_to_the_end(policy):
+    run = explore(two_room_world(), make_policy(policy), starts=[(2, 2)])
+    assert run.outcome == "done"
+    assert run.share[-1] == 1
+    assert run.reachable_area == pytest.approx(3.9 * 4 + 2.9 * 4 + 0.2 * 0.9)
+    assert run.entered.keys() == {1, 2} or run.seen.keys() == {1, 2}
+    assert run.seen[1] == 0
+    assert 0 < run.distance[-1] < 20
+    assert (np.diff(run.distance) >= 0).all()
+    assert (np.diff(run.area) >= 0).all()
+    assert len(run.distance) == len(run.area) == len(run.time) == len(run.tracks[0])
+
+
+def test_distances_to_shares_come_from_the_record():
+    run = explore(two_room_world(), NearestFrontier(), starts=[(2, 2)])
+    assert run.distance_to(0) == 0
+    assert run.distance_to(1.01) == inf
+    half, all_ = run.distance_to(0.5), run.distance_to(1)
+    assert half < all_ <= run.distance[-1]
+    assert run.share[np.searchsorted(run.distance, all_)] == 1
+
+
+def test_the_final_map_shows_walls_where_they_are():
+    world = two_room_world()
+    run = explore(world, NearestFrontier(), starts=[(2, 2)])
+    free = run.map.cells == 0
+    assert np.count_nonzero(free & world.blocked) < 0.01 * np.count_nonzero(world.free)
+    assert (run.map.resolution, run.map.origin) == (world.resolution, world.origin)
+    assert ((run.scan_of_cell >= 0) == (run.map.cells != -1)).all()
+
+
+@pytest.mark.parametrize("options", [{}, {"robots": 2}, {"drive": "differential"}, {"lidar": Lidar(field=2.0)}])
+def test_the_same_seed_is_the_same_run(options):
+    world = build_world(make_floor("hall", seed=2))
+    first, again = (explore(world, InformationGain(), seed=7, stop=0.7, **options) for _ in range(2))
+    assert np.array_equal(first.distance, again.distance)
+    assert np.array_equal(first.area, again.area)
+    assert np.array_equal(first.map.cells, again.map.cells)
+
+
+def test_another_seed_is_another_noise():
+    world, lidar = two_room_world(), Lidar(noise=0.1)
+    first, other = (explore(world, NearestFrontier(), starts=[(2, 2)], lidar=lidar, seed=seed) for seed in (1, 2))
+    assert not np.array_equal(first.map.cells, other.map.cells)
+
+
+def test_without_numba_the_run_is_the_same(monkeypatch):
+    runs = []
+    for numba in (True, False):
+        monkeypatch.setattr(kernels, "has_numba", lambda numba=numba: numba)
+        runs.append(explore(two_room_world(), InformationGain(), starts=[(2, 2)]))
+    assert np.array_equal(runs[0].distance, runs[1].distance)
+    assert np.array_equal(runs[0].map.cells, runs[1].map.cells)
+
+
+def test_the_run_is_the_same_under_every_hash_seed():
+    code = (
+        "from pianta.exploration.explore import explore;"
+        "from pianta.exploration.policies import InformationGain;"
+        "from tests.explored_worlds import two_room_world;"
+        "run = explore(two_room_world(), InformationGain(), robots=2);"
+        "print(run.distance.tolist(), run.area.tolist(), run.seen, run.entered)"
+    )
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", code], env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True, check=True
+        ).stdout
+        for seed in ("1", "2")
+    ]
+    assert told[0] == told[1]
+    assert told[0]
+
+
+def test_the_robot_never_drives_through_a_wall():
+    world = build_world(make_floor("ring", seed=4))
+    run = explore(world, NearestFrontier(), stop=0.8)
+    for (x0, y0, _), (x1, y1, _) in zip(run.tracks[0], run.tracks[0][1:], strict=False):
+        for share in np.linspace(0, 1, 11):
+            assert not world.blocked[world.cell(x0 + share * (x1 - x0), y0 + share * (y1 - y0))]
+
+
+def test_a_turning_robot_drives_as_far_and_takes_longer():
+    world = two_room_world()
+    point, wheels = (
+        explore(world, NearestFrontier(), starts=[(2, 2)], drive=drive) for drive in ("point", "differential")
+    )
+    assert np.array_equal(point.distance, wheels.distance)
+    assert point.time[-1] == pytest.approx(point.distance[-1] / 0.5)
+    assert wheels.time[-1] > point.time[-1]
+
+
+def test_a_share_ends_the_run():
+    run = explore(build_world(row_of_rooms(*"ABCDEF")), NearestFrontier(), starts=[(2, 2)], stop=0.5)
+    assert run.outcome == "share reached"
+    assert 0.5 <= run.share[-1] < 0.8
+    assert run.share[-2] < 0.5
+
+
+def test_a_distance_ends_the_run():
+    run = explore(build_world(row_of_rooms(*"ABCDEF")), NearestFrontier(), starts=[(2, 2)], max_distance=5)
+    assert run.outcome == "distance limit"
+    assert 5 <= run.distance[-1] <= 5.5
+
+
+def test_a_policy_can_advise_to_stop():
+    class Stay:
+        def choose(self, situation):
+            return [None] * len(situation.poses)
+
+    run = explore(two_room_world(), Stay(), starts=[(2, 3.5)])
+    assert (run.outcome, run.decisions, run.distance[-1]) == ("stopped by the policy", 1, 0)
+
+
+def test_a_room_of_a_label_is_found():
+    world = build_world(row_of_rooms("OFFICE", "LAB", "OFFICE", "GYM"))
+    run = explore(world, NearestFrontier(), starts=[(2, 2)], find="gym")
+    assert (run.outcome, run.found) == ("found GYM", 4)
+    assert 4 in run.seen.keys() | run.entered.keys()
+    assert run.distance[-1] > 3
+    here = explore(world, NearestFrontier(), starts=[(2, 2)], find="office")
+    assert (here.found, here.distance[-1]) == (1, 0)
+
+
+def test_a_label_that_no_room_has_is_refused_with_those_there_are():
+    world = build_world(row_of_rooms("OFFICE", "LAB"))
+    with pytest.raises(OptionError, match="no room of the world is GYM, give one of LAB, OFFICE"):
+        explore(world, NearestFrontier(), find="gym")
+    with pytest.raises(OptionError, match="have no labels"):
+        explore(read_world(world.grid), NearestFrontier(), find="gym")
+
+
+def test_a_room_that_cannot_be_reached_is_told_and_the_run_ends_in_order():
+    world = build_world(row_of_rooms("OFFICE", "GYM", door=False))
+    with pytest.warns(MapWarning, match=r"^rooms 2 GYM cannot be reached and are left out: no door") as told:
+        run = explore(world, NearestFrontier(), starts=[(2, 2)], find="GYM")
+    assert len(told) == 1
+    assert (run.outcome, run.found) == ("done", None)
+    assert run.share[-1] > 0.99
+
+
+@pytest.mark.parametrize("start", [(4, 0.5), (-50, 2)])
+def test_a_start_in_a_wall_is_refused(start):
+    with pytest.raises(OptionError, match="give a free place such as"):
+        explore(two_room_world(), NearestFrontier(), starts=[start])
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"robots": 0, "radius": -1}, "robots are 0, give 1 … 100; radius is -1"),
+        ({"step": 0}, "step is 0"),
+        ({"stop": 1.5}, "stop is 1.5"),
+        ({"stop": "most"}, "stop is 'most'"),
+        ({"drive": "legs"}, "drive is 'legs', give one of point, differential"),
+        ({"max_distance": inf}, "max_distance is inf"),
+    ],
+)
+def test_options_without_meaning_are_refused(options, told):
+    with pytest.raises(OptionError, match=told):
+        explore(two_room_world(), NearestFrontier(), **options)
+
+
+def test_a_grid_map_without_truth_is_explored():
+    run = explore(read_world(two_room_world().grid), NearestFrontier())
+    assert run.outcome == "done"
+    assert run.share[-1] == 1
+    assert run.seen == run.entered == {}
+
+
+def test_several_robots_explore_together_on_different_ways():
+    world = build_world(make_floor("ring", seed=1))
+    asked = []
+
+    class Watched(NearestFrontier):
+        def choose(self, situation):
+            choice = super().choose(situation)
+            asked.append((len(situation.frontiers), ids_of(choice)))
+            return choice
+
+    two = explore(world, Watched(), robots=2)
+    for there, chosen in asked:
+        some = [frontier for frontier in chosen if frontier is not None]
+        assert len(set(some)) == len(some)
+        assert len(some) == min(there, 2)
+    assert two.share[-1] > 0.99
+    assert two.robot_distance.shape == (len(two.distance), 2)
+    assert np.allclose(two.robot_distance.sum(axis=1), two.distance)
+    alone = explore(world, NearestFrontier(), robots=1)
+    assert two.time[-1] < alone.time[-1]
+
+
+def test_the_nearest_frontier_is_chosen():
+    assert ids_of(NearestFrontier().choose(situation_of([[5, 3, 4]]))) == [1]
+
+
+def test_robots_get_different_frontiers_and_the_last_may_get_none():
+    assert ids_of(NearestFrontier().choose(situation_of([[5, 3, 4], [2.5, 1, 9]]))) == [2, 1]
+    assert ids_of(NearestFrontier().choose(situation_of([[1], [2]]))) == [0, None]
+    assert ids_of(NearestFrontier().choose(situation_of([[1, 2], [inf, inf]]))) == [0, None]
+
+
+def test_robots_do_not_crowd():
+    beside = situation_of([[1, 1.5, 3], [1, 1.5, 3]], [(0, 0), (0.2, 0), (50, 0)])
+    assert ids_of(NearestFrontier().choose(beside)) == [0, 2]
+    assert ids_of(InformationGain().choose(beside)) == [0, 2]
+
+
+@pytest.mark.parametrize("worth", ["ratio", "exponential"])
+def test_the_gain_is_weighed_against_the_way(worth):
+    known = np.full((101, 101), -1, np.int8)
+    known[:, :40] = 0
+    near_and_poor = [[2.0, 4.0]]
+    assert ids_of(InformationGain(worth).choose(situation_of(near_and_poor, known=known))) == [1]
+    assert ids_of(InformationGain(worth).choose(situation_of([[2.0, 40.0]], known=known))) == [0]
+
+
+def test_a_gain_without_meaning_is_refused():
+    with pytest.raises(OptionError, match="worth is 'most'"):
+        InformationGain("most")  # type: ignore[arg-type]
+    with pytest.raises(OptionError, match="decay is -1"):
+        InformationGain(decay=-1)
+    with pytest.raises(OptionError, match="policy is 'best', give one of nearest, gain"):
+        make_policy("best")
+
+
+def test_rooms_are_recognised_by_what_was_seen_of_them():
+    world = build_world(row_of_rooms("OFFICE", "LAB", "GYM"))
+    known = np.full(world.blocked.shape, -1, np.int8)
+    known[world.room_of_cell == 1] = 0
+    known[tuple(world.door_cells[0].T)] = 0
+    seen = perceive_rooms(world, known)
+    assert seen is not None
+    assert [(room.id, room.label, room.entered) for room in seen.rooms] == [(1, "OFFICE", False)]
+    assert seen.rooms[0].share == 1
+    assert seen.unopened == ((1, 0),)
+    assert seen.floor.doors == ()
+    further = perceive_rooms(world, known, entered={2})
+    assert further is not None
+    assert [room.id for room in further.rooms] == [1, 2]
+    assert [door.rooms for door in further.floor.doors] == [(1, 2)]
+    assert further.unopened == ()
+    assert perceive_rooms(read_world(world.grid), known) is None
+
+
+def test_policies_are_told_what_was_recognised():
+    told = []
+
+    class Watched(NearestFrontier):
+        def choose(self, situation):
+            told.append(situation)
+            return super().choose(situation)
+
+    explore(build_world(row_of_rooms(*"ABC")), Watched(), starts=[(2, 2)])
+    assert told[0].seen.rooms[0].label == "A"
+    assert {room.label for room in told[-1].seen.rooms} == {*"ABC"}
+    assert not told[0].known.flags.writeable
+    assert all(len(one.rooms) == len(one.frontiers) for one in told)
+    assert all(one.distances.shape == (1, len(one.frontiers)) for one in told)
+
+
+def test_a_school_is_explored_to_the_end(data):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        floor = read_building(data / "buildings" / "school" / "franch1.xml")
+        run = explore(build_world(floor), NearestFrontier())
+    assert run.outcome == "done"
+    assert run.share[-1] > 0.99
+
+
+def test_importing_the_simulator_does_not_import_numba():
+    code = (
+        "import sys, pianta.exploration.explore, pianta.exploration.policies;"
+        "assert 'numba' not in sys.modules and 'scipy' not in sys.modules and 'sklearn' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_only_the_unknown_floor_is_replaced():
+    # The floor that is perceived keeps the type of the building, which policies may ask for.
+    floor = replace(two_rooms(), building_type={"school": 1.0})
+    seen = perceive_rooms(build_world(floor), np.zeros(build_world(floor).blocked.shape, np.int8))
+    assert seen is not None
+    assert seen.floor.building_type == {"school": 1.0}
