@@ -25,7 +25,9 @@ docs: $(READY)  ## draw the pictures of README and docs again
 	$(BIN)/python docs/draw_pictures.py
 	$(BIN)/python docs/draw_graph_kernels.py
 	$(BIN)/python docs/draw_realism.py
+	$(BIN)/python docs/draw_partial.py
 	$(BIN)/python docs/draw_generation.py
+	$(BIN)/python docs/draw_prediction.py
 
 clean:
 	rm -rf $(VENV) demo

@@ -148,6 +148,20 @@ def test_partial_rooms_are_grey_and_hatched(ax):
     assert not whole.get_hatch()
 
 
+def test_a_prediction_is_hatched_beside_what_was_seen_in_a_dashed_outline(ax):
+    predicted = box(4.1, 0, 12, 3)
+    rooms = TWO_ROOMS.rooms[0], replace(TWO_ROOMS.rooms[1], predicted=predicted, confidence=0.5)
+    plot_rooms(replace(TWO_ROOMS, rooms=rooms), ax=ax)
+    added = [patch for patch in ax.patches if patch.get_zorder() < 1]
+    unseen, outline = added
+    assert unseen.get_hatch()
+    assert unseen.get_path().get_extents().bounds == pytest.approx((8, 0, 4, 3))
+    assert outline.get_linestyle() not in ("-", "solid")
+    assert outline.get_path().get_extents().bounds == pytest.approx((4.1, 0, 7.9, 3))
+    labelled = tuple(replace(room, label="LAB") for room in rooms)
+    assert legend_of(Floor(labelled))[-2:] == ["predicted", "seen in part"]
+
+
 def test_labelled_rooms_have_the_colours_of_their_labels_and_partial_ones_are_lighter_and_hatched(ax):
     library, corridor = room_patches(plot_rooms(LABELLED, ax=ax, labels=True))
     assert [to_hex(patch.get_facecolor()) for patch in (library, corridor)] == ["#3c3c3c", "#f28705"]

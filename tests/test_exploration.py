@@ -47,7 +47,7 @@ def situation_of(
     targets = [(50, 20 * n + 30) for n in range(count)]
     frontiers = tuple(Frontier(np.array([target]), target, 1.0, n) for n, target in enumerate(targets))
     poses = tuple(Pose(0, 0) for _ in ways)
-    return Situation(known, 0.1, (0, 0, 0), poses, frontiers, ways, places, (0,) * count, reach=2.0)
+    return Situation(known, known == 0, 0.1, (0, 0, 0), poses, frontiers, ways, places, (0,) * count, reach=2.0)
 
 
 def ids_of(choice: Sequence[Frontier | None]) -> list[int | None]:

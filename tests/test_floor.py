@@ -160,7 +160,13 @@ def test_graph_joins_rooms_by_their_widest_door():
     assert graph.graph == {"source": "here"}
     assert list(graph) == [1, 2, 3]
     of_labels = {"label": "OFFICE", "labels": said[0], "label_probabilities": said[1]}
-    assert graph.nodes[1] == of_labels | {"area": 12.0, "x": 2.0, "y": 1.5, "partial": False, "entrances": 0}
+    assert graph.nodes[1] == of_labels | {
+        "area": 12.0,
+        "x": 2.0,
+        "y": 1.5,
+        "partial": False,
+        "entrances": 0,
+    } | dict.fromkeys(("predicted_area", "confidence"))
     assert [graph.nodes[2][name] for name in of_labels] == [None, {}, {}]
     assert graph.nodes[2]["partial"]
     assert [graph.nodes[room_id]["entrances"] for room_id in graph] == [0, 2, 0]

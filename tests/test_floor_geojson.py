@@ -114,7 +114,7 @@ def test_round_trip_is_exact_and_stable(path, floor):
 def test_file_is_plain_geojson(valid):
     collection = json.loads(valid)
     assert collection["type"] == "FeatureCollection"
-    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.0")
+    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.1")
     features = collection["features"]
     assert [part["id"] for part in features] == ["room-4", "room-2", "door-1", "door-2", "door-3", "wall-1", "wall-2"]
     assert all(part["type"] == "Feature" for part in features)
@@ -129,11 +129,43 @@ def test_properties_are_named(valid):
     nothing_said: dict[str, object] = {"label": None, "labels": {}, "label_probabilities": {}}
     assert properties[0]["labels"] == {"R/C": "ROOM", "school": "AULA È"}
     assert properties[0]["label_probabilities"] == {"R/C": {"ROOM": 1.0}, "school": {"AULA È": 0.7, "LAB": 0.3}}
-    assert properties[1] == {"class": "room", "room": 2, "partial": True} | nothing_said
+    predicted = dict.fromkeys(("predicted", "confidence"))
+    assert properties[1] == {"class": "room", "room": 2, "partial": True} | nothing_said | predicted
+    assert properties[0].keys().isdisjoint(predicted)
     assert properties[3] == {"class": "door", "rooms": [2, 4], "width": 1.0, "kind": "opening"}
     assert properties[4] == {"class": "door", "rooms": [4, None], "width": 1.0, "kind": "door"}
     assert properties[5] == {"class": "wall"}
     assert json.loads(valid)["last_id"] == 9
+
+
+def test_a_predicted_room_survives_as_plain_geojson(path):
+    predicted = box(0, 0, 4, 3)
+    floor = Floor((Room(1, box(0, 0, 2, 3), partial=True, predicted=predicted, confidence=0.75),))
+    save_floor(floor, path)
+    properties = json.loads(path.read_bytes())["features"][0]["properties"]
+    assert shape(properties["predicted"]).equals(predicted)
+    assert properties["confidence"] == 0.75
+    assert read_floor(path) == floor
+
+
+def test_a_file_of_2_0_has_no_predictions(path):
+    write(path, feature(ROOM | {"partial": True}, SQUARE), version="2.0")
+    assert (read_floor(path).rooms[0].predicted, read_floor(path).rooms[0].confidence) == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"predicted": SQUARE}, "not partial"),
+        ({"partial": True, "predicted": BOW_TIE}, "no valid predicted polygon"),
+        ({"partial": True, "predicted": SQUARE, "confidence": 2.0}, "confidence 2.0"),
+        ({"partial": True, "predicted": LINE}, "Polygon"),
+    ],
+)
+def test_a_faulty_prediction_is_refused(path, change, told):
+    write(path, feature(ROOM | change, SQUARE))
+    with pytest.raises(FloorError, match=told):
+        read_floor(path)
 
 
 def test_a_file_without_a_last_id_gets_the_highest_id(path):

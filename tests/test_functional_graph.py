@@ -126,6 +126,48 @@ def test_kept_areas_are_joined_as_they_were():
     assert len({frozenset(graph.edges) for graph in chains.to_graphs()}) > 1
 
 
+def move_closed(start: nx.Graph, *, kept: int, closed: bool = True) -> list[nx.Graph]:
+    """What a start becomes along twenty chains of forty moves, at every move."""
+    chains = FunctionalGraphs(REFERENCES, [start] * 20, kept=kept, closed=closed)
+    random = np.random.default_rng(0)
+    found = []
+    for _ in range(40):
+        chains.move(random.random((20, DRAWS)))
+        found += chains.to_graphs()
+    return found
+
+
+def test_closed_areas_lead_to_as_many_others():
+    """Areas 0 and 1 are known, and lead to one and two others; where to may change."""
+    start = label(nx.Graph([(0, 1), (0, 2), (1, 3), (1, 4), (2, 3), (4, 5)]), "010101")
+    found = move_closed(start, kept=2)
+    for graph in found:
+        assert nx.is_connected(graph)
+        assert graph.has_edge(0, 1)
+        assert (graph.degree(0), graph.degree(1)) == (2, 3)
+    assert {frozenset(graph[0]) for graph in found} >= {frozenset({1, place}) for place in (2, 3, 4)}
+    # Others are joined as they like, and kept areas that are not closed are, too.
+    assert len({graph.number_of_edges() for graph in found}) > 1
+    assert len({graph.degree(0) for graph in move_closed(start, kept=2, closed=False)}) > 1
+
+
+def test_known_edges_stay():
+    """Area 0 is known and so is its edge to 1, which is open; its other edge leads anywhere."""
+    start = label(nx.Graph([(0, 1), (0, 2), (1, 3), (2, 3)]), "0111")
+    start.edges[0, 1]["known"] = True
+    found = move_closed(start, kept=1)
+    assert all(graph.has_edge(0, 1) and graph.degree(0) == 2 for graph in found)
+    assert {frozenset(graph[0]) for graph in found} == {frozenset({1, 2}), frozenset({1, 3})}
+    assert len({graph.degree(1) for graph in found}) > 1
+    start.edges[0, 1]["known"] = False
+    assert not all(graph.has_edge(0, 1) for graph in move_closed(start, kept=1))
+
+
+def test_nothing_moves_where_all_is_known():
+    start = label(nx.Graph([(0, 1), (1, 2)]), "010")
+    assert all(set(graph.edges) == {(0, 1), (1, 2)} for graph in move_closed(start, kept=3))
+
+
 def test_bridges_are_never_removed():
     chains = FunctionalGraphs(REFERENCES, [label(nx.path_graph(4), "0101")])
     costs = chains.costs.copy()

@@ -323,6 +323,63 @@ def test_kept_doors_never_move():
     assert graph.subgraph(rooms).number_of_edges() == kept.graph.number_of_edges()
 
 
+def connect_known_ends(ends: list[int], *, seed: int, moves: int = 30) -> tuple[ConnectedBuilding, nx.Graph]:
+    """Two areas joined by doors at known rooms of the first, corridor 0 with rooms 1 to 3."""
+    building = ConnectedBuilding(AREAS)
+    building.known_ends[0, 1] = ends
+    functional = nx.Graph()
+    functional.add_edge(0, 1, cuts=len(ends))
+    references = References([floor.graph for floor in MODEL.floors])
+    chains = NodeConnections(references, [building], [functional], POTENTIALS, [np.random.default_rng(seed)], kept=1)
+    (graph,) = connect_areas(chains, moves=moves)
+    return building, graph
+
+
+def test_doors_stay_at_their_known_ends():
+    others = set()
+    for seed in range(20):
+        building, graph = connect_known_ends([1, 0, 1], seed=seed)
+        doors = building.doors[0, 1]
+        assert [one for one, _ in doors] == [1, 0, 1]
+        # The two doors of room 1 lead to different rooms.
+        assert doors[0][1] != doors[2][1]
+        assert {edge for edge in graph.edges if edge[0] < 4 <= edge[1]} == set(doors)
+        # A classroom leads to a closet, of which there is one.
+        assert doors[0][1] == 5
+        others.add(doors[2][1])
+    assert others == {4, 6}
+
+
+def test_candidates_of_a_known_end():
+    building = ConnectedBuilding(AREAS)
+    building.known_ends[0, 1] = [3, 0]
+    # No cut has a bathroom, so any room may be behind its door; a corridor leads to a corridor.
+    assert building.list_candidates((0, 1), POTENTIALS, place=0).pairs == [(3, 4), (3, 5), (3, 6)]
+    assert building.list_candidates((0, 1), POTENTIALS, place=1).pairs == [(0, 4)]
+    building.join(0, 4)
+    assert building.list_candidates((0, 1), POTENTIALS, place=1).pairs == [(0, 5), (0, 6)]
+
+
+def test_more_doors_than_rooms_behind_them():
+    """Of four doors of a room the three first lead to the three rooms of the other area."""
+    building, _ = connect_known_ends([2] * 4, seed=0, moves=5)
+    assert sorted(building.doors[0, 1]) == [(2, 4), (2, 5), (2, 6)]
+
+
+def test_known_doors_are_made_even_where_they_cross():
+    """Beside all nine pairs of two triples, which cross already, a known door is made all the same."""
+    building = ConnectedBuilding([make_wing("CC"), make_wing("CC"), make_wing("C")])
+    for one in range(3):
+        for other in range(3, 6):
+            building.join(one, other)
+    building.known_ends[0, 2] = [0, 1]
+    functional = nx.Graph()
+    functional.add_edge(0, 2, cuts=2)
+    references = References([floor.graph for floor in MODEL.floors])
+    NodeConnections(references, [building], [functional], POTENTIALS, [np.random.default_rng(0)])
+    assert [one for one, _ in building.doors[0, 2]] == [0, 1]
+
+
 @given(st.integers(2, 5), st.integers(0, 10**6))
 def test_planar_is_as_networkx_says(count, seed):
     random = np.random.default_rng(seed)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from shapely import MultiPolygon, Point, Polygon, STRtree
 
+from pianta.drawing_partial import HATCH_COLOR, plot_predictions, sample_prediction
 from pianta.floor import Floor, Room
 from pianta.formats.files import written_atomically
 from pianta.gridmap import GridMap
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 # Paul Tol's "light" scheme, made for areas with dark labels and for colour-blind readers.
 ROOM_COLORS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#ccaadd")
-PARTIAL_COLOR, HATCH_COLOR, EDGE_COLOR, INK = "#cccccc", "#999999", "#555555", DARK_INK
+PARTIAL_COLOR, EDGE_COLOR, INK = "#cccccc", "#555555", DARK_INK
 DOOR_COLOR, ENTRANCE_COLOR, WALL_COLOR = "#aa1133", "#117733", "#3355bb"
 FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = 255, 228, 110
 BACKGROUND = f"#{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}"
@@ -132,7 +133,7 @@ def plot_grid(grid: GridMap, *, ax: Axes) -> Axes:
 
 
 def plot_rooms(floor: Floor, *, ax: Axes, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
-    """Draw the rooms with their ids, neighbours in different colours, partial ones grey and hatched.
+    """Draw the rooms with their ids, neighbours in different colours, partial ones grey and hatched, and predictions.
 
     labels: in the colours of their labels instead, partial ones light and hatched; a `?` follows the id where the
         label has a probability below 0.6.
@@ -146,6 +147,7 @@ def plot_rooms(floor: Floor, *, ax: Axes, labels: bool = False, schemas: Schemas
         face = (style.color, style.opacity)
         patch = patch_from_polygon(room.polygon, facecolor=face, **edge, linewidth=0.6, zorder=ROOM_LEVEL)
         ax.add_patch(patch)
+    plot_predictions(floor, ax=ax)
     _plot_ids(floor, styles, ax)
     return ax
 
@@ -237,6 +239,8 @@ def _sample_marks(floor: Floor, schemas: Schemas, *, graph: bool) -> list[tuple[
     samples: list[tuple[Artist, str]] = []
     if any(style.is_uncertain for style in style_rooms(floor, schemas).values()):
         samples.append((Line2D([], [], linestyle="", marker="$?$", color=INK), f"probability below {CERTAIN_FROM:g}"))
+    if any(room.predicted for room in floor.rooms):
+        samples.append(sample_prediction())
     if any(room.partial for room in floor.rooms):
         samples.append((Patch(facecolor="white", edgecolor=HATCH_COLOR, hatch="////", linewidth=0.6), "seen in part"))
     for marker, name in (("s", "corridor"), ("o", "room")) if graph else ():
@@ -372,7 +376,7 @@ def _round_length(longest: float) -> float:
 
 def _frame_building(floor: Floor, grid: GridMap) -> NDArray[np.float64]:
     """Left, bottom, right and top (m) of the picture: rooms and free cells, a margin, and a strip below."""
-    rooms = [shapely.get_coordinates(room.polygon) for room in floor.rooms]
+    rooms = [shapely.get_coordinates(room.predicted or room.polygon) for room in floor.rooms]
     seen = np.concatenate([_find_extent_of_free(grid), *rooms])
     low, high = seen.min(axis=0), seen.max(axis=0)
     longest = (high - low).max()

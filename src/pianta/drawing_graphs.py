@@ -101,7 +101,7 @@ def draw_contact_sheet(
     counts = [f"{len(graph)} room{'s' * (len(graph) != 1)}" for graph in shown]
     titles = titles or [f"{number}: {count}" for number, count in enumerate(counts, 1)]
     cut = f"{MAX_SHEET} of {len(graphs)}" if len(graphs) > MAX_SHEET else None
-    handles = _list_handles(shown, schema, fixed=any(map(len, fixed[:MAX_SHEET])))
+    handles = list_handles(shown, schema, fixed=any(map(len, fixed[:MAX_SHEET])))
     figure, axes = _start_sheet(len(shown), columns, handles, ": ".join(part for part in (heading, cut) if part))
     for ax, graph, nodes, title in zip(axes, shown, fixed, titles, strict=False):
         plot_room_graph(graph, ax=ax, schema=schema, fixed=nodes)
@@ -342,7 +342,7 @@ def _frame(ax: Axes, xy: Floats) -> None:
     ax.set_axis_off()
 
 
-def _list_handles(graphs: Sequence[nx.Graph], schema: LabelSchema, *, fixed: bool) -> list[Line2D]:
+def list_handles(graphs: Sequence[nx.Graph], schema: LabelSchema, *, fixed: bool) -> list[Line2D]:
     """Entries of a legend: the labels that rooms have, in the order of the schema, then those it does not have."""
     names = {normalize_label(label) for graph in graphs for _, label in graph.nodes(data="label")}
     handles = [_make_handle(_cut(name), _style_room(name, schema)) for name in schema.by_name if name in names]

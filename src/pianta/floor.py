@@ -33,9 +33,13 @@ class Room:
     label: what the room is for, the most specific label; None when nobody said.
     labels: label set -> label, from the coarsest set to the finest; empty when nobody said.
     label_probabilities: label set -> label -> probability, empty when nobody said.
-    partial: the room touches space that nobody has seen.
+    partial: the room touches space that nobody has seen; the polygon is what was seen of it.
+    predicted: what a partial room is thought to be as a whole, metres in the map frame, stored like the polygon; None
+        when nobody said.
+    confidence: the IoU that is expected of the predicted room with the true one, 0 … 1; None when nobody said.
 
-    Raises FloorError when the id is not positive, the polygon is empty or invalid, or a probability is not in [0, 1].
+    Raises FloorError when the id is not positive, a polygon is empty or invalid, a probability or the confidence is not
+    in [0, 1], a room that is not partial is predicted, or a confidence is given without a prediction.
     """
 
     id: int
@@ -44,6 +48,8 @@ class Room:
     labels: Mapping[str, str] = field(default_factory=dict)
     label_probabilities: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     partial: bool = False
+    predicted: Polygon | None = None
+    confidence: float | None = None
 
     def __post_init__(self) -> None:
         if self.id < 1:
@@ -51,6 +57,7 @@ class Room:
         if not isinstance(self.polygon, Polygon) or self.polygon.is_empty or not self.polygon.is_valid:
             raise FloorError(f"room {self.id} has no valid polygon, repair it with shapely.make_valid")
         object.__setattr__(self, "polygon", orient(self.polygon))
+        self._check_prediction()
         for label_set, probabilities in self.label_probabilities.items():
             if not isinstance(probabilities, Mapping):
                 raise FloorError(f"room {self.id} has {probabilities!r} for {label_set!r}, give label -> probability")
@@ -59,6 +66,17 @@ class Room:
                     raise FloorError(f"room {self.id} is {label!r} with probability {probability}, give 0 to 1")
         object.__setattr__(self, "labels", dict(self.labels))
         object.__setattr__(self, "label_probabilities", _copy_probabilities(self.label_probabilities))
+
+    def _check_prediction(self) -> None:
+        if self.predicted is None and self.confidence is None:
+            return
+        if not self.partial:
+            raise FloorError(f"room {self.id} is predicted and not partial, set partial or leave the prediction out")
+        if not isinstance(self.predicted, Polygon) or self.predicted.is_empty or not self.predicted.is_valid:
+            raise FloorError(f"room {self.id} has no valid predicted polygon, repair it with shapely.make_valid")
+        if self.confidence is not None and not 0 <= self.confidence <= 1:
+            raise FloorError(f"room {self.id} is predicted with confidence {self.confidence}, give 0 to 1")
+        object.__setattr__(self, "predicted", orient(self.predicted))
 
     @property
     def label_probability(self) -> float | None:
@@ -169,7 +187,7 @@ class Floor:
         """Topological graph (thesis, section 3.1): a node a room, an edge where one or more doors join two rooms.
 
         Node attributes: label, labels, label_probabilities, area (m²), x, y (m; a point inside the room), partial,
-        entrances (their number).
+        predicted_area (m²) and confidence, None unless the room is predicted, entrances (their number).
         Edge attributes: doors (their number), width (m, of the widest), x, y (m, the middle of the widest).
         """
         graph = nx.Graph(source=self.source)
@@ -185,6 +203,8 @@ class Floor:
                 x=inside.x,
                 y=inside.y,
                 partial=room.partial,
+                predicted_area=room.predicted.area if room.predicted else None,
+                confidence=room.confidence,
                 entrances=entrances[room.id],
             )
         inner_doors = (door for door in self.doors if not door.is_entrance)
@@ -223,7 +243,11 @@ def scale_floor(floor: Floor, x_factor: float, y_factor: float) -> Floor:
         return replace(door, line=line, width=door.width * (line.length / length if length else mean_factor))
 
     mean_factor = (x_factor * y_factor) ** 0.5
-    rooms = tuple(replace(room, polygon=scaled(room.polygon)) for room in floor.rooms)
+
+    def scaled_room(room: Room) -> Room:
+        return replace(room, polygon=scaled(room.polygon), predicted=scaled(room.predicted) if room.predicted else None)
+
+    rooms = tuple(map(scaled_room, floor.rooms))
     doors, walls = tuple(map(scaled_door, floor.doors)), tuple(map(scaled, floor.walls))
     return replace(floor, rooms=rooms, doors=doors, walls=walls)
 

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from pianta import __version__
-from pianta.cli import bench, explore, generate, read, realism, train, world
+from pianta.cli import bench, bench_exploration, explore, generate, predict, read, realism, train, world
 from pianta.cli.terminal import show_examples, tell_error, telling_warnings
 from pianta.errors import PiantaError
 
@@ -18,9 +18,11 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 app.command("read", epilog=show_examples(read.EXAMPLES))(read.read_maps)
 app.command("realism", epilog=show_examples(realism.EXAMPLES))(realism.judge_floors)
 app.command("generate", epilog=show_examples(generate.EXAMPLES))(generate.generate)
+app.command("predict", epilog=show_examples(predict.EXAMPLES))(predict.predict_floor)
 app.command("explore", epilog=show_examples(explore.EXAMPLES))(explore.explore_world)
 app.command("world", epilog=show_examples(world.EXAMPLES))(world.make_world)
 app.add_typer(train.app, name="train")
+bench.app.command("exploration", epilog=show_examples(bench_exploration.EXAMPLES))(bench_exploration.bench_exploration)
 app.add_typer(bench.app, name="bench")
 
 

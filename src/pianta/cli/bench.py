@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import typer
 
@@ -26,7 +26,9 @@ from pianta.cli.bench_options import (
     Pictures,
     PlacePictures,
     PlaceSplit,
+    PredictionPictures,
     RealismPictures,
+    Samples,
     Seed,
     Sets,
     Trees,
@@ -36,11 +38,13 @@ from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import show_examples, stdout, track_items
 from pianta.errors import OptionError
 from pianta.formats.files import shown
-from pianta.layout.methods import METHODS, check_method
+from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
 
 if TYPE_CHECKING:
-    from pianta.bench.comparison import Items
+    from pianta.bench.comparison import ComparisonTable, Items
     from pianta.bench.table import BenchTable
+
+Bench = TypeVar("Bench")
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
 
@@ -120,7 +124,7 @@ def bench_graphs(*, data: Data = None, json: Json = None, pictures: GraphPicture
     Reads buildings/school/*.xml and buildings/office/*.xml of the data. A
     building that fails does not count; the exit code is then 1.
     """
-    from pianta.bench.comparison import save_comparisons, show_comparisons
+    from pianta.bench.comparison import save_comparisons
     from pianta.bench.data import find_data
     from pianta.bench.graphs import measure_graphs
 
@@ -129,7 +133,7 @@ def bench_graphs(*, data: Data = None, json: Json = None, pictures: GraphPicture
     if pictures:
         pictures.mkdir(parents=True, exist_ok=True)
     tables, items = measure_graphs(folder, pictures=pictures, track=track_items)
-    stdout.print(show_comparisons(tables, items))
+    _show(tables, items)
     if json:
         with written_together(json.parent) as new:
             save_comparisons("graphs", tables, items, new / json.name)
@@ -152,12 +156,7 @@ def bench_types(*, data: Data = None, seed: Seed = 0, json: Json = None, picture
 
     bench = measure_types(find_data(data), seed=seed, track=track_items)
     stdout.print(show_types_bench(bench))
-    if json:
-        with written_together(json.parent) as new:
-            save_types_bench(bench, new / json.name)
-    if pictures:
-        with written_together(pictures) as new:
-            save_types_pictures(bench, new)
+    _save(bench, json, save_types_bench, pictures, save_types_pictures)
     _exit_on_failure(bench.failed)
 
 
@@ -179,7 +178,6 @@ def bench_places(
     that have not seen it. A floor that fails does not count; the exit code is
     then 1.
     """
-    from pianta.bench.comparison import show_comparisons
     from pianta.bench.data import find_data
     from pianta.bench.place_pictures import save_place_pictures
     from pianta.bench.place_tables import tabulate_places
@@ -193,13 +191,8 @@ def bench_places(
     if pictures:
         pictures.mkdir(parents=True, exist_ok=True)
     bench = measure_places(folder, split=Split(split), seed=seed, pictures=pictures, track=track_items)
-    stdout.print(show_comparisons(tabulate_places(bench), bench.items))
-    if json:
-        with written_together(json.parent) as new:
-            save_places(bench, new / json.name)
-    if pictures:
-        with written_together(pictures) as new:
-            save_place_pictures(bench, new)
+    _show(tabulate_places(bench), bench.items)
+    _save(bench, json, save_places, pictures, save_place_pictures)
     _exit_on_failure(bench.items)
 
 
@@ -232,7 +225,6 @@ def bench_buildings(
     from pianta.bench.building_pictures import save_building_pictures
     from pianta.bench.building_tables import list_items, save_buildings, tabulate_buildings
     from pianta.bench.buildings import measure_building_types, measure_buildings
-    from pianta.bench.comparison import show_comparisons
     from pianta.bench.data import find_data
     from pianta.labels import Split
 
@@ -244,13 +236,8 @@ def bench_buildings(
     measure = partial(measure_building_types, types) if types else partial(measure_buildings, find_data(data))
     bench = measure(split=Split(split), trees=trees, seed=seed, track=track_items)
     items = list_items(bench)
-    stdout.print(show_comparisons(tabulate_buildings(bench), items))
-    if json:
-        with written_together(json.parent) as new:
-            save_buildings(bench, new / json.name)
-    if pictures:
-        with written_together(pictures) as new:
-            save_building_pictures(bench, new)
+    _show(tabulate_buildings(bench), items)
+    _save(bench, json, save_buildings, pictures, save_building_pictures)
     _exit_on_failure(items)
 
 
@@ -263,19 +250,13 @@ def bench_realism(*, data: Data = None, seed: Seed = 0, json: Json = None, pictu
     offices. A floor that fails does not count; the exit code is then 1.
     """
     _check_outputs(json, pictures)
-    from pianta.bench.comparison import show_comparisons
     from pianta.bench.data import find_data
     from pianta.bench.realism import measure_realism, save_realism, tabulate_realism
     from pianta.bench.realism_pictures import save_realism_pictures
 
     bench = measure_realism(find_data(data), seed=seed, track=track_items)
-    stdout.print(show_comparisons(tabulate_realism(bench), bench.items))
-    if json:
-        with written_together(json.parent) as new:
-            save_realism(bench, new / json.name)
-    if pictures:
-        with written_together(pictures) as new:
-            save_realism_pictures(bench, new)
+    _show(tabulate_realism(bench), bench.items)
+    _save(bench, json, save_realism, pictures, save_realism_pictures)
     _exit_on_failure(bench.items)
 
 
@@ -298,7 +279,6 @@ def bench_generation(
     not count; the exit code is then 1.
     """
     _check_outputs(json, pictures)
-    from pianta.bench.comparison import show_comparisons
     from pianta.bench.data import find_data
     from pianta.bench.generation import measure_generation
     from pianta.bench.generation_file import save_generation
@@ -306,13 +286,58 @@ def bench_generation(
     from pianta.bench.generation_tables import tabulate_generation
 
     bench = measure_generation(find_data(data), seed=seed, count=count, track=track_items)
-    stdout.print(show_comparisons(tabulate_generation(bench), bench.items))
+    _show(tabulate_generation(bench), bench.items)
+    _save(bench, json, save_generation, pictures, save_generation_pictures)
+    _exit_on_failure(bench.items)
+
+
+@app.command("partial", epilog=show_examples(["pianta bench partial", "pianta bench partial --pictures partial"]))
+def bench_partial(
+    *, data: Data = None, method: Method = DEFAULT_METHOD, json: Json = None, pictures: Pictures = None
+) -> None:
+    """Rooms that were seen in part, predicted as a whole (section 8.2).
+
+    Reads partial/*/steps.json and its maps of the data with the whole
+    buildings, and simulates some more. A map that fails does not count; the
+    exit code is then 1.
+    """
+    check_method(method)
+    _check_outputs(json, pictures)
+    from pianta.bench.comparison import save_comparisons, show_comparisons
+    from pianta.bench.data import find_data
+    from pianta.bench.partial import measure_partial, tabulate_partial
+
+    folder = find_data(data)
+    if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
+    bench = measure_partial(folder, method=method, pictures=pictures, track=track_items)
+    tables = tabulate_partial(bench)
+    stdout.print(show_comparisons(tables, bench.items))
     if json:
         with written_together(json.parent) as new:
-            save_generation(bench, new / json.name)
-    if pictures:
-        with written_together(pictures) as new:
-            save_generation_pictures(bench, new)
+            save_comparisons("partial", tables, bench.items, new / json.name)
+    _exit_on_failure(bench.items)
+
+
+@app.command("prediction", epilog=show_examples(["pianta bench prediction --json new.json --pictures new"]))
+def bench_prediction(
+    *, data: Data = None, count: Samples = 100, seed: Seed = 0, json: Json = None, pictures: PredictionPictures = None
+) -> None:
+    """What lies beyond the explored part of a floor, predicted (section 8.3).
+
+    Reads buildings/school/*.xml and buildings/office/*.xml of the data. Each is
+    predicted by all others. What fails does not count; the exit code is then 1.
+    """
+    _check_outputs(json, pictures)
+    from pianta.bench.data import find_data
+    from pianta.bench.prediction import measure_prediction
+    from pianta.bench.prediction_file import save_prediction
+    from pianta.bench.prediction_pictures import save_prediction_pictures
+    from pianta.bench.prediction_tables import tabulate_prediction
+
+    bench = measure_prediction(find_data(data), count=count, seed=seed, track=track_items)
+    _show(tabulate_prediction(bench), bench.items)
+    _save(bench, json, save_prediction, pictures, save_prediction_pictures)
     _exit_on_failure(bench.items)
 
 
@@ -335,6 +360,29 @@ def _run(
             save_bench_table(table, new / json.name)
     if table.failed:
         raise typer.Exit(1)
+
+
+def _show(tables: Sequence[ComparisonTable], items: Items) -> None:
+    """Print the tables, and what failed."""
+    from pianta.bench.comparison import show_comparisons
+
+    stdout.print(show_comparisons(tables, items))
+
+
+def _save(
+    bench: Bench,
+    json: Path | None,
+    save_figures: Callable[[Bench, Path], None],
+    pictures: Path | None,
+    save_pictures: Callable[[Bench, Path], None],
+) -> None:
+    """Write the figures and the pictures that are wanted."""
+    if json:
+        with written_together(json.parent) as new:
+            save_figures(bench, new / json.name)
+    if pictures:
+        with written_together(pictures) as new:
+            save_pictures(bench, new)
 
 
 def _exit_on_failure(items: Items) -> None:

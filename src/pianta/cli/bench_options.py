@@ -68,6 +68,11 @@ GenerationPictures = Annotated[
         metavar="DIR",
     ),
 ]
+PredictionPictures = Annotated[
+    Path | None,
+    typer.Option("--pictures", help="Folder for KIND_NAME_CORRIDORS.png of a few floors (Fig. 8.9).", metavar="DIR"),
+]
+Samples = Annotated[int, typer.Option("--count", "-n", help="Samples of each prediction.", min=1, max=10000)]
 Buildings = Annotated[
     int,
     typer.Option(

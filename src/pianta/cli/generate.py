@@ -89,7 +89,7 @@ def generate(
         raise OptionError(f"costs is {shown(costs)}, give one of {', '.join(COSTS)}")
     wishes = _read_wishes(rooms, at_least or (), at_most or ())
     names = [f"building-{number:0{max(3, len(str(count)))}}" for number in range(1, count + 1)]
-    _check_leftovers(out, names)
+    check_leftovers(out, names, stem="building")
     known = read_type_model(model)
     wanted = partial(generate_buildings, wishes=wishes, like=_read_floor(like, known), kept=_read_floor(keep, known))
     track = partial(track_items, quiet=quiet)
@@ -149,15 +149,23 @@ def _read_numbers(texts: Sequence[str], option: str, *, unless_given: int | None
     return numbers
 
 
-def _read_floor(path: Path | None, model: TypeModel) -> TypeFloor | None:
+def read_floor_graph(path: Path) -> nx.Graph:
+    """The room graph of a file, or of the folder that `pianta read` wrote, as `--previous` takes it.
+
+    Raises FloorError, in one line.
+    """
     from pianta.formats.room_graphs import read_room_graph
+
+    return read_room_graph(path / FLOOR if path.is_dir() else path)
+
+
+def _read_floor(path: Path | None, model: TypeModel) -> TypeFloor | None:
     from pianta.generation.type_model import recognize_areas
     from pianta.graphs.labelled_graphs import name_some
 
     if path is None:
         return None
-    # As `pianta read --previous`, the folder that `pianta read` wrote.
-    graph = read_room_graph(path / FLOOR if path.is_dir() else path)
+    graph = read_floor_graph(path)
     try:
         floor = recognize_areas(graph, model)
     except (GraphError, LabelError) as error:
@@ -168,12 +176,15 @@ def _read_floor(path: Path | None, model: TypeModel) -> TypeFloor | None:
     return floor
 
 
-def _check_leftovers(out: Path, names: Sequence[str]) -> None:
-    """Refuse a folder with buildings that would be left beside the new ones."""
-    found = {file.stem for file in out.glob("building-*.*")} - set(names) if out.is_dir() else set()
+def check_leftovers(out: Path, names: Sequence[str], *, stem: str) -> None:
+    """Refuse a folder with buildings, STEM-001 and so on, that would be left beside the new ones of these names.
+
+    Raises OptionError, in one line.
+    """
+    found = {file.stem for file in out.glob(f"{stem}-*.*")} - set(names) if out.is_dir() else set()
     if found:
         listed = ", ".join(sorted(found)[:MAX_LISTED]) + (", …" if len(found) > MAX_LISTED else "")
-        raise OptionError(f"folder {shown(out)} has other buildings, {listed}; remove them or give another folder")
+        raise OptionError(f"folder {shown(out)} has other {stem}s, {listed}; remove them or give another folder")
 
 
 def _tell_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path) -> None:

@@ -26,7 +26,7 @@ def tabulate_rooms(floor: Floor) -> Table:
         "entrances": [str(graph.nodes[room.id]["entrances"] or "") for room in floor.rooms],
         "neighbours": [" ".join(map(str, sorted(graph[room.id]))) for room in floor.rooms],
         "label": [_describe_label(room) for room in floor.rooms],
-        "seen": ["in part" if room.partial else "" for room in floor.rooms],
+        "seen": [_describe_sight(room) for room in floor.rooms],
     }
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     shown_columns = {name: cells for name, cells in columns.items() if any(cells)}
@@ -37,6 +37,13 @@ def tabulate_rooms(floor: Floor) -> Table:
     for cells in zip(*shown_columns.values(), strict=True):
         table.add_row(*cells)
     return table
+
+
+def _describe_sight(room: Room) -> str:
+    """In part, with the share of what is predicted of a partial room."""
+    if room.predicted is None:
+        return "in part" if room.partial else ""
+    return f"in part, ~{100 * min(1.0, room.polygon.area / room.predicted.area):.0f} %"
 
 
 def _describe_label(room: Room) -> str:

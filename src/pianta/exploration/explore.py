@@ -201,7 +201,7 @@ class _Run:
         frontiers = self._find_frontiers(reachable)
         if not frontiers:
             return "no reachable frontier" if self._find_frontiers(cells == FREE) else "done"
-        goals = self.policy.choose(self._describe(frontiers, distances))
+        goals = self.policy.choose(self._describe(frontiers, distances, passable))
         self.decisions += 1
         for robot, goal, of_robot in zip(self.robots, goals, distances, strict=True):
             robot.goal, robot.route = goal, deque()
@@ -237,7 +237,7 @@ class _Run:
         points = [self.world.point((row, col)) for row, col in corners.tolist()]
         return deque(points[1:] or points)
 
-    def _describe(self, frontiers: Sequence[Frontier], distances: Sequence[Floats]) -> Situation:
+    def _describe(self, frontiers: Sequence[Frontier], distances: Sequence[Floats], passable: Mask) -> Situation:
         """What the policy is told."""
         rows, cols = np.array([frontier.target for frontier in frontiers]).T
         x, y = self.world.grid.pixel_to_map(rows + 0.5, cols + 0.5)
@@ -246,6 +246,7 @@ class _Run:
         known.setflags(write=False)
         return Situation(
             known=known,
+            passable=passable,
             resolution=self.world.resolution,
             origin=self.world.origin,
             poses=tuple(robot.pose for robot in self.robots),

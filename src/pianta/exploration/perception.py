@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from shapely import LineString
 
 from pianta.exploration.world import World
 from pianta.floor import Floor
@@ -23,10 +24,15 @@ DOOR_SHARE = 0.5
 
 @dataclass(frozen=True)
 class SeenRoom:
-    """A room that was recognised; share: of its free cells that are known, 0 … 1. entered: a robot was inside."""
+    """A room that was recognised.
+
+    area: what was seen of it, m². share: that of its free cells, 0 … 1, which a robot cannot know. entered: a robot was
+    inside.
+    """
 
     id: int
     label: str | None
+    area: float
     share: float
     entered: bool
 
@@ -38,12 +44,13 @@ class Perception:
     rooms: ordered by id.
     floor: those rooms with their true polygons and labels, and the doors seen between them.
     unopened: (room, number of the door in the true floor) for each door seen that leads from one of the rooms to one
-        that was not recognised; what that is remains unsaid.
+        that was not recognised; what that is remains unsaid. unopened_lines: where these doors are.
     """
 
     rooms: tuple[SeenRoom, ...]
     floor: Floor
     unopened: tuple[tuple[int, int], ...]
+    unopened_lines: tuple[LineString, ...] = ()
 
 
 def perceive_rooms(
@@ -81,9 +88,19 @@ def perceive_counts(
             opened.append(door)
         else:
             unopened.append((seen[0], number))
-    rooms = (SeenRoom(room.id, room.label, float(shares[room.id]), room.id in entered) for room in here)
+    rooms = (
+        SeenRoom(
+            room.id,
+            room.label,
+            float(counts[room.id]) * world.resolution**2,
+            float(shares[room.id]),
+            room.id in entered,
+        )
+        for room in here
+    )
     floor = replace(world.floor, rooms=tuple(here), doors=tuple(opened), walls=())
-    return Perception(tuple(sorted(rooms, key=lambda room: room.id)), floor, tuple(unopened))
+    lines = tuple(world.floor.doors[number].line for _, number in unopened)
+    return Perception(tuple(sorted(rooms, key=lambda room: room.id)), floor, tuple(unopened), lines)
 
 
 def _share_of_free(known: NDArray[np.int8], cells: NDArray[np.int_]) -> float:

@@ -18,6 +18,7 @@ class Situation:
     """A moment at which robots need somewhere to go.
 
     known: the map so far, shape (H, W), int8; -1 unknown, 0 free, 100 occupied. Not to be changed.
+    passable: where a robot can stand, as far as it is known, shape (H, W).
     resolution, origin: metres per cell, and the frame, as in GridMap.
     poses: of the robots. frontiers: those that a robot can reach, one at least.
     distances: on foot from each robot to the target of each frontier, metres, shape (robots, frontiers); inf where no
@@ -29,6 +30,7 @@ class Situation:
     """
 
     known: NDArray[np.int8]
+    passable: NDArray[np.bool_]
     resolution: float
     origin: tuple[float, float, float]
     poses: tuple[Pose, ...]

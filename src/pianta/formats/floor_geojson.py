@@ -2,7 +2,9 @@
 
 The collection says so in its members `format`, `version`, `frame` and `units`, and holds `source`, `building_type` and
 `last_id`, the highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with
-clockwise holes), door or wall (lines). The `rooms` of a door are two ids, those of an entrance an id and null.
+clockwise holes), door or wall (lines). A partial room has, since 2.1, the properties `predicted`, a Polygon geometry of
+the room as a whole, and `confidence`, both null where nobody said. The `rooms` of a door are two ids, those of an
+entrance an id and null.
 QGIS, which takes any GeoJSON for WGS 84, draws it in place once the layer is told to have no coordinate system.
 """
 
@@ -34,7 +36,7 @@ from pianta.floor import Door, Floor, Room
 from pianta.formats.faults import describe_validation
 from pianta.formats.files import checked_input, shown, written_atomically
 
-FORMAT, MAJOR, MINOR = "pianta floor", 2, 0
+FORMAT, MAJOR, MINOR = "pianta floor", 2, 1
 MAX_FILE_BYTES = 64 * 2**20
 MAX_COORDINATE = 1e8
 # Files of version 1 have label -> probability; what they say is of the label set of the building's type.
@@ -92,7 +94,7 @@ def _dump_strictly(value: object) -> str:
 
 def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
     for room in floor.rooms:
-        properties = {
+        properties: dict[str, Any] = {
             "room": int(room.id),
             "label": room.label,
             "labels": dict(room.labels),
@@ -101,6 +103,11 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
             },
             "partial": bool(room.partial),
         }
+        if room.partial:
+            properties |= {
+                "predicted": _geometry(room.predicted) if room.predicted else None,
+                "confidence": None if room.confidence is None else float(room.confidence),
+            }
         yield _feature("room", room.id, properties, room.polygon)
     for number, door in enumerate(floor.doors, start=1):
         rooms = [None if room is None else int(room) for room in door.rooms]
@@ -111,14 +118,17 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
 
 
 def _feature(class_: str, number: int, properties: dict[str, Any], shape: Polygon | LineString) -> dict[str, Any]:
-    rings = (shape.exterior, *shape.interiors) if isinstance(shape, Polygon) else ()
-    coordinates = [_positions(ring) for ring in rings] or _positions(shape)
     return {
         "type": "Feature",
         "id": f"{class_}-{number}",
         "properties": {"class": class_, **properties},
-        "geometry": {"type": shape.geom_type, "coordinates": coordinates},
+        "geometry": _geometry(shape),
     }
+
+
+def _geometry(shape: Polygon | LineString) -> dict[str, Any]:
+    rings = (shape.exterior, *shape.interiors) if isinstance(shape, Polygon) else ()
+    return {"type": shape.geom_type, "coordinates": [_positions(ring) for ring in rings] or _positions(shape)}
 
 
 def _positions(line: BaseGeometry) -> list[list[float]]:
@@ -146,6 +156,11 @@ class _PolygonGeometry(_Part):
     type: Literal["Polygon"]
     coordinates: Annotated[list[Annotated[list[_Position], Field(min_length=4)]], Field(min_length=1)]
 
+    @property
+    def polygon(self) -> Polygon:
+        shell, *holes = self.coordinates
+        return Polygon(shell, holes)
+
 
 class _LineGeometry(_Part):
     type: Literal["LineString"]
@@ -158,6 +173,8 @@ class _RoomProperties(_Part):
     labels: dict[str, str] = {}
     label_probabilities: dict[str, _LabelProbabilities] = {}
     partial: bool = False
+    predicted: _PolygonGeometry | None = None
+    confidence: FiniteFloat | None = None
 
     @field_validator("label_probabilities", mode="before")
     @classmethod
@@ -172,10 +189,17 @@ class _RoomFeature(_Part):
 
     @cached_property
     def room(self) -> Room:
-        shell, *holes = self.geometry.coordinates
         names = self.properties
-        polygon = Polygon(shell, holes)
-        return Room(names.room, polygon, names.label, names.labels, names.label_probabilities, names.partial)
+        return Room(
+            names.room,
+            self.geometry.polygon,
+            names.label,
+            names.labels,
+            names.label_probabilities,
+            names.partial,
+            names.predicted.polygon if names.predicted else None,
+            names.confidence,
+        )
 
     @model_validator(mode="after")
     def _check(self) -> _RoomFeature:

@@ -12,17 +12,19 @@ from functools import cached_property
 from typing import Any
 
 import networkx as nx
+from pydantic_core import from_json
 
 from pianta.errors import GraphError, LabelError
-from pianta.generation.type_model import take_size
+from pianta.generation.type_model import MAX_ROOMS, take_size
 from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelSchema, Split, standard_name
 
 # Where people come in, in the order of section 8.3.
 STARTS = ("ENTRANCE", "ELEVATOR", "STAIRS")
-# What a robot says of a room of which it has seen less, or of which it is less sure, is no label.
-LEAST_SEEN, LEAST_PROBABILITY = 0.5, 0.4
+# What a robot says of a room of which it has seen less, or of which it is less sure, is no label; but of one that was
+# seen so well it is as good as of others.
+LEAST_SEEN, LEAST_PROBABILITY, WELL_SEEN = 0.5, 0.4, 0.75
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +63,14 @@ def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
     """The explored part of a floor from its graph, that of a reading of a partial map or one with unknown rooms.
 
     graph: as `Floor.graph` gives it; without `partial` all doors of a room are known. A corridor that is partial is
-    open. Another partial room counts as unknown if it has no label, if less than half of its predicted area is seen,
-    or if its label is improbable; if it has several doors, each of them leads to an unknown room of its own. Other
-    partial rooms count as known: of their own doors nothing is known.
+    open. Another partial room counts as unknown if it has no label, if less than half of its predicted area is seen, or
+    if less than three quarters are and its label is improbable; if it has several doors, each of them leads to an
+    unknown room of its own. Other partial rooms count as known: of their own doors nothing is known.
     Raises LabelError for other rooms without a label and for labels that the schema does not have, GraphError where no
-    room is known.
+    room is known and for more than 1000 rooms.
     """
+    if len(graph) > MAX_ROOMS:
+        raise GraphError(f"it has {len(graph)} rooms, give parts of {MAX_ROOMS} at most")
     joined = nx.Graph(graph)
     joined.remove_edges_from([*nx.selfloop_edges(joined)])
     labels = {node: _standardise(label) for node, label in joined.nodes(data="label")}
@@ -157,13 +161,26 @@ def _is_glimpsed(label: str | None, attributes: Mapping[str, Any]) -> bool:
     """Whether too little of a partial room is known to say what it is."""
     if label is None:
         return True
-    predicted = attributes.get("predicted_area")
-    if predicted and attributes.get("area", predicted) < LEAST_SEEN * predicted:
-        return True
-    probabilities = [
-        of_set[label] for of_set in (attributes.get("label_probabilities") or {}).values() if label in of_set
-    ]
-    return bool(probabilities) and probabilities[-1] < LEAST_PROBABILITY
+    whole, seen = take_size({"area": attributes.get("predicted_area")}), take_size(attributes)
+    if whole and seen:
+        share = seen["area"] / whole["area"]
+        if not LEAST_SEEN <= share < WELL_SEEN:
+            return share < LEAST_SEEN
+    probability = _find_probability(label, attributes.get("label_probabilities"))
+    return probability is not None and probability < LEAST_PROBABILITY
+
+
+def _find_probability(label: str, label_sets: object) -> float | None:
+    """The probability of a label in the finest of some label sets that has it; GraphML has them as a text, in JSON."""
+    if isinstance(label_sets, str):
+        try:
+            label_sets = from_json(label_sets)
+        except ValueError:
+            return None
+    of_sets = [*label_sets.values()] if isinstance(label_sets, Mapping) else []
+    found = [of_set.get(label) for of_set in of_sets if isinstance(of_set, Mapping)]
+    numbers = [float(number) for number in found if isinstance(number, int | float)]
+    return numbers[-1] if numbers else None
 
 
 def _number_rooms(

@@ -51,13 +51,12 @@ class AreaPlan:
             free = [place for place in new if not graph.has_edge(area, place)]
             targets = generator.permutation(len(free))[: len(doors)].tolist()
             graph.add_edges_from((area, free[target]) for target in targets)
-        # Each other area is joined to one that leads to what is known.
-        reached = set().union(*(nx.node_connected_component(graph, area) for area in range(self.kept)))
+        # Each other area is joined to one that leads to what is known; so are parts that no known door joins.
+        parts = [nx.node_connected_component(graph, area) for area in [*range(self.kept), *new]]
+        reached: set[int] = next((part for part in parts if part.intersection(new)), set())
         for place in new:
             if place not in reached:
                 inside = sorted(reached.intersection(new))
-                if not inside:
-                    break
                 graph.add_edge(place, inside[int(generator.integers(len(inside)))])
                 reached |= nx.node_connected_component(graph, place)
         return graph
@@ -199,6 +198,10 @@ def _name_rooms(
     names[area.hub] = corridor
     graph = nx.relabel_nodes(area.graph, names)
     graph.nodes[corridor].update(label=explored.graph.nodes[corridor]["label"])
+    # Of an open corridor a part may be seen.
+    if "area" in explored.graph.nodes[corridor]:
+        seen = explored.graph.nodes[corridor]["area"]
+        graph.nodes[corridor]["area"] = max(seen, graph.nodes[corridor].get("area", seen))
     for near in explored.known[corridor]:
         label = explored.graph.nodes[near]["label"]
         alike = [node for node in graph[corridor] if graph.nodes[node]["label"] == label and graph.degree(node) == 1]

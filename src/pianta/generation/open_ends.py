@@ -15,7 +15,8 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
-from pianta.errors import OptionError
+from pianta.errors import ModelError, OptionError
+from pianta.evaluation.prediction import measure_divergence
 from pianta.generation.explored_part import ExploredPart, explore_by_corridors, read_explored_part
 from pianta.generation.functional_areas import Area, Segmentation
 from pianta.generation.metropolis_hastings import Floats
@@ -60,7 +61,8 @@ class DoorExample:
 class OpenEnds:
     """Stages of all floors of a model, and what their doors led to.
 
-    Raises OptionError for a model by `ncut`: it takes areas with corridors to say whether they are explored (8.3).
+    Raises OptionError for a model by `ncut`: it takes areas with corridors to say whether they are explored (8.3);
+    ModelError where no floor has a corridor.
     """
 
     def __init__(self, model: TypeModel) -> None:
@@ -71,6 +73,8 @@ class OpenEnds:
         self.examples: list[DoorExample] = []
         for number, floor in enumerate(model.floors):
             self._explore(number, floor)
+        if not self.stages:
+            raise ModelError("no floor of the model has a corridor, train it on floors with corridors")
 
     @cached_property
     def by_label(self) -> Mapping[str, list[list[DoorExample]]]:
@@ -141,17 +145,3 @@ def count_known_labels(explored: ExploredPart, schema: LabelSchema) -> Floats:
     """How many known rooms of each label of a schema there are, shape (labels,)."""
     counts = Counter(label for _, label in explored.known.nodes(data="label"))
     return np.array([counts[label] for label in schema.by_name], float)
-
-
-def measure_divergence(one: Floats, other: Floats) -> Floats:
-    """Jensen-Shannon divergence of distributions along the last axis, bits: 0 where they are the same, at most 1."""
-    middle = (one + other) / 2
-
-    def relative(part: Floats) -> Floats:
-        logs = np.log2(part, out=np.zeros_like(part), where=part > 0)
-        of_middle = np.log2(middle, out=np.zeros_like(middle), where=middle > 0)
-        return np.asarray((part * (logs - of_middle)).sum(axis=-1))
-
-    return np.maximum(
-        (relative(np.broadcast_to(one, middle.shape)) + relative(np.broadcast_to(other, middle.shape))) / 2, 0
-    )

@@ -106,9 +106,12 @@ class Prediction:
         """Label -> share of the unknown rooms: the distribution that diverges least from the samples' own on average.
 
         A sample counts as often as it has unknown rooms. The mean would tell of too many labels: few rooms have few.
+        Nothing where no sample has any.
         """
-        counts = self._label_counts
-        nearest = find_nearest_distribution(counts[counts.sum(axis=1) > 0])
+        counts = self._label_counts[self._label_counts.sum(axis=1) > 0]
+        if not len(counts):
+            return {}
+        nearest = find_nearest_distribution(counts)
         shares = zip(self.schema.by_name, nearest.tolist(), strict=True)
         return {label: share for label, share in shares if share > LEAST_SHARE}
 
@@ -205,7 +208,8 @@ def predict_building(
     graph: of the explored part, see `read_explored_part`. count: how many floors are sampled.
 
     Raises GraphError for a floor that is explored already or of which nothing is known, LabelError for labels that the
-    model does not have, OptionError for too many samples and for a model by `ncut`.
+    model does not have, OptionError for too many samples and for a model by `ncut`, ModelError for one without
+    corridors.
     """
     if not 1 <= count <= MAX_SAMPLES:
         raise OptionError(f"{count} samples are wanted, give 1 to {MAX_SAMPLES}")

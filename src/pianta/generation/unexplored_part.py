@@ -21,7 +21,7 @@ from pianta.generation.gram_rows import References
 from pianta.generation.known_areas import AreaPlan, NewArea, plan_areas, segment_known_rooms
 from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, connect_areas
-from pianta.generation.open_ends import OpenEnds, find_hub
+from pianta.generation.open_ends import DoorExample, OpenEnds, find_hub
 from pianta.generation.type_model import TypeModel, count_labels, take_area, take_size
 from pianta.graphs.graph_hopper import GraphHopper
 from pianta.graphs.metrics import find_corridors
@@ -59,7 +59,7 @@ class FloorSampler:
     """Samples floors around explored parts; what the model gives is worked out once.
 
     label_shares: label -> share of the rooms of a floor of the model, the mean over floors.
-    Raises OptionError for a model by `ncut`.
+    Raises OptionError for a model by `ncut`, ModelError for one without corridors.
     """
 
     def __init__(self, model: TypeModel) -> None:
@@ -134,7 +134,9 @@ class FloorSampler:
             chosen = []
         leads_on = bool(chosen or explored.open)
         branches = {
-            door: self._draw_branch(explored.graph.nodes[near]["label"], leads_on, generator)
+            door: self._draw_branch(
+                explored.graph.nodes[near]["label"], leads_on and near not in explored.open, generator
+            )
             for door, near in explored.doors.items()
         }
         if chosen and not explored.open and None not in branches.values():
@@ -157,10 +159,21 @@ class FloorSampler:
         is_known = generator.random() * (len(floors) + PRIOR_FLOORS) < len(floors)
         among = floors[int(generator.integers(len(floors)))] if is_known else self.ends.examples
         if not leads_on:
-            among = [example for example in among if example.branch is not None]
+            among = _list_closed(among) or _list_closed(self.ends.examples)
         if not among:
-            return None if leads_on else nx.Graph()
+            return None if leads_on else self._draw_room(generator)
         return among[int(generator.integers(len(among)))].branch
+
+    def _draw_room(self, generator: np.random.Generator) -> nx.Graph:
+        """A room of the model at a corridor, where none of its floors tells what is behind a door."""
+        area = self.new_areas[int(generator.integers(len(self.new_areas)))]
+        rooms = [node for node in area.graph if node != area.hub] or [area.hub]
+        return take_area(area.graph, frozenset({rooms[int(generator.integers(len(rooms)))]}))
+
+
+def _list_closed(examples: Sequence[DoorExample]) -> list[DoorExample]:
+    """The doors behind which the same area went on."""
+    return [example for example in examples if example.branch is not None]
 
 
 def _finish(plan: AreaPlan, building: ConnectedBuilding, opened: dict[tuple[int, int], list[int]]) -> SampledFloor:

@@ -5,10 +5,13 @@ from __future__ import annotations
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.layout.methods import DEFAULT_METHOD, RECONSTRUCTIONS, check_method
+from pianta.layout.partial_rooms import predict_partial_rooms
 
 
 def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, source: str = "") -> Floor:
     """Floor of a grid map, in metres of the map frame: rooms, doors and, by some methods, representative lines.
+
+    Rooms that end at space that nobody has seen are partial, by `structure` and `thesis`, and predicted as a whole.
 
     method: one of METHODS.
     source: the name that the floor carries.
@@ -16,4 +19,4 @@ def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, source: str = ""
     Raises OptionError for an unknown method, and MapError when the map shows no room.
     """
     check_method(method)
-    return RECONSTRUCTIONS[method](grid, source)
+    return predict_partial_rooms(RECONSTRUCTIONS[method](grid, source), grid)

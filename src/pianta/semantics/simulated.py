@@ -35,7 +35,7 @@ def simulate_reading(floor: Floor, *, seed: int) -> Floor:
     stretched = scale_floor(floor, size * aspect, size / aspect)
     # Entrances lead out of what is mapped.
     inner = tuple(door for door in stretched.doors if not door.is_entrance)
-    walled = replace(stretched, rooms=tuple(map(_leave_walls, stretched.rooms)), doors=inner)
+    walled = replace(stretched, rooms=tuple(map(leave_walls, stretched.rooms)), doors=inner)
     found = reconstruct(map_floor(walled, resolution=RESOLUTION, noise=NOISE, seed=seed), source=floor.source)
     shared = overlap_areas(*(np.array([room.polygon for room in each.rooms]) for each in (found, stretched)))
     labels = [floor.rooms[best].label for best in shared.argmax(axis=1)]
@@ -47,7 +47,7 @@ def simulate_reading(floor: Floor, *, seed: int) -> Floor:
     return replace(found, rooms=kept, doors=tuple(doors), building_type=floor.building_type)
 
 
-def _leave_walls(room: Room) -> Room:
+def leave_walls(room: Room) -> Room:
     """The room without half a wall on every side, where it is that wide."""
     inner = largest_part(room.polygon.buffer(-HALF_WALL, join_style="mitre"))
     return room if inner.is_empty else replace(room, polygon=inner)

@@ -1,0 +1,44 @@
+"""Draw the picture of docs/partial-rooms.md: python docs/draw_partial.py."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+from shapely import total_bounds
+
+from pianta.bench.charts import save_chart
+from pianta.drawing import plot_doors, plot_grid, plot_rooms, plot_walls
+from pianta.layout.reconstruct import reconstruct
+from pianta.worlds.floors import make_l_floor
+from pianta.worlds.partial_scan import explore_in_part
+from pianta.worlds.scan import map_floor
+
+IMAGES = Path(__file__).parent / "images"
+SEED, DPI, MARGIN = 5, 110, 1.0
+
+
+def main() -> None:
+    """Draw a floor that was explored in part: its walls, what is predicted of it, and the truth as red lines."""
+    true = make_l_floor(seed=SEED)
+    grid = explore_in_part(true, map_floor(true, noise=0.3, seed=SEED), share=0.7, reach=12, entered=0.3, seed=SEED)
+    floor = reconstruct(grid)
+    left, bottom, right, top = total_bounds([room.polygon for room in true.rooms])
+    figure = Figure(figsize=(13, 5.2), layout="constrained")
+    titles = ("what was seen, and the lines of its walls", "the rooms, what is predicted of them, and the truth, red")
+    for ax, title in zip(figure.subplots(1, 2), titles, strict=True):
+        plot_grid(grid, ax=ax)
+        ax.set(xlim=(left - MARGIN, right + MARGIN), ylim=(bottom - MARGIN, top + MARGIN), aspect="equal", title=title)
+        ax.set_axis_off()
+    walls, rooms = figure.axes
+    plot_walls(floor, ax=walls)
+    plot_rooms(floor, ax=rooms)
+    plot_doors(floor, ax=rooms)
+    for room in true.rooms:
+        rooms.plot(*room.polygon.exterior.xy, color="#cc3311", linewidth=0.8)
+    IMAGES.mkdir(exist_ok=True)
+    save_chart(figure, IMAGES / "partial.png", dpi=DPI)
+
+
+if __name__ == "__main__":
+    main()

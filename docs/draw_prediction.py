@@ -1,0 +1,54 @@
+"""Draw the pictures of docs/prediction.md: python docs/draw_prediction.py."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import networkx as nx
+import numpy as np
+from draw_generation import FLOORS, make_school
+from draw_pictures import IMAGES
+from PIL import Image
+
+from pianta.bench.data import find_data
+from pianta.drawing_prediction import save_prediction_picture
+from pianta.errors import DataError
+from pianta.formats.buildings import list_buildings, read_building
+from pianta.generation.prediction import predict_building
+from pianta.generation.type_model import learn_type
+from pianta.generation.whole_floor import explore_floor
+from pianta.labels import SCHOOL
+
+SEED, WIDTH = 4, 1300
+# The real school and how many of its corridors are explored; of the made one two are.
+NAME, CORRIDORS, MADE_CORRIDORS = "cunningham2f.xml", 3, 2
+
+
+def main() -> None:
+    """Draw a made school and a real one, each predicted from a few corridors; without data, the latter stays."""
+    random = np.random.default_rng(SEED)
+    *known, last = (make_school(random) for _ in range(FLOORS + 1))
+    draw_explored(last, known, corridors=MADE_CORRIDORS, path=IMAGES / "prediction.png")
+    try:
+        files = list_buildings([find_data() / "buildings" / "school"])
+    except DataError:
+        return
+    graphs = {Path(file).name: read_building(file).graph() for file in files}
+    whole = graphs.pop(NAME)
+    draw_explored(whole, [*graphs.values()], corridors=CORRIDORS, path=IMAGES / "prediction_school.png")
+
+
+def draw_explored(whole: nx.Graph, others: list[nx.Graph], *, corridors: int, path: Path) -> None:
+    """Predict a floor from its first corridors by a model of others, and draw that beside the truth."""
+    truth = explore_floor(whole, SCHOOL, corridors=corridors)
+    prediction = predict_building(learn_type(others, SCHOOL), truth.part, seed=SEED)
+    save_prediction_picture(prediction, path, truth=truth)
+    with Image.open(path) as picture:
+        smaller = picture.convert("RGB").resize(
+            (WIDTH, picture.height * WIDTH // picture.width), Image.Resampling.LANCZOS
+        )
+    smaller.quantize(256, Image.Quantize.MAXCOVERAGE).save(path, optimize=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,110 @@
+"""The file of a prediction: JSON with what lies behind each open end, and what is expected of the whole floor."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Hashable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import networkx as nx
+
+from pianta.formats.files import written_atomically
+from pianta.generation.prediction import OpenEnd, Prediction, Spread
+from pianta.generation.unexplored_part import SampledFloor
+from pianta.generation.whole_floor import WholeFloor
+
+FORMAT: Final = "pianta prediction"
+VERSION: Final = "1.0"
+# Probabilities, shares and m².
+DIGITS = 4
+
+
+def save_prediction(
+    prediction: Prediction, path: str | Path, *, building_type: str, truth: WholeFloor | None = None
+) -> None:
+    """Write a prediction, the same bytes for the same one.
+
+    truth: adds what is true of the floor. Raises PiantaError when the file cannot be written.
+    """
+    content = _describe(prediction, building_type)
+    if truth is not None:
+        content["truth"] = _describe_truth(truth)
+    with written_atomically(path) as temporary:
+        temporary.write_text(
+            json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8"
+        )
+
+
+def name_rooms(sample: SampledFloor, prediction: Prediction) -> nx.Graph:
+    """A sampled floor whose known nodes have their name as `room`, and those behind unopened doors that of `door`."""
+    names = dict(prediction.explored.graph.nodes(data="room"))
+    graph: nx.Graph = sample.graph.copy()
+    for node, place in sample.known.items():
+        graph.nodes[place]["room"] = names[node]
+    # Two doors may lead to one room, which then has the name of the first.
+    for door, place in sample.behind.items():
+        graph.nodes[place].setdefault("door", names[door])
+    return graph
+
+
+def _describe(prediction: Prediction, building_type: str) -> dict[str, Any]:
+    explored = prediction.explored
+    names = dict(explored.graph.nodes(data="room"))
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "source": explored.source,
+        "building_type": building_type,
+        "samples": len(prediction.samples),
+        "known": [names[node] for node in explored.known],
+        "rooms": _describe_spread(prediction.rooms),
+        "area": _describe_spread(prediction.area),
+        "unknown": {label: _describe_spread(spread) for label, spread in prediction.counts.items()},
+        "shares": _round(prediction.shares),
+        "average": _round(prediction.average),
+        "open_ends": [_describe_end(end) for end in prediction.ends],
+        "skeleton": _describe_skeleton(prediction.skeleton),
+    }
+
+
+def _describe_end(end: OpenEnd) -> dict[str, Any]:
+    return {
+        "kind": "door" if end.is_door else "corridor",
+        "room": end.room,
+        "near": end.near,
+        "labels": _round(end.labels),
+        "leads_on": round(end.leads_on, DIGITS),
+        "rooms": _describe_spread(end.rooms),
+        "area": _describe_spread(end.area),
+    }
+
+
+def _describe_skeleton(skeleton: nx.Graph) -> dict[str, Any]:
+    """Node-link data; names may be anything, so that nodes are numbered."""
+    numbers = {node: number for number, node in enumerate(skeleton)}
+    numbered = nx.Graph()
+    for node, probability in skeleton.nodes(data="probability"):
+        room, beyond = (node[1], True) if isinstance(node, tuple) else (node, False)
+        numbered.add_node(numbers[node], room=room, beyond=beyond, probability=round(probability, DIGITS))
+    for one, other, probability in skeleton.edges(data="probability"):
+        numbered.add_edge(numbers[one], numbers[other], probability=round(probability, DIGITS))
+    data: dict[str, Any] = nx.node_link_data(numbered, edges="edges")
+    return data
+
+
+def _describe_truth(truth: WholeFloor) -> dict[str, Any]:
+    labels = dict(truth.graph.nodes(data="label"))
+    behind: list[dict[str, Hashable]] = [
+        {"door": door, "room": room, "label": labels[room]} for door, room in truth.behind.items()
+    ]
+    area = None if truth.area is None else round(truth.area, DIGITS)
+    return {"rooms": len(truth.graph), "area": area, "unknown": dict(truth.counts), "behind": behind}
+
+
+def _describe_spread(spread: Spread | None) -> dict[str, float] | None:
+    return None if spread is None else _round({"mean": spread.mean, "low": spread.low, "high": spread.high})
+
+
+def _round(figures: Mapping[str, float]) -> dict[str, float]:
+    return {name: round(figure, DIGITS) for name, figure in figures.items()}

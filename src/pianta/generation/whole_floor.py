@@ -1,0 +1,73 @@
+"""A whole floor of which a robot has explored a part, and what is true of the rest (thesis, section 8.3)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import networkx as nx
+
+from pianta.errors import OptionError
+from pianta.generation.explored_part import explore_by_corridors
+from pianta.generation.type_model import prepare_room_graph
+from pianta.graphs.metrics import find_corridors
+from pianta.labels import LabelSchema, Split
+
+
+@dataclass(frozen=True, eq=False)
+class WholeFloor:
+    """A floor, and the part of it that is known.
+
+    graph: all rooms that have a door, `label` and maybe `area`, m². part: as `read_explored_part` takes it. behind: the
+    room of `graph` behind each unopened door, by the name of the unknown room in `part`.
+    """
+
+    graph: nx.Graph
+    part: nx.Graph
+    behind: Mapping[Hashable, Hashable]
+
+    @cached_property
+    def unknown(self) -> tuple[Hashable, ...]:
+        """The rooms that are not known."""
+        return tuple(node for node in self.graph if node not in self.part)
+
+    @cached_property
+    def counts(self) -> Mapping[str, int]:
+        """Label -> number of unknown rooms, the most frequent first."""
+        return dict(Counter(self.graph.nodes[node]["label"] for node in self.unknown).most_common())
+
+    @property
+    def shares(self) -> Mapping[str, float]:
+        """Label -> share of the unknown rooms."""
+        return {label: count / len(self.unknown) for label, count in self.counts.items()}
+
+    @property
+    def area(self) -> float | None:
+        """Area of all rooms, m²; None where a room has no size."""
+        sizes = [area for _, area in self.graph.nodes(data="area")]
+        return None if None in sizes else float(sum(sizes))
+
+
+def explore_floor(graph: nx.Graph, schema: LabelSchema, *, corridors: int) -> WholeFloor:
+    """Explore a whole floor by its first corridors, breadth first, as `explore_by_corridors` does.
+
+    graph: as `Floor.graph` gives it; rooms keep their names, and those without a door are left out.
+    Raises OptionError for more corridors than are explored on it, GraphError and LabelError as `prepare_room_graph`.
+    """
+    prepared = prepare_room_graph(graph, schema)
+    stages = explore_by_corridors(prepared, find_corridors(prepared, schema, split=Split.GRAPHS))
+    if not 1 <= corridors <= len(stages):
+        raise OptionError(f"the floor has {len(stages)} corridors, give 1 to {len(stages)} to explore, not {corridors}")
+    part = stages[corridors - 1]
+    names: dict[Hashable, Hashable] = dict(prepared.nodes(data="room"))
+    behind: dict[Hashable, Hashable] = {}
+    for door in [node for node in part if node not in names]:
+        near, far = (names[int(number)] for number in str(door).split("-"))
+        name = f"{near}-{far}"
+        while name in graph or name in behind:
+            name += "'"
+        names[door], behind[name] = name, far
+    whole = nx.relabel_nodes(prepared, {node: names[node] for node in prepared})
+    return WholeFloor(whole, nx.relabel_nodes(part, {node: names[node] for node in part}), behind)

@@ -1,0 +1,138 @@
+"""`pianta bench partial` on a tiny building whose prediction is known."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from shapely import box
+
+from pianta.bench import partial as bench
+from pianta.bench.partial import JudgedRoom, draw_rectangle, judge_rooms, measure_iou, measure_partial, measure_unseen
+from pianta.bench.partial_maps import PartialMap, list_real_maps, simulate_drawing, simulate_world
+from pianta.errors import DataError, MapError
+from pianta.floor import Floor, Room
+from pianta.gridmap import FREE, UNKNOWN, GridMap
+from pianta.worlds.floors import make_corridor_floor
+from tests.command_line import run_pianta
+
+LAYOUT = """<building><building_type><main_type>SCHOOL</main_type></building_type>
+<scale><represented_distance><value>9</value><um>pixel</um></represented_distance>
+<real_distance><value>90</value><um>cm</um></real_distance></scale>
+<floor><spaces><space id="a"><labels><label>CLASSROOM</label></labels>
+<bounding_polygon><point x="10" y="10"/><point x="50" y="10"/>
+<point x="50" y="40"/><point x="10" y="40"/></bounding_polygon>
+</space></spaces></floor></building>"""
+# The affine map moves the layout by 5 columns and 20 rows.
+STEP = {"file": "a_001.png", "run": "a", "step": 1, "affine": [[1, 0, 5], [0, 1, 20]]}
+TRUE, SEEN = box(1.5, 4.0, 5.5, 7.0), box(1.5, 4.0, 3.5, 7.0)
+
+
+def write_data(folder, *steps: dict[str, object]) -> None:
+    """A map of 100 x 100 cells of 0.1 m that shows the left half of the only room."""
+    building = folder / "partial" / "here"
+    building.mkdir(parents=True)
+    image = np.full((100, 100), 205, np.uint8)
+    image[30:60, 15:35] = 254
+    cv2.imwrite(str(building / "a_001.png"), image)
+    (building / "steps.json").write_text(json.dumps(steps))
+    (folder / "buildings" / "school").mkdir(parents=True)
+    (folder / "buildings" / "school" / "here.xml").write_text(LAYOUT)
+
+
+def found_floor(*_: object, **__: object) -> Floor:
+    return Floor((Room(1, SEEN, partial=True, predicted=TRUE, confidence=0.75),))
+
+
+@pytest.fixture
+def data(tmp_path, monkeypatch):
+    write_data(tmp_path / "data", STEP)
+    monkeypatch.setattr(bench, "reconstruct", found_floor)
+    monkeypatch.setattr(bench, "SIMULATED_COUNT", 0)
+    return tmp_path / "data"
+
+
+def test_the_layout_is_moved_by_the_affine_map(data):
+    (found,) = list_real_maps(data)
+    assert found.read().rooms[0].equals(TRUE)
+
+
+def test_a_room_is_judged_by_the_true_one(data):
+    (room,) = measure_partial(data, simulated=0).rooms["here a"]
+    assert (room.seen, room.rectangle, room.predicted, room.confidence) == pytest.approx((0.5, 0.5, 1, 0.75))
+    assert (room.seen_share, room.unseen_share) == pytest.approx((0.5, 0.5))
+    assert room.truly_partial
+
+
+def test_the_rectangle_goes_along_the_walls():
+    room = Room(1, box(0, 0, 4, 1).union(box(0, 0, 1, 3)))
+    assert draw_rectangle(room, 0.0).equals(box(0, 0, 4, 3))
+    assert draw_rectangle(room, np.pi / 4).area > 12
+
+
+def test_a_whole_room_is_judged_where_part_of_it_was_not_seen():
+    cells = np.full((100, 100), UNKNOWN, np.int8)
+    cells[30:60, 15:35] = FREE
+    known = PartialMap("here", GridMap(cells, 0.1), [TRUE])
+    (judged,) = judge_rooms(Floor((Room(1, SEEN),)), known)
+    assert (judged.found_partial, judged.predicted, judged.confidence) == (False, judged.seen, None)
+
+
+def test_a_wall_is_no_unseen_space():
+    cells = np.full((100, 100), UNKNOWN, np.int8)
+    cells[33:57, 18:52] = FREE
+    assert measure_unseen(TRUE, GridMap(cells, 0.1)) == 0
+    assert measure_unseen(box(20, 20, 22, 22), GridMap(cells, 0.1)) == 1
+
+
+def test_iou_is_what_is_common_of_all():
+    assert measure_iou(box(0, 0, 2, 1), box(1, 0, 3, 1)) == pytest.approx(1 / 3)
+
+
+def test_bench_prints_and_saves_what_it_measures(data, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        bench, "simulate_world", lambda _: PartialMap("world", GridMap(np.full((9, 9), -1), 1.0), [TRUE])
+    )
+    code, out, err = run_pianta("bench", "partial", "--data", data, "--json", tmp_path / "figures.json")
+    assert (code, err) == (0, "")
+    row = next(line.split() for line in out.splitlines() if line.startswith("here a (1)"))
+    assert row == ["here", "a", "(1)", "50.0", "50.0", "100.0", "50.0", "50.0"]
+    items = json.loads((tmp_path / "figures.json").read_text())["items"]
+    assert items[0]["item"] == "here/a_001 room 1"
+    assert items[0]["figures"]["confidence"] == 75
+
+
+def test_a_map_that_fails_is_named_and_does_not_count(data, monkeypatch):
+    def fail(*_: object, **__: object) -> Floor:
+        raise MapError("it shows nothing")
+
+    monkeypatch.setattr(bench, "reconstruct", fail)
+    measured = measure_partial(data, simulated=0)
+    assert not measured.rooms["here a"]
+    assert measured.items["here a"][0].failure == "it shows nothing"
+
+
+def test_data_without_partial_maps_are_refused(tmp_path):
+    with pytest.raises(DataError, match="no partial maps"):
+        list_real_maps(tmp_path)
+
+
+@pytest.mark.parametrize("step", [{"file": "a.png"}, STEP | {"affine": [[1, 2], [3, 4]]}, STEP | {"affine": None}])
+def test_a_faulty_list_of_steps_is_refused(tmp_path, step):
+    write_data(tmp_path, step)
+    with pytest.raises(DataError, match="no list of maps"):
+        list_real_maps(tmp_path)
+
+
+def test_simulated_maps_show_part_of_their_rooms_and_are_repeated():
+    one, same, drawn = simulate_world(1), simulate_world(1), simulate_drawing(make_corridor_floor(seed=2), seed=2)
+    assert (one.grid.cells == same.grid.cells).all()
+    for known in (one, drawn):
+        assert known.grid.unknown.any()
+        assert known.grid.free.any()
+        assert 0 < np.mean([measure_unseen(room, known.grid) for room in known.rooms]) < 1
+
+
+def test_a_judged_room_is_truly_partial_from_a_tenth_on():
+    room = JudgedRoom("", 1, True, 0.9, 0.05, 0.9, 0.9, 0.9, None)
+    assert not room.truly_partial

@@ -1,0 +1,127 @@
+"""What lay behind the open ends of floors of a model, explored as far as a given part."""
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from pianta.errors import ModelError, OptionError
+from pianta.generation.explored_part import explore_by_corridors, hide_rooms, read_explored_part
+from pianta.generation.functional_areas import Segmentation
+from pianta.generation.open_ends import OpenEnds, count_known_labels, find_hub, take_branch
+from pianta.generation.type_model import learn_type
+from tests.generated_types import SCHOOL, WINGS, join_wings, make_wing, small_model
+
+ENDS = OpenEnds(small_model())
+
+
+def make_back_rooms(*, source: str) -> nx.Graph:
+    """Corridor 0 with classrooms 1 and 2; behind 2 a closet, 3, and behind 1 the corridor 4 with a gym, 5."""
+    graph = make_wing("CC")
+    graph.add_nodes_from([(3, {"label": "CLOSET"}), (4, {"label": "CORRIDOR"}), (5, {"label": "GYM"})])
+    graph.add_edges_from([(2, 3), (1, 4), (4, 5)])
+    graph.graph["source"] = source
+    return graph
+
+
+def test_stages_of_floors():
+    """School c: corridor 0 with six rooms, corridors 7 with three and 11 with two at it; 7 is explored first."""
+    floor = small_model().floors[2]
+    stages = [stage for stage in ENDS.stages if stage.floor == 2]
+    hubs = [find_hub(floor.graph, area, {0, 7, 11}) for area in floor.areas]
+    assert hubs == [0, 7, 11]
+    assert [(stage.open, stage.doors, stage.areas) for stage in stages] == [(2, 0, (1, 2)), (1, 0, (2,)), (0, 0, ())]
+    assert [int(stage.labels.sum()) for stage in stages] == [9, 12, 14]
+    columns = {label: column for column, label in enumerate(SCHOOL.by_name)}
+    assert stages[0].labels[columns["CLASSROOM"]] == 5
+    assert stages[0].labels[columns["CORRIDOR"]] == 3
+
+
+def test_examples_of_doors():
+    """The closet is of the area that is explored with corridor 0, the second corridor is another area."""
+    ends = OpenEnds(learn_type([make_back_rooms(source=name) for name in "ab"], SCHOOL))
+    assert len(ends.examples) == 4
+    own = [example for example in ends.examples if example.floor == 0]
+    assert [example.near for example in own] == ["CLASSROOM", "CLASSROOM"]
+    (branch,) = [example.branch for example in own if example.branch is not None]
+    assert dict(branch.nodes(data="label")) == {3: "CLOSET"}
+    assert [len(of_floor) for of_floor in ends.by_label["CLASSROOM"]] == [2, 2]
+    assert [*ends.by_label] == ["CLASSROOM"]
+
+
+def test_floors_without_doors_to_other_rooms_have_no_examples():
+    assert ENDS.examples == []
+    assert ENDS.by_label == {}
+
+
+def test_weights():
+    floor = small_model().floors[3]
+    corridors = {node for node, label in floor.graph.nodes(data="label") if label == "CORRIDOR"}
+    known = read_explored_part(explore_by_corridors(floor.graph, corridors)[0], SCHOOL)
+    weights = ENDS.weigh_stages(known)
+    assert weights.shape == (len(ENDS.stages),)
+    assert weights.sum() == pytest.approx(1)
+    assert (weights > 0).all()
+    # As far as itself, of which nothing is apart; it has four stages.
+    stages = [place for place, stage in enumerate(ENDS.stages) if stage.floor == 3]
+    assert len(stages) == 4
+    assert weights[stages].argmax() == 0
+    complete = [place for place, stage in enumerate(ENDS.stages) if stage.open == 0]
+    assert weights[complete].max() < weights[stages[0]]
+
+
+def test_weights_as_written():
+    """exp(-d² / (2 · 0.5²) - JS / 0.2) over the stages of a floor, d of the logarithms of one more."""
+    known = read_explored_part(hide_rooms(make_wing("CC"), {0}), SCHOOL)
+    assert (len(known.open), len(known.doors)) == (0, 2)
+    found = ENDS.weigh_stages(known)
+    labels = count_known_labels(known, SCHOOL)
+    assert labels.sum() == 1
+
+    def weigh(stage) -> float:
+        share = stage.labels / stage.labels.sum()
+        corridor = [*SCHOOL.by_name].index("CORRIDOR")
+        p = share[corridor]
+        middle = (p + 1) / 2
+        # Only corridors are known: bits of both halves by hand.
+        first = p * np.log2(p / middle) + sum(q * np.log2(2) for q in np.delete(share, corridor) if q > 0)
+        divergence = (first + np.log2(1 / middle)) / 2
+        apart = np.log(1 + stage.open) ** 2 + (np.log(1 + stage.doors) - np.log(3)) ** 2
+        of_floor = sum(other.floor == stage.floor for other in ENDS.stages)
+        return float(np.exp(-apart / 0.5 - divergence / 0.2) / of_floor)
+
+    expected = np.array([weigh(stage) for stage in ENDS.stages])
+    np.testing.assert_allclose(found, expected / expected.sum(), rtol=1e-9)
+
+
+def test_hubs():
+    graph = make_wing("CCT")
+    assert find_hub(graph, frozenset({0, 1, 2}), {0}) == 0
+    graph.add_edges_from([(1, 2), (1, 3)])
+    assert find_hub(graph, frozenset({1, 2, 3}), set()) == 1
+    assert find_hub(graph, frozenset({1, 2, 3}), {3}) == 3
+
+
+def test_branches_begin_at_the_door():
+    graph = nx.path_graph(6)
+    nx.set_node_attributes(graph, "CLOSET", "label")
+    branch = take_branch(graph, frozenset({0, 1, 2, 4}), 2)
+    assert [*branch] == [2, 0, 1]
+    assert {frozenset(edge) for edge in branch.edges} == {frozenset((0, 1)), frozenset((1, 2))}
+    assert branch.nodes[0] == {"label": "CLOSET"}
+
+
+def test_models_that_cannot_be_explored():
+    with pytest.raises(OptionError, match=r"^the model has areas by ncut, prediction takes one by corr; train it so$"):
+        OpenEnds(small_model(Segmentation.NCUT))
+    rooms = [nx.path_graph(count) for count in (3, 4)]
+    for graph in rooms:
+        nx.set_node_attributes(graph, "CLASSROOM", "label")
+    with pytest.raises(ModelError, match=r"^no floor of the model has a corridor, train it on floors with corridors$"):
+        OpenEnds(learn_type(rooms, SCHOOL))
+
+
+def test_known_labels():
+    graph = join_wings(*WINGS["a"], source="a")
+    known = read_explored_part(hide_rooms(graph, {0, 1, 5}, {6}), SCHOOL)
+    counts = dict(zip(SCHOOL.by_name, count_known_labels(known, SCHOOL).tolist(), strict=True))
+    assert {label: count for label, count in counts.items() if count} == {"CORRIDOR": 2, "CLASSROOM": 1, "BATHROOM": 1}

@@ -1,0 +1,211 @@
+"""Sampled floors around explored parts: what is known stays, doors lead somewhere, and all is one part."""
+
+import networkx as nx
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pianta.errors import OptionError
+from pianta.generation.explored_part import ExploredPart, explore_by_corridors, hide_rooms, read_explored_part
+from pianta.generation.functional_areas import Segmentation
+from pianta.generation.type_model import learn_type
+from pianta.generation.unexplored_part import FloorSampler, SampledFloor
+from tests.generated_types import SCHOOL, WINGS, join_wings, make_schools, small_model
+
+SAMPLER = FloorSampler(small_model())
+
+
+def make_back_doors() -> list[nx.Graph]:
+    """The small schools, with an office behind the first classroom of each and a passage from it to the last room."""
+    graphs = make_schools()
+    for graph in graphs:
+        last, extra = len(graph) - 1, len(graph)
+        graph.add_node(extra, label="SMALL ADMINISTRATIVE", area=12.0)
+        graph.add_edges_from([(1, extra), (1, last)])
+    return graphs
+
+
+# Learned before hypothesis looks on, which takes random numbers for its own.
+BACK_DOORS = FloorSampler(learn_type(make_back_doors(), SCHOOL))
+ANY = FloorSampler(learn_type(make_back_doors()[1:], SCHOOL))
+
+
+def explore(graph: nx.Graph, explored: set[int], discovered: set[int] | None = None) -> ExploredPart:
+    return read_explored_part(hide_rooms(graph, explored, discovered or set()), SCHOOL)
+
+
+def list_corridors(graph: nx.Graph) -> list[int]:
+    return [node for node, label in graph.nodes(data="label") if label == "CORRIDOR"]
+
+
+def check_known_part(sample: SampledFloor, explored: ExploredPart) -> None:
+    """Known rooms, their labels and doors are in the sample; closed rooms have no others but behind unopened doors."""
+    graph, known = sample.graph, sample.known
+    assert [*graph] == [*range(len(graph))]
+    assert {*known} == {*explored.known}
+    assert len({*known.values()}) == len(known)
+    for node, place in known.items():
+        assert graph.nodes[place]["label"] == explored.graph.nodes[node]["label"]
+    doors = {frozenset((known[near], sample.behind.get(door))) for door, near in explored.doors.items()}
+    before = {frozenset((known[one], known[other])) for one, other in explored.known.edges}
+    found = {frozenset(edge) for edge in graph.edges}
+    ends = {known[corridor] for corridor in explored.open}
+    assert before <= found
+    for edge in found - before:
+        assert edge in doors or not edge & ({*known.values()} - ends)
+
+
+def check_doors(sample: SampledFloor, explored: ExploredPart) -> None:
+    """Each door leads from its room to one unknown room or, seldom, to an open corridor."""
+    ends = {sample.known[corridor] for corridor in explored.open}
+    behind: dict[int, list[int]] = {}
+    for door, place in sample.behind.items():
+        near = explored.doors[door]
+        assert sample.graph.has_edge(sample.known[near], place)
+        assert place in ends or place in sample.unseen
+        behind.setdefault(near, []).append(place)
+    # Doors of one room lead to different rooms.
+    assert all(len({*places}) == len(places) for places in behind.values())
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sampled_from([*WINGS]), st.data(), st.integers(0, 1000))
+def test_what_holds_for_any_explored_part(name, data, seed):
+    graph = join_wings(*WINGS[name], source=name)
+    graph.add_edge(1, len(graph) - 1)
+    explored = data.draw(st.sets(st.sampled_from([*graph]), min_size=1))
+    corridors = [node for node in list_corridors(graph) if node not in explored]
+    discovered = {node for node in corridors if any(near in explored for near in graph[node])}
+    part = explore(graph, explored, discovered)
+    if not part.open_ends:
+        return
+    samples = ANY.sample(part, range(4), seed=seed)
+    for sample in samples:
+        check_known_part(sample, part)
+        check_doors(sample, part)
+        if nx.is_connected(part.known):
+            assert nx.is_connected(sample.graph)
+
+
+def test_stages_of_exploration():
+    lost, doors = 0, 0
+    for graph in make_back_doors():
+        for known in explore_by_corridors(graph, list_corridors(graph))[:-1]:
+            part = read_explored_part(known, SCHOOL)
+            if not part.open_ends:
+                continue
+            for sample in BACK_DOORS.sample(part, range(20)):
+                check_known_part(sample, part)
+                check_doors(sample, part)
+                assert nx.is_connected(sample.graph)
+                lost += len(part.doors) - len(sample.behind)
+                doors += len(part.doors)
+    assert doors > 100
+    assert lost <= 0.02 * doors
+
+
+def test_doors_of_an_open_corridor():
+    graph = nx.star_graph(6)
+    unknown = {node: {"label": None, "partial": True} for node in graph}
+    nx.set_node_attributes(graph, unknown | {0: {"label": "CORRIDOR", "partial": True}})
+    part = read_explored_part(graph, SCHOOL)
+    for sampler in (SAMPLER, BACK_DOORS):
+        for sample in sampler.sample(part, range(30)):
+            assert {*sample.behind} == {*part.doors}
+            check_known_part(sample, part)
+            check_doors(sample, part)
+            assert nx.is_connected(sample.graph)
+
+
+def test_a_door_of_a_room_where_no_model_has_one():
+    """The small schools have no door that stays unopened; one of a classroom leads somewhere all the same."""
+    assert SAMPLER.ends.examples == []
+    graph = nx.path_graph(2)
+    nx.set_node_attributes(graph, {0: {"label": "CLASSROOM"}, 1: {"label": None, "partial": True}})
+    part = read_explored_part(graph, SCHOOL)
+    for sample in SAMPLER.sample(part, range(40)):
+        assert {*sample.behind} == {1}
+        assert nx.is_connected(sample.graph)
+
+
+def test_only_an_open_corridor_is_known():
+    part = explore(join_wings(*WINGS["d"], source="d"), set(), {0})
+    for sample in SAMPLER.sample(part, range(60)):
+        assert nx.is_connected(sample.graph)
+        assert sample.known.keys() == {0}
+
+
+def test_parallel_doors():
+    """Two rooms each with a door to the same unknown room: each door leads to a room."""
+    graph = join_wings(*WINGS["a"], source="a")
+    graph.add_edge(1, 2)
+    graph.add_node("?", label=None, partial=True)
+    graph.add_edges_from([(1, "?"), (2, "?")])
+    part = read_explored_part(graph, SCHOOL)
+    assert len(part.doors) == 2
+    for sample in BACK_DOORS.sample(part, range(30)):
+        check_known_part(sample, part)
+        check_doors(sample, part)
+
+
+def test_a_known_room_at_an_open_corridor():
+    graph = join_wings(*WINGS["b"], source="b")
+    part = explore(graph, {0, 1, 2, 3, 4, 6}, {5})
+    assert part.graph.number_of_edges() == 6
+    for sample in SAMPLER.sample(part, range(30)):
+        check_known_part(sample, part)
+        room = next(node for node in part.known if part.graph.nodes[node]["room"] == 6)
+        assert sample.graph.degree(sample.known[room]) == 1
+        assert nx.is_connected(sample.graph)
+
+
+def test_samples_depend_on_their_seed_and_number_alone():
+    graph = make_back_doors()[3]
+    part = read_explored_part(explore_by_corridors(graph, list_corridors(graph))[0], SCHOOL)
+
+    def sample(numbers, seed=0, sampler=BACK_DOORS) -> list[object]:
+        return [
+            (nx.to_dict_of_lists(one.graph), [*one.graph.nodes(data=True)], one.known, one.behind)
+            for one in sampler.sample(part, numbers, seed=seed)
+        ]
+
+    together = sample(range(8))
+    assert sample(range(8)) == together
+    assert [sample([number])[0] for number in range(8)] == together
+    assert sample([5, 2]) == [together[5], together[2]]
+    assert sample(range(8), sampler=FloorSampler(learn_type(make_back_doors(), SCHOOL))) == together
+    assert sample(range(8), seed=1) != together
+
+
+@pytest.mark.parametrize("seen", [7.0, 12.0])
+def test_sizes_of_rooms(seen):
+    """Rooms keep theirs; an open corridor, of which a part may be seen, that of its area where it is larger."""
+    graphs = make_back_doors()
+    for graph in graphs:
+        nx.set_node_attributes(graph, 10.0, "area")
+    sampler = FloorSampler(learn_type(graphs, SCHOOL))
+    graph = graphs[1].copy()
+    nx.set_node_attributes(graph, seen, "area")
+    part = read_explored_part(explore_by_corridors(graph, list_corridors(graph))[0], SCHOOL)
+    found: set[float] = set()
+    for sample in sampler.sample(part, range(10)):
+        sizes = {node: sample.graph.nodes[place]["area"] for node, place in sample.known.items()}
+        assert {sizes[node] for node in part.closed} == {seen}
+        found.update(sizes[node] for node in part.open)
+        assert {sample.graph.nodes[node]["area"] for node in sample.unseen} <= {10.0}
+    # That of a corridor whose area has no rooms is what is seen.
+    assert max(seen, 10.0) in found <= {seen, 10.0}
+
+
+def test_shares_of_labels():
+    """Of floors, each as much: a of 10 rooms with 2 corridors, …"""
+    shares = SAMPLER.label_shares
+    assert [*shares] == [*SCHOOL.by_name]
+    of_corridors = [len(wings) / (len(wings) + sum(map(len, wings))) for wings, _ in WINGS.values()]
+    assert shares["CORRIDOR"] == pytest.approx(sum(of_corridors) / len(of_corridors))
+    assert sum(shares.values()) == pytest.approx(1)
+
+
+def test_areas_by_ncut_are_refused():
+    with pytest.raises(OptionError, match="by ncut"):
+        FloorSampler(small_model(Segmentation.NCUT))
