@@ -28,6 +28,7 @@ docs: $(READY)  ## draw the pictures of README and docs again
 	$(BIN)/python docs/draw_partial.py
 	$(BIN)/python docs/draw_generation.py
 	$(BIN)/python docs/draw_prediction.py
+	$(BIN)/python docs/draw_exploration.py
 
 clean:
 	rm -rf $(VENV) demo

@@ -8,14 +8,35 @@ from PIL import Image, ImageSequence
 
 from pianta.formats.floor_geojson import save_floor
 from pianta.formats.ros_map import save_ros_map
+from pianta.generation.type_model import learn_type
+from pianta.generation.type_model_file import save_type_model
+from pianta.labels import SCHEMAS
 from tests.command_line import list_files, run_pianta
 from tests.explored_worlds import two_room_world, two_rooms
+from tests.typed_floors import make_office, make_school
 
 
 @pytest.fixture
 def floor_file(tmp_path):
     path = tmp_path / "floor.geojson"
     save_floor(two_rooms(), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def school_file(tmp_path_factory):
+    """A school of nine rooms."""
+    path = tmp_path_factory.mktemp("school") / "school.geojson"
+    save_floor(make_school(4, width=6), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    """The model of three other schools."""
+    path = tmp_path_factory.mktemp("model") / "model.json"
+    floors = [make_school(rooms, source=f"school {'abcdef'[rooms]}.xml") for rooms in (3, 4, 5)]
+    save_type_model(learn_type([floor.graph() for floor in floors], SCHEMAS["school"]), path)
     return path
 
 
@@ -66,6 +87,73 @@ def test_a_room_is_found(floor_file):
     assert code == 0
     assert "found STAIRS" in out.splitlines()[0]
     assert out.splitlines()[-1] == "STAIRS is room 2"
+
+
+def test_a_school_is_explored_by_what_a_model_lets_expect(school_file, model):
+    arguments = "explore", school_file, "--policy", "predicted", "--start", "1,1.5"
+    code, out, err = run_pianta(*arguments, "--model", model)
+    assert (code, err) == (0, "")
+    assert out.startswith("1 robot, predicted: 100.0 % of ")
+    assert out.splitlines()[0].endswith(": done")
+    without = run_pianta(*arguments)
+    assert (without.code, without.err) == (0, "")
+    assert without.out.startswith("1 robot, predicted: ")
+    assert without.out != out
+
+
+def test_enough_was_seen_by_what_a_model_lets_expect(school_file, model):
+    options = "--policy", "predicted", "--model", model, "--start", "1,1.5"
+    code, out, _ = run_pianta("explore", school_file, *options, "--enough", "0.6")
+    assert code == 0
+    assert out.splitlines()[0].endswith(": stopped by the policy")
+
+
+def test_a_room_is_looked_for_by_what_a_model_lets_expect(school_file, model):
+    options = "--policy", "predicted", "--model", model, "--start", "1,1.5"
+    code, out, _ = run_pianta("explore", school_file, *options, "--find", "closet")
+    assert code == 0
+    assert "found CLOSET" in out.splitlines()[0]
+    assert out.splitlines()[-1] == "CLOSET is room 9"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--model", "MODEL"], "policy nearest makes no use of --model, give --policy predicted"),
+        (
+            ["--policy", "gain", "--model", "MODEL", "--enough", "0.9"],
+            "policy gain makes no use of --model and --enough, give --policy predicted",
+        ),
+        (["--policy", "predicted", "--enough", "0.9"], "--enough is a share of what a model lets expect, give --model"),
+        (["--policy", "predicted", "--model", "MODEL", "--enough", "1.5"], "enough is 1.5, give a share above 0"),
+        (["--policy", "predicted", "--model", "nowhere.json"], "nowhere.json"),
+        (["--policy", "best", "--model", "MODEL"], "policy is 'best', give one of nearest, gain"),
+    ],
+)
+def test_options_of_a_model_that_make_no_sense_are_one_line(school_file, model, arguments, told):
+    given = [model if argument == "MODEL" else argument for argument in arguments]
+    code, out, err = run_pianta("explore", school_file, *given)
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ")
+    assert told in err
+    assert len(err.splitlines()) == 1
+
+
+def test_a_model_of_another_building_type_is_one_line(tmp_path, model):
+    path = tmp_path / "office.geojson"
+    save_floor(make_office(2), path)
+    code, _, err = run_pianta("explore", path, "--policy", "predicted", "--model", model)
+    assert code == 2
+    told = f"error: world {str(path)!r} is of type 'office' and the model of 'school', give a model of type 'office'\n"
+    assert err == told
+
+
+def test_a_map_without_rooms_needs_no_model(tmp_path, model):
+    path = tmp_path / "map.yaml"
+    save_ros_map(two_room_world().grid, path)
+    code, _, err = run_pianta("explore", path, "--policy", "predicted", "--model", model)
+    assert (code, len(err.splitlines())) == (2, 1)
+    assert "has no rooms that a model could tell of, leave out --model" in err
 
 
 def test_a_map_and_a_kind_of_world_are_explored(tmp_path):
@@ -125,10 +213,11 @@ def test_a_world_that_is_none_is_one_line(tmp_path, world, told):
 
 
 def test_the_help_names_the_policies_there_are():
-    from pianta.cli.explore import POLICY_NAMES
-    from pianta.exploration.policies import POLICIES
+    from pianta.cli import explore
+    from pianta.exploration.policies import POLICIES, PREDICTED
 
-    assert tuple(POLICIES) == POLICY_NAMES
+    assert explore.POLICY_NAMES == POLICIES
+    assert explore.PREDICTED == PREDICTED
     code, out, _ = run_pianta("explore", "--help")
     assert code == 0
     assert "pianta explore ring -o exploration" in out

@@ -21,7 +21,7 @@ from pianta.exploration.lidar import Lidar, Pose
 from pianta.exploration.perception import perceive_rooms
 from pianta.exploration.policies import POLICIES, InformationGain, NearestFrontier, make_policy
 from pianta.exploration.situation import Situation
-from pianta.exploration.world import build_world, read_world
+from pianta.exploration.world import World, build_world, read_world
 from pianta.floor import Door, Floor, Room
 from pianta.formats.buildings import read_building
 from pianta.worlds.floors import make_floor
@@ -215,6 +215,17 @@ def test_a_start_in_a_wall_is_refused(start):
 def test_options_without_meaning_are_refused(options, told):
     with pytest.raises(OptionError, match=told):
         explore(two_room_world(), NearestFrontier(), **options)
+
+
+@pytest.mark.parametrize("thickness", [1, 2])
+def test_a_robot_never_squeezes_through_a_slit_narrower_than_itself(thickness):
+    blocked = np.ones((44, 84), bool)
+    blocked[2:42, 2:40] = blocked[2:42, 40 + thickness : 82] = False
+    blocked[20:22, 40 : 40 + thickness] = False
+    run = explore(World(blocked, 0.1), NearestFrontier(), starts=[(2, 2.2)], lidar=Lidar(noise=0))
+    # The wall, in which the slit of 0.2 m is, begins at 4 m; the robot looks through it.
+    assert 3.5 < run.tracks[0][:, 0].max() < 4
+    assert run.outcome == "no reachable frontier"
 
 
 def test_a_grid_map_without_truth_is_explored():

@@ -6,7 +6,6 @@ import csv
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,22 +13,26 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pianta.cli.outputs import check_output_folder, written_together
+from pianta.cli.predict import check_building_type
 from pianta.cli.terminal import stderr, tell_result
 from pianta.errors import OptionError
 from pianta.formats.files import shown
 
 if TYPE_CHECKING:
     from pianta.exploration.record import Exploration
+    from pianta.exploration.situation import Policy
     from pianta.exploration.world import World
 
-POLICY_NAMES = ("nearest", "gain", "gain-exp")
+PREDICTED = "predicted"
+POLICY_NAMES = ("nearest", "gain", "gain-exp", PREDICTED)
 ANIMATIONS = ("gif", "mp4", "none")
 FLOOR_FILES = ("truth.geojson", "floor.geojson")
 SHARES = (0.5, 0.9, 0.99)
 EXAMPLES = (
     "pianta explore ring -o exploration",
     "pianta explore school.xml --policy gain --robots 2 -o exploration",
-    "pianta explore building --find gym --start 1.5,2",
+    "pianta explore school.xml --policy predicted --model others.json --find gym",
+    "pianta explore building --policy predicted --model school.json --enough 0.95 --start 1.5,2",
     "pianta explore map.yaml --stop 0.9 --animation none -o exploration",
 )
 
@@ -40,7 +43,21 @@ World_ = Annotated[
         help="A floor or building file, a folder of `pianta read` or `world`, a map.yaml, or a kind of `pianta world`.",
     ),
 ]
-Policy = Annotated[str, typer.Option(help=f"Who chooses the next frontier: {', '.join(POLICY_NAMES)}.")]
+PolicyOption = Annotated[
+    str,
+    typer.Option(
+        "--policy",
+        help=f"Who chooses the next frontier: {', '.join(POLICY_NAMES)}; the last by geometry alone without --model.",
+    ),
+]
+Model = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Of predicted: a model of the building's type, of `pianta train type`."),
+]
+Enough = Annotated[
+    float | None,
+    typer.Option(metavar="SHARE", help="Of predicted: stop when it expects that so much of the floor was seen."),
+]
 Out = Annotated[Path | None, typer.Option("--out", "-o", help="Folder for table, picture and animation.")]
 Robots = Annotated[int, typer.Option(help="How many robots, which share their map.")]
 Find = Annotated[str | None, typer.Option(metavar="LABEL", help="End when a room of this label is recognised.")]
@@ -68,7 +85,9 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
 def explore_world(
     world: World_,
     *,
-    policy: Policy = "nearest",
+    policy: PolicyOption = "nearest",
+    model: Model = None,
+    enough: Enough = None,
     out: Out = None,
     robots: Robots = 1,
     find: Find = None,
@@ -89,28 +108,20 @@ def explore_world(
     folder is given. Entrances are closed; rooms that robots do not fit into are left out.
     """
     from pianta.exploration.explore import explore
-    from pianta.exploration.kernels import has_numba
     from pianta.exploration.lidar import Lidar
-    from pianta.exploration.policies import make_policy
 
-    if out is not None:
-        check_output_folder(out)
-        _check_animation(animation)
-    chosen, lidar = make_policy(policy), Lidar(reach=reach, noise=noise)
-    starts = [read_point(text) for text in start or ()] or None
-    wanted = partial(explore, starts=starts, lidar=lidar, robots=robots, find=find, max_distance=max_distance)
-    if not has_numba() and not quiet:
-        stderr.print("without numba this takes long; install it with: pip install 'pianta[sim]'", markup=False)
+    _check_outputs(out, animation)
+    _check_policy(policy, model, enough)
+    starts, lidar = [read_point(text) for text in start or ()] or None, Lidar(reach=reach, noise=noise)
+    stop_at = "all" if stop is None else stop
     built = build_named_world(world, seed=seed)
+    chosen = _make_policy(policy, model, built, name=world, find=find, enough=enough)
     with _tracking(quiet=quiet) as track:
-        end = "all" if stop is None else stop
-        run = wanted(built, chosen, radius=radius, drive=drive, stop=end, seed=seed, track=track)
-    if out is not None:
-        _save_exploration(run, built, out, animation)
+        run = explore(built, chosen, starts=starts, lidar=lidar, robots=robots, radius=radius, drive=drive,
+                      stop=stop_at, find=find, max_distance=max_distance, seed=seed, track=track)  # fmt: skip
+    _save_exploration(run, built, out, animation)
     _tell_exploration(run, policy, find)
-    if out is not None:
-        names = ["area.csv", "picture.png", *([] if animation == "none" else [f"exploration.{animation}"])]
-        tell_result(f"in {out}: {', '.join(names)}")
+    _tell_outputs(out, animation)
 
 
 def build_named_world(name: str, *, seed: int) -> World:
@@ -154,11 +165,44 @@ def read_point(text: str) -> tuple[float, float]:
     return x, y
 
 
-def _check_animation(animation: str) -> None:
+def _check_outputs(out: Path | None, animation: str) -> None:
     from pianta.drawing_exploration import check_animation
 
+    if out is None:
+        return
+    check_output_folder(out)
     if animation != "none":
         check_animation(animation)
+
+
+def _check_policy(policy: str, model: Path | None, enough: float | None) -> None:
+    """Refuse names of no policy, and options that it would make no use of."""
+    from pianta.exploration.policies import check_policy
+
+    check_policy(policy)
+    given = [option for option, value in (("--model", model), ("--enough", enough)) if value is not None]
+    if given and policy != PREDICTED:
+        raise OptionError(f"policy {policy} makes no use of {' and '.join(given)}, give --policy {PREDICTED}")
+    if enough is not None and model is None:
+        raise OptionError("--enough is a share of what a model lets expect, give --model")
+
+
+def _make_policy(
+    policy: str, model: Path | None, world: World, *, name: str, find: str | None, enough: float | None
+) -> Policy:
+    """The policy, with what the model of a building's type lets expect; the model is that of the world's type."""
+    from pianta.exploration.policies import make_policy
+
+    if model is None:
+        return make_policy(policy, find=find, enough=enough)
+    from pianta.generation.type_model_file import read_type_model
+    from pianta.generation.unexplored_part import FloorSampler
+
+    known = read_type_model(model)
+    if world.floor is None:
+        raise OptionError(f"world {shown(name)} has no rooms that a model could tell of, leave out --model")
+    check_building_type(world.floor.given_type, known, f"world {shown(name)}")
+    return make_policy(policy, sampler=FloorSampler(known), find=find, enough=enough)
 
 
 @contextmanager
@@ -166,6 +210,10 @@ def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
     """A progress bar on stderr, where that is a terminal, and the function that moves it to a share."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
+    from pianta.exploration.kernels import has_numba
+
+    if not has_numba() and not quiet:
+        stderr.print("without numba this takes long; install it with: pip install 'pianta[sim]'", markup=False)
     columns = TextColumn("exploring"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn()
     hidden = quiet or not stderr.is_terminal
     with Progress(*columns, console=stderr, transient=True, redirect_stdout=sys.stdout.isatty(), disable=hidden) as bar:
@@ -173,10 +221,12 @@ def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
         yield lambda share: bar.update(task, completed=share)
 
 
-def _save_exploration(run: Exploration, world: World, out: Path, animation: str) -> None:
+def _save_exploration(run: Exploration, world: World, out: Path | None, animation: str) -> None:
     """Write table, picture and animation, all or none."""
     from pianta.drawing_exploration import save_animation, save_exploration_picture
 
+    if out is None:
+        return
     with written_together(out) as new:
         _save_table(run, new / "area.csv")
         save_exploration_picture(run, world, new / "picture.png")
@@ -212,3 +262,9 @@ def _tell_exploration(run: Exploration, policy: str, find: str | None) -> None:
         tell_result(", ".join(parts))
     if find is not None:
         tell_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
+
+
+def _tell_outputs(out: Path | None, animation: str) -> None:
+    if out is not None:
+        names = ["area.csv", "picture.png", *([] if animation == "none" else [f"exploration.{animation}"])]
+        tell_result(f"in {out}: {', '.join(names)}")

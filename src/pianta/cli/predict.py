@@ -76,7 +76,7 @@ def predict_floor(
         check_output_folder(out)
         check_leftovers(out, names, stem="sample")
     known, graph = read_type_model(model), read_floor_graph(floor)
-    check_building_type(graph, known, floor)
+    check_building_type(graph.graph.get("building_type"), known, f"floor {shown(floor)}")
     try:
         truth = None if explored is None else _explore(graph, known, explored)
         with nullcontext() if quiet else stderr.status(f"sampling {count} floors"):
@@ -92,14 +92,13 @@ def predict_floor(
             tell_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json")
 
 
-def check_building_type(graph: nx.Graph, model: TypeModel, floor: Path) -> None:
-    """Refuse a floor of another type than the model's, by what its file says.
+def check_building_type(kind: str | None, model: TypeModel, name: str) -> None:
+    """Refuse a floor of another type than the model's, by what its file says; None says nothing.
 
     Raises ModelError, in one line.
     """
-    kind = graph.graph.get("building_type")
     if kind is not None and kind != model.building_type:
-        told = f"floor {shown(floor)} is of type {shown(kind)} and the model of {shown(model.building_type)}"
+        told = f"{name} is of type {shown(kind)} and the model of {shown(model.building_type)}"
         raise ModelError(f"{told}, give a model of type {shown(kind)}")
 
 

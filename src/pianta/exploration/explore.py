@@ -221,6 +221,8 @@ class _Run:
     def _distances_of(self, robot: Robot, passable: Mask) -> Floats:
         """How far each cell is for a robot; what noise drew around its feet does not bar its way."""
         row, col = self.world.cell(robot.pose.x, robot.pose.y)
+        if passable[row, col]:
+            return measure_distances(passable, [(row, col)], resolution=self.world.resolution)
         reach = int(self.settings.radius / self.world.resolution) + 1
         window = slice(max(row - reach, 0), row + reach + 1), slice(max(col - reach, 0), col + reach + 1)
         kept = passable[window].copy()

@@ -1,4 +1,7 @@
-"""The classical policies: the nearest frontier, and the most to see for the way (Burgard et al., 2005, for several)."""
+"""The classical policies, and all by name: the nearest frontier, and the most to see for the way.
+
+Several robots share frontiers as in Burgard et al., 2005.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from math import inf, isfinite
 from types import MappingProxyType
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +19,9 @@ from pianta.errors import OptionError
 from pianta.exploration.frontiers import Frontier
 from pianta.exploration.gain import measure_gains
 from pianta.exploration.situation import Policy, Situation
+
+if TYPE_CHECKING:
+    from pianta.generation.unexplored_part import FloorSampler
 
 Floats = NDArray[np.float64]
 
@@ -91,17 +97,35 @@ class InformationGain:
         return np.asarray(np.log(left) - self.decay * distances)
 
 
-# What `pianta explore --policy` can name.
-POLICIES: Mapping[str, Callable[[], Policy]] = MappingProxyType(
+PREDICTED = "predicted"
+CLASSICAL: Mapping[str, Callable[[], Policy]] = MappingProxyType(
     {"nearest": NearestFrontier, "gain": InformationGain, "gain-exp": partial(InformationGain, "exponential")}
 )
+# What `pianta explore --policy` can name.
+POLICIES = (*CLASSICAL, PREDICTED)
 
 
-def make_policy(name: str) -> Policy:
-    """The policy of a name in POLICIES.
+def check_policy(name: str) -> None:
+    """Refuse a name that is not in POLICIES.
 
-    Raises OptionError for any other.
+    Raises OptionError, in one line.
     """
     if name not in POLICIES:
         raise OptionError(f"policy is {name!r}, give one of {', '.join(POLICIES)}")
-    return POLICIES[name]()
+
+
+def make_policy(
+    name: str, *, sampler: FloorSampler | None = None, find: str | None = None, enough: float | None = None
+) -> Policy:
+    """The policy of a name in POLICIES.
+
+    sampler, find, enough: of PredictedGain; the classical policies go the same way whatever is expected.
+    Raises OptionError for any other name, and as PredictedGain does.
+    """
+    check_policy(name)
+    if name in CLASSICAL:
+        return CLASSICAL[name]()
+    # Its imports take long.
+    from pianta.exploration.predicted_gain import PredictedGain
+
+    return PredictedGain(sampler, find=find, enough=enough)

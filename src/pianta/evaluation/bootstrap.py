@@ -1,0 +1,72 @@
+"""Intervals of means and of ratios by the bootstrap: items are drawn again, with replacement (Efron, 1979)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.errors import OptionError
+
+Floats = NDArray[np.float64]
+
+REPEATS, SHARE = 10_000, 0.95
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A mean, and between what it lies; count: over how many items."""
+
+    mean: float
+    low: float
+    high: float
+    count: int
+
+
+def bootstrap_mean(
+    values: Sequence[float], *, seed: int, repeats: int = REPEATS, share: float = SHARE
+) -> Interval | None:
+    """The mean of values, and its interval when they are drawn again; None for no values.
+
+    share: of the means of what is drawn that the interval holds; as many are below as above.
+    Raises OptionError for values that are not finite, and for repeats and a share without meaning.
+    """
+    return bootstrap_ratio(values, [1.0] * len(values), seed=seed, repeats=repeats, share=share)
+
+
+def bootstrap_ratio(
+    values: Sequence[float],
+    others: Sequence[float],
+    *,
+    seed: int,
+    repeats: int = REPEATS,
+    share: float = SHARE,
+) -> Interval | None:
+    """The sum of values over that of others, and its interval when the pairs are drawn again; None for no values.
+
+    share: as in bootstrap_mean. others: one above 0 for each value.
+    Raises OptionError as bootstrap_mean, and for others that are 0 or less.
+    """
+    above, below = np.array(values, float), np.array(others, float)
+    _check(above, below, repeats=repeats, share=share)
+    if not len(above):
+        return None
+    drawn = np.random.default_rng(seed).integers(len(above), size=(repeats, len(above)))
+    ratios = above[drawn].sum(axis=1) / below[drawn].sum(axis=1)
+    low, high = np.quantile(ratios, [(1 - share) / 2, (1 + share) / 2]).tolist()
+    return Interval(float(above.sum() / below.sum()), low, high, len(above))
+
+
+def _check(above: Floats, below: Floats, *, repeats: int, share: float) -> None:
+    if above.shape != below.shape:
+        raise OptionError(f"{len(above)} values stand beside {len(below)} others, give as many")
+    if not (np.isfinite(above).all() and np.isfinite(below).all()):
+        raise OptionError("some of the values are not finite, leave them out")
+    if (below <= 0).any():
+        raise OptionError(f"the least of the values to divide by is {below.min():g}, give those above 0")
+    if repeats < 1 or not 0 < share < 1:
+        raise OptionError(
+            f"repeats are {repeats}, share is {share}, give 1 repeat at least and a share between 0 and 1"
+        )
