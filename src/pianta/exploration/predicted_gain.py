@@ -22,11 +22,13 @@ Floats = NDArray[np.float64]
 # Frontiers that a tour goes through, the nearest ones.
 PLACES = 12
 # Less to see than this is nothing, as long as there is more elsewhere; m².
-LEAST_AREA = 1.0
+LEAST_AREA, LEAST_SIGHT = 1.0, 0.1
 # Area that comes into sight along a metre of way, m².
 SEEN_PER_METRE = 8.0
-# Worth grows with the square root of area: what is expected is uncertain.
-EXPONENT = 0.5
+# Worth grows slowly with area: what is expected is uncertain, and small rooms on the way are best seen at once.
+EXPONENT = 0.35
+# Of what is expected and what is in sight the geometric mean counts, with this weight for what is in sight.
+SIGHT = 0.5
 # What a square metre is worth in a search, beside the chance to find what is looked for.
 AREA_IN_SEARCH = 1e-4
 
@@ -59,6 +61,7 @@ class PredictedGain:
         areas, hits = self.expect(situation)
         if self.enough is not None and self.expect_share(situation, areas) >= self.enough:
             return [None] * len(situation.poses)
+        areas = self.weigh(situation, areas)
         worths = areas**EXPONENT if self.find is None else hits + AREA_IN_SEARCH * areas
         chosen: list[Frontier | None] = []
         taken = np.zeros(len(areas), bool)
@@ -81,6 +84,18 @@ class PredictedGain:
             return np.maximum(gains, least), np.zeros(len(gains))
         measured, hits = measure_frontiers(situation, self._expectations)
         return np.maximum(expect_areas(measured), least), hits
+
+    def weigh(self, situation: Situation, areas: Floats) -> Floats:
+        """Areas that tours go by, m², shape (frontiers,): those expected, and unless these are small, in sight as well.
+
+        The perceptron explains half of what is found; with what is in sight tours are shorter than with either.
+        """
+        if self._expectations is None or situation.seen is None:
+            return areas
+        targets = [frontier.target for frontier in situation.frontiers]
+        sight = measure_gains(situation.known, targets, reach=situation.reach, resolution=situation.resolution)
+        mixed = areas ** (1 - SIGHT) * np.maximum(sight, LEAST_SIGHT) ** SIGHT
+        return np.where(areas < LEAST_AREA, areas, mixed)
 
     def expect_share(self, situation: Situation, areas: Floats) -> float:
         """The share of the floor that has been seen, by the areas that are expected behind the frontiers."""
