@@ -12,6 +12,7 @@ from pianta.exploration.expectations import RoomExpectations
 from pianta.exploration.frontier_area import expect_areas, measure_frontiers
 from pianta.exploration.frontiers import Frontier
 from pianta.exploration.gain import measure_gains
+from pianta.exploration.policies import SHORTEST_WAY, assign_frontiers
 from pianta.exploration.situation import Situation
 from pianta.exploration.tours import choose_first_visit, measure_between
 from pianta.generation.unexplored_part import FloorSampler
@@ -29,8 +30,8 @@ SEEN_PER_METRE = 8.0
 EXPONENT = 0.35
 # Of what is expected and what is in sight the geometric mean counts, with this weight for what is in sight.
 SIGHT = 0.5
-# What a square metre is worth in a search, beside the chance to find what is looked for.
-AREA_IN_SEARCH = 1e-4
+# In a search, area in sight counts by the chance to find what is looked for there, and by so much besides.
+ANYWHERE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +39,8 @@ class PredictedGain:
     """The first frontier of the tour on which what is expected has to wait least.
 
     sampler: of a model of the building's type; without one, or without recognised rooms, the unknown area in sight of a
-    frontier is all that is expected behind it. find: a label; the tour is then the one that finds it soonest. enough: a
+    frontier is all that is expected behind it. find: a label; then the frontier with most area in sight for the way,
+    each m² by the chance that a room of that label is behind. enough: a
     share of the floor, 0 … 1; when so much of it has been seen by all that is expected, the advice is to stop.
     Raises OptionError for a share without meaning, or without a sampler that it could be told by.
     """
@@ -61,8 +63,12 @@ class PredictedGain:
         areas, hits = self.expect(situation)
         if self.enough is not None and self.expect_share(situation, areas) >= self.enough:
             return [None] * len(situation.poses)
+        if self.find is not None:
+            worths = _measure_sight(situation) * (hits + ANYWHERE)
+            ways = np.maximum(situation.distances, SHORTEST_WAY)
+            return assign_frontiers(situation, lambda crowded: worths * np.maximum(1 - crowded, 0.01) / ways)
         areas = self.weigh(situation, areas)
-        worths = areas**EXPONENT if self.find is None else hits + AREA_IN_SEARCH * areas
+        worths = areas**EXPONENT
         chosen: list[Frontier | None] = []
         taken = np.zeros(len(areas), bool)
         for distances in situation.distances:
@@ -79,9 +85,7 @@ class PredictedGain:
         """Area expected behind each frontier, m², and the chance of a hit there, shape (frontiers,) each."""
         least = situation.resolution**2
         if self._expectations is None or situation.seen is None:
-            targets = [frontier.target for frontier in situation.frontiers]
-            gains = measure_gains(situation.known, targets, reach=situation.reach, resolution=situation.resolution)
-            return np.maximum(gains, least), np.zeros(len(gains))
+            return np.maximum(_measure_sight(situation), least), np.zeros(len(situation.frontiers))
         measured, hits = measure_frontiers(situation, self._expectations)
         return np.maximum(expect_areas(measured), least), hits
 
@@ -92,15 +96,20 @@ class PredictedGain:
         """
         if self._expectations is None or situation.seen is None:
             return areas
-        targets = [frontier.target for frontier in situation.frontiers]
-        sight = measure_gains(situation.known, targets, reach=situation.reach, resolution=situation.resolution)
-        mixed = areas ** (1 - SIGHT) * np.maximum(sight, LEAST_SIGHT) ** SIGHT
+        mixed = areas ** (1 - SIGHT) * _measure_sight(situation) ** SIGHT
         return np.where(areas < LEAST_AREA, areas, mixed)
 
     def expect_share(self, situation: Situation, areas: Floats) -> float:
         """The share of the floor that has been seen, by the areas that are expected behind the frontiers."""
         seen = float(np.count_nonzero(situation.known == FREE)) * situation.resolution**2
         return seen / (seen + float(areas.sum()))
+
+
+def _measure_sight(situation: Situation) -> Floats:
+    """Unknown area in sight of each frontier, m², shape (frontiers,)."""
+    targets = [frontier.target for frontier in situation.frontiers]
+    gains = measure_gains(situation.known, targets, reach=situation.reach, resolution=situation.resolution)
+    return np.maximum(gains, LEAST_SIGHT)
 
 
 def _choose_place(situation: Situation, distances: Floats, areas: Floats, worths: Floats) -> int | None:
