@@ -349,3 +349,8 @@ def test_only_the_unknown_floor_is_replaced():
     seen = perceive_rooms(build_world(floor), np.zeros(build_world(floor).blocked.shape, np.int8))
     assert seen is not None
     assert seen.floor.building_type == {"school": 1.0}
+
+
+def test_more_starts_than_robots_are_refused():
+    with pytest.raises(OptionError, match="2 starts are given for 1 robots, give one for each at most"):
+        explore(two_room_world(), make_policy("nearest"), starts=[(2, 2), (1, 1)])

@@ -44,8 +44,11 @@ def find_starts(world: World, *, radius: float = 0.2) -> list[Point]:
 def place_robots(world: World, starts: Sequence[Point], robots: int, *, radius: float) -> list[Point]:
     """A point for each robot: the starts in turn, and beside them for further robots.
 
-    Raises OptionError for a start in a wall or outside, and when there is no place for so many robots.
+    Raises OptionError for a start in a wall or outside, for more starts than robots, and when there is no place for so
+    many robots.
     """
+    if len(starts) > robots:
+        raise OptionError(f"{len(starts)} starts are given for {robots} robots, give one for each at most")
     for start in starts:
         check_start(world, start, radius=radius)
     clear = clear_cells(world.blocked, radius / world.resolution)
