@@ -1,6 +1,7 @@
 """`pianta explore` as a user runs it."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -164,6 +165,27 @@ def test_a_map_and_a_kind_of_world_are_explored(tmp_path):
     assert out.splitlines()[0].endswith(": share reached")
 
 
+def test_what_is_there_by_a_name_goes_before_a_kind_of_world(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run_pianta("world", "hall", "-o", "ring").code == 0
+    assert run_pianta("explore", "ring").out == run_pianta("explore", "hall").out
+
+
+def test_a_plain_image_is_refused_with_a_remedy_that_there_is(tmp_path):
+    Image.new("L", (20, 20), 254).save(tmp_path / "map.png")
+    code, out, err = run_pianta("explore", tmp_path / "map.png")
+    assert (code, out) == (2, "")
+    assert err.endswith("is an image without a resolution, give its map.yaml\n")
+
+
+def test_labels_that_the_model_does_not_have_are_one_warning(tmp_path, model):
+    rooms = [replace(room, label="SAUNA") if room.id == 2 else room for room in two_rooms().rooms]
+    save_floor(replace(two_rooms(), rooms=tuple(rooms)), tmp_path / "floor.geojson")
+    code, _, err = run_pianta("explore", tmp_path / "floor.geojson", "--policy", "predicted", "--model", model)
+    assert (code, len(err.splitlines())) == (0, 1)
+    assert "labels SAUNA of world" in err
+
+
 def test_the_same_command_writes_the_same_files(tmp_path, floor_file):
     for name in ("one", "two"):
         run_pianta("explore", floor_file, "-o", tmp_path / name, "--animation", "none", "--seed", "4")
@@ -229,4 +251,4 @@ def test_without_numba_one_line_says_how_to_be_faster(floor_file, monkeypatch):
     assert code == 0
     assert out.startswith("1 robot, nearest: ")
     assert err == "without numba this takes long; install it with: pip install 'pianta[sim]'\n"
-    assert run_pianta("explore", floor_file, "--quiet").err == ""
+    assert run_pianta("explore", floor_file, "--quiet")[1:] == ("", "")

@@ -57,6 +57,12 @@ def seen(tmp_path):
     return write_floor(SEEN, tmp_path / "seen.json", building_type="school")
 
 
+def test_a_floor_that_is_explored_in_part_is_no_whole_one(seen, model):
+    code, out, err = run_pianta("predict", seen, model, "--explored", "1")
+    assert (code, out) == (2, "")
+    assert "rooms 5, 6 are partial, so it is no whole floor; predict it as it is" in err
+
+
 class TestPredict:
     def test_prints_sizes_open_ends_and_labels(self, seen, model):
         outcome = run_pianta("predict", seen, model, "-n", 20)

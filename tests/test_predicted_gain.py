@@ -73,11 +73,11 @@ def test_robots_keep_apart():
 
 
 def test_without_a_model_the_unknown_in_sight_is_all_that_is_expected():
-    areas, hits = PredictedGain().expect(situate(AT_DOORS, WAYS, seen=seen_rooms()))
+    _, areas, hits = PredictedGain().expect(situate(AT_DOORS, WAYS, seen=seen_rooms()))
     assert (areas > 1).all()
     assert not hits.any()
     all_known = np.zeros((20, 50), np.int8)
-    assert PredictedGain().expect(situate(AT_DOORS, WAYS, known=all_known))[0].tolist() == [0.25, 0.25]
+    assert PredictedGain().expect(situate(AT_DOORS, WAYS, known=all_known))[1].tolist() == [0.25, 0.25]
 
 
 def test_what_is_hardly_worth_the_way_is_left_for_the_last():
@@ -98,7 +98,7 @@ def test_the_share_that_was_seen_is_that_of_all_that_is_expected():
 
 def test_it_advises_to_stop_when_enough_was_seen(plain):
     known = situate(AT_DOORS, [*WAYS, *WAYS], seen=seen_rooms())
-    areas, _ = PredictedGain(school_sampler()).expect(known)
+    _, areas, _ = PredictedGain(school_sampler()).expect(known)
     share = 60 / (60 + areas.sum())
     assert PredictedGain(school_sampler(), enough=share - 0.01).choose(known) == [None, None]
     assert None not in PredictedGain(school_sampler(), enough=share + 0.01).choose(known)

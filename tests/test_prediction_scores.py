@@ -57,7 +57,7 @@ def test_divergence_that_chance_leaves():
 @pytest.mark.parametrize("kernel", [WeisfeilerLehman(), NeighborhoodPairs()])
 def test_kernel_distances(kernel):
     truth = label(nx.path_graph(3), "CCH")
-    strange = label(nx.path_graph(3), "XXX")
+    strange = label(nx.path_graph(3), "ZZZ")
     larger = label(nx.path_graph(4), "CCCH")
     same, far, near = measure_kernel_distances(truth, [truth, strange, larger], kernel)
     assert same == 0

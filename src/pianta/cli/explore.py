@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from math import isfinite
@@ -15,7 +16,7 @@ import typer
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.predict import check_building_type
 from pianta.cli.terminal import stderr, tell_result
-from pianta.errors import OptionError
+from pianta.errors import BuildingWarning, OptionError
 from pianta.formats.files import shown
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ MaxDistance = Annotated[
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Of the noise, and of a synthetic building.")]
 Animation = Annotated[str, typer.Option(help=f"One of {', '.join(ANIMATIONS)}; mp4 needs ffmpeg.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
 
 
 def explore_world(
@@ -120,24 +121,26 @@ def explore_world(
         run = explore(built, chosen, starts=starts, lidar=lidar, robots=robots, radius=radius, drive=drive,
                       stop=stop_at, find=find, max_distance=max_distance, seed=seed, track=track)  # fmt: skip
     _save_exploration(run, built, out, animation)
-    _tell_exploration(run, policy, find)
-    _tell_outputs(out, animation)
+    if not quiet:
+        _tell_exploration(run, policy, find, written=_list_outputs(out, animation))
 
 
 def build_named_world(name: str, *, seed: int) -> World:
     """The world of a kind of `pianta world`, of a folder with a floor, of a building's file, or of a map.
 
-    Raises OptionError for a folder without a floor and for names of nothing, and what the readers raise.
+    What is there by that name goes before a kind. Raises OptionError for a folder without a floor, plain images and
+    names of nothing, and what the readers raise.
     """
     from pianta.cli.world import KINDS, SAMPLE
     from pianta.exploration.world import build_world, read_world
     from pianta.formats.buildings import SUFFIXES, read_building
+    from pianta.formats.image import IMAGE_SUFFIXES
     from pianta.formats.maps import read_map
     from pianta.worlds.floors import make_floor
     from pianta.worlds.scan import make_sample
 
     path = Path(name)
-    if name in KINDS and not path.is_file():
+    if name in KINDS and not path.exists():
         return build_world(make_sample()[0] if name == SAMPLE else make_floor(name, seed=seed))
     if path.is_dir():
         files = [path / file for file in FLOOR_FILES if (path / file).is_file()]
@@ -148,6 +151,8 @@ def build_named_world(name: str, *, seed: int) -> World:
         return build_world(read_building(path))
     if not path.suffix and not path.exists():
         raise OptionError(f"world is {shown(name)}, give a file, a folder, or one of {', '.join(KINDS)}")
+    if path.suffix.lower() in IMAGE_SUFFIXES:
+        raise OptionError(f"world {shown(name)} is an image without a resolution, give its map.yaml")
     return read_world(read_map(path))
 
 
@@ -202,6 +207,12 @@ def _make_policy(
     if world.floor is None:
         raise OptionError(f"world {shown(name)} has no rooms that a model could tell of, leave out --model")
     check_building_type(world.floor.given_type, known, f"world {shown(name)}")
+    labels = {room.label for room in world.floor.rooms if room.label is not None}
+    if strange := sorted(label for label in labels if label.upper() not in known.schema.by_name):
+        message = (
+            f"labels {', '.join(strange)} of world {shown(name)} are none of the model's, which expects little there"
+        )
+        warnings.warn(BuildingWarning(message), stacklevel=2)
     return make_policy(policy, sampler=FloorSampler(known), find=find, enough=enough)
 
 
@@ -250,8 +261,8 @@ def _save_table(run: Exploration, path: Path) -> None:
             table.writerow([*figures, *(f"{metres:.2f}" for metres in further)])
 
 
-def _tell_exploration(run: Exploration, policy: str, find: str | None) -> None:
-    """Print how much was seen on which way, and why the run ended."""
+def _tell_exploration(run: Exploration, policy: str, find: str | None, *, written: str) -> None:
+    """Print how much was seen on which way, why the run ended, and what was written, if anything."""
     robots = len(run.tracks)
     who = f"{robots} robots" if robots > 1 else "1 robot"
     seen = f"{100 * run.share[-1]:.1f} % of {run.reachable_area:.0f} m²"
@@ -262,9 +273,10 @@ def _tell_exploration(run: Exploration, policy: str, find: str | None) -> None:
         tell_result(", ".join(parts))
     if find is not None:
         tell_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
+    if written:
+        tell_result(written)
 
 
-def _tell_outputs(out: Path | None, animation: str) -> None:
-    if out is not None:
-        names = ["area.csv", "picture.png", *([] if animation == "none" else [f"exploration.{animation}"])]
-        tell_result(f"in {out}: {', '.join(names)}")
+def _list_outputs(out: Path | None, animation: str) -> str:
+    names = ["area.csv", "picture.png", *([] if animation == "none" else [f"exploration.{animation}"])]
+    return "" if out is None else f"in {out}: {', '.join(names)}"

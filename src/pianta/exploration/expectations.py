@@ -20,8 +20,6 @@ Floats = NDArray[np.float64]
 
 # Floors that are sampled, without moving what is drawn: the numbers of rooms are drawn already.
 SAMPLES = 16
-# A frontier in a room that was not recognised belongs to an unopened door within this distance, m.
-DOOR_REACH = 4.0
 # A room is taken to be larger than what was seen of it by this much at least, while it has a frontier.
 LEAST_REST = 1.05
 

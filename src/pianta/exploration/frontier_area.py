@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from shapely import Point
 
-from pianta.exploration.expectations import DOOR_REACH, RoomExpectations
+from pianta.exploration.expectations import RoomExpectations
 from pianta.exploration.gain import measure_gains
 from pianta.exploration.perception import Perception
 from pianta.exploration.situation import Situation
@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 
 # Unknown area this near counts apart from that in the reach of the lidar, m.
 NEAR = 3.0
+# A frontier in a room that was not recognised belongs to an unopened door within this distance, m.
+DOOR_REACH = 4.0
 MEASURES = (
     "in sight",
     "in sight within 3 m",

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pianta.errors import OptionError
 from pianta.exploration.expectations import RoomExpectations
-from pianta.exploration.frontier_area import expect_areas, measure_frontiers
+from pianta.exploration.frontier_area import MEASURES, expect_areas, measure_frontiers
 from pianta.exploration.frontiers import Frontier
 from pianta.exploration.gain import measure_gains
 from pianta.exploration.policies import SHORTEST_WAY, assign_frontiers
@@ -40,8 +40,8 @@ class PredictedGain:
 
     sampler: of a model of the building's type; without one, or without recognised rooms, the unknown area in sight of a
     frontier is all that is expected behind it. find: a label; then the frontier with most area in sight for the way,
-    each m² by the chance that a room of that label is behind. enough: a
-    share of the floor, 0 … 1; when so much of it has been seen by all that is expected, the advice is to stop.
+    each m² weighed by the chance that a room of that label is behind. enough: a share of the floor, 0 … 1; when so much
+    of it has been seen by all that is expected, the advice is to stop.
     Raises OptionError for a share without meaning, or without a sampler that it could be told by.
     """
 
@@ -60,14 +60,15 @@ class PredictedGain:
 
     def choose(self, situation: Situation) -> list[Frontier | None]:
         """A frontier for each robot; what the one before goes to is left to it."""
-        areas, hits = self.expect(situation)
+        sight, areas, hits = self.expect(situation)
         if self.enough is not None and self.expect_share(situation, areas) >= self.enough:
             return [None] * len(situation.poses)
         if self.find is not None:
-            worths = _measure_sight(situation) * (hits + ANYWHERE)
+            worths = sight * (hits + ANYWHERE)
             ways = np.maximum(situation.distances, SHORTEST_WAY)
             return assign_frontiers(situation, lambda crowded: worths * np.maximum(1 - crowded, 0.01) / ways)
-        areas = self.weigh(situation, areas)
+        # The perceptron explains half of what is found; with what is in sight tours are shorter than with either.
+        areas = np.where(areas < LEAST_AREA, areas, areas ** (1 - SIGHT) * sight**SIGHT)
         worths = areas**EXPONENT
         chosen: list[Frontier | None] = []
         taken = np.zeros(len(areas), bool)
@@ -81,35 +82,21 @@ class PredictedGain:
                 worths = np.where(apart < situation.reach, worths / 2, worths)
         return chosen
 
-    def expect(self, situation: Situation) -> tuple[Floats, Floats]:
-        """Area expected behind each frontier, m², and the chance of a hit there, shape (frontiers,) each."""
-        least = situation.resolution**2
+    def expect(self, situation: Situation) -> tuple[Floats, Floats, Floats]:
+        """Of each frontier area in sight and expected, m², and the chance of a hit; shape (frontiers,) each."""
         if self._expectations is None or situation.seen is None:
-            return np.maximum(_measure_sight(situation), least), np.zeros(len(situation.frontiers))
+            targets = [frontier.target for frontier in situation.frontiers]
+            sight = measure_gains(situation.known, targets, reach=situation.reach, resolution=situation.resolution)
+            sight = np.maximum(sight, LEAST_SIGHT)
+            return sight, np.maximum(sight, situation.resolution**2), np.zeros(len(sight))
         measured, hits = measure_frontiers(situation, self._expectations)
-        return np.maximum(expect_areas(measured), least), hits
-
-    def weigh(self, situation: Situation, areas: Floats) -> Floats:
-        """Areas that tours go by, m², shape (frontiers,): those expected, and unless these are small, in sight as well.
-
-        The perceptron explains half of what is found; with what is in sight tours are shorter than with either.
-        """
-        if self._expectations is None or situation.seen is None:
-            return areas
-        mixed = areas ** (1 - SIGHT) * _measure_sight(situation) ** SIGHT
-        return np.where(areas < LEAST_AREA, areas, mixed)
+        sight = np.maximum(measured[:, MEASURES.index("in sight")] ** 2, LEAST_SIGHT)
+        return sight, np.maximum(expect_areas(measured), situation.resolution**2), hits
 
     def expect_share(self, situation: Situation, areas: Floats) -> float:
         """The share of the floor that has been seen, by the areas that are expected behind the frontiers."""
         seen = float(np.count_nonzero(situation.known == FREE)) * situation.resolution**2
         return seen / (seen + float(areas.sum()))
-
-
-def _measure_sight(situation: Situation) -> Floats:
-    """Unknown area in sight of each frontier, m², shape (frontiers,)."""
-    targets = [frontier.target for frontier in situation.frontiers]
-    gains = measure_gains(situation.known, targets, reach=situation.reach, resolution=situation.resolution)
-    return np.maximum(gains, LEAST_SIGHT)
 
 
 def _choose_place(situation: Situation, distances: Floats, areas: Floats, worths: Floats) -> int | None:

@@ -12,6 +12,7 @@ import networkx as nx
 from pianta.errors import OptionError
 from pianta.generation.explored_part import explore_by_corridors
 from pianta.generation.type_model import prepare_room_graph
+from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelSchema, Split
 
@@ -54,8 +55,11 @@ def explore_floor(graph: nx.Graph, schema: LabelSchema, *, corridors: int) -> Wh
     """Explore a whole floor by its first corridors, breadth first, as `explore_by_corridors` does.
 
     graph: as `Floor.graph` gives it; rooms keep their names, and those without a door are left out.
-    Raises OptionError for more corridors than are explored on it, GraphError and LabelError as `prepare_room_graph`.
+    Raises OptionError for a floor with partial rooms and for more corridors than are explored on it, GraphError and
+    LabelError as `prepare_room_graph`.
     """
+    if partial := [node for node, is_partial in graph.nodes(data="partial", default=False) if is_partial is True]:
+        raise OptionError(f"rooms {name_some(partial)} are partial, so it is no whole floor; predict it as it is")
     prepared = prepare_room_graph(graph, schema)
     stages = explore_by_corridors(prepared, find_corridors(prepared, schema, split=Split.GRAPHS))
     if not 1 <= corridors <= len(stages):
