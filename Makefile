@@ -29,6 +29,7 @@ docs: $(READY)  ## draw the pictures of README and docs again
 	$(BIN)/python docs/draw_generation.py
 	$(BIN)/python docs/draw_prediction.py
 	$(BIN)/python docs/draw_exploration.py
+	$(BIN)/python docs/draw_plans.py
 
 clean:
 	rm -rf $(VENV) demo

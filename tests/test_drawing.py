@@ -19,25 +19,22 @@ from shapely import LineString, Point, box, unary_union
 from pianta.drawing import (
     DOOR_COLOR,
     ENTRANCE_COLOR,
-    FREE_GREY,
-    OCCUPIED_GREY,
     PARTIAL_COLOR,
-    ROOM_COLORS,
-    UNKNOWN_GREY,
     draw_floor,
     plot_doors,
     plot_graph,
-    plot_grid,
     plot_legend,
     plot_rooms,
     plot_scale_bar,
     plot_walls,
     save_picture,
 )
+from pianta.drawing_grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY, plot_grid
 from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.label_styles import DARK_INK, LIGHT_INK, style_rooms
+from pianta.room_colors import ROOM_COLORS
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta.worlds.scan import map_floor
 

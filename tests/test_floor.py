@@ -166,7 +166,7 @@ def test_graph_joins_rooms_by_their_widest_door():
         "y": 1.5,
         "partial": False,
         "entrances": 0,
-    } | dict.fromkeys(("predicted_area", "confidence"))
+    } | dict.fromkeys(("name", "predicted_area", "confidence"))
     assert [graph.nodes[2][name] for name in of_labels] == [None, {}, {}]
     assert graph.nodes[2]["partial"]
     assert [graph.nodes[room_id]["entrances"] for room_id in graph] == [0, 2, 0]
@@ -275,3 +275,23 @@ def test_a_door_without_length_is_scaled():
 )
 def test_a_type_that_is_certain_was_given(types, given):
     assert Floor((), building_type=types).given_type == given
+
+
+def test_a_room_may_have_a_name_which_its_node_has_too():
+    floor = Floor((Room(1, box(0, 0, 1, 1), name="204 Französisch"), Room(2, box(1, 0, 2, 1), name="x" * 200)))
+    assert [floor.graph().nodes[room_id]["name"] for room_id in (1, 2)] == ["204 Französisch", "x" * 200]
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("", r"room 7 has the name '', give 1 to 200 characters or None"),
+        (" ", r"room 7 has the name ' ', give 1 to 200 characters or None"),
+        ("x" * 201, rf"room 7 has the name '{'x' * 20}', give 1 to 200 characters or None"),
+        (12, r"room 7 has the name '12', give 1 to 200 characters or None"),
+        ("a\nb", r"room 7 has the name 'a\\nb' with characters that cannot be printed, drop them"),
+    ],
+)
+def test_the_name_of_a_room_is_a_short_printable_text(name, told):
+    with pytest.raises(FloorError, match=told):
+        Room(7, box(0, 0, 1, 1), name=name)

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -57,11 +58,16 @@ polygons = st.builds(
 )
 
 
+def is_room_name(text: str) -> bool:
+    return bool(text.strip()) and text.isprintable()
+
+
 @st.composite
 def floors(draw) -> Floor:
     ids = draw(st.lists(st.integers(1, 10**6), unique=True, max_size=5))
     said = st.tuples(polygons, st.none() | names, labels, label_probabilities, st.booleans())
-    rooms = tuple(Room(id_, *draw(said)) for id_ in ids)
+    named = st.none() | names.filter(is_room_name)
+    rooms = tuple(replace(Room(id_, *draw(said)), name=draw(named)) for id_ in ids)
     pairs = st.lists(st.sampled_from([*ids, None]), min_size=2, max_size=2, unique=True) if ids else st.nothing()
     kinds = st.sampled_from(["door", "opening"])
     doors = draw(st.lists(st.builds(Door, pairs.map(tuple), lines, st.floats(0, 1e300), kinds), max_size=3))
@@ -114,7 +120,7 @@ def test_round_trip_is_exact_and_stable(path, floor):
 def test_file_is_plain_geojson(valid):
     collection = json.loads(valid)
     assert collection["type"] == "FeatureCollection"
-    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.1")
+    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.2")
     features = collection["features"]
     assert [part["id"] for part in features] == ["room-4", "room-2", "door-1", "door-2", "door-3", "wall-1", "wall-2"]
     assert all(part["type"] == "Feature" for part in features)
@@ -126,7 +132,7 @@ def test_file_is_plain_geojson(valid):
 
 def test_properties_are_named(valid):
     properties = [part["properties"] for part in json.loads(valid)["features"]]
-    nothing_said: dict[str, object] = {"label": None, "labels": {}, "label_probabilities": {}}
+    nothing_said: dict[str, object] = {"name": None, "label": None, "labels": {}, "label_probabilities": {}}
     assert properties[0]["labels"] == {"R/C": "ROOM", "school": "AULA È"}
     assert properties[0]["label_probabilities"] == {"R/C": {"ROOM": 1.0}, "school": {"AULA È": 0.7, "LAB": 0.3}}
     predicted = dict.fromkeys(("predicted", "confidence"))
@@ -153,9 +159,21 @@ def test_a_file_of_2_0_has_no_predictions(path):
     assert (read_floor(path).rooms[0].predicted, read_floor(path).rooms[0].confidence) == (None, None)
 
 
+def test_a_name_survives_and_a_file_of_2_1_has_none(path):
+    floor = Floor((Room(1, box(0, 0, 2, 3), "LAB", name="12 Büro – [1]"),))
+    save_floor(floor, path)
+    assert json.loads(path.read_bytes())["features"][0]["properties"]["name"] == "12 Büro – [1]"
+    assert read_floor(path) == floor
+    write(path, feature(ROOM, SQUARE), version="2.1")
+    assert read_floor(path).rooms[0].name is None
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [
+        ({"name": "a\tb"}, "cannot be printed"),
+        ({"name": "x" * 201}, "give 1 to 200 characters"),
+        ({"name": 12}, "name: Input should be a valid string"),
         ({"predicted": SQUARE}, "not partial"),
         ({"partial": True, "predicted": BOW_TIE}, "no valid predicted polygon"),
         ({"partial": True, "predicted": SQUARE, "confidence": 2.0}, "confidence 2.0"),

@@ -1,4 +1,4 @@
-"""Grey levels of image files of every kind, and plain images as maps."""
+"""Grey levels of image files of every kind, plain images as maps, and pictures on paper."""
 
 from math import nan
 from pathlib import Path
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from pianta.errors import MapError
-from pianta.formats.image import read_grey, read_image_map
+from pianta.formats.image import PICTURE_SUFFIXES, read_grey, read_image_map, read_picture
 from pianta.formats.maps import read_map
 from tests.mutation import mutated, refused_in_one_line
 
@@ -213,6 +213,142 @@ def test_only_our_errors_escape_from_mutated_images(tmp_path_factory, suffix, da
     Image.fromarray(np.tile(GREYS, (4, 4))).save(path)
     path.write_bytes(data.draw(mutated(path.read_bytes())))
     read_or_refuse(path)
+
+
+# What a picture of 3 × 2 pixels with a black corner says of how it was held, and where the corner then belongs.
+HELD = [
+    *[(1, (2, 3), [0, 0]), (2, (2, 3), [0, 2]), (3, (2, 3), [1, 2]), (4, (2, 3), [1, 0])],
+    *[(5, (3, 2), [0, 0]), (6, (3, 2), [0, 1]), (7, (3, 2), [2, 1]), (8, (3, 2), [2, 0])],
+]
+
+
+def corner_of(path: Path) -> list[object]:
+    """The shape of a picture, and the place of its darkest pixel, where JPEG is not exact."""
+    darkest = read_picture(path).min(axis=2)
+    return [darkest.shape, [int(index) for index in np.unravel_index(darkest.argmin(), darkest.shape)]]
+
+
+@pytest.mark.parametrize("held", HELD)
+@pytest.mark.parametrize(
+    ("suffix", "mode"),
+    [
+        *[("jpg", "L"), ("jpg", "RGB"), ("webp", "RGB"), ("webp", "RGBA")],
+        *[(suffix, mode) for suffix in ("png", "tif") for mode in ("L", "RGB", "RGBA", "I;16")],
+    ],
+)
+def test_pictures_are_held_as_they_were_taken(tmp_path, suffix, mode, held):
+    orientation, *answer = held
+    corner_black = np.array([[0, 255, 255], [255, 255, 255]], np.uint8)
+    deep = Image.fromarray(corner_black.astype(np.uint16) * 257)
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    image = deep if mode == "I;16" else Image.fromarray(corner_black).convert(mode)
+    image.save(tmp_path / f"a.{suffix}", exif=exif, lossless=True)
+    assert corner_of(tmp_path / f"a.{suffix}") == answer
+
+
+def test_maps_keep_their_rows_when_a_tiff_is_turned(tmp_path):
+    """Without compression, where Pillow would map the file into memory and mix them up."""
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    Image.fromarray(GREYS).save(tmp_path / "a.tif", exif=exif)
+    assert grey_of(tmp_path / "a.tif") == np.rot90(GREYS, -1).tolist()
+
+
+def test_what_is_transparent_is_paper(tmp_path):
+    """Black that is seen wholly, by half and not at all, in colour, grey, a palette, and as one colour left out."""
+    alphas = np.array([[255, 127, 0]], np.uint8)
+    blacks = np.zeros_like(alphas)
+    answers = [[[0] * 3, [128] * 3, [255] * 3]]
+    for stack in ([blacks] * 3, [blacks]):
+        Image.fromarray(np.dstack([*stack, alphas])).save(tmp_path / "a.png")
+        assert read_picture(tmp_path / "a.png").tolist() == answers
+    palette = Image.fromarray(np.array([[0, 1, 2]], np.uint8)).convert("P")
+    palette.putpalette([0, 0, 0] * 3)
+    palette.save(tmp_path / "a.png", transparency=bytes([255, 127, 0]))
+    assert read_picture(tmp_path / "a.png").tolist() == answers
+    Image.fromarray(np.array([[[9, 8, 7], [1, 2, 3]]], np.uint8)).save(tmp_path / "a.png", transparency=(1, 2, 3))
+    assert read_picture(tmp_path / "a.png").tolist() == [[[9, 8, 7], [255, 255, 255]]]
+
+
+def test_sixteen_bits_of_a_picture_become_eight(tmp_path):
+    deep = Image.fromarray(np.array([[0, 205 * 257, 65535, 7]], np.uint16))
+    for suffix in ("png", "tif"):
+        deep.save(tmp_path / f"a.{suffix}")
+        assert read_picture(tmp_path / f"a.{suffix}").tolist() == [[[0] * 3, [205] * 3, [255] * 3, [0] * 3]]
+    deep.save(tmp_path / "a.png", transparency=7)
+    assert read_picture(tmp_path / "a.png").tolist() == [[[0] * 3, [205] * 3, [255] * 3, [255] * 3]]
+
+
+def test_colours_of_a_picture_are_kept(tmp_path):
+    colors = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [10, 20, 30]]], np.uint8)
+    for suffix in ("png", "bmp", "tif", "ppm", "gif", "webp"):
+        Image.fromarray(colors).save(tmp_path / f"a.{suffix}", lossless=True)
+        picture = read_picture(tmp_path / f"a.{suffix}")
+        assert picture.dtype == np.uint8
+        assert picture.tolist() == colors.tolist()
+
+
+@pytest.mark.parametrize("suffix", ["gif", "webp"])
+def test_moving_pictures_are_their_first_frame_on_paper(tmp_path, suffix):
+    first = Image.new("RGBA", (2, 2), (200, 0, 0, 255))
+    first.putpixel((0, 0), (0, 0, 0, 0))
+    later = Image.new("RGBA", (2, 2), (0, 0, 200, 255))
+    first.save(tmp_path / f"a.{suffix}", save_all=True, append_images=[later], lossless=True)
+    red = [200, 0, 0]
+    assert read_picture(tmp_path / f"a.{suffix}").tolist() == [[[255] * 3, red], [red, red]]
+
+
+def test_a_map_is_no_gif(tmp_path):
+    save(tmp_path / "a.gif", GREYS)
+    with pytest.raises(MapError, match=r"is no image, give a PNG, PGM, BMP, JPEG or TIFF$"):
+        read_grey(tmp_path / "a.gif")
+    assert read_picture(tmp_path / "a.gif")[..., 0].tolist() == GREYS.tolist()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"P5 30000 30000 255\n",
+        b"GIF89a" + bytes([0x30, 0x75, 0x30, 0x75, 0, 0, 0]) + b"," + bytes([0] * 4 + [0x30, 0x75] * 2) + b"\0\2\0;",
+    ],
+)
+def test_image_bombs_are_refused_before_they_are_decoded(tmp_path, content):
+    (tmp_path / "a.png").write_bytes(content)
+    limit = Image.MAX_IMAGE_PIXELS
+    with pytest.raises(MapError, match=r"30000 × 30000 = 900000000 cells, the limit is 200000000; .*--max-cells"):
+        read_picture(tmp_path / "a.png")
+    assert limit == Image.MAX_IMAGE_PIXELS
+    with pytest.raises(MapError, match="2 × 3 = 6 cells, the limit is 5"):
+        read_picture(save(tmp_path / "b.png", np.zeros((3, 2), np.uint8)), max_cells=5)
+
+
+@pytest.mark.parametrize(
+    ("content", "fault"),
+    [
+        (b"hello", "is no image, give a PNG, PGM, BMP, JPEG, TIFF, GIF or WEBP$"),
+        (b"P5 4 4 255\n123", "is damaged, save it again"),
+        (b"Pf 1 1 -1.0\n\x00\x00\x80\x3f", "is damaged, .*fractions"),
+        (b"GIF89a\x01\x00\x01\x00\x00\x00\x00;", "is"),
+        (b"RIFF\x10\x00\x00\x00WEBPVP8 \x00\x00\x00\x00", "is"),
+        (b"<svg/>", "is no image"),
+    ],
+)
+def test_what_is_no_picture_is_told_in_one_line(tmp_path, content, fault):
+    (tmp_path / "a.gif").write_bytes(content)
+    with pytest.raises(MapError, match=rf"^image '.*' [^\n]*{fault}[^\n]*$"):
+        read_picture(tmp_path / "a.gif")
+
+
+@pytest.mark.parametrize("suffix", PICTURE_SUFFIXES)
+@settings(max_examples=25)
+@given(data=st.data())
+def test_only_our_errors_escape_from_mutated_pictures(tmp_path_factory, suffix, data):
+    path = tmp_path_factory.getbasetemp() / f"picture{suffix}"
+    Image.fromarray(np.tile(GREYS, (4, 4))).save(path)
+    path.write_bytes(data.draw(mutated(path.read_bytes())))
+    with refused_in_one_line():
+        assert read_picture(path, max_cells=10_000).shape[2] == 3
 
 
 def read_or_refuse(path: Path) -> None:

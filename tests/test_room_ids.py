@@ -106,6 +106,13 @@ def test_a_label_stays_until_there_is_another():
     assert keep_room_ids(floor, previous) == Floor(expected, source="new")
 
 
+def test_a_name_stays_until_there_is_another():
+    previous = Floor((Room(3, LEFT, name="1 French"), Room(4, MIDDLE, "OFFICE", name="Records"), Room(5, RIGHT)))
+    floor = Floor((Room(1, LEFT), Room(2, MIDDLE, "HALL", name="Lobby"), Room(3, RIGHT, name="WC")))
+    expected = Room(3, LEFT, name="1 French"), Room(4, MIDDLE, "HALL", name="Lobby"), Room(5, RIGHT, name="WC")
+    assert keep_room_ids(floor, previous).rooms == expected
+
+
 @pytest.mark.parametrize("kind", sorted(FLOOR_MAKERS))
 @pytest.mark.parametrize("shift", [(0.3, -0.3), (1.0, 0), (-6.55, 3.1), (1e6, -3e5)])
 def test_ids_stay_when_the_frame_has_moved(kind, shift):

@@ -5,7 +5,6 @@ matplotlib is imported when something is drawn, and pyplot never: no window, no 
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from math import ceil, hypot, log10, pi, sqrt
 from pathlib import Path
@@ -14,15 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from PIL import Image
-from shapely import MultiPolygon, Point, Polygon, STRtree
+from shapely import MultiPolygon, Point, Polygon
 
+from pianta.drawing_grid import UNKNOWN_GREY, plot_grid, plot_ink
 from pianta.drawing_partial import HATCH_COLOR, plot_predictions, sample_prediction
 from pianta.floor import Floor, Room
 from pianta.formats.files import written_atomically
 from pianta.gridmap import GridMap
 from pianta.label_styles import CERTAIN_FROM, DARK_INK, RoomStyle, Schemas, list_labels, style_rooms
 from pianta.labels import SCHEMAS
+from pianta.room_colors import color_neighbours
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -30,18 +30,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-# Paul Tol's "light" scheme, made for areas with dark labels and for colour-blind readers.
-ROOM_COLORS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#ccaadd")
 PARTIAL_COLOR, EDGE_COLOR, INK = "#cccccc", "#555555", DARK_INK
 DOOR_COLOR, ENTRANCE_COLOR, WALL_COLOR = "#aa1133", "#117733", "#3355bb"
-FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = 255, 228, 110
 BACKGROUND = f"#{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}"
 
-# Rooms no further apart, m, are neighbours and differ in colour: the thickest wall between two rooms.
-NEIGHBOUR_DISTANCE = 0.5
 LONG_SIDE_PX, DPI = 1600, 200
-# Larger maps are averaged down for the picture, and sampled to find their extent.
-MAX_IMAGE_SIDE_PX, SAMPLED_SIDE = 4096, 1000
+# Larger maps are sampled to find their extent.
+SAMPLED_SIDE = 1000
 # The short side of the picture is at least this share of the long one.
 MIN_ASPECT = 0.25
 # Shares of the longest side of what is seen: the margin around it, and the strip for the scale bar below.
@@ -66,12 +61,14 @@ def draw_floor(
     walls: bool = False,
     graph: bool = False,
     schemas: Schemas = SCHEMAS,
+    paper: NDArray[np.uint8] | None = None,
 ) -> Figure:
     """Picture of a floor on its map, cropped to the building: rooms with their ids, doors, and a scale bar.
 
     When any room has a label, rooms have the colours of their labels, and a legend is below or right of the building.
     walls: the representative lines too. graph: the topological graph too.
-    schemas: by building type, the labels whose colours are known.
+    schemas: by building type, the labels whose colours are known. paper: the sheet of a plan, the colours of the
+    cells of the grid, whose ink is drawn over the rooms.
     """
     from matplotlib.figure import Figure
 
@@ -84,6 +81,8 @@ def draw_floor(
     plot_grid(grid, ax=ax)
     labels = any(room.label is not None for room in floor.rooms)
     plot_rooms(floor, ax=ax, labels=labels, schemas=schemas)
+    if paper is not None:
+        plot_ink(paper, grid, ax=ax)
     if walls:
         plot_walls(floor, ax=ax)
     if graph:
@@ -104,32 +103,16 @@ def save_picture(
     walls: bool = False,
     graph: bool = False,
     schemas: Schemas = SCHEMAS,
+    paper: NDArray[np.uint8] | None = None,
 ) -> None:
     """Write the picture of draw_floor as a PNG, the same bytes for the same floor.
 
     The building has a long side of 1600 pixels; a legend makes the picture larger.
     Raises PiantaError when the file cannot be written.
     """
-    figure = draw_floor(floor, grid, walls=walls, graph=graph, schemas=schemas)
+    figure = draw_floor(floor, grid, walls=walls, graph=graph, schemas=schemas, paper=paper)
     with written_atomically(path) as temporary:
         figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
-
-
-def plot_grid(grid: GridMap, *, ax: Axes) -> Axes:
-    """Draw the map in soft greys where it lies in the map frame: free white, unknown light, occupied dark."""
-    from matplotlib.transforms import Affine2D
-
-    greys = np.full(grid.shape, UNKNOWN_GREY, np.uint8)
-    greys[grid.free] = FREE_GREY
-    greys[grid.occupied] = OCCUPIED_GREY
-    factor = -(-max(grid.shape) // MAX_IMAGE_SIDE_PX)
-    image = np.asarray(Image.fromarray(greys).reduce(factor).convert("RGB"))
-    height, width = (side * factor * grid.resolution for side in image.shape[:2])
-    top = grid.shape[0] * grid.resolution
-    x0, y0, yaw = grid.origin
-    placed = Affine2D().rotate(yaw).translate(x0, y0) + ax.transData
-    ax.imshow(image, extent=(0, width, top - height, top), transform=placed, zorder=0)
-    return ax
 
 
 def plot_rooms(floor: Floor, *, ax: Axes, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
@@ -295,7 +278,7 @@ def _draw_legend(floor: Floor, ax: Axes, *, columns: int, graph: bool, schemas: 
 
 def _style_by_neighbours(rooms: Sequence[Room]) -> dict[int, RoomStyle]:
     """Styles of rooms by their ids without labels: neighbours differ in colour, partial rooms are grey."""
-    colors = zip(rooms, _color_rooms(rooms), strict=True)
+    colors = zip(rooms, color_neighbours(rooms), strict=True)
     return {room.id: RoomStyle(PARTIAL_COLOR if room.partial else color) for room, color in colors}
 
 
@@ -353,19 +336,6 @@ def _radius_of_id(floor: Floor, style: RoomStyle | None = None) -> float:
     digits = max(len(str(room.id)) for room in floor.rooms) + (style is not None and style.is_uncertain)
     width, height = DIGIT
     return hypot(digits * width, height) / 2
-
-
-def _color_rooms(rooms: Sequence[Room]) -> list[str]:
-    """A colour for each room: the least used that no neighbour has; rooms with the most neighbours choose first."""
-    polygons = np.array([room.polygon for room in rooms], dtype=object)
-    first, second = STRtree(polygons).query(polygons, predicate="dwithin", distance=NEIGHBOUR_DISTANCE)
-    neighbours = [second[first == index] for index in range(len(rooms))]
-    colors = [""] * len(rooms)
-    for index in sorted(range(len(rooms)), key=lambda index: -len(neighbours[index])):
-        near = {colors[other] for other in neighbours[index]}
-        used = Counter(colors)
-        colors[index] = min(ROOM_COLORS, key=lambda color: (color in near, used[color]))
-    return colors
 
 
 def _round_length(longest: float) -> float:

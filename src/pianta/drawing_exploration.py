@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.drawing import BACKGROUND, DPI, FREE_GREY, INK, LONG_SIDE_PX, OCCUPIED_GREY, UNKNOWN_GREY, plot_scale_bar
+from pianta.drawing import BACKGROUND, DPI, INK, LONG_SIDE_PX, plot_scale_bar
+from pianta.drawing_grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
 from pianta.errors import OptionError
 from pianta.exploration.frontiers import border_cells
 from pianta.exploration.record import Exploration

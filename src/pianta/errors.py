@@ -25,6 +25,14 @@ class DataError(PiantaError):
     """The data that a benchmark measures on is missing."""
 
 
+class PlanError(PiantaError):
+    """A picture or drawing of a plan cannot be read."""
+
+
+class PlanWarning(UserWarning):
+    """A plan was readable but not all of it; the message says what was found and what was done about it."""
+
+
 class MapWarning(UserWarning):
     """A map was readable but suspicious; the message says what was found and what was done about it."""
 

@@ -22,6 +22,7 @@ from pianta.labels import standard_building_type
 Shape = TypeVar("Shape", LineString, Polygon)
 
 MAX_LABEL_IMAGE_ID = np.iinfo(np.uint16).max
+MAX_ROOM_NAME_LENGTH = 200
 
 
 @dataclass(frozen=True)
@@ -37,9 +38,11 @@ class Room:
     predicted: what a partial room is thought to be as a whole, metres in the map frame, stored like the polygon; None
         when nobody said.
     confidence: the IoU that is expected of the predicted room with the true one, 0 … 1; None when nobody said.
+    name: what people call this very room, such as "204 French"; None when nobody said.
 
     Raises FloorError when the id is not positive, a polygon is empty or invalid, a probability or the confidence is not
-    in [0, 1], a room that is not partial is predicted, or a confidence is given without a prediction.
+    in [0, 1], a room that is not partial is predicted, a confidence is given without a prediction, or the name is not
+    of 1 to 200 characters that can be printed.
     """
 
     id: int
@@ -50,6 +53,7 @@ class Room:
     partial: bool = False
     predicted: Polygon | None = None
     confidence: float | None = None
+    name: str | None = None
 
     def __post_init__(self) -> None:
         if self.id < 1:
@@ -58,6 +62,7 @@ class Room:
             raise FloorError(f"room {self.id} has no valid polygon, repair it with shapely.make_valid")
         object.__setattr__(self, "polygon", orient(self.polygon))
         self._check_prediction()
+        self._check_name()
         for label_set, probabilities in self.label_probabilities.items():
             if not isinstance(probabilities, Mapping):
                 raise FloorError(f"room {self.id} has {probabilities!r} for {label_set!r}, give label -> probability")
@@ -77,6 +82,15 @@ class Room:
         if self.confidence is not None and not 0 <= self.confidence <= 1:
             raise FloorError(f"room {self.id} is predicted with confidence {self.confidence}, give 0 to 1")
         object.__setattr__(self, "predicted", orient(self.predicted))
+
+    def _check_name(self) -> None:
+        if self.name is None:
+            return
+        name = f"{str(self.name)[:20]!r}"
+        if not isinstance(self.name, str) or not self.name.strip() or len(self.name) > MAX_ROOM_NAME_LENGTH:
+            raise FloorError(f"room {self.id} has the name {name}, give 1 to {MAX_ROOM_NAME_LENGTH} characters or None")
+        if not self.name.isprintable():
+            raise FloorError(f"room {self.id} has the name {name} with characters that cannot be printed, drop them")
 
     @property
     def label_probability(self) -> float | None:
@@ -186,8 +200,8 @@ class Floor:
     def graph(self) -> nx.Graph:
         """Topological graph (thesis, section 3.1): a node a room, an edge where one or more doors join two rooms.
 
-        Node attributes: label, labels, label_probabilities, area (m²), x, y (m; a point inside the room), partial,
-        predicted_area (m²) and confidence, None unless the room is predicted, entrances (their number).
+        Node attributes: name, label, labels, label_probabilities, area (m²), x, y (m; a point inside the room),
+        partial, predicted_area (m²) and confidence, None unless the room is predicted, entrances (their number).
         Edge attributes: doors (their number), width (m, of the widest), x, y (m, the middle of the widest).
         """
         graph = nx.Graph(source=self.source)
@@ -196,6 +210,7 @@ class Floor:
             inside = room.polygon.representative_point()
             graph.add_node(
                 room.id,
+                name=room.name,
                 label=room.label,
                 labels=dict(room.labels),
                 label_probabilities=_copy_probabilities(room.label_probabilities),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.bench.charts import save_chart
-from pianta.drawing import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
+from pianta.drawing_grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
 from pianta.evaluation.segmentation import match_rooms
 from pianta.gridmap import GridMap
 

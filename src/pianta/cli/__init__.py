@@ -10,7 +10,18 @@ from typing import Annotated
 import typer
 
 from pianta import __version__
-from pianta.cli import bench, bench_exploration, explore, generate, predict, read, realism, train, world
+from pianta.cli import (
+    bench,
+    bench_exploration,
+    bench_plans,
+    explore,
+    generate,
+    predict,
+    read,
+    realism,
+    train,
+    world,
+)
 from pianta.cli.terminal import show_examples, tell_error, telling_warnings
 from pianta.errors import PiantaError
 
@@ -23,6 +34,7 @@ app.command("explore", epilog=show_examples(explore.EXAMPLES))(explore.explore_w
 app.command("world", epilog=show_examples(world.EXAMPLES))(world.make_world)
 app.add_typer(train.app, name="train")
 bench.app.command("exploration", epilog=show_examples(bench_exploration.EXAMPLES))(bench_exploration.bench_exploration)
+bench.app.command("plans", epilog=show_examples(bench_plans.EXAMPLES))(bench_plans.bench_plans)
 app.add_typer(bench.app, name="bench")
 
 

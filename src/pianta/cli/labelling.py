@@ -12,6 +12,7 @@ from pianta.floor import Floor
 from pianta.labels import SCHEMAS, LabelSchema, standard_building_type
 
 if TYPE_CHECKING:
+    from pianta.plan.name_labels import RoomWords
     from pianta.semantics.buildings import BuildingModel
     from pianta.semantics.places import PlaceModel
 
@@ -20,12 +21,13 @@ if TYPE_CHECKING:
 class Labelling:
     """How floors are labelled.
 
-    places: the model of rooms. buildings: the model of building types. building_type: the one that is given, which
-    then is not asked for.
+    places: the model of rooms. words: what names of rooms say of their labels. buildings: the model of building types.
+    building_type: the one that is given, which then is not asked for.
     """
 
     places: PlaceModel
     buildings: BuildingModel
+    words: RoomWords
     building_type: str | None = None
 
     def label(self, floor: Floor) -> Floor:
@@ -36,9 +38,10 @@ class Labelling:
         """
         from pianta.semantics.buildings import classify_building
         from pianta.semantics.coarse_labels import complete_labels
-        from pianta.semantics.places import keep_given_label, label_rooms
+        from pianta.semantics.named_rooms import label_named_rooms
+        from pianta.semantics.places import keep_given_label
 
-        given, found = map(keep_given_label, floor.rooms), label_rooms(floor, self.places).rooms
+        given, found = map(keep_given_label, floor.rooms), label_named_rooms(floor, self.places, self.words).rooms
         rooms = tuple(old if old.label else new for old, new in zip(given, found, strict=True))
         labelled = replace(floor, rooms=rooms)
         if floor.building_type:
@@ -58,18 +61,24 @@ class Labelling:
 
 
 def read_labelling(
-    model: Path | None, building_model: Path | None, building_type: str | None, *, no_labels: bool = False
+    model: Path | None,
+    building_model: Path | None,
+    building_type: str | None,
+    words: Path | None = None,
+    *,
+    no_labels: bool = False,
 ) -> Labelling | None:
     """How floors are labelled by models in files, or by those that come with pianta; None for not at all.
 
     Raises ModelError, in one line, for a file that is no model; OptionError for options that exclude each other, and a
     building type that the model of rooms does not know.
     """
+    from pianta.plan.name_labels import read_default_room_words, read_room_words
     from pianta.semantics.building_model_file import read_building_model, read_default_building_model
     from pianta.semantics.place_model_file import read_default_place_model, read_place_model
 
-    if no_labels and (model or building_model or building_type is not None):
-        raise OptionError("--no-labels makes --model, --building-model and --type useless, leave either out")
+    if no_labels and (model or building_model or words or building_type is not None):
+        raise OptionError("--no-labels makes --model, --building-model, --words and --type useless, leave either out")
     if building_model and building_type is not None:
         raise OptionError("--type makes --building-model useless, leave either out")
     if no_labels:
@@ -79,7 +88,8 @@ def read_labelling(
         known = ", ".join(places.building_types)
         raise OptionError(f"the model knows no building type {building_type!r}, give one of {known}")
     buildings = read_building_model(building_model) if building_model else read_default_building_model()
-    return Labelling(places, buildings, building_type and check_type(building_type))
+    read = read_room_words(words) if words else read_default_room_words()
+    return Labelling(places, buildings, read, building_type and check_type(building_type))
 
 
 def check_type(building_type: str) -> str:

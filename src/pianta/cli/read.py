@@ -1,4 +1,4 @@
-"""The verb read: the building of a map, or of several maps."""
+"""The verb read: the building of a map or a plan, or of several."""
 
 from __future__ import annotations
 
@@ -9,23 +9,24 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Literal
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from pianta.cli.labelling import Labelling, describe_type, label_floor, name_type, read_labelling
+from pianta.cli.opening import Opening
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.room_table import tabulate_rooms
 from pianta.cli.terminal import describe_floor, stdout, tell_error, tell_result, track_items
 from pianta.drawing import save_picture
-from pianta.errors import MapError, MapWarning, OptionError, PiantaError
+from pianta.errors import MapWarning, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.formats.files import MAX_CELLS, shown
 from pianta.formats.floor_geojson import read_floor, save_floor
 from pianta.formats.graph_json import save_graph
 from pianta.formats.label_png import save_label_image
-from pianta.formats.maps import read_map
-from pianta.formats.ros_map import YAML_SUFFIXES
 from pianta.gridmap import GridMap
 from pianta.labels import SCHEMAS, LabelSchema
 from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
@@ -38,15 +39,35 @@ EXAMPLES = (
     "pianta read map.yaml -o building --type school",
     "pianta read larger.yaml --previous building -o building",
     "pianta read maps/*.yaml -o buildings",
+    "pianta read plan.png -o building --type school",
+    "pianta read drawings.pdf --page 3 -o building",
 )
 
-Maps = Annotated[list[str], typer.Argument(metavar="MAP", help="A map.yaml, a NumPy archive (.npz) or an image.")]
+Maps = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="FILE", help="A map.yaml, NumPy archive (.npz) or image; a plan as image, DXF, SVG, PDF or IFC."
+    ),
+]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made when there is none.")]
 Previous = Annotated[
     Path | None, typer.Option(metavar="FLOOR", help="Older floor.geojson, or its folder, whose room ids are kept.")
 ]
 Method = Annotated[str, typer.Option(help=f"How rooms are found: {', '.join(METHODS)}.")]
-Resolution = Annotated[float | None, typer.Option(help="Metres per cell, for images without a map.yaml.")]
+As = Annotated[
+    Literal["map", "plan"] | None,
+    typer.Option("--as", help="Whether it is a robot's map or a plan; seen in the file unless given."),
+]
+Page = Annotated[int | None, typer.Option(min=1, help="Page of a PDF.")]
+Symbols = Annotated[
+    Path | None, typer.Option(metavar="FOLDER", help="PNGs of symbols of plans, besides our own; door*.png are doors.")
+]
+Words = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="JSON with words that names of rooms have, besides our own.")
+]
+Resolution = Annotated[
+    float | None, typer.Option(help="Metres per cell of an image without map.yaml, or per pixel of a plan.")
+]
 TrustThresholds = Annotated[
     bool, typer.Option("--trust-thresholds", help="Keep grey 205 free where free_thresh makes it so.")
 ]
@@ -72,9 +93,13 @@ def read_maps(
     out: Out,
     previous: Previous = None,
     method: Method = DEFAULT_METHOD,
+    as_kind: As = None,
     resolution: Resolution = None,
     trust_thresholds: TrustThresholds = False,
     max_cells: MaxCells = MAX_CELLS,
+    page: Page = None,
+    symbols: Symbols = None,
+    words: Words = None,
     walls: Walls = False,
     graph: Graph = False,
     building_type: Type = None,
@@ -83,13 +108,16 @@ def read_maps(
     no_labels: NoLabels = False,
     quiet: Quiet = False,
 ) -> None:
-    """Read a robot's map into a building: its type, rooms and doors.
+    """Read a robot's map, or a plan, into a building: its type, rooms and doors.
 
     Writes floor.geojson (metres of the map frame), rooms.png (16 bits: 0 is no
     room, n the room with id n), graph.json (networkx node-link), picture.png.
 
-    Several maps get a folder each in OUT. A map that cannot be read does not
+    Several files get a folder each in OUT. One that cannot be read does not
     stop the others; the exit code is then 1.
+
+    Rooms of plans get the names that are written in them, which tell what they
+    are for; several floors on a plan get a folder each, floor-1, floor-2, ….
 
     Rooms are labelled ROOM or CORRIDOR; FUNCTIONAL, CONNECTION, ENTRANCE or
     SERVICE; and with --type by the names of that building type.
@@ -100,58 +128,58 @@ def read_maps(
     check_output_folder(out)
     check_method(method)
     older = _read_older(previous, maps)
-    labelling = read_labelling(model, building_model, building_type, no_labels=no_labels)
-    opening = {"resolution": resolution, "trust_thresholds": trust_thresholds, "max_cells": max_cells}
-    reading = Reading(method, opening, older, labelling, walls=walls, graph=graph)
+    labelling = read_labelling(model, building_model, building_type, words, no_labels=no_labels)
+    opening = Opening(
+        method=method,
+        kind=as_kind,
+        resolution=resolution,
+        trust_thresholds=trust_thresholds,
+        max_cells=max_cells,
+        page=page,
+        symbols=symbols,
+    )
+    reading = Reading(opening, older, labelling, walls=walls, graph=graph)
     (_read_several if len(maps) > 1 else _read_one)(maps, out, reading, quiet=quiet)
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How maps are read.
+    """How files are read.
 
-    method: how rooms are found. opening: options of read_map. older: the floor whose ids and given labels stay.
-    labelling: None for no labels. walls, graph: what to draw into the picture.
+    older: the floor whose ids and given labels stay. labelling: None for no labels. walls, graph: what to draw into the
+    picture.
     """
 
-    method: str
-    opening: Mapping[str, Any]
+    opening: Opening
     older: Floor | None
     labelling: Labelling | None
     walls: bool
     graph: bool
 
-    def read(self, path: str, folder: Path) -> Floor:
-        """Read a map and write the results into a folder."""
+    def read(self, path: str, folder: Path) -> list[ReadFloor]:
+        """Read a map or a plan and write the results into a folder, those of several floors into a folder each."""
         _refuse_overwriting(Path(path), folder)
-        floor, grid = read_building(path, method=self.method, **self.opening)
-        floor = _keep_ids(floor, self.older, path) if self.older else floor
-        floor = label_floor(floor, self.labelling, self.older)
+        opened = self.opening.open(path)
+        if self.older and len(opened) > 1:
+            raise OptionError(f"--previous is one floor and plan {shown(path)} shows {len(opened)}, leave it out")
         schemas = self.labelling.schemas if self.labelling else SCHEMAS
-        save_outputs(floor, grid, folder, walls=self.walls, graph=self.graph, schemas=schemas)
-        return floor
+        read = []
+        for one in opened:
+            floor = _keep_ids(one.floor, self.older, path) if self.older else one.floor
+            floor = label_floor(floor, self.labelling, self.older)
+            into = folder / one.folder
+            save_outputs(floor, one.grid, into, walls=self.walls, graph=self.graph, schemas=schemas, paper=one.paper)
+            read.append(ReadFloor(floor, into, one.told))
+        return read
 
 
-def read_building(
-    path: str | Path,
-    *,
-    method: str = DEFAULT_METHOD,
-    resolution: float | None = None,
-    trust_thresholds: bool = False,
-    max_cells: int = MAX_CELLS,
-) -> tuple[Floor, GridMap]:
-    """Floor of a map file, and the map; options as in read_map and reconstruct.
+@dataclass(frozen=True)
+class ReadFloor:
+    """A floor, the folder of its results, and what else is worth a line."""
 
-    Raises PiantaError, in one line that names the file.
-    """
-    from pianta.layout.reconstruct import reconstruct
-
-    _refuse_folder(path)
-    grid = read_map(path, resolution=resolution, trust_thresholds=trust_thresholds, max_cells=max_cells)
-    try:
-        return reconstruct(grid, method=method, source=Path(path).name), grid
-    except PiantaError as error:
-        raise type(error)(f"map {shown(path)}: {error}") from error
+    floor: Floor
+    folder: Path
+    told: str
 
 
 def read_previous(path: str | Path) -> Floor:
@@ -183,10 +211,12 @@ def save_outputs(
     walls: bool = False,
     graph: bool = False,
     schemas: Mapping[str, LabelSchema] = SCHEMAS,
+    paper: NDArray[np.uint8] | None = None,
 ) -> None:
     """Write floor.geojson, rooms.png, graph.json and picture.png into a folder, all of them or none.
 
     walls, graph: what to draw into the picture. schemas: of which it takes the colours of labels.
+    paper: the sheet of a plan, whose ink is drawn over the rooms.
     Raises PiantaError, in one line, when a file cannot be written.
     """
     geojson, labels, node_link, picture = OUTPUTS
@@ -194,7 +224,7 @@ def save_outputs(
         save_floor(floor, new / geojson)
         save_label_image(floor.label_image(grid), new / labels)
         save_graph(floor.graph(), new / node_link)
-        save_picture(floor, grid, new / picture, walls=walls, graph=graph, schemas=schemas)
+        save_picture(floor, grid, new / picture, walls=walls, graph=graph, schemas=schemas, paper=paper)
 
 
 def name_folders(maps: Sequence[str | Path]) -> list[str]:
@@ -213,32 +243,34 @@ def name_folders(maps: Sequence[str | Path]) -> list[str]:
 
 
 def _read_one(maps: Sequence[str], out: Path, reading: Reading, *, quiet: bool) -> None:
-    """Read a map; print its rooms, what kind of building it is, what became of older ids, and where the results are."""
-    floor = reading.read(maps[0], out)
-    if quiet:
-        return
-    stdout.print(tabulate_rooms(floor))
-    if reading.labelling and reading.labelling.judges(floor):
-        tell_result(f"building: {describe_type(floor, reading.labelling.buildings.building_types)}")
-    if reading.older:
-        tell_result(describe_ids(floor, reading.older))
-    tell_result(f"{describe_floor(floor)}, in {out}")
+    """Read a file; print its rooms, the kind of its building, what became of older ids, and where the results are."""
+    for read in reading.read(maps[0], out):
+        if quiet:
+            continue
+        stdout.print(tabulate_rooms(read.floor))
+        if reading.labelling and reading.labelling.judges(read.floor):
+            tell_result(f"building: {describe_type(read.floor, reading.labelling.buildings.building_types)}")
+        if reading.older:
+            tell_result(describe_ids(read.floor, reading.older))
+        if read.told:
+            tell_result(read.told)
+        tell_result(f"{describe_floor(read.floor)}, in {read.folder}")
 
 
 def _read_several(maps: Sequence[str], out: Path, reading: Reading, *, quiet: bool) -> None:
-    """Read maps into a folder each, with a progress bar; raise typer.Exit(1) at the end when one has failed."""
+    """Read files into a folder each, with a progress bar; raise typer.Exit(1) at the end when one has failed."""
     failed = 0
     for path, name in zip(track_items(maps, quiet=quiet), name_folders(maps), strict=True):
         try:
-            floor = reading.read(path, out / name)
+            floors = reading.read(path, out / name)
         except PiantaError as error:
             tell_error(error)
             failed += 1
             continue
-        if not quiet:
-            judged = reading.labelling and reading.labelling.judges(floor)
-            kind = f", {name_type(floor)}" if judged else ""
-            tell_result(f"{describe_floor(floor)}{kind}, in {out / name}")
+        for read in floors if not quiet else ():
+            judged = reading.labelling and reading.labelling.judges(read.floor)
+            kind = f", {name_type(read.floor)}" if judged else ""
+            tell_result(f"{describe_floor(read.floor)}{kind}, in {read.folder}")
     if not quiet:
         tell_result(f"{len(maps) - failed} of {len(maps)} maps read")
     if failed:
@@ -270,15 +302,3 @@ def _refuse_overwriting(map_file: Path, folder: Path) -> None:
     """Raise OptionError when a result would take the place of the map."""
     if map_file.name in OUTPUTS and map_file.resolve().parent == folder.resolve():
         raise OptionError(f"map {shown(map_file)} would be replaced by a result, give another output folder")
-
-
-def _refuse_folder(path: str | Path) -> None:
-    """Raise MapError for a folder, naming the YAMLs in it, one of which may be meant."""
-    try:
-        inside = sorted(Path(path).iterdir())
-    except (OSError, ValueError):  # no folder; read_map says what it is
-        return
-    yamls = [shown(file) for file in inside if file.suffix.lower() in YAML_SUFFIXES]
-    more = " …" if len(yamls) > 3 else ""
-    remedy = " or ".join(yamls[:3]) + more if yamls else "the map.yaml or the image of a map"
-    raise MapError(f"map {shown(path)} is a folder, give {remedy}")

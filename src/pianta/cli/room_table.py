@@ -6,13 +6,14 @@ from collections import Counter
 
 from rich import box
 from rich.console import JustifyMethod
+from rich.markup import escape
 from rich.table import Table
 
 from pianta.floor import Floor, Room
 
 
 def tabulate_rooms(floor: Floor) -> Table:
-    """Table of the rooms: id, area, doors and neighbours; openings, entrances, label and partial when one has any.
+    """Table of the rooms: id, area, doors, neighbours; openings, entrances, name, label and partial when one has any.
 
     An entrance is counted as such only.
     """
@@ -25,6 +26,7 @@ def tabulate_rooms(floor: Floor) -> Table:
         "openings": [str(kinds[room.id, "opening"] or "") for room in floor.rooms],
         "entrances": [str(graph.nodes[room.id]["entrances"] or "") for room in floor.rooms],
         "neighbours": [" ".join(map(str, sorted(graph[room.id]))) for room in floor.rooms],
+        "name": [escape(room.name or "") for room in floor.rooms],
         "label": [_describe_label(room) for room in floor.rooms],
         "seen": [_describe_sight(room) for room in floor.rooms],
     }
@@ -32,8 +34,8 @@ def tabulate_rooms(floor: Floor) -> Table:
     shown_columns = {name: cells for name, cells in columns.items() if any(cells)}
     for name in shown_columns:
         # Only what has several words becomes several lines on a narrow terminal.
-        justify: JustifyMethod = "left" if name in ("neighbours", "label", "seen") else "right"
-        table.add_column(name, justify=justify, no_wrap=name not in ("neighbours", "label"), overflow="fold")
+        justify: JustifyMethod = "left" if name in ("neighbours", "name", "label", "seen") else "right"
+        table.add_column(name, justify=justify, no_wrap=name not in ("neighbours", "name", "label"), overflow="fold")
     for cells in zip(*shown_columns.values(), strict=True):
         table.add_row(*cells)
     return table

@@ -14,8 +14,10 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-from pianta.errors import BuildingWarning, MapWarning
+from pianta.errors import BuildingWarning, MapWarning, PlanWarning
 from pianta.floor import Floor
+
+OWN_WARNINGS = (MapWarning, BuildingWarning, PlanWarning)
 
 stdout = Console()
 stderr = Console(stderr=True)
@@ -52,14 +54,14 @@ def telling_warnings() -> Iterator[None]:
             file: TextIO | None = None,
             line: str | None = None,
         ) -> None:
-            if issubclass(category, MapWarning | BuildingWarning):
+            if issubclass(category, OWN_WARNINGS):
                 stderr.print(Text.assemble(("warning: ", "bold yellow"), str(message)), soft_wrap=True)
             else:
                 show_other(message, category, filename, lineno, file, line)
 
         warnings.showwarning = tell_warning
-        warnings.simplefilter("always", MapWarning)
-        warnings.simplefilter("always", BuildingWarning)
+        for own in OWN_WARNINGS:
+            warnings.simplefilter("always", own)
         yield
 
 

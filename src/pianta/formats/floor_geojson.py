@@ -3,8 +3,8 @@
 The collection says so in its members `format`, `version`, `frame` and `units`, and holds `source`, `building_type` and
 `last_id`, the highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with
 clockwise holes), door or wall (lines). A partial room has, since 2.1, the properties `predicted`, a Polygon geometry of
-the room as a whole, and `confidence`, both null where nobody said. The `rooms` of a door are two ids, those of an
-entrance an id and null.
+the room as a whole, and `confidence`, both null where nobody said; since 2.2 a room has a `name`, or null. The `rooms`
+of a door are two ids, those of an entrance an id and null.
 QGIS, which takes any GeoJSON for WGS 84, draws it in place once the layer is told to have no coordinate system.
 """
 
@@ -36,7 +36,7 @@ from pianta.floor import Door, Floor, Room
 from pianta.formats.faults import describe_validation
 from pianta.formats.files import checked_input, shown, written_atomically
 
-FORMAT, MAJOR, MINOR = "pianta floor", 2, 1
+FORMAT, MAJOR, MINOR = "pianta floor", 2, 2
 MAX_FILE_BYTES = 64 * 2**20
 MAX_COORDINATE = 1e8
 # Files of version 1 have label -> probability; what they say is of the label set of the building's type.
@@ -96,6 +96,7 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
     for room in floor.rooms:
         properties: dict[str, Any] = {
             "room": int(room.id),
+            "name": room.name,
             "label": room.label,
             "labels": dict(room.labels),
             "label_probabilities": {
@@ -175,6 +176,7 @@ class _RoomProperties(_Part):
     partial: bool = False
     predicted: _PolygonGeometry | None = None
     confidence: FiniteFloat | None = None
+    name: str | None = None
 
     @field_validator("label_probabilities", mode="before")
     @classmethod
@@ -199,6 +201,7 @@ class _RoomFeature(_Part):
             names.partial,
             names.predicted.polygon if names.predicted else None,
             names.confidence,
+            names.name,
         )
 
     @model_validator(mode="after")

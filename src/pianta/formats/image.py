@@ -12,14 +12,16 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
+from PIL import Image, ImageOps, UnidentifiedImageError
 
 from pianta.errors import MapError
 from pianta.formats.files import MAX_CELLS, check_cell_count, checked_input, reason_of, shown
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 
 IMAGE_SUFFIXES = (".png", ".pgm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff", ".pbm", ".ppm", ".pnm")
+PICTURE_SUFFIXES = (*IMAGE_SUFFIXES, ".gif", ".webp")
 _FORMATS = ("PNG", "PPM", "BMP", "JPEG", "TIFF")
+_PICTURE_FORMATS = (*_FORMATS, "GIF", "WEBP")
 
 _PILLOW = Lock()
 
@@ -86,18 +88,43 @@ def read_colors(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray[np.u
     return _decode_file(path, lambda image: np.asarray(image.convert("RGB")), max_cells)
 
 
-def _decode_file(path: str | Path, decode: Callable[[Image.Image], Pixels], max_cells: int) -> Pixels:
+def read_picture(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint8]:
+    """Red, green and blue of a picture on white paper, held as it was taken, shape (H, W, 3).
+
+    Reads GIF and WebP besides the kinds of read_grey. What is transparent is paper; a photo is turned as it says.
+    Errors as of read_grey.
+    """
+    return _decode_file(path, _lay_on_paper, max_cells, formats=_PICTURE_FORMATS)
+
+
+def _lay_on_paper(image: Image.Image) -> NDArray[np.uint8]:
+    held = ImageOps.exif_transpose(image)
+    if held.mode.startswith(("I", "F")):
+        grey, transparent = _decode_grey(held)
+        grey = grey if transparent is None else np.where(transparent, np.uint8(255), grey)
+        return np.repeat(grey[:, :, None], 3, axis=2)
+    if held.has_transparency_data:
+        held = held.convert("RGBA")
+        held = Image.alpha_composite(Image.new("RGBA", held.size, "white"), held)
+    return np.asarray(held.convert("RGB"))
+
+
+def _decode_file(
+    path: str | Path, decode: Callable[[Image.Image], Pixels], max_cells: int, *, formats: tuple[str, ...] = _FORMATS
+) -> Pixels:
     file = checked_input(path, "image", MapError)
     name = f"image {shown(file)}"
     try:
-        with _pillow_without_limits(), Image.open(file, formats=_FORMATS) as image:
+        # By its path Pillow maps a TIFF into memory, and mixes up the rows of one that is to be turned.
+        with _pillow_without_limits(), file.open("rb") as content, Image.open(content, formats=formats) as image:
             check_cell_count(image.size, name, max_cells=max_cells)
             Image.MAX_IMAGE_PIXELS = MAX_CELLS  # the tiles of a TIFF can be larger than the image
             return decode(image)
     except MapError:
         raise
     except UnidentifiedImageError:
-        raise MapError(f"{name} is no image, give a PNG, PGM, BMP, JPEG or TIFF") from None
+        kinds = ", ".join(formats[:-1]).replace("PPM", "PGM")
+        raise MapError(f"{name} is no image, give a {kinds} or {formats[-1]}") from None
     # Pillow's plug-ins raise whatever a hostile file drives them to.
     except Exception as exception:
         raise MapError(f"{name} is damaged, save it again: {reason_of(exception)}") from exception

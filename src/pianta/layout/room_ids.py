@@ -42,7 +42,8 @@ def keep_room_ids(floor: Floor, previous: Floor) -> Floor:
     A room that has grown keeps its id. Of a room that was split the largest part keeps it; of rooms that were merged
     the one with the largest share in the whole gives it. New rooms are numbered from `previous.last_id + 1` on in the
     order of the floor: an id that was ever given never comes back. A room that says neither label nor probabilities
-    gets those of the room whose id it keeps. The order of the rooms and everything else is the floor's.
+    gets those of the room whose id it keeps, and one without a name its name. The order of the rooms and everything
+    else is the floor's.
 
     Both floors are in metres of the map frame. Where few rooms lie where they were, as when SLAM has anchored the
     frame anew or an image without map.yaml has grown, the shift between the two frames is estimated first; frames
@@ -116,7 +117,9 @@ def _match_after_shift(polygons: Polygons, previous: Polygons) -> Heirs:
 
 
 def _take_over(room: Room, room_id: int, old: Room | None) -> Room:
-    """The room with its id for good, and with the label of the old room where it has none."""
+    """The room with its id for good, and with the name and the label of the old room where it has none."""
+    if old is not None and room.name is None:
+        room = replace(room, name=old.name)
     if old is None or room.label is not None or room.labels or room.label_probabilities:
         return replace(room, id=room_id)
     return replace(room, id=room_id, label=old.label, labels=old.labels, label_probabilities=old.label_probabilities)

@@ -1,0 +1,299 @@
+"""Fit the networks that tell walls, doors, inside and outside of plans, on the plans of the data and drawn ones.
+
+    pip install torch onnx
+    python benchmarks/fit_plan_regions.py --fold 0 --minutes 60 -o regions_0.onnx [--data DIR] [--start regions_0.pt]
+
+The plans of every other building are left out, by --fold 0 or 1, so that each network can be judged on those that it
+has not seen; src/pianta/plan/regions.json says which it has. Besides the real plans each network sees their floors
+drawn anew by pianta.worlds in other styles. Half of the lessons are real.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from hashlib import sha1
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import shapely
+import torch
+from numpy.typing import NDArray
+from torch import nn
+from torch.nn import functional
+
+from pianta.bench.annotated_floors import read_buildings_of_files
+from pianta.bench.data import find_data
+from pianta.bench.plan_sets import find_image, list_plans, read_true_plan
+from pianta.errors import PiantaError
+from pianta.floor import Floor
+from pianta.formats.building_xml import read_building_xml
+from pianta.formats.image import read_picture
+from pianta.gridmap import GridMap
+from pianta.plan.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, describe_sheet
+from pianta.worlds.plan_drawing import draw_plan
+from pianta.worlds.plan_look import PlanLook
+
+Layers, Regions = NDArray[np.uint8], NDArray[np.uint8]
+Lesson = tuple[Layers, Regions]
+
+CHANNELS = (16, 32, 48, 64, 96, 128)
+SIDE, BATCH, RATE = 288, 5, 3e-3
+WEIGHTS = {INSIDE: 1.0, WALL: 2.5, DOOR: 5.0, OUTSIDE: 1.0}
+WALL_CELLS, PASSAGE_CELLS = 3, 4
+DRAWINGS, DRAWN_WEIGHT = 3, 0.25
+SCREENSHOT = "screenshot"
+
+
+class Block(nn.Sequential):
+    """Two convolutions."""
+
+    def __init__(self, inputs: int, outputs: int) -> None:
+        layers: list[nn.Module] = []
+        for channels in (inputs, outputs):
+            layers += [nn.Conv2d(channels, outputs, 3, padding=1, bias=False), nn.BatchNorm2d(outputs), nn.ReLU()]
+        super().__init__(*layers)
+
+
+class UNet(nn.Module):
+    """Ronneberger et al., U-Net: convolutional networks for biomedical image segmentation, 2015; small."""
+
+    def __init__(self, inputs: int = 4, classes: int = 4) -> None:
+        super().__init__()
+        pairs = zip((inputs, *CHANNELS[:-1]), CHANNELS, strict=True)
+        self.enc = nn.ModuleList([Block(before, after) for before, after in pairs])
+        upwards = zip(CHANNELS[:0:-1], CHANNELS[-2::-1], strict=True)
+        self.dec = nn.ModuleList([Block(below + beside, beside) for below, beside in upwards])
+        self.out = nn.Conv2d(CHANNELS[0], classes, 1)
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """Scores of the classes, shape (N, classes, H, W), of layers; sides are multiples of 32."""
+        skips: list[torch.Tensor] = []
+        for depth, block in enumerate(self.enc):
+            x = block(functional.max_pool2d(x, 2) if depth else x)
+            skips.append(x)
+        for block, skip in zip(self.dec, skips[-2::-1], strict=True):
+            x = block(torch.cat([functional.interpolate(x, scale_factor=2, mode="nearest"), skip], 1))
+        return self.out(x)
+
+
+class Probabilities(nn.Module):
+    """The network with probabilities for scores, as it is saved."""
+
+    def __init__(self, network: UNet) -> None:
+        super().__init__()
+        self.network = network
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """Probabilities of the classes, shape (N, classes, H, W)."""
+        return torch.softmax(self.network(x), 1)
+
+
+def fold_of(building: str, buildings: list[str]) -> int:
+    """0 or 1, by turns in the order of the SHA-1 of the buildings' names."""
+    ordered = sorted(buildings, key=lambda name: sha1(name.encode(), usedforsecurity=False).hexdigest())
+    return ordered.index(building) % 2
+
+
+def teach(colors: NDArray[np.uint8], floors: list[Floor], grid: GridMap) -> Lesson:
+    """The layers of a sheet and the true regions, both in cells of the network.
+
+    Walls are the outlines of the rooms, doors their lines, whatever the ink there.
+    """
+    cell = 0.9 / grid.resolution / DOOR_CELLS
+    layers = (describe_sheet(colors, cell_px=cell) * 255).astype(np.uint8)
+    regions = np.full(layers.shape[1:], OUTSIDE, np.uint8)
+
+    def points(shape: shapely.Geometry) -> NDArray[np.int32]:
+        rows, cols = grid.map_to_pixel(*shapely.get_coordinates(shape).T)
+        return np.rint(np.column_stack([cols, rows]) / cell * 16 - 8).astype(np.int32)
+
+    for room in (room for floor in floors for room in floor.rooms):
+        cv2.fillPoly(regions, [points(room.polygon.exterior)], INSIDE, cv2.LINE_8, 4)
+    for room in (room for floor in floors for room in floor.rooms):
+        rings = [points(ring) for ring in (room.polygon.exterior, *room.polygon.interiors)]
+        cv2.polylines(regions, rings, True, WALL, WALL_CELLS, cv2.LINE_8, 4)  # noqa: FBT003
+    for door in (door for floor in floors for door in floor.doors):
+        cv2.polylines(regions, [points(door.line)], False, DOOR, PASSAGE_CELLS, cv2.LINE_8, 4)  # noqa: FBT003
+    return layers, regions
+
+
+def read_lessons(data: Path, fold: int) -> tuple[list[Lesson], list[Lesson], list[str]]:
+    """Lessons of real plans and of drawn ones, without the buildings of a fold, and the buildings that they show."""
+    building_of = {Path(file).stem: building for file, building in read_buildings_of_files(data).items()}
+    drawings = sorted((data / "buildings").glob("[so]*/*.xml"))
+    files = [*list_plans(data), *(file.stem for file in drawings)]
+    buildings = sorted({building_of.get(name, name) for name in files})
+    chosen = [name for name in buildings if fold_of(name, buildings) != fold]
+    real, seen = [], set()
+    images: dict[bytes, list[Any]] = {}
+    for name in list_plans(data):
+        plan = read_true_plan(data, name)
+        if building_of.get(name, name) in chosen and plan.kind != SCREENSHOT:
+            # Two floors of a building can have the same image, and each truth has one of them.
+            images.setdefault(find_image(data, name).read_bytes(), []).append((name, plan))
+    for plans in images.values():
+        name, plan = plans[0]
+        real.append(teach(read_picture(find_image(data, name)), [other.truth for _, other in plans], plan.grid))
+        seen.add(building_of.get(name, name))
+    rng = np.random.default_rng(5)
+    drawn = []
+    for file in drawings:
+        if building_of.get(file.stem, file.stem) in chosen:
+            drawn += [lesson for _ in range(DRAWINGS) if (lesson := draw_lesson(read_building_xml(file), rng))]
+    return real, drawn, sorted(seen)
+
+
+def draw_lesson(floor: Floor, rng: np.random.Generator) -> Lesson | None:
+    """A lesson from a floor drawn in any style; None where it cannot be drawn."""
+    half = rng.uniform(0.06, 0.16)
+    rooms = []
+    for room in floor.rooms:
+        parts = shapely.get_parts(room.polygon.buffer(-half, join_style="mitre"))
+        rooms.append(replace(room, polygon=max(parts, key=shapely.area, default=room.polygon)))
+    look = PlanLook(
+        style=str(rng.choice(["thick", "double", "single"], p=[0.4, 0.35, 0.25])),  # type: ignore[arg-type]
+        px_per_metre=float(rng.uniform(11, 26)),
+        doors=str(rng.choice(["arc", "leaf", "gap", "double"], p=[0.45, 0.15, 0.25, 0.15])),  # type: ignore[arg-type]
+        windows=int(rng.choice([0, 2, 3])),
+        furniture=float(rng.choice([0, 0.4, 1])),
+        legend=bool(rng.random() < 0.3),
+        colored=bool(rng.random() < 0.35),
+        evacuation=bool(rng.random() < 0.3),
+        noise=float(rng.choice([0, 0.2, 0.6])),
+        rotation=float(rng.choice([0, 0, rng.uniform(-40, 40)])),
+        ink=int(rng.choice([0, 60, 150])),
+        dimensions=bool(rng.random() < 0.3),
+        scale_bar=bool(rng.random() < 0.3),
+        title="Ground floor" if rng.random() < 0.4 else "",
+        lettering=float(rng.uniform(0.3, 0.7)),
+    )
+    names = {room.id: (room.label or "Room").title() for room in floor.rooms} if rng.random() < 0.8 else {}
+    try:
+        plan = draw_plan(replace(floor, rooms=tuple(rooms)), look, seed=int(rng.integers(10**6)), texts=names)
+    except PiantaError:
+        return None
+    return teach(plan.colors, [floor], plan.grid)
+
+
+def take_lesson(lesson: Lesson, rng: np.random.Generator) -> Lesson:
+    """A square of a lesson, scaled, turned, mirrored, and with other tones."""
+    layers, regions = lesson
+    scale = np.exp(rng.uniform(np.log(0.6), np.log(1.65)))
+    angle = rng.integers(4) * 90 + (rng.uniform(-45, 45) if rng.random() < 0.25 else rng.normal())
+    places = rng.uniform((0, 0), regions.shape, (4, 2))
+    row, col = next((place for place in places if regions[tuple(place.astype(int))] != OUTSIDE), places[-1])
+    matrix = cv2.getRotationMatrix2D((col, row), angle, scale)
+    matrix[:, 2] += np.array([SIDE / 2 - col, SIDE / 2 - row]) + rng.uniform(-60, 60, 2)
+    if rng.random() < 0.5:
+        matrix = np.array([[-1.0, 0, SIDE - 1], [0, 1, 0]]) @ np.vstack([matrix, [0, 0, 1]])
+    paper = [int(np.percentile(layer, 90)) for layer in layers[:2]] + [0, 0]
+    moved = cv2.warpAffine(layers.transpose(1, 2, 0), matrix, (SIDE, SIDE), flags=cv2.INTER_LINEAR, borderValue=paper)
+    told = cv2.warpAffine(regions, matrix, (SIDE, SIDE), flags=cv2.INTER_NEAREST, borderValue=OUTSIDE)
+    return change_tones(moved.transpose(2, 0, 1).astype(np.float32) / 255, rng), told
+
+
+def change_tones(layers: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
+    """Layers without colour, paler, darker, grainy, soft, or with thinner or thicker lines."""
+    if rng.random() < 0.5:
+        layers[2] = 0
+    if rng.random() < 0.3:
+        layers[0] = layers[:2].mean(axis=0)
+    layers[:2] = np.clip(layers[:2], 0, 1) ** np.exp(rng.normal(0, 0.35))
+    darkest = rng.uniform(0.3, 0.75) if rng.random() < 0.25 else rng.choice([0, rng.uniform(0, 0.35)])
+    lightest = rng.uniform(0.75, 1)
+    layers[:2] = darkest * min(1, lightest) + (lightest - darkest * lightest) * layers[:2]
+    if rng.random() < 0.3:
+        layers += rng.normal(0, rng.uniform(0.01, 0.05), layers.shape)
+    if rng.random() < 0.25:
+        layers[:2] = [cv2.GaussianBlur(layer, (0, 0), rng.uniform(0.4, 1)) for layer in layers[:2]]
+    if rng.random() < 0.2:
+        layers[:2] = [cv2.erode(layer, np.ones((2, 2))) for layer in layers[:2]]
+    if rng.random() < 0.4:
+        layers[3] = np.clip(layers[3] * rng.uniform(0.5, 1.3), 0, 1)
+    if rng.random() < 0.15:
+        layers[3] = cv2.erode(layers[3], np.ones((2, 2)))
+    if rng.random() < 0.1:
+        layers[rng.integers(4)] = rng.random()
+    return layers
+
+
+def draw_batches(real: list[Lesson], drawn: list[Lesson], rng: np.random.Generator) -> Iterator[tuple[Any, Any]]:
+    """Batches of lessons without end; large sheets come more often."""
+    lessons = [*real, *drawn]
+    weights = np.sqrt([regions.size for _, regions in lessons])
+    weights[len(real) :] *= DRAWN_WEIGHT
+    while True:
+        picked = rng.choice(len(lessons), BATCH, p=weights / weights.sum())
+        layers, regions = zip(*(take_lesson(lessons[i], rng) for i in picked), strict=True)
+        yield torch.from_numpy(np.stack(layers)), torch.from_numpy(np.stack(regions).astype(np.int64))
+
+
+def fit(network: UNet, real: list[Lesson], drawn: list[Lesson], *, minutes: float, seed: int) -> None:
+    """Fit a network by AdamW in bfloat16, at a rate that goes down as a cosine; prints the loss."""
+    network.to(memory_format=torch.channels_last)
+    optimizer = torch.optim.AdamW(network.parameters(), RATE, weight_decay=1e-3)
+    weights = torch.tensor([WEIGHTS[region] for region in sorted(WEIGHTS)])
+    start, loss_so_far = time.monotonic(), 0.0
+    for step, (layers, regions) in enumerate(draw_batches(real, drawn, np.random.default_rng(seed)), start=1):
+        done = (time.monotonic() - start) / 60 / minutes
+        if done >= 1:
+            return
+        for group in optimizer.param_groups:
+            group["lr"] = RATE * min(1, step / 100) * ((1 + np.cos(np.pi * done)) / 2 + 0.01)
+        with torch.autocast("cpu", torch.bfloat16):
+            scores = network(layers.to(memory_format=torch.channels_last))
+        loss = functional.cross_entropy(scores.float(), regions, weights, label_smoothing=0.03)
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+        loss_so_far += (loss.item() - loss_so_far) / min(step, 50)
+        if step % 100 == 0:
+            sys.stdout.write(f"step {step}, {done:.0%} of the time, loss {loss_so_far:.3f}\n")
+            sys.stdout.flush()
+
+
+def main() -> None:
+    """Fit a network and save it as ONNX, with its weights beside it to go on from, and the buildings that it saw."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path)
+    parser.add_argument("--fold", type=int, choices=(0, 1), required=True)
+    parser.add_argument("--minutes", type=float, default=60)
+    parser.add_argument("--start", type=Path, help="weights to go on from")
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("-o", "--out", type=Path, required=True)
+    options = parser.parse_args()
+    torch.set_num_threads(options.threads)
+    torch.manual_seed(options.fold)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        real, drawn, buildings = read_lessons(find_data(options.data), options.fold)
+    sys.stdout.write(f"{len(real)} plans, {len(drawn)} drawn ones, of {len(buildings)} buildings\n")
+    network = UNet()
+    if options.start:
+        network.load_state_dict(torch.load(options.start, weights_only=True))
+    fit(network, real, drawn, minutes=options.minutes, seed=options.fold)
+    torch.save(network.state_dict(), options.out.with_suffix(".pt"))
+    sides = {2: "height", 3: "width"}
+    torch.onnx.export(
+        Probabilities(network.eval()).eval(),
+        (torch.zeros(1, 4, 256, 320),),
+        str(options.out),
+        input_names=["sheet"],
+        output_names=["probabilities"],
+        dynamic_axes={"sheet": sides, "probabilities": sides},
+        opset_version=13,
+        dynamo=False,
+    )
+    options.out.with_suffix(".json").write_text(json.dumps(buildings, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,107 @@
+"""What `pianta read` reads: a robot's map, with one floor, or a plan, with one or several."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.errors import MapError, OptionError, PiantaError
+from pianta.floor import Floor
+from pianta.formats.files import MAX_CELLS, shown
+from pianta.formats.maps import read_map
+from pianta.formats.ros_map import YAML_SUFFIXES
+from pianta.gridmap import GridMap
+from pianta.layout.methods import DEFAULT_METHOD
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedFloor:
+    """A floor of a file.
+
+    grid: the map, or the frame of the sheet of a plan. folder: where its results go within those of the file, "" for
+    the same place. paper: the sheet, shape (H, W, 3) of the grid; None for maps. told: what else is worth a line.
+    """
+
+    floor: Floor
+    grid: GridMap
+    folder: str = ""
+    paper: NDArray[np.uint8] | None = None
+    told: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Opening:
+    """How files are opened.
+
+    method: how rooms are found. kind: None where each file tells. resolution, max_cells: as of read_map and read_plan.
+    trust_thresholds: as of read_map. page, symbols: as of read_plan.
+    """
+
+    method: str = DEFAULT_METHOD
+    kind: Literal["map", "plan"] | None = None
+    resolution: float | None = None
+    trust_thresholds: bool = False
+    max_cells: int = MAX_CELLS
+    page: int | None = None
+    symbols: Path | None = None
+
+    def open(self, path: str) -> list[OpenedFloor]:
+        """The floors of a file, one of a map.
+
+        Raises PiantaError, in one line that names the file.
+        """
+        from pianta.plan.map_or_plan import tell_kind
+
+        _refuse_folder(path)
+        kind = self.kind or tell_kind(path, max_cells=self.max_cells)
+        return self._open_plan(path) if kind == "plan" else [self._open_map(path)]
+
+    def _open_map(self, path: str) -> OpenedFloor:
+        from pianta.layout.reconstruct import reconstruct
+
+        useless = [name for name, value in (("--page", self.page), ("--symbols", self.symbols)) if value is not None]
+        if useless:
+            raise OptionError(f"map {shown(path)} is no plan, leave out {' and '.join(useless)} or give --as plan")
+        grid = read_map(
+            path, resolution=self.resolution, trust_thresholds=self.trust_thresholds, max_cells=self.max_cells
+        )
+        try:
+            return OpenedFloor(reconstruct(grid, method=self.method, source=Path(path).name), grid)
+        except PiantaError as error:
+            raise type(error)(f"map {shown(path)}: {error}") from error
+
+    def _open_plan(self, path: str) -> list[OpenedFloor]:
+        from pianta.plan.read_plan import read_plan
+
+        if self.trust_thresholds:
+            raise OptionError(f"plan {shown(path)} is no map, leave out --trust-thresholds or give --as map")
+        reading = read_plan(
+            path,
+            resolution=self.resolution,
+            page=self.page,
+            symbols=self.symbols,
+            method=self.method,
+            max_cells=self.max_cells,
+        )
+        paper = reading.sheet.colors if reading.sheet else None
+        several = len(reading.floors) > 1
+        return [
+            OpenedFloor(one.floor, one.grid, f"floor-{number}" if several else "", paper, f"scale: {one.scale}")
+            for number, one in enumerate(reading.floors, start=1)
+        ]
+
+
+def _refuse_folder(path: str | Path) -> None:
+    """Raise MapError for a folder, naming the YAMLs in it, one of which may be meant."""
+    try:
+        inside = sorted(Path(path).iterdir())
+    except (OSError, ValueError):  # no folder; the reader says what it is
+        return
+    yamls = [shown(file) for file in inside if file.suffix.lower() in YAML_SUFFIXES]
+    more = " …" if len(yamls) > 3 else ""
+    remedy = " or ".join(yamls[:3]) + more if yamls else "the map.yaml or the image of a map"
+    raise MapError(f"map {shown(path)} is a folder, give {remedy}")

@@ -1,0 +1,100 @@
+"""Doors of a plan as lines from jamb to jamb, whatever told them; and the rooms on both sides of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from scipy import ndimage
+from shapely import LineString, Point, STRtree
+
+from pianta.floor import Door, Room
+from pianta.plan.door_swings import Swing
+from pianta.plan.regions import DOOR, INSIDE, Regions
+from pianta.plan.sheet import Floats
+from pianta.plan.symbols import PlacedSymbol
+
+# A region is a door where this is its probability, and where inside of a room is not much more probable.
+DOOR_FROM, RATHER_INSIDE = 0.3, 2.0
+# Cells of a region, at least.
+LEAST_CELLS = 4
+# A swing or a symbol is a door where this is the probability of a door somewhere near its line.
+SEEN_FROM = 0.1
+# Doors whose middles are within this share of the wider one are one door.
+SAME = 0.75
+# How far beside a door its rooms are looked for, metres: beyond half of the thickest wall.
+BESIDE = (0.2, 0.4, 0.7, 1.0)
+
+
+def find_doors(regions: Regions, swings: Sequence[Swing], symbols: Sequence[PlacedSymbol], named: Floats) -> Floats:
+    """Doors as lines from jamb to jamb, shape (D, 2, 2), row and col in pixels of the sheet.
+
+    named: shape (N, 2, 2), doors that the file names. Of several that tell one door the file comes first, then symbols
+    and swings, which know the jambs, where the network thinks that a door may be; then what only the network sees.
+    """
+    drawn = [symbol.jambs for symbol in symbols if symbol.kind == "door" and symbol.jambs is not None]
+    drawn += [np.array([swing.hinge, swing.jamb]) for swing in swings]
+    likely = [line for line in drawn if _door_near(regions, line) >= SEEN_FROM]
+    kept: list[Floats] = []
+    for line in [*named, *likely, *find_door_regions(regions)]:
+        if all(not _is_same(line, other) for other in kept):
+            kept.append(np.asarray(line, float))
+    return np.array(kept).reshape(-1, 2, 2)
+
+
+def find_door_regions(regions: Regions) -> Floats:
+    """Doors that the network sees, shape (D, 2, 2): the principal axis of each region, as long as the region."""
+    door, inside = regions.probabilities[DOOR], regions.probabilities[INSIDE]
+    labels, _ = ndimage.label((door >= DOOR_FROM) & (inside < RATHER_INSIDE * door), np.ones((3, 3)))
+    lines = []
+    for number, window in enumerate(ndimage.find_objects(labels), start=1):
+        cells = np.argwhere(labels[window] == number) + [axis.start for axis in window]
+        if len(cells) < LEAST_CELLS:
+            continue
+        weights = door[tuple(cells.T)].astype(float)
+        middle = np.average(cells, axis=0, weights=weights)
+        along = np.linalg.svd((cells - middle) * np.sqrt(weights)[:, None], full_matrices=False)[2][0]
+        half = (np.ptp((cells - middle) @ along) + 1) / 2
+        lines.append([middle - half * along, middle + half * along])
+    return (np.array(lines).reshape(-1, 2, 2) + 0.5) * regions.cell_px
+
+
+def join_rooms(rooms: Sequence[Room], lines: Sequence[LineString]) -> list[Door]:
+    """Doors along lines, metres, each between the rooms on its two sides, or into the only one.
+
+    A line with the same room on both sides, or none, is no door.
+    """
+    tree = STRtree([room.polygon for room in rooms])
+    doors = []
+    for line in lines:
+        sides = [_find_room(line, side, rooms, tree) for side in (1, -1)]
+        known = [room for room in sides if room is not None]
+        if known and len(set(sides)) == 2:
+            doors.append(Door((known[0], known[1] if len(known) == 2 else None), line, line.length))
+    return doors
+
+
+def _door_near(regions: Regions, line: Floats) -> float:
+    """The highest probability of a door within a quarter of its length from the middle of a line."""
+    door = regions.probabilities[DOOR]
+    middle, reach = line.mean(axis=0) / regions.cell_px, np.hypot(*(line[1] - line[0])) / 4 / regions.cell_px + 1
+    low = np.maximum(np.floor(middle - reach).astype(int), 0)
+    high = np.maximum(np.ceil(middle + reach).astype(int), 0)
+    return float(door[low[0] : high[0], low[1] : high[1]].max(initial=0.0))
+
+
+def _is_same(line: Floats, other: Floats) -> bool:
+    width = max(np.hypot(*(line[1] - line[0])), np.hypot(*(other[1] - other[0])))
+    return bool(np.hypot(*(line.mean(axis=0) - other.mean(axis=0))) < SAME * width)
+
+
+def _find_room(line: LineString, side: int, rooms: Sequence[Room], tree: STRtree) -> int | None:
+    """The id of the room on one side of the middle of a line; None for outside."""
+    (start, end) = shapely.get_coordinates(line)
+    across = side * np.array([start[1] - end[1], end[0] - start[0]]) / max(line.length, 1e-9)
+    for distance in BESIDE:
+        hit = tree.query(Point((start + end) / 2 + distance * across), predicate="within")
+        if len(hit):
+            return rooms[int(hit[0])].id
+    return None

@@ -1,0 +1,377 @@
+"""Doors by their swings: the quarter circle of a leaf's free edge, which tells where a door is and how wide.
+
+A swing needs no scale: circles are fitted to what is curved in the outlines of the ink, and those stay that are a
+quarter, thin, and have a leaf at one end and a jamb at the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import pi, sqrt
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.plan.paper import Contrast
+from pianta.plan.sheet import Mask
+
+Floats = NDArray[np.float64]
+
+# Radii that are looked for, pixels, and how much one length of looking grows to the next.
+LEAST_RADIUS, MOST_RADIUS, GROWTH = 7.0, 150.0, 1.2
+# Ink, and the hair-light lines of evacuation maps, in units of measure_contrast.
+LEVELS = (0.5, 0.2)
+# Sheets are brought to so many pixels, small ones enlarged so many times at most, for circles of few pixels.
+FINE_PIXELS, MOST_FACTOR = 3e6, 3.0
+# What is fitted at once: this many radians of a circle, through so many points.
+LEAST_TURN, MOST_TURN, FITTED = 1.05, 1.5, 13
+# Circles are looked at in so many directions, and from the middle to so many radii.
+DIRECTIONS, BEYOND = 96, 1.375
+RINGS = np.linspace(0.125, BEYOND, 41)
+ROUND, ARC = np.linspace(-pi, pi, DIRECTIONS, endpoint=False), np.linspace(-0.55, 0.55, 15)
+WHOLE_ARC, FITTINGS = np.linspace(-0.52, 0.52, 19), 3
+ON, BESIDE = np.array([0.94, 0.97, 1.0, 1.03, 1.06]), np.array([0.4, 0.55, 0.7, 0.84, 1.16, 1.25])
+MAX_CIRCLES = 3000
+# Directions of a quarter, and those that the arc of a door may have: walls lengthen it.
+QUARTER, LEAST_ARC, MOST_ARC = DIRECTIONS // 4, DIRECTIONS * 17 // 96, DIRECTIONS * 32 // 96
+# Of leaf, jamb and hinge so much is drawn at least, and between leaf and door so much at most.
+LEAST_PART, MOST_CLUTTER = 0.6, 0.25
+# The drawing that a door belongs to is so many radii long, and such a share of the sheet.
+LEAST_DRAWING, LEAST_SHARE = 5.0, 0.1
+# Doors of one plan differ so much, and so many of one width tell it.
+SPREAD, LEAST_DOORS = 0.12, 3
+# A leaf sweeps from here to here, degrees from the closed door, and so many radii with its stroke.
+SWEPT_FROM, SWEPT_TO, SWEPT_RADIUS = 10.0, 95.0, 1.1
+# What is smaller or larger than the doors of a plan by so much is none.
+LEAST_SIZE, MOST_SIZE = 0.6, 1.6
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """A door drawn with its leaf and the quarter circle of the leaf's free edge.
+
+    hinge, jamb: the ends of the closed door; open_end: where the leaf's free edge is drawn; row and col in continuous
+    pixels, shape (2,). radius: pixels. score: 0 … 1, how much of arc and leaf is drawn.
+    """
+
+    hinge: Floats
+    jamb: Floats
+    open_end: Floats
+    radius: float
+    score: float
+
+    @property
+    def middle(self) -> Floats:
+        """Row and col of the middle of the quarter, shape (2,)."""
+        return np.asarray((self.jamb + self.open_end) / 2)
+
+    def sweep(self) -> Floats:
+        """Corners of what the leaf sweeps, its arc included but not the closed door, shape (N, 2), row and col."""
+        closed, opened = self.jamb - self.hinge, self.open_end - self.hinge
+        turned = np.radians(np.linspace(SWEPT_FROM, SWEPT_TO, 10))[:, None]
+        rim = SWEPT_RADIUS * (np.cos(turned) * closed + np.sin(turned) * opened)
+        return np.asarray(self.hinge + np.vstack([np.zeros((1, 2)), rim]))
+
+
+@dataclass(frozen=True)
+class _Quarter:
+    """The directions of a leaf and of the door when closed, as numbers of ROUND, and how much of it is drawn."""
+
+    score: float
+    leaf: int
+    closed: int
+
+
+@dataclass(frozen=True)
+class DoorSize:
+    """The width of the doors of a sheet, pixels, of how many doors it is, and how sure, 0 … 1."""
+
+    px: float
+    count: int
+    confidence: float
+
+
+def measure_doors(contrast: Contrast | Mask) -> DoorSize | None:
+    """The usual width of the doors drawn with swings, of a sheet whose scale nobody knows.
+
+    contrast: as for find_swings. The width is where most radii agree; None when fewer than 3 do.
+    """
+    return agree_on_size(find_swings(contrast))
+
+
+def agree_on_size(swings: Sequence[Swing]) -> DoorSize | None:
+    """The width on which most swings agree within 12 %, None when fewer than 3 do."""
+    radii = np.array([swing.radius for swing in swings])
+    if len(radii) < LEAST_DOORS:
+        return None
+    # What is taken for a swing in letters and furniture is mostly small
+    scores = np.array([swing.score * swing.radius for swing in swings])
+    agrees = np.abs(np.log(radii[:, None] / radii[None])) <= np.log1p(SPREAD)
+    best = agrees[int((agrees @ scores).argmax())]
+    count = int(best.sum())
+    if count < LEAST_DOORS:
+        return None
+    share = float(scores[best].sum() / scores.sum())
+    return DoorSize(float(np.median(radii[best])), count, share * count / (count + 2))
+
+
+def find_swings(contrast: Contrast | Mask) -> tuple[Swing, ...]:
+    """The doors of a sheet drawn with a swing, best first; each leaf of a double door is one.
+
+    contrast: shape (H, W), 0 … 1: as of measure_contrast where that is more than binarise, which has wide walls; or the
+    ink. Doors of 7 to 150 pixels are found.
+    """
+    if min(contrast.shape) < 2 * LEAST_RADIUS:
+        return ()
+    factor = min(MOST_FACTOR, sqrt(FINE_PIXELS / contrast.size))
+    size = tuple(round(side * factor) for side in contrast.shape[::-1])
+    way = cv2.INTER_CUBIC if factor > 1 else cv2.INTER_AREA
+    fine = np.asarray(cv2.resize(contrast.astype(np.float32), size, interpolation=way), np.float32)
+    found = [swing for level in LEVELS for swing in _find_at_level(fine, level, factor)]
+    swings = tuple(_leave_out_twins(found))
+    usual = agree_on_size(swings)
+    if usual is None or usual.count < 2 * LEAST_DOORS:
+        return swings
+    return tuple(swing for swing in swings if LEAST_SIZE <= swing.radius / usual.px <= MOST_SIZE)
+
+
+def _find_at_level(fine: Contrast, level: float, factor: float) -> list[Swing]:
+    """Swings of lines above a contrast; fine: enlarged by the factor."""
+    points, outlines = _trace_outlines(fine > level)
+    arcs = [
+        _fit_circles(points, outlines, round(length * factor))
+        for length in _lengths(LEAST_RADIUS * LEAST_TURN, MOST_RADIUS * MOST_TURN)
+    ]
+    circles = _thin_out(np.concatenate([np.zeros((0, 5)), *arcs]))
+    least = np.maximum(LEAST_DRAWING * circles[:, 2], LEAST_SHARE * max(fine.shape))
+    circles = circles[_measure_drawings(fine > level, circles) > least]
+    circles = circles[_look_like_arcs(fine > level, circles)]
+    circles = _leave_out_equal(_fit_again(fine, circles, ARC))
+    circles, quarters = _keep_quarters(fine > level, circles, [None] * len(circles))
+    for _ in range(FITTINGS):
+        circles, quarters = _keep_quarters(fine > level, _fit_again(fine, circles, WHOLE_ARC), quarters, circles)
+    return [_place_swing(circle, quarter, factor) for circle, quarter in zip(circles, quarters, strict=True)]
+
+
+def _keep_quarters(
+    ink: Mask, circles: Floats, before: Sequence[_Quarter | None], rough: Floats | None = None
+) -> tuple[Floats, list[_Quarter]]:
+    """The circles that are a swing, turned to the middle of their quarter, and the quarter of each.
+
+    before, rough: what was read of each and from what circle; it stays, with less score, where nothing is read now.
+    """
+    turned, quarters = [], []
+    olds = zip(before, circles if rough is None else rough, strict=True)
+    for circle, rays, (old, other) in zip(circles, _unroll(ink, circles, ROUND, RINGS), olds, strict=True):
+        new = _read_quarter(rays)
+        if new is not None:
+            shift = round((new.leaf + new.closed) / 2) - DIRECTIONS // 2
+            turned.append(circle + np.array([0, 0, 0, shift * 2 * pi / DIRECTIONS, 0]))
+            quarters.append(_Quarter(new.score - float(circle[4]), new.leaf - shift, new.closed - shift))
+        elif old is not None:
+            turned.append(other)
+            quarters.append(_Quarter(0.85 * old.score, old.leaf, old.closed))
+    return np.array(turned).reshape(-1, 5), quarters
+
+
+def _measure_drawings(ink: Mask, circles: Floats) -> Floats:
+    """The longer side of the drawing that each arc is connected to: buildings are large, chairs and letters small."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(ink.astype(np.uint8))
+    sides = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
+    sides[0] = 0
+    there: Floats = sides[_unroll(labels, circles, np.zeros(1), ON)].max(axis=(1, 2)).astype(float)
+    return there
+
+
+def _lengths(first: float, last: float) -> Iterator[float]:
+    while first <= last:
+        yield first
+        first *= GROWTH
+
+
+def _trace_outlines(ink: Mask) -> tuple[Floats, NDArray[np.int64]]:
+    """Points one pixel apart along the outlines of ink, row and col, and the number of the outline of each."""
+    outlines, _ = cv2.findContours(ink.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+    # An outline begins anywhere, so its begin is told again at its end.
+    turned = [np.concatenate([line, line[: len(line) // 2]]) for line in outlines if len(line) >= 2 * LEAST_RADIUS]
+    if not turned:
+        return np.zeros((0, 2)), np.zeros(0, np.int64)
+    points = np.concatenate(turned)[:, 0, ::-1].astype(float)
+    number = np.repeat(np.arange(len(turned)), [len(line) for line in turned])
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    places = np.arange(0, along[-1])
+    before = np.searchsorted(along, places, side="right") - 1
+    within = number[before] == number[np.minimum(before + 1, len(number) - 1)]
+    evenly = np.column_stack([np.interp(places[within], along, points[:, axis]) for axis in (0, 1)])
+    return evenly, number[before][within]
+
+
+def _fit_circles(points: Floats, outlines: NDArray[np.int64], length: int) -> Floats:
+    """Circles through pieces of outlines of a length, shape (M, 5): row, col, radius, direction, misfit in radii."""
+    starts = np.arange(0, len(points) - length, max(1, length // 8))
+    starts = starts[outlines[starts] == outlines[starts + length]]
+    first, middle, last = (points[starts + step] for step in (0, length // 2, length))
+    chord = np.hypot(*(last - first).T)
+    height = np.hypot(*(middle - (first + last) / 2).T)
+    radius = chord**2 / (8 * np.maximum(height, 1e-3)) + height / 2
+    starts = starts[(length / radius > 0.9 * LEAST_TURN) & (length / radius < 1.1 * MOST_TURN)]
+    steps = np.round(np.linspace(0, length, FITTED)).astype(int)
+    pieces = points[starts[:, None] + steps]
+    circles = _fit_pieces(pieces)
+    radius, misfit = circles[:, 2], circles[:, 4]
+    turn = length / radius
+    return circles[(misfit < 0.4 / radius + 0.012) & (turn > LEAST_TURN) & (turn < MOST_TURN)]
+
+
+def _fit_pieces(pieces: Floats) -> Floats:
+    """The circle of each piece of points in a row, shape (M, N, 2); columns as of _fit_circles."""
+    origin = pieces.mean(axis=1)
+    local = pieces - origin[:, None]
+    # The circle of least algebraic distance (Kåsa, 1976) solves two linear equations in its middle
+    squares = (local**2).sum(axis=2)
+    cross = np.einsum("mpi,mpj->mij", local, local) + 1e-9 * np.eye(2)
+    middles = np.linalg.solve(cross, np.einsum("mpi,mp->mi", local, squares)[:, :, None])[:, :, 0] / 2
+    radius = np.sqrt((middles**2).sum(axis=1) + squares.mean(axis=1))
+    misfit = np.sqrt(((np.hypot(*(local - middles[:, None]).transpose(2, 0, 1)) - radius[:, None]) ** 2).mean(axis=1))
+    towards = local[:, pieces.shape[1] // 2] - middles
+    return np.column_stack([origin + middles, radius, np.arctan2(*towards.T), misfit / radius])
+
+
+def _fit_again(fine: Contrast, circles: Floats, arc: Floats) -> Floats:
+    """Circles through the middle of the lines at whose rims they were found; columns as of _fit_circles."""
+    near = np.linspace(0.88, 1.12, 13)
+    shares = _unroll(fine, circles, arc, near).astype(float) + 1e-6
+    radii = circles[:, 2, None] * (shares * near).sum(axis=2) / shares.sum(axis=2)
+    angles = circles[:, 3, None] + arc
+    return _fit_pieces(circles[:, None, :2] + radii[:, :, None] * np.stack([np.sin(angles), np.cos(angles)], axis=2))
+
+
+def _thin_out(circles: Floats) -> Floats:
+    """The best fitting of the circles in each cell of a grid of middles, radii and directions, best first."""
+    circles = circles[np.argsort(circles[:, 4], kind="stable")]
+    size = np.round(np.log(circles[:, 2]) / 0.12)
+    cell = 0.15 * np.exp(0.12 * size)
+    turn = np.round(circles[:, 3] * 3)
+    coarse = np.column_stack([np.round(circles[:, 0] / cell), np.round(circles[:, 1] / cell), size, turn])
+    keys = coarse.astype(np.int64) @ np.array([1 << 40, 1 << 20, 1 << 8, 1])
+    return circles[np.sort(np.unique(keys, return_index=True)[1])]
+
+
+def _leave_out_equal(circles: Floats) -> Floats:
+    """The best fitting of circles that are nearly the same, best first."""
+    kept, circles = [], circles[:MAX_CIRCLES]
+    while len(circles):
+        row, col, radius, direction, _ = best = circles[0]
+        kept.append(best)
+        apart = np.hypot(circles[:, 0] - row, circles[:, 1] - col)
+        turned = np.abs((circles[:, 3] - direction + pi) % (2 * pi) - pi)
+        same = (apart < 0.06 * radius) & (np.abs(circles[:, 2] - radius) < 0.06 * radius) & (turned < 0.4)
+        same[0] = True
+        circles = circles[~same]
+    return np.array(kept).reshape(-1, 5)
+
+
+def _unroll(image: NDArray[Any], circles: Floats, angles: Floats, rings: Floats) -> NDArray[Any]:
+    """The image about each circle, shape (M, angles, rings); angles are taken from the direction of its arc."""
+    row, col, radius, direction = circles[:, :4].T.astype(np.float32)[:, :, None]
+    turned = direction + angles.astype(np.float32)
+    reach = (radius * rings.astype(np.float32))[:, None]
+    rows, cols = (
+        place[:, None] + way[:, :, None] * reach for place, way in ((row, np.sin(turned)), (col, np.cos(turned)))
+    )
+    limits = np.array(image.shape) - 1
+    rows, cols = (
+        np.clip(np.rint(axis).astype(np.intp), 0, limit) for axis, limit in ((rows, limits[0]), (cols, limits[1]))
+    )
+    return np.asarray(image[rows, cols])
+
+
+def _look_like_arcs(ink: Mask, circles: Floats) -> Mask:
+    """Which circles have ink along the middle of their arc, hardly any on both sides of it, and are not closed."""
+    arc, beside = (_unroll(ink, circles, ARC, rings) for rings in (ON, BESIDE))
+    rest = _unroll(ink, circles, np.linspace(1.4, 2 * pi - 1.4, 15), ON)
+    drawn, closed = (part.any(axis=2).mean(axis=1) for part in (arc, rest))
+    return np.asarray((drawn > 0.85) & (beside.mean(axis=(1, 2)) <= MOST_CLUTTER) & (closed < 0.7))
+
+
+def _read_quarter(rays: Mask) -> _Quarter | None:
+    """The swing about a circle, None where there is no leaf, no jamb or more than a quarter.
+
+    rays: ink about the circle, shape (DIRECTIONS, len(RINGS)).
+    """
+    first, last = _extent(np.asarray(rays[:, _between(0.94, 1.06)].any(axis=1)))
+    if not LEAST_ARC <= last - first <= MOST_ARC:
+        return None
+    spread = rays | np.roll(rays, 1, axis=0) | np.roll(rays, -1, axis=0)
+    along = spread[:, _between(0.25, 0.94)].mean(axis=1)
+    beyond = spread[:, _between(1.06, 1.3)].mean(axis=1)
+    inside = rays[:, _between(0.35, 0.84)].mean(axis=1)
+    outside = rays[:, _between(1.16, 1.25)].mean(axis=1)
+    behind = np.roll(spread[:, _between(0.125, 0.3)].mean(axis=1), -DIRECTIONS // 2)
+    exact = np.asarray(rays[:, _between(0.98, 1.02)].any(axis=1))
+    best: _Quarter | None = None
+    for end, way in ((first, 1), (last, -1)):
+        leaves = along[end - 4 : end + 5]
+        leaf = end - 4 + round(float(np.flatnonzero(leaves >= leaves.max() - 0.05).mean()))
+        other = first + last - end
+        closed = leaf + way * QUARTER if way * (other - leaf) >= QUARTER - 4 else other
+        near = [angle % DIRECTIONS for angle in range(closed - 3, closed + 4)]
+        parts = (along[leaf], beyond[near].max(), behind[near].max())
+        inner = np.sort([leaf + 5 * way, closed - 5 * way])
+        clutter = float(inside[inner[0] : inner[1] + 1].mean())
+        clutter = max(clutter, float(outside[inner[0] : inner[1] + 1].mean()) - 0.1)
+        if min(parts) < LEAST_PART or clutter > MOST_CLUTTER or beyond[leaf] > beyond[near].max():
+            continue
+        exactly = float(exact[inner[0] : inner[1] + 1].mean())
+        score = float(np.mean(parts)) * exactly * (1 - 0.3 * float(along[closed % DIRECTIONS])) - clutter
+        if best is None or score > best.score:
+            best = _Quarter(score, leaf, closed)
+    return best
+
+
+def _place_swing(circle: Floats, quarter: _Quarter, factor: float) -> Swing:
+    row, col, radius, direction, _ = circle
+    angles = np.array([quarter.leaf, quarter.closed]) * (2 * pi / DIRECTIONS) - pi + direction
+    hinge = np.array([row, col])
+    open_end, jamb = hinge + radius * np.column_stack([np.sin(angles), np.cos(angles)])
+    # OpenCV counts from the middle of the first pixel
+    hinge, jamb, open_end = ((place + 0.5) / factor for place in (hinge, jamb, open_end))
+    return Swing(hinge, jamb, open_end, float(radius) / factor, quarter.score)
+
+
+def _between(low: float, high: float) -> slice:
+    """The rings from a radius to another."""
+    first, last = np.searchsorted(RINGS, (low - 1e-9, high + 1e-9))
+    return slice(int(first), int(last))
+
+
+def _extent(ring: Mask) -> tuple[int, int]:
+    """How far the ink of a ring goes from its middle, over gaps of one direction; first and last direction."""
+    middle = DIRECTIONS // 2
+    ends = []
+    for way in (-1, 1):
+        end = middle
+        while 6 < end < DIRECTIONS - 7 and (ring[end + way] or ring[end + 2 * way]):
+            end += way
+        ends.append(end)
+    return ends[0], ends[1]
+
+
+def _leave_out_twins(swings: list[Swing]) -> list[Swing]:
+    """The best of swings that lie over each other; leaf, arc and door have small swings in their corners."""
+    best: list[Swing] = []
+    for swing in sorted(swings, key=lambda swing: -swing.score):
+        if not any(_cover(other, swing) and abs(np.log(other.radius / swing.radius)) < 0.3 for other in best):
+            best.append(swing)
+    kept: list[Swing] = []
+    for swing in sorted(best, key=lambda swing: -swing.score * sqrt(swing.radius)):
+        if not any(_cover(other, swing) for other in kept):
+            kept.append(swing)
+    return kept
+
+
+def _cover(swing: Swing, other: Swing) -> bool:
+    return bool(np.hypot(*(swing.middle - other.middle)) <= 0.6 * swing.radius)

@@ -1,0 +1,177 @@
+"""A vector plan as a sheet of pixels, at a scale at which doors have the size that reading pictures expects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.errors import OptionError, PlanError
+from pianta.formats.files import shown
+from pianta.formats.plan_drawing import ROLES, DrawnText, PlanDrawing
+from pianta.plan.sheet import PlacedText, Sheet
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Colors = NDArray[np.uint8]
+
+DOOR_WIDTH = 0.9  # metres
+DOOR_PX = 32
+LONGEST_PX, MARGIN_PX, LINE_PX = 4000, 24, 2
+UNSCALED_SHARE = 0.5  # of the longest side, where nothing tells the scale
+
+_GAP_SHARE = 0.5  # of the extent: what lies beyond an emptier stretch is no part of the plan
+_MAX_CUTS = 20
+_POINT = 1e-9  # drawing units
+_LINE_OF_CAPITALS, _LETTER_OF_CAPITALS = 1.4, 0.85  # of the height of capitals
+_SUBPIXEL_BITS = 4
+
+
+def draw_sheet(drawing: PlanDrawing, *, longest_px: int = LONGEST_PX) -> Sheet:
+    """Draw a vector plan as pixels, black on white, with its walls, doors and texts in their frame.
+
+    longest_px: what neither side exceeds.
+
+    A door of 0.9 m becomes DOOR_PX pixels wide, where the drawing has units, and so does the median door where it has
+    only doors; with neither, the longer side becomes half of longest_px. Lines are at least LINE_PX wide, without
+    grey. Walls are the lines and filled areas of a drawing that names walls, None of one that names none; what it
+    calls door or window is no wall. Texts are placed and not drawn; a drawing without any may have drawn its letters
+    as lines, so its texts are None. What lies off the plan, beyond a stretch emptier than half the extent, is left out.
+
+    Raises OptionError when longest_px leaves no room within the margin, PlanError when nothing is drawn.
+    """
+    if longest_px < 4 * MARGIN_PX:
+        raise OptionError(f"longest_px is {longest_px}, give at least {4 * MARGIN_PX}")
+    low, high = _extent_of(drawing)
+    frame = _Frame(low, high, _px_per_unit(drawing, high - low, longest_px))
+    middles = drawing.doors.mean(axis=1)
+    doors = drawing.doors[((middles >= low) & (middles <= high)).all(axis=1)]
+    texts = tuple(_place_text(text, frame) for text in drawing.texts if frame.holds(text.x, text.y))
+    ink = _draw_lines(drawing, np.ones(len(drawing.lines), bool), frame) | _draw_fills(drawing, frame)
+    return Sheet(
+        colors=np.where(ink[:, :, None], np.uint8(0), np.uint8(255)).repeat(3, axis=2),
+        walls=_draw_walls(drawing, frame),
+        doors=frame.to_pixels(doors),
+        texts=texts or None,
+        resolution=drawing.metres_per_unit and drawing.metres_per_unit / frame.px_per_unit,
+        source=drawing.source,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    """Where drawing units lie on the sheet; low, high: shape (2,), the corners of the extent, drawing units."""
+
+    low: Floats
+    high: Floats
+    px_per_unit: float
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of the sheet, pixels."""
+        width, height = np.ceil((self.high - self.low) * self.px_per_unit).astype(int) + 2 * MARGIN_PX
+        return int(height), int(width)
+
+    def to_pixels(self, points: Floats) -> Floats:
+        """Row and col, in continuous pixels, of points x, y, shape (…, 2)."""
+        x, y = np.moveaxis(points, -1, 0)
+        rows, cols = (self.high[1] - y) * self.px_per_unit, (x - self.low[0]) * self.px_per_unit
+        return np.stack([rows + MARGIN_PX, cols + MARGIN_PX], axis=-1)
+
+    def holds(self, x: float, y: float) -> bool:
+        """Whether a point lies on the sheet."""
+        row, col = self.to_pixels(np.array([x, y]))
+        height, width = self.shape
+        return bool(0 <= row < height and 0 <= col < width)
+
+    def to_cv(self, points: Floats) -> NDArray[np.int32]:
+        """Points x, y as OpenCV takes them: col, row, from the centre of the first pixel, in parts of a pixel."""
+        pixels = np.clip(self.to_pixels(points), -1e5, 1e5)
+        return np.asarray(np.round((pixels[..., ::-1] - 0.5) * 2**_SUBPIXEL_BITS), np.int32)
+
+
+def _extent_of(drawing: PlanDrawing) -> tuple[Floats, Floats]:
+    """The corners of what is drawn, shape (2,) each, drawing units, without what lies far off."""
+    boxes = [np.stack([drawing.lines.min(axis=1), drawing.lines.max(axis=1)], axis=1)]
+    boxes += [np.array([[outline.min(axis=0), outline.max(axis=0)]]) for outline in drawing.fills]
+    bounds = np.concatenate(boxes)
+    if not len(bounds):
+        raise PlanError(f"plan {shown(drawing.source)} draws nothing, give one with lines")
+    # Where walls are named they are the plan, however many lines a detail beside it has.
+    is_wall = np.zeros(len(bounds), bool)
+    is_wall[: len(drawing.lines)] = drawing.roles == ROLES.index("wall")
+    weights = is_wall.astype(float) if is_wall.any() else np.ones(len(bounds))
+    for axis in [0, 1] * _MAX_CUTS:
+        kept = _cut_off(bounds, weights, axis)
+        bounds, weights = bounds[kept], weights[kept]
+    return bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+
+
+def _cut_off(bounds: Floats, weights: Floats, axis: int) -> NDArray[np.bool_]:
+    """Which boxes, shape (N, 2, 2), lie on the heavier side of the widest empty stretch along an axis.
+
+    All, unless the stretch is wider than half the extent, and than the longer side of what would stay.
+    """
+    order = np.argsort(bounds[:, 0, axis], kind="stable")
+    starts = bounds[order, 0, axis]
+    reached = np.maximum.accumulate(bounds[order, 1, axis])
+    gaps = starts[1:] - reached[:-1]
+    if not len(gaps) or gaps.max() <= _GAP_SHARE * (reached[-1] - starts[0]):
+        return np.ones(len(bounds), bool)
+    kept = bounds[:, 0, axis] >= starts[gaps.argmax() + 1]
+    kept = kept if weights[kept].sum() > weights[~kept].sum() else ~kept
+    stays = (bounds[kept, 1].max(axis=0) - bounds[kept, 0].min(axis=0)).max()
+    return np.asarray(kept if gaps.max() > stays else np.ones(len(bounds), bool))
+
+
+def _px_per_unit(drawing: PlanDrawing, size: Floats, longest_px: int) -> float:
+    """Pixels per drawing unit, such that the longer side fits."""
+    longest = float(size.max())
+    if not longest > _POINT:
+        raise PlanError(f"plan {shown(drawing.source)} draws a single point, give one with walls")
+    fitting = (longest_px - 2 * MARGIN_PX - 1) / longest
+    door = float(np.median(np.linalg.norm(np.diff(drawing.doors, axis=1), axis=2))) if len(drawing.doors) else 0.0
+    if drawing.metres_per_unit is not None:
+        door = DOOR_WIDTH / drawing.metres_per_unit
+    return min(fitting, DOOR_PX / door if door > 0 else fitting * UNSCALED_SHARE)
+
+
+def _draw_walls(drawing: PlanDrawing, frame: _Frame) -> Mask | None:
+    is_wall = drawing.roles == ROLES.index("wall")
+    return _draw_lines(drawing, is_wall, frame) | _draw_fills(drawing, frame) if is_wall.any() else None
+
+
+def _draw_lines(drawing: PlanDrawing, chosen: Mask, frame: _Frame) -> Mask:
+    """Lines of their widths; those of LINE_PX exactly so, where OpenCV draws an odd number of pixels."""
+    points = frame.to_cv(drawing.lines[chosen])
+    widths = np.round(drawing.widths[chosen] * frame.px_per_unit).clip(LINE_PX, max(frame.shape))
+    canvas: Colors = np.zeros(frame.shape, np.uint8)
+    # A line of two pixels lies on both sides of the border of two.
+    _draw_chains(canvas, points[widths == LINE_PX] + 2 ** (_SUBPIXEL_BITS - 1), 1)
+    canvas = np.asarray(cv2.dilate(canvas, np.ones((LINE_PX, LINE_PX), np.uint8), anchor=(0, 0)), np.uint8)
+    for width in np.unique(widths[widths > LINE_PX]):
+        _draw_chains(canvas, points[widths == width], int(width) - 1)
+    return np.asarray(canvas > 0)
+
+
+def _draw_chains(canvas: Colors, points: NDArray[np.int32], thickness: int) -> None:
+    cv2.polylines(canvas, list(points), False, 255, thickness, cv2.LINE_8, _SUBPIXEL_BITS)  # noqa: FBT003
+
+
+def _draw_fills(drawing: PlanDrawing, frame: _Frame) -> Mask:
+    canvas = np.zeros(frame.shape, np.uint8)
+    for outline in drawing.fills:
+        cv2.fillPoly(canvas, [frame.to_cv(outline)], 255, cv2.LINE_8, _SUBPIXEL_BITS)
+    return canvas > 0
+
+
+def _place_text(text: DrawnText, frame: _Frame) -> PlacedText:
+    """A text with a box as high as a line of it, and as wide as its letters usually are."""
+    along = np.array([np.cos(text.angle), np.sin(text.angle)])
+    up = np.array([-along[1], along[0]])
+    right = along * len(text.text) * _LETTER_OF_CAPITALS * text.height / 2
+    above = up * _LINE_OF_CAPITALS * text.height / 2
+    corners = np.array([text.x, text.y]) + np.array([above - right, above + right, right - above, -above - right])
+    return PlacedText(text.text, frame.to_pixels(corners))

@@ -1,0 +1,148 @@
+"""The regions of a plan as the map that the layout method takes, with the doors remembered and their gaps closed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.plan.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, Regions
+from pianta.plan.sheet import Floats, Mask
+
+# The map of a floor is drawn finer than the regions by this factor.
+FINER = 2
+# A barrier is wall, or door where doors are closed, by more than this probability.
+BARRIER = 0.5
+# Space between barriers is inside where more than this share of what is so near to barriers is, metres,
+MAJORITY, SEEN = 0.5, 1.5
+# or at the edge of the sheet this share; where less of it is, each spot speaks for itself, smoothed over so much, m.
+AGREEMENT, SMOOTH = 0.8, 0.5
+# Shorter pieces of barriers are none, metres.
+SHORTEST_WALL = 0.6
+# Smaller patches of space are none; m².
+PATCH = 1.0
+# Smaller bits of what reaches the edge of the sheet are none, either; m².
+TORN_PATCH = 5.0
+# The two lines of a wall are no further apart than this; metres of a door.
+THICKEST, DOOR_METRES = 0.4, 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class FloorMap:
+    """A map of the floors on a sheet, in metres with y up and the origin in the lower left corner of the sheet.
+
+    grid: walls occupied, outside unknown. inside: shape (H, W) of the grid. resolution: metres per pixel of the sheet.
+    height: of the sheet, metres.
+    """
+
+    grid: GridMap
+    inside: Mask
+    resolution: float
+    height: float
+
+
+def draw_floor_map(
+    regions: Regions,
+    doors: Floats,
+    *,
+    sheet_shape: tuple[int, int],
+    resolution: float,
+    sweeps: Sequence[Floats] = (),
+) -> FloorMap:
+    """The map of the floors on a sheet: thin walls along the middle of what is wall, gaps at doors closed.
+
+    doors: shape (D, 2, 2), from jamb to jamb, row and col in pixels of the sheet. sheet_shape: its rows and columns.
+    resolution: metres per pixel of the sheet. sweeps: corners of what leaves of doors sweep, each shape (N, 2), row and
+    col in pixels of the sheet; no wall stands there.
+    """
+    cell_px = regions.cell_px / FINER
+    shape = tuple(max(1, round(side / cell_px)) for side in sheet_shape)
+    layers = [cv2.resize(layer, shape[::-1], interpolation=cv2.INTER_LINEAR) for layer in regions.probabilities]
+    cell = cell_px * resolution
+    # Doors are closed where the network sees them, and by lines from jamb to jamb
+    barrier = layers[WALL] + layers[DOOR] if len(doors) else layers[WALL].copy()
+    for corners in sweeps:
+        cv2.fillConvexPoly(barrier, np.rint(corners[:, ::-1] / cell_px - 0.5).astype(np.int32), 0.0)
+    for ends in doors / cell_px - 0.5:
+        (row0, col0), (row1, col1) = np.rint(ends).astype(int).tolist()
+        cv2.line(barrier, (col0, row0), (col1, row1), 1.0, 2)
+    # What removed symbols leave of lines is too small for a wall
+    barrier = _erode(barrier, least=SHORTEST_WALL / cell)
+    inside = _find_inside(barrier, layers[OUTSIDE] - layers[INSIDE], cell)
+    # Rooms grow to the middle of the walls, which become lines
+    walls, grown = _thin_barriers(barrier, inside)
+    cells = np.where(walls, OCCUPIED, np.where(grown, FREE, UNKNOWN)).astype(np.int8)
+    height = sheet_shape[0] * resolution
+    return FloorMap(GridMap(cells, cell, (0.0, height - shape[0] * cell, 0.0)), grown, resolution, height)
+
+
+def trust_walls(regions: Regions, walls: Mask) -> Regions:
+    """Regions in which wall is what the file of a plan calls wall, shape (H, W) of the sheet, and nothing else.
+
+    Between the two lines of a wall is wall, too.
+    """
+    height, width = regions.probabilities.shape[1:]
+    thickest = max(3, round(THICKEST / DOOR_METRES * DOOR_CELLS * regions.cell_px)) | 1
+    filled = cv2.morphologyEx(walls.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((thickest, thickest), np.uint8))
+    share = cv2.resize(filled.astype(np.float32), (width, height), interpolation=cv2.INTER_AREA)
+    wall = np.minimum(share * 2, 1)
+    others = regions.probabilities.copy()
+    others[WALL] = 0
+    others *= (1 - wall) / np.maximum(others.sum(axis=0), 1e-6)
+    others[WALL] = wall
+    return Regions(others, regions.cell_px)
+
+
+def _erode(barrier: NDArray[np.float32], *, least: float) -> NDArray[np.float32]:
+    """The barriers without pieces that are shorter than least, cells, in both directions."""
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats((barrier >= BARRIER).astype(np.uint8), connectivity=8)
+    small = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) < least
+    small[0] = False
+    return np.where(small[pieces], np.float32(0), barrier)
+
+
+def _find_inside(barrier: NDArray[np.float32], outside: NDArray[np.float32], cell: float) -> Mask:
+    """What lies inside of rooms: the patches of space between barriers that are inside by majority.
+
+    Only near walls does the network see enough to tell, so the middle of a hall is what its edge is. A patch that
+    reaches the edge of the sheet may be a room that lost a wall to the paper: there each spot speaks for itself.
+    """
+    patches, count = ndimage.label(barrier < BARRIER)
+    numbers = np.arange(count + 1)
+    area = np.bincount(patches.ravel(), minlength=count + 1) * cell**2
+    near = cv2.distanceTransform((barrier < BARRIER).astype(np.uint8), cv2.DIST_L2, 3) * cell <= SEEN
+    told, inside = (np.bincount(patches[where], minlength=count + 1) for where in (near, near & (outside < 0)))
+    share = inside / np.maximum(told, 1)
+    rim = np.concatenate([patches[0], patches[-1], patches[:, 0], patches[:, -1]])
+    leaks = np.isin(numbers, rim) & (share < AGREEMENT) & (share >= MAJORITY)
+    whole = (area >= PATCH) & ~leaks & (share >= MAJORITY)
+    whole[0] = leaks[0] = False
+    smooth = cv2.GaussianBlur(outside, (0, 0), SMOOTH / cell)
+    torn, parts = ndimage.label(leaks[patches] & (smooth < 0))
+    large = np.bincount(torn.ravel(), minlength=parts + 1) * cell**2 >= TORN_PATCH
+    large[0] = False
+    return np.asarray(whole[patches] | large[torn])
+
+
+def _thin_barriers(barrier: NDArray[np.float32], inside: Mask) -> tuple[Mask, Mask]:
+    """Barriers as lines along their highest places, and the rooms grown up to them; shapes (H, W).
+
+    Where a barrier parts no patches, as a wall that ends in a room, its line is the skeleton.
+    """
+    from skimage.morphology import skeletonize
+    from skimage.segmentation import watershed
+
+    patches, count = ndimage.label(inside)
+    beyond = count + 1
+    basins = watershed(barrier, np.where((barrier < BARRIER) & ~inside, beyond, patches))
+    grown = (basins != beyond) & (basins > 0)
+    lines = skeletonize(barrier >= BARRIER) & grown
+    lines[1:] |= basins[1:] != basins[:-1]
+    lines[:, 1:] |= basins[:, 1:] != basins[:, :-1]
+    # Two cells wide, so that no way leads through between diagonal neighbours
+    return cv2.dilate(lines.astype(np.uint8), np.ones((2, 2), np.uint8)) > 0, grown

@@ -1,0 +1,176 @@
+"""A plan in, its floors out: the preprocessing of section 3.3 of the thesis, and its layout method after it."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pianta.errors import PlanError, PlanWarning
+from pianta.floor import Floor, scale_floor
+from pianta.formats.files import MAX_CELLS, shown
+from pianta.gridmap import UNKNOWN, GridMap
+from pianta.layout.methods import DEFAULT_METHOD, check_method
+from pianta.plan.door_lines import find_doors
+from pianta.plan.door_swings import Swing, find_swings
+from pianta.plan.floor_map import draw_floor_map, trust_walls
+from pianta.plan.floors_on_sheet import lay_out_floors
+from pianta.plan.legend import Legend, find_legend
+from pianta.plan.open_sheet import open_sheet
+from pianta.plan.paper import binarise, measure_contrast
+from pianta.plan.plan_scale import (
+    DOOR_WIDTH,
+    SURE_DOORS,
+    PlanScale,
+    agree_on_doors,
+    find_door_scale,
+    find_stated_scale,
+    fit_door_px,
+    refine_by_sizes,
+)
+from pianta.plan.regions import NETWORKS, find_regions, has_walls
+from pianta.plan.room_names import name_rooms
+from pianta.plan.sheet import Colors, PlacedText, Sheet
+from pianta.plan.storeys import IFC_SUFFIX, read_storeys
+from pianta.plan.symbol_templates import own_templates, read_symbol_folder
+from pianta.plan.symbols import find_symbols, remove_symbols
+from pianta.plan.text import erase_texts, read_texts, text_reader_available
+
+NO_ROOMS = "plan {} shows no rooms, give a plan with walls, or its --resolution"
+
+
+@dataclass(frozen=True, eq=False)
+class PlanFloor:
+    """A floor that was found in a plan.
+
+    floor: metres, y up; of a sheet with the origin in its lower left corner, of an IFC in the frame of the model.
+    grid: the frame of the sheet, unknown cells of its pixels. scale: metres per pixel, and what tells them.
+    name: of the storey, empty where the plan does not say.
+    """
+
+    floor: Floor
+    grid: GridMap
+    scale: PlanScale
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class PlanReading:
+    """What was read from a plan: the floors, the largest of a sheet first; the sheet, None for an IFC."""
+
+    floors: tuple[PlanFloor, ...]
+    sheet: Sheet | None
+
+
+def read_plan(
+    path: str | Path,
+    *,
+    resolution: float | None = None,
+    page: int | None = None,
+    symbols: Path | None = None,
+    method: str = DEFAULT_METHOD,
+    with_symbols: bool = True,
+    with_text: bool = True,
+    networks: Sequence[str] = NETWORKS,
+    max_cells: int = MAX_CELLS,
+) -> PlanReading:
+    """The floors of a plan: rooms with their names, and doors (thesis, section 3.3).
+
+    resolution: metres per pixel, found in the plan unless given. page: of a PDF. symbols: folder with PNGs of symbols
+    besides our own. method: how rooms are found in what remains. with_symbols: whether symbols are found and removed,
+    and the gaps of doors closed. with_text: whether text is read. networks: those that say what is wall.
+    max_cells: pixels that a picture may have.
+
+    Warns (PlanWarning) of text that cannot be read and of several floors on a sheet.
+    Raises PlanError, in one line, for what is no plan; OptionError for an unknown method.
+    """
+    check_method(method)
+    templates = own_templates() + (read_symbol_folder(symbols) if symbols else ())
+    if Path(path).suffix.lower() == IFC_SUFFIX:
+        return PlanReading(tuple(PlanFloor(*storey) for storey in read_storeys(path)), None)
+    sheet = open_sheet(path, page=page, max_cells=max_cells)
+    # Text tells the names and the scale, and is no wall
+    texts = _read_texts(sheet, path) if with_text else sheet.texts or ()
+    view = _view_sheet(sheet, texts, resolution=resolution, networks=networks)
+    # Symbols are matched with templates and removed, doors remembered; each spot is inside, wall, door or outside
+    found = find_symbols(view.colors, door_px=view.drawn_px, templates=templates) if with_symbols else ()
+    regions = find_regions(remove_symbols(view.colors, found), door_px=view.door_px, networks=networks)
+    doors = find_doors(regions, view.swings, found, sheet.doors) if with_symbols else sheet.doors[:0]
+    regions = regions if sheet.walls is None else trust_walls(regions, sheet.walls)
+    # The gaps of doors are closed, walls thinned to lines, and the layout method finds the rooms between them
+    floors = []
+    if has_walls(regions):
+        floor_map = draw_floor_map(
+            regions,
+            doors,
+            sheet_shape=sheet.colors.shape[:2],
+            resolution=view.scale.resolution,
+            sweeps=[swing.sweep() for swing in view.swings] if with_symbols else (),
+        )
+        floors = lay_out_floors(floor_map, doors, method=method, source=sheet.source)
+    _check_floors(floors, path)
+    scale = view.scale if view.is_stated else refine_by_sizes(view.scale, floors, texts, sheet.colors.shape[0])
+    legend = find_legend(texts)
+    return PlanReading(tuple(_place_floor(floor, sheet, texts, legend, scale) for floor in floors), sheet)
+
+
+@dataclass(frozen=True, eq=False)
+class _View:
+    """A sheet without its text, the doors with a swing on it, and its scale.
+
+    drawn_px, door_px: pixels of a door as it is drawn, and as the network takes it.
+    """
+
+    colors: Colors
+    swings: tuple[Swing, ...]
+    drawn_px: float
+    door_px: float
+    scale: PlanScale
+    is_stated: bool
+
+
+def _view_sheet(
+    sheet: Sheet, texts: Sequence[PlacedText], *, resolution: float | None, networks: Sequence[str]
+) -> _View:
+    """The scale is stated, or that of the doors that have a swing, or the one at which the sheet looks like a plan."""
+    ink = binarise(sheet.colors)
+    colors = erase_texts(sheet.colors, ink, texts)
+    swings = find_swings(np.maximum(measure_contrast(colors), binarise(colors)))
+    stated, drawn = find_stated_scale(sheet, texts, ink, given=resolution), agree_on_doors(swings)
+    known_px = DOOR_WIDTH / stated.resolution if stated else drawn.px if drawn else None
+    is_sure = stated is not None or (drawn is not None and drawn.count >= SURE_DOORS)
+    door_px = fit_door_px(colors, door_px=known_px, is_sure=is_sure, networks=networks)
+    scale = stated or find_door_scale(drawn, door_px)
+    return _View(colors, swings, drawn.px if drawn else door_px, door_px, scale, stated is not None)
+
+
+def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:
+    """Raise PlanError where there is no floor, and warn where there are several."""
+    if not floors:
+        raise PlanError(NO_ROOMS.format(shown(path)))
+    if len(floors) > 1:
+        told = f"plan {shown(path)} shows {len(floors)} floors, each is read on its own"
+        warnings.warn(PlanWarning(told), stacklevel=3)
+
+
+def _read_texts(sheet: Sheet, path: str | Path) -> tuple[PlacedText, ...]:
+    """The texts of a sheet, read where its file does not say them; none, with a warning, where nothing can read."""
+    if sheet.texts is not None:
+        return sheet.texts
+    if not text_reader_available():
+        told = f"plan {shown(path)} is read without its text, install pianta[plan] to read names"
+        warnings.warn(PlanWarning(told), stacklevel=3)
+        return ()
+    return read_texts(sheet.colors)
+
+
+def _place_floor(
+    floor: Floor, sheet: Sheet, texts: Sequence[PlacedText], legend: Legend, scale: PlanScale
+) -> PlanFloor:
+    """A floor, in pixels of the sheet with y up, in metres and with the names of its rooms."""
+    placed = scale_floor(floor, scale.resolution, scale.resolution)
+    grid = GridMap(np.full(sheet.colors.shape[:2], UNKNOWN, np.int8), scale.resolution)
+    return PlanFloor(name_rooms(placed, texts, grid, legend), grid, scale)

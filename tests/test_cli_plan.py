@@ -1,0 +1,122 @@
+"""Plans on the command line: pianta read plan.png, as a user runs it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from pianta.floor import Floor
+from pianta.formats.floor_geojson import read_floor
+from pianta.worlds.floors import make_corridor_floor
+from pianta.worlds.plan_drawing import draw_plan
+from tests.command_line import run_pianta
+
+PX_PER_METRE = 30.0
+
+
+@pytest.fixture(scope="module")
+def true_floor() -> Floor:
+    return make_corridor_floor(length=14, room_width=(4.0, 6.0), seed=3)
+
+
+@pytest.fixture(scope="module")
+def plan(true_floor: Floor, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("plan") / "plan.png"
+    drawn = draw_plan(true_floor, style="thick", px_per_metre=PX_PER_METRE, doors="arc", seed=1)
+    Image.fromarray(drawn.colors).save(file)
+    return file
+
+
+def test_a_plan_is_read_into_the_four_files(plan: Path, true_floor: Floor, tmp_path: Path):
+    result = run_pianta("read", str(plan), "-o", str(tmp_path / "out"))
+    assert result.code == 0, result.err
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == [
+        "floor.geojson",
+        "graph.json",
+        "picture.png",
+        "rooms.png",
+    ]
+    assert "scale: " in result.out
+    floor = read_floor(tmp_path / "out" / "floor.geojson")
+    assert len(floor.rooms) == len(true_floor.rooms)
+    assert not any(room.partial for room in floor.rooms)
+    with Image.open(plan) as sheet, Image.open(tmp_path / "out" / "rooms.png") as labels:
+        assert labels.size == sheet.size
+
+
+def test_a_given_resolution_is_the_scale(plan: Path, true_floor: Floor, tmp_path: Path):
+    resolution = 1 / PX_PER_METRE
+    result = run_pianta("read", str(plan), "-o", str(tmp_path), "--resolution", str(resolution), "-q")
+    assert result.code == 0, result.err
+    assert not result.out
+    area = sum(room.polygon.area for room in read_floor(tmp_path / "floor.geojson").rooms)
+    assert area == pytest.approx(sum(room.polygon.area for room in true_floor.rooms), rel=0.12)
+
+
+def test_as_map_reads_a_plan_as_a_map(plan: Path, tmp_path: Path):
+    result = run_pianta("read", str(plan), "-o", str(tmp_path), "--as", "map")
+    assert result.code == 2
+    assert "--resolution" in result.err
+
+
+def test_previous_keeps_the_ids_of_a_plan(plan: Path, tmp_path: Path):
+    for more in ([], ["--previous", str(tmp_path)]):
+        result = run_pianta("read", str(plan), "-o", str(tmp_path), *more)
+        assert result.code == 0, result.err
+    assert "0 are new, 0 are gone" in result.out
+
+
+def test_a_batch_goes_on_after_a_file_that_is_no_plan(plan: Path, tmp_path: Path):
+    broken = tmp_path / "broken.svg"
+    broken.write_text("<svg><!-- nothing -->")
+    result = run_pianta("read", str(plan), str(broken), "-o", str(tmp_path / "out"))
+    assert result.code == 1
+    assert "broken.svg" in result.err
+    assert (tmp_path / "out" / "plan" / "floor.geojson").is_file()
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--page", "2"], "is no PDF, leave out --page"),
+        (["--trust-thresholds"], "--trust-thresholds"),
+        (["--symbols", "nowhere"], "is no folder, give a folder of PNGs"),
+        (["--resolution", "-1"], "give positive metres per pixel"),
+        (["--words", "nowhere.json"], "nowhere.json"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused_in_one_line(plan: Path, tmp_path: Path, options: list[str], told: str):
+    result = run_pianta("read", str(plan), "-o", str(tmp_path / "out"), *options)
+    assert result.code == 2
+    assert told in result.err.replace("\n", " ")
+    assert not (tmp_path / "out" / "floor.geojson").exists()
+
+
+def test_a_page_of_a_map_is_refused(tmp_path: Path):
+    result = run_pianta("world", "sample", "-o", str(tmp_path))
+    assert result.code == 0
+    result = run_pianta("read", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "out"), "--page", "1")
+    assert result.code == 2
+    assert "leave out --page" in result.err
+
+
+def test_a_white_sheet_has_no_rooms(tmp_path: Path):
+    Image.new("L", (400, 300), 255).save(tmp_path / "white.png")
+    result = run_pianta("read", str(tmp_path / "white.png"), "-o", str(tmp_path / "out"))
+    assert result.code == 2
+    assert "shows no rooms" in result.err
+    assert result.err.count("error") == 1
+
+
+def test_names_are_in_the_files(true_floor: Floor, tmp_path: Path):
+    pytest.importorskip("rapidocr")
+    texts = {room.id: "Office" for room in true_floor.rooms[1:4]}
+    drawn = draw_plan(true_floor, style="thick", px_per_metre=40, texts=texts, seed=1)
+    Image.fromarray(drawn.colors).save(tmp_path / "named.png")
+    result = run_pianta("read", str(tmp_path / "named.png"), "-o", str(tmp_path / "out"))
+    assert result.code == 0, result.err
+    graph = json.loads((tmp_path / "out" / "graph.json").read_text())
+    assert [node["name"] for node in graph["nodes"]].count("Office") == len(drawn.names)

@@ -1,0 +1,161 @@
+"""Doors as lines from jamb to jamb, and the rooms on both sides of them."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from shapely import LineString, box
+
+from pianta.floor import Room
+from pianta.plan.door_lines import find_door_regions, find_doors, join_rooms
+from pianta.plan.door_swings import Swing
+from pianta.plan.regions import DOOR, INSIDE
+from pianta.plan.symbol_drawings import Kind
+from pianta.plan.symbols import PlacedSymbol
+from tests.drawn_regions import CELL_PX, as_regions, draw_kinds, two_rooms
+
+NONE = np.zeros((0, 2, 2))
+# The doorway of two_rooms: rows 28 … 36 of the wall in the columns 50 and 51, times CELL_PX.
+JAMBS = np.array([(112.0, 204.0), (144.0, 204.0)])
+ROOMS = (Room(1, box(0, 0, 4, 4)), Room(2, box(4.2, 0, 8, 4)))
+
+
+def swing(hinge: tuple[float, float], jamb: tuple[float, float]) -> Swing:
+    start, end = np.array(hinge), np.array(jamb)
+    across = (end - start)[::-1] * (1, -1)
+    return Swing(start, end, start + across, float(np.hypot(*across)), 1.0)
+
+
+def symbol(kind: Kind, jambs: NDArray[np.float64] | None) -> PlacedSymbol:
+    return PlacedSymbol("drawn", kind, np.zeros((4, 2)), jambs, 0.9, np.ones((2, 2), bool))
+
+
+def sorted_ends(lines: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lines whose upper or left end comes first."""
+    return np.array([sorted(line.tolist()) for line in lines])
+
+
+def test_a_region_of_a_door_is_a_line_along_the_wall():
+    assert sorted_ends(find_door_regions(as_regions(two_rooms()))) == pytest.approx(JAMBS[None])
+
+
+def test_a_few_cells_are_no_door_and_none_is_found_in_none():
+    kinds = two_rooms(doors=((28, 29, 50, 53),))
+    assert find_door_regions(as_regions(kinds)).shape == (0, 2, 2)
+    kinds[28, 49] = DOOR
+    assert find_door_regions(as_regions(kinds)).shape == (1, 2, 2)
+    assert find_door_regions(as_regions(two_rooms(doors=()))).shape == (0, 2, 2)
+
+
+def test_a_slanting_door_is_a_slanting_line():
+    kinds = draw_kinds((60, 60), (5, 55, 5, 55))
+    for step in range(8):
+        kinds[20 + step, 20 + step : 22 + step] = DOOR
+    (line,) = sorted_ends(find_door_regions(as_regions(kinds)))
+    slope = np.degrees(np.arctan2(*(line[1] - line[0])))
+    assert slope == pytest.approx(45, abs=6)
+    assert np.hypot(*(line[1] - line[0])) == pytest.approx(8 * CELL_PX * np.sqrt(2), rel=0.15)
+    assert line.mean(axis=0) == pytest.approx([96, 98])
+
+
+def test_a_likely_door_in_a_room_that_is_twice_as_likely_is_none():
+    regions = as_regions(two_rooms())
+    where = regions.probabilities[DOOR] > 0.5
+    for inside, count in ((0.5, 1), (0.7, 0)):
+        regions.probabilities[:, where] = 0
+        regions.probabilities[DOOR, where], regions.probabilities[INSIDE, where] = 0.3, inside
+        assert len(find_door_regions(regions)) == count
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 3), st.integers(-8, 8), st.integers(-8, 8))
+def test_turned_and_shifted_regions_have_turned_and_shifted_doors(quarters, down, right):
+    kinds = np.rot90(np.roll(two_rooms(), (down, right), (0, 1)), quarters)
+    height, width = np.array((60, 102)) * CELL_PX
+    expected = JAMBS + np.array([down, right]) * CELL_PX
+    for turn in range(quarters):
+        side = height if turn % 2 else width
+        expected = np.column_stack([side - expected[:, 1], expected[:, 0]])
+    found = find_door_regions(as_regions(kinds))
+    assert sorted_ends(found) == pytest.approx(sorted_ends(expected[None]))
+
+
+def test_what_knows_the_jambs_comes_before_what_the_network_sees():
+    regions = as_regions(two_rooms())
+    drawn = np.array([(110.0, 202.0), (140.0, 202.0)])
+    assert find_doors(regions, [], [symbol("door", drawn)], NONE) == pytest.approx(drawn[None])
+    hung = swing((143, 203), (113, 203))
+    assert find_doors(regions, [hung], [], NONE) == pytest.approx(np.array([[(143, 203), (113, 203)]]))
+    both = find_doors(regions, [hung], [symbol("door", drawn)], NONE)
+    assert both == pytest.approx(drawn[None])
+    named = np.array([[(100.0, 205.0), (150.0, 205.0)]])
+    assert find_doors(regions, [hung], [symbol("door", drawn)], named) == pytest.approx(named)
+
+
+def test_a_swing_where_the_network_sees_no_door_is_furniture():
+    regions = as_regions(two_rooms())
+    chair = swing((60, 100), (60, 130))
+    assert sorted_ends(find_doors(regions, [chair], [], NONE)) == pytest.approx(JAMBS[None])
+    # The file knows better
+    named = np.array([[(60.0, 100.0), (60.0, 130.0)]])
+    assert len(find_doors(regions, [], [], named)) == 2
+
+
+def test_windows_stairs_and_doors_without_jambs_are_no_doors():
+    regions = as_regions(two_rooms(doors=()))
+    regions.probabilities[DOOR] = 0.2
+    symbols = [symbol("window", JAMBS), symbol("object", None), symbol("door", None)]
+    assert find_doors(regions, [], symbols, NONE).shape == (0, 2, 2)
+    assert len(find_doors(regions, [], [symbol("door", JAMBS)], NONE)) == 1
+
+
+def test_two_doors_beside_each_other_are_two():
+    kinds = two_rooms(doors=((16, 24, 50, 52), (28, 36, 50, 52)))
+    leaves = [swing((64, 204), (96, 204)), swing((144, 204), (112, 204))]
+    assert len(find_doors(as_regions(kinds), leaves, [], NONE)) == 2
+
+
+@pytest.mark.parametrize("corner", [(-200.0, -300.0), (5000.0, 90.0), (-500.0, 90.0)])
+def test_a_line_off_the_sheet_is_near_no_door(corner):
+    off = symbol("door", np.array([corner, (corner[0], corner[1] + 30)]))
+    assert sorted_ends(find_doors(as_regions(two_rooms()), [], [off], NONE)) == pytest.approx(JAMBS[None])
+
+
+def test_a_door_joins_the_rooms_on_its_sides():
+    (door,) = join_rooms(ROOMS, [LineString([(4.1, 1), (4.1, 1.9)])])
+    assert door.rooms == (1, 2)
+    assert door.width == pytest.approx(0.9)
+    assert door.line.equals(LineString([(4.1, 1), (4.1, 1.9)]))
+
+
+@given(st.booleans(), st.permutations(ROOMS))
+def test_neither_the_order_of_rooms_nor_of_jambs_matters(turned, rooms):
+    line = LineString([(4.1, 1), (4.1, 1.9)])
+    (door,) = join_rooms(rooms, [line.reverse() if turned else line])
+    assert door.rooms == (1, 2)
+
+
+def test_a_door_to_the_outside_is_an_entrance():
+    doors = join_rooms(ROOMS, [LineString([(1, -0.1), (1.9, -0.1)]), LineString([(8.1, 3), (8.1, 2)])])
+    assert [door.rooms for door in doors] == [(1, None), (2, None)]
+    assert all(door.is_entrance for door in doors)
+
+
+def test_lines_within_a_room_and_far_from_rooms_are_no_doors():
+    lines = [LineString([(1, 2), (2, 2)]), LineString([(20, 2), (21, 2)]), LineString([(1, -2), (2, -2)])]
+    assert join_rooms(ROOMS, lines) == []
+    assert join_rooms(ROOMS, []) == []
+    assert join_rooms([], [LineString([(4.1, 1), (4.1, 1.9)])]) == []
+
+
+@pytest.mark.parametrize(("thickness", "rooms"), [(0.1, (1, 2)), (0.6, (1, 2)), (1.6, (1, 2)), (2.4, None)])
+def test_the_thickest_wall_is_passed_and_no_thicker(thickness, rooms):
+    apart = (Room(1, box(0, 0, 4, 4)), Room(2, box(4 + thickness, 0, 9, 4)))
+    middle = 4 + thickness / 2
+    doors = join_rooms(apart, [LineString([(middle, 1), (middle, 1.9)])])
+    assert [door.rooms for door in doors] == ([rooms] if rooms else [])
+
+
+def test_a_line_without_length_is_no_door():
+    assert join_rooms(ROOMS, [LineString([(4.1, 1), (4.1, 1)])]) == []

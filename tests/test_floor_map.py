@@ -1,0 +1,188 @@
+"""Regions become a map: thin closed walls, rooms up to their middle, outside unknown."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from pianta.gridmap import FREE, OCCUPIED, UNKNOWN
+from pianta.plan.floor_map import FINER, FloorMap, draw_floor_map, trust_walls
+from pianta.plan.regions import DOOR, INSIDE, OUTSIDE, WALL, Regions
+from pianta.plan.sheet import Floats
+from tests.drawn_regions import (
+    CELL,
+    CELL_PX,
+    DOORWAY,
+    RESOLUTION,
+    Kinds,
+    as_regions,
+    draw_kinds,
+    sheet_shape,
+    two_rooms,
+)
+
+NONE = np.zeros((0, 2, 2))
+JAMBS = np.array([[(112.0, 204.0), (144.0, 204.0)]])
+
+
+def draw(kinds: Kinds, doors: Floats = NONE) -> FloorMap:
+    return draw_floor_map(as_regions(kinds), doors, sheet_shape=sheet_shape(kinds), resolution=RESOLUTION)
+
+
+def free_parts(floor_map: FloorMap) -> list[float]:
+    """Areas of connected free space, m², the largest first."""
+    labels, count = ndimage.label(floor_map.grid.cells == FREE)
+    areas = np.bincount(labels.ravel(), minlength=count + 1)[1:] * floor_map.grid.resolution**2
+    return sorted(areas.tolist(), reverse=True)
+
+
+def test_the_map_lies_where_the_sheet_does():
+    floor_map = draw(two_rooms())
+    assert floor_map.grid.shape == (60 * FINER, 102 * FINER)
+    assert floor_map.grid.resolution == pytest.approx(CELL / FINER)
+    assert floor_map.grid.origin == pytest.approx((0, 0, 0))
+    assert floor_map.height == pytest.approx(6.0)
+    assert floor_map.resolution == RESOLUTION
+
+
+def test_rooms_are_free_walls_thin_and_the_outside_unknown():
+    cells = draw(two_rooms(doors=())).grid.cells
+    assert [cells[60, 60], cells[60, 150], cells[4, 4], cells[60, 200]] == [FREE, FREE, UNKNOWN, UNKNOWN]
+    for line in (cells[60, 90:120], cells[5:30, 60], cells[60, 5:30]):
+        assert 1 <= (line == OCCUPIED).sum() <= 3
+    walls = np.flatnonzero(cells[60] == OCCUPIED)
+    assert walls[[0, -1]] == pytest.approx([18, 186], abs=2)
+    assert walls[(walls > 50) & (walls < 150)] == pytest.approx(102, abs=2)
+
+
+def test_rooms_grow_to_the_middle_of_their_walls():
+    areas = free_parts(draw(two_rooms(doors=())))
+    assert len(areas) == 2
+    assert all(16 < area < 4.2**2 for area in areas)
+
+
+def test_the_gap_of_a_door_is_closed_where_doors_are_remembered():
+    open_gap = two_rooms()
+    assert len(free_parts(draw(open_gap))) == 1
+    assert len(free_parts(draw(open_gap, JAMBS))) == 2
+
+
+def test_a_door_that_only_its_jambs_tell_is_closed():
+    kinds = two_rooms()
+    top, bottom, left, right = DOORWAY
+    kinds[top:bottom, left:right] = INSIDE
+    assert len(free_parts(draw(kinds))) == 1
+    assert len(free_parts(draw(kinds, JAMBS))) == 2
+    elsewhere = JAMBS - (0, 100)
+    assert len(free_parts(draw(kinds, elsewhere))) == 1
+
+
+def test_doors_off_the_sheet_close_nothing_and_break_nothing():
+    kinds = two_rooms(doors=())
+    off = np.array([[(-500.0, -400.0), (-480.0, -400.0)], [(1e5, 2e5), (1e5, 3e5)]])
+    assert np.array_equal(draw(kinds, off).grid.cells, draw(kinds).grid.cells)
+
+
+def test_a_short_piece_of_a_line_is_no_wall_and_a_long_one_is():
+    for length, walls in ((4, False), (20, True)):
+        kinds = two_rooms(doors=())
+        kinds[30, 20 : 20 + length] = WALL
+        inner = draw(kinds).grid.cells[40:80, 34:86]
+        assert (inner == OCCUPIED).any() == walls
+
+
+def test_a_yard_between_rooms_is_no_room():
+    kinds = draw_kinds((60, 140), (10, 50, 10, 50), (10, 50, 52, 92), (10, 50, 94, 134))
+    kinds[10:50, 52:92] = OUTSIDE
+    floor_map = draw(kinds)
+    assert not floor_map.inside[60, 144]
+    assert floor_map.grid.cells[60, 144] == UNKNOWN
+    assert len(free_parts(floor_map)) == 2
+
+
+def test_the_majority_tells_of_a_space():
+    few, most = two_rooms(doors=()), two_rooms(doors=())
+    few[10:50, 10:20] = OUTSIDE
+    most[10:50, 10:44] = OUTSIDE
+    assert draw(few).inside[60, 24]
+    inside = draw(most).inside
+    assert not inside[60, [24, 96]].any()
+    assert inside[60, 150]
+
+
+def test_in_a_room_that_lost_a_wall_to_the_paper_each_spot_speaks_for_itself():
+    kinds = two_rooms(doors=())
+    kinds[14:46, 8:10] = OUTSIDE
+    inside = draw(kinds).inside
+    assert inside[60, [60, 150]].all()
+    assert not inside[[4, 60], [60, 2]].any()
+
+
+def test_a_closet_of_less_than_a_square_metre_is_no_room():
+    for side, rooms in ((8, 0), (14, 1)):
+        floor_map = draw(draw_kinds((60, 60), (20, 20 + side, 20, 20 + side)))
+        assert len(free_parts(floor_map)) == rooms
+
+
+@pytest.mark.parametrize("kind", [INSIDE, WALL, DOOR, OUTSIDE])
+def test_a_sheet_of_one_kind_has_no_walls(kind):
+    floor_map = draw(np.full((40, 40), kind))
+    assert not (floor_map.grid.cells == OCCUPIED).any()
+    assert floor_map.inside.all() if kind == INSIDE else not floor_map.inside.any()
+
+
+def test_the_sheet_need_not_be_a_whole_number_of_cells():
+    """The last cells of the network reach over the edge of the sheet by up to half of one."""
+    kinds = two_rooms()
+    floor_map = draw_floor_map(as_regions(kinds), NONE, sheet_shape=(241, 407), resolution=RESOLUTION)
+    _, y, _ = floor_map.grid.origin
+    assert y + floor_map.grid.shape[0] * floor_map.grid.resolution == pytest.approx(241 * RESOLUTION)
+
+
+@settings(max_examples=20)
+@given(st.integers(1, 3), st.integers(-7, 7), st.integers(-6, 6))
+def test_turned_and_shifted_regions_give_turned_and_shifted_rooms(quarters, down, right):
+    plain = np.pad(two_rooms(doors=()), 12, constant_values=OUTSIDE)
+    base = draw(plain)
+    moved = draw(np.roll(plain, (down, right), (0, 1)))
+    # The edge of the sheet is nearer
+    assert (moved.inside != np.roll(base.inside, (FINER * down, FINER * right), (0, 1))).mean() < 0.02
+    turned = draw(np.rot90(plain, quarters))
+    assert turned.grid.shape == turned.inside.shape == (base.inside.shape if quarters == 2 else base.inside.shape[::-1])
+    different = turned.inside != np.rot90(base.inside, quarters)
+    # Which side the middle of a wall belongs to depends on the order of cells
+    assert not ndimage.binary_erosion(different, np.ones((2, 2))).any()
+    assert free_parts(turned) == pytest.approx(free_parts(base), rel=0.06)
+
+
+def test_what_the_file_calls_wall_is_wall_and_nothing_else():
+    regions = as_regions(draw_kinds((60, 102), (10, 50, 10, 92)))
+    walls = np.zeros((240, 408), bool)
+    walls[:, 200:208] = True
+    trusted = trust_walls(regions, walls).probabilities
+    assert trusted[WALL][:, 50:52] == pytest.approx(1)
+    assert trusted[WALL][:, :50].max() == trusted[WALL][:, 52:].max() == 0
+    assert trusted.sum(axis=0) == pytest.approx(1, abs=1e-5)
+    assert [int(trusted[:, row, col].argmax()) for row, col in ((30, 20), (2, 2))] == [INSIDE, OUTSIDE]
+    assert regions.probabilities[WALL].max() == pytest.approx(0.94)
+
+
+def test_between_the_two_lines_of_a_wall_is_wall_and_a_room_stays():
+    """Faces 0.3 m apart are a wall; 1 m apart, a passage."""
+    walls = np.zeros((240, 408), bool)
+    walls[40:200, [100, 112]] = True
+    walls[40:200, [200, 240]] = True
+    wall = trust_walls(as_regions(two_rooms()), walls).probabilities[WALL]
+    assert wall[30, 26] == pytest.approx(1)
+    assert wall[30, 54:58].max() == 0
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 90), st.integers(1, 90))
+def test_trusted_regions_stay_shares_of_one_at_every_size_of_sheet(seed, height, width):
+    rng = np.random.default_rng(seed)
+    shares = rng.dirichlet(np.ones(4), (12, 17)).transpose(2, 0, 1).astype(np.float32)
+    trusted = trust_walls(Regions(shares, CELL_PX), rng.random((height, width)) < 0.1).probabilities
+    assert trusted.shape == shares.shape
+    assert trusted.min() >= 0
+    assert trusted.sum(axis=0) == pytest.approx(1, abs=1e-4)

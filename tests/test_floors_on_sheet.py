@@ -1,0 +1,166 @@
+"""The floors on a sheet are parted, laid out each on its own, and remember their doors."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shapely import Polygon, box
+
+from pianta.floor import Floor, Room
+from pianta.plan.floor_map import draw_floor_map
+from pianta.plan.floors_on_sheet import lay_out_floors, part_floors
+from pianta.plan.sheet import Floats
+from tests.drawn_maps import carve
+from tests.drawn_regions import CELL_PX, RESOLUTION, Kinds, as_regions, draw_kinds, sheet_shape, two_rooms
+
+NONE = np.zeros((0, 2, 2))
+JAMBS = np.array([[(112.0, 204.0), (144.0, 204.0)]])
+# The rooms of two_rooms, pixels of the sheet, y up.
+LEFT, RIGHT = box(40, 40, 200, 200), box(208, 40, 368, 200)
+
+
+def lay_out(kinds: Kinds, doors: Floats = NONE, *, method: str = "structure", closed: bool = True) -> list[Floor]:
+    """The floors; closed: whether doors are drawn into the map, too."""
+    drawn = doors if closed else NONE
+    floor_map = draw_floor_map(as_regions(kinds), drawn, sheet_shape=sheet_shape(kinds), resolution=RESOLUTION)
+    return lay_out_floors(floor_map, doors, method=method, source="plan.png")
+
+
+def overlap(one: Polygon, other: Polygon) -> float:
+    return float(one.intersection(other).area / one.union(other).area)
+
+
+def room_at(floor: Floor, polygon: Polygon) -> Room:
+    """The room that is this polygon but for half a wall."""
+    (found,) = [room for room in floor.rooms if overlap(room.polygon, polygon) > 0.8]
+    return found
+
+
+@pytest.mark.parametrize("method", ["structure", "thesis", "morphological"])
+def test_two_rooms_and_the_door_between_them(method):
+    (floor,) = lay_out(two_rooms(), JAMBS, method=method)
+    assert len(floor.rooms) == 2
+    ids = sorted([room_at(floor, LEFT).id, room_at(floor, RIGHT).id])
+    (door,) = floor.doors
+    assert door.room_ids == tuple(ids)
+    # Rows down the sheet are metres up from its lower edge: 240 - 112 and 240 - 144
+    assert np.array(sorted(door.line.coords)) == pytest.approx(np.array([(204, 96), (204, 128)]))
+    assert door.width == pytest.approx(32)
+    assert floor.source == "plan.png"
+
+
+def test_rooms_of_a_plan_are_whole_and_nothing_is_predicted():
+    (floor,) = lay_out(two_rooms(), JAMBS)
+    assert [(room.partial, room.predicted, room.confidence) for room in floor.rooms] == [(False, None, None)] * 2
+
+
+def test_a_door_to_the_outside_is_an_entrance():
+    entrance = np.array([[(206.0, 80.0), (206.0, 112.0)]])
+    (floor,) = lay_out(two_rooms(), np.concatenate([JAMBS, entrance]))
+    left, right = room_at(floor, LEFT).id, room_at(floor, RIGHT).id
+    assert sorted(door.rooms for door in floor.doors if door.is_entrance) == [(left, None)]
+    assert [door.room_ids for door in floor.doors if not door.is_entrance] == [tuple(sorted([left, right]))]
+
+
+def test_a_door_that_the_layout_finds_as_well_is_one():
+    """Its gap is left open, so that the layout method finds it, too."""
+    (floor,) = lay_out(two_rooms(), JAMBS, closed=False)
+    assert len(floor.rooms) == 2
+    assert [door.width for door in floor.doors] == pytest.approx([32])
+    (without,) = lay_out(two_rooms())
+    assert len(without.doors) == 1
+
+
+def test_doors_of_another_place_are_none_of_this_floor():
+    (floor,) = lay_out(two_rooms(doors=()), JAMBS - (0, 80))
+    assert floor.doors == ()
+
+
+def test_floors_beside_each_other_are_two_the_larger_first():
+    small, large = (10, 50, 10, 90), (10, 90, 130, 230)
+    kinds = draw_kinds((100, 240), small, large)
+    doors = np.array([[(100.0, 360.0), (132.0, 360.0)], [(200.0, 928.0), (232.0, 928.0)]])
+    first, second = lay_out(kinds, doors)
+    right, left = box(520, 40, 920, 360), box(40, 200, 360, 360)
+    assert len(first.rooms) == len(second.rooms) == 1
+    assert overlap(first.rooms[0].polygon, right) > 0.8
+    assert overlap(second.rooms[0].polygon, left) > 0.8
+    for floor, x in ((first, 928), (second, 360)):
+        (door,) = floor.doors
+        assert door.is_entrance
+        assert [at for at, _ in door.line.coords] == pytest.approx([x, x])
+
+
+def test_a_sheet_without_rooms_has_no_floors():
+    assert lay_out(draw_kinds((60, 60))) == []
+    assert lay_out(draw_kinds((60, 60)), JAMBS) == []
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_turned_regions_give_turned_rooms_and_doors(quarters):
+    kinds = np.rot90(two_rooms(), quarters)
+    height, width = 240.0, 408.0
+    doors, rooms = JAMBS, [LEFT, RIGHT]
+    for turn in range(quarters):
+        high, wide = (height, width) if turn % 2 == 0 else (width, height)
+        doors = np.stack([wide - doors[..., 1], doors[..., 0]], axis=-1)
+        rooms = [Polygon([(high - y, x) for x, y in room.exterior.coords]) for room in rooms]
+    (floor,) = lay_out(kinds, doors)
+    assert len(floor.rooms) == 2
+    ids = sorted(room_at(floor, room).id for room in rooms)
+    (door,) = floor.doors
+    assert door.room_ids == tuple(ids)
+    assert door.width == pytest.approx(32)
+
+
+@pytest.mark.parametrize(("down", "right"), [(5, 0), (-6, 3), (0, -6)])
+def test_shifted_regions_give_shifted_rooms_and_doors(down, right):
+    (base,) = lay_out(two_rooms(), JAMBS)
+    shift = np.array([down, right]) * CELL_PX
+    (moved,) = lay_out(np.roll(two_rooms(), (down, right), (0, 1)), JAMBS + shift)
+    for room, other in zip(base.rooms, moved.rooms, strict=True):
+        expected = [(x + shift[1], y - shift[0]) for x, y in room.polygon.exterior.coords]
+        assert overlap(other.polygon, Polygon(expected)) > 0.99
+    assert [door.rooms for door in base.doors] == [door.rooms for door in moved.doors]
+
+
+def test_what_is_near_is_one_floor_and_what_is_far_another():
+    """Blocks of 10 m × 10 m with a gap; 1.9 m is the wall of a courtyard, 2.5 m is paper."""
+    for gap, floors in ((19, 1), (25, 2)):
+        inside = carve((100, 300), (0, 100, 0, 100), (0, 100, 100 + gap, 200 + gap))
+        assert part_floors(inside, resolution=0.1).max() == floors
+
+
+def test_floors_are_numbered_by_their_size():
+    inside = carve((200, 400), (0, 80, 0, 80), (0, 120, 150, 300), (0, 90, 330, 400))
+    parts = part_floors(inside, resolution=0.1)
+    assert [parts[10, 10], parts[10, 200], parts[10, 350], parts[190, 10]] == [2, 1, 3, 0]
+    assert np.array_equal(parts > 0, inside)
+
+
+def test_sketches_and_legends_are_no_floors():
+    """Beside a floor of 400 m²: 7 m × 7 m is less than its 0.15th part, and 5 m × 5 m less than any floor."""
+    floor = (0, 200, 0, 200)
+    assert part_floors(carve((200, 300), floor, (0, 70, 225, 295)), resolution=0.1).max() == 1
+    assert part_floors(carve((200, 325), floor, (0, 80, 240, 320)), resolution=0.1).max() == 2
+    small = carve((200, 325), (0, 80, 0, 80), (0, 50, 240, 290))
+    assert part_floors(small, resolution=0.1).max() == 1
+
+
+def test_the_only_floor_may_be_small_and_none_is_none():
+    assert part_floors(carve((100, 100), (0, 20, 0, 20)), resolution=0.1).max() == 1
+    assert part_floors(np.zeros((50, 60), bool), resolution=0.1).max() == 0
+    assert (part_floors(np.ones((50, 60), bool), resolution=0.1) == 1).all()
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 3))
+def test_turning_a_sheet_turns_its_floors(seed, quarters):
+    rng = np.random.default_rng(seed)
+    corners, sizes = rng.integers(0, 100, (4, 2)), rng.integers(10, 60, (4, 2))
+    boxes = [(top, top + high, left, left + wide) for (top, left), (high, wide) in zip(corners, sizes, strict=True)]
+    inside = carve((160, 160), *boxes)
+    parts = part_floors(inside, resolution=0.2)
+    turned = part_floors(np.rot90(inside, quarters), resolution=0.2)
+    areas = [np.bincount(image.ravel())[1:].tolist() for image in (parts, turned)]
+    assert areas[0] == areas[1] == sorted(areas[0], reverse=True)
+    assert np.array_equal(turned > 0, np.rot90(parts > 0, quarters))

@@ -1,0 +1,375 @@
+"""IFCs become floors in metres, a storey each: spaces are rooms with names, doors join them."""
+
+import re
+import sys
+import warnings
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pianta.errors import PlanError, PlanWarning
+from pianta.formats import ifc_plan
+from pianta.formats.ifc_plan import IfcStorey, read_ifc_plan
+from tests.mutation import mutated, refused_in_one_line
+
+ifcopenshell = pytest.importorskip("ifcopenshell", reason="pianta[bim] is not installed")
+
+Point = tuple[float, float]
+Corners = Sequence[Point]
+
+# Millimetres: an office of an L, and a lab beyond a wall of 200.
+OFFICE = [(0, 0), (5000, 0), (5000, 3000), (2000, 3000), (2000, 6000), (0, 6000)]
+LAB = [(5200, 0), (9000, 0), (9000, 3000), (5200, 3000)]
+
+
+class Model:
+    """An IFC in the making, of one building, in millimetres unless told."""
+
+    def __init__(self, *, schema: Any = "IFC4", prefix: str | None = "MILLI") -> None:
+        from ifcopenshell.api import aggregate, context, owner, project, root, unit
+
+        self.file = project.create_file(version=schema)
+        if schema == "IFC2X3":  # which knows no anonymous authors
+            person, group = owner.add_person(self.file), owner.add_organisation(self.file)
+            owner.add_person_and_organisation(self.file, person=person, organisation=group)
+            owner.add_application(self.file)
+        whole = root.create_entity(self.file, ifc_class="IfcProject", name="Project")
+        unit.assign_unit(self.file, units=[unit.add_si_unit(self.file, unit_type="LENGTHUNIT", prefix=prefix)])
+        model = context.add_context(self.file, context_type="Model")
+        self.body = context.add_context(
+            self.file, context_type="Model", context_identifier="Body", target_view="MODEL_VIEW", parent=model
+        )
+        self.site, self.building = (
+            root.create_entity(self.file, ifc_class=f"Ifc{kind}") for kind in ("Site", "Building")
+        )
+        for part, outer in pairwise([self.building, self.site, whole]):
+            aggregate.assign_object(self.file, products=[part], relating_object=outer)
+
+    def storey(self, name: str = "Ground", elevation: float = 0.0) -> Any:
+        return self.part("IfcBuildingStorey", self.building, Name=name, Elevation=elevation)
+
+    def part(self, kind: str, whole: Any, **attributes: object) -> Any:
+        from ifcopenshell.api import aggregate, root
+
+        entity = root.create_entity(self.file, ifc_class=kind)
+        for name, value in attributes.items():
+            setattr(entity, name, value)
+        aggregate.assign_object(self.file, products=[entity], relating_object=whole)
+        return entity
+
+    def space(
+        self, storey: Any, corners: Corners | None, *, at: Point = (0, 0), turn: float = 0.0, **attributes: object
+    ) -> Any:
+        """A space over corners, or one without a shape."""
+        space = self.part("IfcSpace", storey, **attributes)
+        if corners:
+            self.shape(space, corners)
+        self.place(space, at, turn)
+        return space
+
+    def shape(self, product: Any, corners: Corners) -> None:
+        from ifcopenshell.api import geometry
+
+        points = [self.file.createIfcCartesianPoint(tuple(map(float, corner))) for corner in [*corners, corners[0]]]
+        profile = self.file.createIfcArbitraryClosedProfileDef("AREA", None, self.file.createIfcPolyline(points))
+        origin = self.file.createIfcAxis2Placement3D(self.file.createIfcCartesianPoint((0.0, 0.0, 0.0)))
+        up = self.file.createIfcDirection((0.0, 0.0, 1.0))
+        solid = self.file.createIfcExtrudedAreaSolid(profile, origin, up, 3000.0)
+        body = self.file.createIfcShapeRepresentation(self.body, "Body", "SweptSolid", [solid])
+        geometry.assign_representation(self.file, product=product, representation=body)
+
+    def place(self, product: Any, at: Point, turn: float) -> None:
+        from ifcopenshell.api import geometry
+
+        matrix = np.eye(4)
+        matrix[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+        matrix[:2, 3] = at
+        geometry.edit_object_placement(self.file, product=product, matrix=matrix, is_si=False)
+
+    def door(
+        self,
+        storey: Any,
+        at: Point,
+        *,
+        width: float | None = 900.0,
+        turn: float = np.pi / 2,
+        bounding: Sequence[Any] = (),
+        boundary: str = "INTERNAL",
+    ) -> Any:
+        """A door without a shape that runs from a point, to the north unless turned."""
+        from ifcopenshell.api import root, spatial
+
+        door = root.create_entity(self.file, ifc_class="IfcDoor")
+        door.OverallWidth = width
+        if storey is not None:
+            spatial.assign_container(self.file, products=[door], relating_structure=storey)
+        self.place(door, at, turn)
+        for space in bounding:
+            relation = root.create_entity(self.file, ifc_class=self.boundary_class)
+            relation.RelatingSpace, relation.RelatedBuildingElement = space, door
+            relation.PhysicalOrVirtualBoundary, relation.InternalOrExternalBoundary = "PHYSICAL", boundary
+        return door
+
+    boundary_class = "IfcRelSpaceBoundary"
+
+    def read(self, path: Path, **options: str) -> list[IfcStorey]:
+        self.file.write(str(path))
+        return read_ifc_plan(path, **options)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "plan.ifc"
+
+
+def outlines(storey: IfcStorey) -> list[shapely.Polygon]:
+    return [room.polygon for room in storey.floor.rooms]
+
+
+def metres(corners: Corners) -> shapely.Polygon:
+    return shapely.Polygon(np.array(corners) / 1000)
+
+
+def is_same(first: shapely.Polygon, second: shapely.Polygon) -> bool:
+    return bool(first.symmetric_difference(second).area < 1e-6)
+
+
+@pytest.mark.parametrize("schema", ["IFC2X3", "IFC4"])
+def test_spaces_become_rooms_and_a_door_joins_them(path, schema):
+    model = Model(schema=schema)
+    ground = model.storey()
+    model.space(ground, OFFICE, Name="101", LongName=" Head's\n office ")
+    model.space(ground, LAB, Name="102")
+    model.door(ground, (5100, 1000))
+    (storey,) = model.read(path)
+    assert all(map(is_same, outlines(storey), [metres(OFFICE), metres(LAB)]))
+    assert [len(outline.exterior.coords) for outline in outlines(storey)] == [7, 5]
+    assert storey.names == {1: "Head's office", 2: "102"}
+    (door,) = storey.floor.doors
+    assert (door.rooms, door.kind) == ((1, 2), "door")
+    assert door.width == pytest.approx(0.9)
+    assert shapely.get_coordinates(door.line) == pytest.approx(np.array([[5.1, 1], [5.1, 1.9]]))
+    assert (storey.name, storey.elevation, storey.floor.source) == ("Ground", 0, "plan.ifc")
+
+
+def test_lengths_are_turned_into_metres_and_placements_apply(path):
+    """In metres, the office lies turned by a quarter around its corner at (100, 200)."""
+    model = Model(prefix=None)
+    first = model.storey("First", 3.5)
+    model.space(first, [(x / 1000, y / 1000) for x, y in OFFICE], at=(100, 200), turn=np.pi / 2)
+    model.door(first, (100, 201), width=1.2)
+    (storey,) = model.read(path)
+    turned = shapely.Polygon([(100 - y / 1000, 200 + x / 1000) for x, y in OFFICE])
+    assert is_same(outlines(storey)[0], turned)
+    assert storey.elevation == 3.5
+    (door,) = storey.floor.doors
+    assert door.rooms == (1, None)
+    assert door.width == pytest.approx(1.2)
+    assert storey.names == {}
+
+
+def test_a_door_is_as_long_as_the_opening_that_it_fills(path):
+    """The opening runs through the wall of 200, from 900 to 2000; the door stands in it at its side."""
+    from ifcopenshell.api import feature, root
+
+    model = Model()
+    ground = model.storey()
+    model.space(ground, OFFICE)
+    model.space(ground, LAB)
+    door = model.door(ground, (5000, 1000))
+    wall, opening = (root.create_entity(model.file, ifc_class=f"Ifc{kind}") for kind in ("Wall", "OpeningElement"))
+    model.shape(opening, [(5000, 900), (5200, 900), (5200, 2000), (5000, 2000)])
+    model.place(opening, (0, 0), 0)
+    feature.add_feature(model.file, feature=opening, element=wall)
+    feature.add_filling(model.file, opening=opening, element=door)
+    ((line, width, rooms),) = [(door.line, door.width, door.rooms) for door in model.read(path)[0].floor.doors]
+    assert shapely.get_coordinates(line) == pytest.approx(np.array([[5.1, 0.9], [5.1, 2.0]]))
+    assert rooms == (1, 2)
+    assert width == pytest.approx(0.9)
+
+
+def test_a_door_with_a_shape_and_no_width_is_as_wide_as_its_shape(path):
+    model = Model()
+    ground = model.storey()
+    model.space(ground, OFFICE)
+    door = model.door(ground, (1000, 0), width=None, turn=0)
+    model.shape(door, [(0, -50), (800, -50), (800, 50), (0, 50)])
+    (door,) = model.read(path)[0].floor.doors
+    assert shapely.get_coordinates(door.line) == pytest.approx(np.array([[1, 0], [1.8, 0]]))
+    assert door.rooms == (1, None)
+    assert door.width == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize("kind", ["IfcRelSpaceBoundary", "IfcRelSpaceBoundary1stLevel", "IfcRelSpaceBoundary2ndLevel"])
+def test_boundaries_of_any_level_tell_the_rooms_of_a_door(path, kind):
+    """Even of a door that lies far from both, on no storey of its own."""
+    model = Model()
+    model.boundary_class = kind
+    ground = model.storey()
+    spaces = [model.space(ground, OFFICE), model.space(ground, LAB)]
+    model.door(None, (50_000, 0), bounding=spaces[::-1])
+    assert [door.rooms for door in model.read(path)[0].floor.doors] == [(1, 2)]
+
+
+@pytest.mark.parametrize(("boundary", "rooms"), [("EXTERNAL", (1, None)), ("INTERNAL", (1, 2))])
+def test_a_door_that_bounds_one_space_is_an_entrance_if_it_is_outer(path, boundary, rooms):
+    """Else what lies on its other side is looked for."""
+    model = Model()
+    ground = model.storey()
+    office = model.space(ground, OFFICE)
+    model.space(ground, LAB)
+    model.door(ground, (5100, 1000), bounding=[office], boundary=boundary)
+    assert [door.rooms for door in model.read(path)[0].floor.doors] == [rooms]
+
+
+def test_rooms_that_meet_in_the_middle_of_the_wall_are_told_apart(path):
+    """The door stands at the side of the wall, within the lab."""
+    model = Model()
+    ground = model.storey()
+    model.space(ground, [(0, 0), (5000, 0), (5000, 3000), (0, 3000)])
+    model.space(ground, [(5000, 0), (9000, 0), (9000, 3000), (5000, 3000)])
+    model.door(ground, (5100, 1000))
+    assert [door.rooms for door in model.read(path)[0].floor.doors] == [(1, 2)]
+
+
+def test_what_cannot_be_placed_is_left_out_with_a_warning(path):
+    model = Model()
+    ground = model.storey()
+    model.space(ground, OFFICE)
+    model.space(ground, None, Name="nowhere")
+    model.space(model.site, LAB)
+    model.door(ground, (50_000, 0))
+    model.door(ground, (1000, 1000))
+    model.door(None, (0, 0))
+    told = (
+        r"plan\.ifc' has 1 spaces on no storey; 1 doors on no storey; 1 spaces without a shape; "
+        r"2 doors that do not lead from a room to another or outside, left out$"
+    )
+    with pytest.warns(PlanWarning, match=told):
+        (storey,) = model.read(path)
+    assert (len(storey.floor.rooms), storey.floor.doors) == (1, ())
+
+
+def test_spaces_of_spaces_outer_ones_and_gross_areas_are_no_rooms(path):
+    model = Model()
+    ground = model.storey()
+    suite = model.space(ground, [(0, 0), (9000, 0), (9000, 6000), (0, 6000)], Name="suite")
+    model.space(suite, OFFICE, Name="office")
+    model.space(suite, LAB, Name="lab")
+    model.space(ground, LAB, Name="terrace", PredefinedType="EXTERNAL")
+    model.space(ground, LAB, Name="sum", PredefinedType="GFA")
+    assert model.read(path)[0].names == {1: "office", 2: "lab"}
+
+
+def test_storeys_are_ordered_from_below_and_chosen_by_name(path):
+    model = Model()
+    attic, ground = model.storey("Attic", 3000.0), model.storey("Ground floor")
+    model.storey("Roof", 6000.0)
+    model.space(attic, LAB)
+    model.space(ground, OFFICE)
+    model.door(ground, (0, 1000))
+    storeys = model.read(path)
+    assert [(storey.name, storey.elevation, len(storey.floor.doors)) for storey in storeys] == [
+        ("Ground floor", 0, 1),
+        ("Attic", 3, 0),
+    ]
+    (chosen,) = read_ifc_plan(path, storey="ground FLOOR ")
+    assert is_same(outlines(chosen)[0], metres(OFFICE))
+    told = r"plan\.ifc' has no storey 'Cellar', it has 'Attic', 'Ground floor'$"
+    with pytest.raises(PlanError, match=told):
+        read_ifc_plan(path, storey="Cellar")
+
+
+def test_a_model_without_spaces_is_refused(path):
+    model = Model()
+    with pytest.raises(PlanError, match=r"plan\.ifc' has no spaces \(IfcSpace\), export the rooms with it$"):
+        model.read(path)
+    model.space(model.storey(), None)
+    with pytest.raises(PlanError, match=r"plan\.ifc' has no spaces with a shape, export their geometry with it$"):
+        model.read(path)
+
+
+def test_more_than_any_building_has_is_refused(path, monkeypatch):
+    monkeypatch.setattr(ifc_plan, "MAX_SPACES", 1)
+    monkeypatch.setattr(ifc_plan, "MAX_DOORS", 0)
+    model = Model()
+    ground = model.storey()
+    model.space(ground, OFFICE)
+    model.door(ground, (0, 1000))
+    with pytest.raises(PlanError, match=r"has 1 doors, give at most 0$"):
+        model.read(path)
+    model.space(ground, LAB)
+    with pytest.raises(PlanError, match=r"has 2 spaces, give at most 1$"):
+        model.read(path)
+
+
+HEADER = "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n"
+END = "ENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "is empty, write it again$"),
+        ("PK\x03\x04 zipped", r"is no IFC, save it as \.ifc \(STEP\), not zipped and not as XML$"),
+        ('<?xml version="1.0"?><ifcXML/>', r"is no IFC, save it as \.ifc \(STEP\), not zipped and not as XML$"),
+        (HEADER, "is cut off, its last line is not END-ISO-10303-21; save it again$"),
+        ("ISO-10303-21;\nnoise\nEND-ISO-10303-21;", r"is no IFC or damaged, save it again as \.ifc: "),
+        (HEADER + "FILE_SCHEMA(('NONE'));\n" + END, r"is no IFC or damaged, save it again as \.ifc: "),
+        (HEADER + "FILE_SCHEMA(('IFC4'));\n" + END, r"has no spaces \(IfcSpace\), export the rooms with it$"),
+    ],
+)
+def test_what_is_no_plan_is_refused_in_one_line(path, content, message):
+    path.write_text(content)
+    with pytest.raises(PlanError, match=message) as caught:
+        read_ifc_plan(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_placement_within_itself_is_refused(path):
+    model = Model()
+    ground = model.storey()
+    model.space(ground, OFFICE)
+    door = model.door(ground, (0, 0))
+    model.file.write(str(path))
+    placement = door.ObjectPlacement.id()
+    text = re.sub(rf"(#{placement}=IFCLOCALPLACEMENT\()[^,]*", rf"\1#{placement}", path.read_text())
+    path.write_text(text)
+    with pytest.raises(PlanError, match=r"is a damaged IFC, save it again: "):
+        read_ifc_plan(path)
+
+
+@pytest.fixture(scope="module")
+def valid(tmp_path_factory):
+    """The bytes of two rooms with a door that bounds them."""
+    model = Model()
+    ground = model.storey()
+    spaces = [model.space(ground, OFFICE, Name="101"), model.space(ground, LAB)]
+    model.door(ground, (5100, 1000), bounding=spaces)
+    path = tmp_path_factory.mktemp("ifc") / "valid.ifc"
+    model.read(path)
+    return path.read_bytes()
+
+
+@settings(max_examples=60)
+@given(data=st.data())
+def test_damaged_files_are_read_or_refused_in_one_line(tmp_path_factory, valid, data):
+    path = tmp_path_factory.getbasetemp() / "damaged.ifc"
+    path.write_bytes(data.draw(mutated(valid)))
+    with refused_in_one_line(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", PlanWarning)
+        read_ifc_plan(path)
+
+
+def test_a_missing_library_is_named(path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ifcopenshell", None)
+    path.write_text(HEADER)
+    with pytest.raises(PlanError, match=r"plan\.ifc' is an IFC, install pianta\[bim\] to read it$"):
+        read_ifc_plan(path)

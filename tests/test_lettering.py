@@ -1,0 +1,87 @@
+"""Sheets of lettered rooms are what they say, and what is read of them is counted."""
+
+import numpy as np
+import pytest
+
+from pianta.bench import plan_text
+from pianta.bench.plan_text import measure_text
+from pianta.errors import OptionError
+from pianta.plan.text import read_texts
+from pianta.worlds.lettering import FONTS, NAMES, letter_rooms
+
+
+def ink_of(sheet, number: int):
+    """Ink inside the walls of a room, rows and columns where there is any."""
+    top, left, bottom, right = sheet.names[number].room
+    ink = sheet.colors[top:bottom, left:right, 0] < 128
+    return np.flatnonzero(ink.any(axis=1)), np.flatnonzero(ink.any(axis=0)), ink.shape
+
+
+@pytest.mark.parametrize("font", FONTS)
+@pytest.mark.parametrize("capital", [10, 16, 28])
+def test_capitals_are_as_high_as_asked_and_stand_in_the_middle(font, capital):
+    sheet = letter_rooms(["HHH", "HE"], font=font, capital=capital)
+    for number in (0, 1):
+        rows, cols, (height, width) = ink_of(sheet, number)
+        assert rows[-1] - rows[0] + 1 == pytest.approx(capital, abs=1.5)
+        assert (rows[0] + rows[-1] + 1) / 2 == pytest.approx(height / 2, abs=2)
+        assert (cols[0] + cols[-1] + 1) / 2 == pytest.approx(width / 2, abs=2)
+
+
+def test_upright_names_are_level_ones_turned_to_the_left():
+    level, upright = (letter_rooms(["LAB 1"], capital=12, rotation=rotation, columns=1) for rotation in (0, 90))
+    assert (np.rot90(level.colors) == upright.colors).all()
+
+
+def test_rooms_lie_row_by_row_between_walls():
+    sheet = letter_rooms(["A", "B", "C"], capital=10, columns=2)
+    assert [name.text for name in sheet.names] == ["A", "B", "C"]
+    (top, left, bottom, right), (_, second, *_), (third, *_) = (name.room for name in sheet.names)
+    assert second > right
+    assert third > bottom
+    assert (sheet.colors[top - 1, left:right] == 0).all()
+    assert (sheet.colors[top:bottom, left - 1] == 0).all()
+    assert (sheet.colors[0] == 255).all()
+    assert sheet.colors.dtype == np.uint8
+
+
+def test_names_are_in_five_languages_and_none_twice_within_one():
+    assert set(NAMES) == {"en", "it", "de", "fr", "es"}
+    assert all(len(set(names)) == len(names) for names in NAMES.values())
+    assert any(not name.isascii() for names in NAMES.values() for name in names)
+
+
+@pytest.mark.parametrize(
+    ("names", "options", "told"),
+    [
+        ([], {}, "no names"),
+        (["A"], {"font": "Comic"}, "font is 'Comic', give one of DejaVuSans, "),
+        (["A"], {"rotation": 45}, "rotation is 45, give 0 or 90"),
+        (["A"], {"capital": 3}, "capital is 3, give a height of 4 to 200"),
+        (["A"], {"columns": 0}, "columns is 0"),
+    ],
+)
+def test_what_cannot_be_lettered(names, options, told):
+    with pytest.raises(OptionError, match=told):
+        letter_rooms(names, **options)
+
+
+def test_names_are_counted_by_font_size_and_rotation(monkeypatch):
+    """A reader that finds the first sheet's names only, the other texts not at all."""
+    pytest.importorskip("rapidocr")
+    seen = []
+
+    def read_once(colors):
+        seen.append(colors.shape)
+        return read_texts(colors) if len(seen) == 1 else ()
+
+    monkeypatch.setattr(plan_text, "read_texts", read_once)
+    table = measure_text(fonts=["DejaVuSans"], capitals=[16], rotations=[0, 90], names=["LAB 1", "Library"])
+    (part,) = table.parts
+    assert [row.item for row in part.rows] == ["DejaVuSans 16 px 0°", "DejaVuSans 16 px 90°"]
+    assert [dict(row.figures) for row in part.rows] == [
+        {"names": 2, "exact": 2, "share": 100.0, "found": 100.0},
+        {"names": 2, "exact": 0, "share": 0.0, "found": 0.0},
+    ]
+    assert table.notes[0] == "Read exactly: all 50.0%, 16 px 50.0%, 0° 100.0%, 90° 0.0%."
+    assert not table.failed

@@ -1,0 +1,204 @@
+"""The dictionary tells labels from names in several languages, and takes words of users."""
+
+import json
+from contextlib import suppress
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pianta.errors import LabelError
+from pianta.labels import FCES, OFFICE, SCHEMAS, SCHOOL, General, Label, LabelSchema
+from pianta.plan.name_labels import find_word, fold_name, prior_of_name, read_default_room_words, read_room_words
+from pianta.worlds.lettering import NAMES
+from tests.mutation import mutated
+
+WORDS = read_default_room_words()
+HOUSE = LabelSchema(
+    "house",
+    (
+        Label("BEDROOM", FCES.FUNCTIONAL, General.MEDIUM, "#000000"),
+        Label("LIVING ROOM", FCES.FUNCTIONAL, General.BIG, "#000000"),
+        Label("BATHROOM", FCES.SERVICE, General.SMALL, "#000000"),
+        Label("HALL", FCES.CONNECTION, General.HALL, "#000000"),
+    ),
+)
+OWN = {
+    "format": "pianta room words",
+    "version": "1.0",
+    "kinds": [{"function": "functional", "labels": {"House": ["bedroom"]}, "words": {"nl": ["slaapkamer", "gym"]}}],
+}
+
+
+def likely(name: str, schema: LabelSchema | None) -> set[str]:
+    prior = prior_of_name(name, schema, WORDS)
+    assert prior is not None
+    assert sum(prior.values()) == pytest.approx(1)
+    most = max(prior.values())
+    return {label for label, probability in prior.items() if probability > 0.9 * most}
+
+
+@pytest.mark.parametrize(
+    ("name", "word"),
+    [
+        ("CLASSROOM 12", "classroom"),
+        ("Class-Room", "class room"),
+        ("7TH GRADE CLASSROOM", "grade classroom"),
+        ("204 French", "french"),
+        ("Boys' Toilet", "boys toilet"),
+        ("PRINCIPAL'S OFFICE", "principals office"),
+        ("Assistant Principal", "assistant principal"),
+        ("Classrooms", "classroom"),
+        ("AULA4", "aula"),
+        ("CONFERENCEROOM", "conference room"),
+        ("W.C.", "w c"),
+        ("Büro 3", "buro"),
+        ("CLA55 ROOM", "class room"),
+        ("Cafetera", "cafeteria"),
+        ("KITCHEM", "kitchen"),
+        ("Ouidance", "guidance"),
+        ("Schullehrerzimmer", "lehrerzimmer"),
+        ("Direktionszimmer", "direktion"),
+        ("OCCUPATIONAL XYZ", None),
+        ("Luperto", None),
+        ("ROOM", None),
+        ("12", None),
+        ("", None),
+        ("Title One Room", None),
+    ],
+)
+def test_words_are_found(name, word):
+    found = find_word(name, WORDS)
+    assert (found.phrase if found else None) == word
+
+
+@pytest.mark.parametrize(
+    ("schema", "names", "labels"),
+    [
+        (SCHOOL, ["Classroom", "AULA 3", "KLASSE 4B", "Salle de classe", "Clase", "sala de aula"], {"CLASSROOM"}),
+        (SCHOOL, ["Gym", "PALESTRA", "Turnhalle", "Gymnase", "GIMNASIO", "Ginásio"], {"GYM"}),
+        (SCHOOL, ["Library", "Biblioteca", "Bücherei", "Bibliothèque"], {"LIBRARY"}),
+        (SCHOOL, ["Corridor", "Corridoio", "Gang", "Couloir", "PASILLO", "Corredor"], {"CORRIDOR"}),
+        (SCHOOL, ["Stairs", "Scala", "TREPPENHAUS", "Escalier", "Escalera", "Escada"], {"STAIRS"}),
+        (SCHOOL, ["Toilet", "Bagno", "WC", "Sanitaires", "Aseos", "Banheiro"], {"BATHROOM", "WASHROOM"}),
+        (SCHOOL, ["Kitchen", "Cucina", "Küche", "Cuisine", "Cocina", "Cozinha"], {"KITCHEN"}),
+        (SCHOOL, ["Lift", "Ascensore", "Aufzug", "Ascenseur", "Ascensor", "Elevador"], {"ELEVATOR"}),
+        (SCHOOL, ["Lab", "Laboratorio", "Physik", "Laboratoire", "Taller", "Informática"], {"LAB"}),
+        (SCHOOL, ["Office", "Ufficio", "Büro", "Bureau", "Despacho"],
+         {"SMALL ADMINISTRATIVE", "MEDIUM ADMINISTRATIVE", "BIG ADMINISTRATIVE"}),
+        (OFFICE, ["Office", "Ufficio", "Büro", "Bureau", "Despacho", "Gabinete"], {"OFFICE"}),
+        (OFFICE, ["Meeting Room", "Sala riunioni", "Besprechung", "Salle de réunion", "Sala de juntas"],
+         {"CONFERENCE ROOM"}),
+        (OFFICE, ["Reception", "Portineria", "Empfang", "Accueil", "Recepción"], {"RECEPTION"}),
+        (OFFICE, ["Open space", "Großraumbüro", "Plateau"], {"OPENSPACE"}),
+        (None, ["Entrance", "Ingresso", "Eingang", "Entrée", "Entrada"], {"ENTRANCE"}),
+        (None, ["Storage", "Deposito", "Lager", "Réserve", "Almacén"], {"SERVICE"}),
+    ],
+)  # fmt: skip
+def test_names_in_all_languages_say_the_label(schema, names, labels):
+    assert [likely(name, schema) for name in names] == [labels] * len(names)
+
+
+def test_printed_names_of_the_synthetic_set_are_nearly_all_known():
+    unknown = [name for names in NAMES.values() for name in names if find_word(name, WORDS) is None]
+    assert unknown == ["Attività", "SALLE 101"]
+
+
+def test_a_word_of_two_languages_stays_undecided():
+    """Aula is a classroom in Italian, Spanish and Portuguese, and a hall in German."""
+    prior = prior_of_name("Aula", SCHOOL, WORDS)
+    assert prior is not None
+    assert prior["CLASSROOM"] > prior["HALL"] > 0.2
+
+
+def test_unknown_names_say_nothing_and_a_worse_found_word_says_less():
+    assert prior_of_name("Luperto", SCHOOL, WORDS) is None
+    whole, part, like = (prior_of_name(name, OFFICE, WORDS) for name in ("Kitchen", "Lunchkitchen", "Kitchem"))
+    assert whole is not None
+    assert part is not None
+    assert like is not None
+    assert whole["KITCHEN"] > part["KITCHEN"] > like["KITCHEN"] > 0.8
+
+
+def test_a_type_without_labels_for_a_word_takes_those_of_its_function():
+    assert likely("Classroom", HOUSE) == {"BEDROOM", "LIVING ROOM"}
+    assert likely("Kitchen", HOUSE) == {"BATHROOM"}
+    assert prior_of_name("Stairs", HOUSE, WORDS) is None
+
+
+def test_every_word_of_the_dictionary_says_a_label_of_each_schema():
+    for kind in WORDS.kinds:
+        assert set(kind.labels) == set(SCHEMAS)
+        for building_type, labels in kind.labels.items():
+            assert set(labels) <= set(SCHEMAS[building_type].by_name)
+        assert {"en", "it", "de", "fr", "es"} <= set(kind.words)
+    known = {label for kind in WORDS.kinds for label in kind.labels["school"]}
+    assert known == set(SCHOOL.by_name)
+    known = {label for kind in WORDS.kinds for label in kind.labels["office"]}
+    assert known == set(OFFICE.by_name)
+
+
+@pytest.mark.parametrize(
+    ("text", "folded"), [("Bücherei  2", "bucherei 2"), ("W.-C.", "w c"), ("Boy’s", "boys"), ("…", "")]
+)
+def test_folding(text, folded):
+    assert fold_name(text) == folded
+
+
+@given(st.text(max_size=30))
+def test_any_name_is_looked_up_without_fault(name):
+    prior = prior_of_name(name, SCHOOL, WORDS)
+    assert prior is None or (set(prior) == set(SCHOOL.by_name) and sum(prior.values()) == pytest.approx(1))
+    assert fold_name(fold_name(name)) == fold_name(name)
+
+
+def test_users_add_words_and_theirs_come_first(tmp_path):
+    path = tmp_path / "words.json"
+    path.write_text(json.dumps(OWN))
+    words = read_room_words(path)
+    prior = prior_of_name("Slaapkamer", HOUSE, words)
+    assert prior is not None
+    assert prior["BEDROOM"] > 0.9
+    gym = prior_of_name("Gym", None, words)
+    assert gym is not None
+    assert gym["FUNCTIONAL"] > 0.9
+    assert likely("Kitchen", OFFICE) == {"KITCHEN"}
+    assert prior_of_name("Kitchen", OFFICE, words) == prior_of_name("Kitchen", OFFICE, WORDS)
+
+
+def broken(**changes: object) -> str:
+    return json.dumps(OWN | changes)
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        ("[]", "Input should be an object"),
+        ("{", "Invalid JSON"),
+        (broken(version="2.0"), "it has format version 2.0, this pianta reads 1.x; update pianta"),
+        (broken(format="pianta labels"), "format: Input should be 'pianta room words'"),
+        (broken(kinds=[]), "kinds: "),
+        (broken(kinds=[{"function": "NOISE", "words": {"en": ["a"]}}]), "kinds[0].function: "),
+        (broken(kinds=[{"function": "SERVICE", "words": {"en": ["…"]}}]), "a word has no letter, leave it out"),
+        (broken(kinds=[{"function": "SERVICE", "words": {"en": ["x" * 101]}}]), "at most 100 characters"),
+        (broken(kinds=[{"function": "SERVICE", "labels": {"a": [""]}, "words": {"en": ["a"]}}]), "the name is empty"),
+        (broken(colour="red"), "colour: Extra inputs are not permitted"),
+        (" " * (256 * 2**10 + 1), "more than 262144 bytes"),
+    ],
+)
+def test_a_faulty_dictionary_is_refused_in_one_line(tmp_path, content, told):
+    path = tmp_path / "words.json"
+    path.write_text(content)
+    with pytest.raises(LabelError) as caught:
+        read_room_words(path)
+    assert told in str(caught.value)
+    assert str(caught.value).startswith("cannot read the room words ")
+    assert "\n" not in str(caught.value)
+
+
+@given(st.data())
+def test_a_damaged_dictionary_gives_one_line_or_is_read(tmp_path_factory, data):
+    path = tmp_path_factory.mktemp("words") / "words.json"
+    path.write_bytes(data.draw(mutated(json.dumps(OWN).encode())))
+    with suppress(LabelError):
+        read_room_words(path)

@@ -1,0 +1,238 @@
+"""PDFs become drawings where they draw lines, pictures where they do not, a page at a time."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pianta.errors import PlanError
+from pianta.formats import pdf_plan
+from pianta.formats.pdf_plan import METRES_PER_POINT, read_pdf_plan
+from pianta.formats.plan_drawing import ROLES, PlanDrawing
+from tests.mutation import mutated, refused_in_one_line
+
+pytest.importorskip("pypdfium2", reason="pianta[pdf] is not installed")
+
+Pair = tuple[float, float]
+
+# Two rooms, 100 × 50 points each, side by side; stroked 2 points wide.
+ROOMS = "2 w 50 50 100 50 re S 150 50 100 50 re S"
+ROOM_LINES = [
+    *([50, 50, 150, 50], [150, 50, 150, 100], [150, 100, 50, 100], [50, 100, 50, 50]),
+    *([150, 50, 250, 50], [250, 50, 250, 100], [250, 100, 150, 100], [150, 100, 150, 50]),
+]
+
+
+def pdf(*pages: str, size: Pair = (300, 200), forms: Sequence[tuple[str, str]] = (), **entries: str) -> bytes:
+    """A PDF with a content stream a page, before which entries of the page and a | may stand.
+
+    forms: streams and entries of Form XObjects F0, F1 … entries: of the trailer.
+    """
+
+    def stream(content: str, more: str = "") -> str:
+        return f"<< /Length {len(content)} {more} >>\nstream\n{content}\nendstream"
+
+    first = 3 + len(forms)
+    kids = " ".join(f"{first + 2 * index} 0 R" for index in range(len(pages)))
+    names = " ".join(f"/F{index} {3 + index} 0 R" for index in range(len(forms)))
+    font = "/Font << /H << /Type /Font /Subtype /Type1 /BaseFont /Helvetica /Encoding /WinAnsiEncoding >> >>"
+    resources = f"/Resources << {font} /XObject << {names} >> >>"
+    form = f"/Type /XObject /Subtype /Form /BBox [0 0 999 999] {resources}"
+    bodies = ["<< /Type /Catalog /Pages 2 0 R >>", f"<< /Type /Pages /Kids [{kids}] /Count {len(pages)} >>"]
+    bodies += [stream(content, f"{form} {matrix}") for content, matrix in forms]
+    for index, page in enumerate(pages):
+        rotate, _, content = page.rpartition("|")
+        box = f"/MediaBox [0 0 {size[0]} {size[1]}] {rotate}"
+        bodies.append(f"<< /Type /Page /Parent 2 0 R {box} {resources} /Contents {first + 2 * index + 1} 0 R >>")
+        bodies.append(stream(content))
+    written, starts = b"%PDF-1.4\n", []
+    for number, body in enumerate(bodies, start=1):
+        starts.append(len(written))
+        written += f"{number} 0 obj\n{body}\nendobj\n".encode("latin-1")
+    table = "".join(f"{start:010d} 00000 n \n" for start in starts)
+    trailer = "".join(f"/{name} {value} " for name, value in entries.items())
+    end = f"xref\n0 {len(bodies) + 1}\n0000000000 65535 f \n{table}trailer\n"
+    end += f"<< /Size {len(bodies) + 1} /Root 1 0 R {trailer}>>\nstartxref\n{len(written)}\n%%EOF\n"
+    return written + end.encode()
+
+
+def text(content: str, x: float, y: float, matrix: str = "1 0 0 1") -> str:
+    return f" BT /H 10 Tf {matrix} {x} {y} Tm ({content}) Tj ET"
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return tmp_path_factory.mktemp("pdf") / "plan.pdf"
+
+
+def read(path: Path, *pages: str, page: int | None = None, **options: Any) -> Any:
+    """A drawing or a picture, as the test knows."""
+    path.write_bytes(pdf(*pages, **options))
+    return read_pdf_plan(path, page=page)
+
+
+def lines_of(drawing: PlanDrawing) -> list[list[float]]:
+    lines: list[list[float]] = (np.round(drawing.lines.reshape(-1, 4), 3) + 0.0).tolist()
+    return lines
+
+
+def test_lines_and_texts_of_a_drawn_page(path):
+    drawing = read(path, ROOMS + text("Office", 80, 70) + text("Main hall", 180, 60, "0 1 -1 0"))
+    assert isinstance(drawing, PlanDrawing)
+    assert lines_of(drawing) == ROOM_LINES
+    assert set(drawing.roles.tolist()) == {ROLES.index("other")}
+    assert drawing.widths == pytest.approx([2] * 8)
+    assert (drawing.metres_per_unit, drawing.source, len(drawing.doors)) == (None, "plan.pdf", 0)
+    office, hall = drawing.texts
+    assert (office.text, hall.text) == ("Office", "Main hall")
+    # Helvetica's letters of 10 points: 0.278 to 0.833 em wide, capitals 0.72 em high.
+    assert (office.x, office.y) == pytest.approx((94, 73.6), abs=2)
+    assert office.angle == 0
+    assert (hall.x, hall.y, hall.angle) == pytest.approx((176.4, 81, np.pi / 2), abs=2)
+    assert office.height == pytest.approx(7.3, abs=1)
+    assert hall.height == pytest.approx(7.3, abs=1)
+
+
+def test_matrices_of_pages_and_forms_apply(path):
+    """The room is drawn in a form within a form: doubled by the page, moved by each form."""
+    forms = [("0 0 100 50 re S", "/Matrix [1 0 0 1 10 0]"), ("1 0 0 1 0 5 cm /F0 Do", "/Matrix [1 0 0 1 0 20]")]
+    drawing = read(path, f"q 2 0 0 2 0 0 cm 1 w /F1 Do Q {ROOMS}", forms=forms)
+    assert lines_of(drawing)[:4] == [[20, 50, 220, 50], [220, 50, 220, 150], [220, 150, 20, 150], [20, 150, 20, 50]]
+    assert lines_of(drawing)[4:] == ROOM_LINES
+    assert drawing.widths[:4] == pytest.approx([2] * 4)
+
+
+@pytest.mark.parametrize(
+    ("rotate", "corner", "angle"),
+    [(90, (50, -150), -np.pi / 2), (180, (-150, -50), np.pi), (270, (-50, 150), np.pi / 2)],
+)
+def test_a_turned_page_is_read_as_it_is_seen(path, rotate, corner, angle):
+    drawing = read(path, f"/Rotate {rotate}|{ROOMS}" + text("Office", 80, 70))
+    assert lines_of(drawing)[0][2:] == list(corner)
+    (office,) = drawing.texts
+    assert np.exp(1j * office.angle) == pytest.approx(np.exp(1j * angle), abs=1e-3)
+
+
+def test_curves_are_chains_and_dark_areas_are_filled(path):
+    circle = "100 0 m 100 55.228 55.228 100 0 100 c S"
+    areas = "0 g 10 10 5 5 re f 0.9 g 30 10 5 5 re f 1 G 0 0 m 99 99 l S 0 G"
+    drawing = read(path, f"{circle} {areas} {ROOMS}")
+    arc = drawing.lines[:16]
+    assert np.hypot(arc[..., 0], arc[..., 1]) == pytest.approx(100, rel=1e-3)
+    assert lines_of(drawing)[16:] == ROOM_LINES
+    (outline,) = drawing.fills
+    assert (outline.min(axis=0).tolist(), outline.max(axis=0).tolist()) == ([10, 10], [15, 15])
+
+
+@pytest.mark.parametrize(
+    ("told", "scale"),
+    [
+        ("Scale 1:100", 100),
+        ("Scala 1 : 75", 75),
+        ("M 1:50", 50),
+        ("1:200", 200),
+        ("Ma\\337stab 1:275", 275),
+        ("\\351chelle 1/120", 120),
+        ("at 11:50", None),
+        ("1:37", None),
+        ("1:50 1:100", None),
+        ("1:50 Scale 1:100", 100),
+        ("2.1:50", None),
+        ("ratio", None),
+    ],
+)
+def test_the_scale_is_what_the_texts_agree_on(path, told, scale):
+    drawing = read(path, ROOMS + text(told, 10, 10))
+    assert drawing.metres_per_unit == (scale and pytest.approx(scale * METRES_PER_POINT))
+
+
+def test_a_change_of_font_does_not_cut_a_word(path):
+    """And a page of 300 points at 1:100 is 10.58 m wide."""
+    word = " BT /H 10 Tf 1 0 0 1 80 70 Tm (Of) Tj /H 10.5 Tf (fice) Tj ET"
+    drawing = read(path, ROOMS + word + text("far", 200, 70) + text("Scale 1:100", 10, 10))
+    assert [item.text for item in drawing.texts] == ["Office", "far", "Scale 1:100"]
+    assert drawing.metres_per_unit * 300 == pytest.approx(10.58, abs=0.01)
+
+
+def test_a_page_without_lines_is_a_picture(path):
+    """Red in the lower left quarter; 72 points are 300 pixels."""
+    picture = read(path, "1 0 0 rg 0 0 36 18 re f", size=(72, 36))
+    assert isinstance(picture, np.ndarray)
+    assert (picture.shape, picture.dtype) == ((150, 300, 3), np.uint8)
+    assert (picture[140, 10].tolist(), picture[10, 10].tolist(), picture[140, 290].tolist()) == (
+        [255, 0, 0],
+        [255, 255, 255],
+        [255, 255, 255],
+    )
+
+
+def test_the_picture_of_a_large_page_is_not_larger_than_the_limit(path):
+    assert read(path, "", size=(14400, 100)).shape == (28, 4000, 3)
+
+
+SCAN = "q 300 0 0 200 0 0 cm BI /W 1 /H 1 /CS /G /BPC 8 ID \x80 EI Q "
+
+
+def test_a_scan_with_a_frame_is_a_picture(path):
+    assert isinstance(read(path, SCAN + ROOMS), np.ndarray)
+    assert isinstance(read(path, SCAN.replace("300 0 0 200", "30 0 0 20") + ROOMS), PlanDrawing)
+
+
+def test_a_page_is_asked_for_and_chosen(path):
+    pages = [ROOMS.replace("2 w", f"{number} w") for number in range(1, 101)]
+    with pytest.raises(PlanError, match=r"plan\.pdf' has 100 pages, say which with --page 1 … 100$"):
+        read(path, *pages)
+    for page in (1, 100):
+        assert read(path, *pages, page=page).widths[0] == pytest.approx(page)
+    for page in (0, -1, 101):
+        with pytest.raises(PlanError, match=rf"plan\.pdf' has no page {page}, give --page 1 … 100$"):
+            read_pdf_plan(path, page=page)
+    with pytest.raises(PlanError, match=r"plan\.pdf' has no page 2, give --page 1, its only page$"):
+        read(path, ROOMS, page=2)
+
+
+def test_a_password_is_told_of(path):
+    keys = f"/Filter /Standard /V 1 /R 2 /P -4 /O <{'00' * 32}> /U <{'00' * 32}>"
+    with pytest.raises(PlanError, match=r"plan\.pdf' is protected by a password, save it without one$"):
+        read(path, ROOMS, Encrypt=f"<< {keys} >>", ID=f"[<{'00' * 16}> <{'00' * 16}>]")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "is empty, write it again$"),
+        (b"\x89PNG\r\n\x1a\n0000", "is no PDF or damaged, save it again as PDF: Failed to load document"),
+        (pdf(ROOMS)[:200], "is no PDF or damaged, save it again as PDF: Failed to load document"),
+        (pdf(), "is no PDF or damaged, save it again as PDF: Failed to load document"),
+    ],
+)
+def test_what_is_no_plan_is_refused_in_one_line(path, content, message):
+    path.write_bytes(content)
+    with pytest.raises(PlanError, match=message) as caught:
+        read_pdf_plan(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_library_is_named(path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pypdfium2", None)
+    with pytest.raises(PlanError, match=r"plan\.pdf' is a PDF, install pianta\[pdf\] to read it$"):
+        read(path, ROOMS)
+
+
+def test_more_than_any_page_draws_is_refused(path, monkeypatch):
+    monkeypatch.setattr(pdf_plan, "MAX_OBJECTS", 1)
+    with pytest.raises(PlanError, match=r"draws more than 1 things, give one floor$"):
+        read(path, ROOMS)
+
+
+@settings(max_examples=60)
+@given(data=st.data())
+def test_damaged_files_are_read_or_refused_in_one_line(path, data):
+    path.write_bytes(data.draw(mutated(pdf(ROOMS + text("Office 1:100", 80, 70) + " 1 0 0 1 5 5 cm 9 9 8 8 re f"))))
+    with refused_in_one_line():
+        read_pdf_plan(path)

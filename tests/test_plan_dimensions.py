@@ -1,0 +1,196 @@
+"""Lengths, sizes and scales that plans write out."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pianta.plan.dimensions import (
+    parse_drawing_scale,
+    parse_length,
+    parse_scale_bar,
+    parse_size,
+    remove_measures,
+    scale_from_dimensions,
+)
+from pianta.plan.sheet import PlacedText
+
+NO_INK = np.zeros((200, 400), bool)
+
+
+def number(text: str, col: float, *, row: float = 100.0, height: float = 10.0) -> PlacedText:
+    """A text whose middle lies at row and col."""
+    top, bottom, half = row - height / 2, row + height / 2, 3.0 * len(text)
+    left, right = col - half, col + half
+    return PlacedText(text, np.array([(top, left), (top, right), (bottom, right), (bottom, left)]))
+
+
+@pytest.mark.parametrize(
+    ("text", "metres"),
+    [
+        ("12'-6\"", 3.81),
+        ("12' 6”", 3.81),
+        ("12'", 3.6576),
+        ("12′6″", 3.81),
+        ("9' - 6 1/2\"", 2.9083),
+        ("10 ft", 3.048),
+        ("12.5 feet", 3.81),
+        ("3.50 m", 3.5),
+        ("3,5m", 3.5),
+        ("350 cm", 3.5),
+        ("3500 mm", 3.5),
+        ("12,50", 12.5),
+        ("3.125", 3.125),
+        ("350", None),
+        ("3.5", None),
+        ("204", None),
+        ("0 m", None),
+        ("5000 m", None),
+        ("AULA 3 m", None),
+        ("11' x 10'", None),
+        ("", None),
+    ],
+)
+def test_lengths(text, metres):
+    assert parse_length(text) == (None if metres is None else pytest.approx(metres))
+
+
+@given(st.integers(1, 400), st.integers(0, 11))
+def test_feet_and_inches_add_up(feet, inches):
+    assert parse_length(f"{feet}'-{inches}\"") == pytest.approx(0.3048 * feet + 0.0254 * inches)
+
+
+@pytest.mark.parametrize(
+    ("text", "size"),
+    [
+        ("11' x 10'", (3.3528, 3.048)),
+        ("11'×10'", (3.3528, 3.048)),
+        ("11'-6\" X 10'", (3.5052, 3.048)),
+        ("24 x 30 ft", (7.3152, 9.144)),
+        ("3.50 x 4,20 m", (3.5, 4.2)),
+        ("350 x 420 cm", (3.5, 4.2)),
+        ("3,50 x 4,20", (3.5, 4.2)),
+        ("24 X 30", None),
+        ("12", None),
+        ("2 x 3 x 4 m", None),
+        ("box", None),
+    ],
+)
+def test_sizes(text, size):
+    assert parse_size(text) == (None if size is None else pytest.approx(size))
+
+
+@pytest.mark.parametrize(
+    ("text", "left"),
+    [
+        ("BEDROOM 11' x 10'", "BEDROOM"),
+        ("Office 12.5 m²", "Office"),
+        ("AULA 3 - 45,20 mq", "AULA 3"),
+        ("24 X 30", ""),
+        ("11' - 9\"", ""),
+        ("120 SF", ""),
+        ("350 cm", ""),
+        ("AULA 3", "AULA 3"),
+        ("204 French", "204 French"),
+        ("Boys' Toilet", "Boys' Toilet"),
+        ("4 Maxim x", "4 Maxim x"),
+        ("3 m-room", "3 m-room"),
+    ],
+)
+def test_measures_are_taken_out_of_names(text, left):
+    assert remove_measures(text) == left
+
+
+@pytest.mark.parametrize(
+    ("text", "scale"),
+    [
+        ("Scale 1:100", 100),
+        ("MASSSTAB 1 : 50", 50),
+        ("1/200", 200),
+        ('1/8" = 1\'-0"', 96),
+        ("·SCALE. lINCH = 20 FOaT,", 240),
+        ('1/0" = 1 ft', 12),
+        ("11:30", None),
+        ("Room 1", None),
+    ],
+)
+def test_scales_of_drawings(text, scale):
+    assert parse_drawing_scale(text) == scale
+
+
+def test_a_bar_below_its_numbers_gives_metres_per_pixel():
+    ink = NO_INK.copy()
+    ink[112:115, 100:301] = True
+    texts = [number(text, col) for text, col in (("0", 100), ("5", 203), ("10", 297))]
+    scale = parse_scale_bar([*texts, number("m", 330)], ink)
+    assert scale is not None
+    assert scale.resolution == pytest.approx(10 / 201)
+    assert scale.confidence > 0.9
+
+
+def test_a_bar_begins_at_a_zero_that_was_overlooked_and_one_wrong_number_is_passed_by():
+    texts = [number(text, col) for text, col in (("20", 140), ("40", 180), ("8", 220), ("80", 260))]
+    unit = number("Scale in feet", 180, row=80)
+    without = parse_scale_bar([unit, *texts], NO_INK)
+    ink = NO_INK.copy()
+    ink[112:114, 100:260] = True
+    ink[112:114, 300:400] = True
+    scale = parse_scale_bar([unit, *texts], ink)
+    assert scale is not None
+    assert without is not None
+    assert without.resolution == pytest.approx(0.3048 / 2)
+    assert scale.resolution == pytest.approx(80 * 0.3048 / 160)
+    assert without.confidence < scale.confidence
+
+
+def test_numbers_in_one_text_and_a_unit_behind_the_last():
+    corners = np.array([(95, 100), (95, 200), (105, 200), (105, 100)], float)
+    texts = [number("0", 100), number("5", 150), number("10m", 200)]
+    scale = parse_scale_bar(texts, NO_INK)
+    assert scale is not None
+    # The unit moves the middle of its text: a number stands at its share of the line.
+    assert scale.resolution == pytest.approx(0.1, rel=0.05)
+    row = parse_scale_bar([PlacedText("0    5    10 m", corners)], NO_INK)
+    assert row is not None
+    assert 0.1 < row.resolution < 0.2
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        [],
+        [number("0", 100), number("5", 150), number("10", 200)],
+        [number("5 m", 150)],
+        [number("201", 100), number("202", 150), number("m", 180)],
+        [number("0", 100), number("5", 150), number("7", 250), number("10", 300), number("20", 350), number("m", 370)],
+        [number("0", 100), number("5", 150), number("10", 200), number("Room M", 220)],
+        [number("0", 100), number("50000", 150), number("100000", 200), number("m", 220)],
+    ],
+)
+def test_what_is_no_scale_bar(texts):
+    assert parse_scale_bar(texts, NO_INK) is None
+
+
+def test_sizes_of_rooms_vote_for_the_scale():
+    boxes = np.array([(0, 0, 100, 200), (0, 210, 100, 410), (110, 0, 210, 100), (0, 0, 300, 500)], float)
+    texts = [
+        number("4 x 8 m", 100, row=50),
+        number("8 x 4.1 m", 300, row=50),
+        number("1 x 1 m", 50, row=160),
+        number("3 x 9 m", 450, row=280),
+        number("24 x 30", 50, row=200),
+    ]
+    scale = scale_from_dimensions(texts, boxes)
+    assert scale is not None
+    assert scale.resolution == pytest.approx(0.0405, abs=0.0003)
+    assert 0 < scale.confidence < 1
+    assert scale_from_dimensions(texts[:1], boxes) is None
+    assert scale_from_dimensions([texts[0], texts[2]], boxes) is None
+    assert scale_from_dimensions(texts, np.zeros((0, 4))) is None
+
+
+@given(st.text(max_size=40))
+def test_any_text_is_read_without_fault(text):
+    for length in (parse_length(text), parse_drawing_scale(text), *(parse_size(text) or ())):
+        assert length is None or length >= 0
+    assert len(remove_measures(text)) <= len(text)

@@ -1,0 +1,196 @@
+"""The scale of a plan: who states it, in which order, and how sure they are."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shapely import box
+
+from pianta.errors import PlanError
+from pianta.floor import Floor, Room
+from pianta.plan import plan_scale
+from pianta.plan.door_swings import DoorSize
+from pianta.plan.paper import binarise
+from pianta.plan.plan_scale import (
+    MOST_CELLS,
+    SHEET_METRES,
+    PlanScale,
+    find_door_scale,
+    find_stated_scale,
+    fit_door_px,
+    refine_by_sizes,
+)
+from pianta.plan.regions import DOOR_CELLS, Regions
+from pianta.plan.sheet import PlacedText, Sheet
+from pianta.worlds.floors import make_corridor_floor
+from pianta.worlds.plan_drawing import draw_plan
+
+PAGE = np.full((300, 400, 3), 255, np.uint8)
+INK = np.zeros((300, 400), bool)
+
+
+def sheet(resolution: float | None = None) -> Sheet:
+    return Sheet(PAGE, resolution=resolution)
+
+
+def placed(text: str, row: float, col: float, *, height: float = 10.0) -> PlacedText:
+    """A text around its middle."""
+    half = 0.3 * height * len(text)
+    top, bottom, left, right = row - height / 2, row + height / 2, col - half, col + half
+    return PlacedText(text, np.array([(top, left), (top, right), (bottom, right), (bottom, left)]))
+
+
+@pytest.fixture(scope="module")
+def barred():
+    """A plan with a bar of scale, at 30 pixels per metre."""
+    return draw_plan(make_corridor_floor(seed=2, length=24, room_depth=4), scale_bar=True, px_per_metre=30)
+
+
+def test_the_user_is_believed_before_the_file_and_the_file_before_the_bar(barred):
+    ink = binarise(barred.colors)
+    drawn = Sheet(barred.colors, resolution=0.05)
+    given_one = find_stated_scale(drawn, barred.texts, ink, given=0.02)
+    assert given_one == PlanScale(0.02, "--resolution", 1.0)
+    of_file = find_stated_scale(drawn, barred.texts, ink)
+    assert of_file is not None
+    assert (of_file.resolution, of_file.source) == (0.05, "the units of the file")
+    of_bar = find_stated_scale(Sheet(barred.colors), barred.texts, ink)
+    assert of_bar is not None
+    assert of_bar.source == "the scale bar"
+    assert of_bar.resolution == pytest.approx(1 / 30, rel=0.03)
+    assert 0 < of_bar.confidence < of_file.confidence < given_one.confidence
+
+
+def test_where_nobody_states_a_scale_there_is_none():
+    assert find_stated_scale(sheet(), (), INK) is None
+    assert find_stated_scale(sheet(), (placed("Office", 50, 50),), INK) is None
+
+
+@pytest.mark.parametrize("resolution", [0.0, -0.05, float("nan"), float("inf")])
+def test_a_resolution_that_is_no_positive_number_is_refused(resolution):
+    with pytest.raises(PlanError, match=f"^the resolution is {resolution}, give positive metres per pixel$"):
+        find_stated_scale(sheet(0.05), (), INK, given=resolution)
+
+
+@pytest.mark.parametrize("resolution", [1e-9, 0.004, 13.0, 1e9])
+def test_a_resolution_of_no_building_is_refused_and_one_of_the_file_passed_over(resolution):
+    with pytest.raises(PlanError, match=f"^the resolution is {resolution}, which makes .* m of a sheet of 400 pixels"):
+        find_stated_scale(sheet(), (), INK, given=resolution)
+    assert find_stated_scale(sheet(resolution), (), INK) is None
+
+
+@given(st.floats(SHEET_METRES[0] / 400, SHEET_METRES[1] / 400))
+def test_any_resolution_of_a_building_is_kept(resolution):
+    assert find_stated_scale(sheet(), (), INK, given=resolution) == PlanScale(resolution, "--resolution", 1.0)
+
+
+def test_doors_are_90_centimetres_wide():
+    scale = find_door_scale(DoorSize(30.0, 7, 0.5), 33.0)
+    assert scale.source == "7 doors of 0.9 m"
+    assert [scale.resolution, scale.confidence] == pytest.approx([0.03, 0.3])
+    by_look = find_door_scale(None, 45.0)
+    assert by_look.source == "the look of its walls"
+    assert by_look.resolution == pytest.approx(0.02)
+    assert by_look.confidence < find_door_scale(DoorSize(30.0, 7, 0.9), 33.0).confidence
+
+
+def test_what_looks_like_doors_of_another_size_than_the_drawing_is_none():
+    assert find_door_scale(DoorSize(30.0, 7, 0.5), 99.0) == find_door_scale(None, 99.0)
+
+
+def test_a_scale_says_what_it_is_by_what_and_how_sure():
+    told = str(PlanScale(0.03333, "7 doors of 0.9 m", 0.456))
+    assert told == "0.0333 m per pixel by 7 doors of 0.9 m, confidence 0.46"
+
+
+def doubting(best: float, asked: list[float]):
+    """A network that doubts least where doors are of the best size, and a list of the sizes that it is asked about."""
+
+    def find_regions(colors, *, door_px, networks):
+        asked.append(door_px)
+        # The more even the shares, the more doubt
+        even = min(abs(np.log(door_px / best)) / 8, 0.24)
+        shares = np.full((4, 2, 2), even, np.float32)
+        shares[0] = 1 - 3 * even
+        return Regions(shares, door_px / DOOR_CELLS)
+
+    return find_regions
+
+
+@pytest.mark.parametrize(("known", "best"), [(20.0, 12.5), (20.0, 20.0), (40.0, 16.0), (6.0, 7.5)])
+def test_the_size_is_looked_for_near_the_doors_that_are_known(monkeypatch, known, best):
+    asked: list[float] = []
+    monkeypatch.setattr(plan_scale, "find_regions", doubting(best, asked))
+    assert fit_door_px(PAGE, door_px=known, networks=["one"]) == pytest.approx(best, rel=0.13)
+    assert min(asked) <= known * 0.4
+    assert max(asked) >= known * 1.26
+    assert len(asked) == len(set(asked))
+
+
+def test_what_is_taken_for_doors_is_passed_over_where_the_drawing_has_another_scale(monkeypatch):
+    monkeypatch.setattr(plan_scale, "find_regions", doubting(4.0, []))
+    assert fit_door_px(PAGE, door_px=90.0, networks=["one"]) == pytest.approx(4.0, rel=0.15)
+
+
+@pytest.mark.parametrize("best", [3.0, 6.0, 8.0, 16.0])
+def test_without_doors_all_sizes_of_buildings_are_tried(monkeypatch, best):
+    """On 400 pixels, from 160 doors of 2.5 pixels to 25 doors of 16."""
+    monkeypatch.setattr(plan_scale, "find_regions", doubting(best, []))
+    assert fit_door_px(PAGE, door_px=None, networks=["one"]) == pytest.approx(best, rel=0.15)
+
+
+def test_the_first_network_is_asked_about_the_part_with_the_most_ink(monkeypatch):
+    """Lines in the lower right of a sheet of which a ninth is asked about."""
+    colors = np.full((1500, 1500, 3), 255, np.uint8)
+    colors[1300:1500:10, 1200:1500] = 0
+    asked = []
+
+    def find_regions(part, *, door_px, networks):
+        asked.append((part, tuple(networks)))
+        return Regions(np.full((4, 2, 2), 0.25, np.float32), 1.0)
+
+    monkeypatch.setattr(plan_scale, "find_regions", find_regions)
+    fit_door_px(colors, door_px=9.0, networks=["one", "two"])
+    assert {networks for _, networks in asked} == {("one",)}
+    assert all((part == 0).any() and part.shape[0] == part.shape[1] <= 1500 for part, _ in asked)
+
+
+@pytest.mark.parametrize("known", [None, 0.001, 2.0])
+def test_the_sheet_never_gets_more_cells_than_memory_holds(monkeypatch, known):
+    asked: list[float] = []
+    monkeypatch.setattr(plan_scale, "find_regions", doubting(10.0, asked))
+    size = fit_door_px(np.zeros((3000, 8000, 3), np.uint8), door_px=known, networks=["one"])
+    assert 3000 * 8000 / (size / DOOR_CELLS) ** 2 <= MOST_CELLS * 1.001
+    assert size == min(asked)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 400), (2, 3)])
+def test_the_smallest_sheets_have_a_size(shape):
+    assert fit_door_px(np.full((*shape, 3), 255, np.uint8), door_px=None) > 0
+
+
+def drawn_floor(*boxes: tuple[float, float, float, float]) -> Floor:
+    return Floor(tuple(Room(number, box(*sides)) for number, sides in enumerate(boxes, start=1)))
+
+
+# Two rooms on a sheet of 300 rows, in pixels with y up; 4 m × 3 m and 5 m × 3 m at 0.02 m per pixel.
+FLOORS = [drawn_floor((0, 0, 200, 150)), drawn_floor((300, 100, 550, 250))]
+SIZES = (placed("4.00 x 3.00 m", 225, 100), placed("5.00 x 3.00 m", 125, 425))
+
+
+def test_sizes_written_in_rooms_tell_the_scale():
+    scale = refine_by_sizes(PlanScale(0.05, "the look of its walls", 0.3), FLOORS, SIZES, 300)
+    assert scale.source == "sizes written in rooms"
+    assert scale.resolution == pytest.approx(0.02)
+    assert 0.3 < scale.confidence <= 1
+
+
+def test_without_sizes_or_where_one_is_surer_the_scale_stays():
+    scale = PlanScale(0.05, "the look of its walls", 0.3)
+    assert refine_by_sizes(scale, FLOORS, (), 300) is scale
+    assert refine_by_sizes(scale, FLOORS, (placed("Office", 225, 100),), 300) is scale
+    # In no room
+    assert refine_by_sizes(scale, FLOORS, (placed("4.00 x 3.00 m", 20, 20),), 300) is scale
+    sure = PlanScale(0.05, "doors", 1.01)
+    assert refine_by_sizes(sure, FLOORS, SIZES, 300) is sure
+    assert refine_by_sizes(scale, [], SIZES, 300) is scale

@@ -1,0 +1,229 @@
+"""A plan in, its floors out: rooms, doors between the right ones, scale and names, of plans that are drawn here."""
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from shapely import Polygon, box
+from shapely.affinity import translate
+
+from pianta.errors import OptionError, PlanError, PlanWarning
+from pianta.floor import Floor
+from pianta.plan import read_plan as plan_reading
+from pianta.plan.read_plan import PlanFloor, PlanReading, read_plan
+from pianta.worlds.floors import build_floor
+from pianta.worlds.plan_drawing import DrawnPlan, draw_plan
+
+Colors = NDArray[np.uint8]
+
+# Metres between the axes of walls: a passage with rooms on both sides, and a hall with rooms on one side.
+FIVE = build_floor(
+    box(0, 0, 12, 3),
+    [box(0, 3, 4, 8), box(4, 3, 8, 8), box(8, 3, 12, 8), box(0, -5, 6, 0), box(6, -5, 12, 0)],
+    side_doors=0,
+)
+THREE = build_floor(box(0, 0, 4, 12), [box(4, 0, 9, 4), box(4, 4, 9, 8), box(4, 8, 9, 12)], side_doors=0)
+
+
+def save(colors: Colors, folder: Path, name: str = "plan.png") -> Path:
+    cv2.imwrite(str(folder / name), np.ascontiguousarray(colors[..., ::-1]))
+    return folder / name
+
+
+def read(plan: DrawnPlan | Colors, folder: Path, *, with_text: bool = False, **options: Any) -> PlanReading:
+    colors = plan.colors if isinstance(plan, DrawnPlan) else plan
+    return read_plan(save(colors, folder), with_text=with_text, **options)
+
+
+def overlap(one: Polygon, other: Polygon) -> float:
+    return float(one.intersection(other).area / one.union(other).area)
+
+
+def match_rooms(floor: Floor, truth: Floor, offset: tuple[float, float]) -> dict[int, int]:
+    """The true room of each room by ids, both one to one; offset: of the truth, metres."""
+    moved = {room.id: translate(room.polygon, *offset) for room in truth.rooms}
+    found = {
+        room.id: max((overlap(room.polygon, polygon), true_id) for true_id, polygon in moved.items())[1]
+        for room in floor.rooms
+    }
+    assert sorted(found.values()) == sorted(moved)
+    assert all(overlap(room.polygon, moved[found[room.id]]) > 0.7 for room in floor.rooms)
+    return found
+
+
+def offset_of(plan: DrawnPlan) -> tuple[float, float]:
+    """From the frame of the truth to the lower left corner of the sheet."""
+    x, y, _ = plan.grid.origin
+    return -x, -y
+
+
+def doors_between(floor: Floor, true_ids: dict[int, int]) -> list[tuple[int, ...]]:
+    return sorted(tuple(sorted(true_ids[room] for room in door.room_ids)) for door in floor.doors)
+
+
+def only_floor(reading: PlanReading) -> PlanFloor:
+    (floor,) = reading.floors
+    return floor
+
+
+@pytest.mark.parametrize("truth", [FIVE, THREE])
+@pytest.mark.parametrize("style", ["thick", "double"])
+def test_rooms_and_doors_of_a_drawn_plan_are_found(tmp_path, truth, style):
+    plan = draw_plan(truth, px_per_metre=30, style=style)
+    found = only_floor(read(plan, tmp_path, resolution=1 / 30))
+    true_ids = match_rooms(found.floor, truth, offset_of(plan))
+    assert doors_between(found.floor, true_ids) == sorted(door.room_ids for door in truth.doors)
+    true_doors = {door.room_ids: translate(door.line, *offset_of(plan)) for door in truth.doors}
+    for door in found.floor.doors:
+        line = true_doors[tuple(sorted(true_ids[room] for room in door.room_ids))]
+        assert door.line.centroid.distance(line.centroid) < 0.45
+        assert door.width == pytest.approx(line.length, abs=0.3)
+
+
+def test_the_resolution_that_is_given_is_kept(tmp_path):
+    plan = draw_plan(THREE, px_per_metre=40)
+    found = only_floor(read(plan, tmp_path, resolution=0.05))
+    assert (found.scale.resolution, found.scale.source, found.scale.confidence) == (0.05, "--resolution", 1.0)
+    assert found.grid.resolution == 0.05
+    assert found.grid.shape == plan.colors.shape[:2]
+    assert list(found.grid.origin) == [0, 0, 0]
+    left, bottom, right, top = np.array([room.polygon.bounds for room in found.floor.rooms]).T
+    # Twice the true size
+    assert right.max() - left.min() == pytest.approx(18, abs=1)
+    assert top.max() - bottom.min() == pytest.approx(24, abs=1)
+
+
+@pytest.mark.parametrize("style", ["thick", "double"])
+def test_doors_with_arcs_tell_the_scale(tmp_path, style):
+    found = only_floor(read(draw_plan(FIVE, px_per_metre=40, style=style), tmp_path))
+    assert found.scale.resolution == pytest.approx(1 / 40, rel=0.15)
+    assert "doors of 0.9 m" in found.scale.source
+    assert 0 < found.scale.confidence < 1
+    assert sum(room.polygon.area > 10 for room in found.floor.rooms) == 6
+
+
+def test_without_symbols_rooms_are_read_all_the_same(tmp_path):
+    plan = draw_plan(THREE, px_per_metre=40)
+    found = only_floor(read(plan, tmp_path, resolution=0.025, with_symbols=False))
+    assert len(found.floor.rooms) >= 1
+    outlines = [translate(room.polygon, *offset_of(plan)) for room in THREE.rooms]
+    covered = sum(room.polygon.intersection(outline).area for room in found.floor.rooms for outline in outlines)
+    assert covered > 0.8 * sum(outline.area for outline in outlines)
+
+
+def test_reading_again_reads_the_same(tmp_path):
+    plan = draw_plan(THREE, px_per_metre=30)
+    one, other = (only_floor(read(plan, tmp_path, resolution=1 / 30)) for _ in range(2))
+    assert one.floor == other.floor
+    assert one.scale == other.scale
+
+
+def test_two_floors_on_a_sheet_are_two_and_it_says_so(tmp_path):
+    upper, lower = (draw_plan(floor, px_per_metre=25) for floor in (FIVE, THREE))
+    height = max(upper.colors.shape[0], lower.colors.shape[0])
+    parts = [
+        np.pad(plan.colors, ((0, height - plan.colors.shape[0]), (100, 100), (0, 0)), constant_values=255)
+        for plan in (upper, lower)
+    ]
+    path = save(np.hstack(parts), tmp_path)
+    with pytest.warns(PlanWarning, match=r"shows 2 floors, each is read on its own"):
+        reading = read_plan(path, resolution=0.04, with_text=False)
+    first, second = reading.floors
+    assert [len(first.floor.rooms), len(second.floor.rooms)] == [6, 4]
+    assert all(first.floor.rooms[0].polygon.disjoint(room.polygon) for room in second.floor.rooms)
+    assert first.scale == second.scale
+
+
+def wash(height: int = 300, width: int = 400) -> Colors:
+    """Soft colours that change slowly, as in a photo of the sky."""
+    rows, cols = np.mgrid[:height, :width]
+    layers = 120 + 80 * np.sin(cols / 90) + 40 * np.cos(rows / 70), 130 + 60 * np.cos(cols / 120), 90 + rows / 3
+    return np.stack(layers, axis=-1).clip(0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    "colors",
+    [
+        np.full((300, 400, 3), 255, np.uint8),
+        np.zeros((200, 300, 3), np.uint8),
+        np.full((1, 300, 3), 255, np.uint8),
+        np.random.default_rng(0).normal(200, 12, (200, 300, 3)).clip(0, 255).astype(np.uint8),
+        wash(),
+    ],
+    ids=["white", "black", "thin", "grain", "wash"],
+)
+def test_what_is_no_plan_is_refused_in_one_line(tmp_path, colors):
+    with pytest.raises(PlanError, match=r"^plan '\S*plan\.png' shows no rooms, give a plan with walls, or its --res"):
+        read(colors, tmp_path)
+
+
+@pytest.mark.parametrize("resolution", [-1.0, 0.0, 1e-9, 1e6, float("nan")])
+def test_a_resolution_of_no_building_is_refused(tmp_path, resolution):
+    with pytest.raises(PlanError, match=r"^the resolution is [^\n]*, give [^\n]+$"):
+        read(np.full((60, 80, 3), 255, np.uint8), tmp_path, resolution=resolution)
+
+
+def test_an_unknown_method_and_a_page_of_a_picture_are_refused(tmp_path):
+    path = save(np.full((60, 80, 3), 255, np.uint8), tmp_path)
+    with pytest.raises(OptionError, match="method is 'magic'"):
+        read_plan(path, method="magic")
+    with pytest.raises(PlanError, match=r"page is 2 and plan .* is no PDF"):
+        read_plan(path, page=2)
+    with pytest.raises(PlanError, match=r"nowhere\.png"):
+        read_plan(tmp_path / "nowhere.png")
+
+
+def draw_dxf(path: Path) -> None:
+    """Two rooms of 4 m × 4 m with walls of 0.2 m, and a door of 0.9 m in the wall between them; millimetres."""
+    ezdxf = pytest.importorskip("ezdxf", reason="pianta[cad] is not installed")
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = 4
+    space, on_wall = document.modelspace(), {"layer": "A-WALL"}
+    # Faces of the walls: outside, left room, right room; the door is a gap of the wall from 4000 to 4200
+    for left, bottom, right, top in ((-200, -200, 8400, 4200), (0, 0, 4000, 4000), (4200, 0, 8200, 4000)):
+        corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
+        space.add_lwpolyline(corners, close=True, dxfattribs=on_wall)
+    block = document.blocks.new("Door")
+    block.add_line((0, 0), (0, 900))
+    block.add_arc((0, 0), 900, 0, 90)
+    space.add_blockref("Door", (4100, 1000), dxfattribs={"rotation": 90, "layer": "A-DOOR"})
+    space.add_text("Büro", height=300).set_placement((1200, 2000))
+    space.add_text("Labor", height=300).set_placement((5500, 2000))
+    document.saveas(path)
+
+
+def test_a_dxf_is_read_with_its_names_doors_and_units(tmp_path):
+    draw_dxf(tmp_path / "plan.dxf")
+    found = only_floor(read_plan(tmp_path / "plan.dxf"))
+    assert found.scale.source == "the units of the file"
+    rooms = {str(room.name): room for room in found.floor.rooms}
+    assert sorted(rooms) == ["Büro", "Labor"]
+    assert [room.polygon.area for room in rooms.values()] == pytest.approx([16.8, 16.8], abs=1.5)
+    (door,) = found.floor.doors
+    assert door.room_ids == tuple(sorted(room.id for room in rooms.values()))
+    assert door.width == pytest.approx(0.9, abs=0.05)
+    assert found.floor.source == "plan.dxf"
+
+
+def test_without_a_text_reader_the_plan_is_read_and_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(plan_reading, "text_reader_available", lambda: False)
+    path = save(draw_plan(THREE, px_per_metre=30).colors, tmp_path)
+    with pytest.warns(PlanWarning, match=r"is read without its text, install pianta\[plan\] to read names"):
+        found = only_floor(read_plan(path, resolution=1 / 30))
+    assert [room.name for room in found.floor.rooms] == [None] * 4
+
+
+@pytest.mark.parametrize("legend", [False, True])
+def test_names_in_rooms_and_in_a_legend_are_read(tmp_path, legend):
+    pytest.importorskip("rapidocr", reason="pianta[plan] is not installed")
+    texts = {1: "Corridor", 2: "Main office", 3: "Library", 4: "Kitchen"}
+    plan = draw_plan(THREE, texts=texts, legend=legend, px_per_metre=40)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = only_floor(read(plan, tmp_path, with_text=True, resolution=0.025))
+    true_ids = match_rooms(found.floor, THREE, offset_of(plan))
+    assert {true_ids[room.id]: room.name for room in found.floor.rooms} == texts

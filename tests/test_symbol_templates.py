@@ -1,0 +1,115 @@
+"""Templates: our own, and those of a user's folder with every fault that it may have."""
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pianta.errors import PlanError
+from pianta.plan.symbol_templates import own_templates, read_symbol_folder
+
+Image = NDArray[Any]
+
+
+def write(folder: Path, name: str, image: Image) -> None:
+    assert cv2.imwrite(str(folder / name), np.asarray(image, np.uint8))
+
+
+def drawn(height: int = 20, width: int = 16) -> Image:
+    """A dark line on white paper."""
+    image = np.full((height, width), 255, np.uint8)
+    image[:, 3] = 0
+    return image
+
+
+def bar(rows: slice, cols: slice, shape: tuple[int, int] = (20, 16)) -> Image:
+    image = np.full(shape, 255, np.uint8)
+    image[rows, cols] = 0
+    return image
+
+
+def test_our_own_have_jambs_a_door_apart():
+    own = {template.name: template for template in own_templates()}
+    assert {"door", "double door", "window", "stairs", "lift", "extinguisher", "exit", "red sign"} <= own.keys()
+    assert own["door"].kind == "door"
+    widths = [float(np.hypot(*np.diff(np.array(own[name].jambs), axis=0)[0])) for name in ("door", "double door")]
+    assert widths == pytest.approx([48, 96])
+    assert own["door"].door_px == 48
+    assert [name for name, template in own.items() if (template.jambs is None) != (template.kind == "object")] == []
+    # A bare line is all over every plan
+    assert "leaf" not in own
+
+
+def test_names_tell_kinds_and_walls_tell_jambs(tmp_path):
+    for name in ("door", "Porta2", "TÜR3", "puerta", "fenster", "finestra1", "kit"):
+        write(tmp_path, f"{name}.png", drawn())
+    write(tmp_path, "wall.png", bar(slice(12, 16), slice(None)))
+    write(tmp_path, "wall2.png", bar(slice(2, 18), slice(4, 8)))
+    write(tmp_path, "notes.txt.png", drawn())
+    (tmp_path / "readme.txt").write_text("no picture")
+    found = {template.name: template for template in read_symbol_folder(tmp_path)}
+    assert {name: template.kind for name, template in found.items()} == {
+        **dict.fromkeys(("door", "porta2", "tür3", "puerta"), "door"),
+        **dict.fromkeys(("fenster", "finestra1"), "window"),
+        **dict.fromkeys(("kit", "notes.txt"), "object"),
+    }
+    assert np.array(found["door"].jambs).tolist() == [[14, 0], [14, 16]]
+    assert np.array(found["porta2"].jambs).tolist() == [[2, 6], [18, 6]]
+    assert found["tür3"].jambs is None
+    assert found["door"].image.tolist() == drawn().tolist()
+    assert found["door"].door_px is None
+
+
+def test_colours_are_kept(tmp_path):
+    write(tmp_path, "sign.png", np.full((12, 12, 3), (36, 28, 214)) * (np.arange(12) > 4)[:, None, None])
+    (sign,) = read_symbol_folder(tmp_path)
+    assert sign.image.shape == (12, 12, 3)
+    assert sign.image[-1, 0].tolist() == [214, 28, 36]
+
+
+def test_all_faults_are_told_in_one_line(tmp_path):
+    write(tmp_path, "good.png", drawn())
+    write(tmp_path, "blank.png", np.full((20, 20), 200))
+    write(tmp_path, "tiny.png", drawn(4, 9))
+    write(tmp_path, "huge.png", drawn(300, 20))
+    (tmp_path / "broken.png").write_bytes(b"\x89PNG\r\n\x1a\n no more")
+    (tmp_path / "empty.png").write_bytes(b"")
+    with pytest.raises(PlanError) as error:
+        read_symbol_folder(tmp_path)
+    message = str(error.value)
+    assert "\n" not in message
+    assert [name for name in ("blank", "tiny", "huge", "broken", "empty") if f"{name}.png" not in message] == []
+    assert "good.png" not in message
+
+
+@pytest.mark.parametrize(
+    ("files", "told"),
+    [
+        ({}, "has 0 PNGs"),
+        ({"wall.png": drawn()}, "wall.png fills no door"),
+        ({"door.png": drawn(), "wall.png": drawn(30, 16)}, "not as large"),
+        ({"door.png": drawn(), "wall.png": drawn(), "wall7.png": drawn()}, "wall7.png fills no door"),
+    ],
+)
+def test_folders_that_cannot_be_used(tmp_path, files, told):
+    for name, image in files.items():
+        write(tmp_path, name, image)
+    with pytest.raises(PlanError, match=told):
+        read_symbol_folder(tmp_path)
+
+
+def test_what_is_no_folder_is_told(tmp_path):
+    with pytest.raises(PlanError, match="is no folder, give a folder of PNGs"):
+        read_symbol_folder(tmp_path / "missing")
+
+
+def test_the_symbols_of_the_collection_are_read(data):
+    templates = read_symbol_folder(data / "floorplans" / "symbols")
+    kinds = [template.kind for template in templates]
+    assert (kinds.count("door"), kinds.count("object")) == (27, 13)
+    assert sum(template.jambs is not None for template in templates) == 12
+    door = next(template for template in templates if template.name == "door")
+    assert np.array(door.jambs)[:, 1].tolist() == [0, door.image.shape[1]]
