@@ -26,8 +26,8 @@ AGREEMENT, SMOOTH = 0.8, 0.5
 SHORTEST_WALL = 0.6
 # Smaller patches of space are none; m².
 PATCH = 1.0
-# Smaller bits of what reaches the edge of the sheet are none, either; m².
-TORN_PATCH = 5.0
+# Smaller bits of what reaches the edge of the sheet are none, either, m², nor is what is less surely inside of it.
+TORN_PATCH, SURE = 5.0, 0.6
 # The two lines of a wall are no further apart than this; metres of a door.
 THICKEST, DOOR_METRES = 0.4, 0.9
 
@@ -116,17 +116,20 @@ def _find_inside(barrier: NDArray[np.float32], outside: NDArray[np.float32], cel
     numbers = np.arange(count + 1)
     area = np.bincount(patches.ravel(), minlength=count + 1) * cell**2
     near = cv2.distanceTransform((barrier < BARRIER).astype(np.uint8), cv2.DIST_L2, 3) * cell <= SEEN
+    near |= not near.any()
     told, inside = (np.bincount(patches[where], minlength=count + 1) for where in (near, near & (outside < 0)))
     share = inside / np.maximum(told, 1)
     rim = np.concatenate([patches[0], patches[-1], patches[:, 0], patches[:, -1]])
-    leaks = np.isin(numbers, rim) & (share < AGREEMENT) & (share >= MAJORITY)
+    leaks = np.isin(numbers, rim) & (share < AGREEMENT)
     whole = (area >= PATCH) & ~leaks & (share >= MAJORITY)
     whole[0] = leaks[0] = False
     smooth = cv2.GaussianBlur(outside, (0, 0), SMOOTH / cell)
     torn, parts = ndimage.label(leaks[patches] & (smooth < 0))
-    large = np.bincount(torn.ravel(), minlength=parts + 1) * cell**2 >= TORN_PATCH
-    large[0] = False
-    return np.asarray(whole[patches] | large[torn])
+    size = np.bincount(torn.ravel(), minlength=parts + 1)
+    sure = -np.bincount(torn.ravel(), smooth.ravel(), minlength=parts + 1) >= SURE * size
+    kept = sure & (size * cell**2 >= TORN_PATCH)
+    kept[0] = False
+    return np.asarray(whole[patches] | kept[torn])
 
 
 def _thin_barriers(barrier: NDArray[np.float32], inside: Mask) -> tuple[Mask, Mask]:
