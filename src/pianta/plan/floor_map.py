@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.plan.inside import find_inside
 from pianta.plan.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, Regions
 from pianta.plan.sheet import Floats, Mask
 
@@ -18,16 +19,8 @@ from pianta.plan.sheet import Floats, Mask
 FINER = 2
 # A barrier is wall, or door where doors are closed, by more than this probability.
 BARRIER = 0.5
-# Space between barriers is inside where more than this share of what is so near to barriers is, metres,
-MAJORITY, SEEN = 0.5, 1.5
-# or at the edge of the sheet this share; where less of it is, each spot speaks for itself, smoothed over so much, m.
-AGREEMENT, SMOOTH = 0.8, 0.5
 # Shorter pieces of barriers are none, metres.
 SHORTEST_WALL = 0.6
-# Smaller patches of space are none; m².
-PATCH = 1.0
-# Smaller bits of what reaches the edge of the sheet are none, either, m², nor is what is less surely inside of it.
-TORN_PATCH, SURE = 5.0, 0.6
 # The two lines of a wall are no further apart than this; metres of a door.
 THICKEST, DOOR_METRES = 0.4, 0.9
 
@@ -73,7 +66,8 @@ def draw_floor_map(
         cv2.line(barrier, (col0, row0), (col1, row1), 1.0, 2)
     # What removed symbols leave of lines is too small for a wall
     barrier = _erode(barrier, least=SHORTEST_WALL / cell)
-    inside = _find_inside(barrier, layers[OUTSIDE] - layers[INSIDE], cell)
+    # A gap in an outer wall, or a yard, makes no room
+    inside = find_inside(barrier < BARRIER, layers[OUTSIDE] - layers[INSIDE], cell)
     # Rooms grow to the middle of the walls, which become lines
     walls, grown = _thin_barriers(barrier, inside)
     cells = np.where(walls, OCCUPIED, np.where(grown, FREE, UNKNOWN)).astype(np.int8)
@@ -104,32 +98,6 @@ def _erode(barrier: NDArray[np.float32], *, least: float) -> NDArray[np.float32]
     small = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) < least
     small[0] = False
     return np.where(small[pieces], np.float32(0), barrier)
-
-
-def _find_inside(barrier: NDArray[np.float32], outside: NDArray[np.float32], cell: float) -> Mask:
-    """What lies inside of rooms: the patches of space between barriers that are inside by majority.
-
-    Only near walls does the network see enough to tell, so the middle of a hall is what its edge is. A patch that
-    reaches the edge of the sheet may be a room that lost a wall to the paper: there each spot speaks for itself.
-    """
-    patches, count = ndimage.label(barrier < BARRIER)
-    numbers = np.arange(count + 1)
-    area = np.bincount(patches.ravel(), minlength=count + 1) * cell**2
-    near = cv2.distanceTransform((barrier < BARRIER).astype(np.uint8), cv2.DIST_L2, 3) * cell <= SEEN
-    near |= not near.any()
-    told, inside = (np.bincount(patches[where], minlength=count + 1) for where in (near, near & (outside < 0)))
-    share = inside / np.maximum(told, 1)
-    rim = np.concatenate([patches[0], patches[-1], patches[:, 0], patches[:, -1]])
-    leaks = np.isin(numbers, rim) & (share < AGREEMENT)
-    whole = (area >= PATCH) & ~leaks & (share >= MAJORITY)
-    whole[0] = leaks[0] = False
-    smooth = cv2.GaussianBlur(outside, (0, 0), SMOOTH / cell)
-    torn, parts = ndimage.label(leaks[patches] & (smooth < 0))
-    size = np.bincount(torn.ravel(), minlength=parts + 1)
-    sure = -np.bincount(torn.ravel(), smooth.ravel(), minlength=parts + 1) >= SURE * size
-    kept = sure & (size * cell**2 >= TORN_PATCH)
-    kept[0] = False
-    return np.asarray(whole[patches] | kept[torn])
 
 
 def _thin_barriers(barrier: NDArray[np.float32], inside: Mask) -> tuple[Mask, Mask]:

@@ -179,7 +179,9 @@ def mark_signs(room: BaseGeometry, rng: np.random.Generator) -> list[Mark]:
 
 
 def _spread_places(area: BaseGeometry) -> list[Floats]:
-    """Points of an area that keep SIGN_SPACING from each other."""
+    """Points of an area that keep SIGN_SPACING from each other; none of an area that is empty."""
+    if area.is_empty:
+        return []
     x0, y0, x1, y1 = area.bounds
     xs, ys = np.arange(x0 + 0.1, x1, 0.4), np.arange(y0 + 0.1, y1, 0.4)
     grid = np.column_stack([np.repeat(xs, len(ys)), np.tile(ys, len(xs))])

@@ -1,0 +1,102 @@
+"""What is inside of rooms, by the least cost of open borders and of what the network says against it."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from pianta.plan.inside import OPEN_BORDER, cut_parts, find_borders, find_inside, part_space
+
+CELL = 0.1
+ROOM = (slice(20, 60), slice(20, 70))
+
+
+def draw_room(*, gap: int = 0, sure: float = 0.9) -> tuple[np.ndarray, np.ndarray]:
+    """The free space of a room of 4 × 5 m with a gap in its right wall, cells; and how surely each is outside."""
+    free = np.ones((80, 100), bool)
+    free[18:62, 18:72] = False
+    free[ROOM] = True
+    free[30 : 30 + gap, 70:72] = True
+    outside = np.where(free, 0.9, 0).astype(np.float32)
+    outside[ROOM] = -sure
+    return free, outside
+
+
+@pytest.mark.parametrize("gap", [0, 6, 10])
+def test_a_gap_in_the_outer_wall_loses_no_room(gap):
+    free, outside = draw_room(gap=gap)
+    inside = find_inside(free, outside, CELL)
+    assert inside[ROOM].mean() > 0.97
+    assert inside.sum() == pytest.approx(40 * 50, rel=0.03)
+
+
+def test_a_doubtful_spot_in_a_room_is_inside_and_a_doubtful_room_open_to_the_paper_is_not():
+    free, outside = draw_room()
+    outside[25:40, 25:40] = 0.8
+    assert find_inside(free, outside, CELL)[ROOM].all()
+    free, outside = draw_room(gap=30, sure=0.1)
+    assert not find_inside(free, outside, CELL).any()
+
+
+def test_a_yard_between_walls_is_outside():
+    free, outside = draw_room()
+    outside[ROOM] = 0.5
+    assert not find_inside(free, outside, CELL).any()
+
+
+def test_a_room_that_the_sheet_cuts_off_is_inside_where_the_network_is_sure():
+    free, outside = draw_room()
+    free, outside = free[:, 30:], outside[:, 30:]
+    assert find_inside(free, outside, CELL)[20:60, :40].all()
+    assert not find_inside(free, outside * 0.1, CELL).any()
+
+
+def test_the_middle_of_a_hall_is_what_its_edge_is():
+    free = np.zeros((200, 200), bool)
+    free[10:190, 10:190] = True
+    outside = np.full(free.shape, 0.9, np.float32)
+    outside[10:190, 10:190] = -0.8
+    outside[40:160, 40:160] = 0.8
+    assert find_inside(free, outside, CELL)[10:190, 10:190].all()
+
+
+def test_parts_meet_at_the_narrowest_place():
+    free = np.zeros((20, 41), bool)
+    free[2:18, 2:18] = free[2:18, 23:39] = True
+    free[8:12, 18:23] = True
+    distance = ndimage.distance_transform_edt(free)
+    parts = part_space(free, distance.astype(np.float32), 1.0)
+    assert len({parts[9, 9], parts[9, 30], 0}) == 3
+    assert not parts[~free].any()
+
+
+def test_borders_are_as_long_as_the_sides_that_meet():
+    parts = np.array([[1, 1, 2], [1, 1, 2], [0, 3, 3]], np.int32)
+    pairs, lengths = find_borders(parts)
+    assert dict(zip(map(tuple, pairs.tolist()), lengths.tolist(), strict=True)) == {(1, 2): 2, (1, 3): 1, (2, 3): 1}
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.integers(-5, 5), min_size=1, max_size=6), st.data())
+def test_no_other_choice_of_parts_costs_less(gains, data):
+    count = len(gains)
+    every = [(one, other) for one in range(count) for other in range(one)]
+    pairs = data.draw(st.lists(st.sampled_from(every), unique=True) if every else st.just([]))
+    costs = data.draw(st.lists(st.integers(0, 4), min_size=len(pairs), max_size=len(pairs)))
+
+    def worth(chosen: tuple[bool, ...]) -> float:
+        parted = sum(cost for (one, other), cost in zip(pairs, costs, strict=True) if chosen[one] != chosen[other])
+        return sum(gain for gain, kept in zip(gains, chosen, strict=True) if kept) - parted
+
+    found = cut_parts(np.array(gains, float), np.array(pairs, np.int64).reshape(-1, 2), np.array(costs, float))
+    assert worth(tuple(found)) == max(map(worth, product((False, True), repeat=count)))
+
+
+def test_a_metre_of_open_border_weighs_as_much_as_it_says():
+    """Two parts of 1 m²: one sure to be inside, one outside, and 1 m between them."""
+    pairs, open_metre = np.array([[0, 1]]), np.array([OPEN_BORDER])
+    assert cut_parts(np.array([3.0, -1.0]), pairs, open_metre).tolist() == [True, True]
+    assert cut_parts(np.array([3.0, -2.5]), pairs, open_metre).tolist() == [True, False]
