@@ -5,14 +5,20 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
+from shapely import box
 
-from pianta.floor import Floor
+from pianta.cli.opening import OpenedFloor, Opening
+from pianta.cli.read import OUTPUTS
+from pianta.floor import Floor, Room
 from pianta.formats.floor_geojson import read_floor
+from pianta.gridmap import UNKNOWN, GridMap
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plan_drawing import draw_plan
-from tests.command_line import run_pianta
+from tests.command_line import list_files, run_pianta
+from tests.test_map_or_plan import NO_DRAWINGS
 
 PX_PER_METRE = 30.0
 
@@ -120,3 +126,74 @@ def test_names_are_in_the_files(true_floor: Floor, tmp_path: Path):
     assert result.code == 0, result.err
     graph = json.loads((tmp_path / "out" / "graph.json").read_text())
     assert [node["name"] for node in graph["nodes"]].count("Office") == len(drawn.names)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--page", "2"], "leave out --page"),
+        (["--resolution", "0.05"], "leave out --resolution"),
+        (["--symbols", "."], "leave out --symbols"),
+        (["--resolution", "1", "--page", "1"], "leave out --page and --resolution"),
+    ],
+)
+def test_options_of_drawings_are_refused_for_an_ifc(tmp_path: Path, options: list[str], told: str):
+    (tmp_path / "house.ifc").write_text("ISO-10303-21;")
+    result = run_pianta("read", str(tmp_path / "house.ifc"), "-o", str(tmp_path / "out"), *options)
+    assert result.code == 2
+    assert result.err.replace("\n", " ").endswith(f"house.ifc' is an IFC and no drawing, {told} ")
+    assert not (tmp_path / "out").exists()
+
+
+def opened_floors(*folders: str) -> list[OpenedFloor]:
+    """The same two rooms of 2 m × 2 m for each folder."""
+    floor = Floor((Room(1, box(0, 0, 2, 2)), Room(2, box(2, 0, 4, 2))), ())
+    return [OpenedFloor(floor, GridMap(np.full((20, 40), UNKNOWN, np.int8), 0.1), folder) for folder in folders]
+
+
+def test_floors_of_a_plan_are_written_all_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    floors = opened_floors("floor-1", "floor-2")
+    monkeypatch.setattr(Opening, "open", lambda *_: floors)
+    read = ("read", "plan.png", "-o", str(tmp_path / "out"), "--no-labels")
+    drawn = []
+
+    def fail_at_second(*_: object, **__: object) -> None:
+        drawn.append(1)
+        if len(drawn) == 2:
+            raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("pianta.cli.read.save_picture", fail_at_second)
+        result = run_pianta(*read)
+    assert result.code == 2
+    assert result.err.endswith("floor-2': No space left on device\n")
+    assert not (tmp_path / "out").exists()
+
+    (tmp_path / "out" / "floor-1" / "rooms.png").mkdir(parents=True)
+    result = run_pianta(*read)
+    assert result.code == 2
+    assert result.err.endswith("rooms.png': it is a folder, give another output folder\n")
+    assert [path.name for path in (tmp_path / "out").rglob("*")] == ["floor-1", "rooms.png"]
+
+    (tmp_path / "out" / "floor-1" / "rooms.png").rmdir()
+    assert run_pianta(*read).code == 0
+    assert sorted(list_files(tmp_path / "out")) == sorted(
+        f"floor-{number}/{name}" for number in (1, 2) for name in OUTPUTS
+    )
+
+
+@pytest.mark.parametrize("as_plan", [("--as", "plan"), ()])
+@pytest.mark.parametrize("kind", NO_DRAWINGS)
+def test_what_is_no_plan_is_refused_in_one_line_before_anything_slow(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, as_plan: tuple[str, ...]
+):
+    for slow in ("read_texts", "find_regions", "find_symbols", "find_swings"):
+        monkeypatch.setattr(f"pianta.plan.read_plan.{slow}", None)
+    Image.fromarray(NO_DRAWINGS[kind]).save(tmp_path / "no-plan.png")
+    result = run_pianta("read", str(tmp_path / "no-plan.png"), "-o", str(tmp_path / "out"), *as_plan)
+    assert (result.code, result.out) == (2, "")
+    assert result.err.startswith("error: ")
+    assert result.err.count("error") == 1
+    assert "no-plan.png" in result.err
+    assert "shows no rooms" in result.err or ("without a resolution" in result.err and not as_plan)
+    assert not (tmp_path / "out").exists()

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,7 +11,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from pianta.errors import MapError
-from pianta.plan.map_or_plan import tell_kind
+from pianta.plan.map_or_plan import may_be_drawing, tell_kind
+from pianta.plan.sheet import Colors
 from tests.mutation import mutated, refused_in_one_line
 
 FREE, UNKNOWN = 254, 205
@@ -171,3 +173,82 @@ def test_real_maps_are_maps(data, folder):
     chosen = {*smallest(files, count=3), *files[:: len(files) // 2]}
     assert len(chosen) >= 3
     assert {file.name: tell_kind(file) for file in chosen} == {file.name: "map" for file in chosen}
+
+
+def rooms_on_paper(width: int = 600, *, line: int = 1) -> Colors:
+    """Three rooms beside each other, with desks in them."""
+    paper = np.full((width * 2 // 3, width, 3), 255, np.uint8)
+    for left in (0.1, 0.4, 0.6):
+        corner = round(left * width), width // 6
+        cv2.rectangle(paper, corner, (corner[0] + width // 5, width // 2), (0, 0, 0), line)
+        cv2.rectangle(
+            paper, (corner[0] + width // 20, width // 4), (corner[0] + width // 8, width // 3), (90,) * 3, line
+        )
+    return paper
+
+
+def in_uneven_light(colors: Colors) -> Colors:
+    """As a photo of it: darker and more yellow to the right, with grain."""
+    light = np.linspace(1, 0.55, colors.shape[1])[None, :, None] * (1, 0.97, 0.9)
+    grain = np.random.default_rng(0).normal(0, 6, colors.shape)
+    return np.asarray((colors * light + grain).clip(0, 255), np.uint8)
+
+
+@pytest.mark.parametrize(
+    "colors",
+    [
+        rooms_on_paper(),
+        rooms_on_paper(100),
+        rooms_on_paper(4500),
+        rooms_on_paper(line=12),
+        255 - rooms_on_paper(),
+        np.where(rooms_on_paper() == 255, np.array([200, 220, 255], np.uint8), np.uint8(60)),
+        in_uneven_light(rooms_on_paper(line=3)),
+    ],
+    ids=["thin", "small", "large", "thick", "blueprint", "coloured", "photographed"],
+)
+def test_drawings_may_be_plans(colors):
+    assert may_be_drawing(colors)
+
+
+def blobs() -> Colors:
+    """What photos have: soft light, and things of all colours with soft edges."""
+    random = np.random.default_rng(1)
+    rows, cols = np.mgrid[:300, :400]
+    scene = np.stack([120 + 80 * np.sin(cols / 90), 130 + 60 * np.cos(cols / 70), 90 + rows / 3], axis=-1)
+    for _ in range(40):
+        row, col, size = random.integers((0, 0, 5), (300, 400, 60))
+        near = np.exp(-(((rows - row) / size) ** 2) - ((cols - col) / size) ** 2)[..., None]
+        scene += near * (random.integers(0, 256, 3) - scene)
+    return np.asarray(scene.clip(0, 255), np.uint8)
+
+
+def page_of_text() -> Colors:
+    paper = np.full((700, 500, 3), 255, np.uint8)
+    for row in range(40, 680, 22):
+        cv2.putText(paper, "it was a plan of many rooms and doors", (40, row), 0, 0.6, (0, 0, 0), 1, cv2.LINE_AA)
+    return paper
+
+
+RANDOM = np.random.default_rng(0)
+NO_DRAWINGS = {
+    "white": np.full((300, 400, 3), 255, np.uint8),
+    "black": np.zeros((300, 400, 3), np.uint8),
+    "a pixel": np.zeros((1, 1, 3), np.uint8),
+    "a row": RANDOM.integers(0, 256, (1, 900, 3), np.uint8),
+    "a column": np.full((900, 1, 3), 255, np.uint8),
+    "a strip": np.tile(np.array([[[0], [255]]], np.uint8), (15, 200, 3)),
+    "grey noise": np.repeat(RANDOM.integers(0, 256, (300, 400, 1), np.uint8), 3, axis=2),
+    "coloured noise": RANDOM.integers(0, 256, (300, 400, 3), np.uint8),
+    "black and white noise": np.repeat(RANDOM.integers(0, 2, (300, 400, 1), np.uint8) * np.uint8(255), 3, axis=2),
+    "large noise": np.repeat(RANDOM.integers(0, 256, (2100, 2500, 1), np.uint8), 3, axis=2),
+    "specks": np.repeat(np.where(RANDOM.random((300, 400, 1)) < 0.02, 0, 255).astype(np.uint8), 3, axis=2),
+    "clouds": cv2.GaussianBlur(RANDOM.integers(0, 256, (300, 400, 3), np.uint8), (0, 0), 4),
+    "photo": blobs(),
+    "text": page_of_text(),
+}
+
+
+@pytest.mark.parametrize("kind", NO_DRAWINGS)
+def test_blank_sheets_noise_photos_and_text_are_no_drawings(kind):
+    assert not may_be_drawing(NO_DRAWINGS[kind])

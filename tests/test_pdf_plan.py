@@ -1,7 +1,9 @@
 """PDFs become drawings where they draw lines, pictures where they do not, a page at a time."""
 
+import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ from hypothesis import strategies as st
 
 from pianta.errors import PlanError
 from pianta.formats import pdf_plan
-from pianta.formats.pdf_plan import METRES_PER_POINT, read_pdf_plan
+from pianta.formats.pdf_plan import METRES_PER_POINT, read_document, read_pdf_plan
 from pianta.formats.plan_drawing import ROLES, PlanDrawing
 from tests.mutation import mutated, refused_in_one_line
 
@@ -73,7 +75,7 @@ def path(tmp_path_factory):
 def read(path: Path, *pages: str, page: int | None = None, **options: Any) -> Any:
     """A drawing or a picture, as the test knows."""
     path.write_bytes(pdf(*pages, **options))
-    return read_pdf_plan(path, page=page)
+    return read_document(path, page=page)
 
 
 def lines_of(drawing: PlanDrawing) -> list[list[float]]:
@@ -191,7 +193,7 @@ def test_a_page_is_asked_for_and_chosen(path):
         assert read(path, *pages, page=page).widths[0] == pytest.approx(page)
     for page in (0, -1, 101):
         with pytest.raises(PlanError, match=rf"plan\.pdf' has no page {page}, give --page 1 … 100$"):
-            read_pdf_plan(path, page=page)
+            read_document(path, page=page)
     with pytest.raises(PlanError, match=r"plan\.pdf' has no page 2, give --page 1, its only page$"):
         read(path, ROOMS, page=2)
 
@@ -220,14 +222,71 @@ def test_what_is_no_plan_is_refused_in_one_line(path, content, message):
 
 def test_a_missing_library_is_named(path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pypdfium2", None)
+    path.write_bytes(pdf(ROOMS))
     with pytest.raises(PlanError, match=r"plan\.pdf' is a PDF, install pianta\[pdf\] to read it$"):
-        read(path, ROOMS)
+        read_pdf_plan(path)
 
 
 def test_more_than_any_page_draws_is_refused(path, monkeypatch):
     monkeypatch.setattr(pdf_plan, "MAX_OBJECTS", 1)
     with pytest.raises(PlanError, match=r"draws more than 1 things, give one floor$"):
         read(path, ROOMS)
+    monkeypatch.undo()
+    monkeypatch.setattr(pdf_plan, "MAX_LINES", 2)
+    with pytest.raises(PlanError, match=r"has more than 2 lines, give one floor$"):
+        read(path, "0 0 m 1 1 l 2 2 l S")
+
+
+def test_a_process_of_its_own_reads_the_same(path):
+    drawn = ROOMS + text("Office \\366 1:100", 80, 70) + " 0 g 10 10 5 5 re f 30 10 5 5 re f"
+    path.write_bytes(pdf(drawn, ""))
+    here, there = read_document(path, page=1), read_pdf_plan(path, page=1)
+    assert isinstance(here, PlanDrawing)
+    assert isinstance(there, PlanDrawing)
+    for name in ("lines", "roles", "widths", "doors"):
+        np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
+    assert [outline.tolist() for outline in there.fills] == [outline.tolist() for outline in here.fills]
+    assert len(there.fills) == 2
+    assert (there.texts, there.metres_per_unit, there.source) == (here.texts, here.metres_per_unit, here.source)
+    assert there.metres_per_unit == pytest.approx(100 * METRES_PER_POINT)
+    np.testing.assert_array_equal(read_pdf_plan(path, page=2), read_document(path, page=2))
+    path.write_bytes(pdf(ROOMS))
+    plain = read_pdf_plan(path)
+    assert isinstance(plain, PlanDrawing)
+    assert (plain.fills, plain.texts, plain.metres_per_unit) == ((), (), None)
+    with pytest.raises(PlanError, match=r"^plan '[^\n]*plan\.pdf' has no page 2, give --page 1, its only page$"):
+        read_pdf_plan(path, page=2)
+
+
+def unfolding(depth: int) -> bytes:
+    """A page of forms that each show another ten times, which unfold to 10 ** depth rooms."""
+    return pdf(f"/F{depth} Do {ROOMS}", forms=[(ROOMS, "")] + [(f"/F{level} Do " * 10, "") for level in range(depth)])
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no limits of processes")
+@pytest.mark.parametrize(("seconds", "memory"), [(60, 600 * 2**20), (1, 8 * 2**30)])
+def test_a_page_that_unfolds_without_end_is_refused(path, monkeypatch, seconds, memory):
+    monkeypatch.setattr(pdf_plan, "MAX_SECONDS", seconds)
+    monkeypatch.setattr(pdf_plan, "MAX_MEMORY", memory)
+    path.write_bytes(unfolding(9))
+    told = rf"takes more than {seconds} s or {memory / 2**30:.2g} GiB to read, give one floor, or the page as PNG$"
+    with pytest.raises(PlanError, match=told) as caught:
+        read_pdf_plan(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_reader_that_does_not_come_back_is_given_up(path, monkeypatch):
+    monkeypatch.setattr(pdf_plan, "_BY_CLOCK", 1e-6)
+    path.write_bytes(pdf(ROOMS))
+    with pytest.raises(PlanError, match="takes more than 20 s"):
+        read_pdf_plan(path)
+
+
+@pytest.mark.parametrize("size", [(1e9, 1e9), (1e9, 1e-3), (1e-4, 1e-4), (1e-3, 1e9)])
+def test_no_page_is_so_large_or_small_that_its_picture_is_beyond_limits(path, size):
+    with suppress(PlanError):
+        picture = read(path, "", size=size)
+        assert max(picture.shape) <= 4000
 
 
 @settings(max_examples=60)
@@ -235,4 +294,4 @@ def test_more_than_any_page_draws_is_refused(path, monkeypatch):
 def test_damaged_files_are_read_or_refused_in_one_line(path, data):
     path.write_bytes(data.draw(mutated(pdf(ROOMS + text("Office 1:100", 80, 70) + " 1 0 0 1 5 5 cm 9 9 8 8 re f"))))
     with refused_in_one_line():
-        read_pdf_plan(path)
+        read_document(path)

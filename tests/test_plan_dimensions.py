@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.plan.dimensions import (
+    Scale,
     parse_drawing_scale,
     parse_length,
     parse_scale_bar,
@@ -13,7 +14,7 @@ from pianta.plan.dimensions import (
     remove_measures,
     scale_from_dimensions,
 )
-from pianta.plan.sheet import PlacedText
+from pianta.plan.sheet import Mask, PlacedText
 
 NO_INK = np.zeros((200, 400), bool)
 
@@ -128,19 +129,94 @@ def test_a_bar_below_its_numbers_gives_metres_per_pixel():
     assert scale.confidence > 0.9
 
 
+def read_bar(ink: Mask, *texts: tuple[str, float]) -> Scale | None:
+    """What a bar below numbers of a height of 10 at row 100 says, numbers and units at columns."""
+    return parse_scale_bar([number(text, col) for text, col in texts], ink)
+
+
 def test_a_bar_begins_at_a_zero_that_was_overlooked_and_one_wrong_number_is_passed_by():
     texts = [number(text, col) for text, col in (("20", 140), ("40", 180), ("8", 220), ("80", 260))]
     unit = number("Scale in feet", 180, row=80)
-    without = parse_scale_bar([unit, *texts], NO_INK)
     ink = NO_INK.copy()
     ink[112:114, 100:260] = True
     ink[112:114, 300:400] = True
     scale = parse_scale_bar([unit, *texts], ink)
     assert scale is not None
-    assert without is not None
-    assert without.resolution == pytest.approx(0.3048 / 2)
     assert scale.resolution == pytest.approx(80 * 0.3048 / 160)
-    assert without.confidence < scale.confidence
+    assert scale.confidence > 0.9
+    assert parse_scale_bar([unit, *texts], NO_INK) is None
+    assert parse_scale_bar(texts, ink) is None
+
+
+def blocks(ink: Mask, *spans: tuple[int, int], top: int = 112, height: int = 5) -> Mask:
+    for left, right in spans:
+        ink[top : top + height, left:right] = True
+    return ink
+
+
+# Bars of 10 m from column 100 to column 300 in several hands, all 0.05 m per pixel.
+CHEQUERED = blocks(blocks(NO_INK.copy(), (100, 150), (200, 250)), (150, 200), (250, 300), top=117)
+ALTERNATING = blocks(NO_INK.copy(), (100, 150), (200, 250))
+TWO_PARTS = blocks(blocks(NO_INK.copy(), (100, 200)), (200, 300), height=1)
+TICKS = blocks(blocks(NO_INK.copy(), (60, 341), top=116, height=1), (100, 101), (200, 201), (300, 301))
+EXTENDED = blocks(blocks(NO_INK.copy(), (80, 100), (100, 300), height=2), (90, 100), (200, 300))
+
+
+@pytest.mark.parametrize("last", ["10", "10m", "10 m", "10 Meter"])
+@pytest.mark.parametrize(
+    "ink", [CHEQUERED, ALTERNATING, TWO_PARTS, TICKS, EXTENDED], ids=["chequer", "gaps", "two", "ticks", "extended"]
+)
+def test_bars_of_several_parts_are_exact(ink, last):
+    """Whether the last number stands at its mark by itself, its unit behind it, or together with its unit."""
+    for col in (300 + 3 * (len(last) - 2), 300):
+        scale = read_bar(ink, ("0", 101), ("5", 199), (last, col), *([("m", 350)] if last == "10" else []))
+        assert scale is not None
+        assert scale.resolution == pytest.approx(0.05, rel=0.012)
+        assert scale.confidence > 0.9
+
+
+def test_a_bar_beside_its_numbers_is_read_at_every_size():
+    for factor in (1, 2, 5):
+        ink = np.kron(TICKS, np.ones((factor, factor), bool))
+        texts = [
+            number(text, factor * col, row=factor * 100, height=10 * factor)
+            for text, col in (("0", 102), ("5", 202), ("10", 302), ("m", 340))
+        ]
+        scale = parse_scale_bar(texts, ink)
+        assert scale is not None
+        assert scale.resolution == pytest.approx(0.05 / factor, rel=0.005)
+
+
+def test_a_bar_that_does_not_agree_with_its_numbers_is_not_trusted():
+    """The line is 15 % longer than the numbers are apart; only they are left, which nobody should be sure of."""
+    texts = ("0", 100), ("5", 200), ("10", 300), ("m", 340)
+    scale = read_bar(blocks(NO_INK.copy(), (85, 315)), *texts)
+    assert scale is not None
+    assert scale.resolution == pytest.approx(0.05)
+    assert scale.confidence < 0.5
+    assert read_bar(blocks(NO_INK.copy(), (85, 315)), ("0", 100), ("10", 300), ("m", 340)) is None
+
+
+WALL = blocks(NO_INK.copy(), (0, 400))
+TABLE = blocks(NO_INK.copy(), (100, 300), height=28)
+ROOMS = blocks(NO_INK.copy(), (50, 150), (152, 250), (252, 350))
+
+
+@pytest.mark.parametrize(
+    ("ink", "texts"),
+    [
+        (WALL, [("5 m", 200)]),
+        (WALL, [("0", 100), ("10 m", 300)]),
+        (TABLE, [("0", 100), ("10 m", 300)]),
+        (NO_INK, [("0", 100), ("10 m", 300)]),
+        (ROOMS, [("1", 100), ("2", 200), ("3", 300), ("4.20 m", 350)]),
+        (ROOMS, [("1", 100), ("2", 200), ("3", 300), ("m", 350)]),
+        (ROOMS, [("3 m", 100), ("4 m", 200), ("5 m", 300)]),
+        (blocks(NO_INK.copy(), (20, 300)), [("20", 100), ("30", 200), ("40 m", 300)]),
+    ],
+)
+def test_numbers_beside_walls_are_no_bar(ink, texts):
+    assert read_bar(ink, *texts) is None
 
 
 def test_numbers_in_one_text_and_a_unit_behind_the_last():

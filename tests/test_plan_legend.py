@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pianta.plan import legend as plan_legend
 from pianta.plan.legend import find_legend, standard_key
 from pianta.plan.sheet import PlacedText
 
@@ -103,3 +104,21 @@ def test_every_entry_comes_from_a_text_that_is_used(found):
     read = " ".join(word for text in legend.texts for word in text.text.split())
     assert all(name in read for name in legend.entries.values())
     assert not legend.entries or len(legend.texts) >= 2
+
+
+def test_a_legend_is_found_among_twenty_thousand_numbers():
+    """Most of them on one line, as dimensions are."""
+    numbers = [line(str(number % 999), 500, 0.2 * number) for number in range(15_000)]
+    numbers += [line(str(number % 999), 600 + 20 * (number // 100), 40 * (number % 100)) for number in range(5_000)]
+    legend = find_legend([*numbers, *column("Legend", "1 - Office", "2 - Lab")])
+    assert legend.entries == {"1": "Office", "2": "Lab"}
+
+
+def test_an_entry_of_too_many_keys_is_none():
+    assert len(find_legend(column("1-100 - Room", "101 - Hall")).entries) == 101
+    assert not find_legend(column("1-80,101-181 - Room", "182 - Hall")).entries
+
+
+def test_no_legend_has_more_entries_than_the_limit(monkeypatch):
+    monkeypatch.setattr(plan_legend, "MAX_ENTRIES", 3)
+    assert find_legend(column("1. Vestibule", "2. Lobby", "3. Hall", "4. WC")).entries.keys() == {"1", "2", "3"}

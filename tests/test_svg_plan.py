@@ -1,5 +1,6 @@
 """SVGs become drawings: transforms applied, y up, roles by names, and nothing is fetched."""
 
+import socket
 import sys
 import warnings
 from math import pi, sqrt
@@ -244,14 +245,36 @@ def test_references_to_the_inside_and_links_are_not(path):
     assert lines_of(read(path, content)) == [[0, 0, 1, 0]]
 
 
+PUBLIC = '"-//W3C//DTD SVG 1.1//EN" "http://127.0.0.1:9/svg11.dtd"'
+
+
+@pytest.mark.parametrize(
+    "declared",
+    [
+        f"<!DOCTYPE svg PUBLIC {PUBLIC}>",
+        f'<?xml version="1.0" encoding="UTF-8" standalone="no"?>\n<!-- Inkscape -->\n<!DOCTYPE svg PUBLIC {PUBLIC}>\n',
+        '<!DOCTYPE svg SYSTEM "file:///etc/passwd">',
+        "<!DOCTYPE svg>",
+    ],
+)
+def test_the_name_of_a_document_type_is_passed_by_and_nothing_is_fetched(path, monkeypatch, declared):
+    path.write_text(declared + svg(f'<line x2="1" {STROKE}/>'))
+    monkeypatch.setattr(socket, "socket", None)
+    assert lines_of(read_svg_plan(path)) == [[0, 0, 1, 0]]
+
+
+OWN_TYPE = r"declares entities or a document type of its own, remove them$"
 LOL = '<!DOCTYPE svg [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]>'
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (LOL + svg("<text>&b;</text>"), "declares a document type or entities, remove them$"),
-        ('<!DOCTYPE svg SYSTEM "http://a.b/svg.dtd">' + svg(), "declares a document type or entities, remove them$"),
+        (LOL + svg("<text>&b;</text>"), OWN_TYPE),
+        ('<!DOCTYPE svg SYSTEM "http://a.b/svg.dtd" []>' + svg(), OWN_TYPE),
+        ('<!DOCTYPE svg [<!ATTLIST line x2 CDATA "9">]>' + svg(), OWN_TYPE),
+        (f'<!DOCTYPE svg PUBLIC {PUBLIC} [<!ENTITY % a SYSTEM "file:///etc/passwd"> %a;]>' + svg(), OWN_TYPE),
+        (f"<!DOCTYPE svg PUBLIC {PUBLIC}>" + svg("<text>&ns;</text>"), "is no SVG or damaged, save it again as SVG: "),
         (svg(f'<line x2="1" {STROKE}/>')[:-9], "is no SVG or damaged, save it again as SVG: "),
         ("<svg", "is no SVG or damaged, save it again as SVG: "),
         ("<html/>", "is no SVG, its outermost element is 'html'$"),

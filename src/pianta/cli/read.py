@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 from typing import Annotated, Literal
 
-import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from pianta.cli.labelling import Labelling, describe_type, label_floor, name_type, read_labelling
-from pianta.cli.opening import Opening
+from pianta.cli.opening import OpenedFloor, Opening
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.room_table import tabulate_rooms
 from pianta.cli.terminal import describe_floor, stdout, tell_error, tell_result, track_items
@@ -27,8 +25,7 @@ from pianta.formats.files import MAX_CELLS, shown
 from pianta.formats.floor_geojson import read_floor, save_floor
 from pianta.formats.graph_json import save_graph
 from pianta.formats.label_png import save_label_image
-from pianta.gridmap import GridMap
-from pianta.labels import SCHEMAS, LabelSchema
+from pianta.labels import SCHEMAS
 from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
 
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
@@ -157,20 +154,35 @@ class Reading:
     graph: bool
 
     def read(self, path: str, folder: Path) -> list[ReadFloor]:
-        """Read a map or a plan and write the results into a folder, those of several floors into a folder each."""
+        """Read a map or a plan and write the results into a folder, those of several floors into a folder each.
+
+        All of them are written, or none.
+        """
         _refuse_overwriting(Path(path), folder)
         opened = self.opening.open(path)
         if self.older and len(opened) > 1:
             raise OptionError(f"--previous is one floor and plan {shown(path)} shows {len(opened)}, leave it out")
-        schemas = self.labelling.schemas if self.labelling else SCHEMAS
+        _refuse_folders_in_the_way([folder / one.folder for one in opened])
         read = []
-        for one in opened:
-            floor = _keep_ids(one.floor, self.older, path) if self.older else one.floor
-            floor = label_floor(floor, self.labelling, self.older)
-            into = folder / one.folder
-            save_outputs(floor, one.grid, into, walls=self.walls, graph=self.graph, schemas=schemas, paper=one.paper)
-            read.append(ReadFloor(floor, into, one.told))
+        with ExitStack() as together:
+            for one in opened:
+                floor = _keep_ids(one.floor, self.older, path) if self.older else one.floor
+                floor = label_floor(floor, self.labelling, self.older)
+                into = folder / one.folder
+                self._write(floor, one, together.enter_context(written_together(into)))
+                read.append(ReadFloor(floor, into, one.told))
         return read
+
+    def _write(self, floor: Floor, opened: OpenedFloor, folder: Path) -> None:
+        """Write floor.geojson, rooms.png, graph.json and picture.png into a folder."""
+        geojson, labels, node_link, picture = (folder / name for name in OUTPUTS)
+        schemas = self.labelling.schemas if self.labelling else SCHEMAS
+        save_floor(floor, geojson)
+        save_label_image(floor.label_image(opened.grid), labels)
+        save_graph(floor.graph(), node_link)
+        save_picture(
+            floor, opened.grid, picture, walls=self.walls, graph=self.graph, schemas=schemas, paper=opened.paper
+        )
 
 
 @dataclass(frozen=True)
@@ -201,30 +213,6 @@ def describe_ids(floor: Floor, previous: Floor) -> str:
     told += f", {new} {'is' if new == 1 else 'are'} new, {len(gone)} {'is' if len(gone) == 1 else 'are'} gone"
     names = " ".join(map(str, gone[:MAX_GONE_TOLD])) + (" …" if len(gone) > MAX_GONE_TOLD else "")
     return f"{told} ({names})" if gone else told
-
-
-def save_outputs(
-    floor: Floor,
-    grid: GridMap,
-    folder: Path,
-    *,
-    walls: bool = False,
-    graph: bool = False,
-    schemas: Mapping[str, LabelSchema] = SCHEMAS,
-    paper: NDArray[np.uint8] | None = None,
-) -> None:
-    """Write floor.geojson, rooms.png, graph.json and picture.png into a folder, all of them or none.
-
-    walls, graph: what to draw into the picture. schemas: of which it takes the colours of labels.
-    paper: the sheet of a plan, whose ink is drawn over the rooms.
-    Raises PiantaError, in one line, when a file cannot be written.
-    """
-    geojson, labels, node_link, picture = OUTPUTS
-    with written_together(folder) as new:
-        save_floor(floor, new / geojson)
-        save_label_image(floor.label_image(grid), new / labels)
-        save_graph(floor.graph(), new / node_link)
-        save_picture(floor, grid, new / picture, walls=walls, graph=graph, schemas=schemas, paper=paper)
 
 
 def name_folders(maps: Sequence[str | Path]) -> list[str]:
@@ -296,6 +284,13 @@ def _keep_ids(floor: Floor, previous: Floor, path: str) -> Floor:
         told = f"map {shown(path)} has no room in common with the floor of --previous, every room got a new id"
         warnings.warn(MapWarning(f"{told}; check that both are of one building"), stacklevel=2)
     return floor
+
+
+def _refuse_folders_in_the_way(folders: Sequence[Path]) -> None:
+    """Raise OptionError when a result has the name of a folder, before any floor takes its place."""
+    for target in (folder / name for folder in folders for name in OUTPUTS):
+        if target.is_dir():
+            raise OptionError(f"cannot write {shown(target)}: it is a folder, give another output folder")
 
 
 def _refuse_overwriting(map_file: Path, folder: Path) -> None:

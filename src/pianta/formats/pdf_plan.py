@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import ctypes
+import json
+import os
 import re
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +21,7 @@ from numpy.typing import NDArray
 from pianta.errors import PlanError
 from pianta.formats.files import reason_of, shown
 from pianta.formats.plan_drawing import DrawnText, PlanDrawing
-from pianta.formats.plan_layers import DARK, DrawnPieces, bezier_points, checked_plan
+from pianta.formats.plan_layers import DARK, MAX_LINES, DrawnPieces, bezier_points, checked_plan
 
 if TYPE_CHECKING:
     from pypdfium2 import PdfDocument, PdfObject, PdfPage, PdfTextPage
@@ -27,6 +33,12 @@ Box = tuple[float, float, float, float]
 MAX_FILE_BYTES = 128 * 2**20
 MAX_OBJECTS = 300_000
 MAX_DEPTH = 15
+# PDFium unfolds a page, its forms and streams before it can be asked how large it is, and ends the process when there
+# is no more memory; so a process of its own reads it.
+MAX_SECONDS, MAX_MEMORY = 20, 2 * 2**30
+_BY_CLOCK = 10  # of MAX_SECONDS, where others use the processor, or the system does not count
+_CHILD = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from pianta.formats.pdf_plan import answer_parent; "
+_CHILD += "answer_parent(*sys.argv[2:])"
 
 LONGEST_PX, FINEST_DPI = 4000, 300
 METRES_PER_POINT = 0.0254 / 72
@@ -52,15 +64,86 @@ def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing |
     A picture has shape (H, W, 3), red, green, blue, at most 300 dots an inch and LONGEST_PX along its longer side.
 
     Raises PlanError, in one line, when pypdfium2 (pianta[pdf]) is missing, for what is no PDF, is damaged, protected by
-    a password or larger than any plan, for several pages when none is chosen, and for a page that it does not have.
+    a password or larger than any plan, for several pages when none is chosen, for a page that it does not have, and for
+    one that takes more than MAX_SECONDS of the processor or MAX_MEMORY bytes.
     """
     file = checked_plan(path, max_bytes=MAX_FILE_BYTES)
+    try:
+        import pypdfium2  # noqa: F401  # asked for before a process is started
+    except ImportError:
+        raise PlanError(f"plan {shown(file)} is a PDF, install pianta[pdf] to read it") from None
+    given = [json.dumps(sys.path), str(file), str(page or ""), str(MAX_SECONDS), str(MAX_MEMORY)]
+    single = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    with suppress(subprocess.TimeoutExpired):
+        child = subprocess.run(  # noqa: S603  # ourselves
+            [sys.executable, "-c", _CHILD, *given],
+            capture_output=True,
+            check=False,
+            env=os.environ | single,
+            timeout=_BY_CLOCK * MAX_SECONDS,
+        )
+        if child.returncode == 0:
+            return _unpack(np.load(BytesIO(child.stdout), allow_pickle=False), file)
+    told = f"takes more than {MAX_SECONDS} s or {MAX_MEMORY / 2**30:.2g} GiB to read"
+    raise PlanError(f"plan {shown(file)} {told}, give one floor, or the page as PNG")
+
+
+def answer_parent(path: str, page: str, seconds: str, memory: str) -> None:
+    """Read a page within limits of this process, and write what was read, or what is wrong with it, to its output."""
+    with suppress(ImportError, OSError, ValueError):  # of Windows, and limits that are lower already
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds)))
+        resource.setrlimit(resource.RLIMIT_AS, (int(memory), int(memory)))
+    answer = BytesIO()
+    try:
+        np.savez(answer, **_pack(read_document(Path(path), page=int(page) if page else None)))
+    except PlanError as error:
+        np.savez(answer, error=np.array(str(error)))
+    sys.stdout.buffer.write(answer.getvalue())
+
+
+def _pack(found: PlanDrawing | Colors) -> dict[str, Any]:
+    """Arrays without objects, from which _unpack makes the same again."""
+    if not isinstance(found, PlanDrawing):
+        return {"colors": found}
+    return {
+        "lines": found.lines,
+        "roles": found.roles,
+        "widths": found.widths,
+        "corners": np.concatenate([np.zeros((0, 2)), *found.fills]),
+        "ends": np.cumsum([len(outline) for outline in found.fills], dtype=np.intp),
+        "texts": np.array(json.dumps([asdict(text) for text in found.texts])),
+        "metres_per_unit": np.array(found.metres_per_unit or np.nan),
+    }
+
+
+def _unpack(packed: Mapping[str, NDArray[Any]], file: Path) -> PlanDrawing | Colors:
+    if "error" in packed:
+        raise PlanError(str(packed["error"]))
+    if "colors" in packed:
+        return packed["colors"]
+    metres = float(packed["metres_per_unit"])
+    return PlanDrawing(
+        packed["lines"],
+        packed["roles"],
+        packed["widths"],
+        fills=tuple(np.split(packed["corners"], packed["ends"][:-1]) if len(packed["ends"]) else ()),
+        texts=tuple(DrawnText(**text) for text in json.loads(str(packed["texts"]))),
+        metres_per_unit=None if np.isnan(metres) else metres,
+        source=file.name,
+    )
+
+
+def read_document(file: Path, *, page: int | None = None) -> PlanDrawing | Colors:
+    """Read a page in this process, which ends with a page that takes all memory; otherwise as read_pdf_plan."""
     document = _open_document(file)
     try:
         chosen = document[_choose_page(file, len(document), page) - 1]
         with np.errstate(all="ignore"):  # what is beyond numbers is left out as it comes
             return _read_page(chosen, file)
-    except PlanError:
+    except (PlanError, MemoryError):
         raise
     # PDFium refuses the parts of a hostile file when they are used.
     except Exception as exception:
@@ -70,11 +153,9 @@ def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing |
 
 
 def _open_document(file: Path) -> PdfDocument:
-    try:
-        import pypdfium2
-        from pypdfium2 import raw
-    except ImportError:
-        raise PlanError(f"plan {shown(file)} is a PDF, install pianta[pdf] to read it") from None
+    import pypdfium2
+    from pypdfium2 import raw
+
     try:
         return pypdfium2.PdfDocument(file)
     except pypdfium2.PdfiumError as error:
@@ -140,10 +221,13 @@ class _Reader:
         """Read all paths, and how much of the page images cover, in square points."""
         from pypdfium2 import raw
 
+        told = f"plan {shown(self.pieces.file)} draws more than {MAX_OBJECTS} things, give one floor"
+        if raw.FPDFPage_CountObjects(page) > MAX_OBJECTS:
+            raise PlanError(told)
         for item in page.get_objects(max_depth=MAX_DEPTH):
             self.objects += 1
             if self.objects > MAX_OBJECTS:
-                raise PlanError(f"plan {shown(self.pieces.file)} draws more than {MAX_OBJECTS} things, give one floor")
+                raise PlanError(told)
             matrix = self._matrix_of(item)
             if item.type == raw.FPDF_PAGEOBJ_FORM:
                 self.of_forms[id(item)] = matrix
@@ -168,6 +252,8 @@ class _Reader:
         filled = bool(fill) and _luminance(item, raw.FPDFPageObj_GetFillColor) <= DARK
         if not stroked and not filled:
             return
+        if self.pieces.lines + raw.FPDFPath_CountSegments(item) > MAX_LINES:
+            raise PlanError(f"plan {shown(self.pieces.file)} has more than {MAX_LINES} lines, give one floor")
         rings = [(ring @ matrix[:, :2].T + matrix[:, 2]) @ self.turn.T for ring in _rings_of_path(item)]
         if filled:
             self.pieces.add_fill(rings, "other")

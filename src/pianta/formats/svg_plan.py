@@ -70,8 +70,8 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
     attribute data-metres-per-unit. Clips, masks, markers and style sheets with combined selectors are not heeded.
 
     One PlanWarning tells of embedded images and of shapes that cannot be read; they are left out.
-    Raises PlanError, in one line, when svgelements (pianta[svg]) is missing, for what is no SVG, declares a document
-    type or entities, refers to anything outside of itself, is larger than any plan, or draws nothing.
+    Raises PlanError, in one line, when svgelements (pianta[svg]) is missing, for what is no SVG, declares entities
+    or a document type of its own, refers to anything outside of itself, is larger than any plan, or draws nothing.
     Source of the format: SVG 1.1, W3C.
     """
     file = checked_plan(path, max_bytes=MAX_FILE_BYTES)
@@ -89,15 +89,23 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
     return reader.pieces.drawing(reader.doors(), metres_per_unit=metres)
 
 
+class _Parser(ElementTree.DefusedXMLParser):  # type: ignore[misc]  # of a library without types
+    """Passes by the name of a document type, which expat does not read, and refuses one that is in the file itself."""
+
+    def defused_start_doctype_decl(self, *declared: str | int | None) -> None:
+        if declared[-1]:  # has an internal subset
+            super().defused_start_doctype_decl(*declared)
+
+
 def _parse_svg(file: Path) -> Element:
     try:
         import svgelements  # noqa: F401  # asked for before any work is done
     except ImportError:
         raise PlanError(f"plan {shown(file)} is an SVG, install pianta[svg] to read it") from None
     try:
-        root: Element = ElementTree.parse(file, forbid_dtd=True).getroot()
+        root: Element = ElementTree.parse(file, parser=_Parser(forbid_dtd=True)).getroot()
     except DefusedXmlException:
-        raise PlanError(f"plan {shown(file)} declares a document type or entities, remove them") from None
+        raise PlanError(f"plan {shown(file)} declares entities or a document type of its own, remove them") from None
     except (ParseError, ValueError, LookupError, OSError) as exception:
         told = f"plan {shown(file)} is no SVG or damaged, save it again as SVG"
         raise PlanError(f"{told}: {reason_of(exception)}") from None

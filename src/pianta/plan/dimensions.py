@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, islice
 from statistics import median
@@ -22,8 +22,18 @@ LONGEST = 1000.0
 AGREEMENT = 0.12
 # Numbers of a scale bar lie on a line within this many of their heights, the bar within so many from them.
 ROW_TOLERANCE, BAR_REACH = 0.7, 3.0
+# In heights of the numbers: pieces of a bar are as wide at least, and as high at most; what changes along it as high
+# as that is a mark, and marks so near to each other are the sides of one stroke.
+LEAST_PIECE, MOST_PIECE, LEAST_MARK, STROKE = 1.2, 2.0, 0.2, 0.25
+# All numbers are shifted from their marks by so many heights at most, and each may lie off that by so many.
+SHIFT, UNEVEN = 1.2, 0.35
+# Marks lie where they belong within this share of the bar, and 1.5 pixels.
+STRAIGHT = 0.01
+# The bar and the places of its numbers agree within this share, or nobody knows what is measured.
+BAR_AGREEMENT = 0.05
+SURE_BAR, SURE_OF_TWO, UNSURE_BAR = 0.95, 0.85, 0.4
 # Files of drawings may hold anything: longer texts, more numbers, and longer rows of numbers say no scale.
-MAX_TEXT_LENGTH, MAX_NUMBERS, MAX_IN_ROW = 200, 2000, 40
+MAX_TEXT_LENGTH, MAX_NUMBERS, MAX_IN_ROW, MAX_MARKS = 200, 2000, 40, 400
 
 _UNITS = {
     "millimet(?:er|re|ri|ros)s?|mm": "mm",
@@ -133,14 +143,19 @@ def parse_drawing_scale(text: str) -> float | None:
 
 
 def parse_scale_bar(texts: Sequence[PlacedText], ink: Mask) -> Scale | None:
-    """The scale that a bar says: increasing numbers in a row, a unit with or near them, a line or chequered bar.
+    """The scale that a bar says: evenly growing numbers, a unit with or near them, a line, ticks or blocks at them.
 
-    ink: shape (H, W). Without a bar the places of the numbers are taken, which is less sure. None where there is none.
+    ink: shape (H, W). Exact where two marks of the bar at least stand where the numbers do, and the two agree within
+    BAR_AGREEMENT. Otherwise the places of the numbers are taken, with confidence UNSURE_BAR, when they are three from
+    0 on. None where there is no bar: numbers beside walls, in rooms and of dimensions are none.
     """
     short = [text for text in texts if len(text.text) <= MAX_TEXT_LENGTH]
-    numbers = [number for text in short for number in _numbers_of(text)]
-    rows = [_find_even(row) for row in _rows_of(numbers[:MAX_NUMBERS]) if len(row) <= MAX_IN_ROW]
-    found = [scale for row in rows if len(row) > 1 and (scale := _read_row(row, short, ink))]
+    found = []
+    # A number stands at its mark by itself, or together with its unit.
+    for by_itself in (True, False):
+        numbers = [number for text in short for number in _numbers_of(text, by_itself=by_itself)]
+        rows = [_find_even(row) for row in _rows_of(numbers[:MAX_NUMBERS]) if len(row) <= MAX_IN_ROW]
+        found += [scale for row in rows if len(row) > 1 and (scale := _read_row(row, short, ink))]
     return max(found, key=lambda scale: scale.confidence, default=None)
 
 
@@ -197,8 +212,11 @@ def _is_quantity(text: str) -> bool:
     return not re.search(r"[^\s'.]", re.sub(rf"\b(?:{'|'.join(_UNITS)})\b", "", words))
 
 
-def _numbers_of(text: PlacedText) -> list[_Number]:
-    """The numbers in a level text that consists of nothing else but a unit, each at its share of the line."""
+def _numbers_of(text: PlacedText, *, by_itself: bool) -> list[_Number]:
+    """The numbers in a level text that consists of nothing else but a unit, each at its share of the line.
+
+    by_itself: False for a single number in the middle of the line.
+    """
     if not _is_quantity(text.text):
         return []
     along = text.corners[1] - text.corners[0]
@@ -206,14 +224,13 @@ def _numbers_of(text: PlacedText) -> list[_Number]:
         return []
     left = (text.corners[0] + text.corners[3]) / 2
     unit = _unit_of(text.text)
+    values = list(_VALUE.finditer(text.text))
+    shares = [(found.start() + found.end()) / 2 / len(text.text) for found in values]
+    if len(values) == 1 and not by_itself:
+        shares = [0.5]
     return [
-        _Number(
-            float(found[0].replace(",", ".")),
-            left + along * ((found.start() + found.end()) / 2 / len(text.text)),
-            text.height,
-            unit,
-        )
-        for found in _VALUE.finditer(text.text)
+        _Number(float(found[0].replace(",", ".")), left + along * share, text.height, unit)
+        for found, share in zip(values, shares, strict=True)
     ]
 
 
@@ -235,7 +252,7 @@ def _find_even(row: Sequence[_Number]) -> list[_Number]:
     best: list[_Number] = []
     for first, last in combinations(row, 2):
         grown = last.value - first.value
-        if grown <= 0:
+        if grown <= 0 or last.middle[1] <= first.middle[1]:
             continue
         per_pixel = grown / (last.middle[1] - first.middle[1])
         even = [
@@ -249,27 +266,31 @@ def _find_even(row: Sequence[_Number]) -> list[_Number]:
 
 
 def _read_row(row: Sequence[_Number], texts: Sequence[PlacedText], ink: Mask) -> Scale | None:
-    unit = next((number.unit for number in row if number.unit), None) or _unit_near(row, texts)
-    grown, wide = row[-1].value - row[0].value, float(row[-1].middle[1] - row[0].middle[1])
-    if unit is None or not 0 < grown * METRES[unit] <= LONGEST or wide <= 0:
+    units = [number.unit for number in row if number.unit]
+    unit = units[0] if units else _unit_near(row, texts)
+    from_zero, several = row[0].value == 0, len(row) > 2
+    grown = row[-1].value - row[0].value
+    # Lengths beside each other, each with its unit, are dimensions.
+    if unit is None or not 0 < grown * METRES[unit] <= LONGEST or (len(units) > 1 and not from_zero):
         return None
-    several = len(row) > 2
-    # OCR may have overlooked the 0 at which the bar begins.
-    first = float(row[0].middle[1])
-    for value, col in ((row[0].value, first), (0.0, first - row[0].value / grown * wide)):
-        bar = _find_bar(row, col, ink)
-        if bar is not None:
-            return Scale((row[-1].value - value) * METRES[unit] / bar, 0.95 if several else 0.85)
-    return Scale(grown * METRES[unit] / wide, 0.7 if several else 0.4)
+    values, cols = np.array([(number.value, number.middle[1]) for number in row]).T
+    by_places = grown / float(cols[-1] - cols[0])
+    height = max(number.height for number in row)
+    fitted = [fit for marks in _find_marks(row, ink) if (fit := _fit_marks(values, cols, marks, height))]
+    agreeing = [fit for fit in fitted if abs(fit.per_pixel / by_places - 1) <= BAR_AGREEMENT]
+    if agreeing:
+        return Scale(max(agreeing).per_pixel * METRES[unit], SURE_BAR if several else SURE_OF_TWO)
+    return Scale(by_places * METRES[unit], UNSURE_BAR) if from_zero and several else None
 
 
 def _unit_near(row: Sequence[_Number], texts: Sequence[PlacedText]) -> str | None:
-    """The unit that a text names within some heights of the row, the nearest one."""
+    """The unit that a text names within some heights of the row, the nearest one; not those of lengths."""
     height = max(number.height for number in row)
     ends = np.array([row[0].middle, row[-1].middle])
     near = []
     for text in texts:
-        unit = _unit_of(text.text) if _is_quantity(text.text) or _SAYS_SCALE.search(text.text) else None
+        is_unit = _is_quantity(text.text) and not _VALUE.search(text.text)
+        unit = _unit_of(text.text) if is_unit or _SAYS_SCALE.search(text.text) else None
         nearest = np.clip(text.middle, ends.min(axis=0), ends.max(axis=0))
         reach = 6 * height + abs(text.corners[1][1] - text.corners[0][1]) / 2
         distance = float(np.hypot(*(text.middle - nearest)))
@@ -278,24 +299,73 @@ def _unit_near(row: Sequence[_Number], texts: Sequence[PlacedText]) -> str | Non
     return min(near, default=(0.0, None))[1]
 
 
-def _find_bar(row: Sequence[_Number], first: float, ink: Mask) -> float | None:
-    """Length, pixels, of the piece of ink above or below a row of numbers that runs from a column to the last one."""
-    height = max(number.height for number in row)
-    last = float(row[-1].middle[1])
-    middle, reach = row[0].middle[0], BAR_REACH * height
-    slack = 0.1 * (last - first) + 2
-    top, bottom = (int(np.clip(middle + side * reach, 0, ink.shape[0])) for side in (-1, 1))
-    left, right = (int(np.clip(col, 0, ink.shape[1])) for col in (first - 2 * slack, last + 2 * slack))
+def _find_marks(row: Sequence[_Number], ink: Mask) -> Iterator[Floats]:
+    """Columns, pixels, of the ends, ticks and borders of blocks of what may be the bar, above and below a row.
+
+    Its pieces are low and wide, clear of the numbers, and end near them: walls go on.
+    """
+    height, middle = max(number.height for number in row), float(row[0].middle[0])
+    first, last = float(row[0].middle[1]), float(row[-1].middle[1])
+    # OCR may have overlooked the 0 at which the bar begins.
+    zero = first - row[0].value / (row[-1].value - row[0].value) * (last - first)
+    top, bottom = (int(np.clip(middle + side * BAR_REACH * height, 0, ink.shape[0])) for side in (-1, 1))
+    around = last - zero
+    left, right = (int(np.clip(col, 0, ink.shape[1])) for col in (zero - around, last + around))
     if bottom <= top or right <= left:
-        return None
-    window = ink[top:bottom, left:right].astype(np.uint8)
-    _, _, stats, _ = cv2.connectedComponentsWithStats(window, connectivity=8)
-    starts, widths = stats[1:, cv2.CC_STAT_LEFT] + left, stats[1:, cv2.CC_STAT_WIDTH]
-    fits = (np.abs(starts - first) <= slack) & (np.abs(starts + widths - last) <= slack)
-    # What reaches the sides of the window goes on beyond it.
-    fits &= (starts > left) & (starts + widths < right)
-    lengths = widths[fits]
-    return float(lengths[np.abs(lengths - (last - first)).argmin()]) if len(lengths) else None
+        return
+    window = np.pad(ink[top:bottom, left:right].astype(np.uint8), 1)
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats(window, connectivity=8)
+    start, above, wide, high, _ = stats.T
+    inside = (start > 1) & (above > 1) & (start + wide <= right - left) & (above + high <= bottom - top)
+    fits = inside & (wide >= LEAST_PIECE * height) & (high <= MOST_PIECE * height)
+    fits[0] = False
+    core = middle - top + 1
+    for side in (above + high <= core - height / 4, above >= core + height / 4):
+        bar = np.isin(pieces, np.flatnonzero(fits & side))
+        changes = np.flatnonzero((bar[:, 1:] != bar[:, :-1]).sum(axis=0) >= max(2, LEAST_MARK * height)) + 1
+        ends = np.concatenate([start[fits & side], (start + wide)[fits & side]])
+        marks = np.unique(np.concatenate([changes, ends])) + left - 1.0
+        if 1 < len(marks) <= MAX_MARKS:
+            strokes = np.split(marks, np.flatnonzero(np.diff(marks) > max(2, STROKE * height)) + 1)
+            yield np.array([stroke.mean() for stroke in strokes])
+
+
+class _FittedBar(NamedTuple):
+    """Marks that stand where numbers do; the more the better, then the farther apart.
+
+    per_pixel: by how much the numbers grow with a pixel.
+    """
+
+    marks: int
+    length: float
+    per_pixel: float
+
+
+def _fit_marks(values: Floats, cols: Floats, marks: Floats, height: float) -> _FittedBar | None:
+    """The marks that stand at the numbers, all shifted alike; None where fewer than two do, or the 0 has none.
+
+    values, cols: shape (N,), numbers and where their middles lie. marks: shape (M,). height: of the numbers.
+    """
+    if values[0] > 0:
+        zero = cols[0] - values[0] * (cols[-1] - cols[0]) / (values[-1] - values[0])
+        values, cols, needs_zero = np.append(0.0, values), np.append(zero, cols), True
+    else:
+        needs_zero = False
+    offsets = marks - cols[:, None]
+    shifts = np.arange(-SHIFT * height, SHIFT * height + 1)
+    off = np.array([np.abs(offsets - shift).min(axis=1) for shift in shifts])
+    near = off <= UNEVEN * height
+    # Most numbers have a mark, and are near it.
+    best = int(np.lexsort([np.where(near, off, 0).sum(axis=1), -near.sum(axis=1)])[0])
+    at = marks[np.abs(offsets - shifts[best]).argmin(axis=1)]
+    fits = []
+    for first, last in combinations(np.flatnonzero(near[best]), 2):
+        length = float(at[last] - at[first])
+        expected = at[first] + (values - values[first]) * length / (values[last] - values[first])
+        straight = near[best] & (np.abs(at - expected) <= max(1.5, STRAIGHT * length))
+        if length > 0 and (straight[0] or not needs_zero):
+            fits.append(_FittedBar(int(straight.sum()), length, float((values[last] - values[first]) / length)))
+    return max(fits, default=None)
 
 
 def _ratio_of_size(text: PlacedText, boxes: Floats) -> float | None:

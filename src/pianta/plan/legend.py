@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 
-from pianta.plan.sheet import PlacedText
+from pianta.plan.sheet import Floats, PlacedText
 
 # Left edges of entries below each other differ by less than this many heights of a line, and their heights by less
 # than this factor; lines follow each other within this many heights, and a name follows its key within so many.
@@ -51,24 +50,18 @@ class Legend:
 
 @dataclass(frozen=True, eq=False)
 class _Entry:
-    """A line of a legend: its keys, its name, whether a sign stands between, and the texts that it was read from."""
+    """A line of a legend: its keys, its name, whether a sign stands between, and the texts that it was read from.
+
+    left, row, height: of the first of these, pixels.
+    """
 
     keys: tuple[str, ...]
     name: str
     signed: bool
     texts: tuple[PlacedText, ...]
-
-    @property
-    def first(self) -> PlacedText:
-        return self.texts[0]
-
-    @property
-    def left(self) -> float:
-        return float(self.first.corners[0][1])
-
-    @property
-    def row(self) -> float:
-        return float(self.first.middle[0])
+    left: float
+    row: float
+    height: float
 
 
 def standard_key(text: str) -> str:
@@ -86,7 +79,7 @@ def find_legend(texts: Sequence[PlacedText]) -> Legend:
     level = [text for text in texts if len(text.text) <= MAX_TEXT_LENGTH and _is_level(text)]
     headings = [text for text in level if _HEADING.match(text.text)]
     entries = _read_entries(level, headed=bool(headings))
-    columns = [part for column in _align(entries[:MAX_ENTRIES]) for part in _cut(column)]
+    columns = [part for column in _align(entries) for part in _cut(column)]
     listed = [entry for column in columns if _is_list(column, headed=bool(headings)) for entry in column]
     names: dict[str, str] = {}
     for entry in listed:
@@ -102,10 +95,9 @@ def _is_level(text: PlacedText) -> bool:
 
 
 def _read_entries(texts: Sequence[PlacedText], *, headed: bool) -> list[_Entry]:
-    """All texts that may be lines of a legend, and pairs of texts where key and name stand apart."""
-    entries = []
-    by_row = sorted(texts, key=lambda text: float(text.middle[0]))
-    rows = [float(text.middle[0]) for text in by_row]
+    """The first texts that may be lines of a legend, and pairs of texts where key and name stand apart."""
+    entries: list[_Entry] = []
+    lines = _Lines.of(texts)
     for text in texts:
         found = _ENTRY.fullmatch(text.text) or _BARE_ENTRY.fullmatch(text.text)
         used: tuple[PlacedText, ...] = (text,)
@@ -113,31 +105,50 @@ def _read_entries(texts: Sequence[PlacedText], *, headed: bool) -> list[_Entry]:
             name = found["name"]
         else:
             found = _KEY_ALONE.fullmatch(text.text)
-            reach = 0.5 * text.height
-            near = slice(bisect_left(rows, text.middle[0] - reach), bisect_right(rows, text.middle[0] + reach))
-            beside = _text_beside(text, by_row[near]) if found and (found["sign"] or headed) else None
+            beside = lines.name_beside(text) if found and (found["sign"] or headed) else None
             if found is None or beside is None:
                 continue
             name, used = beside.text, (text, beside)
         keys = _unfold_keys(found["keys"])
         if keys:
-            entries.append(_Entry(keys, " ".join(name.split()).rstrip(" ,;"), bool(found["sign"].strip()), used))
+            place = float(text.corners[0][1]), float(text.middle[0]), text.height
+            entries.append(
+                _Entry(keys, " ".join(name.split()).rstrip(" ,;"), bool(found["sign"].strip()), used, *place)
+            )
+        if len(entries) == MAX_ENTRIES:
+            break
     return entries
 
 
-def _text_beside(text: PlacedText, texts: Sequence[PlacedText]) -> PlacedText | None:
-    """Of texts on its line the next one on the right, of the same height, unless it has a key of its own."""
-    right_end = text.corners[1][1]
-    near = [
-        other
-        for other in texts
-        if 0 <= other.corners[0][1] - right_end + 0.5 * text.height <= NEXT_WORD * text.height
-        and max(other.height, text.height) <= ALIKE * min(other.height, text.height)
-    ]
-    beside = min(near, key=lambda other: other.corners[0][1], default=None)
-    if beside is None or not re.match(r"[^\W\d_].*[^\W\d_]", beside.text) or _ENTRY.fullmatch(beside.text):
-        return None
-    return beside
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """Texts from top to bottom; rows, lefts, heights: shape (N,), where they lie, pixels."""
+
+    texts: Sequence[PlacedText]
+    rows: Floats
+    lefts: Floats
+    heights: Floats
+
+    @classmethod
+    def of(cls, texts: Sequence[PlacedText]) -> _Lines:
+        """Those of a sheet."""
+        ordered = sorted(texts, key=lambda text: float(text.middle[0]))
+        places = np.array([(text.middle[0], text.corners[0][1], text.height) for text in ordered]).reshape(-1, 3)
+        return cls(ordered, *places.T)
+
+    def name_beside(self, text: PlacedText) -> PlacedText | None:
+        """Of texts on its line the next one on the right, of the same height, unless it is no name or has a key."""
+        height, middle = text.height, float(text.middle[0])
+        first, last = np.searchsorted(self.rows, (middle - 0.5 * height, np.nextafter(middle + 0.5 * height, np.inf)))
+        lefts, heights = self.lefts[first:last], self.heights[first:last]
+        gaps = lefts - (text.corners[1][1] - 0.5 * height)
+        alike = np.maximum(heights, height) <= ALIKE * np.minimum(heights, height)
+        near = np.flatnonzero((gaps >= 0) & (gaps <= NEXT_WORD * height) & alike)
+        if not len(near):
+            return None
+        beside = self.texts[first + near[lefts[near].argmin()]]
+        is_name = re.match(r"[^\W\d_].*[^\W\d_]", beside.text) and not _ENTRY.fullmatch(beside.text)
+        return beside if is_name else None
 
 
 def _unfold_keys(text: str) -> tuple[str, ...]:
@@ -153,6 +164,8 @@ def _unfold_keys(text: str) -> tuple[str, ...]:
             unfolded += map(str, range(int(start) + 1, int(key) + 1))
         else:
             unfolded.append(key)
+        if len(unfolded) > MAX_RANGE:
+            return ()
     return tuple(unfolded)
 
 
@@ -167,10 +180,10 @@ def _align(entries: Sequence[_Entry]) -> list[list[_Entry]]:
     columns: list[list[_Entry]] = []
     for entry in sorted(entries, key=lambda entry: (entry.row, entry.left)):
         for column in columns:
-            last = column[-1].first
-            height = min(last.height, entry.first.height)
-            alike = max(last.height, entry.first.height) <= ALIKE * height
-            if alike and abs(column[-1].left - entry.left) <= ALIGNED * height:
+            last = column[-1]
+            height = min(last.height, entry.height)
+            alike = max(last.height, entry.height) <= ALIKE * height
+            if alike and abs(last.left - entry.left) <= ALIGNED * height:
                 column.append(entry)
                 break
         else:
@@ -182,7 +195,7 @@ def _cut(column: Sequence[_Entry]) -> list[list[_Entry]]:
     """A column cut where a line is too far below the one before."""
     parts = [[column[0]]]
     for above, below in pairwise(column):
-        if below.row - above.row <= NEXT_LINE * above.first.height:
+        if below.row - above.row <= NEXT_LINE * above.height:
             parts[-1].append(below)
         else:
             parts.append([below])

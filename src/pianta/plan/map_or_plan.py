@@ -1,4 +1,4 @@
-"""Whether a file is a robot's map or a plan."""
+"""Whether a file is a robot's map or a plan, and whether a picture can be a plan at all."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from pianta.errors import MapError
 from pianta.formats.files import MAX_CELLS, checked_input
 from pianta.formats.image import IMAGE_SUFFIXES, PICTURE_SUFFIXES, read_colors, read_grey
+from pianta.plan.sheet import Colors
 
 Kind = Literal["map", "plan"]
 VECTOR_SUFFIXES = (".dxf", ".svg", ".pdf", ".ifc")
@@ -20,6 +21,14 @@ CHROMA, COLORED = 40, 0.003
 PAPER, BORDER = 245, 0.5
 # or so many greys that the three most frequent ones are less than this share, as on photos and scans.
 FEW_GREYS = 0.5
+# A drawing has few colours: this share of it at least has one of the most frequent TONES of 8 × 8 × 8 colours.
+TONES, FREQUENT = 12, 0.45
+# It is mostly paper, its ink seldom begins or ends from one pixel to the next, and some piece of it, which letters and
+# specks are not, is as long as this share of its longer side. The plans of the data have 0.86 at least (0.60 where they
+# are photographed in uneven light), 0.18 and 0.18 at most, 0.16 at least.
+MOST_INK, MOST_CHANGES, LEAST_PIECE = 0.5, 0.5, 0.05
+# Pixels of the shorter side of the smallest plan, and of the longer side by which pictures are judged.
+LEAST_PX, JUDGED_PX = 16, 2000
 # A transparent image is a map, whose unknown cells are left out, when this share of it is white.
 WHITE = 0.05
 
@@ -47,3 +56,29 @@ def tell_kind(path: str | Path, *, max_cells: int = MAX_CELLS) -> Kind:
     border = np.concatenate([greys[0], greys[-1], greys[:, 0], greys[:, -1]])
     frequent = np.sort(np.bincount(greys.ravel(), minlength=256))[-3:].sum() / greys.size
     return "plan" if (border >= PAPER).mean() > BORDER or frequent < FEW_GREYS else "map"
+
+
+def may_be_drawing(colors: Colors) -> bool:
+    """Whether a picture has what every drawing has, and blank sheets, noise, photos and pages of text have not.
+
+    colors: shape (H, W, 3). It takes no network and no reading of text, which both are slow.
+    """
+    import cv2
+
+    from pianta.plan.paper import binarise, straighten_tones
+
+    if min(colors.shape[:2]) < LEAST_PX:
+        return False
+    red, green, blue = np.moveaxis(colors // 32, 2, 0).astype(np.int32)
+    tones = np.sort(np.bincount(((red * 8 + green) * 8 + blue).ravel()))[-TONES:]
+    if tones.sum() < FREQUENT * red.size:
+        return False
+    paper = straighten_tones(colors)
+    step = -(-max(colors.shape) // JUDGED_PX)
+    # The darkest of each block, so that thin lines stay.
+    darkest = cv2.erode(paper, np.ones((step, step), np.uint8))[step // 2 :: step, step // 2 :: step]
+    ink = binarise(np.asarray(darkest, np.uint8))
+    changes = (ink[1:] != ink[:-1]).mean() + (ink[:, 1:] != ink[:, :-1]).mean()
+    pieces = cv2.connectedComponentsWithStats(ink.astype(np.uint8), connectivity=8)[2][1:]
+    longest = pieces[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(initial=0)
+    return bool(ink.mean() <= MOST_INK and changes <= MOST_CHANGES and longest >= LEAST_PIECE * max(ink.shape))
