@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from pianta.plan.inside import OPEN_BORDER, cut_parts, find_borders, find_inside, part_space
+from pianta.plan.sheet import Mask
 
 CELL = 0.1
 ROOM = (slice(20, 60), slice(20, 70))
 
 
-def draw_room(*, gap: int = 0, sure: float = 0.9) -> tuple[np.ndarray, np.ndarray]:
+def draw_room(*, gap: int = 0, sure: float = 0.9) -> tuple[Mask, NDArray[np.float32]]:
     """The free space of a room of 4 × 5 m with a gap in its right wall, cells; and how surely each is outside."""
     free = np.ones((80, 100), bool)
     free[18:62, 18:72] = False
@@ -51,7 +53,7 @@ def test_a_room_that_the_sheet_cuts_off_is_inside_where_the_network_is_sure():
     free, outside = draw_room()
     free, outside = free[:, 30:], outside[:, 30:]
     assert find_inside(free, outside, CELL)[20:60, :40].all()
-    assert not find_inside(free, outside * 0.1, CELL).any()
+    assert not find_inside(free, outside * np.float32(0.1), CELL).any()
 
 
 def test_the_middle_of_a_hall_is_what_its_edge_is():
@@ -89,7 +91,7 @@ def test_no_other_choice_of_parts_costs_less(gains, data):
 
     def worth(chosen: tuple[bool, ...]) -> float:
         parted = sum(cost for (one, other), cost in zip(pairs, costs, strict=True) if chosen[one] != chosen[other])
-        return sum(gain for gain, kept in zip(gains, chosen, strict=True) if kept) - parted
+        return float(sum(gain for gain, kept in zip(gains, chosen, strict=True) if kept) - parted)
 
     found = cut_parts(np.array(gains, float), np.array(pairs, np.int64).reshape(-1, 2), np.array(costs, float))
     assert worth(tuple(found)) == max(map(worth, product((False, True), repeat=count)))

@@ -45,6 +45,14 @@ def test_light_and_strongly_coloured_paper_stays(paper):
     assert straighten_tones(colors).tolist() == colors.tolist()
 
 
+@pytest.mark.parametrize("step", [4, 5, 11])
+def test_hatching_makes_no_large_sheet_dark(step):
+    """However far the lines are apart, though not every pixel of so large a sheet is looked at."""
+    colors = np.full((1100, 2000, 3), 255, np.uint8)
+    colors[::step] = colors[:, ::step] = 0
+    assert (straighten_tones(colors) == colors).all()
+
+
 @pytest.mark.parametrize(
     ("paper", "ink"),
     [

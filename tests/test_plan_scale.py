@@ -127,6 +127,17 @@ def test_the_size_is_looked_for_near_the_doors_that_are_known(monkeypatch, known
     assert len(asked) == len(set(asked))
 
 
+def test_sure_doors_leave_little_to_ask(monkeypatch):
+    """Each question takes the network as long as a small sheet."""
+    asked: list[float] = []
+    monkeypatch.setattr(plan_scale, "find_regions", doubting(12.5, asked))
+    assert fit_door_px(PAGE, door_px=20.0, is_sure=True, networks=["one"]) == pytest.approx(12.5, rel=0.13)
+    assert len(asked) == 6
+    fit_door_px(PAGE, door_px=20.0, networks=["one"])
+    beyond = [size for size in asked[6:] if not 20.0 * 0.3 < size < 20.0 * 1.6]
+    assert len(asked[6:]) == 6 + len(beyond)
+
+
 def test_what_is_taken_for_doors_is_passed_over_where_the_drawing_has_another_scale(monkeypatch):
     monkeypatch.setattr(plan_scale, "find_regions", doubting(4.0, []))
     assert fit_door_px(PAGE, door_px=90.0, networks=["one"]) == pytest.approx(4.0, rel=0.15)

@@ -164,7 +164,7 @@ def test_what_is_no_plan_is_refused_in_one_line(tmp_path, colors):
 @pytest.mark.parametrize("resolution", [-1.0, 0.0, 1e-9, 1e6, float("nan")])
 def test_a_resolution_of_no_building_is_refused(tmp_path, resolution):
     with pytest.raises(PlanError, match=r"^the resolution is [^\n]*, give [^\n]+$"):
-        read(np.full((60, 80, 3), 255, np.uint8), tmp_path, resolution=resolution)
+        read(draw_plan(THREE, px_per_metre=10), tmp_path, resolution=resolution)
 
 
 def test_an_unknown_method_and_a_page_of_a_picture_are_refused(tmp_path):

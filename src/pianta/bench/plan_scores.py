@@ -75,12 +75,12 @@ def score_reading(reading: PlanRead, plan: TruePlan) -> Figures:
     """The figures of COLUMNS but for the time; shares in percent.
 
     Found floors are put on the truth by their pixels, so that a wrong scale is no fault of rooms and doors. Doors are
-    right within half the width of a true one; edges are the pairs of rooms that doors join.
+    right within half the width of a true one, openings being none; edges are the pairs of rooms that either joins.
     """
     found, aside = judge_floors(reading.floors, plan)
     rooms = score_layout([room.polygon for room in found.rooms], [room.polygon for room in plan.truth.rooms])
     shares = {key: 100 * getattr(rooms, key) for key in SCORES}
-    shares |= _describe_links("doors", score_doors(found, plan.truth))
+    shares |= _describe_links("doors", score_doors(_without_openings(found), plan.truth))
     shares |= _describe_links("edges", score_connections(found, plan.truth))
     error = 100 * (reading.floors[0].scale.resolution / plan.grid.resolution - 1) if reading.floors else None
     counts = {"found": len(found.rooms), "true": len(plan.truth.rooms), "floors": len(reading.floors)}
@@ -138,6 +138,10 @@ def merge_floors(floors: Sequence[Floor]) -> Floor:
         rooms += [replace(room, id=ids[room.id]) for room in floor.rooms]
         doors += [door.renumber_rooms(ids) for door in floor.doors]
     return Floor(tuple(rooms), tuple(doors))
+
+
+def _without_openings(floor: Floor) -> Floor:
+    return replace(floor, doors=tuple(door for door in floor.doors if door.kind == "door"))
 
 
 def _body_of(floor: Floor) -> Polygon:

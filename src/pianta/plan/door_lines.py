@@ -11,12 +11,12 @@ from shapely import LineString, Point, STRtree
 
 from pianta.floor import Door, Room
 from pianta.plan.door_swings import Swing
-from pianta.plan.regions import DOOR, INSIDE, Regions
+from pianta.plan.regions import DOOR, Regions
 from pianta.plan.sheet import Floats
 from pianta.plan.symbols import PlacedSymbol
 
-# A region is a door where this is its probability, and where inside of a room is not much more probable.
-DOOR_FROM, RATHER_INSIDE = 0.3, 2.0
+# A region is a door where this is its probability.
+DOOR_FROM = 0.5
 # Cells of a region, at least.
 LEAST_CELLS = 4
 # A swing or a symbol is a door where this is the probability of a door somewhere near its line.
@@ -45,8 +45,8 @@ def find_doors(regions: Regions, swings: Sequence[Swing], symbols: Sequence[Plac
 
 def find_door_regions(regions: Regions) -> Floats:
     """Doors that the network sees, shape (D, 2, 2): the principal axis of each region, as long as the region."""
-    door, inside = regions.probabilities[DOOR], regions.probabilities[INSIDE]
-    labels, _ = ndimage.label((door >= DOOR_FROM) & (inside < RATHER_INSIDE * door), np.ones((3, 3)))
+    door = regions.probabilities[DOOR]
+    labels, _ = ndimage.label(door >= DOOR_FROM, np.ones((3, 3)))
     lines = []
     for number, window in enumerate(ndimage.find_objects(labels), start=1):
         cells = np.argwhere(labels[window] == number) + [axis.start for axis in window]

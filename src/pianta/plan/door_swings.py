@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta.plan.door_quarters import DIRECTIONS, MOST_CLUTTER, RINGS, Quarter, read_quarters
 from pianta.plan.paper import Contrast
 from pianta.plan.sheet import Mask
 
@@ -28,17 +29,13 @@ LEVELS = (0.5, 0.2)
 FINE_PIXELS, MOST_FACTOR = 3e6, 3.0
 # What is fitted at once: this many radians of a circle, through so many points.
 LEAST_TURN, MOST_TURN, FITTED = 1.05, 1.5, 13
-# Circles are looked at in so many directions, and from the middle to so many radii.
-DIRECTIONS, BEYOND = 96, 1.375
-RINGS = np.linspace(0.125, BEYOND, 41)
+# What is looked at of a circle and fitted again, radians from the middle of its arc.
 ROUND, ARC = np.linspace(-pi, pi, DIRECTIONS, endpoint=False), np.linspace(-0.55, 0.55, 15)
 WHOLE_ARC, FITTINGS = np.linspace(-0.52, 0.52, 19), 3
 ON, BESIDE = np.array([0.94, 0.97, 1.0, 1.03, 1.06]), np.array([0.4, 0.55, 0.7, 0.84, 1.16, 1.25])
 MAX_CIRCLES = 3000
-# Directions of a quarter, and those that the arc of a door may have: walls lengthen it.
-QUARTER, LEAST_ARC, MOST_ARC = DIRECTIONS // 4, DIRECTIONS * 17 // 96, DIRECTIONS * 32 // 96
-# Of leaf, jamb and hinge so much is drawn at least, and between leaf and door so much at most.
-LEAST_PART, MOST_CLUTTER = 0.6, 0.25
+# Pixels about circles that are looked up at once.
+CACHED = 1 << 16
 # The drawing that a door belongs to is so many radii long, and such a share of the sheet.
 LEAST_DRAWING, LEAST_SHARE = 5.0, 0.1
 # Doors of one plan differ so much, and so many of one width tell it.
@@ -74,15 +71,6 @@ class Swing:
         turned = np.radians(np.linspace(SWEPT_FROM, SWEPT_TO, 10))[:, None]
         rim = SWEPT_RADIUS * (np.cos(turned) * closed + np.sin(turned) * opened)
         return np.asarray(self.hinge + np.vstack([np.zeros((1, 2)), rim]))
-
-
-@dataclass(frozen=True)
-class _Quarter:
-    """The directions of a leaf and of the door when closed, as numbers of ROUND, and how much of it is drawn."""
-
-    score: float
-    leaf: int
-    closed: int
 
 
 @dataclass(frozen=True)
@@ -157,23 +145,22 @@ def _find_at_level(fine: Contrast, level: float, factor: float) -> list[Swing]:
 
 
 def _keep_quarters(
-    ink: Mask, circles: Floats, before: Sequence[_Quarter | None], rough: Floats | None = None
-) -> tuple[Floats, list[_Quarter]]:
+    ink: Mask, circles: Floats, before: Sequence[Quarter | None], rough: Floats | None = None
+) -> tuple[Floats, list[Quarter]]:
     """The circles that are a swing, turned to the middle of their quarter, and the quarter of each.
 
     before, rough: what was read of each and from what circle; it stays, with less score, where nothing is read now.
     """
     turned, quarters = [], []
-    olds = zip(before, circles if rough is None else rough, strict=True)
-    for circle, rays, (old, other) in zip(circles, _unroll(ink, circles, ROUND, RINGS), olds, strict=True):
-        new = _read_quarter(rays)
+    read = read_quarters(_unroll(ink, circles, ROUND, RINGS))
+    for circle, new, old, other in zip(circles, read, before, circles if rough is None else rough, strict=True):
         if new is not None:
             shift = round((new.leaf + new.closed) / 2) - DIRECTIONS // 2
             turned.append(circle + np.array([0, 0, 0, shift * 2 * pi / DIRECTIONS, 0]))
-            quarters.append(_Quarter(new.score - float(circle[4]), new.leaf - shift, new.closed - shift))
+            quarters.append(Quarter(new.score - float(circle[4]), new.leaf - shift, new.closed - shift))
         elif old is not None:
             turned.append(other)
-            quarters.append(_Quarter(0.85 * old.score, old.leaf, old.closed))
+            quarters.append(Quarter(0.85 * old.score, old.leaf, old.closed))
     return np.array(turned).reshape(-1, 5), quarters
 
 
@@ -213,31 +200,36 @@ def _fit_circles(points: Floats, outlines: NDArray[np.int64], length: int) -> Fl
     """Circles through pieces of outlines of a length, shape (M, 5): row, col, radius, direction, misfit in radii."""
     starts = np.arange(0, len(points) - length, max(1, length // 8))
     starts = starts[outlines[starts] == outlines[starts + length]]
-    first, middle, last = (points[starts + step] for step in (0, length // 2, length))
-    chord = np.hypot(*(last - first).T)
-    height = np.hypot(*(middle - (first + last) / 2).T)
+    rows, cols = points.T.copy()
+    ends = [(axis[starts], axis[starts + length // 2], axis[starts + length]) for axis in (rows, cols)]
+    chord = np.hypot(*(last - first for first, _, last in ends))
+    height = np.hypot(*(middle - (first + last) / 2 for first, middle, last in ends))
     radius = chord**2 / (8 * np.maximum(height, 1e-3)) + height / 2
     starts = starts[(length / radius > 0.9 * LEAST_TURN) & (length / radius < 1.1 * MOST_TURN)]
-    steps = np.round(np.linspace(0, length, FITTED)).astype(int)
-    pieces = points[starts[:, None] + steps]
-    circles = _fit_pieces(pieces)
+    places = starts + np.round(np.linspace(0, length, FITTED)).astype(int)[:, None]
+    circles = _fit_pieces(rows[places], cols[places])
     radius, misfit = circles[:, 2], circles[:, 4]
     turn = length / radius
     return circles[(misfit < 0.4 / radius + 0.012) & (turn > LEAST_TURN) & (turn < MOST_TURN)]
 
 
-def _fit_pieces(pieces: Floats) -> Floats:
-    """The circle of each piece of points in a row, shape (M, N, 2); columns as of _fit_circles."""
-    origin = pieces.mean(axis=1)
-    local = pieces - origin[:, None]
+def _fit_pieces(rows: Floats, cols: Floats) -> Floats:
+    """The circle of each piece of points in a row, rows and cols of shape (N, M); columns as of _fit_circles."""
+    row, col = rows.mean(axis=0), cols.mean(axis=0)
+    down, right = rows - row, cols - col
     # The circle of least algebraic distance (Kåsa, 1976) solves two linear equations in its middle
-    squares = (local**2).sum(axis=2)
-    cross = np.einsum("mpi,mpj->mij", local, local) + 1e-9 * np.eye(2)
-    middles = np.linalg.solve(cross, np.einsum("mpi,mp->mi", local, squares)[:, :, None])[:, :, 0] / 2
-    radius = np.sqrt((middles**2).sum(axis=1) + squares.mean(axis=1))
-    misfit = np.sqrt(((np.hypot(*(local - middles[:, None]).transpose(2, 0, 1)) - radius[:, None]) ** 2).mean(axis=1))
-    towards = local[:, pieces.shape[1] // 2] - middles
-    return np.column_stack([origin + middles, radius, np.arctan2(*towards.T), misfit / radius])
+    down_2, right_2 = down**2, right**2
+    squares = down_2 + right_2
+    a, b, c = down_2.sum(axis=0) + 1e-9, (down * right).sum(axis=0), right_2.sum(axis=0) + 1e-9
+    u, v = (down * squares).sum(axis=0), (right * squares).sum(axis=0)
+    scale = 2 * (a * c - b * b)
+    middle = (c * u - b * v) / scale, (a * v - b * u) / scale
+    radius = np.sqrt(middle[0] ** 2 + middle[1] ** 2 + squares.mean(axis=0))
+    apart = np.sqrt((down - middle[0]) ** 2 + (right - middle[1]) ** 2) - radius
+    misfit = np.sqrt((apart**2).mean(axis=0)) / radius
+    half = len(rows) // 2
+    direction = np.arctan2(down[half] - middle[0], right[half] - middle[1])
+    return np.column_stack([row + middle[0], col + middle[1], radius, direction, misfit])
 
 
 def _fit_again(fine: Contrast, circles: Floats, arc: Floats) -> Floats:
@@ -246,7 +238,8 @@ def _fit_again(fine: Contrast, circles: Floats, arc: Floats) -> Floats:
     shares = _unroll(fine, circles, arc, near).astype(float) + 1e-6
     radii = circles[:, 2, None] * (shares * near).sum(axis=2) / shares.sum(axis=2)
     angles = circles[:, 3, None] + arc
-    return _fit_pieces(circles[:, None, :2] + radii[:, :, None] * np.stack([np.sin(angles), np.cos(angles)], axis=2))
+    rows, cols = circles[:, 0, None] + radii * np.sin(angles), circles[:, 1, None] + radii * np.cos(angles)
+    return _fit_pieces(rows.T, cols.T)
 
 
 def _thin_out(circles: Floats) -> Floats:
@@ -262,15 +255,16 @@ def _thin_out(circles: Floats) -> Floats:
 
 def _leave_out_equal(circles: Floats) -> Floats:
     """The best fitting of circles that are nearly the same, best first."""
-    kept, circles = [], circles[:MAX_CIRCLES]
-    while len(circles):
-        row, col, radius, direction, _ = best = circles[0]
+    kept, columns = [], circles[:MAX_CIRCLES].T.copy()
+    while columns.size:
+        row, col, radius, direction, _ = best = columns[:, 0].copy()
         kept.append(best)
-        apart = np.hypot(circles[:, 0] - row, circles[:, 1] - col)
-        turned = np.abs((circles[:, 3] - direction + pi) % (2 * pi) - pi)
-        same = (apart < 0.06 * radius) & (np.abs(circles[:, 2] - radius) < 0.06 * radius) & (turned < 0.4)
-        same[0] = True
-        circles = circles[~same]
+        reach = (0.06 * radius) ** 2
+        apart = (columns[0] - row) ** 2 + (columns[1] - col) ** 2
+        other = (apart >= reach) | ((columns[2] - radius) ** 2 >= reach)
+        other |= np.abs((columns[3] - direction + pi) % (2 * pi) - pi) >= 0.4
+        other[0] = False
+        columns = columns[:, other]
     return np.array(kept).reshape(-1, 5)
 
 
@@ -278,15 +272,18 @@ def _unroll(image: NDArray[Any], circles: Floats, angles: Floats, rings: Floats)
     """The image about each circle, shape (M, angles, rings); angles are taken from the direction of its arc."""
     row, col, radius, direction = circles[:, :4].T.astype(np.float32)[:, :, None]
     turned = direction + angles.astype(np.float32)
-    reach = (radius * rings.astype(np.float32))[:, None]
-    rows, cols = (
-        place[:, None] + way[:, :, None] * reach for place, way in ((row, np.sin(turned)), (col, np.cos(turned)))
-    )
-    limits = np.array(image.shape) - 1
-    rows, cols = (
-        np.clip(np.rint(axis).astype(np.intp), 0, limit) for axis, limit in ((rows, limits[0]), (cols, limits[1]))
-    )
-    return np.asarray(image[rows, cols])
+    down, right, reach = np.sin(turned), np.cos(turned), radius * rings.astype(np.float32)
+    height, width = image.shape
+    unrolled = np.empty((len(circles), len(angles), len(rings)), image.dtype)
+    # In parts that stay in the cache
+    step = max(1, CACHED // (len(angles) * len(rings)))
+    for part in (slice(start, start + step) for start in range(0, len(circles), step)):
+        rows, cols = (
+            np.clip(np.rint(place[part, None] + way[part, :, None] * reach[part, None]), 0, np.float32(side - 1))
+            for place, way, side in ((row, down, height), (col, right, width))
+        )
+        unrolled[part] = image.take(rows.astype(np.int32) * width + cols.astype(np.int32))
+    return unrolled
 
 
 def _look_like_arcs(ink: Mask, circles: Floats) -> Mask:
@@ -297,42 +294,7 @@ def _look_like_arcs(ink: Mask, circles: Floats) -> Mask:
     return np.asarray((drawn > 0.85) & (beside.mean(axis=(1, 2)) <= MOST_CLUTTER) & (closed < 0.7))
 
 
-def _read_quarter(rays: Mask) -> _Quarter | None:
-    """The swing about a circle, None where there is no leaf, no jamb or more than a quarter.
-
-    rays: ink about the circle, shape (DIRECTIONS, len(RINGS)).
-    """
-    first, last = _extent(np.asarray(rays[:, _between(0.94, 1.06)].any(axis=1)))
-    if not LEAST_ARC <= last - first <= MOST_ARC:
-        return None
-    spread = rays | np.roll(rays, 1, axis=0) | np.roll(rays, -1, axis=0)
-    along = spread[:, _between(0.25, 0.94)].mean(axis=1)
-    beyond = spread[:, _between(1.06, 1.3)].mean(axis=1)
-    inside = rays[:, _between(0.35, 0.84)].mean(axis=1)
-    outside = rays[:, _between(1.16, 1.25)].mean(axis=1)
-    behind = np.roll(spread[:, _between(0.125, 0.3)].mean(axis=1), -DIRECTIONS // 2)
-    exact = np.asarray(rays[:, _between(0.98, 1.02)].any(axis=1))
-    best: _Quarter | None = None
-    for end, way in ((first, 1), (last, -1)):
-        leaves = along[end - 4 : end + 5]
-        leaf = end - 4 + round(float(np.flatnonzero(leaves >= leaves.max() - 0.05).mean()))
-        other = first + last - end
-        closed = leaf + way * QUARTER if way * (other - leaf) >= QUARTER - 4 else other
-        near = [angle % DIRECTIONS for angle in range(closed - 3, closed + 4)]
-        parts = (along[leaf], beyond[near].max(), behind[near].max())
-        inner = np.sort([leaf + 5 * way, closed - 5 * way])
-        clutter = float(inside[inner[0] : inner[1] + 1].mean())
-        clutter = max(clutter, float(outside[inner[0] : inner[1] + 1].mean()) - 0.1)
-        if min(parts) < LEAST_PART or clutter > MOST_CLUTTER or beyond[leaf] > beyond[near].max():
-            continue
-        exactly = float(exact[inner[0] : inner[1] + 1].mean())
-        score = float(np.mean(parts)) * exactly * (1 - 0.3 * float(along[closed % DIRECTIONS])) - clutter
-        if best is None or score > best.score:
-            best = _Quarter(score, leaf, closed)
-    return best
-
-
-def _place_swing(circle: Floats, quarter: _Quarter, factor: float) -> Swing:
+def _place_swing(circle: Floats, quarter: Quarter, factor: float) -> Swing:
     row, col, radius, direction, _ = circle
     angles = np.array([quarter.leaf, quarter.closed]) * (2 * pi / DIRECTIONS) - pi + direction
     hinge = np.array([row, col])
@@ -340,24 +302,6 @@ def _place_swing(circle: Floats, quarter: _Quarter, factor: float) -> Swing:
     # OpenCV counts from the middle of the first pixel
     hinge, jamb, open_end = ((place + 0.5) / factor for place in (hinge, jamb, open_end))
     return Swing(hinge, jamb, open_end, float(radius) / factor, quarter.score)
-
-
-def _between(low: float, high: float) -> slice:
-    """The rings from a radius to another."""
-    first, last = np.searchsorted(RINGS, (low - 1e-9, high + 1e-9))
-    return slice(int(first), int(last))
-
-
-def _extent(ring: Mask) -> tuple[int, int]:
-    """How far the ink of a ring goes from its middle, over gaps of one direction; first and last direction."""
-    middle = DIRECTIONS // 2
-    ends = []
-    for way in (-1, 1):
-        end = middle
-        while 6 < end < DIRECTIONS - 7 and (ring[end + way] or ring[end + 2 * way]):
-            end += way
-        ends.append(end)
-    return ends[0], ends[1]
 
 
 def _leave_out_twins(swings: list[Swing]) -> list[Swing]:

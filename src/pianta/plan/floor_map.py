@@ -21,6 +21,8 @@ FINER = 2
 BARRIER = 0.5
 # Shorter pieces of barriers are none, metres.
 SHORTEST_WALL = 0.6
+# Shorter walls that end in a room are furniture, metres; what is so near to another line touches it, cells.
+SHORTEST_STUB, TOUCHING = 1.2, 5
 # The two lines of a wall are no further apart than this; metres of a door.
 THICKEST, DOOR_METRES = 0.4, 0.9
 
@@ -69,7 +71,7 @@ def draw_floor_map(
     # A gap in an outer wall, or a yard, makes no room
     inside = find_inside(barrier < BARRIER, layers[OUTSIDE] - layers[INSIDE], cell)
     # Rooms grow to the middle of the walls, which become lines
-    walls, grown = _thin_barriers(barrier, inside)
+    walls, grown = _thin_barriers(barrier, inside, least=SHORTEST_STUB / cell)
     cells = np.where(walls, OCCUPIED, np.where(grown, FREE, UNKNOWN)).astype(np.int8)
     height = sheet_shape[0] * resolution
     return FloorMap(GridMap(cells, cell, (0.0, height - shape[0] * cell, 0.0)), grown, resolution, height)
@@ -100,10 +102,11 @@ def _erode(barrier: NDArray[np.float32], *, least: float) -> NDArray[np.float32]
     return np.where(small[pieces], np.float32(0), barrier)
 
 
-def _thin_barriers(barrier: NDArray[np.float32], inside: Mask) -> tuple[Mask, Mask]:
+def _thin_barriers(barrier: NDArray[np.float32], inside: Mask, *, least: float) -> tuple[Mask, Mask]:
     """Barriers as lines along their highest places, and the rooms grown up to them; shapes (H, W).
 
-    Where a barrier parts no patches, as a wall that ends in a room, its line is the skeleton.
+    Where a barrier parts no patches, as a wall that ends in a room, its line is the skeleton, when that is as long as
+    least, cells: what is shorter stands along a wall, as furniture does.
     """
     from skimage.morphology import skeletonize
     from skimage.segmentation import watershed
@@ -112,8 +115,19 @@ def _thin_barriers(barrier: NDArray[np.float32], inside: Mask) -> tuple[Mask, Ma
     beyond = count + 1
     basins = watershed(barrier, np.where((barrier < BARRIER) & ~inside, beyond, patches))
     grown = (basins != beyond) & (basins > 0)
-    lines = skeletonize(barrier >= BARRIER) & grown
+    lines = np.zeros(grown.shape, bool)
     lines[1:] |= basins[1:] != basins[:-1]
     lines[:, 1:] |= basins[:, 1:] != basins[:, :-1]
+    near = _widen(lines, TOUCHING)
+    skeleton = skeletonize(barrier >= BARRIER) & grown
+    numbers, _ = ndimage.label(skeleton & ~near, np.ones((3, 3)))
+    long = np.bincount(numbers.ravel()) >= least
+    long[0] = False
+    ends = long[numbers]
+    lines |= ends | (skeleton & near & _widen(ends, TOUCHING + 2))
     # Two cells wide, so that no way leads through between diagonal neighbours
-    return cv2.dilate(lines.astype(np.uint8), np.ones((2, 2), np.uint8)) > 0, grown
+    return _widen(lines, 2), grown
+
+
+def _widen(mask: Mask, cells: int) -> Mask:
+    return cv2.dilate(mask.astype(np.uint8), np.ones((cells, cells), np.uint8)) > 0

@@ -82,7 +82,9 @@ def _remember_doors(floor: Floor, lines: Sequence[LineString]) -> Floor:
         near = (known for known in remembered if known.rooms == door.rooms)
         return all(_middle(known).distance(_middle(door)) > SAME_DOOR for known in near)
 
-    doors = [*remembered, *filter(is_new, floor.doors)]
+    # Where doors are drawn, a passage without one is an opening
+    others = [replace(door, kind="opening") if lines else door for door in filter(is_new, floor.doors)]
+    doors = [*remembered, *others]
     rooms = tuple(replace(room, partial=False, predicted=None, confidence=None) for room in floor.rooms)
     return replace(
         floor, rooms=rooms, doors=tuple(sorted(doors, key=lambda door: (door.room_ids, door.line.coords[0])))

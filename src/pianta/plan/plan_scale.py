@@ -90,7 +90,8 @@ def find_door_scale(doors: DoorSize | None, door_px: float) -> PlanScale:
     doors: those with a swing, None where they tell nothing. door_px: what the look of the drawing says, which stands
     where the two have nothing to do with each other.
     """
-    if doors is None or not FACTORS[0] / STEP <= door_px / doors.px <= FACTORS[-1] * STEP:
+    # What fit_door_px finds by asking about the doors is theirs, up to rounding
+    if doors is None or not 0.99 * FACTORS[0] / STEP <= door_px / doors.px <= 1.01 * FACTORS[-1] * STEP:
         return PlanScale(DOOR_WIDTH / door_px, "the look of its walls", SURE_BY_LOOK)
     count = f"{doors.count} doors of {DOOR_WIDTH} m"
     return PlanScale(DOOR_WIDTH / doors.px, count, SURE_BY_DOORS * doors.confidence)
@@ -108,9 +109,11 @@ def fit_door_px(
     """
     longest = max(colors.shape[:2])
     least = DOOR_CELLS * sqrt(colors.shape[0] * colors.shape[1] / MOST_CELLS)
-    near = [door_px * factor for factor in FACTORS] if door_px else []
+    # Every other one and the last, as what lies beside the best is tried in the end
+    near = [door_px * factor for factor in (*FACTORS[::2], FACTORS[-1])] if door_px else []
     usual = [] if is_sure and near else [longest / side for side in SIDES]
-    sizes = [max(size, least) for size in (*near, *usual)]
+    far = [size for size in usual if not near or not near[0] / STEP <= size <= near[-1] * STEP]
+    sizes = [max(size, least) for size in (*near, *far)]
     density = cv2.blur(measure_contrast(colors), (longest // 8 + 1, longest // 8 + 1))
     middle = np.array(np.unravel_index(int(density.argmax()), density.shape))
     doubts: dict[float, float] = {}

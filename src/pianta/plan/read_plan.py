@@ -19,10 +19,12 @@ from pianta.plan.door_swings import Swing, find_swings
 from pianta.plan.floor_map import draw_floor_map, trust_walls
 from pianta.plan.floors_on_sheet import lay_out_floors
 from pianta.plan.legend import Legend, find_legend
+from pianta.plan.map_or_plan import may_be_drawing
 from pianta.plan.open_sheet import open_sheet
 from pianta.plan.paper import binarise, measure_contrast
 from pianta.plan.plan_scale import (
     DOOR_WIDTH,
+    SURE_BY_DOORS,
     SURE_DOORS,
     PlanScale,
     agree_on_doors,
@@ -92,6 +94,8 @@ def read_plan(
     if Path(path).suffix.lower() == IFC_SUFFIX:
         return PlanReading(tuple(PlanFloor(*storey) for storey in read_storeys(path)), None)
     sheet = open_sheet(path, page=page, max_cells=max_cells)
+    if sheet.walls is None and not may_be_drawing(sheet.colors):
+        raise PlanError(NO_ROOMS.format(shown(path)))
     # Text tells the names and the scale, and is no wall
     texts = _read_texts(sheet, path) if with_text else sheet.texts or ()
     view = _view_sheet(sheet, texts, resolution=resolution, networks=networks)
@@ -135,16 +139,21 @@ class _View:
 def _view_sheet(
     sheet: Sheet, texts: Sequence[PlacedText], *, resolution: float | None, networks: Sequence[str]
 ) -> _View:
-    """The scale is stated, or that of the doors that have a swing, or the one at which the sheet looks like a plan."""
+    """The scale is stated, or that of the doors that have a swing, or the one at which the sheet looks like a plan.
+
+    What is stated less surely than doors tell it counts where they are less sure still.
+    """
     ink = binarise(sheet.colors)
     colors = erase_texts(sheet.colors, ink, texts)
     swings = find_swings(np.maximum(measure_contrast(colors), binarise(colors)))
     stated, drawn = find_stated_scale(sheet, texts, ink, given=resolution), agree_on_doors(swings)
-    known_px = DOOR_WIDTH / stated.resolution if stated else drawn.px if drawn else None
-    is_sure = stated is not None or (drawn is not None and drawn.count >= SURE_DOORS)
+    sure = stated if stated and stated.confidence > SURE_BY_DOORS else None
+    known_px = DOOR_WIDTH / sure.resolution if sure else drawn.px if drawn else None
+    is_sure = sure is not None or (drawn is not None and drawn.count >= SURE_DOORS)
     door_px = fit_door_px(colors, door_px=known_px, is_sure=is_sure, networks=networks)
-    scale = stated or find_door_scale(drawn, door_px)
-    return _View(colors, swings, drawn.px if drawn else door_px, door_px, scale, stated is not None)
+    told = filter(None, (stated, find_door_scale(drawn, door_px)))
+    scale = sure or max(told, key=lambda scale: scale.confidence)
+    return _View(colors, swings, drawn.px if drawn else door_px, door_px, scale, sure is not None)
 
 
 def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pianta.plan.paper import measure_contrast, straighten_tones
+from pianta.plan.paper import measure_contrast, straighten_tones, take_darkest, take_lightest
 from pianta.plan.sheet import Colors
 from pianta.plan.symbol_drawings import Kind
 from pianta.plan.symbol_templates import Template
@@ -32,7 +32,8 @@ LIKELY, SURE = 0.5, 0.68
 SURE_TRIANGLE, SURE_SIGN, SURE_SQUARE = 0.8, 0.55, 0.4
 # Of the lines of a symbol so much is drawn at least, and so much between them is clear.
 LEAST_DRAWN, LEAST_CLEAR = 0.8, 0.85
-MAX_LIKELY = 25
+# Places that are looked at closer, at most; where everything is fainter than this nothing is drawn.
+MAX_LIKELY, FAINT = 25, 0.05
 # Symbols share so little of the smaller one.
 MOST_SHARED = 0.3
 # Doors are looked for so many doors around the places that are given.
@@ -107,27 +108,35 @@ def _find_lines(
                 continue
             if near is not None and template.kind == "door":
                 response[~near[_middle_of(response, small)]] = -1
+            finer = [(scale * size * step, _resize(pose.image, scale * size * step * fine[1])) for step in FINER]
             for place in _peaks(response, LIKELY):
-                symbol = _look_closer(fine, pose, scale * size, place / coarse[1])
+                symbol = _look_closer(fine, pose, finer, place / coarse[1])
                 if symbol is not None and _is_drawn(sharp, pose, symbol):
                     yield symbol
 
 
-def _look_closer(fine: tuple[Image, float], pose: _Pose, scale: float, place: Floats) -> PlacedSymbol | None:
-    """The symbol at a place, row and col of its upper left corner on the sheet, when it is one on the fine image."""
+def _look_closer(
+    fine: tuple[Image, float], pose: _Pose, sizes: Sequence[tuple[float, Image]], place: Floats
+) -> PlacedSymbol | None:
+    """The symbol at a place, row and col of its upper left corner on the sheet, when it is one on the fine image.
+
+    sizes: the scales that are tried, each with the image of the pose as it is on the fine image.
+    """
     image, factor = fine
     slack = round(3 * FINE_DOOR / COARSE_DOOR)
+    start = np.maximum(np.round(place * factor).astype(int) - slack, 0)
     best: tuple[float, float, Floats] | None = None
-    for finer in FINER:
-        small = _resize(pose.image, scale * finer * factor)
-        start = np.maximum(np.round(place * factor).astype(int) - slack, 0)
+    largest = start + sizes[-1][1].shape[:2] + 2 * slack
+    if image[start[0] : largest[0], start[1] : largest[1]].max(initial=0.0) < FAINT:
+        return None
+    for scale, small in sizes:
         stop = start + small.shape[:2] + 2 * slack
         response = _respond(image[start[0] : stop[0], start[1] : stop[1]], small)
         if response is None:
             continue
-        score, (col, row) = cv2.minMaxLoc(response)[1], cv2.minMaxLoc(response)[3]
+        _, score, _, (col, row) = cv2.minMaxLoc(response)
         if best is None or score > best[0]:
-            best = score, scale * finer, start + np.array([row, col])
+            best = score, scale, start + np.array([row, col])
     if best is None or best[0] < (SURE_TRIANGLE if pose.template.name == "door 45" else SURE):
         return None
     score, scale, corner = best
@@ -190,7 +199,7 @@ def _match_sign(colors: Colors, poses: Sequence[_Pose], box: _Box) -> PlacedSymb
             scale = side / least * size if own else size
             response = _respond(part, _resize(pose.image, scale)) if 0.6 < scale * least / side < 1.7 else None
             if response is not None:
-                score, (col, row) = cv2.minMaxLoc(response)[1], cv2.minMaxLoc(response)[3]
+                _, score, _, (col, row) = cv2.minMaxLoc(response)
                 if best is None or score > best.score:
                     best = _place(pose, scale, start + np.array([row, col]), score)
     sure = SURE_SQUARE if max(height, width) < SQUARE * side else SURE_SIGN
@@ -200,13 +209,14 @@ def _match_sign(colors: Colors, poses: Sequence[_Pose], box: _Box) -> PlacedSymb
 def _find_blobs(colors: Colors, door_px: float) -> Iterator[tuple[int, _Box]]:
     """What is red, green or blue and as wide as a sign: its channel and its frame; signs in a row one by one."""
     least, most = (size * door_px for size in SIGN_SIZES)
-    strong = np.ptp(colors, axis=2) > LEAST_CHROMA
+    lightest = take_lightest(colors)
+    strong, light = lightest - take_darkest(colors) > LEAST_CHROMA, lightest >= LIGHT_GREEN
     joined = np.ones((max(3, round(JOINED * door_px)),) * 2, np.uint8)
-    main, light = colors.argmax(axis=2), colors.max(axis=2) >= LIGHT_GREEN
-    for channel, tone in ((0, None), (2, None), (1, light), (1, ~light)):
-        mask = strong & (main == channel)
-        if tone is not None:
-            mask &= tone
+    red = strong & (colors[..., 0] == lightest)
+    green = strong & ~red & (colors[..., 1] == lightest)
+    for channel, mask in ((0, red), (2, strong & ~red & ~green), (1, green & light), (1, green & ~light)):
+        if not mask.any():
+            continue
         spots = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, joined)
         _, _, stats, _ = cv2.connectedComponentsWithStats(spots)
         for left, top, width, height, area in stats[1:].tolist():
@@ -300,15 +310,16 @@ def _respond(image: Image, template: Image) -> Image | None:
         return None
     response = cv2.matchTemplate(image, template, cv2.TM_CCOEFF_NORMED)
     # Where nothing is drawn OpenCV divides by nearly nothing
-    return np.where(np.isfinite(response) & (response <= 1.001), response, -1)
+    response[~(response <= 1.001)] = -1
+    return response
 
 
 def _peaks(response: Image, least: float) -> Floats:
     """Row and col of the best places of a response, shape (N, 2), at most MAX_LIKELY."""
-    highest = cv2.dilate(response.astype(np.float32), np.ones((5, 5), np.uint8))
-    rows, cols = np.nonzero((response >= least) & (response >= highest))
-    order = np.argsort(-response[rows, cols], kind="stable")[:MAX_LIKELY]
-    return np.column_stack([rows[order], cols[order]]).astype(float)
+    highest = cv2.dilate(response, np.ones((5, 5), np.uint8))
+    places = np.flatnonzero((response >= least) & (response >= highest))
+    best = places[np.argsort(-response.take(places), kind="stable")[:MAX_LIKELY]]
+    return np.column_stack(np.divmod(best, response.shape[1])).astype(float)
 
 
 def _mask_near(shape: tuple[int, ...], places: Floats, reach: float) -> NDArray[np.bool_]:
