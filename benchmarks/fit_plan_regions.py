@@ -132,7 +132,7 @@ def read_lessons(data: Path, fold: int) -> tuple[list[Lesson], list[Lesson], lis
     files = [*list_plans(data), *(file.stem for file in drawings)]
     buildings = sorted({building_of.get(name, name) for name in files})
     chosen = [name for name in buildings if fold_of(name, buildings) != fold]
-    real, seen = [], set()
+    real, seen = [], set[str]()
     images: dict[bytes, list[Any]] = {}
     for name in list_plans(data):
         plan = read_true_plan(data, name)
@@ -147,6 +147,7 @@ def read_lessons(data: Path, fold: int) -> tuple[list[Lesson], list[Lesson], lis
     drawn = []
     for file in drawings:
         if building_of.get(file.stem, file.stem) in chosen:
+            seen.add(building_of.get(file.stem, file.stem))
             drawn += [lesson for _ in range(DRAWINGS) if (lesson := draw_lesson(read_building_xml(file), rng))]
     return real, drawn, sorted(seen)
 

@@ -136,6 +136,13 @@ def test_rooms_and_doors_are_scored():
     assert (figures["edges_precision"], figures["edges_recall"]) == pytest.approx((50, 50))
 
 
+def test_openings_join_rooms_and_are_no_doors():
+    opening = Door((2, 3), LineString([(4, 3), (4, 4)]), 1.0, "opening")
+    figures = score_reading(FakeReading((FakeFloor(Floor(TRUE.rooms, (DOORS[0], opening))),)), PLAN)
+    assert (figures["doors_precision"], figures["doors_recall"]) == pytest.approx((100, 50))
+    assert (figures["edges_precision"], figures["edges_recall"]) == pytest.approx((50, 50))
+
+
 def test_the_other_floor_of_a_sheet_is_not_judged():
     other = Floor((Room(1, box(0, 0, 8, 1.5)),))
     figures = score_reading(FakeReading((FakeFloor(TRUE), FakeFloor(other))), PLAN)

@@ -9,6 +9,7 @@ from shapely import Polygon, box
 from pianta.floor import Floor, Room
 from pianta.plan.floor_map import draw_floor_map
 from pianta.plan.floors_on_sheet import lay_out_floors, part_floors
+from pianta.plan.regions import DOOR, INSIDE
 from pianta.plan.sheet import Floats
 from tests.drawn_maps import carve
 from tests.drawn_regions import CELL_PX, RESOLUTION, Kinds, as_regions, draw_kinds, sheet_shape, two_rooms
@@ -69,6 +70,17 @@ def test_a_door_that_the_layout_finds_as_well_is_one():
     assert [door.width for door in floor.doors] == pytest.approx([32])
     (without,) = lay_out(two_rooms())
     assert len(without.doors) == 1
+
+
+def test_where_doors_are_drawn_a_passage_without_one_is_an_opening():
+    """A third room below the left one, behind a gap that the layout method finds."""
+    kinds = draw_kinds((104, 102), (10, 50, 10, 50), (10, 50, 52, 92), (52, 92, 10, 50))
+    kinds[28:36, 50:52] = DOOR
+    kinds[50:52, 26:34] = INSIDE
+    (floor,) = lay_out(kinds, JAMBS)
+    assert sorted(door.kind for door in floor.doors) == ["door", "opening"]
+    (without,) = lay_out(kinds)
+    assert [door.kind for door in without.doors] == ["door", "door"]
 
 
 def test_doors_of_another_place_are_none_of_this_floor():

@@ -12,8 +12,10 @@ from pianta.plan import plan_scale
 from pianta.plan.door_swings import DoorSize
 from pianta.plan.paper import binarise
 from pianta.plan.plan_scale import (
+    FACTORS,
     MOST_CELLS,
     SHEET_METRES,
+    STEP,
     PlanScale,
     find_door_scale,
     find_stated_scale,
@@ -98,6 +100,13 @@ def test_what_looks_like_doors_of_another_size_than_the_drawing_is_none():
     assert find_door_scale(DoorSize(30.0, 7, 0.5), 99.0) == find_door_scale(None, 99.0)
 
 
+@pytest.mark.parametrize("factor", [FACTORS[0] / STEP, FACTORS[-1] * STEP])
+@pytest.mark.parametrize("rounding", [1 - 1e-9, 1 + 1e-9])
+def test_the_farthest_sizes_that_are_asked_about_are_of_the_doors(factor, rounding):
+    scale = find_door_scale(DoorSize(30.0, 7, 0.5), 30.0 * factor * rounding)
+    assert scale.resolution == pytest.approx(0.03)
+
+
 def test_a_scale_says_what_it_is_by_what_and_how_sure():
     told = str(PlanScale(0.03333, "7 doors of 0.9 m", 0.456))
     assert told == "0.0333 m per pixel by 7 doors of 0.9 m, confidence 0.46"
@@ -117,12 +126,12 @@ def doubting(best: float, asked: list[float]):
     return find_regions
 
 
-@pytest.mark.parametrize(("known", "best"), [(20.0, 12.5), (20.0, 20.0), (40.0, 16.0), (6.0, 7.5)])
+@pytest.mark.parametrize(("known", "best"), [(20.0, 12.5), (20.0, 20.0), (40.0, 20.0), (6.0, 7.5)])
 def test_the_size_is_looked_for_near_the_doors_that_are_known(monkeypatch, known, best):
     asked: list[float] = []
     monkeypatch.setattr(plan_scale, "find_regions", doubting(best, asked))
     assert fit_door_px(PAGE, door_px=known, networks=["one"]) == pytest.approx(best, rel=0.13)
-    assert min(asked) <= known * 0.4
+    assert min(asked) <= known * 0.5
     assert max(asked) >= known * 1.26
     assert len(asked) == len(set(asked))
 
@@ -132,10 +141,11 @@ def test_sure_doors_leave_little_to_ask(monkeypatch):
     asked: list[float] = []
     monkeypatch.setattr(plan_scale, "find_regions", doubting(12.5, asked))
     assert fit_door_px(PAGE, door_px=20.0, is_sure=True, networks=["one"]) == pytest.approx(12.5, rel=0.13)
-    assert len(asked) == 6
+    few = len(asked)
+    assert few <= 5
     fit_door_px(PAGE, door_px=20.0, networks=["one"])
-    beyond = [size for size in asked[6:] if not 20.0 * 0.3 < size < 20.0 * 1.6]
-    assert len(asked[6:]) == 6 + len(beyond)
+    beyond = [size for size in asked[few:] if not 20.0 * 0.4 < size < 20.0 * 1.6]
+    assert len(asked[few:]) == few + len(beyond)
 
 
 def test_what_is_taken_for_doors_is_passed_over_where_the_drawing_has_another_scale(monkeypatch):

@@ -239,6 +239,10 @@ def test_signs_stand_in_the_passage():
     assert {mark.color for mark in marks} >= {RED, GREEN}
 
 
+def test_a_room_too_narrow_for_a_sign_gets_none():
+    assert mark_signs(box(0, 0, 6, 0.3), np.random.default_rng(0)) == []
+
+
 def test_marks_are_placed_by_origin_and_axes():
     (placed,) = place_marks([Mark(np.array([(1.0, 0.0), (0.0, 2.0)]))], (10, 20), (0, 1), (-1, 0))
     assert placed.points == pytest.approx(np.array([(10, 21), (8, 20)]))

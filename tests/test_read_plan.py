@@ -14,6 +14,7 @@ from shapely.affinity import translate
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor
 from pianta.plan import read_plan as plan_reading
+from pianta.plan.plan_scale import PlanScale
 from pianta.plan.read_plan import PlanFloor, PlanReading, read_plan
 from pianta.worlds.floors import build_floor
 from pianta.worlds.plan_drawing import DrawnPlan, draw_plan
@@ -104,6 +105,16 @@ def test_doors_with_arcs_tell_the_scale(tmp_path, style):
     assert "doors of 0.9 m" in found.scale.source
     assert 0 < found.scale.confidence < 1
     assert sum(room.polygon.area > 10 for room in found.floor.rooms) == 6
+
+
+@pytest.mark.parametrize(
+    ("confidence", "source"), [(0.1, "doors of 0.9 m"), (0.59, "the scale bar"), (0.85, "the scale bar")]
+)
+def test_the_surer_of_doors_and_an_unsure_scale_bar_counts(tmp_path, monkeypatch, confidence, source):
+    stated = PlanScale(1 / 44, "the scale bar", confidence)
+    monkeypatch.setattr(plan_reading, "find_stated_scale", lambda *_, **__: stated)
+    found = only_floor(read(draw_plan(FIVE, px_per_metre=40, style="thick"), tmp_path))
+    assert source in found.scale.source
 
 
 def test_without_symbols_rooms_are_read_all_the_same(tmp_path):

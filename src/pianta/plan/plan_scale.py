@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import inf, isfinite, sqrt
 
 import cv2
 import numpy as np
@@ -33,9 +33,9 @@ MOST_CELLS = 4e6
 SIDES, STEP = (25.0, 40.0, 63.0, 100.0, 160.0), 1.26
 # Cells of a side of the square that is asked about.
 ASKED_CELLS = 448
-# Where doors are known their size is tried, and what a drawing may have whose doors are too wide for its rooms;
-# what looks like doors and is none of these sizes is none.
-FACTORS = (0.4, 0.5, 0.63, 0.8, 1.0, 1.26)
+# Where doors are known what a drawing may have whose doors are too wide or too narrow for its rooms; what looks like
+# doors and is none of these sizes is none. What lies between is asked about next to the best.
+FACTORS = (0.5, 0.8, 1.26)
 
 
 @dataclass(frozen=True)
@@ -109,8 +109,7 @@ def fit_door_px(
     """
     longest = max(colors.shape[:2])
     least = DOOR_CELLS * sqrt(colors.shape[0] * colors.shape[1] / MOST_CELLS)
-    # Every other one and the last, as what lies beside the best is tried in the end
-    near = [door_px * factor for factor in (*FACTORS[::2], FACTORS[-1])] if door_px else []
+    near = [door_px * factor for factor in FACTORS] if door_px else []
     usual = [] if is_sure and near else [longest / side for side in SIDES]
     far = [size for size in usual if not near or not near[0] / STEP <= size <= near[-1] * STEP]
     sizes = [max(size, least) for size in (*near, *far)]
@@ -125,7 +124,9 @@ def fit_door_px(
         return doubts[size]
 
     best = min(sizes, key=doubt)
-    return float(min(max(best / STEP, least), best, best * STEP, key=doubt))
+    low, high = (near[0], near[-1]) if best in near else (0.0, inf)
+    beside = [size for size in (best / STEP, best * STEP) if max(low, least) <= size <= high]
+    return float(min((best, *beside), key=doubt))
 
 
 def _cut_out(colors: Colors, middle: NDArray[np.int64], *, side: int) -> Colors:
