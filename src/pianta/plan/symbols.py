@@ -15,6 +15,7 @@ from pianta.plan.paper import measure_contrast, straighten_tones, take_darkest, 
 from pianta.plan.sheet import Colors
 from pianta.plan.symbol_drawings import Kind
 from pianta.plan.symbol_templates import Template
+from pianta.plan.template_matching import Spread, find_peaks, respond, respond_everywhere
 
 Floats = NDArray[np.float64]
 Image = NDArray[Any]
@@ -32,8 +33,7 @@ LIKELY, SURE = 0.5, 0.68
 SURE_TRIANGLE, SURE_SIGN, SURE_SQUARE = 0.8, 0.55, 0.4
 # Of the lines of a symbol so much is drawn at least, and so much between them is clear.
 LEAST_DRAWN, LEAST_CLEAR = 0.8, 0.85
-# Places that are looked at closer, at most; where everything is fainter than this nothing is drawn.
-MAX_LIKELY, FAINT = 25, 0.05
+MAX_LIKELY = 25
 # Symbols share so little of the smaller one.
 MOST_SHARED = 0.3
 # Doors are looked for so many doors around the places that are given.
@@ -98,18 +98,20 @@ def _find_lines(
     contrast = _lift(measure_contrast(colors))
     coarse, fine, sharp = (_reduce(contrast, min(1.0, door / door_px)) for door in (COARSE_DOOR, FINE_DOOR, SHARP_DOOR))
     near = None if places is None else _mask_near(coarse[0].shape, places * coarse[1], AROUND * door_px * coarse[1])
+    spread = Spread(coarse[0])
     for template in templates:
         scale = 1.0 if template.door_px is None else door_px / template.door_px
         sizes = CUT_SIZES if template.door_px is None else OWN_SIZES
-        for pose, size in product(_turn(template), sizes):
+        poses = list(_turn(template))
+        for size, pose in product(sizes, poses):
             small = _resize(pose.image, scale * size * coarse[1])
-            response = _respond(coarse[0], small)
+            response = respond_everywhere(coarse[0], small, spread)
             if response is None:
                 continue
             if near is not None and template.kind == "door":
                 response[~near[_middle_of(response, small)]] = -1
             finer = [(scale * size * step, _resize(pose.image, scale * size * step * fine[1])) for step in FINER]
-            for place in _peaks(response, LIKELY):
+            for place in find_peaks(response, least=LIKELY, most=MAX_LIKELY):
                 symbol = _look_closer(fine, pose, finer, place / coarse[1])
                 if symbol is not None and _is_drawn(sharp, pose, symbol):
                     yield symbol
@@ -126,12 +128,9 @@ def _look_closer(
     slack = round(3 * FINE_DOOR / COARSE_DOOR)
     start = np.maximum(np.round(place * factor).astype(int) - slack, 0)
     best: tuple[float, float, Floats] | None = None
-    largest = start + sizes[-1][1].shape[:2] + 2 * slack
-    if image[start[0] : largest[0], start[1] : largest[1]].max(initial=0.0) < FAINT:
-        return None
     for scale, small in sizes:
         stop = start + small.shape[:2] + 2 * slack
-        response = _respond(image[start[0] : stop[0], start[1] : stop[1]], small)
+        response = respond(image[start[0] : stop[0], start[1] : stop[1]], small)
         if response is None:
             continue
         _, score, _, (col, row) = cv2.minMaxLoc(response)
@@ -197,7 +196,7 @@ def _match_sign(colors: Colors, poses: Sequence[_Pose], box: _Box) -> PlacedSymb
         own, least = pose.template.door_px is not None, min(pose.image.shape[:2])
         for size in SIGN_STEPS:
             scale = side / least * size if own else size
-            response = _respond(part, _resize(pose.image, scale)) if 0.6 < scale * least / side < 1.7 else None
+            response = respond(part, _resize(pose.image, scale)) if 0.6 < scale * least / side < 1.7 else None
             if response is not None:
                 _, score, _, (col, row) = cv2.minMaxLoc(response)
                 if best is None or score > best.score:
@@ -302,24 +301,6 @@ def _scaled(image: Image, factor: float) -> tuple[int, int]:
 def _resize(image: Image, factor: float) -> Image:
     way = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
     return np.asarray(cv2.resize(image, _scaled(image, factor)[::-1], interpolation=way))
-
-
-def _respond(image: Image, template: Image) -> Image | None:
-    """Scores of TM_CCOEFF_NORMED, -1 … 1; None where the template is too small or does not fit."""
-    if min(template.shape[:2]) < 4 or any(t > i for t, i in zip(template.shape[:2], image.shape[:2], strict=True)):
-        return None
-    response = cv2.matchTemplate(image, template, cv2.TM_CCOEFF_NORMED)
-    # Where nothing is drawn OpenCV divides by nearly nothing
-    response[~(response <= 1.001)] = -1
-    return response
-
-
-def _peaks(response: Image, least: float) -> Floats:
-    """Row and col of the best places of a response, shape (N, 2), at most MAX_LIKELY."""
-    highest = cv2.dilate(response, np.ones((5, 5), np.uint8))
-    places = np.flatnonzero((response >= least) & (response >= highest))
-    best = places[np.argsort(-response.take(places), kind="stable")[:MAX_LIKELY]]
-    return np.column_stack(np.divmod(best, response.shape[1])).astype(float)
 
 
 def _mask_near(shape: tuple[int, ...], places: Floats, reach: float) -> NDArray[np.bool_]:
