@@ -140,6 +140,24 @@ def test_the_sheet_need_not_be_a_whole_number_of_cells():
     assert y + floor_map.grid.shape[0] * floor_map.grid.resolution == pytest.approx(241 * RESOLUTION)
 
 
+def test_more_paper_around_a_plan_changes_nothing_of_it():
+    """Only what is near to rooms is drawn, wherever on the sheet they are."""
+    kinds = two_rooms(doors=())
+    few, much = draw(kinds).grid.cells, draw(np.pad(kinds, ((90, 40), (20, 150)), constant_values=OUTSIDE)).grid.cells
+    there = slice(FINER * 90, -FINER * 40), slice(FINER * 20, -FINER * 150)
+    # Which side the middle of a wall belongs to depends on the order of cells
+    assert (much[there] != few).mean() < 0.002
+    assert (much == FREE).sum() == (much[there] == FREE).sum()
+    assert (much == OCCUPIED).sum() == (much[there] == OCCUPIED).sum()
+
+
+def test_an_outer_wall_of_two_metres_is_a_line_in_its_middle():
+    """No sheet is cut so near to its rooms that the wall loses its other side."""
+    kinds = draw_kinds((120, 120), (40, 80, 40, 80), margin=20)
+    walls = np.flatnonzero(draw(kinds).grid.cells[60 * FINER] == OCCUPIED) / FINER
+    assert walls[[0, -1]] == pytest.approx([30, 90], abs=1.5)
+
+
 @settings(max_examples=20)
 @given(st.integers(1, 3), st.integers(-7, 7), st.integers(-6, 6))
 def test_turned_and_shifted_regions_give_turned_and_shifted_rooms(quarters, down, right):

@@ -79,8 +79,10 @@ def test_where_doors_are_drawn_a_passage_without_one_is_an_opening():
     kinds[50:52, 26:34] = INSIDE
     (floor,) = lay_out(kinds, JAMBS)
     assert sorted(door.kind for door in floor.doors) == ["door", "opening"]
-    (without,) = lay_out(kinds)
-    assert [door.kind for door in without.doors] == ["door", "door"]
+    of_another_floor = JAMBS + np.array((0, 1000))
+    for doors in (NONE, of_another_floor):
+        (without,) = lay_out(kinds, doors)
+        assert {door.kind for door in without.doors} == {"door"}
 
 
 def test_doors_of_another_place_are_none_of_this_floor():

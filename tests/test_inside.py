@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import ndimage
+from skimage.segmentation import watershed
 
-from pianta.plan.inside import OPEN_BORDER, cut_parts, find_borders, find_inside, part_space
+from pianta.plan.inside import OPEN_BORDER, cut_parts, find_borders, find_inside, grow_labels, part_space
 from pianta.plan.sheet import Mask
 
 CELL = 0.1
@@ -70,9 +71,64 @@ def test_parts_meet_at_the_narrowest_place():
     free[2:18, 2:18] = free[2:18, 23:39] = True
     free[8:12, 18:23] = True
     distance = ndimage.distance_transform_edt(free)
-    parts = part_space(free, distance.astype(np.float32), 1.0)
+    parts = part_space(distance.astype(np.float32), 1.0)
     assert len({parts[9, 9], parts[9, 30], 0}) == 3
     assert not parts[~free].any()
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 30), st.integers(1, 30))
+def test_parts_fill_pieces_of_the_free_space_and_none_goes_through_a_barrier(seed, height, width):
+    free = np.random.default_rng(seed).random((height, width)) < 0.7
+    distance = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
+    parts = part_space(distance.astype(np.float32), 0.2)
+    assert parts.shape == free.shape
+    assert not parts[~free].any()
+    assert not free.any() or parts.flat[distance.argmax()]
+    pieces, count = ndimage.label(free)
+    filled = [(parts[pieces == piece] > 0).mean() for piece in range(1, count + 1)]
+    assert set(filled) <= {0, 1}
+    joined, _ = ndimage.label(free, np.ones((3, 3)))
+    owners = {tuple(pair) for pair in np.column_stack([parts[parts > 0], joined[parts > 0]]).tolist()}
+    assert len(owners) == len({part for part, _ in owners})
+
+
+def test_a_passage_one_cell_wide_is_part_of_the_space():
+    """It lies across the blocks by which the space is flooded."""
+    free = np.zeros((21, 41), bool)
+    free[2:18, 2:16] = free[2:18, 25:39] = True
+    free[9, 16:25] = True
+    distance = ndimage.distance_transform_edt(free).astype(np.float32)
+    parts = part_space(distance, 0.1)
+    left, right = parts[9, 8], parts[9, 31]
+    assert left != right
+    along = parts[9, 2:39]
+    assert (along > 0).all()
+    assert along[0] == left
+    assert along[-1] == right
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_labels_grow_as_in_the_watershed_of_the_whole_image(seed):
+    rng = np.random.default_rng(seed)
+    heights = rng.permutation(30 * 40).reshape(30, 40).astype(np.float32)
+    labels = ndimage.label(ndimage.gaussian_filter(rng.random((30, 40)), 3) > 0.5)[0].astype(np.int32)
+    mask = rng.random((30, 40)) < 0.9
+    grown = grow_labels(heights, labels * mask, mask)
+    assert (grown[mask & (labels > 0)] == labels[mask & (labels > 0)]).all()
+    assert not grown[~mask].any()
+    different = grown != watershed(heights, labels * mask, mask=mask)
+    # A cell between two labels belongs to either
+    assert different.mean() < 0.01
+
+
+def test_labels_meet_at_the_ridge():
+    heights = np.tile(np.array([0, 1, 2, 9, 3, 2, 1, 0], np.float32), (3, 1))
+    labels = np.zeros((3, 8), np.int32)
+    labels[:, 0], labels[:, -1] = 4, 7
+    grown = grow_labels(heights, labels, np.ones((3, 8), bool))
+    assert (np.delete(grown, 3, axis=1) == [4, 4, 4, 7, 7, 7, 7]).all()
+    none = grow_labels(heights, np.zeros_like(labels), np.ones((3, 8), bool))
+    assert not none.any()
 
 
 def test_borders_are_as_long_as_the_sides_that_meet():

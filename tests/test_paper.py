@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from pianta.plan.paper import binarise, measure_contrast, measure_noise, straighten_tones
+from pianta.plan.paper import binarise, grade_contrast, measure_contrast, measure_noise, straighten_tones
 from pianta.plan.sheet import Colors, Mask
 
 SIDE = 200
@@ -170,6 +170,20 @@ def test_contrast_is_a_share_and_parts_the_ink(colors):
     assert ink.dtype == np.bool_
     assert ((contrast >= 0) & (contrast <= 1)).all()
     assert ink[contrast > 0.5].all()
+
+
+@given(colors=SHEETS)
+def test_graded_contrast_is_the_contrast_of_straight_tones_in_whole_numbers(colors):
+    """The networks were made with it."""
+    graded = grade_contrast(straighten_tones(colors))
+    assert graded.dtype == np.uint8
+    assert (graded == np.floor(measure_contrast(colors) * 255)).all()
+
+
+@given(colors=SHEETS)
+def test_straight_tones_stay(colors):
+    straight = straighten_tones(colors)
+    assert straighten_tones(straight) is straight
 
 
 @given(colors=SHEETS, order=st.permutations(range(3)))

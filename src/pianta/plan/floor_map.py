@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.plan.inside import find_inside
+from pianta.plan.inside import find_inside, grow_labels
 from pianta.plan.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, Regions
 from pianta.plan.sheet import Floats, Mask
 
@@ -25,6 +24,8 @@ SHORTEST_WALL = 0.6
 SHORTEST_STUB, TOUCHING = 1.2, 5
 # The two lines of a wall are no further apart than this; metres of a door.
 THICKEST, DOOR_METRES = 0.4, 0.9
+# The middle of a wall is no farther from its room than this, metres.
+FARTHEST = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +71,11 @@ def draw_floor_map(
     barrier = _erode(barrier, least=SHORTEST_WALL / cell)
     # A gap in an outer wall, or a yard, makes no room
     inside = find_inside(barrier < BARRIER, layers[OUTSIDE] - layers[INSIDE], cell)
-    # Rooms grow to the middle of the walls, which become lines
-    walls, grown = _thin_barriers(barrier, inside, least=SHORTEST_STUB / cell)
-    cells = np.where(walls, OCCUPIED, np.where(grown, FREE, UNKNOWN)).astype(np.int8)
+    # Rooms grow to the middle of the walls, which become lines; what is far from all rooms stays outside
+    near = _frame(inside, margin=round(FARTHEST / cell))
+    walls, grown = np.zeros(shape, bool), np.zeros(shape, bool)
+    walls[near], grown[near] = _thin_barriers(barrier[near], inside[near], least=SHORTEST_STUB / cell)
+    cells = np.where(walls, np.int8(OCCUPIED), np.where(grown, np.int8(FREE), np.int8(UNKNOWN)))
     height = sheet_shape[0] * resolution
     return FloorMap(GridMap(cells, cell, (0.0, height - shape[0] * cell, 0.0)), grown, resolution, height)
 
@@ -109,24 +112,30 @@ def _thin_barriers(barrier: NDArray[np.float32], inside: Mask, *, least: float) 
     least, cells: what is shorter stands along a wall, as furniture does.
     """
     from skimage.morphology import skeletonize
-    from skimage.segmentation import watershed
 
-    patches, count = ndimage.label(inside)
-    beyond = count + 1
-    basins = watershed(barrier, np.where((barrier < BARRIER) & ~inside, beyond, patches))
+    blocked = barrier >= BARRIER
+    count, patches = cv2.connectedComponents(inside.view(np.uint8), connectivity=4)
+    beyond = count
+    basins = grow_labels(barrier, np.where(blocked | inside, patches, beyond), np.ones_like(inside))
     grown = (basins != beyond) & (basins > 0)
     lines = np.zeros(grown.shape, bool)
     lines[1:] |= basins[1:] != basins[:-1]
     lines[:, 1:] |= basins[:, 1:] != basins[:, :-1]
     near = _widen(lines, TOUCHING)
-    skeleton = skeletonize(barrier >= BARRIER) & grown
-    numbers, _ = ndimage.label(skeleton & ~near, np.ones((3, 3)))
-    long = np.bincount(numbers.ravel()) >= least
+    skeleton = skeletonize(blocked) & grown
+    _, numbers, stats, _ = cv2.connectedComponentsWithStats((skeleton & ~near).view(np.uint8), connectivity=8)
+    long = stats[:, cv2.CC_STAT_AREA] >= least
     long[0] = False
     ends = long[numbers]
     lines |= ends | (skeleton & near & _widen(ends, TOUCHING + 2))
     # Two cells wide, so that no way leads through between diagonal neighbours
     return _widen(lines, 2), grown
+
+
+def _frame(mask: Mask, *, margin: int) -> tuple[slice, slice]:
+    """Rows and columns of what is so near to a mask, cells."""
+    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
+    return slice(max(0, top - margin), top + height + margin), slice(max(0, left - margin), left + width + margin)
 
 
 def _widen(mask: Mask, cells: int) -> Mask:

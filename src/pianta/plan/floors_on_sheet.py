@@ -83,7 +83,7 @@ def _remember_doors(floor: Floor, lines: Sequence[LineString]) -> Floor:
         return all(_middle(known).distance(_middle(door)) > SAME_DOOR for known in near)
 
     # Where doors are drawn, a passage without one is an opening
-    others = [replace(door, kind="opening") if lines else door for door in filter(is_new, floor.doors)]
+    others = [replace(door, kind="opening") if remembered else door for door in filter(is_new, floor.doors)]
     doors = [*remembered, *others]
     rooms = tuple(replace(room, partial=False, predicted=None, confidence=None) for room in floor.rooms)
     return replace(

@@ -8,10 +8,11 @@ maximum a posteriori estimation for binary images, 1989).
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from pianta.plan.sheet import Floats, Mask
 
@@ -26,7 +27,7 @@ PATCH = 1.0
 # Capacities of the cut are whole numbers, parts of a m².
 UNITS = 1000
 
-Parts = NDArray[np.int32]
+Labels = NDArray[np.int32]
 
 
 def find_inside(free: Mask, outside: NDArray[np.float32], cell: float) -> Mask:
@@ -37,36 +38,63 @@ def find_inside(free: Mask, outside: NDArray[np.float32], cell: float) -> Mask:
     """
     padded = np.pad(free.astype(np.uint8), 1, constant_values=1)
     distance = cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1] * cell
-    parts = part_space(free, distance, cell)
+    parts = part_space(distance, cell)
     count = int(parts.max(initial=0)) + 1
     # The network speaks where it sees walls; beyond the edge of the sheet is nothing
-    told = np.where(distance <= SEEN, -outside, 0).astype(float)
+    told = np.where(distance <= SEEN, -outside, 0)
     gains: Floats = np.asarray(np.bincount(parts.ravel(), told.ravel(), minlength=count) * cell**2, float)
     rim = np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]])
     gains -= OPEN_BORDER * cell * np.bincount(rim, minlength=count)
     pairs, lengths = find_borders(parts)
     chosen = cut_parts(gains, pairs, OPEN_BORDER * cell * lengths)
     chosen[0] = False
-    patches, number = ndimage.label(chosen[parts])
-    large = np.bincount(patches.ravel(), minlength=number + 1) * cell**2 >= PATCH
+    _, patches, stats, _ = cv2.connectedComponentsWithStats(chosen[parts].view(np.uint8), connectivity=4)
+    large = stats[:, cv2.CC_STAT_AREA] * cell**2 >= PATCH
     large[0] = False
     return np.asarray(large[patches])
 
 
-def part_space(free: Mask, distance: NDArray[np.float32], cell: float) -> Parts:
+def part_space(distance: NDArray[np.float32], cell: float) -> Labels:
     """Parts of the free space around the places that are widest, 1 …, and 0 for what is not free; shape (H, W).
 
-    distance: to the next barrier, metres.
+    distance: to the next barrier, metres, 0 for what is not free.
     """
     from skimage.segmentation import watershed
 
     window = max(3, round(APART / cell)) | 1
-    widest = free & (distance == cv2.dilate(distance, np.ones((window, window), np.uint8)))
-    middles, _ = ndimage.label(widest, np.ones((3, 3)))
-    return np.asarray(watershed(-distance, middles, mask=free), np.int32)
+    widest = (distance > 0) & (distance == cv2.dilate(distance, np.ones((window, window), np.uint8)))
+    _, middles = cv2.connectedComponents(widest.view(np.uint8), connectivity=8)
+    # Blocks of 2 × 2 cells are flooded first, as there are fewer; cells for themselves where a block is not free
+    least, highest = _pool(distance, np.minimum), _pool(middles, np.maximum)
+    blocks = watershed(-least, highest, mask=least > 0)
+    rows, cols = distance.shape
+    within = blocks.repeat(2, axis=0).repeat(2, axis=1)[:rows, :cols]
+    return grow_labels(-distance, np.where(middles > 0, middles, within), distance > 0)
 
 
-def find_borders(parts: Parts) -> tuple[NDArray[np.int64], Floats]:
+def grow_labels(heights: NDArray[np.float32], labels: Labels, mask: Mask) -> Labels:
+    """The labels grown over the rest of a mask, the lowest places first; shape (H, W).
+
+    labels: 0 where there is none yet. It is the watershed with the labels for markers.
+    """
+    from skimage.segmentation import watershed
+
+    rest = mask & (labels == 0)
+    # Within what has a label nothing grows, so only its edge is asked
+    asked = mask & (cv2.dilate(rest.view(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))) > 0)
+    grown = watershed(heights, np.where(asked, labels, 0), mask=asked)
+    return np.where(rest, grown, labels).astype(np.int32)
+
+
+def _pool(cells: NDArray[Any], choose: np.ufunc) -> NDArray[Any]:
+    """What is chosen of each block of 2 × 2 cells; zeros lie beyond an odd edge."""
+    rows, cols = cells.shape
+    even = np.pad(cells, ((0, rows % 2), (0, cols % 2)))
+    pairs = choose(even[::2], even[1::2])
+    return np.asarray(choose(pairs[:, ::2], pairs[:, 1::2]))
+
+
+def find_borders(parts: Labels) -> tuple[NDArray[np.int64], Floats]:
     """Pairs of parts that meet, shape (N, 2), and along how many sides of cells each does, shape (N,)."""
     sides = []
     for one, other in ((parts[1:], parts[:-1]), (parts[:, 1:], parts[:, :-1])):

@@ -47,11 +47,13 @@ def binarise(colors: Colors) -> Mask:
 
     colors: shape (H, W, 3). Ink is what has its full contrast, and what is black however wide it is.
     """
+    paper = straighten_tones(colors)
     # A strong colour is dark in one channel, black in all
-    lightest = take_lightest(straighten_tones(colors))
+    lightest = take_lightest(paper)
     even = np.arange(256, dtype=np.float32) * (255.0 / max(int(lightest.max()), 1))
     black = cv2.LUT(lightest, (even < BLACK).astype(np.uint8)).view(np.bool_)
-    return np.asarray((measure_contrast(colors) > 0.5) | black)
+    levels, shares = _compare_to_paper(paper)
+    return np.asarray(cv2.LUT(levels, (shares > 0.5).astype(np.uint8)).view(np.bool_) | black)
 
 
 def measure_contrast(colors: Colors) -> Contrast:
@@ -60,16 +62,29 @@ def measure_contrast(colors: Colors) -> Contrast:
     The paper, or the colour of a room, is the lightest within a small reach, so that uneven light and coloured rooms
     have no contrast. The unit is Otsu's threshold, above the noise of grain and JPEG.
     """
-    darkest = take_darkest(straighten_tones(colors))
+    return np.asarray(cv2.LUT(*_compare_to_paper(straighten_tones(colors))), np.float32)
+
+
+def grade_contrast(paper: Colors) -> Greys:
+    """The contrast of a sheet in straight tones, 0 … 255, shape (H, W)."""
+    levels, shares = _compare_to_paper(paper)
+    return np.asarray(cv2.LUT(levels, (shares * 255).astype(np.uint8)), np.uint8)
+
+
+def _compare_to_paper(colors: Colors) -> tuple[Greys, Contrast]:
+    """By how many grey levels each pixel is darker than the paper around it, and what contrast that is.
+
+    Shapes (H, W), and (256,) for each number of levels. colors: in straight tones.
+    """
+    darkest = take_darkest(colors)
     side = max(3, round(REACH * max(darkest.shape))) | 1
     paper = cv2.morphologyEx(darkest, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
-    contrast = cv2.subtract(paper, darkest)
-    inked = contrast[contrast > LEAST_CONTRAST]
+    levels = np.asarray(cv2.subtract(paper, darkest), np.uint8)
+    inked = levels[levels > LEAST_CONTRAST]
     otsu = cv2.threshold(inked.reshape(-1, 1), 0, 255, cv2.THRESH_OTSU)[0] if len(inked) else MOST_CONTRAST
     # Hair-thin grey lines may be most of the ink, so Otsu's threshold is taken by half
     least = max(min(otsu / 2, MOST_CONTRAST), LEAST_CONTRAST, NOISES * measure_noise(darkest))
-    shares = np.clip(np.arange(256, dtype=np.float32) / (2 * least), 0, 1)
-    return np.asarray(cv2.LUT(contrast, shares), np.float32)
+    return levels, np.clip(np.arange(256, dtype=np.float32) / (2 * least), 0, 1)
 
 
 def measure_noise(greys: Greys) -> float:

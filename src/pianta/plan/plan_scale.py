@@ -91,7 +91,7 @@ def find_door_scale(doors: DoorSize | None, door_px: float) -> PlanScale:
     where the two have nothing to do with each other.
     """
     # What fit_door_px finds by asking about the doors is theirs, up to rounding
-    if doors is None or not 0.99 * FACTORS[0] / STEP <= door_px / doors.px <= 1.01 * FACTORS[-1] * STEP:
+    if doors is None or not 0.99 * FACTORS[0] <= door_px / doors.px <= 1.01 * FACTORS[-1]:
         return PlanScale(DOOR_WIDTH / door_px, "the look of its walls", SURE_BY_LOOK)
     count = f"{doors.count} doors of {DOOR_WIDTH} m"
     return PlanScale(DOOR_WIDTH / doors.px, count, SURE_BY_DOORS * doors.confidence)
@@ -111,7 +111,7 @@ def fit_door_px(
     least = DOOR_CELLS * sqrt(colors.shape[0] * colors.shape[1] / MOST_CELLS)
     near = [door_px * factor for factor in FACTORS] if door_px else []
     usual = [] if is_sure and near else [longest / side for side in SIDES]
-    far = [size for size in usual if not near or not near[0] / STEP <= size <= near[-1] * STEP]
+    far = [size for size in usual if not near or not near[0] <= size <= near[-1]]
     sizes = [max(size, least) for size in (*near, *far)]
     density = cv2.blur(measure_contrast(colors), (longest // 8 + 1, longest // 8 + 1))
     middle = np.array(np.unravel_index(int(density.argmax()), density.shape))

@@ -145,7 +145,8 @@ def _view_sheet(
     """
     ink = binarise(sheet.colors)
     colors = erase_texts(sheet.colors, ink, texts)
-    swings = find_swings(np.maximum(measure_contrast(colors), binarise(colors)))
+    inked = ink if colors is sheet.colors else binarise(colors)
+    swings = find_swings(np.maximum(measure_contrast(colors), inked))
     stated, drawn = find_stated_scale(sheet, texts, ink, given=resolution), agree_on_doors(swings)
     sure = stated if stated and stated.confidence > SURE_BY_DOORS else None
     known_px = DOOR_WIDTH / sure.resolution if sure else drawn.px if drawn else None

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.plan.paper import measure_contrast, straighten_tones
+from pianta.plan.paper import grade_contrast, straighten_tones, take_darkest, take_lightest
 from pianta.plan.sheet import Colors
 
 Probabilities = NDArray[np.float32]
@@ -85,16 +85,19 @@ def describe_sheet(colors: Colors, *, cell_px: float) -> Probabilities:
     paper = straighten_tones(colors)
     size = tuple(max(1, round(side / cell_px)) for side in paper.shape[1::-1])
     grey = cv2.cvtColor(paper, cv2.COLOR_RGB2GRAY)
-    contrast = (measure_contrast(paper) * 255).astype(np.uint8)
+    contrast = grade_contrast(paper)
     if cell_px > 1:
         window = np.ones((round(cell_px), round(cell_px)), np.uint8)
         grey = np.asarray(cv2.erode(grey, window), np.uint8)
         contrast = np.asarray(cv2.dilate(contrast, window), np.uint8)
     way = cv2.INTER_AREA if cell_px > 1 else cv2.INTER_LINEAR
-    mean, darkest, clear = (np.asarray(cv2.resize(image, size, interpolation=way)) for image in (paper, grey, contrast))
+    mean, darkest, clear = (
+        np.asarray(cv2.resize(image, size, interpolation=way), np.uint8) for image in (paper, grey, contrast)
+    )
     if cell_px <= 1:
-        darkest = cv2.cvtColor(mean, cv2.COLOR_RGB2GRAY)
-    layers = [cv2.cvtColor(mean, cv2.COLOR_RGB2GRAY), darkest, mean.max(axis=2) - mean.min(axis=2), clear]
+        darkest = np.asarray(cv2.cvtColor(mean, cv2.COLOR_RGB2GRAY), np.uint8)
+    chroma = cv2.subtract(take_lightest(mean), take_darkest(mean))
+    layers = [cv2.cvtColor(mean, cv2.COLOR_RGB2GRAY), darkest, chroma, clear]
     return np.stack(layers).astype(np.float32) / np.float32(255)
 
 
