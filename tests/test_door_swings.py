@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
-from pianta.plan.door_swings import Swing, agree_on_size, find_swings, measure_doors
+from pianta.plan.door_swings import Swing, agree_on_size, find_swings
 from pianta.plan.paper import binarise, measure_contrast
 
 Image = NDArray[Any]
@@ -138,7 +138,7 @@ def test_what_is_no_door_is_none(draw):
     sheet = blank()
     draw(sheet)
     assert find_swings(contrast_of(sheet)) == ()
-    assert measure_doors(contrast_of(sheet)) is None
+    assert agree_on_size(find_swings(contrast_of(sheet))) is None
 
 
 @settings(max_examples=15)
@@ -159,7 +159,7 @@ def test_the_width_is_that_of_most_doors():
     for number in range(5):
         draw_door(sheet, (120, 120 + 160 * number), 20)
     draw_door(sheet, (350, 300), 45)
-    size = measure_doors(contrast_of(sheet))
+    size = agree_on_size(find_swings(contrast_of(sheet)))
     assert size is not None
     assert size.px == pytest.approx(20, abs=1.5)
     assert 4 <= size.count <= 5
@@ -196,6 +196,6 @@ def test_ink_is_as_good_as_contrast_and_small_sheets_have_none():
 @pytest.mark.parametrize(("name", "least", "most"), [("off2.jpg", 37, 44), ("village.png", 15, 20)])
 def test_doors_of_real_plans_tell_their_width(data, name, least, most):
     colors = np.asarray(cv2.imread(str(data / "floorplans" / name)))
-    size = measure_doors(ink_of(colors))
+    size = agree_on_size(find_swings(ink_of(colors)))
     assert size is not None
     assert least < size.px < most

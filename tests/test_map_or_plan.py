@@ -194,6 +194,21 @@ def in_uneven_light(colors: Colors) -> Colors:
     return np.asarray((colors * light + grain).clip(0, 255), np.uint8)
 
 
+def with_floors(colors: Colors, *, every: int, tiles: bool) -> Colors:
+    """The drawing without its margin, its floors hatched at 45° or tiled, with lines of a pixel."""
+    rows, cols = np.indices(colors.shape[:2])
+    lines = (rows % every == 0) | (cols % every == 0) if tiles else (rows + cols) % every == 0
+    hatched = np.where(lines[..., None], np.uint8(0), colors)
+    return hatched[colors.shape[0] // 4 : colors.shape[0] // 2, colors.shape[1] // 10 : -colors.shape[1] // 10]
+
+
+@pytest.mark.parametrize("every", [5, 6, 9])
+@pytest.mark.parametrize("tiles", [False, True])
+@pytest.mark.parametrize("width", [600, 1500])
+def test_drawings_with_hatched_floors_may_be_plans(width, tiles, every):
+    assert may_be_drawing(with_floors(rooms_on_paper(width, line=width // 150), every=every, tiles=tiles))
+
+
 @pytest.mark.parametrize(
     "colors",
     [

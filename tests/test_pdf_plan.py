@@ -254,8 +254,11 @@ def test_a_process_of_its_own_reads_the_same(path):
     plain = read_pdf_plan(path)
     assert isinstance(plain, PlanDrawing)
     assert (plain.fills, plain.texts, plain.metres_per_unit) == ((), (), None)
-    with pytest.raises(PlanError, match=r"^plan '[^\n]*plan\.pdf' has no page 2, give --page 1, its only page$"):
-        read_pdf_plan(path, page=2)
+    for page in (0, 2):
+        with pytest.raises(
+            PlanError, match=rf"^plan '[^\n]*plan\.pdf' has no page {page}, give --page 1, its only page$"
+        ):
+            read_pdf_plan(path, page=page)
 
 
 def unfolding(depth: int) -> bytes:
@@ -279,6 +282,22 @@ def test_a_reader_that_does_not_come_back_is_given_up(path, monkeypatch):
     monkeypatch.setattr(pdf_plan, "_BY_CLOCK", 1e-6)
     path.write_bytes(pdf(ROOMS))
     with pytest.raises(PlanError, match="takes more than 20 s"):
+        read_pdf_plan(path)
+
+
+def test_nothing_that_lies_in_the_working_folder_is_run(path, monkeypatch):
+    for name in ("json", "sys", "numpy", "pianta"):
+        path.with_name(f"{name}.py").write_text("raise SystemExit(9)\n", encoding="utf-8")
+    monkeypatch.chdir(path.parent)
+    path.write_bytes(pdf(ROOMS))
+    assert isinstance(read_pdf_plan(path), PlanDrawing)
+
+
+@pytest.mark.parametrize("python", ["", "/no/such/python", "/bin/true", "/bin/false"])
+def test_a_reader_that_cannot_be_started_is_told_of_and_not_called_too_large(path, monkeypatch, python):
+    monkeypatch.setattr(sys, "executable", python)
+    path.write_bytes(pdf(ROOMS))
+    with pytest.raises(PlanError, match=r"plan\.pdf' cannot be read in a process of its own: [^\n]+$"):
         read_pdf_plan(path)
 
 

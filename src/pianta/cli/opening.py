@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -64,7 +63,8 @@ class Opening:
     def _open_map(self, path: str) -> OpenedFloor:
         from pianta.layout.reconstruct import reconstruct
 
-        useless = _join_given({"--page": self.page, "--symbols": self.symbols})
+        given = {"--page": self.page, "--symbols": self.symbols}
+        useless = " and ".join(name for name, value in given.items() if value is not None)
         if useless:
             raise OptionError(f"map {shown(path)} is no plan, leave out {useless} or give --as plan")
         grid = read_map(
@@ -77,14 +77,9 @@ class Opening:
 
     def _open_plan(self, path: str) -> list[OpenedFloor]:
         from pianta.plan.read_plan import read_plan
-        from pianta.plan.storeys import IFC_SUFFIX
 
         if self.trust_thresholds:
             raise OptionError(f"plan {shown(path)} is no map, leave out --trust-thresholds or give --as map")
-        if Path(path).suffix.lower() == IFC_SUFFIX:
-            useless = _join_given({"--page": self.page, "--resolution": self.resolution, "--symbols": self.symbols})
-            if useless:
-                raise OptionError(f"plan {shown(path)} is an IFC and no drawing, leave out {useless}")
         reading = read_plan(
             path,
             resolution=self.resolution,
@@ -99,11 +94,6 @@ class Opening:
             OpenedFloor(one.floor, one.grid, f"floor-{number}" if several else "", paper, f"scale: {one.scale}")
             for number, one in enumerate(reading.floors, start=1)
         ]
-
-
-def _join_given(options: Mapping[str, object]) -> str:
-    """The names of the options that are given, as a message lists them; empty where none is."""
-    return " and ".join(name for name, value in options.items() if value is not None)
 
 
 def _refuse_folder(path: str | Path) -> None:

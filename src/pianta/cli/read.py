@@ -156,7 +156,7 @@ class Reading:
     def read(self, path: str, folder: Path) -> list[ReadFloor]:
         """Read a map or a plan and write the results into a folder, those of several floors into a folder each.
 
-        All of them are written, or none.
+        All are made before the first takes the place of an older one, so that one that fails leaves none.
         """
         _refuse_overwriting(Path(path), folder)
         opened = self.opening.open(path)

@@ -36,6 +36,7 @@ MAX_DEPTH = 15
 # PDFium unfolds a page, its forms and streams before it can be asked how large it is, and ends the process when there
 # is no more memory; so a process of its own reads it.
 MAX_SECONDS, MAX_MEMORY = 20, 2 * 2**30
+NO_MEMORY = 3  # exit code
 _BY_CLOCK = 10  # of MAX_SECONDS, where others use the processor, or the system does not count
 _CHILD = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from pianta.formats.pdf_plan import answer_parent; "
 _CHILD += "answer_parent(*sys.argv[2:])"
@@ -72,20 +73,35 @@ def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing |
         import pypdfium2  # noqa: F401  # asked for before a process is started
     except ImportError:
         raise PlanError(f"plan {shown(file)} is a PDF, install pianta[pdf] to read it") from None
-    given = [json.dumps(sys.path), str(file), str(page or ""), str(MAX_SECONDS), str(MAX_MEMORY)]
+    chosen = "" if page is None else str(page)
+    given = [json.dumps(sys.path), str(file), chosen, str(MAX_SECONDS), str(MAX_MEMORY)]
     single = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    with suppress(subprocess.TimeoutExpired):
-        child = subprocess.run(  # noqa: S603  # ourselves
-            [sys.executable, "-c", _CHILD, *given],
+    try:
+        child = subprocess.run(  # noqa: S603  # ourselves, isolated from what lies in the working folder
+            [sys.executable, "-I", "-c", _CHILD, *given],
             capture_output=True,
             check=False,
             env=os.environ | single,
             timeout=_BY_CLOCK * MAX_SECONDS,
         )
-        if child.returncode == 0:
-            return _unpack(np.load(BytesIO(child.stdout), allow_pickle=False), file)
+    except subprocess.TimeoutExpired:
+        raise _too_large(file) from None
+    except OSError as exception:
+        raise PlanError(f"plan {shown(file)} cannot be read in a process of its own: {reason_of(exception)}") from None
+    # Below 0 the system has ended it, and PDFium itself where there is no memory
+    if child.returncode < 0 or child.returncode == NO_MEMORY:
+        raise _too_large(file)
+    try:
+        packed = dict(np.load(BytesIO(child.stdout), allow_pickle=False))
+    except (OSError, ValueError, EOFError):
+        last = child.stderr.decode(errors="replace").strip().splitlines()[-1:] or ["it said nothing"]
+        raise PlanError(f"plan {shown(file)} cannot be read in a process of its own: {last[0]}") from None
+    return _unpack(packed, file)
+
+
+def _too_large(file: Path) -> PlanError:
     told = f"takes more than {MAX_SECONDS} s or {MAX_MEMORY / 2**30:.2g} GiB to read"
-    raise PlanError(f"plan {shown(file)} {told}, give one floor, or the page as PNG")
+    return PlanError(f"plan {shown(file)} {told}, give one floor, or the page as PNG")
 
 
 def answer_parent(path: str, page: str, seconds: str, memory: str) -> None:
@@ -101,6 +117,8 @@ def answer_parent(path: str, page: str, seconds: str, memory: str) -> None:
         np.savez(answer, **_pack(read_document(Path(path), page=int(page) if page else None)))
     except PlanError as error:
         np.savez(answer, error=np.array(str(error)))
+    except MemoryError:
+        sys.exit(NO_MEMORY)
     sys.stdout.buffer.write(answer.getvalue())
 
 

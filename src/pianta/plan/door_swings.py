@@ -82,14 +82,6 @@ class DoorSize:
     confidence: float
 
 
-def measure_doors(contrast: Contrast | Mask) -> DoorSize | None:
-    """The usual width of the doors drawn with swings, of a sheet whose scale nobody knows.
-
-    contrast: as for find_swings. The width is where most radii agree; None when fewer than 3 do.
-    """
-    return agree_on_size(find_swings(contrast))
-
-
 def agree_on_size(swings: Sequence[Swing]) -> DoorSize | None:
     """The width on which most swings agree within 12 %, None when fewer than 3 do."""
     radii = np.array([swing.radius for swing in swings])

@@ -27,6 +27,8 @@ TONES, FREQUENT = 12, 0.45
 # specks are not, is as long as this share of its longer side. The plans of the data have 0.86 at least (0.60 where they
 # are photographed in uneven light), 0.18 and 0.18 at most, 0.16 at least.
 MOST_INK, MOST_CHANGES, LEAST_PIECE = 0.5, 0.5, 0.05
+# Where floors are hatched, which looks like noise, some wall goes straight along this share of the longer side.
+LEAST_WALL = 0.1
 # Pixels of the shorter side of the smallest plan, and of the longer side by which pictures are judged.
 LEAST_PX, JUDGED_PX = 16, 2000
 # A transparent image is a map, whose unknown cells are left out, when this share of it is white.
@@ -59,7 +61,7 @@ def tell_kind(path: str | Path, *, max_cells: int = MAX_CELLS) -> Kind:
 
 
 def may_be_drawing(colors: Colors) -> bool:
-    """Whether a picture has what every drawing has, and blank sheets, noise, photos and pages of text have not.
+    """Whether a picture has what drawings have, and blank sheets, noise, photos and pages of text have not.
 
     colors: shape (H, W, 3). It takes no network and no reading of text, which both are slow.
     """
@@ -81,4 +83,8 @@ def may_be_drawing(colors: Colors) -> bool:
     changes = (ink[1:] != ink[:-1]).mean() + (ink[:, 1:] != ink[:, :-1]).mean()
     pieces = cv2.connectedComponentsWithStats(ink.astype(np.uint8), connectivity=8)[2][1:]
     longest = pieces[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(initial=0)
-    return bool(ink.mean() <= MOST_INK and changes <= MOST_CHANGES and longest >= LEAST_PIECE * max(ink.shape))
+    if ink.mean() <= MOST_INK and changes <= MOST_CHANGES:
+        return bool(longest >= LEAST_PIECE * max(ink.shape))
+    sampled = binarise(paper[::step, ::step]).astype(np.uint8)
+    wall = max(LEAST_PX, round(LEAST_WALL * max(sampled.shape)))
+    return any(cv2.erode(sampled, np.ones(line, np.uint8)).any() for line in ((1, wall), (wall, 1)))

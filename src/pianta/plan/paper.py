@@ -95,7 +95,7 @@ def measure_noise(greys: Greys) -> float:
     (height, width), framed = greys.shape, cv2.copyMakeBorder(greys, 1, 1, 1, 1, cv2.BORDER_REFLECT_101)
     laplacian = ((1, -2, 1), (-2, 4, -2), (1, -2, 1))
     response = sum(
-        np.int16(weight) * framed[row : row + height : 4, col : col + width : 4]
+        weight * framed[row : row + height : 4, col : col + width : 4].astype(np.int16)
         for row, weights in enumerate(laplacian)
         for col, weight in enumerate(weights)
     )

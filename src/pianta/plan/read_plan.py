@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from pianta.errors import PlanError, PlanWarning
+from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor, scale_floor
 from pianta.formats.files import MAX_CELLS, shown
 from pianta.gridmap import UNKNOWN, GridMap
@@ -42,6 +42,7 @@ from pianta.plan.symbols import find_symbols, remove_symbols
 from pianta.plan.text import erase_texts, read_texts, text_reader_available
 
 NO_ROOMS = "plan {} shows no rooms, give a plan with walls, or its --resolution"
+NO_DRAWING = "plan {} looks blank, like noise, like a photo or like text, give a drawing"
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,15 +88,16 @@ def read_plan(
     max_cells: pixels that a picture may have.
 
     Warns (PlanWarning) of text that cannot be read and of several floors on a sheet.
-    Raises PlanError, in one line, for what is no plan; OptionError for an unknown method.
+    Raises PlanError, in one line, for what is no plan; OptionError for an unknown method and for a page, resolution or
+    symbols of an IFC.
     """
     check_method(method)
-    templates = own_templates() + (read_symbol_folder(symbols) if symbols else ())
     if Path(path).suffix.lower() == IFC_SUFFIX:
-        return PlanReading(tuple(PlanFloor(*storey) for storey in read_storeys(path)), None)
+        return _read_ifc(path, {"--page": page, "--resolution": resolution, "--symbols": symbols})
+    templates = own_templates() + (read_symbol_folder(symbols) if symbols else ())
     sheet = open_sheet(path, page=page, max_cells=max_cells)
     if sheet.walls is None and not may_be_drawing(sheet.colors):
-        raise PlanError(NO_ROOMS.format(shown(path)))
+        raise PlanError(NO_DRAWING.format(shown(path)))
     # Text tells the names and the scale, and is no wall
     texts = _read_texts(sheet, path) if with_text else sheet.texts or ()
     view = _view_sheet(sheet, texts, resolution=resolution, networks=networks)
@@ -119,6 +121,14 @@ def read_plan(
     scale = view.scale if view.is_stated else refine_by_sizes(view.scale, floors, texts, sheet.colors.shape[0])
     legend = find_legend(texts)
     return PlanReading(tuple(_place_floor(floor, sheet, texts, legend, scale) for floor in floors), sheet)
+
+
+def _read_ifc(path: str | Path, options: Mapping[str, object]) -> PlanReading:
+    """The storeys of an IFC; options: those of drawings, which it has no use for."""
+    useless = " and ".join(name for name, value in options.items() if value is not None)
+    if useless:
+        raise OptionError(f"plan {shown(path)} is an IFC and no drawing, leave out {useless}")
+    return PlanReading(tuple(PlanFloor(*storey) for storey in read_storeys(path)), None)
 
 
 @dataclass(frozen=True, eq=False)

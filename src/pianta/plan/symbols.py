@@ -15,7 +15,7 @@ from pianta.plan.paper import measure_contrast, straighten_tones, take_darkest, 
 from pianta.plan.sheet import Colors
 from pianta.plan.symbol_drawings import Kind
 from pianta.plan.symbol_templates import Template
-from pianta.plan.template_matching import Spread, find_peaks, respond, respond_everywhere
+from pianta.plan.template_matching import LargeImage, find_peaks, respond
 
 Floats = NDArray[np.float64]
 Image = NDArray[Any]
@@ -98,14 +98,14 @@ def _find_lines(
     contrast = _lift(measure_contrast(colors))
     coarse, fine, sharp = (_reduce(contrast, min(1.0, door / door_px)) for door in (COARSE_DOOR, FINE_DOOR, SHARP_DOOR))
     near = None if places is None else _mask_near(coarse[0].shape, places * coarse[1], AROUND * door_px * coarse[1])
-    spread = Spread(coarse[0])
+    everywhere = LargeImage(coarse[0])
     for template in templates:
         scale = 1.0 if template.door_px is None else door_px / template.door_px
         sizes = CUT_SIZES if template.door_px is None else OWN_SIZES
         poses = list(_turn(template))
         for size, pose in product(sizes, poses):
             small = _resize(pose.image, scale * size * coarse[1])
-            response = respond_everywhere(coarse[0], small, spread)
+            response = everywhere.respond(small)
             if response is None:
                 continue
             if near is not None and template.kind == "door":
