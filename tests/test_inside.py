@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from skimage.segmentation import watershed
 
-from pianta.plan.inside import OPEN_BORDER, cut_parts, find_borders, find_inside, grow_labels, part_space
+from pianta.plan.inside import OPEN_BORDER, cut_parts, find_borders, find_enclosed, find_inside, grow_labels, part_space
 from pianta.plan.sheet import Mask
 
 CELL = 0.1
@@ -48,6 +48,18 @@ def test_a_yard_between_walls_is_outside():
     free, outside = draw_room()
     outside[ROOM] = 0.5
     assert not find_inside(free, outside, CELL).any()
+
+
+def test_what_walls_enclose_is_inside_where_the_network_is_in_doubt():
+    for gap, inside in ((0, True), (30, False)):
+        free, outside = draw_room(gap=gap, sure=-0.1)
+        assert find_inside(free, outside, CELL)[ROOM].all() == inside
+
+
+def test_what_leads_to_the_edge_of_the_sheet_is_not_enclosed():
+    free = np.array([[1, 0, 0, 0, 0], [0, 1, 1, 0, 1], [0, 0, 0, 0, 1], [0, 0, 1, 0, 0]], bool)
+    assert np.argwhere(find_enclosed(free)).tolist() == [[1, 1], [1, 2]]
+    assert not find_enclosed(np.ones((3, 3), bool)).any()
 
 
 def test_a_room_that_the_sheet_cuts_off_is_inside_where_the_network_is_sure():

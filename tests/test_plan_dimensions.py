@@ -1,10 +1,12 @@
 """Lengths, sizes and scales that plans write out."""
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pianta.plan import dimensions
 from pianta.plan.dimensions import (
     Scale,
     parse_drawing_scale,
@@ -245,6 +247,73 @@ def test_numbers_in_one_text_and_a_unit_behind_the_last():
 )
 def test_what_is_no_scale_bar(texts):
     assert parse_scale_bar(texts, NO_INK) is None
+
+
+def test_a_tall_number_on_the_line_of_a_bar_is_none_of_its_numbers():
+    """It stands where 12.5 would; the bar is sought within some heights of the others."""
+    texts = [number("0", 101), number("5", 201), number("10", 301), number("m", 330)]
+    scale = parse_scale_bar([*texts, number("12.5", 351, height=100)], TICKS)
+    assert scale is not None
+    assert scale.resolution == pytest.approx(0.05, rel=0.005)
+    assert scale.confidence > 0.9
+
+
+@pytest.fixture
+def windows(monkeypatch) -> list[tuple[int, ...]]:
+    """The shapes of what is searched for bars."""
+    searched: list[tuple[int, ...]] = []
+    search = cv2.connectedComponentsWithStats
+
+    def record(window, **options):
+        searched.append(window.shape)
+        return search(window, **options)
+
+    monkeypatch.setattr(cv2, "connectedComponentsWithStats", record)
+    return searched
+
+
+def test_a_number_as_tall_as_the_sheet_does_not_have_the_sheet_searched(windows):
+    """Each row begins with two small numbers and a unit above them."""
+    texts = []
+    for row in range(20, 190, 15):
+        texts += [number("0", 100, row=row, height=4), number("5", 150, row=row, height=4)]
+        texts += [number("10", 200, row=row, height=200), number("m", 125, row=row - 5, height=4)]
+    parse_scale_bar(texts, NO_INK)
+    # Two paddings, and BAR_REACH of 4 on both sides.
+    assert windows
+    assert max(height for height, _ in windows) <= 2 + 2 * 3 * 4
+
+
+def test_few_of_many_rows_are_searched(windows):
+    texts = [
+        number(text, col, row=4 * row, height=4)
+        for row in range(1, 50)
+        for text, col in (("0", 100), ("5", 150), ("10m", 200))
+    ]
+    assert parse_scale_bar(texts, NO_INK) is not None
+    # Numbers at their share of a text, and in the middle of it.
+    assert len(windows) == 2 * dimensions.MAX_ROWS
+
+
+@pytest.mark.parametrize("bar_row", [100, 1350])
+@pytest.mark.parametrize(
+    "bar",
+    [
+        [("0", 100), ("5", 200), ("10", 300), ("m", 340)],
+        [("2.5", 150), ("5", 200), ("10m", 300)],
+    ],
+    ids=["from zero", "one unit"],
+)
+def test_a_bar_is_found_among_many_rows_of_rooms_and_dimensions(bar, bar_row):
+    ink = blocks(np.zeros((1400, 400), bool), (100, 300), top=bar_row + 12)
+    texts = []
+    for row in range(200, 1300, 20):
+        first, unit = (row, "") if row % 40 else (3, " m")
+        texts += [number(f"{first + step}{unit}", 60 + 60 * step, row=row) for step in range(5)]
+    scale = parse_scale_bar([*texts, *(number(text, col, row=bar_row) for text, col in bar)], ink)
+    assert scale is not None
+    assert scale.resolution == pytest.approx(0.05)
+    assert scale.confidence > 0.9
 
 
 def test_sizes_of_rooms_vote_for_the_scale():

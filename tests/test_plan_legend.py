@@ -49,6 +49,14 @@ def test_keys_and_names_that_stand_apart_belong_together():
     assert len(legend.texts) == 7
 
 
+@pytest.mark.parametrize("width", [4, 8, 9, 10, 12])
+def test_a_key_narrower_than_half_its_height_is_not_beside_itself(width):
+    texts = [line("Legend", 0, height=20)]
+    for number, name in enumerate(("Office", "Lab", "Gym"), start=1):
+        texts += [line(str(number), 28 * number, height=20, width=width), line(name, 28 * number, 30, height=20)]
+    assert find_legend(texts).entries == {"1": "Office", "2": "Lab", "3": "Gym"}
+
+
 def test_two_columns_are_read_and_other_texts_are_not_used():
     texts = column("1—Office", "2—Lab", "3—Gym") + column("4—Stage", "5—Kitchen", col=200)
     title = line("Plan of 3 floors", 300)

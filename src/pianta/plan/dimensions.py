@@ -20,8 +20,9 @@ METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "ft": FOOT, "in": INCH}
 LONGEST = 1000.0
 # Two ratios of a room, and the ratios of several rooms, agree within this share.
 AGREEMENT = 0.12
-# Numbers of a scale bar lie on a line within this many of their heights, the bar within so many from them.
-ROW_TOLERANCE, BAR_REACH = 0.7, 3.0
+# Numbers of a scale bar lie on a line within this many of their heights, the bar within so many from them, and the
+# heights differ by less than this factor.
+ROW_TOLERANCE, BAR_REACH, ALIKE = 0.7, 3.0, 1.7
 # In heights of the numbers: pieces of a bar are as wide at least, and as high at most; what changes along it as high
 # as that is a mark, and marks so near to each other are the sides of one stroke.
 LEAST_PIECE, MOST_PIECE, LEAST_MARK, STROKE = 1.2, 2.0, 0.2, 0.25
@@ -34,6 +35,8 @@ BAR_AGREEMENT = 0.05
 SURE_BAR, SURE_OF_TWO, UNSURE_BAR = 0.95, 0.85, 0.4
 # Files of drawings may hold anything: longer texts, more numbers, and longer rows of numbers say no scale.
 MAX_TEXT_LENGTH, MAX_NUMBERS, MAX_IN_ROW, MAX_MARKS = 200, 2000, 40, 400
+# A sheet has few scale bars: so many rows of numbers are looked at.
+MAX_ROWS = 20
 
 _UNITS = {
     "millimet(?:er|re|ri|ros)s?|mm": "mm",
@@ -155,7 +158,8 @@ def parse_scale_bar(texts: Sequence[PlacedText], ink: Mask) -> Scale | None:
     for by_itself in (True, False):
         numbers = [number for text in short for number in _numbers_of(text, by_itself=by_itself)]
         rows = [_find_even(row) for row in _rows_of(numbers[:MAX_NUMBERS]) if len(row) <= MAX_IN_ROW]
-        found += [scale for row in rows if len(row) > 1 and (scale := _read_row(row, short, ink))]
+        likely = sorted((row for row in rows if row), key=_rank, reverse=True)[:MAX_ROWS]
+        found += [scale for row in likely if (scale := _read_row(row, short, ink))]
     return max(found, key=lambda scale: scale.confidence, default=None)
 
 
@@ -235,11 +239,13 @@ def _numbers_of(text: PlacedText, *, by_itself: bool) -> list[_Number]:
 
 
 def _rows_of(numbers: Sequence[_Number]) -> list[list[_Number]]:
-    """Numbers on level lines, each from left to right."""
+    """Numbers of like heights on level lines, each from left to right."""
     rows: list[list[_Number]] = []
     for number in sorted(numbers, key=lambda number: float(number.middle[0])):
         for row in rows:
-            if abs(number.middle[0] - row[-1].middle[0]) <= ROW_TOLERANCE * min(number.height, row[-1].height):
+            low, high = sorted((number.height, row[0].height))
+            near = abs(number.middle[0] - row[-1].middle[0]) <= ROW_TOLERANCE * min(low, row[-1].height)
+            if near and high <= ALIKE * low:
                 row.append(number)
                 break
         else:
@@ -263,6 +269,11 @@ def _find_even(row: Sequence[_Number]) -> list[_Number]:
         if len(even) > len(best):
             best = even
     return best if len(best) > 2 or (len(best) == 2 == len(row) and best[0].value == 0) else []
+
+
+def _rank(row: Sequence[_Number]) -> tuple[bool, bool, int]:
+    """How likely a row is a scale bar: from 0 on, one unit, many numbers. Numbers of rooms have neither 0 nor unit."""
+    return row[0].value == 0, sum(number.unit is not None for number in row) == 1, len(row)
 
 
 def _read_row(row: Sequence[_Number], texts: Sequence[PlacedText], ink: Mask) -> Scale | None:

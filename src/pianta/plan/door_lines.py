@@ -15,8 +15,8 @@ from pianta.plan.regions import DOOR, Regions
 from pianta.plan.sheet import Floats
 from pianta.plan.symbols import PlacedSymbol
 
-# A region is a door where this is its probability.
-DOOR_FROM = 0.5
+# A region is a door from this probability on.
+DOOR_FROM = 0.4
 # Cells of a region, at least.
 LEAST_CELLS = 4
 # A swing or a symbol is a door where this is the probability of a door somewhere near its line.

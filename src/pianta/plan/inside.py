@@ -20,6 +20,8 @@ from pianta.plan.sheet import Floats, Mask
 SEEN = 1.5
 # A metre of open border weighs as much as so much area that the network is sure of; m².
 OPEN_BORDER = 2.0
+# By how much what is enclosed by barriers is rather inside than what the network says.
+ENCLOSED = 0.3
 # Parts of the space have their middles at least so far apart, metres.
 APART = 0.5
 # Smaller patches of space are none; m².
@@ -40,8 +42,8 @@ def find_inside(free: Mask, outside: NDArray[np.float32], cell: float) -> Mask:
     distance = cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1] * cell
     parts = part_space(distance, cell)
     count = int(parts.max(initial=0)) + 1
-    # The network speaks where it sees walls; beyond the edge of the sheet is nothing
-    told = np.where(distance <= SEEN, -outside, 0)
+    # The network speaks where it sees walls; what they enclose is seldom a yard; beyond the sheet's edge is nothing
+    told = np.where(distance <= SEEN, ENCLOSED * find_enclosed(free) - outside, 0)
     gains: Floats = np.asarray(np.bincount(parts.ravel(), told.ravel(), minlength=count) * cell**2, float)
     rim = np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]])
     gains -= OPEN_BORDER * cell * np.bincount(rim, minlength=count)
@@ -92,6 +94,15 @@ def _pool(cells: NDArray[Any], choose: np.ufunc) -> NDArray[Any]:
     even = np.pad(cells, ((0, rows % 2), (0, cols % 2)))
     pairs = choose(even[::2], even[1::2])
     return np.asarray(choose(pairs[:, ::2], pairs[:, 1::2]))
+
+
+def find_enclosed(free: Mask) -> Mask:
+    """What of the free space has no way to the edge of the sheet, shape (H, W)."""
+    _, patches = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)
+    rim = np.concatenate([patches[0], patches[-1], patches[:, 0], patches[:, -1]])
+    reached = np.isin(np.arange(patches.max(initial=0) + 1), rim)
+    reached[0] = True
+    return np.asarray(~reached[patches])
 
 
 def find_borders(parts: Labels) -> tuple[NDArray[np.int64], Floats]:

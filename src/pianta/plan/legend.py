@@ -143,7 +143,9 @@ class _Lines:
         lefts, heights = self.lefts[first:last], self.heights[first:last]
         gaps = lefts - (text.corners[1][1] - 0.5 * height)
         alike = np.maximum(heights, height) <= ALIKE * np.minimum(heights, height)
-        near = np.flatnonzero((gaps >= 0) & (gaps <= NEXT_WORD * height) & alike)
+        # A text narrower than half its height ends so near to its left edge that it would be beside itself.
+        beyond = (gaps >= 0) & (lefts > text.corners[0][1])
+        near = np.flatnonzero(beyond & (gaps <= NEXT_WORD * height) & alike)
         if not len(near):
             return None
         beside = self.texts[first + near[lefts[near].argmin()]]
