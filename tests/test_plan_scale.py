@@ -15,6 +15,7 @@ from pianta.plan.plan_scale import (
     FACTORS,
     MOST_CELLS,
     SHEET_METRES,
+    STEP,
     PlanScale,
     find_door_scale,
     find_stated_scale,
@@ -150,6 +151,14 @@ def test_sure_doors_leave_little_to_ask(monkeypatch):
 def test_what_is_taken_for_doors_is_passed_over_where_the_drawing_has_another_scale(monkeypatch):
     monkeypatch.setattr(plan_scale, "find_regions", doubting(4.0, []))
     assert fit_door_px(PAGE, door_px=90.0, networks=["one"]) == pytest.approx(4.0, rel=0.15)
+
+
+def test_doors_that_are_drawn_are_not_much_smaller_than_those_of_the_drawing(monkeypatch):
+    """On 400 pixels doors of 16 are tried, but not where arcs have 4; those of 10 are."""
+    asked: list[float] = []
+    monkeypatch.setattr(plan_scale, "find_regions", doubting(16.0, asked))
+    fit_door_px(PAGE, door_px=4.0, networks=["one"])
+    assert 9 < max(asked) <= 3 * 4.0 * STEP
 
 
 @pytest.mark.parametrize("best", [3.0, 6.0, 8.0, 16.0])

@@ -35,8 +35,8 @@ SIDES, STEP = (25.0, 40.0, 63.0, 100.0, 160.0), 1.26
 ASKED_CELLS = 448
 # Where doors are known what a drawing may have whose doors are too wide or too narrow for its rooms; what looks like
 # doors and is none of these sizes is none, when another one leaves so much less doubt, nats. What lies between is asked
-# about next to the best.
-FACTORS, LESS_DOUBT = (0.5, 0.8, 1.26), 0.05
+# about next to the best. Letters and furniture have arcs that are smaller than doors, but not by more than this factor.
+FACTORS, LESS_DOUBT, MOST_LARGER = (0.5, 0.8, 1.26), 0.05, 3.0
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def fit_door_px(
     least = DOOR_CELLS * sqrt(colors.shape[0] * colors.shape[1] / MOST_CELLS)
     near = [door_px * factor for factor in FACTORS] if door_px else []
     usual = [] if is_sure and near else [longest / side for side in SIDES]
-    far = [size for size in usual if not near or not near[0] <= size <= near[-1]]
+    far = [size for size in usual if not door_px or size < near[0] or near[-1] < size <= MOST_LARGER * door_px]
     sizes = [max(size, least) for size in (*near, *far)]
     density = cv2.blur(measure_contrast(colors), (longest // 8 + 1, longest // 8 + 1))
     middle = np.array(np.unravel_index(int(density.argmax()), density.shape))
