@@ -202,3 +202,14 @@ def test_a_damaged_dictionary_gives_one_line_or_is_read(tmp_path_factory, data):
     path.write_bytes(data.draw(mutated(json.dumps(OWN).encode())))
     with suppress(LabelError):
         read_room_words(path)
+
+
+def test_where_the_type_is_unknown_a_name_means_what_it_does_in_any():
+    """An office serves a school, and is what an office building is for."""
+    office = prior_of_name("Office", None, WORDS)
+    assert office is not None
+    assert office["SERVICE"] == pytest.approx(office["FUNCTIONAL"])
+    assert office["SERVICE"] > 10 * office["ENTRANCE"]
+    classroom = prior_of_name("Classroom", None, WORDS)
+    assert classroom is not None
+    assert classroom["FUNCTIONAL"] > 10 * classroom["SERVICE"]

@@ -20,7 +20,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from pianta.errors import LabelError
 from pianta.formats.faults import describe_validation
 from pianta.formats.files import checked_input, shown
-from pianta.labels import FCES, LabelSchema, standard_building_type, standard_name
+from pianta.labels import FCES, SCHEMAS, LabelSchema, standard_building_type, standard_name
 
 FORMAT, MAJOR = "pianta room words", 1
 MAX_FILE_BYTES = 256 * 2**10
@@ -193,7 +193,11 @@ def prior_of_name(name: str, labels: LabelSchema | None, words: RoomWords) -> di
 
 def _labels_of_kind(kind: RoomKind, labels: LabelSchema | None) -> list[str]:
     if labels is None:
-        return [str(kind.function)]
+        # An office serves a school, and is what an office building is for
+        of_types = ((SCHEMAS[of].by_name, names) for of, names in kind.labels.items() if of in SCHEMAS)
+        meant = [{by_name[name].in_f_c_e_s() for name in names if name in by_name} for by_name, names in of_types]
+        others = [functions for functions in meant if kind.function not in functions]
+        return sorted(map(str, {kind.function}.union(*others)))
     own = [name for name in kind.labels.get(labels.building_type, ()) if name in labels.by_name]
     return own or [label.name for label in labels.labels if label.in_f_c_e_s() is kind.function]
 
