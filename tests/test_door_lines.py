@@ -102,6 +102,15 @@ def test_a_swing_where_the_network_sees_no_door_is_furniture():
     assert len(find_doors(regions, [], [], named)) == 2
 
 
+@pytest.mark.parametrize(("count", "believed"), [(7, 0), (8, 8)])
+def test_many_swings_of_one_width_are_doors_whatever_the_network_sees(count, believed):
+    regions = as_regions(two_rooms(doors=()))
+    leaves = [swing((20 + 25 * number, 100), (20 + 25 * number, 120)) for number in range(count)]
+    other = swing((20, 250), (20, 290))
+    found = find_doors(regions, [*leaves, other], [], NONE)
+    assert sorted_ends(found) == pytest.approx(sorted_ends(np.array([leaf.closed for leaf in leaves[:believed]])))
+
+
 def test_windows_stairs_and_doors_without_jambs_are_no_doors():
     regions = as_regions(two_rooms(doors=()))
     regions.probabilities[DOOR] = 0.2

@@ -10,7 +10,7 @@ from scipy import ndimage
 from shapely import LineString, Point, STRtree
 
 from pianta.floor import Door, Room
-from pianta.plan.door_swings import Swing
+from pianta.plan.door_swings import SPREAD, Swing, agree_on_size
 from pianta.plan.regions import DOOR, Regions
 from pianta.plan.sheet import Floats
 from pianta.plan.symbols import PlacedSymbol
@@ -19,7 +19,9 @@ from pianta.plan.symbols import PlacedSymbol
 DOOR_FROM = 0.4
 # Cells of a region, at least.
 LEAST_CELLS = 4
-# A swing or a symbol is a door where this is the probability of a door somewhere near its line.
+# So many swings of one width are doors.
+SURE_SWINGS = 8
+# Any other swing or symbol is a door where this is the probability of a door somewhere near its line.
 SEEN_FROM = 0.1
 # Doors whose middles are within this share of the wider one are one door.
 SAME = 0.75
@@ -30,14 +32,16 @@ BESIDE = (0.2, 0.4, 0.7, 1.0)
 def find_doors(regions: Regions, swings: Sequence[Swing], symbols: Sequence[PlacedSymbol], named: Floats) -> Floats:
     """Doors as lines from jamb to jamb, shape (D, 2, 2), row and col in pixels of the sheet.
 
-    named: shape (N, 2, 2), doors that the file names. Of several that tell one door the file comes first, then symbols
-    and swings, which know the jambs, where the network thinks that a door may be; then what only the network sees.
+    named: shape (N, 2, 2), doors that the file names. Of several that tell one door the file comes first, then swings
+    of which many have one width, then symbols and other swings, which know the jambs, too, where the network thinks
+    that a door may be; then what only the network sees.
     """
+    sure = _agree(swings)
     drawn = [symbol.jambs for symbol in symbols if symbol.kind == "door" and symbol.jambs is not None]
-    drawn += [np.array([swing.hinge, swing.jamb]) for swing in swings]
+    drawn += [swing.closed for swing in swings if swing not in sure]
     likely = [line for line in drawn if _door_near(regions, line) >= SEEN_FROM]
     kept: list[Floats] = []
-    for line in [*named, *likely, *find_door_regions(regions)]:
+    for line in [*named, *(swing.closed for swing in sure), *likely, *find_door_regions(regions)]:
         if all(not _is_same(line, other) for other in kept):
             kept.append(np.asarray(line, float))
     return np.array(kept).reshape(-1, 2, 2)
@@ -73,6 +77,14 @@ def join_rooms(rooms: Sequence[Room], lines: Sequence[LineString]) -> list[Door]
         if known and len(set(sides)) == 2:
             doors.append(Door((known[0], known[1] if len(known) == 2 else None), line, line.length))
     return doors
+
+
+def _agree(swings: Sequence[Swing]) -> list[Swing]:
+    """The swings of the usual width, where they are so many that nobody doubts that they are doors."""
+    size = agree_on_size(swings)
+    if size is None or size.count < SURE_SWINGS:
+        return []
+    return [swing for swing in swings if abs(np.log(swing.radius / size.px)) <= np.log1p(SPREAD)]
 
 
 def _door_near(regions: Regions, line: Floats) -> float:

@@ -65,6 +65,11 @@ class Swing:
         """Row and col of the middle of the quarter, shape (2,)."""
         return np.asarray((self.jamb + self.open_end) / 2)
 
+    @property
+    def closed(self) -> Floats:
+        """The closed door from hinge to jamb, shape (2, 2), row and col."""
+        return np.array([self.hinge, self.jamb])
+
     def sweep(self) -> Floats:
         """Corners of what the leaf sweeps, its arc included but not the closed door, shape (N, 2), row and col."""
         closed, opened = self.jamb - self.hinge, self.open_end - self.hinge
