@@ -17,7 +17,7 @@ from pianta.plan.sheet import Floats, Mask
 # The map of a floor is drawn finer than the regions by this factor.
 FINER = 2
 # A barrier is wall, or door where doors are closed, by more than this probability.
-BARRIER = 0.5
+BARRIER = 0.45
 # Shorter pieces of barriers are none, metres.
 SHORTEST_WALL = 0.6
 # Shorter walls that end in a room are furniture, metres; what is so near to another line touches it, cells.
