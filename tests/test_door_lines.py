@@ -12,7 +12,7 @@ from pianta.plan.door_lines import find_door_regions, find_doors, join_rooms
 from pianta.plan.door_swings import Swing
 from pianta.plan.regions import DOOR, INSIDE
 from pianta.plan.symbol_drawings import Kind
-from pianta.plan.symbols import PlacedSymbol
+from pianta.plan.symbol_poses import PlacedSymbol
 from tests.drawn_regions import CELL_PX, as_regions, draw_kinds, two_rooms
 
 NONE = np.zeros((0, 2, 2))
@@ -84,22 +84,22 @@ def test_turned_and_shifted_regions_have_turned_and_shifted_doors(quarters, down
 def test_what_knows_the_jambs_comes_before_what_the_network_sees():
     regions = as_regions(two_rooms())
     drawn = np.array([(110.0, 202.0), (140.0, 202.0)])
-    assert find_doors(regions, [], [symbol("door", drawn)], NONE) == pytest.approx(drawn[None])
+    assert find_doors(regions, [], [symbol("door", drawn)], NONE).lines == pytest.approx(drawn[None])
     hung = swing((143, 203), (113, 203))
-    assert find_doors(regions, [hung], [], NONE) == pytest.approx(np.array([[(143, 203), (113, 203)]]))
-    both = find_doors(regions, [hung], [symbol("door", drawn)], NONE)
+    assert find_doors(regions, [hung], [], NONE).lines == pytest.approx(np.array([[(143, 203), (113, 203)]]))
+    both = find_doors(regions, [hung], [symbol("door", drawn)], NONE).lines
     assert both == pytest.approx(drawn[None])
     named = np.array([[(100.0, 205.0), (150.0, 205.0)]])
-    assert find_doors(regions, [hung], [symbol("door", drawn)], named) == pytest.approx(named)
+    assert find_doors(regions, [hung], [symbol("door", drawn)], named).lines == pytest.approx(named)
 
 
 def test_a_swing_where_the_network_sees_no_door_is_furniture():
     regions = as_regions(two_rooms())
     chair = swing((60, 100), (60, 130))
-    assert sorted_ends(find_doors(regions, [chair], [], NONE)) == pytest.approx(JAMBS[None])
+    assert sorted_ends(find_doors(regions, [chair], [], NONE).lines) == pytest.approx(JAMBS[None])
     # The file knows better
     named = np.array([[(60.0, 100.0), (60.0, 130.0)]])
-    assert len(find_doors(regions, [], [], named)) == 2
+    assert len(find_doors(regions, [], [], named).lines) == 2
 
 
 @pytest.mark.parametrize(("count", "believed"), [(7, 0), (8, 8)])
@@ -107,28 +107,45 @@ def test_many_swings_of_one_width_are_doors_whatever_the_network_sees(count, bel
     regions = as_regions(two_rooms(doors=()))
     leaves = [swing((20 + 25 * number, 100), (20 + 25 * number, 120)) for number in range(count)]
     other = swing((20, 250), (20, 290))
-    found = find_doors(regions, [*leaves, other], [], NONE)
+    found = find_doors(regions, [*leaves, other], [], NONE).lines
     assert sorted_ends(found) == pytest.approx(sorted_ends(np.array([leaf.closed for leaf in leaves[:believed]])))
+
+
+@pytest.mark.parametrize(("chance", "rows", "doubtful"), [(0.9, 8, False), (0.5, 8, True), (0.9, 3, True)])
+def test_a_region_that_is_faint_or_short_is_a_doubtful_door(chance, rows, doubtful):
+    kinds = two_rooms(doors=((28, 28 + rows, 50, 52),))
+    regions = as_regions(kinds)
+    where = regions.probabilities[DOOR] > 0.5
+    regions.probabilities[DOOR, where], regions.probabilities[INSIDE, where] = chance, 1 - chance
+    assert find_doors(regions, [], [], NONE).doubtful.tolist() == [doubtful]
+
+
+def test_a_symbol_that_the_network_hardly_sees_is_a_doubtful_door_and_a_swing_is_none():
+    regions = as_regions(two_rooms(doors=()))
+    regions.probabilities[DOOR] = 0.2
+    assert find_doors(regions, [], [symbol("door", JAMBS)], NONE).doubtful.tolist() == [True]
+    assert find_doors(regions, [swing((112, 204), (144, 204))], [], NONE).doubtful.tolist() == [False]
+    assert find_doors(regions, [], [], JAMBS[None]).doubtful.tolist() == [False]
 
 
 def test_windows_stairs_and_doors_without_jambs_are_no_doors():
     regions = as_regions(two_rooms(doors=()))
     regions.probabilities[DOOR] = 0.2
     symbols = [symbol("window", JAMBS), symbol("object", None), symbol("door", None)]
-    assert find_doors(regions, [], symbols, NONE).shape == (0, 2, 2)
-    assert len(find_doors(regions, [], [symbol("door", JAMBS)], NONE)) == 1
+    assert find_doors(regions, [], symbols, NONE).lines.shape == (0, 2, 2)
+    assert len(find_doors(regions, [], [symbol("door", JAMBS)], NONE).lines) == 1
 
 
 def test_two_doors_beside_each_other_are_two():
     kinds = two_rooms(doors=((16, 24, 50, 52), (28, 36, 50, 52)))
     leaves = [swing((64, 204), (96, 204)), swing((144, 204), (112, 204))]
-    assert len(find_doors(as_regions(kinds), leaves, [], NONE)) == 2
+    assert len(find_doors(as_regions(kinds), leaves, [], NONE).lines) == 2
 
 
 @pytest.mark.parametrize("corner", [(-200.0, -300.0), (5000.0, 90.0), (-500.0, 90.0)])
 def test_a_line_off_the_sheet_is_near_no_door(corner):
     off = symbol("door", np.array([corner, (corner[0], corner[1] + 30)]))
-    assert sorted_ends(find_doors(as_regions(two_rooms()), [], [off], NONE)) == pytest.approx(JAMBS[None])
+    assert sorted_ends(find_doors(as_regions(two_rooms()), [], [off], NONE).lines) == pytest.approx(JAMBS[None])
 
 
 def test_a_door_joins_the_rooms_on_its_sides():
@@ -163,6 +180,12 @@ def test_the_thickest_wall_is_passed_and_no_thicker(thickness, rooms):
     apart = (Room(1, box(0, 0, 4, 4)), Room(2, box(4 + thickness, 0, 9, 4)))
     middle = 4 + thickness / 2
     doors = join_rooms(apart, [LineString([(middle, 1), (middle, 1.9)])])
+    assert [door.rooms for door in doors] == ([rooms] if rooms else [])
+
+
+@pytest.mark.parametrize(("aside", "rooms"), [(0.5, (1, 2)), (-0.5, (1, 2)), (0.8, None)])
+def test_a_line_drawn_beside_the_wall_joins_the_rooms_of_the_wall(aside, rooms):
+    doors = join_rooms(ROOMS, [LineString([(4.1 + aside, 1), (4.1 + aside, 1.9)])])
     assert [door.rooms for door in doors] == ([rooms] if rooms else [])
 
 

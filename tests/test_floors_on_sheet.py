@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from shapely import Polygon, box
 
 from pianta.floor import Floor, Room
+from pianta.plan.door_lines import PlanDoors
 from pianta.plan.floor_map import draw_floor_map
 from pianta.plan.floors_on_sheet import lay_out_floors, part_floors
 from pianta.plan.regions import DOOR, INSIDE
@@ -20,11 +21,19 @@ JAMBS = np.array([[(112.0, 204.0), (144.0, 204.0)]])
 LEFT, RIGHT = box(40, 40, 200, 200), box(208, 40, 368, 200)
 
 
-def lay_out(kinds: Kinds, doors: Floats = NONE, *, method: str = "structure", closed: bool = True) -> list[Floor]:
-    """The floors; closed: whether doors are drawn into the map, too."""
+def lay_out(
+    kinds: Kinds,
+    doors: Floats = NONE,
+    *,
+    method: str = "structure",
+    closed: bool = True,
+    doubtful: list[bool] | None = None,
+) -> list[Floor]:
+    """The floors; closed: whether doors are drawn into the map, too; doubtful: of each door, none unless given."""
     drawn = doors if closed else NONE
     floor_map = draw_floor_map(as_regions(kinds), drawn, sheet_shape=sheet_shape(kinds), resolution=RESOLUTION)
-    return lay_out_floors(floor_map, doors, method=method, source="plan.png")
+    known = PlanDoors(doors, np.zeros(len(doors), bool) if doubtful is None else np.array(doubtful))
+    return lay_out_floors(floor_map, known, method=method, source="plan.png")
 
 
 def overlap(one: Polygon, other: Polygon) -> float:
@@ -61,6 +70,13 @@ def test_a_door_to_the_outside_is_an_entrance():
     left, right = room_at(floor, LEFT).id, room_at(floor, RIGHT).id
     assert sorted(door.rooms for door in floor.doors if door.is_entrance) == [(left, None)]
     assert [door.room_ids for door in floor.doors if not door.is_entrance] == [tuple(sorted([left, right]))]
+
+
+@pytest.mark.parametrize(("doubtful", "count"), [([False, False], 2), ([False, True], 1), ([True, True], 1)])
+def test_a_doubtful_door_is_one_where_a_room_has_no_other(doubtful, count):
+    second = JAMBS + np.array((-60.0, 0.0))
+    (floor,) = lay_out(two_rooms(), np.concatenate([JAMBS, second]), doubtful=doubtful)
+    assert [door.kind for door in floor.doors] == ["door"] * count
 
 
 def test_a_door_that_the_layout_finds_as_well_is_one():

@@ -15,7 +15,7 @@ from pianta.errors import MapError
 from pianta.floor import Door, Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.layout.methods import RECONSTRUCTIONS
-from pianta.plan.door_lines import join_rooms
+from pianta.plan.door_lines import PlanDoors, join_rooms
 from pianta.plan.floor_map import FloorMap
 from pianta.plan.sheet import Floats
 
@@ -28,10 +28,10 @@ LEAST_ROOM = 1.0
 SAME_DOOR = 0.8
 
 
-def lay_out_floors(floor_map: FloorMap, doors: Floats, *, method: str, source: str) -> list[Floor]:
+def lay_out_floors(floor_map: FloorMap, doors: PlanDoors, *, method: str, source: str) -> list[Floor]:
     """The floors of a sheet, the largest first, in pixels of the sheet with y up; floors without rooms are left out.
 
-    doors: shape (D, 2, 2), remembered doors, row and col in pixels of the sheet. method: one of METHODS.
+    doors: the remembered ones. method: one of METHODS.
     """
     grid, per_metre = floor_map.grid, 1 / floor_map.resolution
     parts = part_floors(floor_map.inside, resolution=grid.resolution)
@@ -44,8 +44,11 @@ def lay_out_floors(floor_map: FloorMap, doors: Floats, *, method: str, source: s
             floor = RECONSTRUCTIONS[method](GridMap(cells, grid.resolution, grid.origin), source)
         except MapError:
             continue
-        known = [_place_line(line, floor_map) for line in doors]
-        floors.append(scale_floor(_remember_doors(floor, known), per_metre, per_metre))
+        sure, doubtful = (
+            [_place_line(line, floor_map) for line in doors.lines[chosen]]
+            for chosen in (~doors.doubtful, doors.doubtful)
+        )
+        floors.append(scale_floor(_remember_doors(floor, sure, doubtful), per_metre, per_metre))
     return floors
 
 
@@ -73,10 +76,18 @@ def _place_line(line: Floats, floor_map: FloorMap) -> LineString:
     return LineString(np.column_stack([cols, floor_map.height - rows]))
 
 
-def _remember_doors(floor: Floor, lines: Sequence[LineString]) -> Floor:
-    """The floor with the doors along lines beside those that it has, whole rooms, and none predicted."""
+def _remember_doors(floor: Floor, sure: Sequence[LineString], doubtful: Sequence[LineString]) -> Floor:
+    """The floor with the doors along lines beside those that it has, whole rooms, and none predicted.
+
+    A doubtful one is a door where one of its rooms has no other.
+    """
     floor = _drop_slivers(floor)
-    remembered = join_rooms(floor.rooms, lines)
+    remembered = join_rooms(floor.rooms, sure)
+    reached = {room for door in remembered for room in door.room_ids}
+    for door in join_rooms(floor.rooms, doubtful):
+        if not reached >= set(door.room_ids):
+            remembered.append(door)
+            reached.update(door.room_ids)
 
     def is_new(door: Door) -> bool:
         near = (known for known in remembered if known.rooms == door.rooms)

@@ -14,7 +14,7 @@ from pianta.floor import Floor, scale_floor
 from pianta.formats.files import MAX_CELLS, shown
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.layout.methods import DEFAULT_METHOD, check_method
-from pianta.plan.door_lines import find_doors
+from pianta.plan.door_lines import PlanDoors, find_doors
 from pianta.plan.door_swings import Swing, find_swings
 from pianta.plan.floor_map import draw_floor_map, trust_walls
 from pianta.plan.floors_on_sheet import lay_out_floors
@@ -104,14 +104,14 @@ def read_plan(
     # Symbols are matched with templates and removed, doors remembered; each spot is inside, wall, door or outside
     found = find_symbols(view.colors, door_px=view.drawn_px, templates=templates) if with_symbols else ()
     regions = find_regions(remove_symbols(view.colors, found), door_px=view.door_px, networks=networks)
-    doors = find_doors(regions, view.swings, found, sheet.doors) if with_symbols else sheet.doors[:0]
+    doors = find_doors(regions, view.swings, found, sheet.doors) if with_symbols else PlanDoors()
     regions = regions if sheet.walls is None else trust_walls(regions, sheet.walls)
     # The gaps of doors are closed, walls thinned to lines, and the layout method finds the rooms between them
     floors = []
     if has_walls(regions):
         floor_map = draw_floor_map(
             regions,
-            doors,
+            doors.lines,
             sheet_shape=sheet.colors.shape[:2],
             resolution=view.scale.resolution,
             sweeps=[swing.sweep() for swing in view.swings] if with_symbols else (),
