@@ -16,8 +16,10 @@ from pianta.plan.sheet import Floats, Mask
 
 # The map of a floor is drawn finer than the regions by this factor.
 FINER = 2
-# A barrier is wall, or door where doors are closed, by more than this probability.
-BARRIER = 0.45
+# A barrier is wall by more than this probability; where doors are closed, that of a door counts by this share.
+BARRIER, DOOR_SHARE = 0.55, 0.7
+# Gaps in barriers are closed where they are so short, metres, and a wall has this probability.
+LONGEST_GAP, WEAK = 0.6, 0.45
 # Shorter pieces of barriers are none, metres.
 SHORTEST_WALL = 0.6
 # Shorter walls that end in a room are furniture, metres; what is so near to another line touches it, cells.
@@ -61,12 +63,13 @@ def draw_floor_map(
     layers = [cv2.resize(layer, shape[::-1], interpolation=cv2.INTER_LINEAR) for layer in regions.probabilities]
     cell = cell_px * resolution
     # Doors are closed where the network sees them, and by lines from jamb to jamb
-    barrier = layers[WALL] + layers[DOOR] if len(doors) else layers[WALL].copy()
+    barrier = layers[WALL] + DOOR_SHARE * layers[DOOR] if len(doors) else layers[WALL].copy()
     for corners in sweeps:
         cv2.fillConvexPoly(barrier, np.rint(corners[:, ::-1] / cell_px - 0.5).astype(np.int32), 0.0)
     for ends in doors / cell_px - 0.5:
         (row0, col0), (row1, col1) = np.rint(ends).astype(int).tolist()
         cv2.line(barrier, (col0, row0), (col1, row1), 1.0, 2)
+    barrier = _close_gaps(barrier, longest=round(LONGEST_GAP / cell))
     # What removed symbols leave of lines is too small for a wall
     barrier = _erode(barrier, least=SHORTEST_WALL / cell)
     # A gap in an outer wall, or a yard, makes no room
@@ -95,6 +98,15 @@ def trust_walls(regions: Regions, walls: Mask) -> Regions:
     others *= (1 - wall) / np.maximum(others.sum(axis=0), 1e-6)
     others[WALL] = wall
     return Regions(others, regions.cell_px)
+
+
+def _close_gaps(barrier: NDArray[np.float32], *, longest: int) -> NDArray[np.float32]:
+    """The barriers with short gaps along rows and columns closed, cells, where something like a wall is."""
+    strong = (barrier >= BARRIER).astype(np.uint8)
+    closed = np.zeros_like(strong)
+    for line in (np.ones((1, longest), np.uint8), np.ones((longest, 1), np.uint8)):
+        closed |= np.asarray(cv2.morphologyEx(strong, cv2.MORPH_CLOSE, line), np.uint8)
+    return np.where((closed > 0) & (barrier >= WEAK), np.maximum(barrier, np.float32(BARRIER)), barrier)
 
 
 def _erode(barrier: NDArray[np.float32], *, least: float) -> NDArray[np.float32]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ from pianta.plan.sheet import Floats
 APART, LEAST_SHARE, LEAST_AREA = 2.0, 0.15, 30.0
 # A smaller room is none, m².
 LEAST_ROOM = 1.0
+# Walls that are so many cells wide belong to the floor beside them.
+WALL_CELLS = 7
 # A door that the layout method finds this near to a remembered one is the same, metres.
 SAME_DOOR = 0.8
 
@@ -38,7 +41,7 @@ def lay_out_floors(floor_map: FloorMap, doors: PlanDoors, *, method: str, source
     floors = []
     for number in range(1, int(parts.max(initial=0)) + 1):
         # Walls belong to the floors beside them
-        own = ndimage.binary_dilation(parts == number, iterations=3)
+        own = cv2.dilate((parts == number).view(np.uint8), np.ones((WALL_CELLS,) * 2)) > 0
         cells = np.where(own, grid.cells, UNKNOWN).astype(np.int8)
         try:
             floor = RECONSTRUCTIONS[method](GridMap(cells, grid.resolution, grid.origin), source)
@@ -58,8 +61,8 @@ def part_floors(inside: NDArray[np.bool_], *, resolution: float) -> NDArray[np.i
     inside: shape (H, W), the rooms of a sheet. resolution: metres per cell.
     What is too small for a floor is left out, unless nothing is larger.
     """
-    distance = ndimage.distance_transform_edt(~inside) * resolution
-    parts, count = ndimage.label(distance <= APART / 2)
+    distance = cv2.distanceTransform((~inside).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    parts, count = ndimage.label(distance * resolution <= APART / 2)
     areas = np.bincount(parts[inside], minlength=count + 1) * resolution**2
     areas[0] = 0
     largest = areas.max(initial=0)
