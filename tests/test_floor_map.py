@@ -68,6 +68,16 @@ def test_the_gap_of_a_door_is_closed_where_doors_are_remembered():
     assert len(free_parts(draw(open_gap, JAMBS))) == 2
 
 
+@pytest.mark.parametrize(("chance", "length", "rooms"), [(0.5, 5, 2), (0.5, 12, 1), (0.4, 5, 1), (0.58, 12, 2)])
+def test_a_wall_that_is_hardly_seen_is_closed_where_that_is_short(chance, length, rooms):
+    """In cells of 0.1 m, of the wall between the two rooms."""
+    regions = as_regions(two_rooms(doors=()))
+    faint = (slice(20, 20 + length), slice(50, 52))
+    regions.probabilities[WALL][faint], regions.probabilities[INSIDE][faint] = chance, 0.98 - chance
+    floor_map = draw_floor_map(regions, NONE, sheet_shape=sheet_shape(two_rooms()), resolution=RESOLUTION)
+    assert len(free_parts(floor_map)) == rooms
+
+
 def test_a_door_that_only_its_jambs_tell_is_closed():
     kinds = two_rooms()
     top, bottom, left, right = DOORWAY

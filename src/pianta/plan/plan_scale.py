@@ -33,9 +33,9 @@ MOST_CELLS = 4e6
 SIDES, STEP = (25.0, 40.0, 63.0, 100.0, 160.0), 1.26
 # Cells of a side of the square that is asked about.
 ASKED_CELLS = 448
-# Where doors are known what a drawing may have whose doors are too wide for its rooms; what looks like
-# doors and is none of these sizes is none, when another one leaves so much less doubt, nats. What lies between is asked
-# about next to the best. Letters and furniture have arcs that are smaller than doors, but not by more than this factor.
+# Where doors are known what a drawing may have whose doors are too wide for its rooms; what looks like doors and is
+# none of these sizes is none, when another one leaves so much less doubt, nats. What lies between is asked about next
+# to the best. Letters and furniture have arcs that are smaller than doors, but not by more than this factor.
 FACTORS, LESS_DOUBT, MOST_LARGER = (0.5, 0.8, 1.0), 0.05, 3.0
 
 
@@ -103,8 +103,8 @@ def fit_door_px(
 ) -> float:
     """Pixels that a door spans by the look of the drawing.
 
-    colors: shape (H, W, 3). door_px: what is thought of it; what is smaller is tried, too, since a drawing's doors may be
-    too wide for its rooms. is_sure: nothing else is tried.
+    colors: shape (H, W, 3). door_px: what is thought of it; what is smaller is tried, too, since a drawing's doors may
+    be too wide for its rooms. is_sure: nothing else is tried.
     The network was made with plans of one scale, and doubts least where a sheet has it. It is asked about the part of
     the sheet with the most ink.
     """
