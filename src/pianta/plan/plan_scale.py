@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, isfinite, sqrt
+from math import inf, isfinite, log, sqrt
 
 import cv2
 import numpy as np
@@ -31,6 +31,8 @@ SHEET_METRES = (2.0, 5000.0)
 MOST_CELLS = 4e6
 # Longer sides of a drawing that are tried where no door is found, in doors, and by what factor each exceeds the next.
 SIDES, STEP = (25.0, 40.0, 63.0, 100.0, 160.0), 1.26
+# The longer side of a sheet is usually so many doors, with such a spread of its logarithm; how much that weighs, nats.
+USUAL_SIDE, SPREAD_OF_SIDES, PRIOR = 100.0, 0.42, 0.04
 # Cells of a side of the square that is asked about.
 ASKED_CELLS = 448
 # Where doors are known what a drawing may have whose doors are too wide for its rooms; what looks like doors and is
@@ -105,8 +107,8 @@ def fit_door_px(
 
     colors: shape (H, W, 3). door_px: what is thought of it; what is smaller is tried, too, since a drawing's doors may
     be too wide for its rooms. is_sure: nothing else is tried.
-    The network was made with plans of one scale, and doubts least where a sheet has it. It is asked about the part of
-    the sheet with the most ink.
+    The network was made with plans of one scale, and doubts least where a sheet has it; where it hardly minds, a
+    sheet is as large as most are. It is asked about the part of the sheet with the most ink.
     """
     longest = max(colors.shape[:2])
     least = DOOR_CELLS * sqrt(colors.shape[0] * colors.shape[1] / MOST_CELLS)
@@ -121,7 +123,8 @@ def fit_door_px(
     def doubt(size: float) -> float:
         if size not in doubts:
             part = _cut_out(colors, middle, side=max(1, round(ASKED_CELLS * size / DOOR_CELLS)))
-            doubts[size] = measure_doubt(find_regions(part, door_px=size, networks=networks[:1]))
+            strange = (log(longest / size / USUAL_SIDE) / SPREAD_OF_SIDES) ** 2 / 2
+            doubts[size] = measure_doubt(find_regions(part, door_px=size, networks=networks[:1])) + PRIOR * strange
         return doubts[size]
 
     best = min(sizes, key=lambda size: doubt(size) + LESS_DOUBT * (size in far))
