@@ -214,3 +214,10 @@ def test_trusted_regions_stay_shares_of_one_at_every_size_of_sheet(seed, height,
     assert trusted.shape == shares.shape
     assert trusted.min() >= 0
     assert trusted.sum(axis=0) == pytest.approx(1, abs=1e-4)
+
+
+def test_cells_that_are_wider_than_the_longest_gap_close_none():
+    """A sheet so large that the network sees it in cells of 4 m."""
+    kinds = two_rooms(doors=())
+    coarse = draw_floor_map(as_regions(kinds), NONE, sheet_shape=sheet_shape(kinds), resolution=40 * RESOLUTION)
+    assert len(free_parts(coarse)) == 2

@@ -69,7 +69,7 @@ def draw_floor_map(
     for ends in doors / cell_px - 0.5:
         (row0, col0), (row1, col1) = np.rint(ends).astype(int).tolist()
         cv2.line(barrier, (col0, row0), (col1, row1), 1.0, 2)
-    barrier = _close_gaps(barrier, longest=round(LONGEST_GAP / cell))
+    barrier = _close_gaps(barrier, longest=max(1, round(LONGEST_GAP / cell)))
     # What removed symbols leave of lines is too small for a wall
     barrier = _erode(barrier, least=SHORTEST_WALL / cell)
     # A gap in an outer wall, or a yard, makes no room
