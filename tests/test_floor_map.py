@@ -217,7 +217,7 @@ def test_trusted_regions_stay_shares_of_one_at_every_size_of_sheet(seed, height,
 
 
 def test_cells_that_are_wider_than_the_longest_gap_close_none():
-    """A sheet so large that the network sees it in cells of 4 m."""
+    """Rooms of 104 m, in cells of 1.3 m."""
     kinds = two_rooms(doors=())
-    coarse = draw_floor_map(as_regions(kinds), NONE, sheet_shape=sheet_shape(kinds), resolution=40 * RESOLUTION)
-    assert len(free_parts(coarse)) == 2
+    coarse = draw_floor_map(as_regions(kinds), NONE, sheet_shape=sheet_shape(kinds), resolution=26 * RESOLUTION)
+    assert free_parts(coarse)[:2] == pytest.approx([104**2, 104**2], rel=0.06)
