@@ -17,6 +17,7 @@ from pianta.plan.plan_scale import (
     SHEET_METRES,
     STEP,
     PlanScale,
+    agree_on_doors,
     find_door_scale,
     find_stated_scale,
     fit_door_px,
@@ -84,6 +85,22 @@ def test_a_resolution_of_no_building_is_refused_and_one_of_the_file_passed_over(
 @given(st.floats(SHEET_METRES[0] / 400, SHEET_METRES[1] / 400))
 def test_any_resolution_of_a_building_is_kept(resolution):
     assert find_stated_scale(sheet(), (), INK, given=resolution) == PlanScale(resolution, "--resolution", 1.0)
+
+
+def test_one_door_that_the_file_names_tells_the_width_of_doors():
+    named = np.array([[(10.0, 20.0), (10.0, 50.0)]])
+    assert agree_on_doors([], named) == DoorSize(30.0, 1, 1.0)
+    assert agree_on_doors([], named[:0]) is None
+
+
+@pytest.mark.parametrize(("known", "side"), [(None, 100.0), (20.0, None)])
+def test_where_the_network_minds_no_scale_a_sheet_without_doors_is_as_large_as_most(monkeypatch, known, side):
+    def mind_nothing(part, *, door_px, networks):
+        return Regions(np.full((4, 2, 2), 0.25, np.float32), 1.0)
+
+    monkeypatch.setattr(plan_scale, "find_regions", mind_nothing)
+    size = fit_door_px(PAGE, door_px=known, networks=["one"])
+    assert size == pytest.approx(max(PAGE.shape) / side if side else known * 0.5)
 
 
 def test_doors_are_90_centimetres_wide():

@@ -16,7 +16,7 @@ from pianta.plan.dimensions import parse_scale_bar, scale_from_dimensions
 from pianta.plan.door_swings import DoorSize, Swing, agree_on_size
 from pianta.plan.paper import measure_contrast
 from pianta.plan.regions import DOOR_CELLS, NETWORKS, find_regions, measure_doubt
-from pianta.plan.sheet import Colors, Mask, PlacedText, Sheet
+from pianta.plan.sheet import Colors, Floats, Mask, PlacedText, Sheet
 
 DOOR_WIDTH = 0.9  # metres
 # Doors with a swing tell the scale when so many agree, and are so large.
@@ -31,7 +31,8 @@ SHEET_METRES = (2.0, 5000.0)
 MOST_CELLS = 4e6
 # Longer sides of a drawing that are tried where no door is found, in doors, and by what factor each exceeds the next.
 SIDES, STEP = (25.0, 40.0, 63.0, 100.0, 160.0), 1.26
-# The longer side of a sheet is usually so many doors, with such a spread of its logarithm; how much that weighs, nats.
+# The longer side of a sheet is usually so many doors, with such a spread of its logarithm; how much that weighs, nats,
+# where no door is found.
 USUAL_SIDE, SPREAD_OF_SIDES, PRIOR = 100.0, 0.42, 0.04
 # Cells of a side of the square that is asked about.
 ASKED_CELLS = 448
@@ -81,8 +82,14 @@ def find_stated_scale(
     return PlanScale(bar.resolution, "the scale bar", bar.confidence) if bar and plausible else None
 
 
-def agree_on_doors(swings: Sequence[Swing]) -> DoorSize | None:
-    """The width of the doors with a swing; None where so few or so small ones agree that they may be letters."""
+def agree_on_doors(swings: Sequence[Swing], named: Floats) -> DoorSize | None:
+    """The width of the doors; None where so few or so small ones agree that they may be letters.
+
+    named: shape (N, 2, 2), doors that the file names; without any those with a swing count.
+    """
+    if len(named):
+        widths = np.linalg.norm(np.diff(named, axis=1), axis=2)
+        return DoorSize(float(np.median(widths)), len(named), 1.0)
     size = agree_on_size(swings)
     return size if size and size.count >= LEAST_DOORS and size.px >= LEAST_DOOR_PX else None
 
@@ -96,7 +103,7 @@ def find_door_scale(doors: DoorSize | None, door_px: float) -> PlanScale:
     # What fit_door_px finds by asking about the doors is theirs, up to rounding
     if doors is None or not 0.99 * FACTORS[0] <= door_px / doors.px <= 1.01 * FACTORS[-1]:
         return PlanScale(DOOR_WIDTH / door_px, "the look of its walls", SURE_BY_LOOK)
-    count = f"{doors.count} doors of {DOOR_WIDTH} m"
+    count = f"{doors.count} door{'s' * (doors.count > 1)} of {DOOR_WIDTH} m"
     return PlanScale(DOOR_WIDTH / doors.px, count, SURE_BY_DOORS * doors.confidence)
 
 
@@ -107,8 +114,8 @@ def fit_door_px(
 
     colors: shape (H, W, 3). door_px: what is thought of it; what is smaller is tried, too, since a drawing's doors may
     be too wide for its rooms. is_sure: nothing else is tried.
-    The network was made with plans of one scale, and doubts least where a sheet has it; where it hardly minds, a
-    sheet is as large as most are. It is asked about the part of the sheet with the most ink.
+    The network was made with plans of one scale, and doubts least where a sheet has it; where it hardly minds and no
+    door is known, a sheet is as large as most are. It is asked about the part of the sheet with the most ink.
     """
     longest = max(colors.shape[:2])
     least = DOOR_CELLS * sqrt(colors.shape[0] * colors.shape[1] / MOST_CELLS)
@@ -123,7 +130,7 @@ def fit_door_px(
     def doubt(size: float) -> float:
         if size not in doubts:
             part = _cut_out(colors, middle, side=max(1, round(ASKED_CELLS * size / DOOR_CELLS)))
-            strange = (log(longest / size / USUAL_SIDE) / SPREAD_OF_SIDES) ** 2 / 2
+            strange = 0.0 if door_px else (log(longest / size / USUAL_SIDE) / SPREAD_OF_SIDES) ** 2 / 2
             doubts[size] = measure_doubt(find_regions(part, door_px=size, networks=networks[:1])) + PRIOR * strange
         return doubts[size]
 

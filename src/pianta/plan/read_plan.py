@@ -157,10 +157,10 @@ def _view_sheet(
     colors = erase_texts(sheet.colors, ink, texts)
     inked = ink if colors is sheet.colors else binarise(colors)
     swings = find_swings(np.maximum(measure_contrast(colors), inked))
-    stated, drawn = find_stated_scale(sheet, texts, ink, given=resolution), agree_on_doors(swings)
+    stated, drawn = find_stated_scale(sheet, texts, ink, given=resolution), agree_on_doors(swings, sheet.doors)
     sure = stated if stated and stated.confidence > SURE_BY_DOORS else None
     known_px = DOOR_WIDTH / sure.resolution if sure else drawn.px if drawn else None
-    is_sure = sure is not None or (drawn is not None and drawn.count >= SURE_DOORS)
+    is_sure = sure is not None or (drawn is not None and (drawn.count >= SURE_DOORS or len(sheet.doors) > 0))
     door_px = fit_door_px(colors, door_px=known_px, is_sure=is_sure, networks=networks)
     told = filter(None, (stated, find_door_scale(drawn, door_px)))
     scale = sure or max(told, key=lambda scale: scale.confidence)
