@@ -240,3 +240,11 @@ def test_without_sizes_or_where_one_is_surer_the_scale_stays():
     sure = PlanScale(0.05, "doors", 1.01)
     assert refine_by_sizes(sure, FLOORS, SIZES, 300) is sure
     assert refine_by_sizes(scale, [], SIZES, 300) is scale
+
+
+def test_a_resolution_of_a_vector_drawing_is_of_its_units():
+    """A sheet of 400 pixels that draws a unit on 8 pixels, as of a drawing of 50 units."""
+    drawn = Sheet(PAGE, px_per_unit=8.0)
+    assert find_stated_scale(drawn, (), INK, given=0.4) == PlanScale(0.05, "--resolution", 1.0)
+    with pytest.raises(PlanError, match=r"^the resolution is 0.01, which makes 0.5 m of a sheet of 50 drawing units"):
+        find_stated_scale(drawn, (), INK, given=0.01)

@@ -238,3 +238,14 @@ def test_names_in_rooms_and_in_a_legend_are_read(tmp_path, legend):
         found = only_floor(read(plan, tmp_path, with_text=True, resolution=0.025))
     true_ids = match_rooms(found.floor, THREE, offset_of(plan))
     assert {true_ids[room.id]: room.name for room in found.floor.rooms} == texts
+
+
+def test_the_resolution_of_an_svg_is_of_its_units(tmp_path):
+    """Two rooms of 4 m side by side, in centimetres, that name neither walls nor doors."""
+    pytest.importorskip("svgelements")
+    outlines = "M50 50 H850 V450 H50 Z M450 50 V200 M450 290 V450"
+    svg = f'<svg xmlns="http://www.w3.org/2000/svg" width="900" height="500"><path d="{outlines}" {{}}/></svg>'
+    path = tmp_path / "rooms.svg"
+    path.write_text(svg.format('stroke="black" stroke-width="12" fill="none"'), encoding="utf-8")
+    found = only_floor(read_plan(path, resolution=0.01, with_text=False))
+    assert sum(room.polygon.area for room in found.floor.rooms) == pytest.approx(32, rel=0.1)

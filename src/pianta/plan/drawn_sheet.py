@@ -56,6 +56,7 @@ def draw_sheet(drawing: PlanDrawing, *, longest_px: int = LONGEST_PX) -> Sheet:
         doors=frame.to_pixels(doors),
         texts=texts or None,
         resolution=drawing.metres_per_unit and drawing.metres_per_unit / frame.px_per_unit,
+        px_per_unit=frame.px_per_unit,
         source=drawing.source,
     )
 

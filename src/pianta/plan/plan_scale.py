@@ -62,7 +62,7 @@ def find_stated_scale(
 ) -> PlanScale | None:
     """The scale that the user, the file or a scale bar states; None where none of them does.
 
-    ink: shape (H, W). given: metres per pixel of the user.
+    ink: shape (H, W). given: metres per pixel of the user, per unit of a vector file.
     What the file and the bar state is passed over where no plan has such a size.
     Raises PlanError for a given one that is no positive number, or by which the sheet is no plan of a building.
     """
@@ -71,10 +71,12 @@ def find_stated_scale(
     if given is not None:
         if not (isfinite(given) and given > 0):
             raise PlanError(f"the resolution is {given}, give positive metres per pixel")
-        if not least <= given * longest <= most:
-            size = f"{given * longest:.3g} m of a sheet of {longest} pixels"
+        metres, of_file = given / sheet.px_per_unit, longest / sheet.px_per_unit
+        if not least <= metres * longest <= most:
+            units = "pixels" if sheet.px_per_unit == 1 else "drawing units"
+            size = f"{metres * longest:.3g} m of a sheet of {of_file:.4g} {units}"
             raise PlanError(f"the resolution is {given}, which makes {size}, give that of a building")
-        return PlanScale(given, "--resolution", 1.0)
+        return PlanScale(metres, "--resolution", 1.0)
     if sheet.resolution is not None and least <= sheet.resolution * longest <= most:
         return PlanScale(sheet.resolution, "the units of the file", 0.95)
     bar = parse_scale_bar(texts, ink)

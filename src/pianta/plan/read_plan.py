@@ -82,10 +82,10 @@ def read_plan(
 ) -> PlanReading:
     """The floors of a plan: rooms with their names, and doors (thesis, section 3.3).
 
-    resolution: metres per pixel, found in the plan unless given. page: of a PDF. symbols: folder with PNGs of symbols
-    besides our own. method: how rooms are found in what remains. with_symbols: whether symbols are found and removed,
-    and the gaps of doors closed. with_text: whether text is read. networks: those that say what is wall.
-    max_cells: pixels that a picture may have.
+    resolution: metres per pixel of a picture, per unit of a vector drawing, found in the plan unless given. page: of a
+    PDF. symbols: folder with PNGs of symbols besides our own. method: how rooms are found in what remains.
+    with_symbols: whether symbols are found and removed, and the gaps of doors closed. with_text: whether text is read.
+    networks: those that say what is wall. max_cells: pixels that a picture may have.
 
     Warns (PlanWarning) of text that cannot be read and of several floors on a sheet.
     Raises PlanError, in one line, for what is no plan; OptionError for an unknown method and for a page, resolution or

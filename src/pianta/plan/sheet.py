@@ -42,7 +42,7 @@ class Sheet:
     colors: shape (H, W, 3), red, green, blue. walls: shape (H, W), where the file says what is wall; None for pictures.
     doors: shape (D, 2, 2), from jamb to jamb, row and col in continuous pixels, of doors that the file names.
     texts: None where they must be read from the pixels. resolution: metres per pixel, None where the file does not say.
-    source: the name of the file.
+    px_per_unit: pixels of a unit of the file, 1 of a picture. source: the name of the file.
     """
 
     colors: Colors
@@ -50,4 +50,5 @@ class Sheet:
     doors: Floats = field(default_factory=lambda: np.zeros((0, 2, 2)))
     texts: tuple[PlacedText, ...] | None = None
     resolution: float | None = None
+    px_per_unit: float = 1.0
     source: str = ""
