@@ -63,7 +63,8 @@ Words = Annotated[
     Path | None, typer.Option(metavar="FILE", help="JSON with words that names of rooms have, besides our own.")
 ]
 Resolution = Annotated[
-    float | None, typer.Option(help="Metres per cell of an image without map.yaml, or per pixel of a plan.")
+    float | None,
+    typer.Option(help="Metres per cell of an image without map.yaml, per pixel of a plan, per unit of a DXF or SVG."),
 ]
 TrustThresholds = Annotated[
     bool, typer.Option("--trust-thresholds", help="Keep grey 205 free where free_thresh makes it so.")
