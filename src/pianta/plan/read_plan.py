@@ -103,7 +103,8 @@ def read_plan(
     view = _view_sheet(sheet, texts, resolution=resolution, networks=networks)
     # Symbols are matched with templates and removed, doors remembered; each spot is inside, wall, door or outside
     found = find_symbols(view.colors, door_px=view.drawn_px, templates=templates) if with_symbols else ()
-    regions = find_regions(remove_symbols(view.colors, found), door_px=view.door_px, networks=networks)
+    # The network has learned from sheets with their text, and erased text can take a line with it
+    regions = find_regions(remove_symbols(sheet.colors, found), door_px=view.door_px, networks=networks)
     doors = find_doors(regions, view.swings, found, sheet.doors) if with_symbols else PlanDoors()
     regions = regions if sheet.walls is None else trust_walls(regions, sheet.walls)
     # The gaps of doors are closed, walls thinned to lines, and the layout method finds the rooms between them
@@ -161,7 +162,7 @@ def _view_sheet(
     sure = stated if stated and stated.confidence > SURE_BY_DOORS else None
     known_px = DOOR_WIDTH / sure.resolution if sure else drawn.px if drawn else None
     is_sure = sure is not None or (drawn is not None and (drawn.count >= SURE_DOORS or len(sheet.doors) > 0))
-    door_px = fit_door_px(colors, door_px=known_px, is_sure=is_sure, networks=networks)
+    door_px = fit_door_px(sheet.colors, door_px=known_px, is_sure=is_sure, networks=networks)
     told = filter(None, (stated, find_door_scale(drawn, door_px)))
     scale = sure or max(told, key=lambda scale: scale.confidence)
     return _View(colors, swings, drawn.px if drawn else door_px, door_px, scale, sure is not None)
