@@ -134,9 +134,9 @@ def _read_ifc(path: str | Path, options: Mapping[str, object]) -> PlanReading:
 
 @dataclass(frozen=True, eq=False)
 class _View:
-    """A sheet without its text, the doors with a swing on it, and its scale.
+    """A sheet for its symbols, the doors with a swing on it, and its scale.
 
-    drawn_px, door_px: pixels of a door as it is drawn, and as the network takes it.
+    colors: the sheet without its text. drawn_px, door_px: pixels of a door as it is drawn, and as the network takes it.
     """
 
     colors: Colors
@@ -150,7 +150,7 @@ class _View:
 def _view_sheet(
     sheet: Sheet, texts: Sequence[PlacedText], *, resolution: float | None, networks: Sequence[str]
 ) -> _View:
-    """The scale is stated, or that of the doors that have a swing, or the one at which the sheet looks like a plan.
+    """The scale is stated, or that of doors, or the one at which the sheet looks like a plan.
 
     What is stated less surely than doors tell it counts where they are less sure still.
     """
