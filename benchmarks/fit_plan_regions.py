@@ -51,7 +51,7 @@ CHANNELS = (16, 32, 48, 64, 96, 128)
 SIDE, BATCH, RATE = 288, 5, 3e-3
 WEIGHTS = {INSIDE: 1.0, WALL: 2.5, DOOR: 5.0, OUTSIDE: 1.0}
 WALL_CELLS, PASSAGE_CELLS = 3, 4
-DRAWINGS, DRAWN_WEIGHT = 3, 0.25
+DRAWINGS, DRAWN_WEIGHT = 6, 0.125
 SCREENSHOT = "screenshot"
 # Batches that tell the statistics of averaged weights.
 STATISTICS = 80

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -82,6 +83,33 @@ def test_a_batch_goes_on_after_a_file_that_is_no_plan(plan: Path, tmp_path: Path
     assert result.code == 1
     assert "broken.svg" in result.err
     assert (tmp_path / "out" / "plan" / "floor.geojson").is_file()
+    assert "; scale: 0.0" in result.out
+
+
+def test_how_many_symbols_of_a_folder_are_found_is_told(plan: Path, true_floor: Floor, tmp_path: Path):
+    symbols = tmp_path / "symbols"
+    symbols.mkdir()
+    with Image.open(plan) as sheet:
+        door = next(door for door in true_floor.doors if abs(door.line.coords[0][1] - door.line.coords[1][1]) < 0.01)
+        reach, middle = round(0.8 * PX_PER_METRE), door.line.interpolate(0.5, normalized=True)
+        grid = draw_plan(true_floor, style="thick", px_per_metre=PX_PER_METRE, doors="arc", seed=1).grid
+        row, col = (round(float(place)) for place in grid.map_to_pixel(middle.x, middle.y))
+        sheet.crop((col - reach, row - reach, col + reach, row + reach)).save(symbols / "door7.png")
+    read = ("read", str(plan), "-o", str(tmp_path / "out"), "--no-labels", "--symbols", str(symbols))
+    result = run_pianta(*read)
+    assert result.code == 0, result.err
+    told = next(line for line in result.out.splitlines() if line.startswith("symbols: "))
+    assert re.search(r" found: \d+ door7\.png$", told)
+
+    Image.fromarray(np.tri(40, dtype=np.uint8) * 200).save(symbols / "door7.png")
+    assert "found, cut them out of a sheet like this one, at its scale" in run_pianta(*read).out.replace("\n", " ")
+
+
+def test_a_file_that_is_neither_map_nor_plan_is_told_what_can_be_read(tmp_path: Path):
+    (tmp_path / "notes.md").write_text("rooms")
+    result = run_pianta("read", str(tmp_path / "notes.md"), "-o", str(tmp_path / "out"))
+    assert result.code == 2
+    assert re.search(r"file '.*notes\.md' is of no known kind, give one of \.yaml, .*\.svg", result.err)
 
 
 @pytest.mark.parametrize(

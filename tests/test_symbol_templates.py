@@ -52,15 +52,15 @@ def test_names_tell_kinds_and_walls_tell_jambs(tmp_path):
     (tmp_path / "readme.txt").write_text("no picture")
     found = {template.name: template for template in read_symbol_folder(tmp_path)}
     assert {name: template.kind for name, template in found.items()} == {
-        **dict.fromkeys(("door", "porta2", "tür3", "puerta"), "door"),
-        **dict.fromkeys(("fenster", "finestra1"), "window"),
-        **dict.fromkeys(("kit", "notes.txt"), "object"),
+        **dict.fromkeys(("door.png", "porta2.png", "tür3.png", "puerta.png"), "door"),
+        **dict.fromkeys(("fenster.png", "finestra1.png"), "window"),
+        **dict.fromkeys(("kit.png", "notes.txt.png"), "object"),
     }
-    assert np.array(found["door"].jambs).tolist() == [[14, 0], [14, 16]]
-    assert np.array(found["porta2"].jambs).tolist() == [[2, 6], [18, 6]]
-    assert found["tür3"].jambs is None
-    assert found["door"].image.tolist() == drawn().tolist()
-    assert found["door"].door_px is None
+    assert np.array(found["door.png"].jambs).tolist() == [[14, 0], [14, 16]]
+    assert np.array(found["porta2.png"].jambs).tolist() == [[2, 6], [18, 6]]
+    assert found["tür3.png"].jambs is None
+    assert found["door.png"].image.tolist() == drawn().tolist()
+    assert found["door.png"].door_px is None
 
 
 def test_colours_are_kept(tmp_path):
@@ -111,5 +111,5 @@ def test_the_symbols_of_the_collection_are_read(data):
     kinds = [template.kind for template in templates]
     assert (kinds.count("door"), kinds.count("object")) == (27, 13)
     assert sum(template.jambs is not None for template in templates) == 12
-    door = next(template for template in templates if template.name == "door")
+    door = next(template for template in templates if template.name == "door.png")
     assert np.array(door.jambs)[:, 1].tolist() == [0, door.image.shape[1]]

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pianta.errors import MapError, OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.formats.files import MAX_CELLS, shown
-from pianta.formats.maps import read_map
+from pianta.formats.files import MAX_CELLS, checked_input, shown
+from pianta.formats.maps import MAP_SUFFIXES, read_map
 from pianta.formats.ros_map import YAML_SUFFIXES
 from pianta.gridmap import GridMap
 from pianta.layout.methods import DEFAULT_METHOD
+
+if TYPE_CHECKING:
+    from pianta.plan.symbol_poses import PlacedSymbol
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,14 +28,14 @@ class OpenedFloor:
     """A floor of a file.
 
     grid: the map, or the frame of the sheet of a plan. folder: where its results go within those of the file, "" for
-    the same place. paper: the sheet, shape (H, W, 3) of the grid; None for maps. told: what else is worth a line.
+    the same place. paper: the sheet, shape (H, W, 3) of the grid; None for maps. told: what else is worth a line each.
     """
 
     floor: Floor
     grid: GridMap
     folder: str = ""
     paper: NDArray[np.uint8] | None = None
-    told: str = ""
+    told: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +62,8 @@ class Opening:
         from pianta.plan.map_or_plan import tell_kind
 
         _refuse_folder(path)
+        if self.kind is None:
+            _refuse_suffix(path)
         kind = self.kind or tell_kind(path, max_cells=self.max_cells)
         return self._open_plan(path) if kind == "plan" else [self._open_map(path)]
 
@@ -90,10 +97,32 @@ class Opening:
         )
         paper = reading.sheet.colors if reading.sheet else None
         several = len(reading.floors) > 1
+        matched = (_describe_matches(reading.symbols, self.symbols),) if self.symbols else ()
         return [
-            OpenedFloor(one.floor, one.grid, f"floor-{number}" if several else "", paper, f"scale: {one.scale}")
+            OpenedFloor(
+                one.floor, one.grid, f"floor-{number}" if several else "", paper, (f"scale: {one.scale}", *matched)
+            )
             for number, one in enumerate(reading.floors, start=1)
         ]
+
+
+def _describe_matches(symbols: Iterable[PlacedSymbol], folder: Path) -> str:
+    """How many symbols were found of each file of a folder."""
+    counts = Counter(symbol.name for symbol in symbols if Path(symbol.name).suffix)
+    if not counts:
+        return f"symbols: none of {shown(folder)} found, cut them out of a sheet like this one, at its scale"
+    named = ", ".join(f"{count} {name}" for name, count in counts.most_common())
+    return f"symbols: {counts.total()} of {shown(folder)} found: {named}"
+
+
+def _refuse_suffix(path: str | Path) -> None:
+    """Raise MapError for a file that is there and is neither a map nor a plan by its suffix."""
+    from pianta.plan.map_or_plan import PLAN_SUFFIXES
+
+    known = dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES])
+    if Path(path).suffix.lower() not in known:
+        file = checked_input(path, "file", MapError)
+        raise MapError(f"file {shown(file)} is of no known kind, give one of {', '.join(known)}")
 
 
 def _refuse_folder(path: str | Path) -> None:

@@ -188,11 +188,11 @@ class Reading:
 
 @dataclass(frozen=True)
 class ReadFloor:
-    """A floor, the folder of its results, and what else is worth a line."""
+    """A floor, the folder of its results, and what else is worth a line each."""
 
     floor: Floor
     folder: Path
-    told: str
+    told: tuple[str, ...]
 
 
 def read_previous(path: str | Path) -> Floor:
@@ -241,8 +241,8 @@ def _read_one(maps: Sequence[str], out: Path, reading: Reading, *, quiet: bool) 
             tell_result(f"building: {describe_type(read.floor, reading.labelling.buildings.building_types)}")
         if reading.older:
             tell_result(describe_ids(read.floor, reading.older))
-        if read.told:
-            tell_result(read.told)
+        for line in read.told:
+            tell_result(line)
         tell_result(f"{describe_floor(read.floor)}, in {read.folder}")
 
 
@@ -259,7 +259,8 @@ def _read_several(maps: Sequence[str], out: Path, reading: Reading, *, quiet: bo
         for read in floors if not quiet else ():
             judged = reading.labelling and reading.labelling.judges(read.floor)
             kind = f", {name_type(read.floor)}" if judged else ""
-            tell_result(f"{describe_floor(read.floor)}{kind}, in {read.folder}")
+            told = "".join(f"; {line}" for line in read.told)
+            tell_result(f"{describe_floor(read.floor)}{kind}, in {read.folder}{told}")
     if not quiet:
         tell_result(f"{len(maps) - failed} of {len(maps)} maps read")
     if failed:

@@ -14,6 +14,7 @@ from pianta.plan.sheet import Colors
 
 Kind = Literal["map", "plan"]
 VECTOR_SUFFIXES = (".dxf", ".svg", ".pdf", ".ifc")
+PLAN_SUFFIXES = (*PICTURE_SUFFIXES, *VECTOR_SUFFIXES)
 
 # A map is grey. Colours of at least this chroma on more than this share of an image make it a plan,
 CHROMA, COLORED = 40, 0.003

@@ -37,6 +37,7 @@ from pianta.plan.regions import NETWORKS, find_regions, has_walls
 from pianta.plan.room_names import name_rooms
 from pianta.plan.sheet import Colors, PlacedText, Sheet
 from pianta.plan.storeys import IFC_SUFFIX, read_storeys
+from pianta.plan.symbol_poses import PlacedSymbol
 from pianta.plan.symbol_templates import own_templates, read_symbol_folder
 from pianta.plan.symbols import find_symbols, remove_symbols
 from pianta.plan.text import erase_texts, read_texts, text_reader_available
@@ -62,10 +63,15 @@ class PlanFloor:
 
 @dataclass(frozen=True, eq=False)
 class PlanReading:
-    """What was read from a plan: the floors, the largest of a sheet first; the sheet, None for an IFC."""
+    """What was read from a plan.
+
+    floors: the largest of a sheet first. sheet: None for an IFC. symbols: those that were found on the sheet, best
+    first.
+    """
 
     floors: tuple[PlanFloor, ...]
     sheet: Sheet | None
+    symbols: tuple[PlacedSymbol, ...] = ()
 
 
 def read_plan(
@@ -121,7 +127,7 @@ def read_plan(
     _check_floors(floors, path)
     scale = view.scale if view.is_stated else refine_by_sizes(view.scale, floors, texts, sheet.colors.shape[0])
     legend = find_legend(texts)
-    return PlanReading(tuple(_place_floor(floor, sheet, texts, legend, scale) for floor in floors), sheet)
+    return PlanReading(tuple(_place_floor(floor, sheet, texts, legend, scale) for floor in floors), sheet, tuple(found))
 
 
 def _read_ifc(path: str | Path, options: Mapping[str, object]) -> PlanReading:

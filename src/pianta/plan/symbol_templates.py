@@ -75,7 +75,7 @@ def _draw_plain_sign(name: str, color: Color) -> Template:
 
 
 def read_symbol_folder(path: str | Path) -> tuple[Template, ...]:
-    """The symbols of a user's folder of PNGs, cut out of sheets like those that are to be read; by name.
+    """The symbols of a user's folder of PNGs, cut out of sheets like those that are to be read, called by their files.
 
     Names that begin with door or window, in five languages, tell doors and windows; what begins with wall is what
     takes the place of the door of the same suffix, and its black bar tells where the jambs are. All others are objects.
@@ -104,7 +104,7 @@ def read_symbol_folder(path: str | Path) -> tuple[Template, ...]:
         fill = fills.pop(suffix, None) if kind == "door" else None
         if fill is not None and fill.shape[:2] != image.shape[:2]:
             faults.append(f"{FILL}{suffix}.png is not as large as {name}.png, draw it over a copy")
-        templates.append(Template(name, kind, image, None if fill is None else _find_bar(fill)))
+        templates.append(Template(f"{name}.png", kind, image, None if fill is None else _find_bar(fill)))
     faults += [f"{FILL}{suffix}.png fills no door, add door{suffix}.png" for suffix in fills]
     if faults or not templates:
         raise PlanError(f"symbols {shown(folder)} cannot be used: " + ("; ".join(faults) or "it has no symbols"))
