@@ -1,5 +1,7 @@
 """Doors as lines from jamb to jamb, and the rooms on both sides of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -84,19 +86,19 @@ def test_turned_and_shifted_regions_have_turned_and_shifted_doors(quarters, down
 def test_what_knows_the_jambs_comes_before_what_the_network_sees():
     regions = as_regions(two_rooms())
     drawn = np.array([(110.0, 202.0), (140.0, 202.0)])
-    assert find_doors(regions, [], [symbol("door", drawn)], NONE).lines == pytest.approx(drawn[None])
+    assert find_doors(regions, [], [symbol("door", drawn)], NONE).closed == pytest.approx(drawn[None])
     hung = swing((143, 203), (113, 203))
-    assert find_doors(regions, [hung], [], NONE).lines == pytest.approx(np.array([[(143, 203), (113, 203)]]))
-    both = find_doors(regions, [hung], [symbol("door", drawn)], NONE).lines
+    assert find_doors(regions, [hung], [], NONE).closed == pytest.approx(np.array([[(143, 203), (113, 203)]]))
+    both = find_doors(regions, [hung], [symbol("door", drawn)], NONE).closed
     assert both == pytest.approx(drawn[None])
     named = np.array([[(100.0, 205.0), (150.0, 205.0)]])
-    assert find_doors(regions, [hung], [symbol("door", drawn)], named).lines == pytest.approx(named)
+    assert find_doors(regions, [hung], [symbol("door", drawn)], named).closed == pytest.approx(named)
 
 
 def test_a_swing_where_the_network_sees_no_door_is_furniture():
     regions = as_regions(two_rooms())
     chair = swing((60, 100), (60, 130))
-    assert sorted_ends(find_doors(regions, [chair], [], NONE).lines) == pytest.approx(JAMBS[None])
+    assert sorted_ends(find_doors(regions, [chair], [], NONE).closed) == pytest.approx(JAMBS[None])
     # The file knows better
     named = np.array([[(60.0, 100.0), (60.0, 130.0)]])
     assert len(find_doors(regions, [], [], named).lines) == 2
@@ -107,8 +109,41 @@ def test_many_swings_of_one_width_are_doors_whatever_the_network_sees(count, bel
     regions = as_regions(two_rooms(doors=()))
     leaves = [swing((20 + 25 * number, 100), (20 + 25 * number, 120)) for number in range(count)]
     other = swing((20, 250), (20, 290))
-    found = find_doors(regions, [*leaves, other], [], NONE).lines
+    found = find_doors(regions, [*leaves, other], [], NONE).closed
     assert sorted_ends(found) == pytest.approx(sorted_ends(np.array([leaf.closed for leaf in leaves[:believed]])))
+
+
+def test_a_leaf_closes_on_the_face_of_the_wall_and_the_door_is_in_its_middle():
+    """A wall of 8 px between the rows 100 and 108; the leaf of 40 px swings up."""
+    regions = as_regions(two_rooms(doors=()))
+    regions.probabilities[DOOR] = 0.9
+    leaf = Swing(np.array([100.0, 60]), np.array([100.0, 100]), np.array([60.0, 60]), 40.0, 1.0)
+    found = find_doors(regions, [leaf], [], NONE)
+    assert found.closed.tolist()[0] == [[100, 60], [100, 100]]
+    assert found.lines.tolist()[0] == [[104, 60], [104, 100]]
+    for jambs in ([(100, 60), (100, 100)], [(100, 100), (100, 60)]):
+        placed = replace(symbol("door", np.array(jambs, float)), corners=np.array([(60, 60), (60, 100), (100, 100)]))
+        found = find_doors(regions, [], [placed], NONE)
+        assert found.closed.tolist()[0] == np.array(jambs).tolist()
+        assert found.lines[0, :, 0].tolist() == [104, 104]
+
+
+@pytest.mark.parametrize(
+    ("jamb", "opens", "lines"),
+    [((100, 142), (60, 182), 1), ((100, 160), (60, 200), 2), ((100, 142), (140, 182), 2), ((100, 182), (60, 142), 2)],
+)
+def test_two_leaves_that_meet_and_open_to_one_side_are_one_door(jamb, opens, lines):
+    """A leaf from column 100 to 140; the other meets it, ends 20 px before, opens to the other side, follows it."""
+    regions = as_regions(two_rooms(doors=()))
+    regions.probabilities[DOOR] = 0.9
+    left = Swing(np.array([100.0, 100]), np.array([100.0, 140]), np.array([60.0, 100]), 40.0, 1.0)
+    hinge = np.array([100.0, opens[1]])
+    right = Swing(hinge, np.array(jamb, float), np.array(opens, float), 40.0, 1.0)
+    found = find_doors(regions, [left, right], [], NONE)
+    told = [line for line in found.closed.tolist() if line[0][0] == 100]
+    assert len(told) == lines
+    if lines == 1:
+        assert told == [[[100, 100], [100, 182]]]
 
 
 @pytest.mark.parametrize(("chance", "rows", "doubtful"), [(0.9, 8, False), (0.5, 8, True), (0.9, 3, True)])

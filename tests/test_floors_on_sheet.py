@@ -32,7 +32,7 @@ def lay_out(
     """The floors; closed: whether doors are drawn into the map, too; doubtful: of each door, none unless given."""
     drawn = doors if closed else NONE
     floor_map = draw_floor_map(as_regions(kinds), drawn, sheet_shape=sheet_shape(kinds), resolution=RESOLUTION)
-    known = PlanDoors(doors, np.zeros(len(doors), bool) if doubtful is None else np.array(doubtful))
+    known = PlanDoors(doors, doors, np.zeros(len(doors), bool) if doubtful is None else np.array(doubtful))
     return lay_out_floors(floor_map, known, method=method, source="plan.png")
 
 

@@ -18,6 +18,7 @@ from pianta.plan.plan_scale import (
     STEP,
     PlanScale,
     agree_on_doors,
+    are_surely_doors,
     find_door_scale,
     find_stated_scale,
     fit_door_px,
@@ -176,6 +177,21 @@ def test_doors_that_are_drawn_are_not_much_smaller_than_those_of_the_drawing(mon
     monkeypatch.setattr(plan_scale, "find_regions", doubting(16.0, asked))
     fit_door_px(PAGE, door_px=4.0, networks=["one"])
     assert 9 < max(asked) <= 3 * 4.0 * STEP
+
+
+def test_on_a_sheet_longer_than_any_letters_are_no_doors_however_small_they_are(monkeypatch):
+    """On 400 pixels arcs of 1.5 make 267 doors, and doors of 10 are tried, as if nothing was known."""
+    monkeypatch.setattr(plan_scale, "find_regions", doubting(10.0, []))
+    assert fit_door_px(PAGE, door_px=1.5, networks=["one"]) == pytest.approx(10.0, rel=0.13)
+    assert fit_door_px(PAGE, door_px=1.7, networks=["one"]) < 3 * 1.7 * STEP
+
+
+@pytest.mark.parametrize(
+    ("count", "longest", "sure"), [(8, 4000, True), (7, 4000, False), (8, 5100, False), (400, 5100, False)]
+)
+def test_many_doors_are_sure_where_the_sheet_is_not_longer_than_any(count, longest, sure):
+    assert are_surely_doors(DoorSize(20.0, count, 0.9), longest) == sure
+    assert not are_surely_doors(None, longest)
 
 
 @pytest.mark.parametrize("best", [3.0, 6.0, 8.0, 16.0])

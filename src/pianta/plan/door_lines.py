@@ -26,6 +26,10 @@ SURE_SWINGS = 8
 SEEN_FROM = 0.1
 # Below these probabilities a region and a symbol are doubtful doors, and so is a region shorter than this share of one.
 SURE_REGION, SURE_SYMBOL, SHORTEST_REGION = 0.6, 0.4, 0.6
+# A leaf closes on the face of its wall, so many widths before the middle.
+HALF_WALL = 0.1
+# The leaves of a double door end within this share of their width of each other.
+MEET = 0.3
 # Doors whose middles are within this share of the wider one are one door.
 SAME = 0.75
 # How far beside a door its rooms are looked for, metres: beyond half of the thickest wall. Its line may be drawn this
@@ -37,11 +41,13 @@ BESIDE, ASIDE = (0.2, 0.4, 0.7, 1.0), 0.7
 class PlanDoors:
     """Doors of a sheet.
 
-    lines: from jamb to jamb, shape (D, 2, 2), row and col in pixels of the sheet. doubtful: shape (D,), those that are
-    doors only where a room has no other.
+    lines: from jamb to jamb in the middle of the wall, shape (D, 2, 2), row and col in pixels of the sheet. closed: the
+    same where their leaves close, on the face of the wall. doubtful: shape (D,), those that are doors only where a room
+    has no other.
     """
 
     lines: Floats = field(default_factory=lambda: np.zeros((0, 2, 2)))
+    closed: Floats = field(default_factory=lambda: np.zeros((0, 2, 2)))
     doubtful: Mask = field(default_factory=lambda: np.zeros(0, bool))
 
 
@@ -54,20 +60,61 @@ def find_doors(regions: Regions, swings: Sequence[Swing], symbols: Sequence[Plac
     """
     sure = _agree(swings)
     shortest = SHORTEST_REGION * DOOR_CELLS * regions.cell_px
-    told = [(line, False) for line in [*named, *(swing.closed for swing in sure)]]
-    drawn = [(symbol.jambs, SURE_SYMBOL) for symbol in symbols if symbol.kind == "door" and symbol.jambs is not None]
-    drawn += [(swing.closed, SEEN_FROM) for swing in swings if swing not in sure]
-    seen = [(line, chance, least) for line, least in drawn if (chance := _door_near(regions, line)) >= SEEN_FROM]
-    told += [(line, chance < least) for line, chance, least in seen]
+    told = [(line, line, False) for line in named]
+    told += [(line, moved, False) for line, moved in _close_leaves(sure)]
+    drawn = [
+        (*_close_symbol(symbol), SURE_SYMBOL)
+        for symbol in symbols
+        if symbol.kind == "door" and symbol.jambs is not None
+    ]
+    drawn += [(*leaves, SEEN_FROM) for leaves in _close_leaves([swing for swing in swings if swing not in sure])]
+    for line, moved, least in drawn:
+        if (chance := _door_near(regions, line)) >= SEEN_FROM:
+            told.append((line, moved, chance < least))
     for line in find_door_regions(regions):
         is_short = np.hypot(*(line[1] - line[0])) < shortest
-        told.append((line, bool(is_short or _door_near(regions, line) < SURE_REGION)))
-    kept: list[tuple[Floats, bool]] = []
-    for line, is_doubtful in told:
-        if all(not _is_same(line, other) for other, _ in kept):
-            kept.append((np.asarray(line, float), is_doubtful))
-    lines = np.array([line for line, _ in kept]).reshape(-1, 2, 2)
-    return PlanDoors(lines, np.array([is_doubtful for _, is_doubtful in kept], bool))
+        told.append((line, line, bool(is_short or _door_near(regions, line) < SURE_REGION)))
+    kept: list[tuple[Floats, Floats, bool]] = []
+    for line, moved, is_doubtful in told:
+        if all(not _is_same(line, other) for other, _, _ in kept):
+            kept.append((line, moved, is_doubtful))
+    closed, lines, doubtful = zip(*kept, strict=True) if kept else ((), (), ())
+    return PlanDoors(
+        np.array(lines, float).reshape(-1, 2, 2), np.array(closed, float).reshape(-1, 2, 2), np.array(doubtful, bool)
+    )
+
+
+def _close_leaves(swings: Sequence[Swing]) -> list[tuple[Floats, Floats]]:
+    """Each door where its leaves close, and in the middle of its wall; two leaves that meet are one door."""
+    doors = []
+    single = list(swings)
+    while single:
+        swing = single.pop(0)
+        other = next((other for other in single if _meet(swing, other)), None)
+        line, ajar = swing.closed, swing.open_end - swing.hinge
+        if other is not None:
+            single.remove(other)
+            line = np.array([swing.hinge, other.hinge])
+        doors.append((line, line - HALF_WALL * ajar))
+    return doors
+
+
+def _meet(swing: Swing, other: Swing) -> bool:
+    """Whether two swings are the leaves of a double door: they meet in the middle and open to the same side."""
+    radius = (swing.radius + other.radius) / 2
+    apart = np.hypot(*(swing.jamb - other.jamb)), np.hypot(*(swing.hinge - other.hinge))
+    opens = (swing.open_end - swing.hinge) @ (other.open_end - other.hinge)
+    return bool(
+        apart[0] < MEET * radius and apart[1] > (2 - MEET) * radius and opens > 0.9 * swing.radius * other.radius
+    )
+
+
+def _close_symbol(symbol: PlacedSymbol) -> tuple[Floats, Floats]:
+    """The line of a door where it closes, and in the middle of its wall."""
+    line = np.asarray(symbol.jambs, float)
+    across = (line[1] - line[0])[::-1] * (-1, 1)
+    side = np.sign(across @ (symbol.corners.mean(axis=0) - line.mean(axis=0)))
+    return line, line - HALF_WALL * side * across
 
 
 def find_door_regions(regions: Regions) -> Floats:

@@ -40,6 +40,8 @@ ASKED_CELLS = 448
 # none of these sizes is none, when another one leaves so much less doubt, nats. What lies between is asked about next
 # to the best. Letters and furniture have arcs that are smaller than doors, but not by more than this factor.
 FACTORS, LESS_DOUBT, MOST_LARGER = (0.5, 0.8, 1.0), 0.05, 3.0
+# A sheet is seldom longer than so many doors: what makes it so is letters, whatever their number.
+LONGEST_SIDE = 250.0
 
 
 @dataclass(frozen=True)
@@ -96,17 +98,26 @@ def agree_on_doors(swings: Sequence[Swing], named: Floats) -> DoorSize | None:
     return size if size and size.count >= LEAST_DOORS and size.px >= LEAST_DOOR_PX else None
 
 
+def are_surely_doors(doors: DoorSize | None, longest: int) -> bool:
+    """Whether so many swings agree that nobody doubts them, on a sheet with a longer side of so many pixels."""
+    return doors is not None and doors.count >= SURE_DOORS and longest <= LONGEST_SIDE * doors.px
+
+
 def find_door_scale(doors: DoorSize | None, door_px: float) -> PlanScale:
     """The scale at which doors are 0.9 m wide.
 
     doors: those with a swing, None where they tell nothing. door_px: what the look of the drawing says, which stands
     where the two have nothing to do with each other.
     """
-    # What fit_door_px finds by asking about the doors is theirs, up to rounding
-    if doors is None or not 0.99 * FACTORS[0] <= door_px / doors.px <= 1.01 * FACTORS[-1]:
+    if doors is None or not fits_doors(door_px, doors):
         return PlanScale(DOOR_WIDTH / door_px, "the look of its walls", SURE_BY_LOOK)
     count = f"{doors.count} door{'s' * (doors.count > 1)} of {DOOR_WIDTH} m"
     return PlanScale(DOOR_WIDTH / doors.px, count, SURE_BY_DOORS * doors.confidence)
+
+
+def fits_doors(door_px: float, doors: DoorSize) -> bool:
+    """Whether pixels of a door that fit_door_px found have to do with the doors that it was asked about."""
+    return 0.99 * FACTORS[0] <= door_px / doors.px <= 1.01 * FACTORS[-1]
 
 
 def fit_door_px(
@@ -123,7 +134,8 @@ def fit_door_px(
     least = DOOR_CELLS * sqrt(colors.shape[0] * colors.shape[1] / MOST_CELLS)
     near = [door_px * factor for factor in FACTORS] if door_px else []
     usual = [] if is_sure and near else [longest / side for side in SIDES]
-    far = [size for size in usual if not door_px or size < near[0] or near[-1] < size <= MOST_LARGER * door_px]
+    most = MOST_LARGER * door_px if door_px and longest <= LONGEST_SIDE * door_px else inf
+    far = [size for size in usual if not door_px or size < near[0] or near[-1] < size <= most]
     sizes = [max(size, least) for size in (*near, *far)]
     density = cv2.blur(measure_contrast(colors), (longest // 8 + 1, longest // 8 + 1))
     middle = np.array(np.unravel_index(int(density.argmax()), density.shape))

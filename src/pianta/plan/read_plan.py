@@ -25,12 +25,13 @@ from pianta.plan.paper import binarise, measure_contrast
 from pianta.plan.plan_scale import (
     DOOR_WIDTH,
     SURE_BY_DOORS,
-    SURE_DOORS,
     PlanScale,
     agree_on_doors,
+    are_surely_doors,
     find_door_scale,
     find_stated_scale,
     fit_door_px,
+    fits_doors,
     refine_by_sizes,
 )
 from pianta.plan.regions import NETWORKS, find_regions, has_walls
@@ -42,6 +43,8 @@ from pianta.plan.symbol_templates import own_templates, read_symbol_folder
 from pianta.plan.symbols import find_symbols, remove_symbols
 from pianta.plan.text import erase_texts, read_texts, text_reader_available
 
+# Swings that are smaller than this share of a door are none.
+SMALLEST_SWING = 0.5
 NO_ROOMS = "plan {} shows no rooms, give a plan with walls, or its --resolution"
 NO_DRAWING = "plan {} looks blank, like noise, like a photo or like text, give a drawing"
 
@@ -118,7 +121,7 @@ def read_plan(
     if has_walls(regions):
         floor_map = draw_floor_map(
             regions,
-            doors.lines,
+            doors.closed,
             sheet_shape=sheet.colors.shape[:2],
             resolution=view.scale.resolution,
             sweeps=[swing.sweep() for swing in view.swings] if with_symbols else (),
@@ -167,8 +170,11 @@ def _view_sheet(
     stated, drawn = find_stated_scale(sheet, texts, ink, given=resolution), agree_on_doors(swings, sheet.doors)
     sure = stated if stated and stated.confidence > SURE_BY_DOORS else None
     known_px = DOOR_WIDTH / sure.resolution if sure else drawn.px if drawn else None
-    is_sure = sure is not None or (drawn is not None and (drawn.count >= SURE_DOORS or len(sheet.doors) > 0))
+    is_sure = sure is not None or len(sheet.doors) > 0 or are_surely_doors(drawn, max(ink.shape))
     door_px = fit_door_px(sheet.colors, door_px=known_px, is_sure=is_sure, networks=networks)
+    if drawn is not None and sure is None and not fits_doors(door_px, drawn):
+        # The curves that agreed are letters or furniture
+        drawn, swings = None, tuple(swing for swing in swings if swing.radius >= SMALLEST_SWING * door_px)
     told = filter(None, (stated, find_door_scale(drawn, door_px)))
     scale = sure or max(told, key=lambda scale: scale.confidence)
     return _View(colors, swings, drawn.px if drawn else door_px, door_px, scale, sure is not None)
