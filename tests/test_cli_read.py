@@ -293,7 +293,7 @@ def test_several_maps_get_a_folder_each(sample, sample_out, small, tmp_path):
         str(tmp_path / "map"),
         str(tmp_path / "small"),
     ]
-    assert out.splitlines()[2:] == ["2 of 2 maps read"]
+    assert out.splitlines()[2:] == ["2 of 2 files read"]
 
 
 def test_a_bad_map_does_not_stop_the_others(small, tmp_path):
@@ -304,7 +304,7 @@ def test_a_bad_map_does_not_stop_the_others(small, tmp_path):
         ["error:", "map", f"'{tmp_path}'"],
     ]
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"small"}
-    assert out.splitlines()[-1] == "1 of 3 maps read"
+    assert out.splitlines()[-1] == "1 of 3 files read"
 
 
 def test_a_batch_of_bad_maps_makes_no_folder(tmp_path):

@@ -262,7 +262,7 @@ def _read_several(maps: Sequence[str], out: Path, reading: Reading, *, quiet: bo
             told = "".join(f"; {line}" for line in read.told)
             tell_result(f"{describe_floor(read.floor)}{kind}, in {read.folder}{told}")
     if not quiet:
-        tell_result(f"{len(maps) - failed} of {len(maps)} maps read")
+        tell_result(f"{len(maps) - failed} of {len(maps)} files read")
     if failed:
         raise typer.Exit(1)
 

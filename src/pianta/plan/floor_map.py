@@ -17,7 +17,7 @@ from pianta.plan.sheet import Floats, Mask
 # The map of a floor is drawn finer than the regions by this factor.
 FINER = 2
 # A barrier is wall by more than this probability; where doors are closed, that of a door counts by this share.
-BARRIER, DOOR_SHARE = 0.55, 0.7
+BARRIER, DOOR_SHARE = 0.55, 0.5
 # Gaps in barriers are closed where they are so short, metres, and a wall has this probability.
 LONGEST_GAP, WEAK = 0.6, 0.45
 # Shorter pieces of barriers are none, metres.
