@@ -128,6 +128,8 @@ def test_the_farthest_sizes_that_are_asked_about_are_of_the_doors(factor, roundi
 def test_a_scale_says_what_it_is_by_what_and_how_sure():
     told = str(PlanScale(0.03333, "7 doors of 0.9 m", 0.456))
     assert told == "0.0333 m per pixel by 7 doors of 0.9 m, confidence 0.46"
+    of_units = PlanScale(0.005, "--resolution", 1.0).describe(px_per_unit=4.0)
+    assert of_units == "0.02 m per drawing unit by --resolution, confidence 1.00"
 
 
 def doubting(best: float, asked: list[float]):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pianta.layout.wall_lines import find_wall_lines
+from pianta.layout.wall_lines import WallLines, find_wall_lines, span_walls
 from tests.drawn_maps import carve
 
 
@@ -39,3 +39,14 @@ def test_a_slanted_half_wall_is_found():
 @pytest.mark.parametrize("space", [carve((50, 50)), carve((50, 50), (20, 24, 20, 24))])
 def test_a_map_without_walls_has_no_lines(space):
     assert len(find_wall_lines(space, resolution=0.05)) == 0
+
+
+@pytest.mark.parametrize(("face", "length"), [((30, 90), 60), ((59, 60), None)])
+def test_a_wall_spans_its_face_and_a_single_place_is_none(face, length):
+    """A line along row 60 whose wall, below it, has its face in some columns; space is on both sides elsewhere."""
+    space = np.ones((120, 120), bool)
+    space[60:, face[0] : face[1]] = False
+    lines = WallLines(np.array([(59.0, 59.0)]), np.array([(0.0, 1.0)]), np.array([(1.0, 0.0)]))
+    walls = span_walls(lines, space, reach=2.5, gap=0.9, resolution=0.05)
+    lengths = [round(float(np.hypot(*(end - start)))) for start, end in walls]
+    assert lengths == ([pytest.approx(length, abs=6)] if length else [])

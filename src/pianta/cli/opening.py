@@ -96,13 +96,14 @@ class Opening:
             max_cells=self.max_cells,
         )
         paper = reading.sheet.colors if reading.sheet else None
+        unit = reading.sheet.px_per_unit if reading.sheet else 1.0
         several = len(reading.floors) > 1
         matched = (_describe_matches(reading.symbols, self.symbols),) if self.symbols else ()
+        told = [(f"scale: {one.scale.describe(px_per_unit=unit)}", *matched) for one in reading.floors]
+        folders = [f"floor-{number}" if several else "" for number in range(1, len(reading.floors) + 1)]
         return [
-            OpenedFloor(
-                one.floor, one.grid, f"floor-{number}" if several else "", paper, (f"scale: {one.scale}", *matched)
-            )
-            for number, one in enumerate(reading.floors, start=1)
+            OpenedFloor(one.floor, one.grid, folder, paper, lines)
+            for one, folder, lines in zip(reading.floors, folders, told, strict=True)
         ]
 
 

@@ -83,7 +83,7 @@ def span_walls(lines: WallLines, space: Mask, *, reach: float, gap: float, resol
     """Each wall line from where its wall begins to where it ends, shape (N, 2, 2): end, then row and col.
 
     A wall has space before it and none behind it; it goes on after gaps, which may be doors, up to a width. A line that
-    is more gap than wall is left out.
+    is more gap than wall, or has no length, is left out.
     space: shape (H, W). reach: how far it is followed both ways. gap, reach, resolution: metres.
     """
     step = max(1, round(STEP / resolution))
@@ -98,8 +98,8 @@ def span_walls(lines: WallLines, space: Mask, *, reach: float, gap: float, resol
         if len(seen):
             stretches = np.split(seen, np.flatnonzero(np.diff(seen) * resolution > gap) + 1)
             nearest = min(stretches, key=lambda stretch: np.abs(stretch).min())
-            # What is less wall than gaps only passes by obstacles.
-            if 2 * len(nearest) * step > np.ptp(nearest):
+            # A single place is no line, and what is less wall than gaps only passes by obstacles.
+            if len(nearest) > 1 and 2 * len(nearest) * step > np.ptp(nearest):
                 spans.append((lines.points[i] + np.outer(nearest[[0, -1]], lines.along[i]))[None])
     return np.concatenate(spans)
 

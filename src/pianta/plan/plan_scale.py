@@ -56,7 +56,13 @@ class PlanScale:
     confidence: float
 
     def __str__(self) -> str:
-        return f"{self.resolution:.3g} m per pixel by {self.source}, confidence {self.confidence:.2f}"
+        return self.describe()
+
+    def describe(self, *, px_per_unit: float = 1.0) -> str:
+        """The scale in one line, as --resolution takes it; px_per_unit: as of Sheet, 1 where pixels are the unit."""
+        unit = "pixel" if px_per_unit == 1 else "drawing unit"
+        metres = self.resolution * px_per_unit
+        return f"{metres:.3g} m per {unit} by {self.source}, confidence {self.confidence:.2f}"
 
 
 def find_stated_scale(
