@@ -247,7 +247,7 @@ def fit(network: UNet, real: list[Lesson], drawn: list[Lesson], *, minutes: floa
 
     In bfloat16 where the processor has it; elsewhere that is ten times as slow.
     """
-    is_short = torch.ops.mkldnn._is_mkldnn_bf16_supported()
+    has_bfloat16 = torch.ops.mkldnn._is_mkldnn_bf16_supported()
     network.to(memory_format=torch.channels_last)
     optimizer = torch.optim.AdamW(network.parameters(), RATE, weight_decay=1e-3)
     weights = torch.tensor([WEIGHTS[region] for region in sorted(WEIGHTS)])
@@ -258,7 +258,7 @@ def fit(network: UNet, real: list[Lesson], drawn: list[Lesson], *, minutes: floa
             return
         for group in optimizer.param_groups:
             group["lr"] = RATE * min(1, step / 100) * ((1 + np.cos(np.pi * done)) / 2 + 0.01)
-        with torch.autocast("cpu", torch.bfloat16, enabled=is_short):
+        with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16):
             scores = network(layers.to(memory_format=torch.channels_last))
         loss = functional.cross_entropy(scores.float(), regions, weights, label_smoothing=0.03)
         optimizer.zero_grad()

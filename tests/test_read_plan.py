@@ -14,8 +14,10 @@ from shapely.affinity import translate
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor
 from pianta.plan import read_plan as plan_reading
+from pianta.plan.door_swings import Swing
 from pianta.plan.plan_scale import PlanScale
 from pianta.plan.read_plan import PlanFloor, PlanReading, read_plan
+from pianta.plan.sheet import Sheet
 from pianta.worlds.floors import build_floor
 from pianta.worlds.plan_drawing import DrawnPlan, draw_plan
 
@@ -249,3 +251,25 @@ def test_the_resolution_of_an_svg_is_of_its_units(tmp_path):
     path.write_text(svg.format('stroke="black" stroke-width="12" fill="none"'), encoding="utf-8")
     found = only_floor(read_plan(path, resolution=0.01, with_text=False))
     assert sum(room.polygon.area for room in found.floor.rooms) == pytest.approx(32, rel=0.1)
+
+
+@pytest.mark.parametrize(("look", "drawn_px", "radii"), [(9.0, 12.0, [12.0] * 9 + [70.0]), (90.0, 90.0, [70.0])])
+def test_curves_that_agree_are_dropped_where_the_look_has_nothing_to_do_with_them(monkeypatch, look, drawn_px, radii):
+    """Nine quarter circles of 12 pixels and one of 70, on a sheet of 3200 that looks as if its doors had 9, or 90."""
+    places = [(np.array((40.0, 100 * number)), 12.0 if number < 9 else 70.0) for number in range(10)]
+    swings = [
+        Swing(hinge, hinge + np.array((0, side)), hinge - np.array((side, 0)), side, 1.0) for hinge, side in places
+    ]
+    asked = []
+
+    def fit_door_px(_, *, door_px, is_sure, networks):
+        asked.append((door_px, is_sure))
+        return look
+
+    monkeypatch.setattr(plan_reading, "find_swings", lambda _: tuple(swings))
+    monkeypatch.setattr(plan_reading, "fit_door_px", fit_door_px)
+    view = plan_reading._view_sheet(Sheet(np.full((200, 3200, 3), 255, np.uint8)), (), resolution=None, networks=())
+    assert asked == [(12.0, False)]
+    assert view.drawn_px == pytest.approx(drawn_px)
+    assert [swing.radius for swing in view.swings] == radii
+    assert ("doors" in view.scale.source) == (look == 9.0)

@@ -133,6 +133,7 @@ def fit_door_px(
 
     colors: shape (H, W, 3). door_px: what is thought of it; what is smaller is tried, too, since a drawing's doors may
     be too wide for its rooms. is_sure: nothing else is tried.
+    Where door_px makes the sheet longer than LONGEST_SIDE doors all that is larger is tried, too.
     The network was made with plans of one scale, and doubts least where a sheet has it; where it hardly minds and no
     door is known, a sheet is as large as most are. It is asked about the part of the sheet with the most ink.
     """
