@@ -6,12 +6,12 @@ from draw_pictures import IMAGES, frame, save
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pianta.drawing import plot_scale_bar
-from pianta.drawing_exploration import TRACK_COLORS, plot_exploration
 from pianta.exploration.explore import explore
 from pianta.exploration.policies import PREDICTED, make_policy
 from pianta.exploration.record import Exploration
 from pianta.exploration.world import build_world
+from pianta.plot.exploration import TRACK_COLORS, plot_exploration
+from pianta.plot.floor import plot_scale_bar
 from pianta.worlds.floors import make_ring_floor
 
 SEED = 4

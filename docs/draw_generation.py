@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from pianta.bench.data import find_data
-from pianta.drawing_graphs import place_nodes, save_contact_sheet
 from pianta.errors import DataError
 from pianta.formats.buildings import list_buildings, read_building
 from pianta.generation.buildings import BuildingSampler, generate_buildings
 from pianta.generation.mixing import train_type
 from pianta.generation.type_model import TypeFloor, TypeModel
 from pianta.labels import SCHOOL
+from pianta.plot.graphs import place_nodes, save_contact_sheet
 
 FLOORS, SEED, SHOWN = 16, 6, 18
 # Colours are so few, for a file of a fifth of the size.

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from shapely import total_bounds
 
 from pianta.bench.charts import save_chart
-from pianta.drawing import plot_doors, plot_rooms, plot_walls
-from pianta.drawing_grid import plot_grid
 from pianta.layout.reconstruct import reconstruct
+from pianta.plot.floor import plot_doors, plot_rooms, plot_walls
+from pianta.plot.grid import plot_grid
 from pianta.worlds.floors import make_l_floor
 from pianta.worlds.partial_scan import explore_in_part
 from pianta.worlds.scan import map_floor

@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 from pianta.bench.data import find_data
 from pianta.bench.types import measure_types
 from pianta.bench.types_pictures import draw_accuracies, draw_clusters
-from pianta.drawing import plot_doors, plot_graph, plot_rooms, save_picture
 from pianta.errors import DataError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
@@ -37,7 +36,8 @@ from pianta.layout.splitting import split_rooms
 from pianta.layout.structure import Cut, cut_space
 from pianta.layout.wall_lines import WallLines, find_wall_lines
 from pianta.layout.walls import detect_edges, detect_segments
-from pianta.room_colors import ROOM_COLORS
+from pianta.plot.floor import plot_doors, plot_graph, plot_rooms, save_picture
+from pianta.plot.room_colors import ROOM_COLORS
 from pianta.semantics.places import label_rooms
 from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import make_sample, map_floor

@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from pianta.bench.charts import save_chart
-from pianta.drawing import plot_doors, plot_rooms
-from pianta.drawing_grid import plot_ink
 from pianta.gridmap import GridMap
 from pianta.plan.read_plan import PlanFloor, read_plan
 from pianta.plan.regions import DOOR, OUTSIDE, WALL, find_regions
+from pianta.plot.floor import plot_doors, plot_rooms
+from pianta.plot.grid import plot_ink
 from pianta.worlds.floors import make_l_floor
 from pianta.worlds.plan_drawing import DrawnPlan, draw_plan
 

@@ -16,7 +16,10 @@ from matplotlib.patches import Circle, PathPatch, Rectangle
 from PIL import Image
 from shapely import LineString, Point, box, unary_union
 
-from pianta.drawing import (
+from pianta.errors import PiantaError
+from pianta.floor import Door, Floor, Room
+from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.plot.floor import (
     DOOR_COLOR,
     ENTRANCE_COLOR,
     PARTIAL_COLOR,
@@ -29,12 +32,9 @@ from pianta.drawing import (
     plot_walls,
     save_picture,
 )
-from pianta.drawing_grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY, plot_grid
-from pianta.errors import PiantaError
-from pianta.floor import Door, Floor, Room
-from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.label_styles import DARK_INK, LIGHT_INK, style_rooms
-from pianta.room_colors import ROOM_COLORS
+from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY, plot_grid
+from pianta.plot.room_colors import ROOM_COLORS
+from pianta.plot.styles import DARK_INK, LIGHT_INK, style_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta.worlds.scan import map_floor
 

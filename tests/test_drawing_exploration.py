@@ -5,7 +5,10 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image, ImageSequence
 
-from pianta.drawing_exploration import (
+from pianta.errors import OptionError, PiantaError
+from pianta.exploration.explore import explore
+from pianta.exploration.policies import NearestFrontier
+from pianta.plot.exploration import (
     FRONTIER_COLOR,
     check_animation,
     draw_exploration,
@@ -14,9 +17,6 @@ from pianta.drawing_exploration import (
     save_animation,
     save_exploration_picture,
 )
-from pianta.errors import OptionError, PiantaError
-from pianta.exploration.explore import explore
-from pianta.exploration.policies import NearestFrontier
 from tests.explored_worlds import two_room_world
 
 

@@ -19,7 +19,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from PIL import Image
 
-from pianta.drawing_graphs import (
+from pianta.errors import OptionError, PiantaError
+from pianta.formats.building_xml import read_building_xml
+from pianta.graphs.centrality import drop_isolated
+from pianta.graphs.metrics import find_corridors
+from pianta.labels import OFFICE, SCHOOL
+from pianta.plot.graphs import (
     MAX_SHEET,
     RADIUS,
     SPINE,
@@ -29,12 +34,7 @@ from pianta.drawing_graphs import (
     plot_room_graph,
     save_contact_sheet,
 )
-from pianta.errors import OptionError, PiantaError
-from pianta.formats.building_xml import read_building_xml
-from pianta.graphs.centrality import drop_isolated
-from pianta.graphs.metrics import find_corridors
-from pianta.label_styles import RoomStyle
-from pianta.labels import OFFICE, SCHOOL
+from pianta.plot.styles import RoomStyle
 
 
 def building(edges, **labels: str | None) -> nx.Graph:
@@ -277,7 +277,7 @@ def test_what_makes_no_sheet_is_refused(count, options, message):
 
 WRITE = """
 import sys, networkx as nx
-from pianta.drawing_graphs import save_contact_sheet
+from pianta.plot.graphs import save_contact_sheet
 from pianta.labels import SCHOOL
 graph = nx.Graph([("hall", f"room {number}") for number in range(9)] + [("hall", "b"), ("b", "c"), ("c", "room 1")])
 nx.set_node_attributes(graph, {"hall": "HALL", "b": "CORRIDOR", "c": "LAB", "room 1": "GYM"}, "label")

@@ -9,8 +9,14 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, PathPatch
 
-from pianta.drawing_graphs import place_nodes
-from pianta.drawing_prediction import (
+from pianta.errors import PiantaError
+from pianta.generation.explored_part import ExploredPart
+from pianta.generation.prediction import Prediction, predict_building
+from pianta.generation.type_model import learn_type
+from pianta.generation.unexplored_part import SampledFloor
+from pianta.generation.whole_floor import WholeFloor, explore_floor
+from pianta.plot.graphs import place_nodes
+from pianta.plot.prediction import (
     AVERAGE_COLOR,
     OPEN_COLOR,
     OVERLAY,
@@ -25,12 +31,6 @@ from pianta.drawing_prediction import (
     plot_skeleton,
     save_prediction_picture,
 )
-from pianta.errors import PiantaError
-from pianta.generation.explored_part import ExploredPart
-from pianta.generation.prediction import Prediction, predict_building
-from pianta.generation.type_model import learn_type
-from pianta.generation.unexplored_part import SampledFloor
-from pianta.generation.whole_floor import WholeFloor, explore_floor
 from tests.generated_types import SCHOOL, make_schools, make_wing
 
 

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from shapely import box
 
 from pianta.floor import Floor, Room
-from pianta.label_styles import DARK_INK, LIGHT_INK, NEUTRAL_COLOR, RoomStyle, list_labels, style_rooms
 from pianta.labels import FCES, FCES_COLORS, SCHEMAS, General, Label, LabelSchema
+from pianta.plot.styles import DARK_INK, LIGHT_INK, NEUTRAL_COLOR, RoomStyle, list_labels, style_rooms
 
 SQUARE = box(0, 0, 1, 1)
 SCHOOL, OFFICE = {"SCHOOL": 0.7, "office": 0.3}, {"school": 0.3, "office": 0.7}

@@ -11,10 +11,10 @@ from PIL import Image
 from shapely import Geometry, LineString, affinity, box
 
 from pianta.bench.annotated_floors import make_of_drawings
-from pianta.drawing_realism import draw_realism, save_realism_picture
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Door, Floor, Room
 from pianta.labels import LabelSet
+from pianta.plot.realism import draw_realism, save_realism_picture
 from pianta.semantics.building_description import describe_building
 from pianta.semantics.building_kernel import BuildingKernel
 from pianta.semantics.buildings import BuildingModel

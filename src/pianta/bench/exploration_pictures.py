@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from pianta.bench.charts import save_chart, start_chart
 from pianta.bench.exploration import ExplorationBench
 from pianta.bench.exploration_runs import CURVE, BuildingAtWork, BuildingRuns
-from pianta.drawing import plot_scale_bar
-from pianta.drawing_exploration import TRACK_COLORS, plot_exploration
 from pianta.errors import MapWarning
+from pianta.plot.exploration import TRACK_COLORS, plot_exploration
+from pianta.plot.floor import plot_scale_bar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

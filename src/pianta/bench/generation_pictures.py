@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from pianta.bench.charts import save_chart, start_chart
 from pianta.bench.generation import CORR, NCUT, REAL, GenerationBench
 from pianta.bench.generation_clusters import ClusterScores
-from pianta.drawing_graphs import save_contact_sheet
 from pianta.labels import SCHOOL
+from pianta.plot.graphs import save_contact_sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

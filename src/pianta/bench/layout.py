@@ -9,12 +9,12 @@ from pathlib import Path
 from pianta.bench.data import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, list_maps
 from pianta.bench.rooms import TIME_NOTE, compare_counts, describe_scores, name_columns, time_reconstruction
 from pianta.bench.table import BenchTable, Column, Figures, Part, Printed, measure_rows
-from pianta.drawing import save_picture
 from pianta.evaluation.connectivity import score_connections
 from pianta.evaluation.coverage import score_layout
 from pianta.evaluation.segmentation import score_labels
 from pianta.formats.building_xml import read_building_xml
 from pianta.formats.maps import read_map
+from pianta.plot.floor import save_picture
 
 SCORES = ("a_fc", "a_bc")
 HEADINGS = ("A_FC", "A_BC")

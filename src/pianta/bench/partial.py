@@ -17,7 +17,6 @@ from shapely.affinity import rotate
 from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable, Items
 from pianta.bench.partial_maps import SIMULATED, SIMULATED_COUNT, PartialMap, list_real_maps, simulate_world
 from pianta.bench.table import Figures, Row
-from pianta.drawing import save_picture
 from pianta.errors import PiantaError
 from pianta.floor import Floor, Room, cells_of_polygon
 from pianta.formats.files import reason_of
@@ -26,6 +25,7 @@ from pianta.layout.methods import DEFAULT_METHOD
 from pianta.layout.outlines import GRID
 from pianta.layout.reconstruct import reconstruct
 from pianta.layout.room_scene import find_main_direction
+from pianta.plot.floor import save_picture
 
 # The share of a true room from which on predictions have to hold, and that was not seen of a room truly seen in part.
 A_THIRD, UNSEEN = 1 / 3, 0.1

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.bench.charts import save_chart
-from pianta.drawing_grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
 from pianta.evaluation.segmentation import match_rooms
 from pianta.gridmap import GridMap
+from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
 
 # Neighbouring ids differ by the golden angle; reds are left to the errors.
 GOLDEN_TURN, HUES, LIGHTNESS = 0.381966, (0.09, 0.88), (0.72, 0.82)

@@ -24,13 +24,13 @@ from pianta.bench.judged_floors import LAYOUTS, OFFICES, SCHOOLS, TRUE_LAYOUTS, 
 from pianta.bench.place_models import PIANTA, Judges, train_judges, train_on, true_labels
 from pianta.bench.place_tables import Cost, PlacesBench, tabulate_places
 from pianta.bench.table import Figures, Row, measure_row
-from pianta.drawing import save_picture
 from pianta.evaluation.semantics import share_of_agreeing
 from pianta.floor import Floor
 from pianta.formats.maps import read_map
 from pianta.gridmap import GridMap
 from pianta.labels import LabelSet, Split
 from pianta.layout.reconstruct import reconstruct
+from pianta.plot.floor import save_picture
 from pianta.semantics.building_description import LABELS
 from pianta.semantics.simulated import simulate_reading
 

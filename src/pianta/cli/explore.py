@@ -171,7 +171,7 @@ def read_point(text: str) -> tuple[float, float]:
 
 
 def _check_outputs(out: Path | None, animation: str) -> None:
-    from pianta.drawing_exploration import check_animation
+    from pianta.plot.exploration import check_animation
 
     if out is None:
         return
@@ -234,7 +234,7 @@ def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
 
 def _save_exploration(run: Exploration, world: World, out: Path | None, animation: str) -> None:
     """Write table, picture and animation, all or none."""
-    from pianta.drawing_exploration import save_animation, save_exploration_picture
+    from pianta.plot.exploration import save_animation, save_exploration_picture
 
     if out is None:
         return

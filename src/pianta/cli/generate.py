@@ -101,9 +101,9 @@ def generate(
 
 def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: TypeModel, out: Path) -> None:
     """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none."""
-    from pianta.drawing_graphs import save_contact_sheet
     from pianta.formats.graph_json import save_graph
     from pianta.formats.graphml import save_graphml
+    from pianta.plot.graphs import save_contact_sheet
 
     kept = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
     with written_together(out) as new:

@@ -106,9 +106,9 @@ def save_outputs(
     prediction: Prediction, names: Sequence[str], model: TypeModel, out: Path, *, truth: WholeFloor | None = None
 ) -> None:
     """Write the prediction, its picture and the samples by name, all or none."""
-    from pianta.drawing_prediction import save_prediction_picture
     from pianta.formats.graph_json import save_graph
     from pianta.generation.prediction_file import name_rooms, save_prediction
+    from pianta.plot.prediction import save_prediction_picture
 
     with written_together(out) as new:
         save_prediction(prediction, new / PREDICTION, building_type=model.building_type, truth=truth)

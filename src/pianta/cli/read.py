@@ -18,7 +18,6 @@ from pianta.cli.opening import OpenedFloor, Opening
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.room_table import tabulate_rooms
 from pianta.cli.terminal import describe_floor, stdout, tell_error, tell_result, track_items
-from pianta.drawing import save_picture
 from pianta.errors import MapWarning, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.formats.files import MAX_CELLS, shown
@@ -27,6 +26,7 @@ from pianta.formats.graph_json import save_graph
 from pianta.formats.label_png import save_label_image
 from pianta.labels import SCHEMAS
 from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
+from pianta.plot.floor import save_picture
 
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
 MAX_GONE_TOLD = 10

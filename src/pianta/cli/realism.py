@@ -316,7 +316,7 @@ def _list_floors(judged: Mapping[str, Judged]) -> list[dict[str, object]]:
 
 
 def _draw_all(judged: Mapping[str, Judged], out: Path) -> None:
-    from pianta.drawing_realism import save_realism_picture
+    from pianta.plot.realism import save_realism_picture
 
     with written_together(out) as new:
         for file, each in zip(name_pictures([*judged]), judged.values(), strict=True):

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from shapely import MultiPolygon
 
-from pianta.drawing import DPI, GRAPH_LEVEL, INK, plot_doors, plot_legend, plot_rooms, plot_scale_bar
 from pianta.floor import Floor
 from pianta.formats.files import written_atomically
-from pianta.label_styles import Schemas
 from pianta.labels import SCHEMAS
+from pianta.plot.floor import DPI, GRAPH_LEVEL, INK, plot_doors, plot_legend, plot_rooms, plot_scale_bar
+from pianta.plot.styles import Schemas
 from pianta.semantics.realism import Realism
 from pianta.semantics.realism_patterns import OffPattern
 

@@ -15,14 +15,14 @@ import shapely
 from numpy.typing import NDArray
 from shapely import MultiPolygon, Point, Polygon
 
-from pianta.drawing_grid import UNKNOWN_GREY, plot_grid, plot_ink
-from pianta.drawing_partial import HATCH_COLOR, plot_predictions, sample_prediction
 from pianta.floor import Floor, Room
 from pianta.formats.files import written_atomically
 from pianta.gridmap import GridMap
-from pianta.label_styles import CERTAIN_FROM, DARK_INK, RoomStyle, Schemas, list_labels, style_rooms
 from pianta.labels import SCHEMAS
-from pianta.room_colors import color_neighbours
+from pianta.plot.grid import UNKNOWN_GREY, plot_grid, plot_ink
+from pianta.plot.partial import HATCH_COLOR, plot_predictions, sample_prediction
+from pianta.plot.room_colors import color_neighbours
+from pianta.plot.styles import CERTAIN_FROM, DARK_INK, RoomStyle, Schemas, list_labels, style_rooms
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components, shortest_path
 
-from pianta.drawing import DPI, EDGE_COLOR, GRAPH_LEVEL, INK, LONGEST_LABEL
 from pianta.errors import OptionError
 from pianta.formats.drawn_rooms import normalize_label
 from pianta.formats.files import written_atomically
-from pianta.label_styles import NEUTRAL_COLOR, RoomStyle
 from pianta.labels import RC, LabelSchema, Split
+from pianta.plot.floor import DPI, EDGE_COLOR, GRAPH_LEVEL, INK, LONGEST_LABEL
+from pianta.plot.styles import NEUTRAL_COLOR, RoomStyle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
