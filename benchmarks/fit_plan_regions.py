@@ -37,9 +37,9 @@ from pianta.bench.data import find_data
 from pianta.bench.plan_sets import find_image, list_plans, read_true_plan
 from pianta.errors import PiantaError
 from pianta.floor import Floor
-from pianta.formats.building_xml import read_building_xml
-from pianta.formats.image import read_picture
 from pianta.gridmap import GridMap
+from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.io.images import read_picture
 from pianta.plan.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, describe_sheet
 from pianta.worlds.plan_drawing import draw_plan
 from pianta.worlds.plan_look import PlanLook

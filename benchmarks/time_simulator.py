@@ -23,7 +23,7 @@ from pianta.exploration.occupancy import OccupancyGrid
 from pianta.exploration.policies import POLICIES, make_policy
 from pianta.exploration.starts import find_starts
 from pianta.exploration.world import World, build_world
-from pianta.formats.buildings import read_building
+from pianta.io.buildings.read import read_building
 from pianta.worlds.floors import make_floor
 
 BAR = 2000

@@ -13,10 +13,10 @@ from PIL import Image
 
 from pianta.bench.data import find_data
 from pianta.errors import DataError
-from pianta.formats.buildings import list_buildings, read_building
 from pianta.generation.buildings import BuildingSampler, generate_buildings
 from pianta.generation.mixing import train_type
 from pianta.generation.type_model import TypeFloor, TypeModel
+from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
 from pianta.plot.graphs import place_nodes, save_contact_sheet
 

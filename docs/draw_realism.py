@@ -15,7 +15,7 @@ from pianta.bench.realism_pictures import draw_scores
 from pianta.cli import main as run_pianta
 from pianta.errors import DataError
 from pianta.floor import Door, Floor, Room
-from pianta.formats.floor_geojson import save_floor
+from pianta.io.floors import save_floor
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 
 IMAGES = Path(__file__).parent / "images"

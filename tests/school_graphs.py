@@ -5,8 +5,8 @@ from pathlib import Path
 
 import networkx as nx
 
-from pianta.formats.building_xml import read_building_xml
 from pianta.graphs.centrality import drop_isolated
+from pianta.io.buildings.thesis_xml import read_building_xml
 
 
 def read_schools(data: Path) -> list[nx.Graph]:

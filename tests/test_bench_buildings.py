@@ -29,7 +29,7 @@ from pianta.bench.comparison import Cell
 from pianta.bench.place_models import CENTRAL, LOCAL, PIANTA
 from pianta.errors import DataError, LabelError, OptionError
 from pianta.floor import Floor
-from pianta.formats.label_schema import save_label_schema
+from pianta.io.label_schemas import save_label_schema
 from pianta.labels import FCES, SCHEMAS, General, Label, LabelSchema, LabelSet, Split
 from pianta.semantics.building_description import LABELS
 from pianta.semantics.relational_kernels import RoomKernel

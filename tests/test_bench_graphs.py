@@ -16,9 +16,9 @@ from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable, save_c
 from pianta.bench.graphs import NAMES, PRINTED, measure_graphs
 from pianta.bench.table import Row
 from pianta.errors import BuildingWarning, DataError
-from pianta.formats.building_xml import read_building_xml
 from pianta.graphs.centrality import drop_isolated
 from pianta.graphs.metrics import measure_graph
+from pianta.io.buildings.thesis_xml import read_building_xml
 from tests.command_line import list_files, run_pianta
 
 SPACE = (

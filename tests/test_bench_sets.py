@@ -15,8 +15,8 @@ from pianta.bench.sets import SETS, choose_sets
 from pianta.bench.table import Figures, save_bench_table
 from pianta.errors import DataError, OptionError
 from pianta.floor import Floor, Room
-from pianta.formats.maps import read_map
 from pianta.gridmap import GridMap
+from pianta.io.maps import read_map
 from tests.tiny_data import (
     ONE_ROOM,
     ROOMS,

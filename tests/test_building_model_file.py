@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pianta.errors import ModelError, PiantaError
-from pianta.formats.buildings import read_building
+from pianta.io.buildings.read import read_building
 from pianta.labels import SCHEMAS, LabelSet
 from pianta.semantics.building_description import LABELS, describe_building, name_features, spread_labels
 from pianta.semantics.building_model_file import (

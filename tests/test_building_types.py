@@ -11,7 +11,7 @@ from shapely import box
 
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor, Room
-from pianta.formats.buildings import read_building
+from pianta.io.buildings.read import read_building
 from pianta.labels import LabelSet
 from pianta.semantics.building_description import describe_building, spread_labels
 from pianta.semantics.building_kernel import BuildingKernel

@@ -14,15 +14,15 @@ from hypothesis import strategies as st
 from PIL import Image
 from shapely import LineString, Polygon, box, get_coordinates
 
+from pianta.bench.survey_truth import read_survey_truth
 from pianta.errors import BuildingError, BuildingWarning
 from pianta.evaluation.segmentation import score_labels
 from pianta.floor import Door, Floor
-from pianta.formats.building_xml import read_building_xml
-from pianta.formats.floor_geojson import save_floor
-from pianta.formats.image import read_image_map
-from pianta.formats.safe_xml import MAX_FILE_BYTES
-from pianta.formats.survey_truth import read_survey_truth
 from pianta.gridmap import UNKNOWN, GridMap
+from pianta.io._xml import MAX_FILE_BYTES
+from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.io.floors import save_floor
+from pianta.io.images import read_image_map
 from pianta.labels import OFFICE, schema_of
 from tests.mutation import mutated
 

@@ -8,10 +8,10 @@ from shapely import box
 
 from pianta.errors import BuildingError, FloorError
 from pianta.floor import Floor, Room
-from pianta.formats.building_kinds import Kind, kind_of_building
-from pianta.formats.buildings import list_buildings, read_building
-from pianta.formats.floor_geojson import save_floor
-from pianta.formats.graph_json import save_graph
+from pianta.io.buildings._kinds import Kind, kind_of_building
+from pianta.io.buildings.read import list_buildings, read_building
+from pianta.io.floors import save_floor
+from pianta.io.graphs import save_graph
 from tests import test_building_xml, test_house_expo, test_kth_xml, test_mit_xml
 
 FLOOR = Floor((Room(1, box(0, 0, 1, 1), "LAB"),))

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from pianta.floor import Floor
-from pianta.formats.floor_geojson import read_floor, save_floor
-from pianta.formats.ros_map import save_ros_map
+from pianta.io.floors import read_floor, save_floor
+from pianta.io.ros_maps import save_ros_map
 from pianta.labels import LabelSet
 from pianta.semantics.building_model_file import read_building_model, save_building_model
 from pianta.semantics.buildings import train_buildings

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from PIL import Image, ImageSequence
 
-from pianta.formats.floor_geojson import save_floor
-from pianta.formats.ros_map import save_ros_map
 from pianta.generation.type_model import learn_type
 from pianta.generation.type_model_file import save_type_model
+from pianta.io.floors import save_floor
+from pianta.io.ros_maps import save_ros_map
 from pianta.labels import SCHEMAS
 from tests.command_line import list_files, run_pianta
 from tests.explored_worlds import two_room_world, two_rooms

@@ -10,10 +10,10 @@ from PIL import Image
 from shapely import LineString, box
 
 from pianta.floor import Door, Floor, Room
-from pianta.formats.floor_geojson import save_floor
-from pianta.formats.graph_json import read_graph
-from pianta.formats.graphml import read_graphml
 from pianta.generation.type_model_file import read_type_model
+from pianta.io.floors import save_floor
+from pianta.io.graphml import read_graphml
+from pianta.io.graphs import read_graph
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import make_schools
 

@@ -14,8 +14,8 @@ from shapely import box
 from pianta.cli.opening import OpenedFloor, Opening
 from pianta.cli.read import OUTPUTS
 from pianta.floor import Floor, Room
-from pianta.formats.floor_geojson import read_floor
 from pianta.gridmap import UNKNOWN, GridMap
+from pianta.io.floors import read_floor
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plan_drawing import draw_plan
 from tests.command_line import list_files, run_pianta

@@ -26,11 +26,11 @@ from pianta.cli.read import name_folders
 from pianta.cli.room_table import tabulate_rooms
 from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
-from pianta.formats.floor_geojson import read_floor
-from pianta.formats.graph_json import read_graph
-from pianta.formats.label_png import read_label_image
-from pianta.formats.ros_map import save_ros_map
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.io.floors import read_floor
+from pianta.io.graphs import read_graph
+from pianta.io.label_images import read_label_image
+from pianta.io.ros_maps import save_ros_map
 from pianta.layout.methods import METHODS
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import make_sample, map_floor

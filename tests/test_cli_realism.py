@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from pianta.cli.realism import name_pictures
 from pianta.floor import Floor
-from pianta.formats.floor_geojson import save_floor
+from pianta.io.floors import save_floor
 from pianta.labels import OFFICE, LabelSet
 from pianta.semantics import building_model_file
 from pianta.semantics.building_description import describe_building, spread_labels

@@ -9,9 +9,9 @@ import pytest
 
 from pianta.cli.train import name_sources
 from pianta.floor import Floor
-from pianta.formats.floor_geojson import read_floor, save_floor
-from pianta.formats.graph_json import read_graph
-from pianta.formats.ros_map import save_ros_map
+from pianta.io.floors import read_floor, save_floor
+from pianta.io.graphs import read_graph
+from pianta.io.ros_maps import save_ros_map
 from pianta.labels import SCHOOL
 from pianta.semantics.place_model_file import read_place_model, save_place_model
 from pianta.semantics.training import building_of

@@ -4,8 +4,8 @@ import shlex
 
 import pytest
 
-from pianta.formats.floor_geojson import read_floor
-from pianta.formats.maps import read_map
+from pianta.io.floors import read_floor
+from pianta.io.maps import read_map
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta.worlds.scan import make_sample, map_floor
 from tests.command_line import list_files, run_pianta

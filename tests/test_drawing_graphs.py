@@ -20,9 +20,9 @@ from matplotlib.patches import Circle, Rectangle
 from PIL import Image
 
 from pianta.errors import OptionError, PiantaError
-from pianta.formats.building_xml import read_building_xml
 from pianta.graphs.centrality import drop_isolated
 from pianta.graphs.metrics import find_corridors
+from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import OFFICE, SCHOOL
 from pianta.plot.graphs import (
     MAX_SHEET,

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pianta.errors import OptionError, PlanError
-from pianta.formats.plan_drawing import ROLES, DrawnText, PlanDrawing, Role
+from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing, Role
 from pianta.plan.drawn_sheet import MARGIN_PX, draw_sheet
 from pianta.plan.sheet import Sheet
 

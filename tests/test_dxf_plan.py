@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pianta.errors import PlanError
-from pianta.formats import dxf_plan
-from pianta.formats.dxf_plan import read_dxf_plan
-from pianta.formats.plan_drawing import ROLES, PlanDrawing, Role
+from pianta.io.drawings import dxf as dxf_plan
+from pianta.io.drawings._drawing import ROLES, PlanDrawing, Role
+from pianta.io.drawings.dxf import read_dxf_plan
 from tests.mutation import mutated, refused_in_one_line
 
 ezdxf = pytest.importorskip("ezdxf", reason="pianta[cad] is not installed")

@@ -23,7 +23,7 @@ from pianta.exploration.policies import POLICIES, InformationGain, NearestFronti
 from pianta.exploration.situation import Situation
 from pianta.exploration.world import World, build_world, read_world
 from pianta.floor import Door, Floor, Room
-from pianta.formats.buildings import read_building
+from pianta.io.buildings.read import read_building
 from pianta.worlds.floors import make_floor
 from tests.explored_worlds import two_room_world, two_rooms
 

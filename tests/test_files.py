@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from pianta.errors import FloorError, MapError, PiantaError
-from pianta.formats.files import check_cell_count, checked_input, reason_of, shown, written_atomically
+from pianta.io._files import check_cell_count, checked_input, reason_of, shown, written_atomically
 
 KILLED_WRITER = """
 import os, sys
-from pianta.formats.files import written_atomically
+from pianta.io._files import written_atomically
 with written_atomically(sys.argv[1]) as temporary:
     temporary.write_text("half")
     os._exit(9)

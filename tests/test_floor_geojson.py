@@ -14,7 +14,7 @@ from shapely.geometry import shape
 
 from pianta.errors import FloorError, PiantaError
 from pianta.floor import Door, Floor, Room
-from pianta.formats.floor_geojson import read_floor, save_floor
+from pianta.io.floors import read_floor, save_floor
 from tests.mutation import mutated
 
 ENTRANCE = Door((4, None), LineString([(0, 1), (0, 2)]), 1.0)
@@ -300,7 +300,7 @@ def test_nan_is_refused(path):
 
 def test_size_is_limited(path, monkeypatch):
     write(path)
-    monkeypatch.setattr("pianta.formats.floor_geojson.MAX_FILE_BYTES", 10)
+    monkeypatch.setattr("pianta.io.floors.MAX_FILE_BYTES", 10)
     with pytest.raises(FloorError, match="has more than 10 bytes"):
         read_floor(path)
 

@@ -11,7 +11,7 @@ from shapely import LineString, box
 
 from pianta.errors import FloorError
 from pianta.floor import Door, Floor, Room
-from pianta.formats.graph_json import read_graph, save_graph
+from pianta.io.graphs import read_graph, save_graph
 from tests.mutation import mutated
 
 ENTRANCE = Door((2, None), LineString([(10, 1), (10, 2)]), 1.0)

@@ -11,8 +11,8 @@ from shapely import LineString, box
 
 from pianta.errors import FloorError
 from pianta.floor import Door, Floor, Room
-from pianta.formats import graphml
-from pianta.formats.graphml import read_graphml, save_graphml
+from pianta.io import graphml
+from pianta.io.graphml import read_graphml, save_graphml
 from tests.mutation import mutated, refused_in_one_line
 
 FLOOR = Floor(

@@ -11,7 +11,7 @@ from shapely import box, union_all
 
 from pianta.errors import BuildingError, BuildingWarning
 from pianta.floor import Floor
-from pianta.formats.house_expo import read_house_expo
+from pianta.io.buildings.house_expo import read_house_expo
 from tests.mutation import mutated, refused_in_one_line
 
 OUTLINE = [[0, 0], [10, 0], [10, 6], [0, 6]]

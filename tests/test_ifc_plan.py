@@ -15,8 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pianta.errors import PlanError, PlanWarning
-from pianta.formats import ifc_plan
-from pianta.formats.ifc_plan import IfcStorey, read_ifc_plan
+from pianta.io.drawings import ifc as ifc_plan
+from pianta.io.drawings.ifc import IfcStorey, read_ifc_plan
 from tests.mutation import mutated, refused_in_one_line
 
 ifcopenshell = pytest.importorskip("ifcopenshell", reason="pianta[bim] is not installed")

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from pianta.errors import MapError
-from pianta.formats.image import PICTURE_SUFFIXES, read_grey, read_image_map, read_picture
-from pianta.formats.maps import read_map
+from pianta.io.images import PICTURE_SUFFIXES, read_grey, read_image_map, read_picture
+from pianta.io.maps import read_map
 from tests.mutation import mutated, refused_in_one_line
 
 GREYS = np.array([[0, 149, 150], [250, 251, 255]], np.uint8)

@@ -10,10 +10,10 @@ from shapely import LineString, box
 
 from pianta.errors import LabelError, RelationError
 from pianta.floor import Door, Floor, Room
-from pianta.formats.building_xml import read_building_xml
-from pianta.formats.floor_geojson import save_floor
-from pianta.formats.klog import read_interpretations, save_interpretations
+from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.io.floors import save_floor
 from pianta.labels import SCHOOL, LabelSet, Split
+from pianta.relational.fact_files import read_interpretations, save_interpretations
 from pianta.relations import FLOOR_SIGNATURES, SELF, Argument, Fact, Interpretation, Signature, find_faults
 from pianta.semantics.interpretations import (
     ALIGNED,

@@ -21,8 +21,8 @@ import pytest
 import shapely
 
 from pianta.floor import Floor
-from pianta.formats.maps import read_map
 from pianta.gridmap import FREE, FREE_AT_MOST, OCCUPIED, OCCUPIED_AT_LEAST, UNKNOWN, GridMap
+from pianta.io.maps import read_map
 from pianta.layout.reconstruct import reconstruct
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta.worlds.scan import make_sample, map_floor

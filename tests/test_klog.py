@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.errors import PiantaError, RelationError
-from pianta.formats import klog
-from pianta.formats.klog import read_interpretations, read_signatures, save_interpretations
+from pianta.relational import fact_files as klog
+from pianta.relational.fact_files import read_interpretations, read_signatures, save_interpretations
 from pianta.relations import (
     FLOOR_SIGNATURES,
     LISTING_SIGNATURES,

@@ -13,7 +13,7 @@ from shapely import box, get_coordinates
 
 from pianta.errors import BuildingError, BuildingWarning
 from pianta.floor import Floor
-from pianta.formats.kth_xml import read_kth_xml
+from pianta.io.buildings.kth_xml import read_kth_xml
 from tests.mutation import mutated, refused_in_one_line
 
 # 20 units are a metre. An office of 5 m × 4 m, a wall of 0.2 m, and a corridor of 10 m × 2 m below.

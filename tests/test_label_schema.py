@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.errors import LabelError, PiantaError
-from pianta.formats.label_schema import MAX_FILE_BYTES, read_label_schema, save_label_schema
+from pianta.io.label_schemas import MAX_FILE_BYTES, read_label_schema, save_label_schema
 from pianta.labels import FCES, OFFICE, RC, SCHOOL, General, Label, LabelSchema, LabelSet
 from tests.mutation import mutated, refused_in_one_line
 

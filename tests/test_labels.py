@@ -12,7 +12,7 @@ import pytest
 from defusedxml import ElementTree
 
 from pianta.errors import LabelError
-from pianta.formats.building_xml import read_building_xml
+from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import (
     FCES,
     FCES_COLORS,

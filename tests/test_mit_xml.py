@@ -12,7 +12,7 @@ from shapely import box, get_coordinates
 
 from pianta.errors import BuildingError, BuildingWarning, OptionError
 from pianta.floor import Floor
-from pianta.formats.mit_xml import read_mit_xml
+from pianta.io.buildings.mit_xml import read_mit_xml
 from tests.mutation import mutated, refused_in_one_line
 
 FOOT = 0.3048006096

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from numpy.lib import format as npy
 
 from pianta.errors import MapError, PiantaError
-from pianta.formats.maps import read_map
-from pianta.formats.npz_map import read_npz_map, save_npz_map
 from pianta.gridmap import GridMap
+from pianta.io.maps import read_map
+from pianta.io.npz_maps import read_npz_map, save_npz_map
 from tests.mutation import mutated, refused_in_one_line
 from tests.strategies import grids
 

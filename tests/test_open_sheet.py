@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from pianta.errors import PlanError
-from pianta.formats.image import PICTURE_SUFFIXES
+from pianta.io.images import PICTURE_SUFFIXES
 from pianta.plan.drawn_sheet import LONGEST_PX, MARGIN_PX
 from pianta.plan.open_sheet import SHEET_SUFFIXES, open_sheet
 from tests.mutation import mutated, refused_in_one_line

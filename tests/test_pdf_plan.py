@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pianta.errors import PlanError
-from pianta.formats import pdf_plan
-from pianta.formats.pdf_plan import METRES_PER_POINT, read_document, read_pdf_plan
-from pianta.formats.plan_drawing import ROLES, PlanDrawing
+from pianta.io.drawings import pdf as pdf_plan
+from pianta.io.drawings._drawing import ROLES, PlanDrawing
+from pianta.io.drawings.pdf import METRES_PER_POINT, read_document, read_pdf_plan
 from tests.mutation import mutated, refused_in_one_line
 
 pytest.importorskip("pypdfium2", reason="pianta[pdf] is not installed")

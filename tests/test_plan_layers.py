@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pianta.errors import PlanError
-from pianta.formats import plan_layers
-from pianta.formats.plan_drawing import ROLES, DrawnText
-from pianta.formats.plan_layers import (
+from pianta.io.drawings import _layers as plan_layers
+from pianta.io.drawings._drawing import ROLES, DrawnText
+from pianta.io.drawings._layers import (
     DrawnPieces,
     bezier_points,
     chains_of_steps,

@@ -10,7 +10,7 @@ from shapely import box
 
 from pianta.errors import ModelError, OptionError, RelationError
 from pianta.floor import Floor, Room
-from pianta.formats.klog import read_interpretations, read_signatures, save_interpretations
+from pianta.relational.fact_files import read_interpretations, read_signatures, save_interpretations
 from pianta.relations import LISTING_SIGNATURES, Fact, Interpretation
 from pianta.semantics.relational_buildings import RelationalBuildings
 from pianta.semantics.relational_kernels import FloorKernel, RoomKernel, decide, fit_machine

@@ -16,7 +16,7 @@ from shapely.affinity import affine_transform
 
 from pianta.errors import BuildingWarning
 from pianta.floor import Door, Floor, Room
-from pianta.formats.building_xml import read_building_xml
+from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.semantics.outlines import draw_outlines, measure_unit
 from pianta.semantics.room_context import CONTEXT_FEATURES, RoomContext, describe_rooms
 from pianta.semantics.room_shapes import MISSING, fit_rectangles, list_door_ends, measure_shapes

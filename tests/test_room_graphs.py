@@ -10,12 +10,12 @@ from shapely import LineString, box
 
 from pianta.errors import FloorError
 from pianta.floor import Door, Floor, Room
-from pianta.formats import room_graphs
-from pianta.formats.building_xml import read_building_xml
-from pianta.formats.floor_geojson import save_floor
-from pianta.formats.graph_json import save_graph
-from pianta.formats.graphml import save_graphml
-from pianta.formats.room_graphs import read_room_graph, read_room_graphs
+from pianta.io import room_graphs
+from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.io.floors import save_floor
+from pianta.io.graphml import save_graphml
+from pianta.io.graphs import save_graph
+from pianta.io.room_graphs import read_room_graph, read_room_graphs
 from tests.mutation import mutated, refused_in_one_line
 from tests.test_building_xml import TWO_ROOMS
 from tests.test_house_expo import house
@@ -235,7 +235,7 @@ def test_what_is_no_room_graph_is_refused(path, content, message):
 def test_large_graphs_are_refused(path, monkeypatch):
     path.write_text(node_link())
     monkeypatch.setattr(room_graphs, "MAX_FILE_BYTES", 10)
-    monkeypatch.setattr("pianta.formats.safe_xml.MAX_FILE_BYTES", 10)
+    monkeypatch.setattr("pianta.io._xml.MAX_FILE_BYTES", 10)
     with pytest.raises(FloorError, match="more than 10 bytes"):
         read_room_graph(path)
 

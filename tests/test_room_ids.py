@@ -13,7 +13,7 @@ from shapely import LineString, Polygon, box
 
 from pianta.evaluation.persistence import Persistence, score_persistence
 from pianta.floor import Door, Floor, Room
-from pianta.formats.maps import read_map
+from pianta.io.maps import read_map
 from pianta.layout.reconstruct import reconstruct
 from pianta.layout.room_ids import find_shift, keep_room_ids, match_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from pianta.errors import MapError, MapWarning, PiantaError
-from pianta.formats.maps import read_map
-from pianta.formats.ros_map import read_ros_map, save_ros_map
 from pianta.gridmap import GridMap
+from pianta.io.maps import read_map
+from pianta.io.ros_maps import read_ros_map, save_ros_map
 from tests.mutation import mutated, refused_in_one_line
 from tests.strategies import finite, grids
 

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pianta.errors import PlanError, PlanWarning
-from pianta.formats import svg_plan
-from pianta.formats.plan_drawing import ROLES, PlanDrawing, Role
-from pianta.formats.svg_plan import read_svg_plan
+from pianta.io.drawings import svg as svg_plan
+from pianta.io.drawings._drawing import ROLES, PlanDrawing, Role
+from pianta.io.drawings.svg import read_svg_plan
 from tests.mutation import mutated, refused_in_one_line
 
 pytest.importorskip("svgelements", reason="pianta[svg] is not installed")

@@ -17,10 +17,10 @@ from pianta.bench.data import list_maps
 from pianta.bench.table import Row
 from pianta.errors import BuildingWarning, DataError, PiantaError
 from pianta.floor import Floor
-from pianta.formats.building_xml import read_building_xml
-from pianta.formats.files import reason_of, shown
 from pianta.graphs.features import compute_room_features
 from pianta.gridmap import GridMap
+from pianta.io._files import reason_of, shown
+from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import LabelSet, schema_of
 
 Floats = NDArray[np.float64]

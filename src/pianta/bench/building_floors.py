@@ -12,10 +12,10 @@ from pianta.bench.annotated_floors import KINDS, AnnotatedFloor, make_of_drawing
 from pianta.bench.room_sets import USER_SCHEMA
 from pianta.bench.table import Row
 from pianta.errors import BuildingWarning, DataError, LabelError, OptionError, PiantaError
-from pianta.formats.buildings import list_buildings, read_building
-from pianta.formats.faults import join_faults
-from pianta.formats.files import reason_of, shown
-from pianta.formats.label_schema import read_label_schema
+from pianta.io._faults import join_faults
+from pianta.io._files import reason_of, shown
+from pianta.io.buildings.read import list_buildings, read_building
+from pianta.io.label_schemas import read_label_schema
 from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split, standard_building_type
 from pianta.relations import Fact, Interpretation
 from pianta.semantics.building_description import LABELS, BuildingDescription, describe_building, spread_labels

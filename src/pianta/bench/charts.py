@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pianta.formats.files import written_atomically
+from pianta.io._files import written_atomically
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,7 +16,7 @@ from rich.text import Text
 from pianta import __version__
 from pianta.bench.report import ABSENT, show_figure, start_table
 from pianta.bench.table import Row
-from pianta.formats.files import written_atomically
+from pianta.io._files import written_atomically
 
 # What was measured on each item, by the name of the part that the items belong to.
 Items: TypeAlias = Mapping[str, Sequence[Row]]

@@ -18,8 +18,8 @@ from rich.text import Text
 from pianta import __version__
 from pianta.bench.report import start_table
 from pianta.bench.rooms import time_reconstruction
-from pianta.formats.files import written_atomically
 from pianta.gridmap import UNKNOWN, GridMap
+from pianta.io._files import written_atomically
 from pianta.layout.methods import METHODS
 from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import map_floor

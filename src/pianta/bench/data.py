@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from pianta.errors import DataError, OptionError
-from pianta.formats.files import reason_of, shown
+from pianta.io._files import reason_of, shown
 
 DATA_VARIABLE = "PIANTA_DATA"
 DEFAULT_DATA = Path("..", "shared", "data")

@@ -13,8 +13,8 @@ from pianta.bench.table import Row
 from pianta.errors import DataError, LabelError, OptionError, PiantaError
 from pianta.exploration.starts import CORRIDORS
 from pianta.floor import Floor
-from pianta.formats.files import reason_of
 from pianta.generation.type_model import LEAST_FLOORS, prepare_room_graph
+from pianta.io._files import reason_of
 from pianta.labels import SCHEMAS, standard_name
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 

@@ -28,15 +28,15 @@ from pianta.bench.graphs import NAMES, PRINTED
 from pianta.bench.table import Column, Figures, Row, measure_rows
 from pianta.errors import DataError, OptionError
 from pianta.evaluation.graph_sets import Trial
-from pianta.formats.building_xml import read_building_xml
-from pianta.formats.files import shown
-from pianta.formats.room_graphs import read_room_graphs
 from pianta.generation.area_clusters import AreaKernel
 from pianta.generation.buildings import Costs, generate_buildings
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.mixing import ModelMixing, train_type
 from pianta.generation.type_model import TypeModel, learn_type, prepare_room_graph
 from pianta.graphs.metrics import find_corridors, measure_graph
+from pianta.io._files import shown
+from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.io.room_graphs import read_room_graphs
 from pianta.labels import SCHOOL
 
 REAL, CORR, NCUT, PRINTED_COSTS, THESIS = "real", "corr", "ncut", "as printed", "thesis"

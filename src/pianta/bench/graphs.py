@@ -14,9 +14,9 @@ from pianta.bench.charts import save_chart, start_chart
 from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable, Items
 from pianta.bench.data import list_maps
 from pianta.bench.table import Column, Figures, Row, measure_rows
-from pianta.formats.building_xml import read_building_xml
 from pianta.graphs.centrality import drop_isolated, measure_decay
 from pianta.graphs.metrics import GRAPH_METRICS, find_corridors, measure_graph
+from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import schema_of
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from pianta.bench.table import BenchTable, Column, Figures, Part, Printed, measu
 from pianta.evaluation.connectivity import score_connections
 from pianta.evaluation.coverage import score_layout
 from pianta.evaluation.segmentation import score_labels
-from pianta.formats.building_xml import read_building_xml
-from pianta.formats.maps import read_map
+from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.io.maps import read_map
 from pianta.plot.floor import save_picture
 
 SCORES = ("a_fc", "a_bc")

@@ -19,8 +19,8 @@ from pianta.bench.partial_maps import SIMULATED, SIMULATED_COUNT, PartialMap, li
 from pianta.bench.table import Figures, Row
 from pianta.errors import PiantaError
 from pianta.floor import Floor, Room, cells_of_polygon
-from pianta.formats.files import reason_of
 from pianta.gridmap import GridMap
+from pianta.io._files import reason_of
 from pianta.layout.methods import DEFAULT_METHOD
 from pianta.layout.outlines import GRID
 from pianta.layout.reconstruct import reconstruct

@@ -15,14 +15,14 @@ import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
 
+from pianta.bench.color_truth import read_color_truth
 from pianta.bench.data import REMEDY, SLAM_RESOLUTION
 from pianta.errors import BuildingWarning, DataError, MapError
 from pianta.floor import Floor, scale_floor
-from pianta.formats.building_xml import read_building_xml
-from pianta.formats.color_truth import read_color_truth
-from pianta.formats.files import shown
-from pianta.formats.maps import read_map
 from pianta.gridmap import UNKNOWN, GridMap
+from pianta.io._files import shown
+from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.io.maps import read_map
 from pianta.layout.outlines import largest_part, outline_labels
 from pianta.semantics.simulated import ASPECT_SPREAD, RESOLUTION, SIZE_SPREAD, leave_walls
 from pianta.worlds.floors import FLOOR_MAKERS, INNER_WALL, make_floor

@@ -26,8 +26,8 @@ from pianta.bench.place_tables import Cost, PlacesBench, tabulate_places
 from pianta.bench.table import Figures, Row, measure_row
 from pianta.evaluation.semantics import share_of_agreeing
 from pianta.floor import Floor
-from pianta.formats.maps import read_map
 from pianta.gridmap import GridMap
+from pianta.io.maps import read_map
 from pianta.labels import LabelSet, Split
 from pianta.layout.reconstruct import reconstruct
 from pianta.plot.floor import save_picture

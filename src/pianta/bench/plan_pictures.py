@@ -16,7 +16,7 @@ from pianta.bench.pictures import ERROR_COLOR, GOLDEN_TURN, HUES
 from pianta.bench.plan_sets import TruePlan
 from pianta.bench.table import Figures
 from pianta.floor import Floor
-from pianta.formats.files import written_atomically
+from pianta.io._files import written_atomically
 from pianta.plan.symbol_drawings import BLACK, Color, Mark, paint_marks, pixel_matrix
 from pianta.worlds.plan_lettering import Lettering, WrittenText, write_texts
 

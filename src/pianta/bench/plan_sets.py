@@ -16,11 +16,11 @@ from shapely import get_coordinates
 from pianta.bench.data import list_maps
 from pianta.errors import DataError
 from pianta.floor import Floor
-from pianta.formats.building_kinds import Kind, parse_building
-from pianta.formats.building_xml import MAX_BEYOND_PX, read_building_xml
-from pianta.formats.files import shown
-from pianta.formats.image import read_colors
 from pianta.gridmap import UNKNOWN, GridMap
+from pianta.io._files import shown
+from pianta.io.buildings._kinds import Kind, parse_building
+from pianta.io.buildings.thesis_xml import MAX_BEYOND_PX, read_building_xml
+from pianta.io.images import read_colors
 from pianta.worlds.floors import make_floor
 from pianta.worlds.plan_drawing import draw_plan
 from pianta.worlds.plan_look import PlanLook

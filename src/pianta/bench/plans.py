@@ -22,7 +22,7 @@ from pianta.bench.plan_scores import COLUMNS, PlanRead, judge_floors, score_read
 from pianta.bench.plan_sets import DRAWN, KIND_OF_PLAN, TruePlan, draw_true_plan, find_image, list_plans, read_true_plan
 from pianta.bench.table import BenchTable, Figures, Row, measure_row
 from pianta.errors import OptionError, PiantaError, PlanWarning
-from pianta.formats.files import reason_of
+from pianta.io._files import reason_of
 
 SET_NAMES = ("real", "drawn")
 # Readings of each plan, by whether symbols are handled.

@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta.bench.color_truth import read_color_truth
 from pianta.bench.data import REMEDY, SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, check_set, list_maps
+from pianta.bench.survey_truth import ROOM_ABOVE_GREY, label_free_rooms, label_patches
 from pianta.errors import DataError
 from pianta.evaluation.segmentation import drop_small_rooms
-from pianta.formats.building_xml import read_building_xml
-from pianta.formats.color_truth import read_color_truth
-from pianta.formats.files import shown
-from pianta.formats.image import read_grey
-from pianta.formats.maps import read_map
-from pianta.formats.survey_truth import ROOM_ABOVE_GREY, label_free_rooms, label_patches
 from pianta.gridmap import GridMap
+from pianta.io._files import shown
+from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.io.images import read_grey
+from pianta.io.maps import read_map
 
 RESOLUTION = 0.05
 CLOSED = "_[0-9][0-9]_IN.png"

@@ -11,7 +11,7 @@ from statistics import fmean, median, stdev
 
 from pianta import __version__
 from pianta.errors import BuildingWarning, MapWarning, PiantaError
-from pianta.formats.files import reason_of, written_atomically
+from pianta.io._files import reason_of, written_atomically
 
 Figures = Mapping[str, float | None]
 

@@ -21,7 +21,7 @@ from pianta.bench.room_clusters import EPSILON, MIN_POINTS, RoomClusters
 from pianta.bench.room_sets import GENERAL_LABELS, RoomSet
 from pianta.bench.type_classifiers import ALGORITHMS, CrossValidation, Transfer
 from pianta.bench.types import BY_AREA, BY_NAME, OF_THESIS, TypesBench, bounds_of_sizes, characterise
-from pianta.formats.files import written_atomically
+from pianta.io._files import written_atomically
 
 NOTES = (
     "S, M and B are told by a label's name (docs/building-types.md), or by area halfway between those of Table 4.2.",

@@ -12,7 +12,7 @@ from pianta.cli.bench_options import Data, Json
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import stdout, track_items
 from pianta.errors import OptionError
-from pianta.formats.files import shown
+from pianta.io._files import shown
 
 if TYPE_CHECKING:
     from pianta.bench.plans import PlanBench

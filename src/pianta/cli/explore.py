@@ -17,7 +17,7 @@ from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.predict import check_building_type
 from pianta.cli.terminal import stderr, tell_result
 from pianta.errors import BuildingWarning, OptionError
-from pianta.formats.files import shown
+from pianta.io._files import shown
 
 if TYPE_CHECKING:
     from pianta.exploration.record import Exploration
@@ -133,9 +133,9 @@ def build_named_world(name: str, *, seed: int) -> World:
     """
     from pianta.cli.world import KINDS, SAMPLE
     from pianta.exploration.world import build_world, read_world
-    from pianta.formats.buildings import SUFFIXES, read_building
-    from pianta.formats.image import IMAGE_SUFFIXES
-    from pianta.formats.maps import read_map
+    from pianta.io.buildings.read import SUFFIXES, read_building
+    from pianta.io.images import IMAGE_SUFFIXES
+    from pianta.io.maps import read_map
     from pianta.worlds.floors import make_floor
     from pianta.worlds.scan import make_sample
 

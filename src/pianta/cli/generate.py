@@ -14,7 +14,7 @@ import typer
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import tell_result, track_items
 from pianta.errors import BuildingWarning, GraphError, LabelError, OptionError
-from pianta.formats.files import shown
+from pianta.io._files import shown
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -101,8 +101,8 @@ def generate(
 
 def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: TypeModel, out: Path) -> None:
     """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none."""
-    from pianta.formats.graph_json import save_graph
-    from pianta.formats.graphml import save_graphml
+    from pianta.io.graphml import save_graphml
+    from pianta.io.graphs import save_graph
     from pianta.plot.graphs import save_contact_sheet
 
     kept = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
@@ -154,7 +154,7 @@ def read_floor_graph(path: Path) -> nx.Graph:
 
     Raises FloorError, in one line.
     """
-    from pianta.formats.room_graphs import read_room_graph
+    from pianta.io.room_graphs import read_room_graph
 
     return read_room_graph(path / FLOOR if path.is_dir() else path)
 

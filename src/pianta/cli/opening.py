@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from pianta.errors import MapError, OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.formats.files import MAX_CELLS, checked_input, shown
-from pianta.formats.maps import MAP_SUFFIXES, read_map
-from pianta.formats.ros_map import YAML_SUFFIXES
 from pianta.gridmap import GridMap
+from pianta.io._files import MAX_CELLS, checked_input, shown
+from pianta.io.maps import MAP_SUFFIXES, read_map
+from pianta.io.ros_maps import YAML_SUFFIXES
 from pianta.layout.methods import DEFAULT_METHOD
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from secrets import token_hex
 from shutil import rmtree
 
 from pianta.errors import OptionError, PiantaError
-from pianta.formats.files import reason_of, shown
+from pianta.io._files import reason_of, shown
 
 
 def check_output_folder(folder: Path) -> None:

@@ -18,7 +18,7 @@ from pianta.cli.generate import check_leftovers, read_floor_graph
 from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import stderr, stdout, tell_result
 from pianta.errors import BuildingWarning, GraphError, LabelError, ModelError, PiantaError
-from pianta.formats.files import shown
+from pianta.io._files import shown
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -106,8 +106,8 @@ def save_outputs(
     prediction: Prediction, names: Sequence[str], model: TypeModel, out: Path, *, truth: WholeFloor | None = None
 ) -> None:
     """Write the prediction, its picture and the samples by name, all or none."""
-    from pianta.formats.graph_json import save_graph
     from pianta.generation.prediction_file import name_rooms, save_prediction
+    from pianta.io.graphs import save_graph
     from pianta.plot.prediction import save_prediction_picture
 
     with written_together(out) as new:

@@ -20,10 +20,10 @@ from pianta.cli.room_table import tabulate_rooms
 from pianta.cli.terminal import describe_floor, stdout, tell_error, tell_result, track_items
 from pianta.errors import MapWarning, OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.formats.files import MAX_CELLS, shown
-from pianta.formats.floor_geojson import read_floor, save_floor
-from pianta.formats.graph_json import save_graph
-from pianta.formats.label_png import save_label_image
+from pianta.io._files import MAX_CELLS, shown
+from pianta.io.floors import read_floor, save_floor
+from pianta.io.graphs import save_graph
+from pianta.io.label_images import save_label_image
 from pianta.labels import SCHEMAS
 from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
 from pianta.plot.floor import save_picture

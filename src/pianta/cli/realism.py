@@ -19,9 +19,9 @@ from pianta.cli.terminal import tell_error, tell_result, track_items
 from pianta.cli.train import name_sources
 from pianta.errors import BuildingWarning, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.formats.buildings import list_buildings, read_building
-from pianta.formats.faults import join_faults
-from pianta.formats.files import shown
+from pianta.io._faults import join_faults
+from pianta.io._files import shown
+from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import LabelSet, standard_building_type
 
 if TYPE_CHECKING:

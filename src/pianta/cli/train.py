@@ -17,8 +17,8 @@ from pianta.cli.outputs import check_output_folder
 from pianta.cli.terminal import show_examples, tell_error, tell_result, track_items
 from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.formats.faults import join_faults
-from pianta.formats.files import reason_of, shown
+from pianta.io._faults import join_faults
+from pianta.io._files import reason_of, shown
 from pianta.labels import SCHEMAS, LabelSchema
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ def read_schemas(paths: Iterable[Path]) -> Mapping[str, LabelSchema]:
 
     Raises LabelError for a file that is none, and for two files of one type.
     """
-    from pianta.formats.label_schema import read_label_schema
+    from pianta.io.label_schemas import read_label_schema
 
     given: dict[str, LabelSchema] = {}
     for path in paths:
@@ -245,7 +245,7 @@ def _read_floors(paths: Sequence[str], building_type: str | None, *, quiet: bool
 
     A type that pianta has guessed is none: it may be wrong, and a model does not learn from what a model has said.
     """
-    from pianta.formats.buildings import list_buildings, read_building
+    from pianta.io.buildings.read import list_buildings, read_building
 
     files = list(map(str, list_buildings(paths)))
     floors = []

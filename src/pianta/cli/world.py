@@ -12,10 +12,10 @@ from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import describe_floor, tell_result
 from pianta.errors import OptionError
 from pianta.floor import Floor
-from pianta.formats.files import shown
-from pianta.formats.floor_geojson import save_floor
-from pianta.formats.ros_map import save_ros_map
 from pianta.gridmap import GridMap
+from pianta.io._files import shown
+from pianta.io.floors import save_floor
+from pianta.io.ros_maps import save_ros_map
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 
 SAMPLE = "sample"

@@ -12,8 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.errors import GraphError, LabelError, ModelError
-from pianta.formats.faults import join_faults
-from pianta.formats.files import shown
 from pianta.generation.area_clusters import AreaKernel, cluster_areas, compare_areas
 from pianta.generation.functional_areas import (
     Area,
@@ -26,6 +24,8 @@ from pianta.generation.functional_areas import (
 from pianta.graphs.centrality import drop_isolated
 from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
+from pianta.io._faults import join_faults
+from pianta.io._files import shown
 from pianta.labels import LabelSchema, Split, standard_name
 
 Counts: TypeAlias = NDArray[np.int64]

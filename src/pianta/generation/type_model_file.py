@@ -15,10 +15,10 @@ import networkx as nx
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from pianta.errors import LabelError, ModelError
-from pianta.formats.faults import describe_validation, join_faults
-from pianta.formats.files import checked_input, shown, written_atomically
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import LEAST_FLOORS, MAX_ROOMS, TypeFloor, TypeModel
+from pianta.io._faults import describe_validation, join_faults
+from pianta.io._files import checked_input, shown, written_atomically
 from pianta.labels import Label, LabelSchema, standard_building_type
 
 FORMAT: Final = "pianta type"

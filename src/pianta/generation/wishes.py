@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pianta.errors import LabelError, OptionError
-from pianta.formats.faults import join_faults
 from pianta.generation.type_model import Counts
+from pianta.io._faults import join_faults
 from pianta.labels import LabelSchema, standard_name
 
 MAX_ROOMS = 1_000_000

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.errors import GraphError
-from pianta.formats.faults import join_faults
-from pianta.formats.files import shown
 from pianta.graphs.centrality import distances
 from pianta.graphs.stable_hash import Codes, hash_name
+from pianta.io._faults import join_faults
+from pianta.io._files import shown
 
 Indices: TypeAlias = NDArray[np.intp]
 

@@ -9,11 +9,11 @@ import networkx as nx
 import numpy as np
 
 from pianta.errors import GraphError
-from pianta.formats.faults import join_faults
 from pianta.graphs.explicit_kernel import ExplicitKernel, FeatureCounts, check_numbers, gather_counts
 from pianta.graphs.labelled_graphs import Indices, LabelledGraph, name_some, read_labelled_graphs
 from pianta.graphs.neighborhoods import hash_neighborhoods
 from pianta.graphs.stable_hash import Codes, join
+from pianta.io._faults import join_faults
 
 
 class NeighborhoodPairs(ExplicitKernel):

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.errors import OptionError, PlanError
-from pianta.formats.files import shown
-from pianta.formats.plan_drawing import ROLES, DrawnText, PlanDrawing
+from pianta.io._files import shown
+from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing
 from pianta.plan.sheet import PlacedText, Sheet
 
 Floats = NDArray[np.float64]

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from pianta.errors import MapError
-from pianta.formats.files import MAX_CELLS, checked_input
-from pianta.formats.image import IMAGE_SUFFIXES, PICTURE_SUFFIXES, read_colors, read_grey
+from pianta.io._files import MAX_CELLS, checked_input
+from pianta.io.images import IMAGE_SUFFIXES, PICTURE_SUFFIXES, read_colors, read_grey
 from pianta.plan.sheet import Colors
 
 Kind = Literal["map", "plan"]

@@ -18,8 +18,8 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from pianta.errors import LabelError
-from pianta.formats.faults import describe_validation
-from pianta.formats.files import checked_input, shown
+from pianta.io._faults import describe_validation
+from pianta.io._files import checked_input, shown
 from pianta.labels import FCES, SCHEMAS, LabelSchema, standard_building_type, standard_name
 
 FORMAT, MAJOR = "pianta room words", 1

@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from pianta.errors import MapError, PlanError
-from pianta.formats.dxf_plan import read_dxf_plan
-from pianta.formats.files import MAX_CELLS, checked_input, shown
-from pianta.formats.image import PICTURE_SUFFIXES, read_picture
-from pianta.formats.pdf_plan import read_pdf_plan
-from pianta.formats.plan_drawing import PlanDrawing
-from pianta.formats.svg_plan import read_svg_plan
+from pianta.io._files import MAX_CELLS, checked_input, shown
+from pianta.io.drawings._drawing import PlanDrawing
+from pianta.io.drawings.dxf import read_dxf_plan
+from pianta.io.drawings.pdf import read_pdf_plan
+from pianta.io.drawings.svg import read_svg_plan
+from pianta.io.images import PICTURE_SUFFIXES, read_picture
 from pianta.plan.drawn_sheet import draw_sheet
 from pianta.plan.sheet import Sheet
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor, scale_floor
-from pianta.formats.files import MAX_CELLS, shown
 from pianta.gridmap import UNKNOWN, GridMap
+from pianta.io._files import MAX_CELLS, shown
 from pianta.layout.methods import DEFAULT_METHOD, check_method
 from pianta.plan.door_lines import PlanDoors, find_doors
 from pianta.plan.door_swings import Swing, find_swings

@@ -8,8 +8,8 @@ import numpy as np
 from shapely import unary_union
 
 from pianta.floor import Floor
-from pianta.formats.ifc_plan import read_ifc_plan
 from pianta.gridmap import UNKNOWN, GridMap
+from pianta.io.drawings.ifc import read_ifc_plan
 from pianta.plan.plan_scale import PlanScale
 
 IFC_SUFFIX = ".ifc"

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.errors import MapError, PlanError
-from pianta.formats.files import shown
-from pianta.formats.image import read_picture
+from pianta.io._files import shown
+from pianta.io.images import read_picture
 from pianta.plan.symbol_drawings import GREEN, RED, SYMBOLS, Color, Kind, draw_symbol, frame_symbol
 
 Floats = NDArray[np.float64]

@@ -14,8 +14,8 @@ from pianta.errors import OptionError
 from pianta.exploration.frontiers import border_cells
 from pianta.exploration.record import Exploration
 from pianta.exploration.world import World
-from pianta.formats.files import written_atomically
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN
+from pianta.io._files import written_atomically
 from pianta.plot.floor import BACKGROUND, DPI, INK, LONG_SIDE_PX, plot_scale_bar
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Point, Polygon
 
 from pianta.floor import Floor, Room
-from pianta.formats.files import written_atomically
 from pianta.gridmap import GridMap
+from pianta.io._files import written_atomically
 from pianta.labels import SCHEMAS
 from pianta.plot.grid import UNKNOWN_GREY, plot_grid, plot_ink
 from pianta.plot.partial import HATCH_COLOR, plot_predictions, sample_prediction

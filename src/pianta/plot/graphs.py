@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components, shortest_path
 
 from pianta.errors import OptionError
-from pianta.formats.drawn_rooms import normalize_label
-from pianta.formats.files import written_atomically
+from pianta.io._files import written_atomically
+from pianta.io.buildings._repair import normalize_label
 from pianta.labels import RC, LabelSchema, Split
 from pianta.plot.floor import DPI, EDGE_COLOR, GRAPH_LEVEL, INK, LONGEST_LABEL
 from pianta.plot.styles import NEUTRAL_COLOR, RoomStyle

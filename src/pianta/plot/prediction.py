@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import networkx as nx
 import shapely
 
-from pianta.formats.files import written_atomically
 from pianta.generation.prediction import Prediction
 from pianta.generation.unexplored_part import SampledFloor
 from pianta.generation.whole_floor import WholeFloor
+from pianta.io._files import written_atomically
 from pianta.labels import LabelSchema
 from pianta.plot.floor import DPI, INK
 from pianta.plot.graphs import HALF_SIDE, list_handles, place_nodes, plot_room_graph

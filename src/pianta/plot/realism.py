@@ -11,7 +11,7 @@ import numpy as np
 from shapely import MultiPolygon
 
 from pianta.floor import Floor
-from pianta.formats.files import written_atomically
+from pianta.io._files import written_atomically
 from pianta.labels import SCHEMAS
 from pianta.plot.floor import DPI, GRAPH_LEVEL, INK, plot_doors, plot_legend, plot_rooms, plot_scale_bar
 from pianta.plot.styles import Schemas

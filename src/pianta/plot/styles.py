@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from pianta.floor import Floor, Room
-from pianta.formats.drawn_rooms import normalize_label
+from pianta.io.buildings._repair import normalize_label
 from pianta.labels import FCES, FCES_COLORS, RC, SCHEMAS, General, Label, LabelSchema, LabelSet, Split
 
 # Label schemas by building type.

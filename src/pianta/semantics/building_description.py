@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pianta.errors import LabelError
 from pianta.floor import Floor, Room
-from pianta.formats.faults import join_faults
+from pianta.io._faults import join_faults
 from pianta.labels import FCES, RC, LabelSchema, LabelSet, Split
 from pianta.semantics.room_context import CONTEXT_FEATURES, RoomContext, describe_rooms
 

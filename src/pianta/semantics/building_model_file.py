@@ -15,8 +15,8 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
 from pianta.errors import ModelError
-from pianta.formats.faults import describe_validation, join_faults
-from pianta.formats.files import checked_input, reason_of, shown, written_atomically
+from pianta.io._faults import describe_validation, join_faults
+from pianta.io._files import checked_input, reason_of, shown, written_atomically
 from pianta.labels import LabelSet, standard_building_type
 from pianta.semantics.building_description import LABELS, BuildingDescription, name_features
 from pianta.semantics.buildings import BuildingModel, check_types

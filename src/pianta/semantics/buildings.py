@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor
-from pianta.formats.faults import join_faults
+from pianta.io._faults import join_faults
 from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split
 from pianta.semantics.building_description import BuildingDescription, describe_building, spread_labels
 from pianta.semantics.building_kernel import BuildingKernel

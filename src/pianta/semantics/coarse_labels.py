@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pianta.floor import Floor, Room
-from pianta.formats.drawn_rooms import normalize_label
+from pianta.io.buildings._repair import normalize_label
 from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, Split
 from pianta.semantics.building_description import LABELS
 from pianta.semantics.places import has_given_label, label_rooms

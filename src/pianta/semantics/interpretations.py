@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 from pianta.errors import LabelError, RelationError
 from pianta.floor import Floor, Room
-from pianta.formats.faults import join_faults
 from pianta.graphs.centrality import Centrality, drop_isolated, measure_betweenness, measure_closeness
 from pianta.graphs.features import GEOMETRIC
+from pianta.io._faults import join_faults
 from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, Split
 from pianta.relations import FLOOR_SIGNATURES, Fact, Interpretation, Signature, Value, by_name, check_interpretation
 from pianta.semantics.outlines import draw_outlines, measure_unit

@@ -18,8 +18,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from pianta.errors import ModelError, PiantaError
-from pianta.formats.faults import describe_validation
-from pianta.formats.files import checked_input, reason_of, shown, written_atomically
+from pianta.io._faults import describe_validation
+from pianta.io._files import checked_input, reason_of, shown, written_atomically
 from pianta.labels import Label, LabelSchema
 from pianta.semantics.neighbour_labels import AROUND
 from pianta.semantics.places import FUNCTIONS, PlaceModel, Training, vote

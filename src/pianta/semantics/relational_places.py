@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pianta.errors import ModelError
 from pianta.floor import Floor
-from pianta.formats.faults import join_faults
+from pianta.io._faults import join_faults
 from pianta.labels import LabelSet
 from pianta.relations import Interpretation, Value
 from pianta.semantics.interpretations import interpret_floor

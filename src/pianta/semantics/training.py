@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pianta import __version__
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor
-from pianta.formats.faults import join_faults
+from pianta.io._faults import join_faults
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet
 from pianta.semantics.neighbour_labels import describe_neighbours, join_neighbourhoods
 from pianta.semantics.places import CONNECTION, FUNCTIONS, PlaceModel, Training, choose_functions, vote

@@ -1,0 +1,51 @@
+"""XML from anywhere, parsed so that a file can neither reach out, blow up, nor fill the memory."""
+
+from __future__ import annotations
+
+from math import isfinite, nan
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import ParseError
+
+from defusedxml import DefusedXmlException, ElementTree
+
+from pianta.errors import BuildingError
+from pianta.io._files import reason_of, shown
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+MAX_FILE_BYTES = 16 * 2**20
+
+
+def parse_xml(file: Path) -> Element:
+    """The root element of a building that exists, as of checked_input.
+
+    Raises BuildingError, in one line, for a file that is too large, no XML, or declares a document type or entities.
+    """
+    check_file_size(file)
+    try:
+        root: Element = ElementTree.parse(file, forbid_dtd=True).getroot()
+    except DefusedXmlException:
+        raise BuildingError(f"building {shown(file)} declares a document type or entities, remove them") from None
+    except (ParseError, ValueError, LookupError, OSError) as exception:
+        told = f"building {shown(file)} is no XML: {reason_of(exception)}"
+        raise BuildingError(f"{told}; give a drawn building, `pianta read` reads maps") from None
+    return root
+
+
+def check_file_size(file: Path) -> None:
+    """Raises BuildingError, in one line, for a file that has more bytes than any drawing of a building."""
+    if file.stat().st_size > MAX_FILE_BYTES:
+        raise BuildingError(
+            f"building {shown(file)} has more than {MAX_FILE_BYTES} bytes, too many for a building, give one floor"
+        )
+
+
+def parse_number(text: str | None, *, limit: float) -> float:
+    """The number to a millionth, finer than any drawing; nan when it is none, or further from 0 than the limit."""
+    try:
+        number = float(text or nan)
+    except ValueError:
+        return nan
+    return round(number, 6) if isfinite(number) and abs(number) <= limit else nan

@@ -1,0 +1,123 @@
+"""HouseExpo JSON: plans of homes (Li et al., HouseExpo, IROS 2019): an outline, and boxes around the rooms, in metres.
+
+Boxes overlap, and doors and corridors are not in the file.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import shapely
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from shapely import Polygon, box
+from shapely.geometry.base import BaseGeometry
+
+from pianta.errors import BuildingError
+from pianta.floor import Floor, Room
+from pianta.io._faults import describe_validation
+from pianta.io._files import shown
+from pianta.io.buildings._kinds import Kind, read_building_json
+from pianta.io.buildings._repair import MAX_CORNERS, Findings, check_room_count, normalize_label, polygon_of_corners
+
+MAX_COORDINATE = 1e4
+MAX_BOXES = 1000
+MIN_AREA = 1.0
+MIN_WIDTH = 0.5
+MIN_REST = 0.01
+
+
+def read_house_expo(path: str | Path) -> Floor:
+    """Read a floor from a HouseExpo JSON, rooms numbered from 1 in the order of the file, without doors.
+
+    A room is its box within the outline. Where boxes overlap, the smaller one wins, of equal ones the first, and of
+    what is then left of a room the largest part is the room. The same box under several labels is one room with the
+    first of them. Labels come in capitals, with blanks for underscores.
+
+    What no room covers becomes rooms without a label, numbered last, the largest first, where it is at least 0.5 m wide
+    and 1 m² large: mostly corridors.
+
+    One BuildingWarning tells what was repaired: an outline that meets itself keeps its largest part; a box without
+    area, outside the outline or hidden behind smaller ones is left out.
+    Raises BuildingError, with every fault in one message, for what cannot be repaired.
+    """
+    file, content = read_building_json(path, Kind.HOUSE_EXPO)
+    try:
+        house = _House.model_validate_json(content.removeprefix(b"\xef\xbb\xbf"))
+    except ValidationError as exception:
+        raise BuildingError(f"cannot read the building {shown(file)}: {describe_validation(exception)}") from None
+    findings = Findings()
+    boxes = _read_boxes(house, findings)
+    outline = polygon_of_corners(np.array(house.verts), "the house", findings)
+    findings.raise_faults(file)
+    shapes, free = _divide_outline(outline, boxes, findings)
+    labelled = [(shapes[bounds], label) for bounds, label in boxes.items() if bounds in shapes]
+    labelled += [(part, None) for part in _wide_parts(free)]
+    check_room_count(len(labelled), "room_category, or an outline of a square metre", findings)
+    findings.raise_faults(file)
+    findings.tell(file)
+    rooms = [Room(number, shape, label) for number, (shape, label) in enumerate(labelled, start=1)]
+    return Floor(tuple(rooms), source=file.name)
+
+
+def _round(metres: float) -> float:
+    """To the micrometre, so that no shape is too thin for its own corners."""
+    return round(metres, 6)
+
+
+_Metres = Annotated[FiniteFloat, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE), AfterValidator(_round)]
+_Box = tuple[_Metres, _Metres, _Metres, _Metres]
+
+
+class _House(BaseModel):
+    """What is read of a file; numbers of rooms and its bounds are skipped, they do not agree with the boxes."""
+
+    model_config = ConfigDict(strict=True, frozen=True)
+
+    verts: Annotated[list[tuple[_Metres, _Metres]], Field(min_length=3, max_length=MAX_CORNERS)]
+    room_category: dict[str, Annotated[list[_Box], Field(max_length=MAX_BOXES)]]
+
+
+def _read_boxes(house: _House, findings: Findings) -> dict[_Box, str | None]:
+    """The boxes with their labels, in the order of the file."""
+    labels: dict[_Box, str | None] = {}
+    for text, boxes in house.room_category.items():
+        for bounds in boxes:
+            labels[bounds] = labels.get(bounds) or normalize_label(text.replace("_", " "))
+    if len(labels) > MAX_BOXES:
+        findings.faults.append(f"it has {len(labels)} boxes, give at most {MAX_BOXES}")
+        return {}
+    flat = {bounds for bounds in labels if bounds[0] >= bounds[2] or bounds[1] >= bounds[3]}
+    for bounds in flat:
+        findings.repairs[f"the box {bounds} ({labels[bounds]}) has no area, left out"] = None
+    return {bounds: label for bounds, label in labels.items() if bounds not in flat}
+
+
+def _divide_outline(
+    outline: Polygon, boxes: dict[_Box, str | None], findings: Findings
+) -> tuple[dict[_Box, Polygon], BaseGeometry]:
+    """What is left of each box as a room, and what no room covers."""
+    free: BaseGeometry = outline
+    shapes: dict[_Box, Polygon] = {}
+    for bounds in sorted(boxes, key=lambda bounds: box(*bounds).area):
+        part = max(_polygons(free.intersection(box(*bounds))), key=lambda part: part.area, default=Polygon())
+        if part.area < MIN_REST:
+            text = f"the box {bounds} ({boxes[bounds]}) is hidden by smaller ones or outside the outline, left out"
+            findings.repairs[text] = None
+            continue
+        shapes[bounds] = part
+        free = free.difference(part)
+    return shapes, free
+
+
+def _wide_parts(shape: BaseGeometry) -> list[Polygon]:
+    """The parts of a shape that are wide and large enough for a room, the largest first."""
+    core = shape.buffer(-MIN_WIDTH / 2, join_style="mitre").buffer(MIN_WIDTH / 2, join_style="mitre")
+    parts = [part for part in _polygons(shape.intersection(core)) if part.area >= MIN_AREA]
+    return sorted(parts, key=lambda part: -part.area)
+
+
+def _polygons(shape: BaseGeometry) -> list[Polygon]:
+    """The areas of a shape, without the lines and points where others touch it."""
+    return [part for part in shapely.get_parts(shape).ravel() if isinstance(part, Polygon) and part.area > 0]

@@ -1,0 +1,81 @@
+"""Files of buildings of every kind, read into floors: the one door for whoever takes buildings."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from types import MappingProxyType
+
+from pianta.errors import BuildingError
+from pianta.floor import Floor
+from pianta.io._files import reason_of, shown
+from pianta.io.buildings._kinds import Kind, kind_of_building
+from pianta.io.buildings.house_expo import read_house_expo
+from pianta.io.buildings.kth_xml import read_kth_xml
+from pianta.io.buildings.mit_xml import read_mit_xml
+from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.io.floors import read_floor
+
+SUFFIXES = (".xml", ".json", ".geojson")
+
+_READERS: MappingProxyType[Kind, Callable[[str | Path], Floor]] = MappingProxyType(
+    {
+        Kind.LAYOUT: read_building_xml,
+        Kind.KTH: read_kth_xml,
+        Kind.MIT: read_mit_xml,
+        Kind.HOUSE_EXPO: read_house_expo,
+        Kind.FLOOR: read_floor,
+    }
+)
+
+
+def read_building(path: str | Path) -> Floor:
+    """Read a floor from a building of any kind: layout XML, KTH XML, MIT XML, HouseExpo JSON or floor.geojson.
+
+    The kind is told by the content. Warnings, units and frames are those of its reader.
+    Raises BuildingError, in one line that says what the file looks like, when it is none of them; and what the reader
+    raises.
+    """
+    return _READERS[kind_of_building(path)](path)
+
+
+def list_buildings(paths: Iterable[str | Path]) -> list[Path]:
+    """The files of buildings that are meant by files and folders, each once, in the order given.
+
+    A file is taken as it is. A folder stands for its *.xml, *.json and *.geojson, and those of the folders in it,
+    sorted; hidden files and folders are passed by, as are JSON files of other content, such as graph.json.
+    Raises BuildingError, in one line, for a folder that has none or cannot be listed.
+    """
+    found: dict[Path, Path] = {}
+    for path in map(Path, paths):
+        files = list(_list_folder(path)) if path.is_dir() else [path]
+        if not files:
+            raise BuildingError(f"folder {shown(path)} has no building, give one with {', '.join(SUFFIXES)} files")
+        for file in files:
+            found.setdefault(file.resolve(), file)
+    return list(found.values())
+
+
+def _list_folder(folder: Path) -> Iterator[Path]:
+    for name, folders, files in os.walk(folder, onerror=_refuse_folder):
+        folders[:] = sorted(inner for inner in folders if not inner.startswith("."))
+        for file in sorted(files):
+            path = Path(name, file)
+            if not file.startswith(".") and path.suffix.lower() in SUFFIXES and not _is_other_json(path):
+                yield path
+
+
+def _refuse_folder(error: OSError) -> None:
+    raise BuildingError(f"folder {shown(error.filename)} cannot be listed: {reason_of(error)}")
+
+
+def _is_other_json(path: Path) -> bool:
+    """Whether a file is called JSON and holds no building; a GeoJSON that is none is worth an error."""
+    if path.suffix.lower() != ".json":
+        return False
+    try:
+        kind_of_building(path)
+    except BuildingError:
+        return True
+    return False

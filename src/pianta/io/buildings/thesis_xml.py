@@ -1,0 +1,202 @@
+"""Layout XML of the thesis' annotated buildings: outlines of rooms with labels, and doors, drawn on an image.
+
+Only `floor/spaces/space` are rooms; bounding boxes, centroids, features, groups, the room's `type` and the building's
+name, which holds paths of its annotator, are not read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isnan
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from shapely import LineString, get_coordinates
+
+from pianta.errors import LabelError
+from pianta.floor import Door, Floor, Room
+from pianta.gridmap import UNKNOWN, GridMap
+from pianta.io._files import shown
+from pianta.io._xml import parse_number
+from pianta.io.buildings._doors import line_along_wall, line_in_middle
+from pianta.io.buildings._kinds import Kind, parse_building
+from pianta.io.buildings._repair import (
+    DrawnRoom,
+    Findings,
+    check_portal_count,
+    check_room_count,
+    name_of_room,
+    normalize_label,
+    polygon_of_corners,
+    refuse_repeated,
+    remark_on_doors,
+    remark_on_rooms,
+)
+from pianta.labels import standard_building_type
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+MAX_COORDINATE_PX = 1e6
+MIN_SCALE = 0.1
+MAX_BEYOND_PX = 5
+
+
+def read_building_xml(path: str | Path, *, grid: GridMap | None = None) -> Floor:
+    """Read a floor from a layout XML, rooms numbered from 1 in the order of the file.
+
+    grid: the map on whose image the layout was drawn; the floor comes out in its map frame. When None, the floor is in
+    metres by the file's own scale, y up, with the origin in the top left corner of the drawing, so that y is negative.
+
+    Labels come in capitals with single blanks, the building's type in small letters, as in pianta.labels. The file
+    marks a door by a point. It becomes a line along the wall, as wide as the distance that scales the drawing, which
+    is a door's width by definition (0.9 m). A portal of type IMPLICIT is a door of kind "opening"; one that only one of
+    its rooms lists is a door like others.
+
+    One BuildingWarning tells all defects. Those that have one sensible repair are repaired: an outline that crosses
+    itself keeps its largest part, a door without a place goes to the middle of the wall between its rooms, a door that
+    joins a room to itself or to nothing is left out. The others stay: rooms that overlap by more than a tenth of the
+    smaller one or are smaller than a door is wide, corners outside the map, rooms that no door leads to, groups of
+    rooms without a door from one to another; the last two not where no door is drawn at all.
+    Raises BuildingError, with every fault in one message, for what cannot be repaired.
+    """
+    file, root = parse_building(path, Kind.LAYOUT)
+    findings = Findings()
+    metres_per_px, door_px = _read_scale(root, findings.faults)
+    frame = grid or GridMap(np.array([[UNKNOWN]]), metres_per_px, (0.0, -metres_per_px, 0.0))
+    spaces = _read_spaces(root, frame, findings)
+    building_type = _read_type(root, findings.faults)
+    findings.raise_faults(file)
+    door = door_px * frame.resolution
+    rooms = tuple(Room(space.number, space.outline, space.label) for space in spaces.values())
+    floor = Floor(rooms, _read_doors(spaces, door, findings), building_type=building_type, source=file.name)
+    remark_on_rooms(list(spaces.values()), door=door, findings=findings)
+    if grid:
+        _remark_on_corners(floor, grid, findings)
+    remark_on_doors(floor, findings)
+    findings.tell(file)
+    return floor
+
+
+@dataclass(frozen=True)
+class _Space(DrawnRoom):
+    """A room, and the two ends of each portal segment by its id, shape (2, 2)."""
+
+    segments: Mapping[str | None, NDArray[np.float64]]
+    portals: Sequence[Element]
+
+
+def _read_scale(root: Element, faults: list[str]) -> tuple[float, float]:
+    """Metres per pixel, and the pixels of a door's width; ones when they are faulty."""
+    drawn_and_real = (
+        "represented_distance/value",
+        "represented_distance/um",
+        "real_distance/value",
+        "real_distance/um",
+    )
+    texts = [root.findtext(f"scale/{name}") for name in drawn_and_real]
+    drawn, real = (parse_number(text, limit=MAX_COORDINATE_PX) for text in texts[::2])
+    if drawn >= MIN_SCALE and real >= MIN_SCALE and texts[1::2] == ["pixel", "cm"]:
+        return real / 100 / drawn, drawn
+    faults.append("its scale is {} {} for {} {}, give pixel for cm".format(*map(shown, texts)))
+    return 1.0, 1.0
+
+
+def _read_type(root: Element, faults: list[str]) -> dict[str, float]:
+    """The type of the building with probability 1, nothing where the file does not say it."""
+    text = root.findtext("building_type/main_type", "").strip()
+    try:
+        return {standard_building_type(text): 1.0} if text else {}
+    except LabelError as error:
+        faults.append(f"its building type is none: {error}")
+        return {}
+
+
+def _read_spaces(root: Element, frame: GridMap, findings: Findings) -> dict[str, _Space]:
+    """The rooms by the ids that the file gives them."""
+    elements = root.findall("floor/spaces/space")
+    ids = [element.get("id") or f"room {number}" for number, element in enumerate(elements, start=1)]
+    floors = len(root.findall("floor"))
+    if floors != 1:
+        findings.faults.append(f"it has {floors} floors, give one")
+    check_room_count(len(elements), "floor/spaces/space", findings)
+    refuse_repeated(ids, "id", findings)
+    spaces = [_read_space(number, element, frame, findings) for number, element in enumerate(elements, start=1)]
+    check_portal_count(sum(len(space.portals) for space in spaces), findings)
+    listed = [element.find("portals") is not None for element in elements]
+    if any(listed):
+        without = (space for space, has_list in zip(spaces, listed, strict=True) if not has_list)
+        findings.remarks += [f"{space} has no list of portals" for space in without]
+    return dict(zip(ids, spaces, strict=True))
+
+
+def _read_space(number: int, element: Element, frame: GridMap, findings: Findings) -> _Space:
+    label = normalize_label(element.findtext("labels/label"))
+    name = name_of_room(number, label)
+    corners = _read_points(element.find("bounding_polygon"), frame, name, findings.faults)
+    segments = {
+        segment.get("id"): ends[[0, -1]]
+        for segment in element.iterfind("space_representation/linesegment")
+        if segment.findtext("class") == "PORTAL" and len(ends := _read_points(segment, frame, name, findings.faults))
+    }
+    outline = polygon_of_corners(corners, name, findings)
+    return _Space(number, label, outline, segments, element.findall("portals/portal"))
+
+
+def _read_points(element: Element | None, frame: GridMap, name: str, faults: list[str]) -> NDArray[np.float64]:
+    """The `point` children in metres, shape (N, 2); faulty ones are left out."""
+    points = element.findall("point") if element is not None else []
+    pixels = []
+    for point in points:
+        row, col = (parse_number(point.get(axis), limit=MAX_COORDINATE_PX) for axis in "yx")
+        if isnan(row) or isnan(col):
+            x, y = shown(point.get("x")), shown(point.get("y"))
+            faults.append(f"{name} has a point x={x}, y={y}, give two numbers up to {MAX_COORDINATE_PX:.0f}")
+        else:
+            pixels.append((row, col))
+    rows_and_cols = np.array(pixels).reshape(-1, 2).T
+    return np.column_stack(frame.pixel_to_map(*rows_and_cols))
+
+
+def _remark_on_corners(floor: Floor, grid: GridMap, findings: Findings) -> None:
+    """Find corners that lie further outside the map than a line is thick."""
+    corners = get_coordinates([room.polygon.exterior for room in floor.rooms])
+    pixels = np.column_stack(grid.map_to_pixel(*corners.T))
+    beyond = np.maximum(-pixels, pixels - grid.shape).max(axis=1)
+    outside = np.unique(pixels[beyond > MAX_BEYOND_PX].round(3), axis=0)
+    if len(outside):
+        findings.remarks.append(f"corners outside the map: {len(outside)}, by up to {beyond.max():.0f} pixels")
+
+
+def _read_doors(spaces: Mapping[str, _Space], width: float, findings: Findings) -> tuple[Door, ...]:
+    doors: dict[tuple[str | None, int, int], Door] = {}
+    for space in spaces.values():
+        for portal in space.portals:
+            ends = {end.text: spaces.get(end.text or "") for end in portal.findall("target/id")}
+            joined = sorted((end for end in ends.values() if end), key=lambda end: end.number)
+            if len(ends) != 2 or len(joined) != 2:
+                findings.repairs[f"a door of {space} does not join two rooms, left out"] = None
+                continue
+            first, second = joined
+            segment = portal.findtext("linesegment")
+            key = segment, first.number, second.number
+            if key in doors:
+                continue
+            line = _line_of_door(first, second, segment, width, findings)
+            implicit = portal.findtext("type") == "IMPLICIT"
+            doors[key] = Door(key[1:], line, line.length, "opening" if implicit else "door")
+    return tuple(doors.values())
+
+
+def _line_of_door(first: _Space, second: _Space, segment: str | None, width: float, findings: Findings) -> LineString:
+    """The portal's segment; where that is a point, a line of a door's width along the wall through it."""
+    drawn = [space.segments[segment] for space in (first, second) if segment in space.segments]
+    if not drawn:
+        return line_in_middle(first, second, width, findings)
+    longest = max(drawn, key=lambda ends: float(np.ptp(ends, axis=0).max()))
+    if np.ptp(longest, axis=0).any():
+        return LineString(longest)
+    return line_along_wall(np.mean(drawn, axis=(0, 1)), first.outline, second.outline, width)

@@ -1,0 +1,350 @@
+"""Layers of vector plans: the roles that their names tell, the pieces drawn on them, and the doors among these."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from pianta.errors import PlanError
+from pianta.io._files import checked_input, shown
+from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing, Role
+
+Floats = NDArray[np.float64]
+
+MAX_LINES = 1_000_000
+MAX_TEXTS = 50_000
+MAX_CORNERS = 5000  # of an area with holes, beyond which each of its rings is filled
+MAX_COORDINATE = 1e12  # beyond, a double no longer tells tenths of a millimetre
+DARK = 0.6  # luminance 0 … 1 up to which a filled area is poché; the usual greys of CAD lie below
+
+_SPLINE_PIECES = 16
+_TOUCHING = 0.02  # of the diagonal of a piece
+_AT_END = 0.15  # of the radius of a swing
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+# Without accents, in English, Italian, German, French and Spanish; a door in a wall or beside a window is a door.
+_WORDS: dict[Role, frozenset[str]] = {
+    "door": _words(
+        "door doors doorway doorways doorleaf tur ture turen tuer tuere tueren tuerblatt tuerfluegel "
+        "porta porte portes portone puerta puertas"
+    ),
+    "window": _words("window windows wndw glaz glazing fenster finestra finestre fenetre fenetres ventana ventanas"),
+    "wall": _words(
+        "wall walls partition partitions wand wande waende mauer mauern mauerwerk muro muri muros parete pareti "
+        "muratura murature tramezzo tramezzi tamponamento mur murs cloison cloisons muret pared paredes tabique "
+        "tabiques mamparas poche"
+    ),
+}
+# Compounds are common in German and in names without a hyphen.
+_ENDINGS: dict[Role, tuple[str, ...]] = {
+    "door": ("door", "doors", "tuer", "tueren"),
+    "window": ("window", "windows", "fenster"),
+    "wall": ("wall", "walls", "wand", "wande", "waende", "mauer", "mauern"),
+}
+_NO_COMPOUNDS = _words("indoor indoors outdoor outdoors leinwand gewand aufwand")
+_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
+# Layers that speak about walls and doors without drawing them.
+_ABOUT = _words(
+    "anno annotation annotations dim dims dimension dimensions iden ident tag tags text texts note notes label labels "
+    "number numbers legend schedule bemassung beschriftung legende legenda leyenda quote quota quotes cote cotes cotas "
+    "cotation testo testi texte textes texto textos etiquetas"
+)
+
+
+def role_of_names(names: Iterable[str]) -> Role:
+    """What the names of a piece's layer, block, class or groups, from the innermost to the outermost, say it draws.
+
+    The first name that says anything decides; "other" when none does. English, Italian, German, French and Spanish
+    are understood, and names of dimensions, tags and texts say nothing.
+    """
+    return next((role for role in map(_role_of_name, names) if role != "other"), "other")
+
+
+@lru_cache(maxsize=10_000)
+def _role_of_name(name: str) -> Role:
+    whole = unicodedata.normalize("NFC", name[:300])
+    bases = "".join("s" if letter == "ß" else unicodedata.normalize("NFD", letter)[0] for letter in whole)
+    found = re.finditer(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", bases)
+    words = [_spell_plainly(whole[word.start() : word.end()]) for word in found]
+    if not _ABOUT.isdisjoint(words):
+        return "other"
+    for role, known in _WORDS.items():
+        ending = _ENDINGS[role]
+        if any(word in known or (word.endswith(ending) and word not in _NO_COMPOUNDS) for word in words):
+            return role
+    return "other"
+
+
+def _spell_plainly(word: str) -> str:
+    """A word in small letters without accents, German umlauts as two letters, as ASCII writes them."""
+    spelled = word.lower().translate(_UMLAUTS)
+    return "".join(letter for letter in unicodedata.normalize("NFD", spelled) if not unicodedata.combining(letter))
+
+
+def checked_plan(path: str | Path, *, max_bytes: int) -> Path:
+    """Path of the file of a plan that exists, as of checked_input; PlanError when it has more than max_bytes."""
+    file = checked_input(path, "plan", PlanError)
+    if file.stat().st_size > max_bytes:
+        raise PlanError(f"plan {shown(file)} has more than {max_bytes} bytes, too many for a plan, give one floor")
+    return file
+
+
+@dataclass
+class DrawnPieces:
+    """The pieces of a plan as they are read, in drawing units, y up; at most MAX_LINES straight lines in all."""
+
+    file: Path
+    chains: list[Floats] = field(default_factory=list)
+    roles: list[Role] = field(default_factory=list)
+    widths: list[float] = field(default_factory=list)
+    fills: list[Floats] = field(default_factory=list)
+    texts: list[DrawnText] = field(default_factory=list)
+    lines: int = 0
+
+    def add_chain(self, points: Floats, role: Role, *, width: float = 0.0) -> bool:
+        """Add the lines along points, shape (N, 2); whether they have a length.
+
+        Raises PlanError, in one line, for more lines than any plan has.
+        """
+        if len(points) < 2 or not (np.abs(points) <= MAX_COORDINATE).all():
+            return False
+        points = points[np.append(True, np.diff(points, axis=0).any(axis=1))]
+        if len(points) < 2:
+            return False
+        self.lines += len(points) - 1
+        if self.lines > MAX_LINES:
+            raise PlanError(f"plan {shown(self.file)} has more than {MAX_LINES} lines, give one floor")
+        self.chains.append(points)
+        self.roles.append(role)
+        self.widths.append(width if 0 <= width <= MAX_COORDINATE else 0.0)
+        return True
+
+    def add_fill(self, rings: Sequence[Floats], role: Role) -> None:
+        """Add an area between rings, each shape (N, 2), even-odd; the outline of one that is wall is drawn, too."""
+        rings = [ring for ring in rings if len(ring) >= 3 and (np.abs(ring) <= MAX_COORDINATE).all()]
+        self.fills += _outlines_of_rings(rings)
+        if role == "wall":
+            for ring in rings:
+                self.add_chain(np.vstack([ring, ring[:1]]), role)
+
+    def add_text(self, text: DrawnText) -> None:
+        """Add a text unless it is blank or lies out of the range of numbers; those above MAX_TEXTS are a PlanError."""
+        numbers = np.array([text.x, text.y, text.height, text.angle])
+        if text.text.strip() and text.height > 0 and (np.abs(numbers) <= MAX_COORDINATE).all():
+            self.texts.append(text)
+        if len(self.texts) > MAX_TEXTS:
+            raise PlanError(f"plan {shown(self.file)} has more than {MAX_TEXTS} texts, give one floor")
+
+    def chains_of(self, role: Role) -> list[Floats]:
+        """The chains of a role."""
+        return [chain for chain, of_chain in zip(self.chains, self.roles, strict=True) if of_chain == role]
+
+    def wall_ends(self) -> KDTree:
+        """Where walls end or turn."""
+        return KDTree(np.concatenate([np.zeros((0, 2)), *self.chains_of("wall")]))
+
+    def drawing(self, doors: Sequence[Floats], *, metres_per_unit: float | None = None) -> PlanDrawing:
+        """The plan of all pieces and doors, each door shape (2, 2)."""
+        lines = [np.stack([chain[:-1], chain[1:]], axis=1) for chain in self.chains]
+        counts = [len(of_chain) for of_chain in lines]
+        return PlanDrawing(
+            lines=np.concatenate([np.zeros((0, 2, 2)), *lines]),
+            roles=np.repeat(np.array([ROLES.index(role) for role in self.roles], np.intp), counts),
+            widths=np.repeat(np.array(self.widths, float), counts),
+            fills=tuple(self.fills),
+            doors=np.array(doors, float).reshape(-1, 2, 2),
+            texts=tuple(self.texts),
+            metres_per_unit=metres_per_unit,
+            source=self.file.name,
+        )
+
+
+def _outlines_of_rings(rings: Sequence[Floats]) -> list[Floats]:
+    """Outlines without holes that together cover what lies within an odd number of rings."""
+    # One ring is its own outline even where it meets itself, and many would take forever to combine.
+    if len(rings) == 1 or sum(map(len, rings)) > MAX_CORNERS:
+        return list(rings)
+    area = shapely.Polygon()
+    for ring in rings:
+        area = shapely.symmetric_difference(area, shapely.make_valid(shapely.Polygon(ring)))
+    parts = [part for part in shapely.get_parts(shapely.make_valid(area)) if part.geom_type == "Polygon"]
+    whole = [piece for part in parts for piece in _cut_through_holes(part)]
+    return [np.asarray(shapely.get_coordinates(piece.exterior)) for piece in whole if piece.area > 0]
+
+
+def _cut_through_holes(polygon: shapely.Polygon) -> list[shapely.Polygon]:
+    if not polygon.interiors:
+        return [polygon]
+    left, bottom, right, top = polygon.bounds
+    cuts = [shapely.Polygon(hole).representative_point().x for hole in polygon.interiors]
+    cuts = [left, *sorted(cuts), right]
+    strips = [shapely.box(start, bottom, end, top) for start, end in pairwise(cuts)]
+    pieces = shapely.get_parts(shapely.intersection(polygon, strips))
+    return [piece for piece in pieces if piece.geom_type == "Polygon"]
+
+
+def chains_of_steps(start: Floats, steps: Iterable[Floats]) -> Iterator[Floats]:
+    """Runs of straight lines and of curves along a path, each shape (N, 2): an arc must not hide behind a leaf.
+
+    start: shape (2,). steps: the points of each piece after the one before, shape (N, 2); curves have several.
+    """
+    run, was_curve = [start[None]], None
+    for points in steps:
+        is_curve = len(points) > 1
+        if was_curve not in {None, is_curve}:
+            yield np.concatenate(run)
+            run = [run[-1][-1:]]
+        run.append(points)
+        was_curve = is_curve
+    yield np.concatenate(run)
+
+
+def bezier_points(controls: Floats) -> Floats:
+    """Points along a cubic Bézier curve of four controls, shape (4, 2), fine enough for walls of a few metres."""
+    step = np.linspace(0, 1, _SPLINE_PIECES + 1)[:, None]
+    weights = np.hstack([(1 - step) ** 3, 3 * step * (1 - step) ** 2, 3 * step**2 * (1 - step), step**3])
+    return np.asarray(weights @ controls)
+
+
+@dataclass(frozen=True)
+class _Swing:
+    """The quarter circle of a door leaf: its hinge, shape (2,), and the ends of the arc, shape (2, 2)."""
+
+    hinge: Floats
+    ends: Floats
+
+    @property
+    def radius(self) -> float:
+        return float(np.hypot(*(self.ends[0] - self.hinge)))
+
+
+def jambs_of_symbol(chains: Sequence[Floats], *, axis: Floats | None = None, walls: KDTree) -> list[Floats]:
+    """The doors that a symbol draws, from jamb to jamb, each shape (2, 2).
+
+    chains: the symbol's lines, each shape (N, 2). axis: its direction along the wall, where known.
+    walls: where walls end.
+
+    A quarter circle tells hinge and closed leaf; two that meet are a double door. Without any, the door is the longer
+    side of the symbol's box, through its middle.
+    """
+    along = _longest_direction(chains) if axis is None else axis
+    swinging = jambs_of_swings(chains, axis=along, walls=walls)
+    if swinging or not chains:
+        return swinging
+    points = np.concatenate(chains)
+    frame = np.array([along, [-along[1], along[0]]])
+    low, high = (points @ frame.T).min(axis=0), (points @ frame.T).max(axis=0)
+    longer = int(high[1] - low[1] > 1.2 * (high[0] - low[0]))
+    ends = np.tile((low + high) / 2, (2, 1))
+    ends[:, longer] = low[longer], high[longer]
+    return [ends @ frame] if high[longer] > low[longer] else []
+
+
+def jambs_of_swings(chains: Sequence[Floats], *, axis: Floats | None = None, walls: KDTree) -> list[Floats]:
+    """The doors whose quarter circles are among lines, from jamb to jamb, as jambs_of_symbol tells them."""
+    along = _longest_direction(chains) if axis is None else axis
+    swings = [swing for swing in map(_swing_of_chain, chains) if swing]
+    if not swings:
+        return []
+    lines = np.concatenate([np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains])
+    # Most lines of many doors are chords of arcs, which are no leaf.
+    lengths = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
+    lines = lines[lengths > min(swing.radius for swing in swings) / 2]
+    return _join_leaves([_closed_leaf(swing, lines, along, walls) for swing in swings])
+
+
+def touching_pieces(chains: Sequence[Floats]) -> list[list[Floats]]:
+    """Chains in groups whose boxes touch, in the order of their first members."""
+    if not chains:
+        return []
+    bounds = np.array([np.concatenate([chain.min(axis=0), chain.max(axis=0)]) for chain in chains])
+    reach = np.hypot(*(bounds[:, 2:] - bounds[:, :2]).T)[:, None] * _TOUCHING
+    boxes = shapely.box(*np.hstack([bounds[:, :2] - reach, bounds[:, 2:] + reach]).T)
+    first, second = shapely.STRtree(boxes).query(boxes, predicate="intersects")
+    touching = coo_array((np.ones(len(first), bool), (first, second)), shape=(len(chains),) * 2)
+    groups: dict[int, list[Floats]] = {}
+    for chain, number in zip(chains, connected_components(touching)[1].tolist(), strict=True):
+        groups.setdefault(number, []).append(chain)
+    return list(groups.values())
+
+
+def _longest_direction(chains: Sequence[Floats]) -> Floats:
+    steps = np.concatenate([np.zeros((1, 2)), *[np.diff(chain, axis=0) for chain in chains]])
+    longest = steps[np.hypot(*steps.T).argmax()]
+    return np.asarray(longest / np.hypot(*longest)) if longest.any() else np.array([1.0, 0.0])
+
+
+def _swing_of_chain(chain: Floats) -> _Swing | None:
+    """The swing whose arc a chain is: on a circle, by small steps one way, through about a quarter turn."""
+    size = np.ptp(chain, axis=0).max()
+    if len(chain) < 5 or size == 0:
+        return None
+    points = (chain - chain[0]) / size
+    equations = np.column_stack([2 * points, np.ones(len(points))])
+    middle = np.linalg.lstsq(equations, (points**2).sum(axis=1), rcond=None)[0][:2]
+    spokes = points - middle
+    radii = np.hypot(*spokes.T)
+    if np.ptp(radii) > 0.06 * radii.mean():
+        return None
+    cross = spokes[:-1, 0] * spokes[1:, 1] - spokes[:-1, 1] * spokes[1:, 0]
+    turns = np.degrees(np.arctan2(cross, (spokes[:-1] * spokes[1:]).sum(axis=1)))
+    if np.abs(turns).max() > 40 or np.abs(turns).sum() - abs(turns.sum()) > 1 or not 60 < abs(turns.sum()) < 120:
+        return None
+    return _Swing(middle * size + chain[0], chain[[0, -1]])
+
+
+def _closed_leaf(swing: _Swing, lines: Floats, axis: Floats, walls: KDTree) -> Floats:
+    """From the hinge to that end of the arc where the leaf is not drawn; else where a wall ends; else along the axis.
+
+    lines: of the symbol, shape (N, 2, 2).
+    """
+    reach = _AT_END * swing.radius
+    at_hinge = np.hypot(*np.moveaxis(lines - swing.hinge, -1, 0)) < reach
+    at_ends = np.hypot(*np.moveaxis(lines[:, :, None] - swing.ends, -1, 0)) < reach
+    open_leaf = (at_hinge[:, ::-1, None] & at_ends).any(axis=(0, 1))
+    if open_leaf.sum() == 1:
+        return np.array([swing.hinge, swing.ends[1 - open_leaf.argmax()]])
+    away = walls.query(swing.ends)[0]
+    if away.min() < reach and np.ptp(away) > reach / 2:
+        return np.array([swing.hinge, swing.ends[away.argmin()]])
+    askew = np.abs((swing.ends - swing.hinge) @ np.array([-axis[1], axis[0]]))
+    return np.array([swing.hinge, swing.ends[askew.argmin()]])
+
+
+def _join_leaves(leaves: Sequence[Floats]) -> list[Floats]:
+    """Doors of closed leaves, from hinge to free end: two that meet end to end are one, and so are equal ones."""
+    doors: list[Floats] = []
+    waiting = list(leaves)
+    while waiting:
+        door = waiting.pop(0)
+        reach = _AT_END * np.hypot(*(door[1] - door[0]))
+        for index, other in enumerate(waiting):
+            if np.hypot(*(other[1] - door[1])) < reach and _angle_between(door, other) > 150:
+                door = np.array([door[0], waiting.pop(index)[0]])
+                break
+        middle = door.mean(axis=0)
+        if all(np.hypot(*(middle - known.mean(axis=0))) > reach for known in doors):
+            doors.append(door)
+    return doors
+
+
+def _angle_between(first: Floats, second: Floats) -> float:
+    """Degrees, 0 … 180, between two lines with a direction."""
+    along, other = first[1] - first[0], second[1] - second[0]
+    return float(np.degrees(abs(np.arctan2(along[0] * other[1] - along[1] * other[0], along @ other))))

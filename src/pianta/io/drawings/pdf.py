@@ -1,0 +1,372 @@
+"""Plans as PDF: the lines and texts of a page that is drawn, and the picture of one that is scanned."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.errors import PlanError
+from pianta.io._files import reason_of, shown
+from pianta.io.drawings._drawing import DrawnText, PlanDrawing
+from pianta.io.drawings._layers import DARK, MAX_LINES, DrawnPieces, bezier_points, checked_plan
+
+if TYPE_CHECKING:
+    from pypdfium2 import PdfDocument, PdfObject, PdfPage, PdfTextPage
+
+Floats = NDArray[np.float64]
+Colors = NDArray[np.uint8]
+Box = tuple[float, float, float, float]
+
+MAX_FILE_BYTES = 128 * 2**20
+MAX_OBJECTS = 300_000
+MAX_DEPTH = 15
+# PDFium unfolds a page, its forms and streams before it can be asked how large it is, and ends the process when there
+# is no more memory; so a process of its own reads it.
+MAX_SECONDS, MAX_MEMORY = 20, 2 * 2**30
+NO_MEMORY = 3  # exit code
+_BY_CLOCK = 10  # of MAX_SECONDS, where others use the processor, or the system does not count
+_CHILD = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from pianta.io.drawings.pdf import answer_parent; "
+_CHILD += "answer_parent(*sys.argv[2:])"
+
+LONGEST_PX, FINEST_DPI = 4000, 300
+METRES_PER_POINT = 0.0254 / 72
+# A page that is mostly one image is a scan, unless as much is drawn over it as only a plan has.
+MIN_LINES, MIN_LINES_OVER_SCAN = 8, 1000
+SCAN_SHARE = 0.5
+
+_SCALES = frozenset({20, 25, 50, 100, 125, 150, 200, 250, 300, 400, 500, 1000})
+_NAMED_SCALE = re.compile(
+    r"\b(?:scale|ma(?:ß|ss)stab|scala|[ée]chelle|ech|esc(?:ala)?|m)\b\.?\s*[:=]?\s*1\s*[:/]\s*(\d{1,4})\b",
+    re.IGNORECASE,
+)
+_BARE_SCALE = re.compile(r"(?<![\d.,:/])1\s?:\s?(\d{2,4})(?![\d.,:/])")
+
+
+def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing | Colors:
+    """Read a page of a PDF: as drawing when it has lines enough, else as picture.
+
+    page: its number from 1; may be left out when there is only one.
+
+    A drawing is in points of the page as it is seen, y up. Its lines are all of role "other", because a PDF names
+    nothing; metres per unit come from a scale such as 1:100 among its texts, if they agree on one.
+    A picture has shape (H, W, 3), red, green, blue, at most 300 dots an inch and LONGEST_PX along its longer side.
+
+    Raises PlanError, in one line, when pypdfium2 (pianta[pdf]) is missing, for what is no PDF, is damaged, protected by
+    a password or larger than any plan, for several pages when none is chosen, for a page that it does not have, and for
+    one that takes more than MAX_SECONDS of the processor or MAX_MEMORY bytes.
+    """
+    file = checked_plan(path, max_bytes=MAX_FILE_BYTES)
+    try:
+        import pypdfium2  # noqa: F401  # asked for before a process is started
+    except ImportError:
+        raise PlanError(f"plan {shown(file)} is a PDF, install pianta[pdf] to read it") from None
+    chosen = "" if page is None else str(page)
+    given = [json.dumps(sys.path), str(file), chosen, str(MAX_SECONDS), str(MAX_MEMORY)]
+    single = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        child = subprocess.run(  # noqa: S603  # ourselves, isolated from what lies in the working folder
+            [sys.executable, "-I", "-c", _CHILD, *given],
+            capture_output=True,
+            check=False,
+            env=os.environ | single,
+            timeout=_BY_CLOCK * MAX_SECONDS,
+        )
+    except subprocess.TimeoutExpired:
+        raise _too_large(file) from None
+    except OSError as exception:
+        raise PlanError(f"plan {shown(file)} cannot be read in a process of its own: {reason_of(exception)}") from None
+    # Below 0 the system has ended it, and PDFium itself where there is no memory
+    if child.returncode < 0 or child.returncode == NO_MEMORY:
+        raise _too_large(file)
+    try:
+        packed = dict(np.load(BytesIO(child.stdout), allow_pickle=False))
+    except (OSError, ValueError, EOFError):
+        last = child.stderr.decode(errors="replace").strip().splitlines()[-1:] or ["it said nothing"]
+        raise PlanError(f"plan {shown(file)} cannot be read in a process of its own: {last[0]}") from None
+    return _unpack(packed, file)
+
+
+def _too_large(file: Path) -> PlanError:
+    told = f"takes more than {MAX_SECONDS} s or {MAX_MEMORY / 2**30:.2g} GiB to read"
+    return PlanError(f"plan {shown(file)} {told}, give one floor, or the page as PNG")
+
+
+def answer_parent(path: str, page: str, seconds: str, memory: str) -> None:
+    """Read a page within limits of this process, and write what was read, or what is wrong with it, to its output."""
+    with suppress(ImportError, OSError, ValueError):  # of Windows, and limits that are lower already
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds)))
+        resource.setrlimit(resource.RLIMIT_AS, (int(memory), int(memory)))
+    answer = BytesIO()
+    try:
+        np.savez(answer, **_pack(read_document(Path(path), page=int(page) if page else None)))
+    except PlanError as error:
+        np.savez(answer, error=np.array(str(error)))
+    except MemoryError:
+        sys.exit(NO_MEMORY)
+    sys.stdout.buffer.write(answer.getvalue())
+
+
+def _pack(found: PlanDrawing | Colors) -> dict[str, Any]:
+    """Arrays without objects, from which _unpack makes the same again."""
+    if not isinstance(found, PlanDrawing):
+        return {"colors": found}
+    return {
+        "lines": found.lines,
+        "roles": found.roles,
+        "widths": found.widths,
+        "corners": np.concatenate([np.zeros((0, 2)), *found.fills]),
+        "ends": np.cumsum([len(outline) for outline in found.fills], dtype=np.intp),
+        "texts": np.array(json.dumps([asdict(text) for text in found.texts])),
+        "metres_per_unit": np.array(found.metres_per_unit or np.nan),
+    }
+
+
+def _unpack(packed: Mapping[str, NDArray[Any]], file: Path) -> PlanDrawing | Colors:
+    if "error" in packed:
+        raise PlanError(str(packed["error"]))
+    if "colors" in packed:
+        return packed["colors"]
+    metres = float(packed["metres_per_unit"])
+    return PlanDrawing(
+        packed["lines"],
+        packed["roles"],
+        packed["widths"],
+        fills=tuple(np.split(packed["corners"], packed["ends"][:-1]) if len(packed["ends"]) else ()),
+        texts=tuple(DrawnText(**text) for text in json.loads(str(packed["texts"]))),
+        metres_per_unit=None if np.isnan(metres) else metres,
+        source=file.name,
+    )
+
+
+def read_document(file: Path, *, page: int | None = None) -> PlanDrawing | Colors:
+    """Read a page in this process, which ends with a page that takes all memory; otherwise as read_pdf_plan."""
+    document = _open_document(file)
+    try:
+        chosen = document[_choose_page(file, len(document), page) - 1]
+        with np.errstate(all="ignore"):  # what is beyond numbers is left out as it comes
+            return _read_page(chosen, file)
+    except (PlanError, MemoryError):
+        raise
+    # PDFium refuses the parts of a hostile file when they are used.
+    except Exception as exception:
+        raise PlanError(f"plan {shown(file)} is a damaged PDF, save it again: {reason_of(exception)}") from exception
+    finally:
+        document.close()
+
+
+def _open_document(file: Path) -> PdfDocument:
+    import pypdfium2
+    from pypdfium2 import raw
+
+    try:
+        return pypdfium2.PdfDocument(file)
+    except pypdfium2.PdfiumError as error:
+        if error.err_code == raw.FPDF_ERR_PASSWORD:
+            raise PlanError(f"plan {shown(file)} is protected by a password, save it without one") from None
+        told = f"plan {shown(file)} is no PDF or damaged, save it again as PDF"
+        raise PlanError(f"{told}: {reason_of(error)}") from error
+
+
+def _choose_page(file: Path, count: int, page: int | None) -> int:
+    if page is None and count > 1:
+        raise PlanError(f"plan {shown(file)} has {count} pages, say which with --page 1 … {count}")
+    if page is not None and not 1 <= page <= count:
+        range_ = "1, its only page" if count == 1 else f"1 … {count}"
+        raise PlanError(f"plan {shown(file)} has no page {page}, give --page {range_}")
+    return page or 1
+
+
+def _read_page(page: PdfPage, file: Path) -> PlanDrawing | Colors:
+    reader = _Reader(DrawnPieces(file), _turn_of_page(page))
+    reader.read_objects(page)
+    is_scan = reader.image_area > SCAN_SHARE * np.prod(page.get_size())
+    if reader.pieces.lines < (MIN_LINES_OVER_SCAN if is_scan else MIN_LINES):
+        return _render_page(page)
+    reader.read_texts(page.get_textpage())
+    scale = _scale_of_texts([text.text for text in reader.pieces.texts])
+    return reader.pieces.drawing((), metres_per_unit=scale and scale * METRES_PER_POINT)
+
+
+def _render_page(page: PdfPage) -> Colors:
+    scale = min(LONGEST_PX / max(page.get_size()), FINEST_DPI / 72)
+    pixels = page.render(scale=scale, rev_byteorder=True).to_numpy()
+    if pixels.ndim == 2 or pixels.shape[2] == 1:
+        pixels = np.repeat(pixels.reshape(*pixels.shape[:2], 1), 3, axis=2)
+    return np.array(pixels[:, :, :3], np.uint8)
+
+
+def _turn_of_page(page: PdfPage) -> Floats:
+    """Matrix, shape (2, 2), from the page as it is written to the page as it is seen."""
+    quarters = page.get_rotation() // 90 % 4
+    return np.asarray(np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), quarters))
+
+
+def _scale_of_texts(texts: list[str]) -> int | None:
+    """The n of the scale 1:n that texts agree on, None when they do not; one that is called scale goes first."""
+    named = {int(found) for text in texts for found in _NAMED_SCALE.findall(text)} - {0}
+    bare = {int(found) for text in texts for found in _BARE_SCALE.findall(text)} & _SCALES
+    scales = named or bare
+    return scales.pop() if len(scales) == 1 else None
+
+
+@dataclass
+class _Reader:
+    """Reads the objects of a page into pieces; turn: as of _turn_of_page."""
+
+    pieces: DrawnPieces
+    turn: Floats
+    image_area: float = 0.0
+    objects: int = 0
+    of_forms: dict[int, Floats] = field(default_factory=dict)
+
+    def read_objects(self, page: PdfPage) -> None:
+        """Read all paths, and how much of the page images cover, in square points."""
+        from pypdfium2 import raw
+
+        told = f"plan {shown(self.pieces.file)} draws more than {MAX_OBJECTS} things, give one floor"
+        if raw.FPDFPage_CountObjects(page) > MAX_OBJECTS:
+            raise PlanError(told)
+        for item in page.get_objects(max_depth=MAX_DEPTH):
+            self.objects += 1
+            if self.objects > MAX_OBJECTS:
+                raise PlanError(told)
+            matrix = self._matrix_of(item)
+            if item.type == raw.FPDF_PAGEOBJ_FORM:
+                self.of_forms[id(item)] = matrix
+            elif item.type == raw.FPDF_PAGEOBJ_IMAGE:
+                self.image_area += abs(np.linalg.det(matrix[:, :2]))
+            elif item.type == raw.FPDF_PAGEOBJ_PATH:
+                self._read_path(item, matrix)
+
+    def _matrix_of(self, item: PdfObject) -> Floats:
+        """Matrix, shape (2, 3), from the coordinates of an object to those of the page."""
+        a, b, c, d, e, f = item.get_matrix().get()
+        own = np.array([[a, c, e], [b, d, f]])
+        outer = self.of_forms.get(id(item.container)) if item.container else None
+        return own if outer is None else np.asarray(outer @ np.vstack([own, [0, 0, 1]]))
+
+    def _read_path(self, item: PdfObject, matrix: Floats) -> None:
+        from pypdfium2 import raw
+
+        fill, stroke = ctypes.c_int(), raw.FPDF_BOOL()
+        raw.FPDFPath_GetDrawMode(item, fill, stroke)
+        stroked = bool(stroke) and _luminance(item, raw.FPDFPageObj_GetStrokeColor) < 0.95
+        filled = bool(fill) and _luminance(item, raw.FPDFPageObj_GetFillColor) <= DARK
+        if not stroked and not filled:
+            return
+        if self.pieces.lines + raw.FPDFPath_CountSegments(item) > MAX_LINES:
+            raise PlanError(f"plan {shown(self.pieces.file)} has more than {MAX_LINES} lines, give one floor")
+        rings = [(ring @ matrix[:, :2].T + matrix[:, 2]) @ self.turn.T for ring in _rings_of_path(item)]
+        if filled:
+            self.pieces.add_fill(rings, "other")
+            self.pieces.lines += sum(map(len, rings))
+        if stroked:
+            width = ctypes.c_float()
+            raw.FPDFPageObj_GetStrokeWidth(item, width)
+            scaled = width.value * abs(np.linalg.det(matrix[:, :2])) ** 0.5
+            for ring in rings:
+                self.pieces.add_chain(ring, "other", width=scaled)
+
+    def read_texts(self, page: PdfTextPage) -> None:
+        """Read each run of letters on a line as one text."""
+        turned = np.arctan2(self.turn[0, 1], self.turn[0, 0])
+        for box, written in _runs_of_letters(page):
+            left, bottom, right, top = box
+            text = " ".join(page.get_text_bounded(*box).split())
+            x, y = self.turn @ ((left + right) / 2, (bottom + top) / 2)
+            height = top - bottom if _lies(written) else right - left
+            angle = np.arctan2(np.sin(written - turned), np.cos(written - turned))
+            self.pieces.add_text(DrawnText(text, float(x), float(y), height, float(angle)))
+
+
+def _luminance(item: PdfObject, color_of: Callable[..., object]) -> float:
+    """Luminance 0 … 1 of a color on white paper."""
+    red, green, blue, alpha = (ctypes.c_uint() for _ in range(4))
+    color_of(item, red, green, blue, alpha)
+    dark = 1 - (0.299 * red.value + 0.587 * green.value + 0.114 * blue.value) / 255
+    return 1 - dark * alpha.value / 255
+
+
+def _rings_of_path(item: PdfObject) -> Iterator[Floats]:
+    """The pieces of a path that hang together, each shape (N, 2), curves as chains, in its own coordinates."""
+    from pypdfium2 import raw
+
+    run: list[list[float]] = []
+    controls: list[list[float]] = []
+    x, y = ctypes.c_float(), ctypes.c_float()
+    for index in range(raw.FPDFPath_CountSegments(item)):
+        segment = raw.FPDFPath_GetPathSegment(item, index)
+        raw.FPDFPathSegment_GetPoint(segment, x, y)
+        kind = raw.FPDFPathSegment_GetType(segment)
+        if kind == raw.FPDF_SEGMENT_MOVETO:
+            yield from _whole(run)
+            run = []
+        if kind != raw.FPDF_SEGMENT_BEZIERTO:
+            run.append([x.value, y.value])
+        else:
+            controls.append([x.value, y.value])
+        if len(controls) == 3:
+            run += bezier_points(np.array([run[-1], *controls]))[1:].tolist()
+            controls = []
+        if raw.FPDFPathSegment_GetClose(segment) and run:
+            run.append(run[0])
+    yield from _whole(run)
+
+
+def _whole(run: list[list[float]]) -> Iterator[Floats]:
+    if len(run) > 1:
+        yield np.array(run)
+
+
+def _runs_of_letters(page: PdfTextPage) -> list[tuple[Box, float]]:
+    """Boxes (left, bottom, right, top) of letters on a line and the angles of their base lines, in page coordinates.
+
+    PDFium begins a box with every change of font, which can be within a word; those that follow closely are one.
+    """
+    runs: list[tuple[Box, float]] = []
+    for index in range(page.count_rects()):
+        box = page.get_rect(index)
+        angle = _angle_at(page, (box[0] + box[2]) / 2, (box[1] + box[3]) / 2)
+        if runs and abs(runs[-1][1] - angle) < 0.01 and _follows(runs[-1][0], box, angle):
+            left, bottom, right, top = runs.pop()[0]
+            box = min(left, box[0]), min(bottom, box[1]), max(right, box[2]), max(top, box[3])
+        runs.append((box, angle))
+    return runs
+
+
+def _follows(box: Box, following: Box, angle: float) -> bool:
+    """Whether a box lies on the line of another, at most a wide blank away."""
+    along, across = (0, 1) if _lies(angle) else (1, 0)
+    gap = max(following[along], box[along]) - min(following[along + 2], box[along + 2])
+    shared = min(following[across + 2], box[across + 2]) - max(following[across], box[across])
+    height = max(box[across + 2] - box[across], following[across + 2] - following[across])
+    return gap < height and shared > height / 3
+
+
+def _lies(angle: float) -> bool:
+    return abs(float(np.cos(angle))) >= abs(float(np.sin(angle)))
+
+
+def _angle_at(page: PdfTextPage, x: float, y: float) -> float:
+    """Angle of the letter at a place, radians counter-clockwise from x; 0 where there is none."""
+    from pypdfium2 import raw
+
+    index = page.get_index(x, y, 5, 5)
+    clockwise = raw.FPDFText_GetCharAngle(page, index) if index is not None and index >= 0 else 0.0
+    return -float(clockwise) if np.isfinite(clockwise) and clockwise >= 0 else 0.0

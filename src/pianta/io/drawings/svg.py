@@ -1,0 +1,394 @@
+"""Plans as SVG: shapes under the transforms of all their groups, with roles by ids, classes and Inkscape's labels."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.etree.ElementTree import ParseError
+
+import numpy as np
+from defusedxml import DefusedXmlException, ElementTree
+from numpy.typing import NDArray
+
+from pianta.errors import PlanError, PlanWarning
+from pianta.io._files import reason_of, shown
+from pianta.io.drawings._drawing import DrawnText, PlanDrawing, Role
+from pianta.io.drawings._layers import (
+    DARK,
+    DrawnPieces,
+    bezier_points,
+    chains_of_steps,
+    checked_plan,
+    jambs_of_symbol,
+    role_of_names,
+    touching_pieces,
+)
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+Floats = NDArray[np.float64]
+Style = Mapping[str, str]
+
+MAX_FILE_BYTES = 32 * 2**20
+MAX_ELEMENTS = 200_000
+MAX_DEPTH = 64
+METRES_ATTRIBUTE = "data-metres-per-unit"
+
+_PAPER = 0.95  # luminance of what is not seen on white
+_CAPITALS, _LETTER_WIDTH = 0.7, 0.6  # of the size of a font
+_CIRCLE = np.linspace(0, 2 * np.pi, 65)
+
+_GROUPS = frozenset({"svg", "g", "a", "switch"})
+_SHAPES = frozenset({"line", "polyline", "polygon", "rect", "circle", "ellipse", "path"})
+_LEFT_OUT = {"image": "image", "foreignObject": "foreign object"}
+_INHERITED = (
+    *("fill", "stroke", "stroke-width", "fill-opacity", "stroke-opacity"),
+    *("font-size", "text-anchor", "visibility", "color"),
+)
+_NOT_INHERITED = ("display", "opacity")
+_PX = {"": 1.0, "px": 1.0, "pt": 4 / 3, "pc": 16.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "in": 96.0, "em": 16.0}
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_TARGET = re.compile(r"url\(\s*['\"]?([^'\")]*)", re.IGNORECASE)
+
+
+def read_svg_plan(path: str | Path) -> PlanDrawing:
+    """Read the shapes and texts of an SVG, in the units of its outermost coordinates, y turned up.
+
+    Transforms of groups, `use`, symbols and nested viewports are applied; what is not displayed, or white on white,
+    is left out. Ids, classes and Inkscape's labels of a shape and the groups around it tell its role by their names;
+    shapes of doors that touch are one door, from jamb to jamb by its quarter circle, else by the longer side of its
+    box. Filled areas are kept when they are dark, or walls.
+
+    Width and height of an SVG speak of the paper, so metres per unit are None unless the outermost element has an
+    attribute data-metres-per-unit. Clips, masks, markers and style sheets with combined selectors are not heeded.
+
+    One PlanWarning tells of embedded images and of shapes that cannot be read; they are left out.
+    Raises PlanError, in one line, when svgelements (pianta[svg]) is missing, for what is no SVG, declares entities
+    or a document type of its own, refers to anything outside of itself, is larger than any plan, or draws nothing.
+    Source of the format: SVG 1.1, W3C.
+    """
+    file = checked_plan(path, max_bytes=MAX_FILE_BYTES)
+    root = _parse_svg(file)
+    _refuse_references(root, file)
+    metres = _metres_per_unit(root, file)
+    reader = _Reader(DrawnPieces(file), root)
+    with np.errstate(all="ignore"):  # what is beyond numbers is left out as it comes
+        reader.read_element(root, np.array([[1.0, 0, 0], [0, -1, 0]]), {}, (), 0)
+    if reader.left_out:
+        told = ", ".join(f"{count} {what}{'s' if count > 1 else ''}" for what, count in reader.left_out.items())
+        warnings.warn(f"plan {shown(file)} has {told} that cannot be read, left out", PlanWarning, stacklevel=2)
+    if not reader.pieces.lines and not reader.pieces.fills:
+        raise PlanError(f"plan {shown(file)} draws no lines, give a drawn plan, or a picture as PNG")
+    return reader.pieces.drawing(reader.doors(), metres_per_unit=metres)
+
+
+class _Parser(ElementTree.DefusedXMLParser):  # type: ignore[misc]  # of a library without types
+    """Passes by the name of a document type, which expat does not read, and refuses one that is in the file itself."""
+
+    def defused_start_doctype_decl(self, *declared: str | int | None) -> None:
+        if declared[-1]:  # has an internal subset
+            super().defused_start_doctype_decl(*declared)
+
+
+def _parse_svg(file: Path) -> Element:
+    try:
+        import svgelements  # noqa: F401  # asked for before any work is done
+    except ImportError:
+        raise PlanError(f"plan {shown(file)} is an SVG, install pianta[svg] to read it") from None
+    try:
+        root: Element = ElementTree.parse(file, parser=_Parser(forbid_dtd=True)).getroot()
+    except DefusedXmlException:
+        raise PlanError(f"plan {shown(file)} declares entities or a document type of its own, remove them") from None
+    except (ParseError, ValueError, LookupError, OSError) as exception:
+        told = f"plan {shown(file)} is no SVG or damaged, save it again as SVG"
+        raise PlanError(f"{told}: {reason_of(exception)}") from None
+    if _local_name(root.tag) != "svg":
+        raise PlanError(f"plan {shown(file)} is no SVG, its outermost element is {shown(_local_name(root.tag))}")
+    return root
+
+
+def _refuse_references(root: Element, file: Path) -> None:
+    for element in root.iter():
+        targets: list[str] = []
+        for name, value in element.attrib.items():
+            if _local_name(name) in {"href", "src"} and _local_name(element.tag) != "a":
+                targets.append(value)
+            targets += _TARGET.findall(value)
+        if _local_name(element.tag) == "style":
+            css = "".join(element.itertext())
+            targets += _TARGET.findall(css) + re.findall(r"@import[^;]*", css, re.IGNORECASE)
+        for target in map(str.strip, targets):
+            if target and not target.startswith(("#", "data:")):
+                told = f"plan {shown(file)} refers to {shown(target)} outside of itself"
+                raise PlanError(f"{told}, remove the reference or embed what it shows")
+
+
+def _metres_per_unit(root: Element, file: Path) -> float | None:
+    given = root.get(METRES_ATTRIBUTE)
+    if given is None:
+        return None
+    try:
+        metres = float(given)
+    except ValueError:
+        metres = 0.0
+    if not (isfinite(metres) and metres > 0):
+        raise PlanError(f"plan {shown(file)} has {METRES_ATTRIBUTE}={shown(given)}, give a positive number")
+    return metres
+
+
+@dataclass
+class _Reader:
+    """Reads elements into pieces; matrices have shape (2, 3), from an element's coordinates to the drawing's."""
+
+    pieces: DrawnPieces
+    root: Element
+    left_out: Counter[str] = field(default_factory=Counter)
+    elements: int = 0
+
+    def __post_init__(self) -> None:
+        self.by_id = {element.get("id"): element for element in self.root.iter()}
+        sheets = (element for element in self.root.iter() if _local_name(element.tag) == "style")
+        self.rules = _parse_rules(" ".join("".join(sheet.itertext()) for sheet in sheets))
+
+    def read_element(
+        self, element: Element, matrix: Floats, style: Style, names: tuple[str, ...], depth: int, *, used: bool = False
+    ) -> None:
+        """Read an element and all in it; names: of the groups around it, from the innermost.
+
+        used: by `use`, which shows symbols and what lies in them.
+        """
+        self.elements += 1
+        if self.elements > MAX_ELEMENTS:
+            raise PlanError(f"plan {shown(self.pieces.file)} draws more than {MAX_ELEMENTS} things, give one floor")
+        if depth > MAX_DEPTH:
+            raise PlanError(f"plan {shown(self.pieces.file)} has groups more than {MAX_DEPTH} deep, ungroup some")
+        tag = _local_name(element.tag)
+        style = self._style_of(element, tag, style)
+        if style.get("display") == "none" or _number(style.get("opacity"), 1) == 0:
+            return
+        names = (*_names_of(element), *names)
+        matrix = matrix @ _whole(self._transform_of(element))
+        if tag in _GROUPS or (tag == "symbol" and used):
+            if depth > 0 and tag in {"svg", "symbol"}:
+                matrix = matrix @ _whole(_viewport(element))
+            for child in element:
+                self.read_element(child, matrix, style, names, depth + 1)
+        elif tag == "use":
+            self._read_use(element, matrix, style, names, depth)
+        elif style.get("visibility", "visible") == "visible":
+            self._read_leaf(element, tag, matrix, style, names)
+
+    def _read_use(self, element: Element, matrix: Floats, style: Style, names: tuple[str, ...], depth: int) -> None:
+        href = next((value for name, value in element.attrib.items() if _local_name(name) == "href"), "")
+        target = self.by_id.get(href.strip().removeprefix("#")) if href else None
+        if target is not None:
+            place = np.array([[1.0, 0, _number(element.get("x"))], [0, 1, _number(element.get("y"))]])
+            self.read_element(target, matrix @ _whole(place), style, names, depth + 1, used=True)
+
+    def _read_leaf(self, element: Element, tag: str, matrix: Floats, style: Style, names: tuple[str, ...]) -> None:
+        if tag in _LEFT_OUT:
+            self.left_out[_LEFT_OUT[tag]] += 1
+        elif tag == "text":
+            self._read_text(element, matrix, style)
+        elif tag in _SHAPES:
+            try:
+                chains = [chain @ matrix[:, :2].T + matrix[:, 2] for chain in _chains_of_shape(element, tag)]
+            # svgelements raises whatever the data of a path drive it to.
+            except Exception:
+                self.left_out["damaged shape"] += 1
+            else:
+                self._add_shape(chains, matrix, style, role_of_names(names))
+
+    def _add_shape(self, chains: list[Floats], matrix: Floats, style: Style, role: Role) -> None:
+        fill = _luminance(style, "fill", "black")
+        filled = fill is not None and (fill < _PAPER if role == "wall" else role == "other" and fill <= DARK)
+        rings = _rings_of_chains(chains) if filled else []
+        if rings:
+            self.pieces.add_fill(rings, role)
+        stroke = _luminance(style, "stroke", "none")
+        # What has a role and no style is meant to be seen; what a door leaves white tells where it is.
+        meant = role == "door" or (role != "other" and "stroke" not in style and not rings)
+        if meant or (stroke is not None and stroke < _PAPER):
+            width = _number(style.get("stroke-width"), 1) * abs(np.linalg.det(matrix[:, :2])) ** 0.5
+            for chain in chains:
+                self.pieces.add_chain(chain, role, width=width if stroke is not None else 0)
+
+    def _read_text(self, element: Element, matrix: Floats, style: Style) -> None:
+        """A text as one line, its middle by the usual width of letters, for the library measures no fonts."""
+        lines = [element, *(child for child in element.iter() if _local_name(child.tag) == "tspan")]
+        places = np.array([[_number(line.get(axis), np.nan) for axis in ("x", "y")] for line in lines])
+        places = places[1:] if len(places) > 1 and np.isfinite(places[1:]).all() else places[:1]
+        text = " ".join(" ".join(element.itertext()).split())
+        size = _number(style.get("font-size"), 16)
+        width = len(text) / max(1, len(places)) * _LETTER_WIDTH * size
+        x, y = np.nan_to_num(places).mean(axis=0)
+        x += width * {"middle": 0.0, "end": -0.5}.get(style.get("text-anchor", ""), 0.5)
+        middle = matrix @ (x, y - size * _CAPITALS / 2, 1)
+        along, up = matrix[:, 0], matrix[:, 1]
+        height = size * _CAPITALS * np.hypot(*up)
+        angle = float(np.arctan2(along[1], along[0]))
+        self.pieces.add_text(DrawnText(text, float(middle[0]), float(middle[1]), float(height), angle))
+
+    def doors(self) -> list[Floats]:
+        """A door for each quarter circle, and for each group of touching shapes without one, shape (2, 2)."""
+        walls = self.pieces.wall_ends()
+        symbols = touching_pieces(self.pieces.chains_of("door"))
+        return [door for symbol in symbols for door in jambs_of_symbol(symbol, walls=walls)]
+
+    def _style_of(self, element: Element, tag: str, outer: Style) -> Style:
+        style = {name: value for name, value in outer.items() if name in _INHERITED}
+        known = (*_INHERITED, *_NOT_INHERITED)
+        style |= {name: element.attrib[name] for name in known if name in element.attrib}
+        classes = (f".{name}" for name in element.get("class", "").split())
+        for selector in ("*", tag, *(f"{start}{name}" for name in classes for start in ("", tag))):
+            style |= self.rules.get(selector, {})
+        style |= self.rules.get(f"#{element.get('id')}", {})
+        style |= _parse_declarations(element.get("style", ""))
+        return {name: outer.get(name, "") if value == "inherit" else value for name, value in style.items()}
+
+    def _transform_of(self, element: Element) -> Floats:
+        """The matrix of an element's transform; identity, and a remark, where it cannot be read."""
+        from svgelements import Matrix
+
+        try:
+            matrix = Matrix(element.get("transform", ""))
+            return np.array([[matrix.a, matrix.c, matrix.e], [matrix.b, matrix.d, matrix.f]], float)
+        except Exception:  # svgelements raises whatever the text drives it to
+            self.left_out["damaged transform"] += 1
+            return np.eye(2, 3)
+
+
+def _whole(matrix: Floats) -> Floats:
+    return np.vstack([matrix, [0, 0, 1]])
+
+
+def _local_name(name: Any) -> str:  # noqa: ANN401  # comments have a function for a tag
+    return str(name).rpartition("}")[2]
+
+
+def _names_of(element: Element) -> Iterator[str]:
+    """Its names, the most telling first; classes are several."""
+    for name, value in element.attrib.items():
+        if _local_name(name) in {"label", "id"}:
+            yield value
+    yield from element.get("class", "").split()
+
+
+def _number(text: str | None, default: float = 0.0) -> float:
+    """The first number of a text, a length in px; the default when there is none."""
+    found = _NUMBER.search(text or "")
+    unit = "" if found is None or text is None else text[found.end() : found.end() + 2]
+    return float(found[0]) * _PX.get(unit.strip(), 1.0) if found else default
+
+
+def _parse_rules(css: str) -> dict[str, dict[str, str]]:
+    """Simple selectors and what they declare; combined ones are passed by."""
+    rules: dict[str, dict[str, str]] = {}
+    for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", re.sub(r"/\*.*?\*/", " ", css, flags=re.DOTALL)):
+        for selector in selectors.split(","):
+            rules.setdefault(selector.strip(), {}).update(_parse_declarations(body))
+    return rules
+
+
+def _parse_declarations(text: str) -> dict[str, str]:
+    pairs = (part.partition(":") for part in text.split(";"))
+    known = (*_INHERITED, *_NOT_INHERITED)
+    return {name.strip(): value.replace("!important", "").strip() for name, _, value in pairs if name.strip() in known}
+
+
+def _luminance(style: Style, what: str, default: str) -> float | None:
+    """Luminance 0 … 1 on white of a fill or stroke, None where there is none; gradients count as light."""
+    from svgelements import Color
+
+    value = style.get(what) or default
+    if value in {"none", "transparent"} or _number(style.get(f"{what}-opacity"), 1) == 0:
+        return None
+    if value == "currentColor":
+        value = style.get("color") or "black"
+    if value.startswith("url("):
+        return 0.9
+    try:
+        color = Color(value)
+        red, green, blue, opacity = color.red, color.green, color.blue, color.opacity
+        return float(1 - opacity * (1 - (0.299 * red + 0.587 * green + 0.114 * blue) / 255))
+    except Exception:  # svgelements raises whatever the text drives it to
+        return 0.0
+
+
+def _viewport(element: Element) -> Floats:
+    """Matrix from the viewBox of a nested viewport to its place and size."""
+    matrix = np.array([[1.0, 0, _number(element.get("x"))], [0, 1, _number(element.get("y"))]])
+    box = [float(number) for number in _NUMBER.findall(element.get("viewBox", ""))]
+    if len(box) != 4 or min(box[2:]) <= 0:
+        return matrix
+    size = np.array([_number(element.get("width"), box[2]), _number(element.get("height"), box[3])])
+    scale = (size / box[2:]).min()
+    shift = (size - scale * np.array(box[2:])) / 2 - scale * np.array(box[:2])
+    return np.asarray(matrix @ np.array([[scale, 0, shift[0]], [0, scale, shift[1]], [0, 0, 1]]))
+
+
+def _chains_of_shape(element: Element, tag: str) -> list[Floats]:
+    """The lines and curves of a shape in its own coordinates, each shape (N, 2)."""
+    if tag == "path":
+        return list(_chains_of_path(element.get("d", "")))
+    if tag in {"polyline", "polygon"}:
+        numbers = [float(number) for number in _NUMBER.findall(element.get("points", ""))]
+        points = np.array(numbers[: len(numbers) // 2 * 2]).reshape(-1, 2)
+        return [np.vstack([points, points[:1]]) if tag == "polygon" else points]
+    number = {name: _number(value) for name, value in element.attrib.items()}
+    x, y, width, height = (number.get(name, 0.0) for name in ("x", "y", "width", "height"))
+    if tag == "rect":
+        corners = [(x, y), (x + width, y), (x + width, y + height), (x, y + height), (x, y)]
+        return [np.array(corners)] if width and height else []
+    if tag == "line":
+        return [np.array([[number.get(f"{axis}{end}", 0.0) for axis in "xy"] for end in "12"])]
+    radii = [number.get(name, number.get("r", 0.0)) for name in ("rx", "ry")]
+    middle = [number.get("cx", 0.0), number.get("cy", 0.0)]
+    return [middle + np.column_stack([np.cos(_CIRCLE), np.sin(_CIRCLE)]) * radii]
+
+
+def _chains_of_path(data: str) -> Iterator[Floats]:
+    from svgelements import Move, Path
+
+    start, steps = np.zeros(2), list[Floats]()
+    for segment in Path(data):
+        if isinstance(segment, Move):
+            yield from chains_of_steps(start, steps)
+            start, steps = np.array([segment.end.x, segment.end.y]), []
+        elif segment.end is not None:
+            steps += _steps_of_segment(segment)
+    yield from chains_of_steps(start, steps)
+
+
+def _steps_of_segment(segment: Any) -> list[Floats]:  # noqa: ANN401  # the segments share no typed class
+    from svgelements import Arc, CubicBezier, QuadraticBezier
+
+    if isinstance(segment, Arc):
+        return [np.concatenate([step for part in segment.as_cubic_curves() for step in _steps_of_segment(part)])]
+    start, end = (np.array([point.x, point.y]) for point in (segment.start, segment.end))
+    if isinstance(segment, CubicBezier):
+        inner = [[point.x, point.y] for point in (segment.control1, segment.control2)]
+        return [bezier_points(np.array([start, *inner, end]))[1:]]
+    if isinstance(segment, QuadraticBezier):
+        middle = np.array([segment.control.x, segment.control.y])
+        return [bezier_points(np.array([start, (start + 2 * middle) / 3, (2 * middle + end) / 3, end]))[1:]]
+    return [end[None]]
+
+
+def _rings_of_chains(chains: list[Floats]) -> list[Floats]:
+    """Chains that follow on each other as rings; two points enclose nothing and are left out."""
+    rings: list[list[Floats]] = []
+    for chain in chains:
+        if rings and len(chain) and np.array_equal(rings[-1][-1][-1], chain[0]):
+            rings[-1].append(chain)
+        elif len(chain) > 1:
+            rings.append([chain])
+    joined = [np.concatenate(ring) for ring in rings]
+    return [ring for ring in joined if len(ring) > 2]

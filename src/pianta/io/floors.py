@@ -1,0 +1,296 @@
+"""floor.geojson: the canonical file of a Floor, GeoJSON in metres of the map frame.
+
+The collection says so in its members `format`, `version`, `frame` and `units`, and holds `source`, `building_type` and
+`last_id`, the highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with
+clockwise holes), door or wall (lines). A partial room has, since 2.1, the properties `predicted`, a Polygon geometry of
+the room as a whole, and `confidence`, both null where nobody said; since 2.2 a room has a `name`, or null. The `rooms`
+of a door are two ids, those of an entrance an id and null.
+QGIS, which takes any GeoJSON for WGS 84, draws it in place once the layer is told to have no coordinate system.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    FiniteFloat,
+    Tag,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from shapely import LineString, Polygon, get_coordinates
+from shapely.geometry.base import BaseGeometry
+
+from pianta.errors import FloorError
+from pianta.floor import Door, Floor, Room
+from pianta.io._faults import describe_validation
+from pianta.io._files import checked_input, shown, written_atomically
+
+FORMAT, MAJOR, MINOR = "pianta floor", 2, 2
+MAX_FILE_BYTES = 64 * 2**20
+MAX_COORDINATE = 1e8
+# Files of version 1 have label -> probability; what they say is of the label set of the building's type.
+LABEL_SET_OF_VERSION_1 = "type"
+
+
+def save_floor(floor: Floor, path: str | Path) -> None:
+    """Write a floor as floor.geojson, a feature a line; read_floor gives back an equal floor.
+
+    The same floor gives the same bytes.
+    Raises FloorError for a floor that read_floor would refuse, and PiantaError when the file cannot be written.
+    """
+    try:
+        content = _dump_floor(floor)
+        if _parse_floor(content) != floor:
+            raise FloorError("it has shapes in three dimensions, give it in two (shapely.force_2d)")
+    except (ValueError, TypeError) as exception:
+        raise FloorError(f"cannot save the floor as {shown(path)}: {exception}") from exception
+    with written_atomically(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def read_floor(path: str | Path) -> Floor:
+    """Read a floor from floor.geojson; members, properties and classes of features that it does not know are skipped.
+
+    Raises FloorError, with every fault in one message, for a file that is no floor and for one of a newer format.
+    """
+    file = checked_input(path, "floor", FloorError)
+    if file.stat().st_size > MAX_FILE_BYTES:
+        raise FloorError(f"floor {shown(file)} has more than {MAX_FILE_BYTES} bytes, too many for a floor")
+    try:
+        return _parse_floor(file.read_bytes())
+    except (FloorError, OSError) as exception:
+        raise FloorError(f"cannot read the floor {shown(file)}: {exception}") from exception
+
+
+def _dump_floor(floor: Floor) -> bytes:
+    header = {
+        "type": "FeatureCollection",
+        "format": FORMAT,
+        "version": f"{MAJOR}.{MINOR}",
+        "frame": "map",
+        "units": "metres",
+        "source": floor.source,
+        "building_type": _sort_probabilities(floor.building_type),
+        "last_id": int(floor.last_id),
+    }
+    features = ",\n".join(map(_dump_strictly, _features_of_floor(floor)))
+    return f'{_dump_strictly(header)[:-1]}, "features": [\n{features}\n]}}\n'.encode()
+
+
+def _dump_strictly(value: object) -> str:
+    return json.dumps(value, allow_nan=False)
+
+
+def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
+    for room in floor.rooms:
+        properties: dict[str, Any] = {
+            "room": int(room.id),
+            "name": room.name,
+            "label": room.label,
+            "labels": dict(room.labels),
+            "label_probabilities": {
+                label_set: _sort_probabilities(of_labels) for label_set, of_labels in room.label_probabilities.items()
+            },
+            "partial": bool(room.partial),
+        }
+        if room.partial:
+            properties |= {
+                "predicted": _geometry(room.predicted) if room.predicted else None,
+                "confidence": None if room.confidence is None else float(room.confidence),
+            }
+        yield _feature("room", room.id, properties, room.polygon)
+    for number, door in enumerate(floor.doors, start=1):
+        rooms = [None if room is None else int(room) for room in door.rooms]
+        ends = {"rooms": rooms, "width": float(door.width), "kind": door.kind}
+        yield _feature("door", number, ends, door.line)
+    for number, wall in enumerate(floor.walls, start=1):
+        yield _feature("wall", number, {}, wall)
+
+
+def _feature(class_: str, number: int, properties: dict[str, Any], shape: Polygon | LineString) -> dict[str, Any]:
+    return {
+        "type": "Feature",
+        "id": f"{class_}-{number}",
+        "properties": {"class": class_, **properties},
+        "geometry": _geometry(shape),
+    }
+
+
+def _geometry(shape: Polygon | LineString) -> dict[str, Any]:
+    rings = (shape.exterior, *shape.interiors) if isinstance(shape, Polygon) else ()
+    return {"type": shape.geom_type, "coordinates": [_positions(ring) for ring in rings] or _positions(shape)}
+
+
+def _positions(line: BaseGeometry) -> list[list[float]]:
+    positions: list[list[float]] = get_coordinates(line).tolist()
+    return positions
+
+
+def _sort_probabilities(probabilities: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(probabilities[name]) for name in sorted(probabilities)}
+
+
+class _Part(BaseModel):
+    """A part of the file; what is not named here is skipped."""
+
+    model_config = ConfigDict(strict=True, frozen=True)
+
+
+_Metres = Annotated[FiniteFloat, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+_Position = tuple[_Metres, _Metres]
+_Probabilities = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
+_LabelProbabilities = dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]]
+
+
+class _PolygonGeometry(_Part):
+    type: Literal["Polygon"]
+    coordinates: Annotated[list[Annotated[list[_Position], Field(min_length=4)]], Field(min_length=1)]
+
+    @property
+    def polygon(self) -> Polygon:
+        shell, *holes = self.coordinates
+        return Polygon(shell, holes)
+
+
+class _LineGeometry(_Part):
+    type: Literal["LineString"]
+    coordinates: Annotated[list[_Position], Field(min_length=2)]
+
+
+class _RoomProperties(_Part):
+    room: int
+    label: str | None = None
+    labels: dict[str, str] = {}
+    label_probabilities: dict[str, _LabelProbabilities] = {}
+    partial: bool = False
+    predicted: _PolygonGeometry | None = None
+    confidence: FiniteFloat | None = None
+    name: str | None = None
+
+    @field_validator("label_probabilities", mode="before")
+    @classmethod
+    def _nest_those_of_version_1(cls, probabilities: object, info: ValidationInfo) -> object:
+        is_old = info.context is not None and info.context["major"] == 1
+        return {LABEL_SET_OF_VERSION_1: probabilities} if is_old and probabilities else probabilities
+
+
+class _RoomFeature(_Part):
+    properties: _RoomProperties
+    geometry: _PolygonGeometry
+
+    @cached_property
+    def room(self) -> Room:
+        names = self.properties
+        return Room(
+            names.room,
+            self.geometry.polygon,
+            names.label,
+            names.labels,
+            names.label_probabilities,
+            names.partial,
+            names.predicted.polygon if names.predicted else None,
+            names.confidence,
+            names.name,
+        )
+
+    @model_validator(mode="after")
+    def _check(self) -> _RoomFeature:
+        _ = self.room
+        return self
+
+
+class _DoorProperties(_Part):
+    rooms: tuple[int, int | None]
+    width: FiniteFloat
+    kind: Literal["door", "opening"] = "door"
+
+
+class _DoorFeature(_Part):
+    properties: _DoorProperties
+    geometry: _LineGeometry
+
+    @cached_property
+    def door(self) -> Door:
+        names = self.properties
+        return Door(names.rooms, LineString(self.geometry.coordinates), names.width, names.kind)
+
+    @model_validator(mode="after")
+    def _check(self) -> _DoorFeature:
+        _ = self.door
+        return self
+
+
+class _WallFeature(_Part):
+    geometry: _LineGeometry
+
+    @property
+    def wall(self) -> LineString:
+        return LineString(self.geometry.coordinates)
+
+
+class _UnknownFeature(_Part):
+    """A feature of a class that a later minor version may bring."""
+
+
+def _class_of_feature(feature: object) -> str:
+    """Tag of the model that reads a feature."""
+    properties = feature.get("properties") if isinstance(feature, dict) else None
+    class_ = properties.get("class") if isinstance(properties, dict) else None
+    return class_ if class_ in ("room", "door", "wall") else "unknown"
+
+
+_Feature = Annotated[
+    Annotated[_RoomFeature, Tag("room")]
+    | Annotated[_DoorFeature, Tag("door")]
+    | Annotated[_WallFeature, Tag("wall")]
+    | Annotated[_UnknownFeature, Tag("unknown")],
+    Discriminator(_class_of_feature),
+]
+
+
+class _Version(_Part):
+    """What a file of every version has."""
+
+    format: Literal["pianta floor"]
+    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
+
+
+class _Collection(_Part):
+    type: Literal["FeatureCollection"]
+    frame: Literal["map"]
+    units: Literal["metres"]
+    source: str = ""
+    building_type: _Probabilities = {}
+    last_id: int = 0
+    features: list[_Feature]
+
+
+def _parse_floor(content: bytes) -> Floor:
+    try:
+        version = _Version.model_validate_json(content).version
+        major = int(version.partition(".")[0])
+        if major > MAJOR:
+            raise FloorError(f"it has format version {version}, this pianta reads up to {MAJOR}.x; update pianta")
+        collection = _Collection.model_validate_json(content, context={"major": major})
+    except ValidationError as exception:
+        raise FloorError(describe_validation(exception)) from None
+    features = collection.features
+    return Floor(
+        rooms=tuple(feature.room for feature in features if isinstance(feature, _RoomFeature)),
+        doors=tuple(feature.door for feature in features if isinstance(feature, _DoorFeature)),
+        walls=tuple(feature.wall for feature in features if isinstance(feature, _WallFeature)),
+        building_type=collection.building_type,
+        source=collection.source,
+        last_id=collection.last_id,
+    )

@@ -1,0 +1,336 @@
+"""GraphML: room graphs for yEd, Gephi and networkx, with the attributes that their tables can show.
+
+Attributes are texts, integers, numbers and booleans. A key is declared for each name and type; where a name has values
+of several types, it has several keys.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from math import isfinite
+from pathlib import Path
+from types import MappingProxyType
+from xml.etree.ElementTree import Element, ParseError, SubElement, indent, tostring
+
+import networkx as nx
+import numpy as np
+from defusedxml import DefusedXmlException, ElementTree
+
+from pianta.errors import FloorError
+from pianta.io._faults import join_faults
+from pianta.io._files import checked_input, reason_of, shown, written_atomically
+from pianta.io._xml import MAX_FILE_BYTES
+
+NAMESPACE = "http://graphml.graphdrawing.org/xmlns"
+MAX_INTEGER = 2**63 - 1
+
+_Value = str | bool | int | float
+
+_NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_INTEGER_ID = re.compile("0|-?[1-9][0-9]{0,17}")
+
+
+def save_graphml(graph: nx.Graph, path: str | Path) -> None:
+    """Write an undirected graph without parallel edges as GraphML, in UTF-8, nodes and edges in the graph's order.
+
+    Attributes are texts, integers of 64 bits, finite numbers and booleans, of Python or numpy. A dict or list, as the
+    graph of a floor has them, becomes its JSON text; None is left out. The same graph gives the same bytes.
+    read_graphml gives back an equal graph where attributes are flat, and ids all integers, or texts not all of digits.
+
+    Raises FloorError, with every fault in one message, for other graphs, ids and attributes and for characters that XML
+    does not have; PiantaError when the file cannot be written.
+    """
+    try:
+        content = _dump_graph(graph)
+        _check_size(len(content))
+    except FloorError as exception:
+        raise FloorError(f"cannot save the graph as {shown(path)}: {exception}") from exception
+    with written_atomically(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def read_graphml(path: str | Path) -> nx.Graph:
+    """Read an undirected graph without parallel edges from GraphML.
+
+    Ids of nodes are integers where all of the file are written as such, with 18 digits at most, and texts otherwise.
+    Defaults of keys are given to the nodes and edges that have no value. Of the drawing of a node in yEd, its text
+    becomes `label` where the node has no such attribute; other drawings, ids of edges and ports are skipped.
+
+    Raises FloorError, with every fault in one message, for a file that holds no such graph, more than one, or groups of
+    nodes, that is larger than 16 MiB, or that declares entities.
+    """
+    file = checked_input(path, "graph", FloorError)
+    try:
+        _check_size(file.stat().st_size)
+        return _parse_graph(file.read_bytes())
+    except (FloorError, OSError) as exception:
+        raise FloorError(f"cannot read the graph {shown(file)}: {exception}") from exception
+
+
+def _check_size(size: int) -> None:
+    if size > MAX_FILE_BYTES:
+        raise FloorError(f"it has {size} bytes, the limit is {MAX_FILE_BYTES}; give one floor")
+
+
+def _dump_graph(graph: nx.Graph) -> bytes:
+    if graph.is_directed() or graph.is_multigraph():
+        raise FloorError("it is directed or has parallel edges, give a networkx.Graph")
+    faults: list[str] = []
+    keys = _KeysByType({}, faults)
+    body = Element("graph", edgedefault="undirected")
+    keys.add_attributes(body, "graph", graph.graph, "the graph")
+    ids = _texts_of_ids(graph, faults)
+    for node, attributes in graph.nodes(data=True):
+        element = SubElement(body, "node", id=ids[node])
+        keys.add_attributes(element, "node", attributes, f"node {shown(node)}")
+    for source, target, attributes in graph.edges(data=True):
+        element = SubElement(body, "edge", source=ids[source], target=ids[target])
+        keys.add_attributes(element, "edge", attributes, f"edge {shown(source)} to {shown(target)}")
+    if faults:
+        raise FloorError(join_faults(faults))
+    root = Element("graphml", xmlns=NAMESPACE)
+    for (scope, name, type_name), key in keys.ids.items():
+        SubElement(root, "key", {"id": key, "for": scope, "attr.name": name, "attr.type": type_name})
+    root.append(body)
+    indent(root)
+    content: bytes = tostring(root, encoding="utf-8", xml_declaration=True)
+    # ElementTree leaves carriage returns in texts as they are, and parsers make line feeds of them.
+    return content.replace(b"\r", b"&#13;") + b"\n"
+
+
+def _texts_of_ids(nodes: Iterable[Hashable], faults: list[str]) -> dict[Hashable, str]:
+    texts = {node: str(node) for node in nodes}
+    strange = [node for node in texts if isinstance(node, bool) or not isinstance(node, str | int | np.integer)]
+    faults += [
+        f"node {shown(node)} is neither text nor an integer, rename it (networkx.convert_node_labels_to_integers)"
+        for node in strange
+    ]
+    faults += [f"{count} nodes are {shown(text)} as text, rename one" for text, count in _repeated(texts.values())]
+    faults += [
+        fault for node, text in texts.items() for fault in _faults_of_text(text, f"the id of node {shown(node)}")
+    ]
+    return texts
+
+
+def _repeated(names: Iterable[str]) -> list[tuple[str, int]]:
+    return [(name, count) for name, count in Counter(names).items() if count > 1]
+
+
+def _faults_of_text(text: str, what: str) -> list[str]:
+    found = _NOT_IN_XML.search(text)
+    return [f"{what} has the character {shown(found[0])}, which XML does not have, leave it out"] if found else []
+
+
+@dataclass
+class _KeysByType:
+    """The keys of a file that is being made: their ids by scope, name and type."""
+
+    ids: dict[tuple[str, str, str], str]
+    faults: list[str]
+
+    def add_attributes(self, element: Element, scope: str, attributes: Mapping[Hashable, object], what: str) -> None:
+        """Give an element its attributes as data; what: the noun by which faults call it."""
+        for name, value in attributes.items():
+            place = f"attribute {shown(name)} of {what}"
+            if not isinstance(name, str):
+                self.faults.append(f"{place} has a name that is no text, rename it")
+            elif value is not None:
+                self._add_value(element, scope, name, value, place)
+
+    def _add_value(self, element: Element, scope: str, name: str, value: object, place: str) -> None:
+        try:
+            type_name, text = _describe_value(value)
+        except (ValueError, TypeError, RecursionError) as exception:
+            self.faults.append(f"{place} {reason_of(exception)}")
+            return
+        self.faults += _faults_of_text(name, f"the name of {place}") + _faults_of_text(text, place)
+        # Not d0, d1, …: Gephi takes d3 for the label, as yEd once had it.
+        key = self.ids.setdefault((scope, name, type_name), f"{scope}{len(self.ids)}")
+        SubElement(element, "data", key=key).text = text
+
+
+def _describe_value(value: object) -> tuple[str, str]:
+    """The type that GraphML has for a value, and the value as text; an error's message follows a noun."""
+    plain: object = value.item() if isinstance(value, np.generic) else value
+    match plain:
+        case bool(flag):
+            return "boolean", str(flag).lower()
+        case int(number):
+            if abs(number) > MAX_INTEGER:
+                raise ValueError("has more than 64 bits, give a smaller number or text")
+            return "long", str(int(number))
+        case float(number):
+            if not isfinite(number):
+                raise ValueError(f"is {number}, give a finite number or leave it out")
+            return "double", repr(float(number))
+        case str(text):
+            return "string", str(text)
+        case dict() | list() as parts:
+            try:
+                return "string", json.dumps(parts, allow_nan=False, ensure_ascii=False)
+            except (ValueError, TypeError, RecursionError) as exception:
+                raise ValueError(f"has no JSON text: {reason_of(exception)}") from None
+        case other:
+            raise TypeError(f"is of type {type(other).__name__}, give text, a number or a boolean")
+
+
+def _parse_graph(content: bytes) -> nx.Graph:
+    root = _parse_xml(content)
+    body = _find_graph(root)
+    faults: list[str] = []
+    keys = _read_keys(root, faults)
+    graph = nx.Graph()
+    graph.graph.update(_read_attributes(body, "graph", keys, "the graph", faults))
+    _read_nodes(body, graph, keys, faults)
+    _read_edges(body, graph, keys, faults)
+    if faults:
+        raise FloorError(join_faults(faults))
+    return graph
+
+
+def _parse_xml(content: bytes) -> Element:
+    try:
+        root: Element = ElementTree.fromstring(content, forbid_dtd=True)
+    except DefusedXmlException:
+        raise FloorError("it declares a document type or entities, remove them") from None
+    except (ParseError, ValueError, LookupError) as exception:
+        raise FloorError(f"it is no XML: {reason_of(exception)}") from None
+    return root
+
+
+def _find_graph(root: Element) -> Element:
+    tag = root.tag.rpartition("}")[2]
+    if tag != "graphml":
+        raise FloorError(f"it is XML of another kind (its root is {shown(tag)}), give GraphML")
+    graphs = root.findall("{*}graph")
+    if len(graphs) != 1:
+        raise FloorError(f"it has {len(graphs)} graphs, give one")
+    (body,) = graphs
+    edges = body.get("edgedefault", "undirected")
+    if edges != "undirected":
+        raise FloorError(f"its edges are {shown(edges)}, give an undirected graph")
+    if body.find("{*}hyperedge") is not None:
+        raise FloorError("it has edges of many ends (hyperedge), give edges of two")
+    if body.find("{*}node/{*}graph") is not None:
+        raise FloorError("it has groups of nodes, ungroup them")
+    return body
+
+
+def _parse_boolean(text: str) -> bool:
+    return {"true": True, "1": True, "false": False, "0": False}[text.strip().lower()]
+
+
+def _parse_double(text: str) -> float:
+    number = float(text)
+    if not isfinite(number):
+        raise ValueError(text)
+    return number
+
+
+# Gephi has also written integer.
+_PARSERS: MappingProxyType[str, Callable[[str], _Value]] = MappingProxyType(
+    {
+        "string": str,
+        "boolean": _parse_boolean,
+        "int": int,
+        "long": int,
+        "integer": int,
+        "float": _parse_double,
+        "double": _parse_double,
+    }
+)
+
+
+@dataclass(frozen=True)
+class _Key:
+    """An attribute that a file declares: graph, node, edge or all may have it; a drawing of yEd has no name."""
+
+    scope: str
+    name: str | None
+    type_name: str
+    default: _Value | None = None
+
+
+def _parse_value(key: _Key, text: str, what: str, faults: list[str]) -> _Value:
+    try:
+        return _PARSERS[key.type_name](text)
+    except (ValueError, KeyError):
+        faults.append(f"attribute {shown(key.name)} of {what} is {shown(text)}, which is no {key.type_name}")
+        return ""
+
+
+def _read_keys(root: Element, faults: list[str]) -> dict[str, _Key]:
+    elements = root.findall("{*}key")
+    ids = [element.get("id", "") for element in elements]
+    faults += [f"key {shown(key)} is declared {count} times" for key, count in _repeated(ids)]
+    return {
+        key_id: _read_key(element, f"key {shown(key_id)}", faults)
+        for key_id, element in zip(ids, elements, strict=True)
+    }
+
+
+def _read_key(element: Element, what: str, faults: list[str]) -> _Key:
+    name, type_name = element.get("attr.name"), element.get("attr.type", "string")
+    if name is not None and type_name not in _PARSERS:
+        faults.append(f"{what} has type {shown(type_name)}, give one of {', '.join(_PARSERS)}")
+        type_name = "string"
+    key = _Key(element.get("for", "all"), name, type_name)
+    default = element.find("{*}default")
+    if name is None or default is None:
+        return key
+    return replace(key, default=_parse_value(key, default.text or "", f"{what} by default", faults))
+
+
+def _read_attributes(
+    element: Element, scope: str, keys: Mapping[str, _Key], what: str, faults: list[str]
+) -> dict[str, _Value]:
+    """The attributes of the graph, a node or an edge, those by default last."""
+    attributes: dict[str, _Value] = {}
+    for data in element.iterfind("{*}data"):
+        key = keys.get(data.get("key", ""))
+        if key is None:
+            faults.append(f"{what} has data of key {shown(data.get('key'))}, which is not declared")
+        elif key.name in attributes:
+            faults.append(f"{what} has attribute {shown(key.name)} twice")
+        elif key.name is not None and not len(data):
+            attributes[key.name] = _parse_value(key, data.text or "", what, faults)
+    for key in keys.values():
+        if key.scope in (scope, "all") and key.name is not None and key.default is not None:
+            attributes.setdefault(key.name, key.default)
+    drawn = element.findtext("{*}data//{*}NodeLabel", "").strip()
+    if drawn:
+        attributes.setdefault("label", drawn)
+    return attributes
+
+
+def _read_nodes(body: Element, graph: nx.Graph, keys: Mapping[str, _Key], faults: list[str]) -> None:
+    elements = body.findall("{*}node")
+    texts = [element.get("id", "") for element in elements]
+    faults += [f"{count} nodes have the id {shown(text)}, rename them" for text, count in _repeated(texts)]
+    faults += ["a node has no id, give it one" for element in elements if element.get("id") is None][:1]
+    id_of = int if all(map(_INTEGER_ID.fullmatch, texts)) else str
+    for text, element in zip(texts, elements, strict=True):
+        graph.add_node(id_of(text))
+        graph.nodes[id_of(text)].update(_read_attributes(element, "node", keys, f"node {shown(text)}", faults))
+
+
+def _read_edges(body: Element, graph: nx.Graph, keys: Mapping[str, _Key], faults: list[str]) -> None:
+    nodes = {str(node): node for node in graph}
+    for element in body.iterfind("{*}edge"):
+        source, target = (element.get(end, "") for end in ("source", "target"))
+        what = f"edge {shown(source)} to {shown(target)}"
+        missing = sorted({source, target} - nodes.keys())
+        faults += [f"{what} leads to node {shown(end)}, which does not exist" for end in missing]
+        if element.get("directed", "false") != "false":
+            faults.append(f"{what} is directed, give an undirected graph")
+        if missing:
+            continue
+        ends = nodes[source], nodes[target]
+        if graph.has_edge(*ends):
+            faults.append(f"{what} occurs more than once, give a graph without parallel edges")
+        graph.add_edge(*ends)
+        graph.edges[ends].update(_read_attributes(element, "edge", keys, what, faults))

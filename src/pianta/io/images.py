@@ -1,0 +1,163 @@
+"""Plain images as maps: grey levels, transparency, and what they mean without a YAML."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import isfinite
+from pathlib import Path
+from threading import Lock
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageOps, UnidentifiedImageError
+
+from pianta.errors import MapError
+from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.io._files import MAX_CELLS, check_cell_count, checked_input, reason_of, shown
+
+IMAGE_SUFFIXES = (".png", ".pgm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff", ".pbm", ".ppm", ".pnm")
+PICTURE_SUFFIXES = (*IMAGE_SUFFIXES, ".gif", ".webp")
+_FORMATS = ("PNG", "PPM", "BMP", "JPEG", "TIFF")
+_PICTURE_FORMATS = (*_FORMATS, "GIF", "WEBP")
+
+_PILLOW = Lock()
+
+Pixels = TypeVar("Pixels")
+
+
+def read_image_map(
+    path: str | Path,
+    *,
+    resolution: float,
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    free_above: int = 250,
+    occupied_below: int = 150,
+    max_cells: int = MAX_CELLS,
+) -> GridMap:
+    """Map from an image without a YAML: white is free, dark is occupied, grey or transparent is unknown.
+
+    resolution: metres per cell. origin: x, y (m) and yaw (rad) of the lower-left corner.
+    free_above: a grey above it is free; 250 is how the survey's maps are to be read.
+    occupied_below: a grey below it is occupied; 150 is the value at which the thesis' authors binarise.
+
+    Raises MapError for what is no image, an image above max_cells, and, in one message, options out of range.
+    """
+    _check_options(resolution, origin, free_above, occupied_below)
+    grey, transparent = read_grey(path, max_cells=max_cells)
+    table = np.full(256, UNKNOWN, np.int8)
+    table[:occupied_below] = OCCUPIED
+    table[free_above + 1 :] = FREE
+    cells = table[grey]
+    if transparent is not None:
+        cells[transparent] = UNKNOWN
+    return GridMap(cells, resolution, origin)
+
+
+def _check_options(resolution: float, origin: tuple[float, float, float], free_above: int, occupied_below: int) -> None:
+    faults = []
+    if not (isfinite(resolution) and resolution > 0):
+        faults.append(f"resolution is {resolution}, give positive metres per cell")
+    if len(origin) != 3 or not all(isfinite(value) for value in origin):
+        faults.append(f"origin is {origin}, give three finite numbers x, y, yaw")
+    if not 0 <= occupied_below <= free_above <= 255:
+        faults.append(
+            f"occupied_below is {occupied_below} and free_above {free_above}, "
+            f"give greys with 0 ≤ occupied_below ≤ free_above ≤ 255"
+        )
+    if faults:
+        raise MapError("the image cannot become a map: " + "; ".join(faults))
+
+
+def read_grey(path: str | Path, *, max_cells: int = MAX_CELLS) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    """Grey levels of an image file, shape (H, W), and which pixels are not fully opaque, None where all are.
+
+    Reads the first frame of PNG, PGM and its kin, BMP, JPEG and TIFF. Colours become Rec. 601 luma and 16 bits
+    become 8, both as in Nav2's GraphicsMagick.
+
+    Raises MapError for what is no such image, for a damaged one, and for one of more than max_cells pixels,
+    which is not decoded.
+    """
+    return _decode_file(path, _decode_grey, max_cells)
+
+
+def read_colors(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint8]:
+    """Red, green and blue of an image file of 8 bits, shape (H, W, 3); kinds of files and errors as of read_grey."""
+    return _decode_file(path, lambda image: np.asarray(image.convert("RGB")), max_cells)
+
+
+def read_picture(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint8]:
+    """Red, green and blue of a picture on white paper, held as it was taken, shape (H, W, 3).
+
+    Reads GIF and WebP besides the kinds of read_grey. What is transparent is paper; a photo is turned as it says.
+    Errors as of read_grey.
+    """
+    return _decode_file(path, _lay_on_paper, max_cells, formats=_PICTURE_FORMATS)
+
+
+def _lay_on_paper(image: Image.Image) -> NDArray[np.uint8]:
+    held = ImageOps.exif_transpose(image)
+    if held.mode.startswith(("I", "F")):
+        grey, transparent = _decode_grey(held)
+        grey = grey if transparent is None else np.where(transparent, np.uint8(255), grey)
+        return np.repeat(grey[:, :, None], 3, axis=2)
+    if held.has_transparency_data:
+        held = held.convert("RGBA")
+        held = Image.alpha_composite(Image.new("RGBA", held.size, "white"), held)
+    return np.asarray(held.convert("RGB"))
+
+
+def _decode_file(
+    path: str | Path, decode: Callable[[Image.Image], Pixels], max_cells: int, *, formats: tuple[str, ...] = _FORMATS
+) -> Pixels:
+    file = checked_input(path, "image", MapError)
+    name = f"image {shown(file)}"
+    try:
+        # By its path Pillow maps a TIFF into memory, and mixes up the rows of one that is to be turned.
+        with _pillow_without_limits(), file.open("rb") as content, Image.open(content, formats=formats) as image:
+            check_cell_count(image.size, name, max_cells=max_cells)
+            Image.MAX_IMAGE_PIXELS = MAX_CELLS  # the tiles of a TIFF can be larger than the image
+            return decode(image)
+    except MapError:
+        raise
+    except UnidentifiedImageError:
+        kinds = ", ".join(formats[:-1]).replace("PPM", "PGM")
+        raise MapError(f"{name} is no image, give a {kinds} or {formats[-1]}") from None
+    # Pillow's plug-ins raise whatever a hostile file drives them to.
+    except Exception as exception:
+        raise MapError(f"{name} is damaged, save it again: {reason_of(exception)}") from exception
+
+
+@contextmanager
+def _pillow_without_limits() -> Iterator[None]:
+    """Silence Pillow, whose size limit and warnings are global, while our own limit stands in for it."""
+    with _PILLOW, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+        try:
+            yield
+        finally:
+            Image.MAX_IMAGE_PIXELS = limit
+
+
+def _decode_grey(image: Image.Image) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    if image.mode == "F":
+        raise ValueError("its pixels are fractions, not 8 or 16 bits")
+    if image.mode.startswith("I"):
+        return _decode_deep_grey(image)
+    transparent = None
+    if image.has_transparency_data:
+        image = image.convert("RGBA")
+        transparent = np.asarray(image.getchannel("A")) < 255
+    return np.asarray(image.convert("L")), transparent if transparent is not None and transparent.any() else None
+
+
+def _decode_deep_grey(image: Image.Image) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    deep = np.asarray(image)
+    if deep.min() < 0 or deep.max() > 65535:
+        raise ValueError(f"its pixels lie in {deep.min()} … {deep.max()}, not in 8 or 16 bits")
+    grey = ((deep.astype(np.uint32) + 128) // 257).astype(np.uint8)
+    transparent = deep == image.info.get("transparency", -1)
+    return grey, transparent if transparent.any() else None

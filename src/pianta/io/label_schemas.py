@@ -1,0 +1,231 @@
+"""labels.yaml: the label schema of a building type that the thesis does not have, such as a hospital or a house.
+
+It has the members `format`, `version`, `building_type` and `labels`; docs/labels.md has an example. A label needs a
+`name` and a `function`; the rest is derived where it is missing.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
+
+from pianta.errors import LabelError
+from pianta.io._faults import describe_validation
+from pianta.io._files import checked_input, reason_of, shown, written_atomically
+from pianta.labels import (
+    FCES,
+    FCES_COLORS,
+    General,
+    Label,
+    LabelSchema,
+    standard_building_type,
+    standard_color,
+    standard_name,
+)
+
+FORMAT, MAJOR, MINOR = "pianta labels", 1, 0
+MAX_FILE_BYTES = 256 * 2**10
+
+
+def save_label_schema(schema: LabelSchema, path: str | Path) -> None:
+    """Write a schema as labels.yaml, a label a line; read_label_schema gives back an equal schema.
+
+    Raises LabelError for a schema that read_label_schema would refuse, and PiantaError when the file cannot be written.
+    """
+    keys = {
+        "format": FORMAT,
+        "version": f"{MAJOR}.{MINOR}",
+        "building_type": schema.building_type,
+        "labels": [_dump_label(label) for label in schema.labels],
+    }
+    # Flow style only for what has no parts of its own: a label a line.
+    text = yaml.safe_dump(keys, sort_keys=False, default_flow_style=None, allow_unicode=True, width=10_000)
+    content = text.encode()
+    try:
+        _check_size(len(content))
+        if _parse_schema(content) != schema:
+            raise LabelError("it does not read back as it is")
+    except LabelError as exception:
+        raise LabelError(f"cannot save the label schema as {shown(path)}: {exception}") from exception
+    with written_atomically(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def read_label_schema(path: str | Path) -> LabelSchema:
+    """Read the schema of a building type from labels.yaml.
+
+    Without a color, a label has that of its function; without a size, a CONNECTION is C and the others are M.
+
+    Raises LabelError, with every fault in one message, for a file that is no schema and for one of a newer format.
+    """
+    file = checked_input(path, "label schema", LabelError)
+    try:
+        _check_size(file.stat().st_size)
+        return _parse_schema(file.read_bytes())
+    except (LabelError, OSError) as exception:
+        raise LabelError(f"cannot read the label schema {shown(file)}: {exception}") from exception
+
+
+def _check_size(size: int) -> None:
+    if size > MAX_FILE_BYTES:
+        raise LabelError(f"it has {size} bytes, the limit is {MAX_FILE_BYTES}; leave out labels")
+
+
+def _dump_label(label: Label) -> dict[str, str | bool]:
+    keys: dict[str, str | bool] = {
+        "name": label.name,
+        "function": label.function.value,
+        "general": label.general.value,
+        "color": label.color,
+    }
+    if label.in_experiments is not None:
+        keys["in_experiments"] = label.in_experiments.value
+    if label.corridor_in_graphs is not None:
+        keys["corridor_in_graphs"] = label.corridor_in_graphs
+    return keys
+
+
+class _PlainLoader(yaml.BaseLoader):
+    """YAML whose scalars all stay text, so that a label may be called NO or 12, with each key once and no alias."""
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        """Refuse aliases, with which a short file can unfold to an endless one."""
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError("it has aliases (*name), write the values out")
+        return super().compose_node(parent, index)
+
+    def compose_mapping_node(self, anchor: dict[Any, yaml.Node]) -> yaml.MappingNode:
+        """Refuse a key that occurs twice, of which YAML would drop the first."""
+        node = super().compose_mapping_node(anchor)
+        counts = Counter(key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode))
+        repeated = [shown(key) for key, count in counts.items() if count > 1]
+        if repeated:
+            line = node.start_mark.line + 1
+            raise yaml.YAMLError(f"the mapping at line {line} has keys twice: {', '.join(repeated)}; keep one of each")
+        return node
+
+
+def _upper(value: object) -> object:
+    return value.strip().upper() if isinstance(value, str) else value
+
+
+def _letter_of_size(value: object) -> object:
+    """C, H, S, M or B of a word such as medium."""
+    name = _upper(value)
+    return General[name] if isinstance(name, str) and name in General.__members__ else name
+
+
+_Function = Annotated[FCES, BeforeValidator(_upper)]
+_Size = Annotated[General, BeforeValidator(_letter_of_size)]
+
+
+@dataclass
+class _Reading:
+    """What the parts of a file must know of the whole: is it of a later minor version, which names were there."""
+
+    later: bool
+    names: set[str] = field(default_factory=set)
+
+
+def _new_name(name: str, info: ValidationInfo[_Reading]) -> str:
+    standard = standard_name(name)
+    if standard in info.context.names:
+        raise ValueError(f"an earlier label has the name {standard!r}, rename one")
+    info.context.names.add(standard)
+    return standard
+
+
+def _quoted_color(color: str) -> str:
+    if not color:
+        raise ValueError('there is no colour, put "#rrggbb" in quotes, since # starts a comment in YAML')
+    return standard_color(color)
+
+
+class _Part(BaseModel):
+    """A part of the file. A key that is not named here is a fault, or, in a file of a later minor version, skipped."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _skip_what_is_later(cls, keys: object, info: ValidationInfo[_Reading]) -> object:
+        if info.context.later and isinstance(keys, dict):
+            return {key: value for key, value in keys.items() if key in cls.model_fields}
+        return keys
+
+
+class _LabelPart(_Part):
+    name: Annotated[str, AfterValidator(_new_name)]
+    function: _Function
+    size: _Size | None = None
+    general: _Size | None = None
+    color: Annotated[str, AfterValidator(_quoted_color)] | None = None
+    in_experiments: _Function | None = None
+    corridor_in_graphs: bool | None = None
+
+    @property
+    def label(self) -> Label:
+        derived = General.CORRIDOR if self.function is FCES.CONNECTION else General.MEDIUM
+        return Label(
+            self.name,
+            self.function,
+            self.general or self.size or derived,
+            self.color or FCES_COLORS[self.function],
+            self.in_experiments,
+            self.corridor_in_graphs,
+        )
+
+    @model_validator(mode="after")
+    def _check(self) -> _LabelPart:
+        if self.size and self.general:
+            raise ValueError("it has a size and a general, which are the same, give one")
+        _ = self.label
+        return self
+
+
+class _Version(BaseModel):
+    """What a file of every version has."""
+
+    format: Literal["pianta labels"]
+    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
+
+
+class _SchemaPart(_Part):
+    format: str
+    version: str
+    building_type: Annotated[str, AfterValidator(standard_building_type)]
+    labels: list[_LabelPart]
+
+    @property
+    def label_schema(self) -> LabelSchema:
+        return LabelSchema(self.building_type, tuple(part.label for part in self.labels))
+
+
+def _parse_schema(content: bytes) -> LabelSchema:
+    try:
+        keys = _PlainLoader(content).get_single_data()
+    except (yaml.YAMLError, ValueError, RecursionError) as exception:
+        raise LabelError(f"it is no YAML: {reason_of(exception)}") from None
+    if not isinstance(keys, dict):
+        raise LabelError("it has no keys, give format, version, building_type and labels")
+    try:
+        major, minor = map(int, _Version.model_validate(keys).version.split("."))
+        if major > MAJOR:
+            raise LabelError(f"it has format version {major}.{minor}, this pianta reads {MAJOR}.x; update pianta")
+        return _SchemaPart.model_validate(keys, context=_Reading(minor > MINOR)).label_schema
+    except ValidationError as exception:
+        raise LabelError(describe_validation(exception)) from None

@@ -1,0 +1,216 @@
+"""ROS maps: map.yaml and its image, read cell for cell as Nav2's map server does, and written.
+
+Semantics from nav2_map_server/src/map_io.cpp. ROS 1 differs: its wiki compares with the thresholds strictly, its
+scale mode yields 1 … 99 between them, and its raw mode passes 101 … 255 through.
+"""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_args
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+from PIL import Image
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, ValidationError
+
+from pianta.errors import MapError, MapWarning
+from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.io._files import MAX_CELLS, checked_input, reason_of, shown, written_atomically
+from pianta.io.images import read_grey
+
+Mode = Literal["trinary", "scale", "raw"]
+ImageFormat = Literal["png", "pgm", "bmp"]
+
+YAML_SUFFIXES = (".yaml", ".yml")
+MAX_YAML_BYTES = 1_000_000
+
+# What map savers write in trinary mode. Grey 205 is an occupancy of 50/255, just above the free threshold of 0.196.
+FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = 254, 205, 0
+SAVED_FREE_THRESH, SAVED_OCCUPIED_THRESH = 0.196, 0.65
+
+# Grey 205 is a saver's unknown, and not somebody's floor, when it fills a hundredth of the map and there is other
+# floor: more cells of grey 250 and above than a tenth of the walls. Of the real maps in the data, 81 have it on
+# 18 … 99 % of their cells and 5 … 38 times as much white as wall; the others have less than 0.1 % of it.
+WHITE_GREY = 250
+UNKNOWN_SHARE, WHITE_PER_OCCUPIED = 0.01, 0.1
+
+
+class _MapYaml(BaseModel):
+    """The keys of map.yaml; a description says what to give, for messages."""
+
+    model_config = ConfigDict(frozen=True)
+
+    image: str = Field(min_length=1, description="the name of an image file")
+    resolution: FiniteFloat = Field(gt=0, description="positive metres per cell")
+    origin: tuple[FiniteFloat, FiniteFloat, FiniteFloat] = Field(description="three finite numbers [x, y, yaw]")
+    occupied_thresh: float = Field(ge=0, le=1, description="a number from 0 to 1")
+    free_thresh: float = Field(ge=0, le=1, description="a number from 0 to 1")
+    negate: bool = Field(description="0, 1, true or false")
+    mode: Annotated[Mode, BeforeValidator(lambda mode: str(mode).lower())] = Field(
+        default="trinary", description="trinary, scale or raw"
+    )
+
+
+class _PlainLoader(yaml.BaseLoader):
+    """YAML as yaml-cpp hands it to Nav2: scalars stay text until a key wants a number; the first of two keys counts."""
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        """Refuse aliases, with which a short file can unfold to an endless one."""
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError("it has aliases (*name), write the values out")
+        return super().compose_node(parent, index)
+
+    def compose_mapping_node(self, anchor: dict[Any, yaml.Node]) -> yaml.MappingNode:
+        """Put the first of equal keys last, where it wins."""
+        node = super().compose_mapping_node(anchor)
+        node.value.reverse()
+        return node
+
+
+def read_ros_map(path: str | Path, *, trust_thresholds: bool = False, max_cells: int = MAX_CELLS) -> GridMap:
+    """Map from map.yaml and its image, each cell as Nav2's map server would publish it.
+
+    The image's name is relative to the folder of the YAML.
+    trust_thresholds: keep grey 205 free where free_thresh makes it so. Map savers write 205 for unknown, and many
+    YAMLs carry free_thresh 0.25, which turns all the unknown into floor; unless this is set, it stays unknown and
+    a MapWarning says so.
+
+    Raises MapError, with every fault of the YAML in one message, when the YAML or its image cannot be used.
+    """
+    file = checked_input(path, "map", MapError)
+    description = _read_map_yaml(file)
+    image = checked_input(description.image, f"map {shown(file)}: its image", MapError, folder=file.parent.absolute())
+    grey, transparent = read_grey(image, max_cells=max_cells)
+    cells = _cells_of_greys(description)[grey]
+    if transparent is not None and description.mode != "raw":
+        cells[transparent] = UNKNOWN
+    if not trust_thresholds and description.mode != "raw":
+        trapped = _find_trapped_unknown(grey, cells, negate=description.negate)
+        if trapped is not None:
+            cells[trapped] = UNKNOWN
+            warnings.warn(_describe_trap(file, description, trapped), MapWarning, stacklevel=2)
+    return GridMap(cells, description.resolution, description.origin)
+
+
+def _read_map_yaml(file: Path) -> _MapYaml:
+    name = f"map {shown(file)}"
+    if file.stat().st_size > MAX_YAML_BYTES:
+        raise MapError(f"{name} has more than {MAX_YAML_BYTES} bytes, give the map.yaml that names the image")
+    try:
+        # yaml-cpp lets a tab separate, PyYAML does not.
+        keys = _PlainLoader(file.read_bytes().replace(b"\t", b" ")).get_data()
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError, OSError) as exception:
+        raise MapError(f"{name} is no YAML: {reason_of(exception)}") from None
+    if not isinstance(keys, dict):
+        raise MapError(f"{name} is no map.yaml, it has no keys; give one with image, resolution, origin …")
+    try:
+        return _MapYaml.model_validate(keys)
+    except ValidationError as exception:
+        faulty = dict.fromkeys(str(fault["loc"][0]) for fault in exception.errors())
+        raise MapError(f"{name}: " + "; ".join(_describe_fault(key, keys) for key in faulty)) from None
+
+
+def _describe_fault(key: str, keys: dict[str, Any]) -> str:
+    state = f"is {shown(keys[key])}" if key in keys else "is missing"
+    return f"{key} {state}, give {_MapYaml.model_fields[key].description}"
+
+
+def _cells_of_greys(description: _MapYaml) -> NDArray[np.int8]:
+    """Cell value of each grey level, shape (256,), in Nav2's float32 arithmetic."""
+    greys = np.arange(256)
+    if description.mode == "raw":
+        return np.where(greys <= OCCUPIED, greys, UNKNOWN).astype(np.int8)
+    brightness = greys.astype(np.float32) / np.float32(255)
+    occupancy = brightness if description.negate else np.float32(1) - brightness
+    free, occupied = np.float32(description.free_thresh), np.float32(description.occupied_thresh)
+    cells = np.full(256, UNKNOWN, np.int8)
+    if description.mode == "scale":
+        between = (occupancy > free) & (occupancy < occupied)
+        span = np.float32(description.occupied_thresh - description.free_thresh)
+        percent = (occupancy[between] - free) / span * np.float32(100)
+        cells[between] = np.floor(percent.astype(float) + 0.5)
+    cells[occupancy >= occupied] = OCCUPIED
+    cells[occupancy <= free] = FREE
+    return cells
+
+
+def _find_trapped_unknown(
+    grey: NDArray[np.uint8], cells: NDArray[np.int8], *, negate: bool
+) -> NDArray[np.bool_] | None:
+    """Cells, shape (H, W), that a saver meant as unknown and the thresholds read as free; None if there are none."""
+    unknown_grey = 255 - UNKNOWN_GREY if negate else UNKNOWN_GREY
+    free = cells == FREE
+    trapped = free & (grey == unknown_grey)
+    if np.count_nonzero(trapped) < UNKNOWN_SHARE * cells.size:
+        return None
+    floor = free & ((grey <= 255 - WHITE_GREY) if negate else (grey >= WHITE_GREY))
+    walls = cells == OCCUPIED
+    return trapped if np.count_nonzero(floor) > WHITE_PER_OCCUPIED * np.count_nonzero(walls) else None
+
+
+def _describe_trap(file: Path, description: _MapYaml, trapped: NDArray[np.bool_]) -> str:
+    grey = 255 - UNKNOWN_GREY if description.negate else UNKNOWN_GREY
+    return (
+        f"map {shown(file)}: free_thresh {description.free_thresh} makes grey {grey} free, which map savers write "
+        f"for unknown; its {np.count_nonzero(trapped)} cells ({trapped.mean():.0%}) are read as unknown, "
+        f"keep them free with --trust-thresholds (trust_thresholds=True in Python)"
+    )
+
+
+def save_ros_map(grid: GridMap, path: str | Path, *, mode: Mode = "trinary", image_format: ImageFormat = "png") -> None:
+    """Write map.yaml at `path` and the image beside it, with the same stem; origin and resolution in full precision.
+
+    mode: "trinary" keeps free, unknown and occupied, and values between become unknown; "scale" (PNG only, unknown
+    is transparent) and "raw" keep every value. In scale mode the thresholds are 0 and 1, where Nav2's saver writes
+    0.196 and 0.65 and loses the values outside them.
+
+    Raises MapError for a wrong option and PiantaError when a file cannot be written; then neither is.
+    """
+    path = Path(path)
+    _check_save_options(path, mode, image_format)
+    free_thresh, occupied_thresh = (0.0, 1.0) if mode == "scale" else (SAVED_FREE_THRESH, SAVED_OCCUPIED_THRESH)
+    image_path = path.with_suffix(f".{image_format}")
+    keys = {
+        "image": image_path.name,
+        "mode": mode,
+        "resolution": grid.resolution,
+        "origin": list(grid.origin),
+        "negate": 0,
+        "occupied_thresh": occupied_thresh,
+        "free_thresh": free_thresh,
+    }
+    # The inner file takes its place first: a YAML never names an image that is not there.
+    with written_atomically(path) as new_yaml, written_atomically(image_path) as new_image:
+        Image.fromarray(_pixels_of_cells(grid, mode)).save(new_image)
+        new_yaml.write_text(yaml.safe_dump(keys, sort_keys=False, default_flow_style=None), encoding="utf-8")
+
+
+def _check_save_options(path: Path, mode: str, image_format: str) -> None:
+    faults = []
+    if path.suffix.lower() not in YAML_SUFFIXES:
+        faults.append(f"the path is {shown(path)}, give one that ends in .yaml")
+    if mode not in get_args(Mode):
+        faults.append(f"mode is {shown(mode)}, give {', '.join(get_args(Mode))}")
+    if image_format not in get_args(ImageFormat):
+        faults.append(f"image format is {shown(image_format)}, give {', '.join(get_args(ImageFormat))}")
+    elif mode == "scale" and image_format != "png":
+        faults.append(f"{image_format} has no transparency for the unknown cells of mode scale, give png")
+    if faults:
+        raise MapError("the map cannot be saved: " + "; ".join(faults))
+
+
+def _pixels_of_cells(grid: GridMap, mode: Mode) -> NDArray[np.uint8]:
+    """Grey levels, shape (H, W), in scale mode grey and alpha, shape (H, W, 2)."""
+    if mode == "raw":
+        return grid.cells.view(np.uint8)  # -1 is 255
+    if mode == "scale":
+        opaque = grid.cells != UNKNOWN
+        grey = np.round((OCCUPIED - grid.cells.clip(0).astype(float)) * 2.55)
+        return np.dstack([grey, opaque * 255]).astype(np.uint8)
+    pixels = np.full(grid.shape, UNKNOWN_GREY, np.uint8)
+    pixels[grid.free] = FREE_GREY
+    pixels[grid.occupied] = OCCUPIED_GREY
+    return pixels

@@ -1,0 +1,163 @@
+"""Clauses of Prolog without rules: atoms, numbers and marks between full stops, as fact files need them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from math import isinf
+from typing import NamedTuple
+
+from pianta.io._files import shown
+from pianta.relations import Value, write_term
+
+MAX_CLAUSE_TOKENS = 1000
+MAX_NUMBER_LENGTH = 300
+
+# All quantifiers are possessive, so that no file is read in more than linear time.
+_TOKEN = re.compile(
+    r"""
+      (?P<skipped> \s++ | %[^\n]*+ | /\*(?s:.*?)\*/ )
+    | (?P<end> \. (?=[\s%]|\Z) )
+    | (?P<number> [+-]?+ [0-9]++ (?:\.[0-9]++)?+ (?:[eE][+-]?+[0-9]++)?+ (?!\w) )
+    | (?P<word> [^\W\d] \w*+ )
+    | (?P<quoted> ' (?: [^'\\\n] | '' | \\x[0-9a-fA-F]++\\ | \\[0-7]++\\ | \\[^\n] )*+ ' )
+    | (?P<mark> :: | :- | [(),@] )
+    | (?P<open> /\*(?s:.)*+ | ['"][^\n]*+ )
+    | (?P<other> [^\s(),.%'"/]++ | . )
+    """,
+    re.VERBOSE,
+)
+_ESCAPE = re.compile(r"''|\\(?:x([0-9a-fA-F]{1,6})\\|([0-7]{1,7})\\|(.))")
+_ESCAPED = {"n": "\n", "t": "\t", "r": "\r", "a": "\a", "b": "\b", "f": "\f", "v": "\v", "e": "\x1b"}
+_ESCAPED |= {mark: mark for mark in "\\'\"`"}
+
+
+class Token(NamedTuple):
+    """kind: "atom", "number", "variable", "end", "fault" (value is the message), or the mark itself."""
+
+    kind: str
+    value: Value
+    line: int
+
+
+class ClauseError(Exception):
+    """What is wrong with a clause."""
+
+
+def split_clauses(text: str) -> Iterator[list[Token]]:
+    """Clauses without what ends them; what no full stop ends has a fault instead."""
+    clause: list[Token] = []
+    for token in _split_tokens(text):
+        if token.kind != "end":
+            # Of an endless clause the start is enough, it has a fault for its length.
+            if len(clause) <= MAX_CLAUSE_TOKENS:
+                clause.append(token)
+            continue
+        if clause:
+            yield clause
+        clause = []
+    if clause:
+        yield [*clause, Token("fault", "the clause has no end, write a full stop and a line break", clause[-1].line)]
+
+
+def _split_tokens(text: str) -> Iterator[Token]:
+    line = 1
+    for match in _TOKEN.finditer(text):
+        kind, found = str(match.lastgroup), match.group()
+        if kind != "skipped":
+            yield _make_token(kind, found, line)
+        line += found.count("\n")
+
+
+def _make_token(kind: str, found: str, line: int) -> Token:
+    match kind:
+        case "number":
+            return _make_number(found, line)
+        case "word":
+            # A letter that is neither small nor capital begins an atom.
+            is_variable = found[0] == "_" or found[0].isupper() or found[0].istitle()
+            return Token("variable" if is_variable else "atom", found, line)
+        case "quoted":
+            return _make_atom(found[1:-1], line)
+        case "mark" | "end":
+            return Token("end" if kind == "end" else found, found, line)
+    what = "begins what never ends, close it" if kind == "open" else "is not of facts, put text in single quotes"
+    return Token("fault", f"{shown(found[:30])} {what}", line)
+
+
+def _make_atom(quoted: str, line: int) -> Token:
+    try:
+        return Token("atom", _ESCAPE.sub(_unescape, quoted), line)
+    except ClauseError as error:
+        return Token("fault", str(error), line)
+
+
+def _make_number(found: str, line: int) -> Token:
+    if len(found) > MAX_NUMBER_LENGTH or isinf(float(found)):
+        return Token("fault", f"the number {shown(found[:30])} is too large or has too many digits", line)
+    is_whole = found.lstrip("+-").isdigit()
+    return Token("number", int(found) if is_whole else float(found), line)
+
+
+def _unescape(match: re.Match[str]) -> str:
+    hexadecimal, octal, letter = match.groups()
+    if hexadecimal or octal:
+        code = int(hexadecimal, 16) if hexadecimal else int(octal, 8)
+        if code < 0x110000 and not 0xD800 <= code < 0xE000:
+            return chr(code)
+    elif letter is None:
+        return "'"
+    elif letter in _ESCAPED:
+        return _ESCAPED[letter]
+    raise ClauseError(f"the escape {shown(match.group())} is none")
+
+
+class Clause:
+    """A clause, taken token by token."""
+
+    def __init__(self, tokens: Sequence[Token]) -> None:
+        self.tokens = tokens
+        self.place = 0
+        fault = next((token for token in tokens if token.kind == "fault"), None)
+        if fault:
+            raise ClauseError(str(fault.value))
+        if any(token.kind == ":-" for token in tokens):
+            raise ClauseError("the clause is a rule or directive, give the facts that follow from it")
+        if len(tokens) > MAX_CLAUSE_TOKENS:
+            raise ClauseError(f"the clause has more than {MAX_CLAUSE_TOKENS} parts, is a full stop missing?")
+
+    def has(self, kind: str) -> bool:
+        """Whether the next token is of a kind."""
+        return self.place < len(self.tokens) and self.tokens[self.place].kind == kind
+
+    def take(self, kind: str, what: str) -> Value:
+        """The value of the next token, which must be of a kind; `what` is its noun in messages."""
+        if not self.has(kind):
+            raise ClauseError(f"{self._describe()} where {what} belongs")
+        self.place += 1
+        return self.tokens[self.place - 1].value
+
+    def take_atom(self, what: str) -> str:
+        """The next token, which must be an atom."""
+        return str(self.take("atom", what))
+
+    def finish(self) -> None:
+        """Refuse what is left."""
+        if self.place < len(self.tokens):
+            raise ClauseError(f"{self._describe()} where a full stop belongs")
+
+    def take_value(self) -> Value:
+        """The next token, which must be an atom or a number."""
+        value = self.take("number" if self.has("number") else "atom", "an atom or a number")
+        if self.has("("):
+            raise ClauseError(f"{write_term(value)}(…) is a term within a fact, give an atom or a number")
+        return value
+
+    def _describe(self) -> str:
+        if self.place == len(self.tokens):
+            return "the clause ends"
+        token = self.tokens[self.place]
+        value = write_term(token.value) if token.kind in ("atom", "number") else str(token.value)
+        if token.kind == "variable":
+            return f"the variable {shown(value)} stands"
+        return f"{shown(value)} stands"
