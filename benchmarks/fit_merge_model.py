@@ -27,7 +27,8 @@ from pianta.bench.data import find_data
 from pianta.bench.sets import TrueMap, choose_sets
 from pianta.evaluation.coverage import Scores
 from pianta.evaluation.segmentation import drop_small_rooms, score_labels
-from pianta.layout.merging import (
+from pianta.layout.parameters import StructureParameters
+from pianta.layout.structure.merging import (
     FEATURES,
     MODEL,
     MODEL_FILE,
@@ -37,9 +38,8 @@ from pianta.layout.merging import (
     join_rooms,
     start_rooms,
 )
-from pianta.layout.parameters import StructureParameters
-from pianta.layout.pieces import Borders, Pieces
-from pianta.layout.structure import cut_space, reconstruct_structure
+from pianta.layout.structure.pieces import Borders, Pieces
+from pianta.layout.structure.reconstruct import cut_space, reconstruct_structure
 
 SETS = ("survey", "furniture", "schools", "clutter")
 FOLDS, ROUNDS = 5, 3

@@ -31,9 +31,9 @@ from pianta.bench.partial_maps import PartialMap, simulate_drawing, simulate_wor
 from pianta.errors import PiantaError
 from pianta.floor import Floor
 from pianta.layout.methods import RECONSTRUCTIONS
-from pianta.layout.partial_rooms import MODEL_FILE, PartialModel
-from pianta.layout.room_hypotheses import FEATURES, list_hypotheses
-from pianta.layout.room_scene import Sight, grow, look_around
+from pianta.layout.partial.hypotheses import FEATURES, list_hypotheses
+from pianta.layout.partial.predict import MODEL_FILE, PartialModel
+from pianta.layout.partial.scene import Sight, grow, look_around
 
 FOLDS, ROUNDS, WORLDS = 4, 3, 16
 # Perceptrons that are averaged, and cells of the hidden layer of each; weight of the penalty.

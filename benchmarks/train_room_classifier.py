@@ -18,8 +18,8 @@ from sklearn.tree import DecisionTreeClassifier
 import pianta.segmentation
 from pianta.floor import Floor, cells_of_polygon
 from pianta.gridmap import GridMap
-from pianta.segmentation.features import PLACES, choose_cells
-from pianta.segmentation.laser import describe_scans, scan_cells
+from pianta.layout.rivals.features import PLACES, choose_cells
+from pianta.layout.rivals.laser import describe_scans, scan_cells
 from pianta.worlds.floors import FLOOR_MAKERS
 from pianta.worlds.scan import map_floor
 

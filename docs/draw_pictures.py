@@ -20,22 +20,22 @@ from pianta.bench.types_pictures import draw_accuracies, draw_clusters
 from pianta.errors import DataError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
-from pianta.layout.affinity import find_partial_faces
-from pianta.layout.canvas import Canvas, draw_canvas
-from pianta.layout.clutter import remove_clutter
-from pianta.layout.contour import compute_map_contour
-from pianta.layout.doors import compute_clearance, draw_voronoi_diagram
-from pianta.layout.faces import Faces, cut_lines, find_faces, label_faces, share_free, share_inside
-from pianta.layout.lines import RepresentativeLine, cluster_angles, get_representative_lines
-from pianta.layout.merging import MODEL, absorb_small_rooms, merge_pieces
-from pianta.layout.necks import Floats, find_necks
+from pianta.layout._canvas import Canvas, draw_canvas
+from pianta.layout._voronoi_doors import compute_clearance, draw_voronoi_diagram
 from pianta.layout.parameters import StructureParameters, ThesisParameters
-from pianta.layout.pieces import Indices, Labels
 from pianta.layout.reconstruct import reconstruct
-from pianta.layout.splitting import split_rooms
-from pianta.layout.structure import Cut, cut_space
-from pianta.layout.wall_lines import WallLines, find_wall_lines
-from pianta.layout.walls import detect_edges, detect_segments
+from pianta.layout.structure.clutter import remove_clutter
+from pianta.layout.structure.merging import MODEL, absorb_small_rooms, merge_pieces
+from pianta.layout.structure.necks import Floats, find_necks
+from pianta.layout.structure.pieces import Indices, Labels
+from pianta.layout.structure.reconstruct import Cut, cut_space
+from pianta.layout.structure.splitting import split_rooms
+from pianta.layout.structure.wall_lines import WallLines, find_wall_lines
+from pianta.layout.thesis.affinity import find_partial_faces
+from pianta.layout.thesis.contour import compute_map_contour
+from pianta.layout.thesis.faces import Faces, cut_lines, find_faces, label_faces, share_free, share_inside
+from pianta.layout.thesis.lines import RepresentativeLine, cluster_angles, get_representative_lines
+from pianta.layout.thesis.segments import detect_edges, detect_segments
 from pianta.plot.floor import plot_doors, plot_graph, plot_rooms, save_picture
 from pianta.plot.room_colors import ROOM_COLORS
 from pianta.semantics.places import label_rooms

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.layout.canvas import Canvas, Mask
+from pianta.layout._canvas import Canvas, Mask
 
 Rectangle = tuple[int, int, int, int]
 

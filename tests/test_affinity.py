@@ -6,11 +6,11 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 from sklearn.cluster import DBSCAN
 
-from pianta.layout.affinity import cluster_faces, compute_affinity_matrix, find_partial_faces, normalise_affinity
-from pianta.layout.contour import compute_map_contour
-from pianta.layout.faces import Faces, find_faces, label_faces, share_free, share_inside
-from pianta.layout.lines import RepresentativeLine
 from pianta.layout.parameters import ThesisParameters
+from pianta.layout.thesis.affinity import cluster_faces, compute_affinity_matrix, find_partial_faces, normalise_affinity
+from pianta.layout.thesis.contour import compute_map_contour
+from pianta.layout.thesis.faces import Faces, find_faces, label_faces, share_free, share_inside
+from pianta.layout.thesis.lines import RepresentativeLine
 from tests.drawn_maps import carve, make_canvas
 
 

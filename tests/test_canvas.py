@@ -6,7 +6,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from shapely import MultiPoint, box, get_coordinates
 
 from pianta.errors import MapError
-from pianta.layout.canvas import MARGIN_PX, Mask, draw_canvas
+from pianta.layout._canvas import MARGIN_PX, Mask, draw_canvas
 from tests.drawn_maps import carve, make_grid
 
 # Mostly free.

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pianta.layout.contour import compute_map_contour
 from pianta.layout.parameters import ThesisParameters
+from pianta.layout.thesis.contour import compute_map_contour
 from tests.drawn_maps import carve, make_canvas
 
 # 4 m by 6 m of free space.

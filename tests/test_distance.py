@@ -1,6 +1,6 @@
 """The distance transform segmentation, checked by hand."""
 
-from pianta.segmentation.distance import DistanceParameters, segment_by_clearance
+from pianta.layout.rivals.distance import DistanceParameters, segment_by_clearance
 from tests.drawn_maps import carve, make_grid
 
 # Three rooms of 2 × 2 m in a row, with doors of 0.4 m and 1 m.

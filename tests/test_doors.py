@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from shapely import get_coordinates
 
-from pianta.layout.canvas import draw_canvas
-from pianta.layout.doors import compute_clearance, draw_voronoi_diagram, find_doors
+from pianta.layout._canvas import draw_canvas
+from pianta.layout._voronoi_doors import compute_clearance, draw_voronoi_diagram, find_doors
 from pianta.layout.parameters import ThesisParameters
 from tests.drawn_maps import carve, make_canvas, make_grid
 

@@ -4,8 +4,8 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.layout.faces import Faces, cut_lines, find_faces, label_faces, share_free, share_inside
-from pianta.layout.lines import RepresentativeLine
+from pianta.layout.thesis.faces import Faces, cut_lines, find_faces, label_faces, share_free, share_inside
+from pianta.layout.thesis.lines import RepresentativeLine
 from tests.drawn_maps import carve, make_canvas
 
 # 6 m by 6 m of free space; lines are drawn to 1 m beyond it.

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.lib.stride_tricks import sliding_window_view
 
-from pianta.segmentation.features import PLACES, Stumps, choose_cells, load_stumps, segment_by_features
-from pianta.segmentation.laser import BEAMS, describe_scans, scan_cells
+from pianta.layout.rivals.features import PLACES, Stumps, choose_cells, load_stumps, segment_by_features
+from pianta.layout.rivals.laser import BEAMS, describe_scans, scan_cells
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import map_floor
 from tests.drawn_maps import carve

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.layout.canvas import Mask, draw_canvas
-from pianta.layout.frontiers import BLUR_PX, drop_spray, find_frontiers, measure_frontiers
+from pianta.layout._canvas import Mask, draw_canvas
+from pianta.layout.structure.frontiers import BLUR_PX, drop_spray, find_frontiers, measure_frontiers
 from tests.drawn_maps import Rectangle, carve
 
 SHAPE = (60, 80)

@@ -11,7 +11,7 @@ from scipy.ndimage import label
 from pianta.errors import MapError
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, GridMap
-from pianta.layout.labelled import floor_from_labels
+from pianta.layout.rivals.to_floor import floor_from_labels
 from tests.drawn_maps import carve, make_grid
 
 # Two rooms of 3 × 4 m, 0.2 m of wall between them, and a door of 0.9 m.

@@ -3,11 +3,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.layout.canvas import Mask
-from pianta.layout.doors import compute_clearance
-from pianta.layout.merging import MODEL, find_parting_borders, join_rooms, merge_pieces, start_rooms
-from pianta.layout.necks import Floats
-from pianta.layout.pieces import Borders, Pieces, cut_into_pieces, find_borders
+from pianta.layout._canvas import Mask
+from pianta.layout._voronoi_doors import compute_clearance
+from pianta.layout.structure.merging import MODEL, find_parting_borders, join_rooms, merge_pieces, start_rooms
+from pianta.layout.structure.necks import Floats
+from pianta.layout.structure.pieces import Borders, Pieces, cut_into_pieces, find_borders
 from tests.drawn_maps import carve
 
 SHAPE = (120, 200)

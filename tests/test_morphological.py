@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pianta.segmentation.morphological import MorphologicalParameters, segment_by_erosion
+from pianta.layout.rivals.morphological import MorphologicalParameters, segment_by_erosion
 from tests.drawn_maps import carve, make_grid
 
 # Two rooms of 2 × 2 m that a door of 0.8 m joins.

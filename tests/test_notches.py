@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely import Polygon, box
 
-from pianta.layout.notches import fill_notches
+from pianta.layout.structure.notches import fill_notches
 
 ROOM = box(0, 0, 6, 5)
 

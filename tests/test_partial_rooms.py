@@ -13,10 +13,10 @@ from pianta.cli.room_table import tabulate_rooms
 from pianta.errors import FloorError, OptionError
 from pianta.floor import Door, Floor, Room, scale_floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.layout.partial_rooms import measure_half_wall, predict_partial_rooms
+from pianta.layout.partial.predict import measure_half_wall, predict_partial_rooms
+from pianta.layout.partial.scene import find_main_direction
 from pianta.layout.reconstruct import reconstruct
 from pianta.layout.room_ids import keep_room_ids
-from pianta.layout.room_scene import find_main_direction
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.partial_scan import explore_in_part, see_cells, walk_rooms
 from pianta.worlds.scan import map_floor

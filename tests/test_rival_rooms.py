@@ -7,7 +7,7 @@ from scipy.ndimage import label
 from pianta.errors import MapError, OptionError
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.layout.reconstruct import reconstruct
-from pianta.segmentation.methods import SEGMENTATIONS, segment_rooms
+from pianta.layout.rivals.methods import SEGMENTATIONS, segment_rooms
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import map_floor
 from tests.command_line import run_pianta

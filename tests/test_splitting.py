@@ -2,12 +2,12 @@ import cv2
 import numpy as np
 import pytest
 
-from pianta.layout.canvas import Mask
-from pianta.layout.necks import Floats
+from pianta.layout._canvas import Mask
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.pieces import Labels
-from pianta.layout.splitting import split_rooms
-from pianta.layout.wall_lines import WallLines, find_wall_lines
+from pianta.layout.structure.necks import Floats
+from pianta.layout.structure.pieces import Labels
+from pianta.layout.structure.splitting import split_rooms
+from pianta.layout.structure.wall_lines import WallLines, find_wall_lines
 from tests.drawn_maps import carve
 
 NONE = WallLines(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2)))

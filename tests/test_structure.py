@@ -12,7 +12,7 @@ from pianta.evaluation.coverage import forward_coverage, score_layout
 from pianta.floor import Door, Floor
 from pianta.gridmap import FREE, UNKNOWN, GridMap
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure import reconstruct_structure
+from pianta.layout.structure.reconstruct import reconstruct_structure
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor, make_hall_floor
 from pianta.worlds.scan import map_floor
 from tests.drawn_maps import carve, make_grid

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pianta.layout.wall_lines import WallLines, find_wall_lines, span_walls
+from pianta.layout.structure.wall_lines import WallLines, find_wall_lines, span_walls
 from tests.drawn_maps import carve
 
 

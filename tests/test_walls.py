@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pianta.layout.parameters import ThesisParameters
-from pianta.layout.walls import detect_edges, detect_segments
+from pianta.layout.thesis.segments import detect_edges, detect_segments
 from tests.drawn_maps import carve, make_canvas
 
 DEFAULT = ThesisParameters()

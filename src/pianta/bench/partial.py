@@ -21,10 +21,10 @@ from pianta.errors import PiantaError
 from pianta.floor import Floor, Room, cells_of_polygon
 from pianta.gridmap import GridMap
 from pianta.io._files import reason_of
+from pianta.layout._outlines import GRID
 from pianta.layout.methods import DEFAULT_METHOD
-from pianta.layout.outlines import GRID
+from pianta.layout.partial.scene import find_main_direction
 from pianta.layout.reconstruct import reconstruct
-from pianta.layout.room_scene import find_main_direction
 from pianta.plot.floor import save_picture
 
 # The share of a true room from which on predictions have to hold, and that was not seen of a room truly seen in part.

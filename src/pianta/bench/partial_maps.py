@@ -23,7 +23,7 @@ from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import shown
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.maps import read_map
-from pianta.layout.outlines import largest_part, outline_labels
+from pianta.layout._outlines import largest_part, outline_labels
 from pianta.semantics.simulated import ASPECT_SPREAD, RESOLUTION, SIZE_SPREAD, leave_walls
 from pianta.worlds.floors import FLOOR_MAKERS, INNER_WALL, make_floor
 from pianta.worlds.partial_scan import explore_in_part

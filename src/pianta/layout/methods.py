@@ -8,7 +8,7 @@ from functools import partial
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.segmentation.methods import SEGMENTATIONS, segment_rooms
+from pianta.layout.rivals.methods import SEGMENTATIONS, segment_rooms
 
 Reconstruct = Callable[[GridMap, str], Floor]
 
@@ -22,14 +22,14 @@ def check_method(method: str) -> None:
 def reconstruct_by_thesis(grid: GridMap, source: str) -> Floor:
     """Floor by Algorithm 1 of the thesis."""
     from pianta.layout.parameters import ThesisParameters
-    from pianta.layout.thesis import reconstruct_layout
+    from pianta.layout.thesis.reconstruct import reconstruct_layout
 
     return reconstruct_layout(grid, parameters=ThesisParameters(), source=source)
 
 
 def reconstruct_by_segmentation(grid: GridMap, source: str, *, method: str) -> Floor:
     """Floor from the label image of one of SEGMENTATIONS."""
-    from pianta.layout.labelled import floor_from_labels
+    from pianta.layout.rivals.to_floor import floor_from_labels
 
     return floor_from_labels(grid, segment_rooms(grid, method=method), source=source)
 
@@ -37,7 +37,7 @@ def reconstruct_by_segmentation(grid: GridMap, source: str, *, method: str) -> F
 def reconstruct_by_structure(grid: GridMap, source: str) -> Floor:
     """Floor by narrow passages and wall lines together."""
     from pianta.layout.parameters import StructureParameters
-    from pianta.layout.structure import reconstruct_structure
+    from pianta.layout.structure.reconstruct import reconstruct_structure
 
     return reconstruct_structure(grid, parameters=StructureParameters(), source=source)
 

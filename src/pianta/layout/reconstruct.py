@@ -5,7 +5,7 @@ from __future__ import annotations
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.layout.methods import DEFAULT_METHOD, RECONSTRUCTIONS, check_method
-from pianta.layout.partial_rooms import predict_partial_rooms
+from pianta.layout.partial.predict import predict_partial_rooms
 
 
 def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, source: str = "") -> Floor:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from shapely import difference, get_parts
 
 from pianta.floor import Floor
-from pianta.layout.outlines import GRID
+from pianta.layout._outlines import GRID
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

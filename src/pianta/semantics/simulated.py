@@ -13,7 +13,7 @@ import numpy as np
 
 from pianta.evaluation.coverage import overlap_areas
 from pianta.floor import Floor, Room, scale_floor
-from pianta.layout.outlines import largest_part
+from pianta.layout._outlines import largest_part
 from pianta.layout.reconstruct import reconstruct
 from pianta.worlds.scan import map_floor
 

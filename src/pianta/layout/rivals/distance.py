@@ -1,0 +1,38 @@
+"""Rooms by clearance: the distance transform segmentation of the survey (Bormann et al., ICRA 2016)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pianta.gridmap import GridMap
+from pianta.layout.rivals.patches import Labels, label_patches, measure_clearance, spread_labels
+
+
+@dataclass(frozen=True, kw_only=True)
+class DistanceParameters:
+    """Thresholds of the distance transform segmentation; the defaults are those of the survey's program.
+
+    step: between one threshold on the clearance and the next, metres; a cell of the survey's maps.
+    smallest, largest: area of a patch, above the threshold, that counts as a room, m².
+    """
+
+    step: float = 0.05
+    smallest: float = 0.35
+    largest: float = 163.0
+
+
+def segment_by_clearance(grid: GridMap, *, parameters: DistanceParameters | None = None) -> Labels:
+    """Rooms of a grid map, shape (H, W): 0 no room, 1 … N."""
+    parameters = parameters or DistanceParameters()
+    clearance = measure_clearance(grid.free)
+    step = max(parameters.step / grid.resolution, 1.0)
+    best, most = np.zeros(grid.shape, np.int32), 0
+    # From the lowest threshold up, so that of two equally good ones the one that takes less away is kept.
+    for threshold in step * np.arange(int(clearance.max() / step) + 1):
+        patches, areas = label_patches(clearance > threshold, grid.resolution)
+        is_room = (parameters.smallest <= areas) & (areas <= parameters.largest)
+        if is_room.sum() > most:
+            best, most = np.where(is_room, np.cumsum(is_room), 0).astype(np.int32)[patches], int(is_room.sum())
+    return spread_labels(best, grid.free)

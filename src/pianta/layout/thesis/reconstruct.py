@@ -1,0 +1,99 @@
+"""Layout reconstruction by Algorithm 1 of the thesis (section 3.1)."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from shapely import Polygon
+
+from pianta.errors import MapError
+from pianta.floor import Floor, Room
+from pianta.gridmap import GridMap
+from pianta.layout._canvas import Canvas, Mask, draw_canvas
+from pianta.layout._numbering import assemble_floor
+from pianta.layout._voronoi_doors import find_doors
+from pianta.layout.parameters import ThesisParameters
+from pianta.layout.structure.clutter import remove_clutter
+from pianta.layout.thesis.affinity import cluster_faces, compute_affinity_matrix, find_partial_faces, normalise_affinity
+from pianta.layout.thesis.contour import compute_map_contour
+from pianta.layout.thesis.faces import FRINGE, SNAP, Faces, cut_lines, find_faces, label_faces, share_free, share_inside
+from pianta.layout.thesis.lines import get_representative_lines
+from pianta.layout.thesis.segments import detect_edges, detect_segments
+
+
+def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters, source: str = "") -> Floor:
+    """Layout of a grid map by Algorithm 1, with the doors of the topological map; metres in the map frame.
+
+    Rooms are numbered in reading order of the map image. Raises MapError when the map shows no room.
+    """
+    if grid.free.all():
+        raise MapError("every cell of the map is free, so no wall bounds a room; check its thresholds and negate")
+    # M: free space, without the small groups of cells that are furniture (section 3.2)
+    free = remove_clutter(grid.free, size_px=parameters.clutter_size / grid.resolution)
+    canvas = draw_canvas(grid, free, resolution=parameters.working_resolution)
+    # Compute features from the map
+    edges = detect_edges(canvas, parameters)
+    segments = detect_segments(edges, canvas.resolution, parameters)
+    # Obtain the contour of the map
+    inner = compute_map_contour(canvas, parameters)
+    # Create clusters of collinear segments, and their representative lines
+    lines = get_representative_lines(segments, parameters)
+    # Find faces from representative lines
+    faces = find_faces(lines, canvas)
+    # Compute the spatial affinity between faces
+    local_affinity = normalise_affinity(compute_affinity_matrix(faces, sigma=parameters.sigma))
+    # Remove faces outside the border
+    face_of_cell = label_faces(faces, canvas)
+    internal = share_inside(face_of_cell, inner, len(faces.polygons)) >= parameters.inside_share
+    free_share = share_free(faces, canvas)
+    partial = find_partial_faces(faces, internal, free_share, partial_weight=parameters.partial_weight)
+    # Cluster faces together into rooms
+    room_of_face = _cluster_internal_faces(local_affinity, internal, parameters)
+    room_of_face = _drop_small_rooms(room_of_face, face_of_cell, canvas, parameters)
+    rooms = _merge_faces(faces, room_of_face, partial, canvas)
+    if not rooms:
+        raise MapError("the map shows no room, its free space is too small or too scattered; check the resolution")
+    # Find the connections between rooms
+    doors = find_doors(canvas, np.append(room_of_face, -1)[face_of_cell], parameters)
+    # A line along the outer wall may run just outside the rooms.
+    extent = shapely.box(*shapely.total_bounds(faces.polygons[room_of_face >= 0])).buffer(FRINGE, join_style="mitre")
+    walls = cut_lines(lines, extent)
+    return assemble_floor(rooms, doors, [canvas.to_map(wall) for wall in walls], grid, source)
+
+
+def _cluster_internal_faces(
+    local_affinity: csr_array, internal: Mask, parameters: ThesisParameters
+) -> NDArray[np.intp]:
+    """Cluster of each face, shape (F,); -1 for external faces."""
+    clusters = np.full(len(internal), -1, np.intp)
+    chosen = np.flatnonzero(internal)
+    clusters[chosen] = cluster_faces(local_affinity[chosen][:, chosen], epsilon=parameters.epsilon)
+    return clusters
+
+
+def _drop_small_rooms(
+    cluster_of_face: NDArray[np.intp], face_of_cell: NDArray[np.int32], canvas: Canvas, parameters: ThesisParameters
+) -> NDArray[np.intp]:
+    """Cluster of each face, numbered 0 … R - 1 without those that hold less free space than a room; shape (F,)."""
+    clusters = np.append(cluster_of_face, -1)[face_of_cell[canvas.free]]
+    free_area = np.bincount(clusters + 1, minlength=cluster_of_face.max(initial=-1) + 2) * canvas.resolution**2
+    is_room = free_area >= parameters.room_area
+    is_room[0] = False
+    return np.where(is_room, np.cumsum(is_room) - 1, -1)[cluster_of_face + 1]
+
+
+def _merge_faces(faces: Faces, room_of_face: NDArray[np.intp], partial: Mask, canvas: Canvas) -> list[Room]:
+    """Rooms, with ids 1 … R, as the union of their faces, in the map frame; partial where one of the faces is."""
+    count = int(room_of_face.max(initial=-1)) + 1
+    merged = [shapely.coverage_union_all(faces.polygons[room_of_face == i]) for i in range(count)]
+    outlines = shapely.coverage_simplify(np.array([_largest_part(shape) for shape in merged], dtype=object), SNAP)
+    return [
+        Room(i + 1, canvas.to_map(outline), partial=bool(partial[room_of_face == i].any()))
+        for i, outline in enumerate(outlines)
+    ]
+
+
+def _largest_part(shape: shapely.Geometry) -> Polygon:
+    return max(shapely.get_parts(shape), key=lambda part: part.area)
