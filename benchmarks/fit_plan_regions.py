@@ -40,7 +40,7 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.images import read_picture
-from pianta.plan.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, describe_sheet
+from pianta.plan.walls.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, describe_sheet
 from pianta.worlds.plan_drawing import draw_plan
 from pianta.worlds.plan_look import PlanLook
 

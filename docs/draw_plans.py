@@ -11,7 +11,7 @@ from PIL import Image
 from pianta.bench.charts import save_chart
 from pianta.gridmap import GridMap
 from pianta.plan.read_plan import PlanFloor, read_plan
-from pianta.plan.regions import DOOR, OUTSIDE, WALL, find_regions
+from pianta.plan.walls.regions import DOOR, OUTSIDE, WALL, find_regions
 from pianta.plot.floor import plot_doors, plot_rooms
 from pianta.plot.grid import plot_ink
 from pianta.worlds.floors import make_l_floor

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.plan.regions import DOOR, INSIDE, OUTSIDE, WALL, Regions
+from pianta.plan.walls.regions import DOOR, INSIDE, OUTSIDE, WALL, Regions
 from tests.drawn_maps import Rectangle
 
 Kinds = NDArray[np.int64]

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from shapely import LineString, box
 
 from pianta.floor import Room
-from pianta.plan.door_lines import find_door_regions, find_doors, join_rooms
-from pianta.plan.door_swings import Swing
-from pianta.plan.regions import DOOR, INSIDE
-from pianta.plan.symbol_drawings import Kind
-from pianta.plan.symbol_poses import PlacedSymbol
+from pianta.plan.doors.lines import find_door_regions, find_doors, join_rooms
+from pianta.plan.doors.swings import Swing
+from pianta.plan.symbols.drawings import Kind
+from pianta.plan.symbols.poses import PlacedSymbol
+from pianta.plan.walls.regions import DOOR, INSIDE
 from tests.drawn_regions import CELL_PX, as_regions, draw_kinds, two_rooms
 
 NONE = np.zeros((0, 2, 2))

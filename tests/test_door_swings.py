@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
-from pianta.plan.door_swings import Swing, agree_on_size, find_swings
-from pianta.plan.paper import binarise, measure_contrast
+from pianta.plan.doors.swings import Swing, agree_on_size, find_swings
+from pianta.plan.sheets.binarization import binarise, measure_contrast
 
 Image = NDArray[Any]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from pianta.errors import OptionError, PlanError
 from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing, Role
-from pianta.plan.drawn_sheet import MARGIN_PX, draw_sheet
-from pianta.plan.sheet import Sheet
+from pianta.plan.sheets.drawn_sheet import MARGIN_PX, draw_sheet
+from pianta.plan.sheets.sheet import Sheet
 
 M = MARGIN_PX
 # A room of 9 m × 4.5 m: with units, 32 pixels for a door of 0.9 m make it 320 × 160.

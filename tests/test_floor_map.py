@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN
-from pianta.plan.floor_map import FINER, FloorMap, draw_floor_map, trust_walls
-from pianta.plan.regions import DOOR, INSIDE, OUTSIDE, WALL, Regions
-from pianta.plan.sheet import Floats
+from pianta.plan.sheets.sheet import Floats
+from pianta.plan.walls.floor_map import FINER, FloorMap, draw_floor_map, trust_walls
+from pianta.plan.walls.regions import DOOR, INSIDE, OUTSIDE, WALL, Regions
 from tests.drawn_regions import (
     CELL,
     CELL_PX,

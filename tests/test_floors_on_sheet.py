@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from shapely import Polygon, box
 
 from pianta.floor import Floor, Room
-from pianta.plan.door_lines import PlanDoors
-from pianta.plan.floor_map import draw_floor_map
-from pianta.plan.floors_on_sheet import lay_out_floors, part_floors
-from pianta.plan.regions import DOOR, INSIDE
-from pianta.plan.sheet import Floats
+from pianta.plan.doors.lines import PlanDoors
+from pianta.plan.sheets.floors_on_sheet import lay_out_floors, part_floors
+from pianta.plan.sheets.sheet import Floats
+from pianta.plan.walls.floor_map import draw_floor_map
+from pianta.plan.walls.regions import DOOR, INSIDE
 from tests.drawn_maps import carve
 from tests.drawn_regions import CELL_PX, RESOLUTION, Kinds, as_regions, draw_kinds, sheet_shape, two_rooms
 

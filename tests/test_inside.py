@@ -10,8 +10,16 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from skimage.segmentation import watershed
 
-from pianta.plan.inside import OPEN_BORDER, cut_parts, find_borders, find_enclosed, find_inside, grow_labels, part_space
-from pianta.plan.sheet import Mask
+from pianta.plan.sheets.sheet import Mask
+from pianta.plan.walls.inside import (
+    OPEN_BORDER,
+    cut_parts,
+    find_borders,
+    find_enclosed,
+    find_inside,
+    grow_labels,
+    part_space,
+)
 
 CELL = 0.1
 ROOM = (slice(20, 60), slice(20, 70))

@@ -6,7 +6,7 @@ import pytest
 from pianta.bench import plan_text
 from pianta.bench.plan_text import measure_text
 from pianta.errors import OptionError
-from pianta.plan.text import read_texts
+from pianta.plan.text.recognition import read_texts
 from pianta.worlds.lettering import FONTS, NAMES, letter_rooms
 
 

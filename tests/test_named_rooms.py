@@ -7,7 +7,7 @@ import pytest
 
 from pianta.floor import Floor, Room
 from pianta.labels import SCHOOL
-from pianta.plan.name_labels import RoomKind, RoomWords
+from pianta.rooms.name_dictionary import RoomKind, RoomWords
 from pianta.semantics.named_rooms import label_named_rooms
 from pianta.semantics.places import label_rooms
 from pianta.worlds.floors import make_floor

@@ -10,8 +10,8 @@ from PIL import Image
 
 from pianta.errors import PlanError
 from pianta.io.images import PICTURE_SUFFIXES
-from pianta.plan.drawn_sheet import LONGEST_PX, MARGIN_PX
-from pianta.plan.open_sheet import SHEET_SUFFIXES, open_sheet
+from pianta.plan.sheets.drawn_sheet import LONGEST_PX, MARGIN_PX
+from pianta.plan.sheets.open_sheet import SHEET_SUFFIXES, open_sheet
 from tests.mutation import mutated, refused_in_one_line
 
 # Four lines of 900 and 450 units: without units of length, the longer becomes half of LONGEST_PX

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.plan import dimensions
-from pianta.plan.dimensions import (
+from pianta.plan.sheets.sheet import Mask, PlacedText
+from pianta.plan.text.dimensions import (
     Scale,
     parse_drawing_scale,
     parse_length,
@@ -16,7 +16,7 @@ from pianta.plan.dimensions import (
     remove_measures,
     scale_from_dimensions,
 )
-from pianta.plan.sheet import Mask, PlacedText
+from pianta.plan.text.recognition import dimensions
 
 NO_INK = np.zeros((200, 400), bool)
 

@@ -8,10 +8,9 @@ from shapely import box
 
 from pianta.errors import PlanError
 from pianta.floor import Floor, Room
-from pianta.plan import plan_scale
-from pianta.plan.door_swings import DoorSize
-from pianta.plan.paper import binarise
-from pianta.plan.plan_scale import (
+from pianta.plan import scale as plan_scale
+from pianta.plan.doors.swings import DoorSize
+from pianta.plan.scale import (
     FACTORS,
     MOST_CELLS,
     SHEET_METRES,
@@ -24,8 +23,9 @@ from pianta.plan.plan_scale import (
     fit_door_px,
     refine_by_sizes,
 )
-from pianta.plan.regions import DOOR_CELLS, Regions
-from pianta.plan.sheet import PlacedText, Sheet
+from pianta.plan.sheets.binarization import binarise
+from pianta.plan.sheets.sheet import PlacedText, Sheet
+from pianta.plan.walls.regions import DOOR_CELLS, Regions
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plan_drawing import draw_plan
 

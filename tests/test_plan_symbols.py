@@ -11,7 +11,7 @@ from shapely import GeometryCollection, LineString, MultiPoint, Point, Polygon, 
 from pianta.errors import OptionError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
-from pianta.plan.symbol_drawings import (
+from pianta.plan.symbols.drawings import (
     GREEN,
     RED,
     SYMBOLS,

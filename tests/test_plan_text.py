@@ -5,10 +5,10 @@ import socket
 import numpy as np
 import pytest
 
-from pianta.plan import text as plan_text
-from pianta.plan.paper import binarise
-from pianta.plan.sheet import PlacedText
-from pianta.plan.text import erase_texts, read_texts, remove_texts, text_reader_available
+from pianta.plan.sheets.binarization import binarise
+from pianta.plan.sheets.sheet import PlacedText
+from pianta.plan.text.recognition import erase_texts, read_texts, remove_texts, text_reader_available
+from pianta.plan.text.recognition import recognition as plan_text
 from pianta.worlds.lettering import letter_rooms
 
 

@@ -14,10 +14,10 @@ from shapely.affinity import translate
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor
 from pianta.plan import read_plan as plan_reading
-from pianta.plan.door_swings import Swing
-from pianta.plan.plan_scale import PlanScale
+from pianta.plan.doors.swings import Swing
 from pianta.plan.read_plan import PlanFloor, PlanReading, read_plan
-from pianta.plan.sheet import Sheet
+from pianta.plan.scale import PlanScale
+from pianta.plan.sheets.sheet import Sheet
 from pianta.worlds.floors import build_floor
 from pianta.worlds.plan_drawing import DrawnPlan, draw_plan
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import binary_dilation
 
-from pianta.plan.regions import (
+from pianta.plan.walls.regions import (
     BLOCK,
     DOOR,
     INSIDE,

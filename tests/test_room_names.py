@@ -8,9 +8,9 @@ from shapely import box
 
 from pianta.floor import MAX_ROOM_NAME_LENGTH, Floor, Room
 from pianta.gridmap import GridMap
-from pianta.plan.legend import Legend
-from pianta.plan.room_names import name_of_texts, name_rooms
-from pianta.plan.sheet import PlacedText
+from pianta.plan.sheets.sheet import PlacedText
+from pianta.plan.text.legend import Legend
+from pianta.plan.text.room_names import name_of_texts, name_rooms
 
 # 10 m × 6 m at 0.05 m per pixel; the map frame starts at (-2, 3).
 GRID = GridMap(np.zeros((120, 200), np.int8), 0.05, (-2.0, 3.0, 0.0))

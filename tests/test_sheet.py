@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.plan.sheet import PlacedText, Sheet
+from pianta.plan.sheets.sheet import PlacedText, Sheet
 
 
 def place(*corners: tuple[float, float]) -> PlacedText:

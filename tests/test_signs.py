@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from pianta.plan.sheet import Colors
-from pianta.plan.signs import find_signs
-from pianta.plan.symbol_poses import PlacedSymbol, is_sign
-from pianta.plan.symbol_templates import own_templates
-from pianta.plan.symbols import remove_symbols
+from pianta.plan.sheets.sheet import Colors
+from pianta.plan.symbols.detection import remove_symbols
+from pianta.plan.symbols.poses import PlacedSymbol, is_sign
+from pianta.plan.symbols.signs import find_signs
+from pianta.plan.symbols.templates import own_templates
 
 SIGNS = [template for template in own_templates() if is_sign(template)]
 WHITE, DARK_RED, GREEN, BLUE = (255, 255, 255), (110, 40, 40), (0, 120, 60), (0, 60, 160)

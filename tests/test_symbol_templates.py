@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pianta.errors import PlanError
-from pianta.plan.symbol_templates import own_templates, read_symbol_folder
+from pianta.plan.symbols.templates import own_templates, read_symbol_folder
 
 Image = NDArray[Any]
 

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pianta.plan.symbol_drawings import draw_symbol, frame_symbol
-from pianta.plan.symbol_templates import Template, own_templates, read_symbol_folder
-from pianta.plan.symbols import find_symbols, remove_symbols
+from pianta.plan.symbols.detection import find_symbols, remove_symbols
+from pianta.plan.symbols.drawings import draw_symbol, frame_symbol
+from pianta.plan.symbols.templates import Template, own_templates, read_symbol_folder
 
 Image = NDArray[Any]
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.plan.template_matching import LargeImage, find_peaks, respond
+from pianta.plan.symbols.template_matching import LargeImage, find_peaks, respond
 
 CROSS = np.zeros((9, 7), np.float32)
 CROSS[4, :] = CROSS[:, 3] = 1

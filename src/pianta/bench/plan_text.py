@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 
 from pianta.bench.table import BenchTable, Column, Figures, Part, Row, measure_rows
-from pianta.plan.room_names import name_of_texts
-from pianta.plan.text import read_texts
+from pianta.plan.text.recognition import read_texts
+from pianta.plan.text.room_names import name_of_texts
 from pianta.worlds.lettering import FONTS, NAMES, ROTATIONS, letter_rooms
 
 # Heights of a capital, pixels.

@@ -12,7 +12,7 @@ from pianta.floor import Floor
 from pianta.labels import SCHEMAS, LabelSchema, standard_building_type
 
 if TYPE_CHECKING:
-    from pianta.plan.name_labels import RoomWords
+    from pianta.rooms.name_dictionary import RoomWords
     from pianta.semantics.buildings import BuildingModel
     from pianta.semantics.places import PlaceModel
 
@@ -73,7 +73,7 @@ def read_labelling(
     Raises ModelError, in one line, for a file that is no model; OptionError for options that exclude each other, and a
     building type that the model of rooms does not know.
     """
-    from pianta.plan.name_labels import read_default_room_words, read_room_words
+    from pianta.rooms.name_dictionary import read_default_room_words, read_room_words
     from pianta.semantics.building_model_file import read_building_model, read_default_building_model
     from pianta.semantics.place_model_file import read_default_place_model, read_place_model
 

@@ -20,7 +20,7 @@ from pianta.io.ros_maps import YAML_SUFFIXES
 from pianta.layout.methods import DEFAULT_METHOD
 
 if TYPE_CHECKING:
-    from pianta.plan.symbol_poses import PlacedSymbol
+    from pianta.plan.symbols.poses import PlacedSymbol
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Opening:
 
         Raises PiantaError, in one line that names the file.
         """
-        from pianta.plan.map_or_plan import tell_kind
+        from pianta.plan.sheets.map_or_plan import tell_kind
 
         _refuse_folder(path)
         if self.kind is None:
@@ -118,7 +118,7 @@ def _describe_matches(symbols: Iterable[PlacedSymbol], folder: Path) -> str:
 
 def _refuse_suffix(path: str | Path) -> None:
     """Raise MapError for a file that is there and is neither a map nor a plan by its suffix."""
-    from pianta.plan.map_or_plan import PLAN_SUFFIXES
+    from pianta.plan.sheets.map_or_plan import PLAN_SUFFIXES
 
     known = dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES])
     if Path(path).suffix.lower() not in known:

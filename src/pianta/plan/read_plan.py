@@ -14,15 +14,9 @@ from pianta.floor import Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import MAX_CELLS, shown
 from pianta.layout.methods import DEFAULT_METHOD, check_method
-from pianta.plan.door_lines import PlanDoors, find_doors
-from pianta.plan.door_swings import Swing, find_swings
-from pianta.plan.floor_map import draw_floor_map, trust_walls
-from pianta.plan.floors_on_sheet import lay_out_floors
-from pianta.plan.legend import Legend, find_legend
-from pianta.plan.map_or_plan import may_be_drawing
-from pianta.plan.open_sheet import open_sheet
-from pianta.plan.paper import binarise, measure_contrast
-from pianta.plan.plan_scale import (
+from pianta.plan.doors.lines import PlanDoors, find_doors
+from pianta.plan.doors.swings import Swing, find_swings
+from pianta.plan.scale import (
     DOOR_WIDTH,
     SURE_BY_DOORS,
     PlanScale,
@@ -34,14 +28,20 @@ from pianta.plan.plan_scale import (
     fits_doors,
     refine_by_sizes,
 )
-from pianta.plan.regions import NETWORKS, find_regions, has_walls
-from pianta.plan.room_names import name_rooms
-from pianta.plan.sheet import Colors, PlacedText, Sheet
+from pianta.plan.sheets.binarization import binarise, measure_contrast
+from pianta.plan.sheets.floors_on_sheet import lay_out_floors
+from pianta.plan.sheets.map_or_plan import may_be_drawing
+from pianta.plan.sheets.open_sheet import open_sheet
+from pianta.plan.sheets.sheet import Colors, PlacedText, Sheet
 from pianta.plan.storeys import IFC_SUFFIX, read_storeys
-from pianta.plan.symbol_poses import PlacedSymbol
-from pianta.plan.symbol_templates import own_templates, read_symbol_folder
-from pianta.plan.symbols import find_symbols, remove_symbols
-from pianta.plan.text import erase_texts, read_texts, text_reader_available
+from pianta.plan.symbols.detection import find_symbols, remove_symbols
+from pianta.plan.symbols.poses import PlacedSymbol
+from pianta.plan.symbols.templates import own_templates, read_symbol_folder
+from pianta.plan.text.legend import Legend, find_legend
+from pianta.plan.text.recognition import erase_texts, read_texts, text_reader_available
+from pianta.plan.text.room_names import name_rooms
+from pianta.plan.walls.floor_map import draw_floor_map, trust_walls
+from pianta.plan.walls.regions import NETWORKS, find_regions, has_walls
 
 # Swings that are smaller than this share of a door are none.
 SMALLEST_SWING = 0.5

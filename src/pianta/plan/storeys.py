@@ -10,7 +10,7 @@ from shapely import unary_union
 from pianta.floor import Floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io.drawings.ifc import read_ifc_plan
-from pianta.plan.plan_scale import PlanScale
+from pianta.plan.scale import PlanScale
 
 IFC_SUFFIX = ".ifc"
 # Metres of a cell of the frame, of the margin around the rooms, and cells at most along the longer side.

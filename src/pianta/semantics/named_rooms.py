@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pianta.floor import Floor
 from pianta.labels import LabelSchema
-from pianta.plan.name_labels import RoomWords, prior_of_name, read_default_room_words
+from pianta.rooms.name_dictionary import RoomWords, prior_of_name, read_default_room_words
 from pianta.semantics.neighbour_labels import describe_neighbours, find_neighbourhood
 from pianta.semantics.places import FUNCTIONS, PlaceModel, label_rooms, vote
 from pianta.semantics.room_context import RoomContext

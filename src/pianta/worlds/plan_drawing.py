@@ -16,8 +16,8 @@ from shapely.geometry.base import BaseGeometry
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import UNKNOWN, GridMap
-from pianta.plan.sheet import PlacedText
-from pianta.plan.symbol_drawings import Mark, paint_marks
+from pianta.plan.sheets.sheet import PlacedText
+from pianta.plan.symbols.drawings import Mark, paint_marks
 from pianta.worlds.floors import INNER_WALL, OUTER_WALL
 from pianta.worlds.plan_lettering import (
     LINE_SPACING,

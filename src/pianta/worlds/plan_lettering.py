@@ -15,7 +15,7 @@ from shapely import Polygon, maximum_inscribed_circle
 
 from pianta.errors import OptionError
 from pianta.gridmap import GridMap
-from pianta.plan.sheet import PlacedText
+from pianta.plan.sheets.sheet import PlacedText
 
 Floats = NDArray[np.float64]
 Colors = NDArray[np.uint8]

@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pianta.errors import OptionError
 from pianta.gridmap import GridMap
-from pianta.plan.symbol_drawings import SHIFT, Color, Mark, paint_marks, pixel_matrix
+from pianta.plan.symbols.drawings import SHIFT, Color, Mark, paint_marks, pixel_matrix
 from pianta.worlds.plan_lettering import DEFAULT_FONT
 from pianta.worlds.plan_symbols import DOOR_STYLES, DoorStyle
 

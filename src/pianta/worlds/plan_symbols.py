@@ -13,7 +13,7 @@ from shapely import LineString, Point, Polygon, affinity, box, contains_xy, get_
 from shapely.geometry.base import BaseGeometry
 
 from pianta.floor import Door, Floor, Room
-from pianta.plan.symbol_drawings import SYMBOLS, WALL, Mark
+from pianta.plan.symbols.drawings import SYMBOLS, WALL, Mark
 from pianta.worlds.floors import INNER_WALL, OUTER_WALL
 
 Floats = NDArray[np.float64]

@@ -9,7 +9,7 @@ from shapely import Point, Polygon, get_coordinates, get_parts, polygonize, unar
 from shapely.geometry.base import BaseGeometry
 
 from pianta.floor import Floor, Room
-from pianta.plan.symbol_drawings import Mark
+from pianta.plan.symbols.drawings import Mark
 from pianta.worlds.floors import INNER_WALL, OUTER_WALL
 from pianta.worlds.plan_look import Canvas
 from pianta.worlds.plan_symbols import Window, find_windows, mark_doors, mark_windows

@@ -16,9 +16,9 @@ from pianta.errors import MapError
 from pianta.floor import Door, Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.layout.methods import RECONSTRUCTIONS
-from pianta.plan.door_lines import PlanDoors, join_rooms
-from pianta.plan.floor_map import FloorMap
-from pianta.plan.sheet import Floats
+from pianta.plan.doors.lines import PlanDoors, join_rooms
+from pianta.plan.sheets.sheet import Floats
+from pianta.plan.walls.floor_map import FloorMap
 
 # Parts of a building lie no further apart than this, metres; parts smaller than this share of the largest floor, or
 # than this area, m², are no floors, but sketches and legends.

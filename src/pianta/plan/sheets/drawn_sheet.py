@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pianta.errors import OptionError, PlanError
 from pianta.io._files import shown
 from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing
-from pianta.plan.sheet import PlacedText, Sheet
+from pianta.plan.sheets.sheet import PlacedText, Sheet
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -15,9 +15,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.plan.door_quarters import DIRECTIONS, MOST_CLUTTER, RINGS, Quarter, read_quarters
-from pianta.plan.paper import Contrast
-from pianta.plan.sheet import Mask
+from pianta.plan.doors.quarters import DIRECTIONS, MOST_CLUTTER, RINGS, Quarter, read_quarters
+from pianta.plan.sheets.binarization import Contrast
+from pianta.plan.sheets.sheet import Mask
 
 Floats = NDArray[np.float64]
 

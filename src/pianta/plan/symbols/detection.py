@@ -9,10 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pianta.plan.paper import BLACK, measure_contrast, straighten_tones, take_darkest, take_lightest
-from pianta.plan.sheet import Colors, Floats
-from pianta.plan.signs import LIGHT_GREEN, find_signs
-from pianta.plan.symbol_poses import (
+from pianta.plan.sheets.binarization import BLACK, measure_contrast, straighten_tones, take_darkest, take_lightest
+from pianta.plan.sheets.sheet import Colors, Floats
+from pianta.plan.symbols.poses import (
     Image,
     PlacedSymbol,
     Pose,
@@ -23,8 +22,9 @@ from pianta.plan.symbol_poses import (
     resize,
     turn_template,
 )
-from pianta.plan.symbol_templates import Template
-from pianta.plan.template_matching import LargeImage, find_peaks, respond
+from pianta.plan.symbols.signs import LIGHT_GREEN, find_signs
+from pianta.plan.symbols.template_matching import LargeImage, find_peaks, respond
+from pianta.plan.symbols.templates import Template
 
 # Pixels of a door where places are looked for, where they are matched, and where their lines are checked.
 COARSE_DOOR, FINE_DOOR, SHARP_DOOR = 7.0, 16.0, 40.0

@@ -11,10 +11,10 @@ from scipy import ndimage
 from shapely import LineString, Point, STRtree
 
 from pianta.floor import Door, Room
-from pianta.plan.door_swings import SPREAD, Swing, agree_on_size
-from pianta.plan.regions import DOOR, DOOR_CELLS, Regions
-from pianta.plan.sheet import Floats, Mask
-from pianta.plan.symbol_poses import PlacedSymbol
+from pianta.plan.doors.swings import SPREAD, Swing, agree_on_size
+from pianta.plan.sheets.sheet import Floats, Mask
+from pianta.plan.symbols.poses import PlacedSymbol
+from pianta.plan.walls.regions import DOOR, DOOR_CELLS, Regions
 
 # A region is a door from this probability on.
 DOOR_FROM = 0.4

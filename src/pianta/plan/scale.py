@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from pianta.errors import PlanError
 from pianta.floor import Floor
-from pianta.plan.dimensions import parse_scale_bar, scale_from_dimensions
-from pianta.plan.door_swings import DoorSize, Swing, agree_on_size
-from pianta.plan.paper import measure_contrast
-from pianta.plan.regions import DOOR_CELLS, NETWORKS, find_regions, measure_doubt
-from pianta.plan.sheet import Colors, Floats, Mask, PlacedText, Sheet
+from pianta.plan.doors.swings import DoorSize, Swing, agree_on_size
+from pianta.plan.sheets.binarization import measure_contrast
+from pianta.plan.sheets.sheet import Colors, Floats, Mask, PlacedText, Sheet
+from pianta.plan.text.dimensions import parse_scale_bar, scale_from_dimensions
+from pianta.plan.walls.regions import DOOR_CELLS, NETWORKS, find_regions, measure_doubt
 
 DOOR_WIDTH = 0.9  # metres
 # Doors with a swing tell the scale when so many agree, and are so large.

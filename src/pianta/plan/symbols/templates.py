@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pianta.errors import MapError, PlanError
 from pianta.io._files import shown
 from pianta.io.images import read_picture
-from pianta.plan.symbol_drawings import GREEN, RED, SYMBOLS, Color, Kind, draw_symbol, frame_symbol
+from pianta.plan.symbols.drawings import GREEN, RED, SYMBOLS, Color, Kind, draw_symbol, frame_symbol
 
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]

@@ -17,8 +17,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.plan.paper import grade_contrast, straighten_tones, take_darkest, take_lightest
-from pianta.plan.sheet import Colors
+from pianta.plan.sheets.binarization import grade_contrast, straighten_tones, take_darkest, take_lightest
+from pianta.plan.sheets.sheet import Colors
 
 Probabilities = NDArray[np.float32]
 

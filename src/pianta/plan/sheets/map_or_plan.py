@@ -10,7 +10,7 @@ import numpy as np
 from pianta.errors import MapError
 from pianta.io._files import MAX_CELLS, checked_input
 from pianta.io.images import IMAGE_SUFFIXES, PICTURE_SUFFIXES, read_colors, read_grey
-from pianta.plan.sheet import Colors
+from pianta.plan.sheets.sheet import Colors
 
 Kind = Literal["map", "plan"]
 VECTOR_SUFFIXES = (".dxf", ".svg", ".pdf", ".ifc")
@@ -68,7 +68,7 @@ def may_be_drawing(colors: Colors) -> bool:
     """
     import cv2
 
-    from pianta.plan.paper import binarise, straighten_tones
+    from pianta.plan.sheets.binarization import binarise, straighten_tones
 
     if min(colors.shape[:2]) < LEAST_PX:
         return False

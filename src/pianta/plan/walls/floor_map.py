@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.plan.inside import find_inside, grow_labels
-from pianta.plan.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, Regions
-from pianta.plan.sheet import Floats, Mask
+from pianta.plan.sheets.sheet import Floats, Mask
+from pianta.plan.walls.inside import find_inside, grow_labels
+from pianta.plan.walls.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, Regions
 
 # The map of a floor is drawn finer than the regions by this factor.
 FINER = 2

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pianta.plan.sheet import Floats
-from pianta.plan.symbol_drawings import Kind
-from pianta.plan.symbol_templates import Template
+from pianta.plan.sheets.sheet import Floats
+from pianta.plan.symbols.drawings import Kind
+from pianta.plan.symbols.templates import Template
 
 Image = NDArray[Any]
 # Colours of signs are so far from grey; dark ones need less, if it is so much of their lightest channel.

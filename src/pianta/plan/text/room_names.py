@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from pianta.floor import MAX_ROOM_NAME_LENGTH, Floor
 from pianta.gridmap import GridMap
-from pianta.plan.dimensions import parse_length, parse_size, remove_measures
-from pianta.plan.legend import Legend
-from pianta.plan.sheet import Floats, PlacedText
+from pianta.plan.sheets.sheet import Floats, PlacedText
+from pianta.plan.text.dimensions import parse_length, parse_size, remove_measures
+from pianta.plan.text.legend import Legend
 
 # Lines of a name follow each other within this many heights of a line, words on a line within so many.
 NEXT_LINE, NEXT_WORD = 1.9, 2.0

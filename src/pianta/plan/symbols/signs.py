@@ -7,11 +7,19 @@ from collections.abc import Iterator, Sequence
 import cv2
 import numpy as np
 
-from pianta.plan.paper import take_darkest, take_lightest
-from pianta.plan.sheet import Colors
-from pianta.plan.symbol_poses import LEAST_CHROMA, PlacedSymbol, Pose, find_colored, place_symbol, resize, turn_template
-from pianta.plan.symbol_templates import Template
-from pianta.plan.template_matching import respond
+from pianta.plan.sheets.binarization import take_darkest, take_lightest
+from pianta.plan.sheets.sheet import Colors
+from pianta.plan.symbols.poses import (
+    LEAST_CHROMA,
+    PlacedSymbol,
+    Pose,
+    find_colored,
+    place_symbol,
+    resize,
+    turn_template,
+)
+from pianta.plan.symbols.template_matching import respond
+from pianta.plan.symbols.templates import Template
 
 # Channels of colours.
 RED, GREEN, BLUE = range(3)

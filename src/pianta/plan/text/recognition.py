@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.plan.paper import straighten_tones
-from pianta.plan.sheet import Colors, Floats, Mask, PlacedText
+from pianta.plan.sheets.binarization import straighten_tones
+from pianta.plan.sheets.sheet import Colors, Floats, Mask, PlacedText
 
 # Texts are looked for on a sheet of at most this many pixels, which is what time allows; small sheets are enlarged up
 # to this many and this much, because the network does not see letters of less than some ten pixels.

@@ -12,8 +12,8 @@ from pianta.io.drawings.dxf import read_dxf_plan
 from pianta.io.drawings.pdf import read_pdf_plan
 from pianta.io.drawings.svg import read_svg_plan
 from pianta.io.images import PICTURE_SUFFIXES, read_picture
-from pianta.plan.drawn_sheet import draw_sheet
-from pianta.plan.sheet import Sheet
+from pianta.plan.sheets.drawn_sheet import draw_sheet
+from pianta.plan.sheets.sheet import Sheet
 
 DRAWING_READERS: Mapping[str, Callable[[Path], PlanDrawing]] = {".dxf": read_dxf_plan, ".svg": read_svg_plan}
 PDF_SUFFIX = ".pdf"
