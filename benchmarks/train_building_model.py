@@ -10,8 +10,8 @@ import typer
 
 from pianta.bench.annotated_floors import read_annotated_floors
 from pianta.bench.data import find_data
-from pianta.semantics.building_model_file import DEFAULT_MODEL, save_building_model
-from pianta.semantics.buildings import judge_held_out, train_buildings
+from pianta.building_types.model import judge_held_out, train_buildings
+from pianta.building_types.model_file import DEFAULT_MODEL, save_building_model
 
 
 def main() -> None:

@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 
 from pianta.floor import Floor
-from pianta.semantics.places import PlaceModel
-from pianta.semantics.training import train_places
+from pianta.rooms.model import PlaceModel
+from pianta.rooms.training import train_places
 from pianta.worlds.floors import make_floor
 
 

@@ -10,10 +10,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from shapely import box
 
-from pianta.errors import LabelError
-from pianta.floor import Floor, Room
-from pianta.labels import SCHEMAS, LabelSet
-from pianta.semantics.building_description import (
+from pianta.building_types.description import (
     LEAST_SHARE,
     BuildingDescription,
     describe_building,
@@ -21,6 +18,9 @@ from pianta.semantics.building_description import (
     name_features,
     spread_labels,
 )
+from pianta.errors import LabelError
+from pianta.floor import Floor, Room
+from pianta.labels import SCHEMAS, LabelSet
 from tests.typed_floors import ALL_SCHEMAS, build, hang_door, make_house, move, typed_floors
 
 LABEL_SETS = (LabelSet.R_C, LabelSet.F_C_E_S)

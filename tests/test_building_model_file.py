@@ -10,18 +10,18 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pianta.errors import ModelError, PiantaError
-from pianta.io.buildings.read import read_building
-from pianta.labels import SCHEMAS, LabelSet
-from pianta.semantics.building_description import LABELS, describe_building, name_features, spread_labels
-from pianta.semantics.building_model_file import (
+from pianta.building_types.description import LABELS, describe_building, name_features, spread_labels
+from pianta.building_types.model import train_buildings
+from pianta.building_types.model_file import (
     DEFAULT_MODEL,
     MAX_ROOMS,
     read_building_model,
     read_default_building_model,
     save_building_model,
 )
-from pianta.semantics.buildings import train_buildings
+from pianta.errors import ModelError, PiantaError
+from pianta.io.buildings.read import read_building
+from pianta.labels import SCHEMAS, LabelSet
 from tests.mutation import mutated, refused_in_one_line
 from tests.typed_floors import ALL_SCHEMAS, typed_floors, typed_model
 
@@ -118,12 +118,12 @@ def test_a_truncated_file(model_file, tmp_path):
 
 
 def test_a_file_that_is_too_large(model_file, tmp_path, monkeypatch):
-    monkeypatch.setattr("pianta.semantics.building_model_file.MAX_FILE_BYTES", 1000)
+    monkeypatch.setattr("pianta.building_types.model_file.MAX_FILE_BYTES", 1000)
     refuse(model_file, "more than 1000 bytes")
 
 
 def test_floors_of_too_many_rooms_together(model_file, monkeypatch):
-    monkeypatch.setattr("pianta.semantics.building_model_file.MAX_PAIRS", 1000)
+    monkeypatch.setattr("pianta.building_types.model_file.MAX_PAIRS", 1000)
     refuse(model_file, "more than 1000 pairs of rooms")
 
 

@@ -9,14 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import box
 
-from pianta.errors import LabelError, ModelError
-from pianta.floor import Floor, Room
-from pianta.io.buildings.read import read_building
-from pianta.labels import LabelSet
-from pianta.semantics.building_description import describe_building, spread_labels
-from pianta.semantics.building_kernel import BuildingKernel
-from pianta.semantics.building_model_file import read_default_building_model
-from pianta.semantics.buildings import (
+from pianta.building_types.description import describe_building, spread_labels
+from pianta.building_types.kernel import BuildingKernel
+from pianta.building_types.model import (
     Verdict,
     check_types,
     classify_building,
@@ -24,9 +19,14 @@ from pianta.semantics.buildings import (
     judge_held_out,
     train_buildings,
 )
-from pianta.semantics.coarse_labels import complete_labels
-from pianta.semantics.folds import leave_buildings_out
-from pianta.semantics.places import label_rooms
+from pianta.building_types.model_file import read_default_building_model
+from pianta.errors import LabelError, ModelError
+from pianta.evaluation.folds import leave_buildings_out
+from pianta.floor import Floor, Room
+from pianta.io.buildings.read import read_building
+from pianta.labels import LabelSet
+from pianta.rooms.completion import complete_labels
+from pianta.rooms.model import label_rooms
 from tests.typed_floors import (
     ALL_SCHEMAS,
     make_house,

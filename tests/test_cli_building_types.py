@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from pianta.building_types.model import train_buildings
+from pianta.building_types.model_file import read_building_model, save_building_model
 from pianta.floor import Floor
 from pianta.io.floors import read_floor, save_floor
 from pianta.io.ros_maps import save_ros_map
 from pianta.labels import LabelSet
-from pianta.semantics.building_model_file import read_building_model, save_building_model
-from pianta.semantics.buildings import train_buildings
-from pianta.semantics.places import PlaceModel
-from pianta.semantics.simulated import simulate_reading
+from pianta.rooms.model import PlaceModel
 from pianta.worlds.scan import map_floor
+from pianta.worlds.simulated_readings import simulate_reading
 from tests.command_line import list_files, run_pianta
 from tests.labelled_floors import small_model
 from tests.typed_floors import ALL_SCHEMAS, make_house, make_office, make_school, typed_floors
@@ -173,7 +173,7 @@ def test_read_tells_the_type(maps, model, tmp_path):
 
 def building_model_saying(chances: dict[str, float], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "pianta.semantics.buildings.classify_building", lambda floor, model: replace(floor, building_type=chances)
+        "pianta.building_types.model.classify_building", lambda floor, model: replace(floor, building_type=chances)
     )
 
 
@@ -272,7 +272,7 @@ def test_reading_options_that_make_no_sense(maps, tmp_path, options, told):
 
 
 def test_models_of_rooms_and_of_buildings_are_not_mixed_up(maps, model, tmp_path):
-    from pianta.semantics.place_model_file import save_place_model
+    from pianta.rooms.model_file import save_place_model
 
     save_place_model(small_model(), tmp_path / "places.skops")
     code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--building-model", tmp_path / "places.skops")
@@ -293,7 +293,7 @@ def test_the_type_is_judged_by_the_labels_that_somebody_gave(maps, tmp_path, mon
         judged.append(floor)
         return floor
 
-    monkeypatch.setattr("pianta.semantics.buildings.classify_building", judge)
+    monkeypatch.setattr("pianta.building_types.model.classify_building", judge)
     assert run_pianta("read", maps["school"], "--previous", folder, "-o", folder, "-q") == (0, "", "")
     assert {room.label for room in judged[0].rooms} == {"ENTRANCE"}
 

@@ -13,8 +13,8 @@ from pianta.io.floors import read_floor, save_floor
 from pianta.io.graphs import read_graph
 from pianta.io.ros_maps import save_ros_map
 from pianta.labels import SCHOOL
-from pianta.semantics.place_model_file import read_place_model, save_place_model
-from pianta.semantics.training import building_of
+from pianta.rooms.model_file import read_place_model, save_place_model
+from pianta.rooms.training import building_of
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import map_floor
 from tests.command_line import list_files, run_pianta
@@ -157,7 +157,7 @@ def test_faults_are_told_once_and_before_simulation(tmp_path, monkeypatch):
     save_as(first, tmp_path / "a.geojson", rooms=bare)
     for number, floor in enumerate(others):
         save_as(floor, tmp_path / f"b{number}.geojson")
-    monkeypatch.setattr("pianta.semantics.simulated.simulate_reading", None)
+    monkeypatch.setattr("pianta.worlds.simulated_readings.simulate_reading", None)
     code, out, err = run_pianta("train", "places", tmp_path, "--simulate", 2, "-o", tmp_path / "m.skops")
     assert (code, out) == (2, "")
     assert err.count("have no label") == 1

@@ -14,10 +14,10 @@ from sklearn.pipeline import make_pipeline
 from sklearn.svm import SVC
 
 from pianta.errors import GraphError, OptionError
-from pianta.graphs.features import ROOM_FEATURES, compute_room_features
 from pianta.graphs.gaussian_hopper import GaussianGraphHopper
 from pianta.graphs.graph_hopper import GraphHopper
 from pianta.labels import SCHOOL, LabelSet
+from pianta.rooms.thesis_features import ROOM_FEATURES, compute_room_features
 from tests.labelled_floors import labelled_floors
 from tests.labelled_graphs import assert_kernel, labelled_graphs, make_path, make_plan, rename
 

@@ -9,10 +9,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.errors import ModelError, OptionError, RelationError
-from pianta.graphs.graphicalization import Graphicalizer
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
 from pianta.relational.fact_files import read_interpretations
-from pianta.relations import FLOOR_SIGNATURES, LISTING_SIGNATURES, SELF, Argument, Fact, Interpretation, Signature
+from pianta.relational.facts import (
+    FLOOR_SIGNATURES,
+    LISTING_SIGNATURES,
+    SELF,
+    Argument,
+    Fact,
+    Interpretation,
+    Signature,
+)
+from pianta.relational.graphicalization import Graphicalizer
 from tests.test_relations import interpret
 
 FLOOR01 = interpret(

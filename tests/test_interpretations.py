@@ -14,8 +14,8 @@ from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.floors import save_floor
 from pianta.labels import SCHOOL, LabelSet, Split
 from pianta.relational.fact_files import read_interpretations, save_interpretations
-from pianta.relations import FLOOR_SIGNATURES, SELF, Argument, Fact, Interpretation, Signature, find_faults
-from pianta.semantics.interpretations import (
+from pianta.relational.facts import FLOOR_SIGNATURES, SELF, Argument, Fact, Interpretation, Signature, find_faults
+from pianta.relational.interpretation import (
     ALIGNED,
     FLOOR_RELATIONS,
     SYMMETRIC,

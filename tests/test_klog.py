@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pianta.errors import PiantaError, RelationError
 from pianta.relational import fact_files as klog
 from pianta.relational.fact_files import read_interpretations, read_signatures, save_interpretations
-from pianta.relations import (
+from pianta.relational.facts import (
     FLOOR_SIGNATURES,
     LISTING_SIGNATURES,
     PROPERTY,

@@ -14,14 +14,14 @@ from sklearn.tree import DecisionTreeClassifier, ExtraTreeClassifier
 from skops.io import dumps
 
 from pianta.errors import ModelError, PiantaError
-from pianta.semantics.place_model_file import (
+from pianta.rooms.model import PlaceModel
+from pianta.rooms.model_file import (
     DEFAULT_MODEL,
     HEADER,
     read_default_place_model,
     read_place_model,
     save_place_model,
 )
-from pianta.semantics.places import PlaceModel
 from pianta.worlds.floors import make_floor
 from tests.labelled_floors import labelled_floors, small_model
 
@@ -233,7 +233,7 @@ def test_trees_that_lead_nowhere(model_file, tmp_path):
 
 
 def test_an_archive_that_unpacks_to_too_much(tmp_path, monkeypatch, model_file):
-    monkeypatch.setattr("pianta.semantics.place_model_file.MAX_CONTENT_BYTES", 1000)
+    monkeypatch.setattr("pianta.rooms.model_file.MAX_CONTENT_BYTES", 1000)
     refuse(model_file, "unpacks to more than")
 
 

@@ -11,10 +11,10 @@ from shapely.affinity import rotate, scale, translate
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, SCHEMAS, SCHOOL, General, Label, LabelSchema
-from pianta.semantics.places import FUNCTIONS, choose_functions, has_given_label, keep_given_label, label_rooms
-from pianta.semantics.simulated import simulate_reading
-from pianta.semantics.training import SIMULATED_WEIGHT, building_of, check_labels, train_places
+from pianta.rooms.model import FUNCTIONS, choose_functions, has_given_label, keep_given_label, label_rooms
+from pianta.rooms.training import SIMULATED_WEIGHT, building_of, check_labels, train_places
 from pianta.worlds.floors import make_floor
+from pianta.worlds.simulated_readings import simulate_reading
 from tests.labelled_floors import label_by_rule, labelled_floors, small_model
 
 
@@ -264,10 +264,10 @@ def test_simulated_rooms_without_weight_change_nothing(monkeypatch):
     floors = labelled_floors()
     strange = [replace(each, rooms=tuple(replace(room, label="STAIRS") for room in each.rooms)) for each in floors]
     drawn = train_places(floors)
-    monkeypatch.setattr("pianta.semantics.training.SIMULATED_WEIGHT", 1e-9)
+    monkeypatch.setattr("pianta.rooms.training.SIMULATED_WEIGHT", 1e-9)
     both = train_places(floors, simulated=strange)
     assert both.field.doors == pytest.approx(drawn.field.doors, abs=0.1)
     assert both.field.alike == pytest.approx(drawn.field.alike, abs=0.1)
-    monkeypatch.setattr("pianta.semantics.training.SIMULATED_WEIGHT", 0.99)
+    monkeypatch.setattr("pianta.rooms.training.SIMULATED_WEIGHT", 0.99)
     counted = train_places(floors, simulated=strange)
     assert abs(counted.field.doors - drawn.field.doors).max() > 1

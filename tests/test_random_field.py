@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.semantics.random_field import Edges, Floats, Neighbourhood, RandomField, fit_random_field, propagate_beliefs
+from pianta.rooms.random_field import Edges, Floats, Neighbourhood, RandomField, fit_random_field, propagate_beliefs
 
 NOBODY = np.zeros((0, 2), int)
 

@@ -11,23 +11,23 @@ from PIL import Image
 from shapely import Geometry, LineString, affinity, box
 
 from pianta.bench.annotated_floors import make_of_drawings
+from pianta.building_types.description import describe_building
+from pianta.building_types.kernel import BuildingKernel
+from pianta.building_types.model import BuildingModel
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Door, Floor, Room
 from pianta.labels import LabelSet
 from pianta.plot.realism import draw_realism, save_realism_picture
-from pianta.semantics.building_description import describe_building
-from pianta.semantics.building_kernel import BuildingKernel
-from pianta.semantics.buildings import BuildingModel
-from pianta.semantics.coarse_labels import complete_labels
-from pianta.semantics.realism import Realism, RealismModel, learn_realism, name_buildings, realism_of_types
-from pianta.semantics.realism_classifier import LinearBuildingKernel, RealismClassifier
-from pianta.semantics.realism_measures import (
+from pianta.realism.classifier import LinearBuildingKernel, RealismClassifier
+from pianta.realism.measures import (
     MEASURES_TOLD,
     find_off_measures,
     list_measures,
     measure_description,
 )
-from pianta.semantics.realism_patterns import MANY, RoomPattern, find_off_patterns, list_patterns
+from pianta.realism.model import Realism, RealismModel, learn_realism, name_buildings, realism_of_types
+from pianta.realism.patterns import MANY, RoomPattern, find_off_patterns, list_patterns
+from pianta.rooms.completion import complete_labels
 from tests.simulated_offices import make_grid_floor, make_offices, make_snake, make_worlds
 
 R_C, F_C_E_S = LabelSet.R_C, LabelSet.F_C_E_S

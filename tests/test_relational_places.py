@@ -10,11 +10,11 @@ from shapely import box
 
 from pianta.errors import ModelError, OptionError, RelationError
 from pianta.floor import Floor, Room
+from pianta.relational.building_classifier import RelationalBuildings
+from pianta.relational.classifiers import RelationalPlaces, tell_floors
 from pianta.relational.fact_files import read_interpretations, read_signatures, save_interpretations
-from pianta.relations import LISTING_SIGNATURES, Fact, Interpretation
-from pianta.semantics.relational_buildings import RelationalBuildings
-from pianta.semantics.relational_kernels import FloorKernel, RoomKernel, decide, fit_machine
-from pianta.semantics.relational_places import RelationalPlaces, tell_floors
+from pianta.relational.facts import LISTING_SIGNATURES, Fact, Interpretation
+from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_machine
 
 
 def tell_row(name: str, rooms: int, *, first: str = "r", labelled: bool = True, kind: str = "school") -> Interpretation:

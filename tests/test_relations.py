@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.errors import PiantaError, RelationError
-from pianta.relations import (
+from pianta.relational.facts import (
     FLOOR_SIGNATURES,
     LISTING_SIGNATURES,
     SELF,

@@ -17,9 +17,9 @@ from shapely.affinity import affine_transform
 from pianta.errors import BuildingWarning
 from pianta.floor import Door, Floor, Room
 from pianta.io.buildings.thesis_xml import read_building_xml
-from pianta.semantics.outlines import draw_outlines, measure_unit
-from pianta.semantics.room_context import CONTEXT_FEATURES, RoomContext, describe_rooms
-from pianta.semantics.room_shapes import MISSING, fit_rectangles, list_door_ends, measure_shapes
+from pianta.rooms._outlines import draw_outlines, measure_unit
+from pianta.rooms._shapes import MISSING, fit_rectangles, list_door_ends, measure_shapes
+from pianta.rooms.features import CONTEXT_FEATURES, RoomContext, describe_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 
 # A corridor of 12 m by 2 m below three rooms of 4 m by 3 m, each with a door 1 m from its left end.

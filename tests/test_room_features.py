@@ -15,7 +15,8 @@ from shapely.affinity import affine_transform
 
 from pianta.errors import BuildingWarning
 from pianta.floor import Door, Floor, Room
-from pianta.graphs.features import (
+from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.rooms.thesis_features import (
     GENERAL_FEATURES,
     GEOMETRIC,
     ROOM_FEATURES,
@@ -31,7 +32,6 @@ from pianta.graphs.features import (
     normalised_mean_distance,
     perimeter,
 )
-from pianta.io.buildings.thesis_xml import read_building_xml
 
 # What lengths times k do to each feature: k to this power.
 POWERS = {"area": 2.0, "perimeter": 1.0, "area_over_perimeter": 1.0, "mean_distance": 1.0, "form_factor": 1.5}

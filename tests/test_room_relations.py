@@ -13,7 +13,7 @@ from shapely.affinity import affine_transform
 from pianta.floor import Door, Floor, Room
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.layout.reconstruct import reconstruct
-from pianta.semantics.room_relations import find_aligned, find_symmetric
+from pianta.relational.room_relations import find_aligned, find_symmetric
 from pianta.worlds.floors import make_corridor_floor, make_floor
 from pianta.worlds.scan import map_floor
 

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose
 
-from pianta.semantics.building_description import BuildingDescription
-from pianta.semantics.building_kernel import BuildingKernel
-from pianta.semantics.typicality import Typicality, learn_typicality, measure_likeness
+from pianta.building_types.description import BuildingDescription
+from pianta.building_types.kernel import BuildingKernel
+from pianta.building_types.typicality import Typicality, learn_typicality, measure_likeness
 
 
 def test_likeness_is_the_mean_of_the_three_most_alike():

@@ -6,9 +6,9 @@ from math import cos, sin
 from shapely import LineString, Polygon, box
 from shapely.affinity import affine_transform
 
+from pianta.building_types.model import BuildingModel, train_buildings
 from pianta.floor import Door, Floor, Room
 from pianta.labels import FCES, SCHEMAS, General, Label, LabelSchema
-from pianta.semantics.buildings import BuildingModel, train_buildings
 
 HOUSE = LabelSchema(
     "house",

@@ -17,11 +17,11 @@ from pianta.bench.data import list_maps
 from pianta.bench.table import Row
 from pianta.errors import BuildingWarning, DataError, PiantaError
 from pianta.floor import Floor
-from pianta.graphs.features import compute_room_features
 from pianta.gridmap import GridMap
 from pianta.io._files import reason_of, shown
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import LabelSet, schema_of
+from pianta.rooms.thesis_features import compute_room_features
 
 Floats = NDArray[np.float64]
 

@@ -11,17 +11,17 @@ from pathlib import Path
 from pianta.bench.annotated_floors import KINDS, AnnotatedFloor, make_of_drawings, set_building_type
 from pianta.bench.room_sets import USER_SCHEMA
 from pianta.bench.table import Row
+from pianta.building_types.description import LABELS, BuildingDescription, describe_building, spread_labels
 from pianta.errors import BuildingWarning, DataError, LabelError, OptionError, PiantaError
 from pianta.io._faults import join_faults
 from pianta.io._files import reason_of, shown
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.io.label_schemas import read_label_schema
 from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split, standard_building_type
-from pianta.relations import Fact, Interpretation
-from pianta.semantics.building_description import LABELS, BuildingDescription, describe_building, spread_labels
-from pianta.semantics.interpretations import LABEL, ROOM, atom_of_label, interpret_floor
-from pianta.semantics.relational_kernels import ROOM_RELATIONS
-from pianta.semantics.training import building_of
+from pianta.relational.facts import Fact, Interpretation
+from pianta.relational.interpretation import LABEL, ROOM, atom_of_label, interpret_floor
+from pianta.relational.kernels import ROOM_RELATIONS
+from pianta.rooms.training import building_of
 
 # A building is left out, and another of those that are left is left out to calibrate.
 LEAST_BUILDINGS = 3

@@ -24,12 +24,12 @@ from pianta.bench.place_models import (
     both_sets,
     train_on,
 )
+from pianta.building_types.description import LABELS
+from pianta.building_types.model import BuildingModel
+from pianta.evaluation.folds import leave_buildings_out
 from pianta.labels import LabelSet, Split
-from pianta.semantics.building_description import LABELS
-from pianta.semantics.buildings import BuildingModel
-from pianta.semantics.folds import leave_buildings_out
-from pianta.semantics.places import vote
-from pianta.semantics.relational_kernels import FloorKernel, RoomKernel, decide, fit_machine
+from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_machine
+from pianta.rooms.model import vote
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier

@@ -24,10 +24,10 @@ from pianta.io._files import shown
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.maps import read_map
 from pianta.layout._outlines import largest_part, outline_labels
-from pianta.semantics.simulated import ASPECT_SPREAD, RESOLUTION, SIZE_SPREAD, leave_walls
 from pianta.worlds.floors import FLOOR_MAKERS, INNER_WALL, make_floor
 from pianta.worlds.partial_scan import explore_in_part
 from pianta.worlds.scan import map_floor
+from pianta.worlds.simulated_readings import ASPECT_SPREAD, RESOLUTION, SIZE_SPREAD, leave_walls
 
 FOLDER, STEPS, SIMULATED = "partial", "steps.json", "simulated"
 # Coloured truths show what is visible: the last one of a run is taken for the whole. Cells of these maps, m.

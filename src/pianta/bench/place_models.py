@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.bench.annotated_floors import AnnotatedFloor
+from pianta.building_types.description import LABELS
 from pianta.floor import Floor, scale_floor
-from pianta.graphs.features import GEOMETRIC, ROOM_FEATURES, compute_room_features
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet, Split
-from pianta.semantics.building_description import LABELS
-from pianta.semantics.places import PlaceModel, vote
-from pianta.semantics.training import train_places
+from pianta.rooms.model import PlaceModel, vote
+from pianta.rooms.thesis_features import GEOMETRIC, ROOM_FEATURES, compute_room_features
+from pianta.rooms.training import train_places
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier

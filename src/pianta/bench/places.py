@@ -24,6 +24,7 @@ from pianta.bench.judged_floors import LAYOUTS, OFFICES, SCHOOLS, TRUE_LAYOUTS, 
 from pianta.bench.place_models import PIANTA, Judges, train_judges, train_on, true_labels
 from pianta.bench.place_tables import Cost, PlacesBench, tabulate_places
 from pianta.bench.table import Figures, Row, measure_row
+from pianta.building_types.description import LABELS
 from pianta.evaluation.semantics import share_of_agreeing
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
@@ -31,8 +32,7 @@ from pianta.io.maps import read_map
 from pianta.labels import LabelSet, Split
 from pianta.layout.reconstruct import reconstruct
 from pianta.plot.floor import save_picture
-from pianta.semantics.building_description import LABELS
-from pianta.semantics.simulated import simulate_reading
+from pianta.worlds.simulated_readings import simulate_reading
 
 PART_OF_KIND = {"school": SCHOOLS, "office": OFFICES}
 SIMULATED = "simulated"

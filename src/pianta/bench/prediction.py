@@ -20,7 +20,7 @@ from pianta.generation.unexplored_part import FloorSampler
 from pianta.graphs.metrics import find_corridors
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import SCHEMAS, LabelSchema, Split
-from pianta.semantics.training import building_of
+from pianta.rooms.training import building_of
 
 KINDS = ("school", "office")
 COUNT, SEED = 100, 0

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from pianta.bench.annotated_floors import AnnotatedFloor
 from pianta.bench.place_models import ALL_FEATURES, CENTRAL, LOCAL, WITHOUT_CENTRALITY
+from pianta.building_types.description import LABELS, BuildingDescription, describe_building
+from pianta.building_types.kernel import BuildingKernel
+from pianta.evaluation.folds import leave_buildings_out
 from pianta.labels import LabelSet
-from pianta.semantics.building_description import LABELS, BuildingDescription, describe_building
-from pianta.semantics.building_kernel import BuildingKernel
-from pianta.semantics.folds import leave_buildings_out
-from pianta.semantics.realism_classifier import RealismClassifier
-from pianta.semantics.relational_buildings import RelationalBuildings
+from pianta.realism.classifier import RealismClassifier
+from pianta.relational.building_classifier import RelationalBuildings
 
 Floats = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pianta.bench.annotated_floors import AnnotatedFloor
 from pianta.errors import PiantaError
 from pianta.floor import Floor
-from pianta.semantics.simulated import simulate_reading
+from pianta.worlds.simulated_readings import simulate_reading
 
 UNLABELLED, MAPPED = "labels found", "on a map"
 

@@ -15,8 +15,8 @@ from sklearn.neighbors import NearestNeighbors
 from sklearn.preprocessing import minmax_scale
 
 from pianta.bench.room_sets import Floats, RoomSet
-from pianta.graphs.features import GENERAL_FEATURES
 from pianta.labels import General
+from pianta.rooms.thesis_features import GENERAL_FEATURES
 
 MIN_POINTS, EPSILON = 6, 3.0
 OUTLIER = -1

@@ -16,11 +16,11 @@ from pianta.bench.data import REMEDY
 from pianta.bench.table import Row
 from pianta.errors import DataError, LabelError
 from pianta.floor import Floor
-from pianta.graphs.features import GENERAL_FEATURES, compute_general_features
 from pianta.io._faults import join_faults
 from pianta.io._files import shown
 from pianta.io.label_schemas import read_label_schema
 from pianta.labels import General, LabelSchema, LabelSet, schema_of
+from pianta.rooms.thesis_features import GENERAL_FEATURES, compute_general_features
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.str_]

@@ -12,9 +12,9 @@ from pianta.floor import Floor
 from pianta.labels import SCHEMAS, LabelSchema, standard_building_type
 
 if TYPE_CHECKING:
+    from pianta.building_types.model import BuildingModel
+    from pianta.rooms.model import PlaceModel
     from pianta.rooms.name_dictionary import RoomWords
-    from pianta.semantics.buildings import BuildingModel
-    from pianta.semantics.places import PlaceModel
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class Labelling:
         A type that the floor has is taken as given, and rooms get its labels. A type that the model finds gives rooms
         no labels: where it is wrong, it would name all of them wrongly.
         """
-        from pianta.semantics.buildings import classify_building
-        from pianta.semantics.coarse_labels import complete_labels
-        from pianta.semantics.named_rooms import label_named_rooms
-        from pianta.semantics.places import keep_given_label
+        from pianta.building_types.model import classify_building
+        from pianta.rooms.completion import complete_labels
+        from pianta.rooms.from_names import label_named_rooms
+        from pianta.rooms.model import keep_given_label
 
         given, found = map(keep_given_label, floor.rooms), label_named_rooms(floor, self.places, self.words).rooms
         rooms = tuple(old if old.label else new for old, new in zip(given, found, strict=True))
@@ -73,9 +73,9 @@ def read_labelling(
     Raises ModelError, in one line, for a file that is no model; OptionError for options that exclude each other, and a
     building type that the model of rooms does not know.
     """
+    from pianta.building_types.model_file import read_building_model, read_default_building_model
+    from pianta.rooms.model_file import read_default_place_model, read_place_model
     from pianta.rooms.name_dictionary import read_default_room_words, read_room_words
-    from pianta.semantics.building_model_file import read_building_model, read_default_building_model
-    from pianta.semantics.place_model_file import read_default_place_model, read_place_model
 
     if no_labels and (model or building_model or words or building_type is not None):
         raise OptionError("--no-labels makes --model, --building-model, --words and --type useless, leave either out")
@@ -108,7 +108,7 @@ def label_floor(floor: Floor, labelling: Labelling | None, older: Floor | None =
 
     Without a labelling, what somebody has said is all that stays.
     """
-    from pianta.semantics.places import keep_given_label
+    from pianta.rooms.model import keep_given_label
 
     kind = (labelling and labelling.building_type) or (older and older.given_type)
     floor = replace(floor, building_type={kind: 1.0} if kind else {})

@@ -25,8 +25,8 @@ from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import LabelSet, standard_building_type
 
 if TYPE_CHECKING:
-    from pianta.semantics.coarse_labels import CoarseFloor
-    from pianta.semantics.realism import Realism, RealismModel
+    from pianta.realism.model import Realism, RealismModel
+    from pianta.rooms.completion import CoarseFloor
 
 EXAMPLES = (
     "pianta realism world.xml --reference offices",
@@ -80,8 +80,8 @@ class Reference:
 
     def judge(self, file: str) -> Judged:
         """Judge the floor of a file; by the others when the file, or one of the same floor, is in the reference."""
-        from pianta.semantics.building_description import describe_building
-        from pianta.semantics.coarse_labels import complete_labels
+        from pianta.building_types.description import describe_building
+        from pianta.rooms.completion import complete_labels
 
         coarse = complete_labels(read_building(file), self.model.label_set)
         try:
@@ -178,7 +178,7 @@ def _learn(
     *,
     quiet: bool,
 ) -> Reference:
-    from pianta.semantics.realism import learn_realism
+    from pianta.realism.model import learn_realism
 
     label_set = _read_label_set(labels)
     if not reference:
@@ -206,8 +206,8 @@ def _check_classes(reference: Sequence[str], unlike: Sequence[str]) -> None:
 
 def _take_known(unlike: Sequence[str] | None, types: Sequence[str] | None, label_set: LabelSet | None) -> Reference:
     """The floors that come with pianta, those of some types."""
-    from pianta.semantics.building_model_file import read_default_building_model
-    from pianta.semantics.realism import realism_of_types
+    from pianta.building_types.model_file import read_default_building_model
+    from pianta.realism.model import realism_of_types
 
     if unlike:
         raise OptionError("--unlike needs --reference, give the folder of real floors")
@@ -243,7 +243,7 @@ class ReferenceFloors:
 
 def _read_floors(paths: Sequence[str], label_set: LabelSet, *, quiet: bool) -> ReferenceFloors:
     """Read floors; of defects in their files only the number is told, as a reference is given many times."""
-    from pianta.semantics.coarse_labels import complete_labels
+    from pianta.rooms.completion import complete_labels
 
     files = [str(file) for file in list_buildings(paths)]
     floors: list[CoarseFloor] = []

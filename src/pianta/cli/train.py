@@ -24,10 +24,10 @@ from pianta.labels import SCHEMAS, LabelSchema
 if TYPE_CHECKING:
     import networkx as nx
 
+    from pianta.building_types.model import BuildingModel, Verdict
     from pianta.generation.mixing import ModelMixing
     from pianta.generation.type_model import TypeModel
-    from pianta.semantics.buildings import BuildingModel, Verdict
-    from pianta.semantics.places import PlaceModel
+    from pianta.rooms.model import PlaceModel
 
 SEGMENTATIONS = ("corr", "ncut")
 PLACES_EXAMPLES = (
@@ -95,8 +95,8 @@ def train_places(
     Tells how often the model is wrong on buildings that were left out. A building
     that cannot be read does not stop the others; the exit code is then 1.
     """
-    from pianta.semantics import training
-    from pianta.semantics.place_model_file import save_place_model
+    from pianta.rooms import training
+    from pianta.rooms.model_file import save_place_model
 
     _check_options(out, building_type)
     schemas = read_schemas(labels or ())
@@ -128,8 +128,8 @@ def train_buildings(
     Tells how often the model is wrong on buildings that were left out. A building
     that cannot be read does not stop the others; the exit code is then 1.
     """
-    from pianta.semantics import buildings as building_types
-    from pianta.semantics.building_model_file import save_building_model
+    from pianta.building_types import model as building_types
+    from pianta.building_types.model_file import save_building_model
 
     _check_options(out, building_type)
     schemas = read_schemas(labels or ())
@@ -211,7 +211,7 @@ def name_sources(files: Sequence[str | Path]) -> list[str]:
 
 def simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: bool = False) -> list[Floor]:
     """Floors as read from so many simulated maps of each; a map on which nothing is found gives none."""
-    from pianta.semantics.simulated import simulate_reading
+    from pianta.worlds.simulated_readings import simulate_reading
 
     runs = [*floors] * maps
     found = []

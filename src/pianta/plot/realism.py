@@ -15,8 +15,8 @@ from pianta.io._files import written_atomically
 from pianta.labels import SCHEMAS
 from pianta.plot.floor import DPI, GRAPH_LEVEL, INK, plot_doors, plot_legend, plot_rooms, plot_scale_bar
 from pianta.plot.styles import Schemas
-from pianta.semantics.realism import Realism
-from pianta.semantics.realism_patterns import OffPattern
+from pianta.realism.model import Realism
+from pianta.realism.patterns import OffPattern
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ from math import isinf
 from typing import NamedTuple
 
 from pianta.io._files import shown
-from pianta.relations import Value, write_term
+from pianta.relational.facts import Value, write_term
 
 MAX_CLAUSE_TOKENS = 1000
 MAX_NUMBER_LENGTH = 300

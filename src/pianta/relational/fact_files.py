@@ -12,7 +12,7 @@ from pianta.errors import RelationError
 from pianta.io._faults import join_faults
 from pianta.io._files import checked_input, shown, written_atomically
 from pianta.relational._clauses import Clause, ClauseError, Token, split_clauses
-from pianta.relations import (
+from pianta.relational.facts import (
     FLOOR_SIGNATURES,
     LISTING_SIGNATURES,
     Argument,
@@ -38,7 +38,7 @@ def read_interpretations(path: str | Path, *, signatures: Iterable[Signature] | 
     signatures: what the facts must agree with; when None, those that read_signatures finds.
     Raises RelationError, with every fault and its line in one message, for a file that is not UTF-8 or too large, for
     variables, terms within terms, rules and whatever else is no ground fact, and for the faults of
-    `pianta.relations.find_faults`.
+    `pianta.relational.facts.find_faults`.
     """
     return _read(path, signatures)[0]
 
@@ -67,7 +67,7 @@ def save_interpretations(
     declare: write the signatures too; when None, if they are not those that read_signatures takes without.
 
     Raises RelationError, with every fault in one message, for names that occur twice, floors without facts and the
-    faults of `pianta.relations.find_faults`; PiantaError when the file cannot be written.
+    faults of `pianta.relational.facts.find_faults`; PiantaError when the file cannot be written.
     """
     interpretations = list(interpretations)
     default = _choose_signatures(fact for of in interpretations for fact in of.facts)

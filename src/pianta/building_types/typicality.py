@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.semantics.building_description import BuildingDescription
-from pianta.semantics.building_kernel import BuildingKernel
-from pianta.semantics.folds import leave_buildings_out
+from pianta.building_types.description import BuildingDescription
+from pianta.building_types.kernel import BuildingKernel
+from pianta.evaluation.folds import leave_buildings_out
 
 Floats = NDArray[np.float64]
 

@@ -21,10 +21,10 @@ from pianta.errors import ModelError, PiantaError
 from pianta.io._faults import describe_validation
 from pianta.io._files import checked_input, reason_of, shown, written_atomically
 from pianta.labels import Label, LabelSchema
-from pianta.semantics.neighbour_labels import AROUND
-from pianta.semantics.places import FUNCTIONS, PlaceModel, Training, vote
-from pianta.semantics.random_field import RandomField
-from pianta.semantics.room_context import CONTEXT_FEATURES
+from pianta.rooms.features import CONTEXT_FEATURES
+from pianta.rooms.model import FUNCTIONS, PlaceModel, Training, vote
+from pianta.rooms.neighbour_labels import AROUND
+from pianta.rooms.random_field import RandomField
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier

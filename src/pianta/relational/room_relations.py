@@ -13,9 +13,9 @@ import shapely
 from numpy.typing import NDArray
 
 from pianta.floor import Floor
-from pianta.semantics.outlines import Floats, Geometries, draw_outlines, measure_unit
-from pianta.semantics.room_places import find_alike
-from pianta.semantics.room_shapes import fit_rectangles
+from pianta.rooms._outlines import Floats, Geometries, draw_outlines, measure_unit
+from pianta.rooms._shapes import fit_rectangles
+from pianta.rooms._surroundings import find_alike
 
 # Radians. A wall of a metre, drawn or mapped with an error of 0.05 m, is turned by no more.
 SAME_DIRECTION = np.radians(3)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from pianta.building_types.description import LABELS
 from pianta.floor import Floor, Room
 from pianta.io.buildings._repair import normalize_label
 from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, Split
-from pianta.semantics.building_description import LABELS
-from pianta.semantics.places import has_given_label, label_rooms
+from pianta.rooms.model import has_given_label, label_rooms
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import shapely
 from numpy.typing import NDArray
 
 from pianta.floor import Floor
-from pianta.semantics.outlines import Floats, Geometries
+from pianta.rooms._outlines import Floats, Geometries
 
 # What a feature is where there is nothing to measure: below all that is measured.
 MISSING = -9.0

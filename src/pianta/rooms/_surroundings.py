@@ -6,8 +6,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from pianta.semantics.outlines import QUIET_BUFFERS, Floats, Geometries
-from pianta.semantics.room_shapes import MISSING, SAME, Rectangles
+from pianta.rooms._outlines import QUIET_BUFFERS, Floats, Geometries
+from pianta.rooms._shapes import MISSING, SAME, Rectangles
 
 # Rooms whose areas and lengths differ by less than this (of the logarithm) are alike.
 ALIKE = 0.12

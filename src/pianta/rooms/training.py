@@ -16,10 +16,10 @@ from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet
-from pianta.semantics.neighbour_labels import describe_neighbours, join_neighbourhoods
-from pianta.semantics.places import CONNECTION, FUNCTIONS, PlaceModel, Training, choose_functions, vote
-from pianta.semantics.random_field import fit_random_field
-from pianta.semantics.room_context import RoomContext, describe_rooms
+from pianta.rooms.features import RoomContext, describe_rooms
+from pianta.rooms.model import CONNECTION, FUNCTIONS, PlaceModel, Training, choose_functions, vote
+from pianta.rooms.neighbour_labels import describe_neighbours, join_neighbourhoods
+from pianta.rooms.random_field import fit_random_field
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from pianta.floor import Floor
 from pianta.labels import LabelSchema
+from pianta.rooms.features import RoomContext
+from pianta.rooms.model import FUNCTIONS, PlaceModel, label_rooms, vote
 from pianta.rooms.name_dictionary import RoomWords, prior_of_name, read_default_room_words
-from pianta.semantics.neighbour_labels import describe_neighbours, find_neighbourhood
-from pianta.semantics.places import FUNCTIONS, PlaceModel, label_rooms, vote
-from pianta.semantics.room_context import RoomContext
+from pianta.rooms.neighbour_labels import describe_neighbours, find_neighbourhood
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def label_named_rooms(floor: Floor, model: PlaceModel | None = None, words: Room
     model: the one that comes with pianta unless given. words: the dictionary that comes with pianta unless given.
     Where no room has a name that the dictionary knows, it is label_rooms.
     """
-    from pianta.semantics.place_model_file import read_default_place_model
+    from pianta.rooms.model_file import read_default_place_model
 
     model = model or read_default_place_model()
     words = words or read_default_room_words()

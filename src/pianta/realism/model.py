@@ -12,17 +12,17 @@ from functools import cached_property
 
 import numpy as np
 
+from pianta.building_types.description import BuildingDescription, describe_building
+from pianta.building_types.kernel import BuildingKernel
+from pianta.building_types.model import BuildingModel
+from pianta.building_types.typicality import Typicality, find_most_alike, learn_typicality, measure_likeness
 from pianta.errors import ModelError
 from pianta.floor import Floor
 from pianta.labels import LabelSet
-from pianta.semantics.building_description import BuildingDescription, describe_building
-from pianta.semantics.building_kernel import BuildingKernel
-from pianta.semantics.buildings import BuildingModel
-from pianta.semantics.realism_classifier import RealismClassifier
-from pianta.semantics.realism_measures import OffMeasure, find_off_measures, measure_description
-from pianta.semantics.realism_patterns import OffPattern, RoomPattern, find_off_patterns, list_patterns
-from pianta.semantics.training import FOLDS, building_of
-from pianta.semantics.typicality import Typicality, find_most_alike, learn_typicality, measure_likeness
+from pianta.realism.classifier import RealismClassifier
+from pianta.realism.measures import OffMeasure, find_off_measures, measure_description
+from pianta.realism.patterns import OffPattern, RoomPattern, find_off_patterns, list_patterns
+from pianta.rooms.training import FOLDS, building_of
 
 LEAST_BUILDINGS, LEAST_UNLIKE = 3, 2
 # Between these shares of the reference floors that are less typical, a floor is typical.

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from pianta.floor import Floor
 from pianta.graphs.centrality import distances, measure_betweenness, measure_closeness, measure_katz, to_rustworkx
-from pianta.semantics.outlines import Floats, draw_outlines, measure_unit
-from pianta.semantics.room_places import find_alike, measure_facades, measure_sizes, measure_walls, share_walls
-from pianta.semantics.room_shapes import (
+from pianta.rooms._outlines import Floats, draw_outlines, measure_unit
+from pianta.rooms._shapes import (
     MISSING,
     SAME,
     DoorEnds,
@@ -30,6 +29,7 @@ from pianta.semantics.room_shapes import (
     measure_doors,
     measure_shapes,
 )
+from pianta.rooms._surroundings import find_alike, measure_facades, measure_sizes, measure_walls, share_walls
 
 # What is told of the rooms behind the doors of a room: the largest, the smallest and the mean of these.
 OF_NEIGHBOURS = ("degree", "betweenness", "elongation", "facade", "alike_share", "compactness")

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
+from pianta.building_types.description import BuildingDescription, draw_rooms
 from pianta.graphs.explicit_kernel import FeatureCounts, gather_counts
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
-from pianta.semantics.building_description import BuildingDescription, draw_rooms
 
 Floats = NDArray[np.float64]
 

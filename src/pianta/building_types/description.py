@@ -18,7 +18,7 @@ from pianta.errors import LabelError
 from pianta.floor import Floor, Room
 from pianta.io._faults import join_faults
 from pianta.labels import FCES, RC, LabelSchema, LabelSet, Split
-from pianta.semantics.room_context import CONTEXT_FEATURES, RoomContext, describe_rooms
+from pianta.rooms.features import CONTEXT_FEATURES, RoomContext, describe_rooms
 
 Floats = NDArray[np.float64]
 

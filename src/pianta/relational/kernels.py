@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from pianta.errors import ModelError, OptionError
 from pianta.graphs.explicit_kernel import FeatureCounts
-from pianta.graphs.graphicalization import Graphicalizer
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
-from pianta.relations import FLOOR_SIGNATURES, Interpretation, Signature, Value, by_name, check_interpretation
-from pianta.semantics.interpretations import FLOOR_RELATIONS
+from pianta.relational.facts import FLOOR_SIGNATURES, Interpretation, Signature, Value, by_name, check_interpretation
+from pianta.relational.graphicalization import Graphicalizer
+from pianta.relational.interpretation import FLOOR_RELATIONS
 
 if TYPE_CHECKING:
     from sklearn.svm import SVC

@@ -12,13 +12,21 @@ from dataclasses import dataclass
 from pianta.errors import LabelError, RelationError
 from pianta.floor import Floor, Room
 from pianta.graphs.centrality import Centrality, drop_isolated, measure_betweenness, measure_closeness
-from pianta.graphs.features import GEOMETRIC
 from pianta.io._faults import join_faults
 from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, Split
-from pianta.relations import FLOOR_SIGNATURES, Fact, Interpretation, Signature, Value, by_name, check_interpretation
-from pianta.semantics.outlines import draw_outlines, measure_unit
-from pianta.semantics.room_places import share_walls
-from pianta.semantics.room_relations import find_aligned, find_symmetric
+from pianta.relational.facts import (
+    FLOOR_SIGNATURES,
+    Fact,
+    Interpretation,
+    Signature,
+    Value,
+    by_name,
+    check_interpretation,
+)
+from pianta.relational.room_relations import find_aligned, find_symmetric
+from pianta.rooms._outlines import draw_outlines, measure_unit
+from pianta.rooms._surroundings import share_walls
+from pianta.rooms.thesis_features import GEOMETRIC
 
 Found = Iterable[tuple[Value, ...]]
 

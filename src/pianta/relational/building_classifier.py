@@ -11,9 +11,9 @@ from pianta.errors import ModelError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.labels import LabelSet
-from pianta.relations import Interpretation
-from pianta.semantics.interpretations import FLOOR_RELATIONS, interpret_floor
-from pianta.semantics.relational_kernels import (
+from pianta.relational.facts import Interpretation
+from pianta.relational.interpretation import FLOOR_RELATIONS, interpret_floor
+from pianta.relational.kernels import (
     COST,
     ROOM_RELATIONS,
     FloorKernel,

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pianta.semantics.building_description import LABELS, BuildingDescription
-from pianta.semantics.realism_measures import USUAL, show_value
+from pianta.building_types.description import LABELS, BuildingDescription
+from pianta.realism.measures import USUAL, show_value
 
 # From so many neighbours of a label on they are not told apart.
 MANY = 3

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.errors import ModelError, OptionError
-from pianta.relations import (
+from pianta.relational.facts import (
     FLOOR_SIGNATURES,
     PROPERTY,
     Argument,

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.semantics.random_field import Neighbourhood
-from pianta.semantics.room_context import RoomContext
+from pianta.rooms.features import RoomContext
+from pianta.rooms.random_field import Neighbourhood
 
 Floats = NDArray[np.float64]
 

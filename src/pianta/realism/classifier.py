@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.semantics.building_description import BuildingDescription
-from pianta.semantics.building_kernel import BuildingKernel
-from pianta.semantics.buildings import COST
-from pianta.semantics.folds import leave_buildings_out
+from pianta.building_types.description import BuildingDescription
+from pianta.building_types.kernel import BuildingKernel
+from pianta.building_types.model import COST
+from pianta.evaluation.folds import leave_buildings_out
 
 if TYPE_CHECKING:
     from sklearn.linear_model import LogisticRegression

@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta.building_types.description import BuildingDescription, describe_building, spread_labels
+from pianta.building_types.kernel import BuildingKernel
+from pianta.building_types.typicality import Typicality, find_most_alike, learn_typicality, measure_likeness
 from pianta.errors import LabelError, ModelError
+from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split
-from pianta.semantics.building_description import BuildingDescription, describe_building, spread_labels
-from pianta.semantics.building_kernel import BuildingKernel
-from pianta.semantics.coarse_labels import complete_labels
-from pianta.semantics.folds import leave_buildings_out
-from pianta.semantics.training import building_of, check_labels
-from pianta.semantics.typicality import Typicality, find_most_alike, learn_typicality, measure_likeness
+from pianta.rooms.completion import complete_labels
+from pianta.rooms.training import building_of, check_labels
 
 if TYPE_CHECKING:
     from sklearn.linear_model import LogisticRegression
@@ -159,7 +159,7 @@ def judge_building(floor: Floor, model: BuildingModel | None = None) -> Verdict:
 
     Raises LabelError for a floor without rooms.
     """
-    from pianta.semantics.building_model_file import read_default_building_model
+    from pianta.building_types.model_file import read_default_building_model
 
     model = model or read_default_building_model()
     return model.judge(complete_labels(floor, model.label_set).floor)

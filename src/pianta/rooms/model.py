@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, RC, LabelSchema, LabelSet
-from pianta.semantics.neighbour_labels import describe_neighbours, find_neighbourhood
-from pianta.semantics.random_field import RandomField
-from pianta.semantics.room_context import RoomContext, describe_rooms
+from pianta.rooms.features import RoomContext, describe_rooms
+from pianta.rooms.neighbour_labels import describe_neighbours, find_neighbourhood
+from pianta.rooms.random_field import RandomField
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
@@ -121,7 +121,7 @@ def label_rooms(floor: Floor, model: PlaceModel | None = None) -> Floor:
     Labels are in the sets "R/C" and "F/C/E/S" (the split of the thesis' experiments), and in that of the most probable
     building type of the floor that the model knows, if there is one. A label lies below that of the coarser set.
     """
-    from pianta.semantics.place_model_file import read_default_place_model
+    from pianta.rooms.model_file import read_default_place_model
 
     return (model or read_default_place_model()).label(floor)
 

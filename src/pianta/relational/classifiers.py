@@ -13,9 +13,9 @@ from pianta.errors import ModelError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.labels import LabelSet
-from pianta.relations import Interpretation, Value
-from pianta.semantics.interpretations import interpret_floor
-from pianta.semantics.relational_kernels import (
+from pianta.relational.facts import Interpretation, Value
+from pianta.relational.interpretation import interpret_floor
+from pianta.relational.kernels import (
     COST,
     ROOM_RELATIONS,
     RoomKernel,
