@@ -31,9 +31,9 @@ from pianta.exploration.situation import Policy, Situation
 from pianta.exploration.starts import find_starts
 from pianta.exploration.world import World, build_world
 from pianta.generation.type_model import learn_type
-from pianta.generation.unexplored_part import FloorSampler
 from pianta.gridmap import UNKNOWN
 from pianta.labels import SCHEMAS
+from pianta.prediction.unexplored_part import FloorSampler
 
 Floats = NDArray[np.float64]
 

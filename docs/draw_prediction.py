@@ -12,12 +12,12 @@ from PIL import Image
 
 from pianta.bench.data import find_data
 from pianta.errors import DataError
-from pianta.generation.prediction import predict_building
 from pianta.generation.type_model import learn_type
-from pianta.generation.whole_floor import explore_floor
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
 from pianta.plot.prediction import save_prediction_picture
+from pianta.prediction.prediction import predict_building
+from pianta.prediction.whole_floor import explore_floor
 
 SEED, WIDTH = 4, 1300
 # The real school and how many of its corridors are explored; of the made one two are.

@@ -14,8 +14,8 @@ from pianta.exploration.perception import Perception, SeenRoom
 from pianta.exploration.situation import Situation
 from pianta.floor import Door, Floor, Room
 from pianta.generation.type_model import learn_type
-from pianta.generation.unexplored_part import FloorSampler
 from pianta.labels import SCHEMAS
+from pianta.prediction.unexplored_part import FloorSampler
 
 # Doors 5 and 7 of the true floor are unopened: in the library, at x = 0, and at the far end of the corridor.
 LIBRARY_DOOR, CORRIDOR_DOOR = -6, -8

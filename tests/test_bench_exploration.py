@@ -38,7 +38,7 @@ from pianta.exploration.policies import NearestFrontier
 from pianta.exploration.situation import Situation
 from pianta.exploration.world import build_world
 from pianta.floor import Floor
-from pianta.generation.unexplored_part import FloorSampler
+from pianta.prediction.unexplored_part import FloorSampler
 from tests.command_line import list_files, run_pianta
 from tests.explored_worlds import two_rooms
 from tests.tiny_data import write_schools

@@ -42,11 +42,11 @@ from pianta.bench.prediction_tables import (
     wrap_names,
 )
 from pianta.errors import DataError
-from pianta.generation.explored_part import hide_rooms, read_explored_part
-from pianta.generation.prediction import Prediction
 from pianta.generation.type_model import TypeModel
-from pianta.generation.unexplored_part import SampledFloor
 from pianta.labels import SCHOOL, LabelSet
+from pianta.prediction.explored_part import hide_rooms, read_explored_part
+from pianta.prediction.prediction import Prediction
+from pianta.prediction.unexplored_part import SampledFloor
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import WINGS, join_wings, small_model
 from tests.tiny_data import write_school, write_schools

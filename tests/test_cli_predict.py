@@ -13,10 +13,10 @@ from pianta.floor import Room
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import learn_type
 from pianta.generation.type_model_file import save_type_model
-from pianta.generation.whole_floor import explore_floor
 from pianta.io.floors import save_floor
 from pianta.io.graphml import save_graphml
 from pianta.io.graphs import read_graph, save_graph
+from pianta.prediction.whole_floor import explore_floor
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import SCHOOL, join_wings, make_schools, make_wing
 from tests.test_cli_generate import draw_floor

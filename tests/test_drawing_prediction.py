@@ -10,11 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, PathPatch
 
 from pianta.errors import PiantaError
-from pianta.generation.explored_part import ExploredPart
-from pianta.generation.prediction import Prediction, predict_building
 from pianta.generation.type_model import learn_type
-from pianta.generation.unexplored_part import SampledFloor
-from pianta.generation.whole_floor import WholeFloor, explore_floor
 from pianta.plot.graphs import place_nodes
 from pianta.plot.prediction import (
     AVERAGE_COLOR,
@@ -31,6 +27,10 @@ from pianta.plot.prediction import (
     plot_skeleton,
     save_prediction_picture,
 )
+from pianta.prediction.explored_part import ExploredPart
+from pianta.prediction.prediction import Prediction, predict_building
+from pianta.prediction.unexplored_part import SampledFloor
+from pianta.prediction.whole_floor import WholeFloor, explore_floor
 from tests.generated_types import SCHOOL, make_schools, make_wing
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pianta.errors import GraphError, LabelError
-from pianta.generation.explored_part import explore_by_corridors, find_start, hide_rooms, read_explored_part
+from pianta.prediction.explored_part import explore_by_corridors, find_start, hide_rooms, read_explored_part
 from tests.generated_types import SCHOOL, WINGS, join_wings
 
 

@@ -4,8 +4,8 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from pianta.generation.explored_part import ExploredPart, hide_rooms, read_explored_part
-from pianta.generation.known_areas import AreaPlan, NewArea, plan_areas, segment_known_rooms
+from pianta.prediction.explored_part import ExploredPart, hide_rooms, read_explored_part
+from pianta.prediction.known_areas import AreaPlan, NewArea, plan_areas, segment_known_rooms
 from tests.generated_types import LABELS, SCHOOL, WINGS, join_wings, make_wing
 
 WING = NewArea(make_wing("GST"), 0, "5")

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from pianta.errors import ModelError, OptionError
-from pianta.generation.explored_part import explore_by_corridors, hide_rooms, read_explored_part
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.open_ends import OpenEnds, count_known_labels, find_hub, take_branch
 from pianta.generation.type_model import learn_type
+from pianta.prediction.explored_part import explore_by_corridors, hide_rooms, read_explored_part
+from pianta.prediction.open_ends import OpenEnds, count_known_labels, find_hub, take_branch
 from tests.generated_types import SCHOOL, WINGS, join_wings, make_wing, small_model
 
 ENDS = OpenEnds(small_model())

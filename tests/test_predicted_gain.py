@@ -12,8 +12,8 @@ from pianta.exploration.explore import explore
 from pianta.exploration.predicted_gain import PredictedGain
 from pianta.exploration.world import build_world
 from pianta.generation.type_model import learn_type
-from pianta.generation.unexplored_part import FloorSampler
 from pianta.labels import SCHEMAS
+from pianta.prediction.unexplored_part import FloorSampler
 from tests.expected_floors import (
     CORRIDOR_DOOR,
     LIBRARY_DOOR,

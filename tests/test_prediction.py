@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 
 from pianta.errors import GraphError, LabelError, OptionError
 from pianta.evaluation.prediction import measure_divergence
-from pianta.generation.explored_part import ExploredPart, explore_by_corridors, hide_rooms, read_explored_part
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.prediction import (
+from pianta.labels import SCHOOL as SCHEMA
+from pianta.prediction.explored_part import ExploredPart, explore_by_corridors, hide_rooms, read_explored_part
+from pianta.prediction.prediction import (
     MAX_SAMPLES,
     Prediction,
     Spread,
@@ -18,8 +19,7 @@ from pianta.generation.prediction import (
     predict_building,
     share_unseen,
 )
-from pianta.generation.unexplored_part import FloorSampler, SampledFloor
-from pianta.labels import SCHOOL as SCHEMA
+from pianta.prediction.unexplored_part import FloorSampler, SampledFloor
 from tests.generated_types import SCHOOL, WINGS, join_wings, small_model
 
 SAMPLER = FloorSampler(small_model())

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pianta.errors import OptionError
-from pianta.generation.explored_part import ExploredPart, explore_by_corridors, hide_rooms, read_explored_part
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import learn_type
-from pianta.generation.unexplored_part import FloorSampler, SampledFloor
+from pianta.prediction.explored_part import ExploredPart, explore_by_corridors, hide_rooms, read_explored_part
+from pianta.prediction.unexplored_part import FloorSampler, SampledFloor
 from tests.generated_types import SCHOOL, WINGS, join_wings, make_schools, small_model
 
 SAMPLER = FloorSampler(small_model())

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from pianta.errors import OptionError
 from pianta.exploration.policies import POLICIES, PREDICTED, make_policy
 from pianta.exploration.situation import Policy
-from pianta.generation.unexplored_part import FloorSampler
+from pianta.prediction.unexplored_part import FloorSampler
 
 NEAREST = "nearest"
 

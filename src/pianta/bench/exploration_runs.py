@@ -18,8 +18,8 @@ from pianta.exploration.record import Exploration
 from pianta.exploration.starts import Point, find_rooms, find_starts
 from pianta.exploration.world import World, build_world
 from pianta.generation.type_model import learn_type
-from pianta.generation.unexplored_part import FloorSampler
 from pianta.labels import SCHEMAS
+from pianta.prediction.unexplored_part import FloorSampler
 
 SHARES = (0.8, 0.9, 0.95, 0.99)
 CURVE = tuple((np.arange(100) / 100).tolist())

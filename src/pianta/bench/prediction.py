@@ -16,10 +16,10 @@ from pianta.bench.prediction_scores import JudgedFloor, JudgedStage, judge_floor
 from pianta.bench.table import Figures, Row, measure_rows
 from pianta.errors import DataError
 from pianta.generation.type_model import LEAST_FLOORS, learn_type, prepare_room_graph
-from pianta.generation.unexplored_part import FloorSampler
 from pianta.graphs.metrics import find_corridors
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import SCHEMAS, LabelSchema, Split
+from pianta.prediction.unexplored_part import FloorSampler
 from pianta.rooms.training import building_of
 
 KINDS = ("school", "office")

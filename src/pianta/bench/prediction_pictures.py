@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pianta.bench.prediction import PredictionBench, TypeOfFloors, list_others
-from pianta.generation.prediction import Prediction, predict_building
 from pianta.generation.type_model import learn_type
-from pianta.generation.unexplored_part import FloorSampler
-from pianta.generation.whole_floor import WholeFloor, explore_floor
 from pianta.plot.prediction import save_prediction_picture
+from pianta.prediction.prediction import Prediction, predict_building
+from pianta.prediction.unexplored_part import FloorSampler
+from pianta.prediction.whole_floor import WholeFloor, explore_floor
 
 # Floors of each type, the first that are predicted so often.
 FLOORS, LEAST_STAGES, MOST_STAGES = 3, 3, 6

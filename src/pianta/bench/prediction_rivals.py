@@ -11,12 +11,12 @@ import networkx as nx
 import numpy as np
 
 from pianta.evaluation.prediction import Floats
-from pianta.generation.explored_part import ExploredPart
-from pianta.generation.open_ends import count_known_labels
 from pianta.generation.type_model import TypeModel, count_labels
 from pianta.graphs.metrics import find_corridors
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.labels import LabelSchema, Split
+from pianta.prediction.explored_part import ExploredPart
+from pianta.prediction.open_ends import count_known_labels
 
 BLIND, KNOWN, LOCAL = RIVALS = ("blind", "known part", "local")
 

@@ -18,14 +18,14 @@ from pianta.evaluation.prediction import (
     measure_divergence,
     measure_kernel_distances,
 )
-from pianta.generation.explored_part import explore_by_corridors
-from pianta.generation.prediction import Prediction, predict_building
 from pianta.generation.type_model import count_labels
-from pianta.generation.unexplored_part import FloorSampler
 from pianta.graphs.metrics import find_corridors
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.labels import LabelSchema, LabelSet, Split
+from pianta.prediction.explored_part import explore_by_corridors
+from pianta.prediction.prediction import Prediction, predict_building
+from pianta.prediction.unexplored_part import FloorSampler
 
 PREDICTED, MEAN, SAMPLE, TYPICAL, MEDOID, ORACLE = "predicted", "mean", "one sample", "typical", "medoid", "oracle"
 LABEL_SETS: Mapping[LabelSet, str] = MappingProxyType(

@@ -201,7 +201,7 @@ def _make_policy(
     if model is None:
         return make_policy(policy, find=find, enough=enough)
     from pianta.generation.type_model_file import read_type_model
-    from pianta.generation.unexplored_part import FloorSampler
+    from pianta.prediction.unexplored_part import FloorSampler
 
     known = read_type_model(model)
     if world.floor is None:

@@ -23,9 +23,9 @@ from pianta.io._files import shown
 if TYPE_CHECKING:
     import networkx as nx
 
-    from pianta.generation.prediction import OpenEnd, Prediction, Spread
     from pianta.generation.type_model import TypeModel
-    from pianta.generation.whole_floor import WholeFloor
+    from pianta.prediction.prediction import OpenEnd, Prediction, Spread
+    from pianta.prediction.whole_floor import WholeFloor
 
 EXAMPLES = (
     "pianta predict explored school.json",
@@ -68,8 +68,8 @@ def predict_floor(
     With -o writes prediction.json, picture.png, and each sampled floor, sample-001.json
     (networkx node-link) and so on, in which known rooms have their ids as `room`.
     """
-    from pianta.generation.prediction import predict_building
     from pianta.generation.type_model_file import read_type_model
+    from pianta.prediction.prediction import predict_building
 
     names = [f"sample-{number:0{max(3, len(str(count)))}}" for number in range(1, count + 1)]
     if out is not None:
@@ -106,9 +106,9 @@ def save_outputs(
     prediction: Prediction, names: Sequence[str], model: TypeModel, out: Path, *, truth: WholeFloor | None = None
 ) -> None:
     """Write the prediction, its picture and the samples by name, all or none."""
-    from pianta.generation.prediction_file import name_rooms, save_prediction
     from pianta.io.graphs import save_graph
     from pianta.plot.prediction import save_prediction_picture
+    from pianta.prediction.prediction_file import name_rooms, save_prediction
 
     with written_together(out) as new:
         save_prediction(prediction, new / PREDICTION, building_type=model.building_type, truth=truth)
@@ -120,7 +120,7 @@ def save_outputs(
 
 
 def _explore(graph: nx.Graph, model: TypeModel, corridors: int) -> WholeFloor:
-    from pianta.generation.whole_floor import explore_floor
+    from pianta.prediction.whole_floor import explore_floor
 
     return explore_floor(graph, model.schema, corridors=corridors)
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from pianta.errors import GraphError, LabelError
 from pianta.exploration.perception import Perception
-from pianta.generation.explored_part import read_explored_part
-from pianta.generation.prediction import share_unseen
-from pianta.generation.unexplored_part import FloorSampler, SampledFloor
 from pianta.labels import standard_name
+from pianta.prediction.explored_part import read_explored_part
+from pianta.prediction.prediction import share_unseen
+from pianta.prediction.unexplored_part import FloorSampler, SampledFloor
 
 Floats = NDArray[np.float64]
 

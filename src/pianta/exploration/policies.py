@@ -21,7 +21,7 @@ from pianta.exploration.gain import measure_gains
 from pianta.exploration.situation import Policy, Situation
 
 if TYPE_CHECKING:
-    from pianta.generation.unexplored_part import FloorSampler
+    from pianta.prediction.unexplored_part import FloorSampler
 
 Floats = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ from pianta.exploration.gain import measure_gains
 from pianta.exploration.policies import SHORTEST_WAY, assign_frontiers
 from pianta.exploration.situation import Situation
 from pianta.exploration.tours import choose_first_visit, measure_between
-from pianta.generation.unexplored_part import FloorSampler
 from pianta.gridmap import FREE
+from pianta.prediction.unexplored_part import FloorSampler
 
 Floats = NDArray[np.float64]
 

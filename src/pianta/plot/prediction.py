@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import networkx as nx
 import shapely
 
-from pianta.generation.prediction import Prediction
-from pianta.generation.unexplored_part import SampledFloor
-from pianta.generation.whole_floor import WholeFloor
 from pianta.io._files import written_atomically
 from pianta.labels import LabelSchema
 from pianta.plot.floor import DPI, INK
 from pianta.plot.graphs import HALF_SIDE, list_handles, place_nodes, plot_room_graph
+from pianta.prediction.prediction import Prediction
+from pianta.prediction.unexplored_part import SampledFloor
+from pianta.prediction.whole_floor import WholeFloor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

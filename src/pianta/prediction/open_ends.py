@@ -17,12 +17,12 @@ import numpy as np
 
 from pianta.errors import ModelError, OptionError
 from pianta.evaluation.prediction import measure_divergence
-from pianta.generation.explored_part import ExploredPart, explore_by_corridors, read_explored_part
 from pianta.generation.functional_areas import Area, Segmentation
 from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.type_model import TypeFloor, TypeModel, take_area
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelSchema, Split
+from pianta.prediction.explored_part import ExploredPart, explore_by_corridors, read_explored_part
 
 # Width of the kernel over logarithms of the numbers of open corridors and of doors.
 OPENNESS_WIDTH = 0.5

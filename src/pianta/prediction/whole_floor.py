@@ -10,11 +10,11 @@ from functools import cached_property
 import networkx as nx
 
 from pianta.errors import OptionError
-from pianta.generation.explored_part import explore_by_corridors
 from pianta.generation.type_model import prepare_room_graph
 from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelSchema, Split
+from pianta.prediction.explored_part import explore_by_corridors
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,18 +14,18 @@ import networkx as nx
 import numpy as np
 
 from pianta.generation.cut_potentials import CutPotentials
-from pianta.generation.explored_part import ExploredPart
 from pianta.generation.functional_areas import Area
 from pianta.generation.functional_graph import FunctionalGraphs, sample_functional_graphs
 from pianta.generation.gram_rows import References
-from pianta.generation.known_areas import AreaPlan, NewArea, plan_areas, segment_known_rooms
 from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, connect_areas
-from pianta.generation.open_ends import DoorExample, OpenEnds, find_hub
 from pianta.generation.type_model import TypeModel, count_labels, take_area, take_size
 from pianta.graphs.graph_hopper import GraphHopper
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import Split
+from pianta.prediction.explored_part import ExploredPart
+from pianta.prediction.known_areas import AreaPlan, NewArea, plan_areas, segment_known_rooms
+from pianta.prediction.open_ends import DoorExample, OpenEnds, find_hub
 
 # How often an area is of any cluster, not of that of the floor that the explored part is like.
 EXCHANGE = 0.2

@@ -9,10 +9,10 @@ from typing import Any, Final
 
 import networkx as nx
 
-from pianta.generation.prediction import OpenEnd, Prediction, Spread
-from pianta.generation.unexplored_part import SampledFloor
-from pianta.generation.whole_floor import WholeFloor
 from pianta.io._files import written_atomically
+from pianta.prediction.prediction import OpenEnd, Prediction, Spread
+from pianta.prediction.unexplored_part import SampledFloor
+from pianta.prediction.whole_floor import WholeFloor
 
 FORMAT: Final = "pianta prediction"
 VERSION: Final = "1.0"

@@ -11,13 +11,13 @@ import networkx as nx
 import numpy as np
 
 from pianta.errors import GraphError, OptionError
-from pianta.generation.explored_part import ExploredPart, read_explored_part
 from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.type_model import TypeModel
-from pianta.generation.unexplored_part import FloorSampler, SampledFloor
 from pianta.graphs.metrics import find_corridors
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.labels import LabelSchema, Split
+from pianta.prediction.explored_part import ExploredPart, read_explored_part
+from pianta.prediction.unexplored_part import FloorSampler, SampledFloor
 
 MAX_SAMPLES = 10_000
 # Ends of the interval that four of five samples are in.

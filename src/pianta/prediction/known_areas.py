@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 import networkx as nx
 import numpy as np
 
-from pianta.generation.explored_part import ExploredPart
 from pianta.generation.functional_areas import Area, segment_by_corridors
 from pianta.generation.functional_graph import draw_door_counts
 from pianta.generation.node_connections import ConnectedBuilding
+from pianta.prediction.explored_part import ExploredPart
 
 
 @dataclass(frozen=True, eq=False)
