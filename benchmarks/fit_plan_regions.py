@@ -41,8 +41,8 @@ from pianta.gridmap import GridMap
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.images import read_picture
 from pianta.plan.walls.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, describe_sheet
-from pianta.worlds.plan_drawing import draw_plan
-from pianta.worlds.plan_look import PlanLook
+from pianta.worlds.plans.drawing import draw_plan
+from pianta.worlds.plans.look import PlanLook
 
 Layers, Regions = NDArray[np.uint8], NDArray[np.uint8]
 Lesson = tuple[Layers, Regions]

@@ -15,7 +15,7 @@ from pianta.plan.walls.regions import DOOR, OUTSIDE, WALL, find_regions
 from pianta.plot.floor import plot_doors, plot_rooms
 from pianta.plot.grid import plot_ink
 from pianta.worlds.floors import make_l_floor
-from pianta.worlds.plan_drawing import DrawnPlan, draw_plan
+from pianta.worlds.plans.drawing import DrawnPlan, draw_plan
 
 IMAGES = Path(__file__).parent / "images"
 SEED, DPI = 4, 110

@@ -17,7 +17,7 @@ from pianta.floor import Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io.floors import read_floor
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.plan_drawing import draw_plan
+from pianta.worlds.plans.drawing import draw_plan
 from tests.command_line import list_files, run_pianta
 from tests.test_map_or_plan import NO_DRAWINGS
 

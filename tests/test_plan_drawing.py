@@ -9,10 +9,10 @@ from shapely import Point, Polygon, box, unary_union
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.worlds.floors import FLOOR_MAKERS, build_floor, make_floor
-from pianta.worlds.plan_drawing import DrawnPlan, draw_plan
-from pianta.worlds.plan_lettering import Lettering, WrittenText
-from pianta.worlds.plan_look import WALL_STYLES, PlanLook
-from pianta.worlds.plan_symbols import DOOR_STYLES
+from pianta.worlds.plans.drawing import DrawnPlan, draw_plan
+from pianta.worlds.plans.lettering import Lettering, WrittenText
+from pianta.worlds.plans.look import WALL_STYLES, PlanLook
+from pianta.worlds.plans.symbols import DOOR_STYLES
 
 # A passage of 6 m × 2 m, and two rooms of 3 m × 3 m above it; metres between the axes of the walls.
 AXES = (box(0, 0, 6, 2), box(0, 2, 3, 5), box(3, 2, 6, 5))

@@ -27,7 +27,7 @@ from pianta.plan.sheets.binarization import binarise
 from pianta.plan.sheets.sheet import PlacedText, Sheet
 from pianta.plan.walls.regions import DOOR_CELLS, Regions
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.plan_drawing import draw_plan
+from pianta.worlds.plans.drawing import draw_plan
 
 PAGE = np.full((300, 400, 3), 255, np.uint8)
 INK = np.zeros((300, 400), bool)

@@ -21,7 +21,7 @@ from pianta.plan.symbols.drawings import (
     paint_marks,
     pixel_matrix,
 )
-from pianta.worlds.plan_symbols import (
+from pianta.worlds.plans.symbols import (
     DOUBLE_WIDTH,
     find_windows,
     mark_doors,

@@ -19,7 +19,7 @@ from pianta.plan.read_plan import PlanFloor, PlanReading, read_plan
 from pianta.plan.scale import PlanScale
 from pianta.plan.sheets.sheet import Sheet
 from pianta.worlds.floors import build_floor
-from pianta.worlds.plan_drawing import DrawnPlan, draw_plan
+from pianta.worlds.plans.drawing import DrawnPlan, draw_plan
 
 Colors = NDArray[np.uint8]
 

@@ -25,7 +25,7 @@ from pianta.plan.walls.regions import (
     networks_without,
 )
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.plan_drawing import draw_plan
+from pianta.worlds.plans.drawing import draw_plan
 from tests.drawn_regions import as_regions, two_rooms
 
 GREY, DARKEST, CHROMA, CONTRAST = range(4)

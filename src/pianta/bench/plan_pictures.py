@@ -18,7 +18,7 @@ from pianta.bench.table import Figures
 from pianta.floor import Floor
 from pianta.io._files import written_atomically
 from pianta.plan.symbols.drawings import BLACK, Color, Mark, paint_marks, pixel_matrix
-from pianta.worlds.plan_lettering import Lettering, WrittenText, write_texts
+from pianta.worlds.plans.lettering import Lettering, WrittenText, write_texts
 
 Colors = NDArray[np.uint8]
 Floats = NDArray[np.float64]

@@ -22,8 +22,8 @@ from pianta.io.buildings._kinds import Kind, parse_building
 from pianta.io.buildings.thesis_xml import MAX_BEYOND_PX, read_building_xml
 from pianta.io.images import read_colors
 from pianta.worlds.floors import make_floor
-from pianta.worlds.plan_drawing import draw_plan
-from pianta.worlds.plan_look import PlanLook
+from pianta.worlds.plans.drawing import draw_plan
+from pianta.worlds.plans.look import PlanLook
 
 Colors = NDArray[np.uint8]
 

@@ -11,8 +11,8 @@ from shapely.geometry.base import BaseGeometry
 from pianta.floor import Floor, Room
 from pianta.plan.symbols.drawings import Mark
 from pianta.worlds.floors import INNER_WALL, OUTER_WALL
-from pianta.worlds.plan_look import Canvas
-from pianta.worlds.plan_symbols import Window, find_windows, mark_doors, mark_windows
+from pianta.worlds.plans.look import Canvas
+from pianta.worlds.plans.symbols import Window, find_windows, mark_doors, mark_windows
 
 # Gaps reach a little beyond the faces of a wall, m.
 BEYOND = 0.02

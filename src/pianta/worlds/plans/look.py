@@ -14,8 +14,8 @@ from shapely.geometry.base import BaseGeometry
 from pianta.errors import OptionError
 from pianta.gridmap import GridMap
 from pianta.plan.symbols.drawings import SHIFT, Color, Mark, paint_marks, pixel_matrix
-from pianta.worlds.plan_lettering import DEFAULT_FONT
-from pianta.worlds.plan_symbols import DOOR_STYLES, DoorStyle
+from pianta.worlds.plans.lettering import DEFAULT_FONT
+from pianta.worlds.plans.symbols import DOOR_STYLES, DoorStyle
 
 Floats = NDArray[np.float64]
 Colors = NDArray[np.uint8]

@@ -19,7 +19,7 @@ from pianta.gridmap import UNKNOWN, GridMap
 from pianta.plan.sheets.sheet import PlacedText
 from pianta.plan.symbols.drawings import Mark, paint_marks
 from pianta.worlds.floors import INNER_WALL, OUTER_WALL
-from pianta.worlds.plan_lettering import (
+from pianta.worlds.plans.lettering import (
     LINE_SPACING,
     Lettering,
     WrittenText,
@@ -28,9 +28,9 @@ from pianta.worlds.plan_lettering import (
     write_legend,
     write_texts,
 )
-from pianta.worlds.plan_look import Canvas, PlanLook
-from pianta.worlds.plan_symbols import mark_furniture, mark_room_symbol, mark_signs, widen_doors
-from pianta.worlds.plan_walls import paint_walls, reach_to_axes
+from pianta.worlds.plans.look import Canvas, PlanLook
+from pianta.worlds.plans.symbols import mark_furniture, mark_room_symbol, mark_signs, widen_doors
+from pianta.worlds.plans.walls import paint_walls, reach_to_axes
 
 Floats = NDArray[np.float64]
 Colors = NDArray[np.uint8]
