@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.layout.parameters import ThesisParameters
+from pianta.layout.thesis import lines as lines_module
 from pianta.layout.thesis.lines import RepresentativeLine, cluster_angles, cluster_spatially, get_representative_lines
-from pianta.layout.thesis.reconstruct import lines as lines_module
 
 DEFAULT = ThesisParameters()
 

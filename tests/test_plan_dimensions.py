@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.plan.sheets.sheet import Mask, PlacedText
+from pianta.plan.text import dimensions
 from pianta.plan.text.dimensions import (
     Scale,
     parse_drawing_scale,
@@ -16,7 +17,6 @@ from pianta.plan.text.dimensions import (
     remove_measures,
     scale_from_dimensions,
 )
-from pianta.plan.text.recognition import dimensions
 
 NO_INK = np.zeros((200, 400), bool)
 

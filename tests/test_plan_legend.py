@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.plan.sheets.sheet import PlacedText
+from pianta.plan.text import legend as plan_legend
 from pianta.plan.text.legend import find_legend, standard_key
-from pianta.plan.text.recognition import legend as plan_legend
 
 
 def line(text: str, row: float, col: float = 0.0, *, height: float = 10.0, width: float | None = None) -> PlacedText:

@@ -7,8 +7,8 @@ import pytest
 
 from pianta.plan.sheets.binarization import binarise
 from pianta.plan.sheets.sheet import PlacedText
+from pianta.plan.text import recognition as plan_text
 from pianta.plan.text.recognition import erase_texts, read_texts, remove_texts, text_reader_available
-from pianta.plan.text.recognition import recognition as plan_text
 from pianta.worlds.plans.fonts import letter_rooms
 
 

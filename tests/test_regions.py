@@ -1,7 +1,6 @@
 """Regions of a plan: what the network sees of a sheet, what it says, and how sure it is."""
 
 import json
-from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -154,7 +153,7 @@ def test_where_no_wall_is_certain_there_is_none():
 
 
 def test_a_building_is_judged_by_networks_that_never_saw_it():
-    made_with = json.loads((files("pianta.plan") / MADE_WITH).read_text(encoding="utf-8"))["networks"]
+    made_with = json.loads(MADE_WITH.read_text(encoding="utf-8"))["networks"]
     assert set(made_with) == set(NETWORKS)
     buildings = [(building, name) for name in NETWORKS for building in made_with[name]]
     assert buildings

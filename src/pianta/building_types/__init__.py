@@ -1,1 +1,1 @@
-"""TODO"""
+"""What kind of building a floor belongs to (thesis, section 6.2)."""

@@ -20,10 +20,11 @@ from pianta.errors import ModelError
 from pianta.io._faults import describe_validation, join_faults
 from pianta.io._files import checked_input, reason_of, shown, written_atomically
 from pianta.labels import LabelSet, standard_building_type
+from pianta.models import MODELS
 
 FORMAT: Final = "pianta buildings"
 MAJOR, MINOR = 1, 0
-DEFAULT_MODEL = Path(__file__).with_name("buildings.json")
+DEFAULT_MODEL = MODELS / "building_types.json"
 MAX_FILE_BYTES, MAX_FLOORS, MAX_ROOMS = 16 * 2**20, 1000, 1000
 # The work that patterns are grows with the square of the rooms of a floor; this is 6000 floors of 40 rooms.
 MAX_PAIRS = 10_000_000

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Sequence
 from functools import cache
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from pianta.exploration.expectations import RoomExpectations
 from pianta.exploration.gain import measure_gains
 from pianta.exploration.perception import Perception
 from pianta.exploration.situation import Situation
+from pianta.models import MODELS
 
 Floats = NDArray[np.float64]
 
@@ -38,8 +38,8 @@ MEASURES = (
     "at a door",
     "entered",
 )
-# The weights of the perceptron, of benchmarks/fit_frontier_area.py; it gives the square root of m².
-WEIGHTS = "frontier_area.json"
+# The weights of the perceptron, of training/fit_frontier_area.py; it gives the square root of m².
+WEIGHTS = MODELS / "frontier_area.json"
 
 
 def measure_frontiers(situation: Situation, expectations: RoomExpectations) -> tuple[Floats, Floats]:
@@ -113,5 +113,5 @@ def _find_ends(situation: Situation, seen: Perception, known: Collection[int]) -
 
 @cache
 def _read_weights() -> dict[str, Floats]:
-    content = json.loads(files("pianta.exploration").joinpath(WEIGHTS).read_text())
+    content = json.loads(WEIGHTS.read_text())
     return {name: np.array(values, float) for name, values in content.items()}

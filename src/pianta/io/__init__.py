@@ -1,1 +1,1 @@
-"""TODO"""
+"""Readers and writers of files, one module for each format."""

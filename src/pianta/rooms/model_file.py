@@ -21,6 +21,7 @@ from pianta.errors import ModelError, PiantaError
 from pianta.io._faults import describe_validation
 from pianta.io._files import checked_input, reason_of, shown, written_atomically
 from pianta.labels import Label, LabelSchema
+from pianta.models import MODELS
 from pianta.rooms.features import CONTEXT_FEATURES
 from pianta.rooms.model import FUNCTIONS, PlaceModel, Training, vote
 from pianta.rooms.neighbour_labels import AROUND
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 FORMAT: Final = "pianta places"
 MAJOR, MINOR = 1, 0
 HEADER = "pianta.json"
-DEFAULT_MODEL = Path(__file__).with_name("places.skops")
+DEFAULT_MODEL = MODELS / "rooms.skops"
 MAX_FILE_BYTES, MAX_CONTENT_BYTES, MAX_MEMBERS = 32 * 2**20, 512 * 2**20, 20_000
 # Reviewed: the arrays of a tree, which _check_trees looks at before they are used.
 TRUSTED_TYPES = ("sklearn.tree._tree.Tree",)

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache, cached_property
-from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -205,7 +204,7 @@ def _labels_of_kind(kind: RoomKind, labels: LabelSchema | None) -> list[str]:
 @cache
 def read_default_room_words() -> RoomWords:
     """The dictionary that comes with pianta: English, Italian, German, French, Spanish and Portuguese."""
-    return _parse_words(files("pianta.plan").joinpath("room_words.json").read_bytes())
+    return _parse_words(Path(__file__).with_name("name_dictionary.json").read_bytes())
 
 
 def read_room_words(path: str | Path) -> RoomWords:

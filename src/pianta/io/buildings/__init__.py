@@ -1,1 +1,1 @@
-"""TODO"""
+"""Readers of annotated buildings in the formats of several data sets."""

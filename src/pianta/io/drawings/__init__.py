@@ -1,1 +1,1 @@
-"""TODO"""
+"""Readers of vector plans: DXF, SVG, PDF and IFC."""

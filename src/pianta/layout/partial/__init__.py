@@ -1,1 +1,1 @@
-"""TODO"""
+"""Partial rooms, predicted as a whole (thesis, section 8.2)."""

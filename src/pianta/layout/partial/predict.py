@@ -21,8 +21,9 @@ from pianta.gridmap import GridMap
 from pianta.layout._outlines import GRID, largest_part, outline_labels
 from pianta.layout.partial.hypotheses import FEATURES, Hypothesis, list_hypotheses
 from pianta.layout.partial.scene import Floats, Sight, View, look_around
+from pianta.models import MODELS
 
-MODEL_FILE = Path(__file__).with_name("partial_model.json")
+MODEL_FILE = MODELS / "partial_rooms.json"
 # Half a wall where no two rooms tell, the thickest wall between rooms, and how far apart walls are measured, m.
 USUAL_HALF_WALL, THICKEST, SPACING = 0.08, 0.6, 0.5
 # Rooms nearer than this touch, and no wall counts for more than this half, m; there are walls where at least this share
@@ -56,7 +57,7 @@ class PartialModel:
 
 
 def read_partial_model(path: Path = MODEL_FILE) -> PartialModel:
-    """The model that benchmarks/fit_partial_model.py has written."""
+    """The model that training/fit_partial_rooms.py has written."""
     fitted = json.loads(path.read_text(encoding="utf-8"))
     means, spreads, hidden = (
         np.array([fitted[key][name] for name in FEATURES]) for key in ("means", "spreads", "hidden")

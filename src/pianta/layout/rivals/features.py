@@ -9,13 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from json import loads
-from pathlib import Path
 
 import numpy as np
 
 from pianta.gridmap import GridMap
 from pianta.layout.rivals.laser import describe_scans, scan_cells
 from pianta.layout.rivals.patches import Floats, Labels, Mask, label_patches, spread_labels
+from pianta.models import MODELS
 
 PLACES = ("room", "corridor", "doorway")
 DOORWAY = PLACES.index("doorway")
@@ -60,8 +60,8 @@ class Stumps:
 
 @cache
 def load_stumps() -> Stumps:
-    """The classifier that comes with pianta, trained by benchmarks/train_room_classifier.py on synthetic floors."""
-    data = loads(Path(__file__).with_name("room_classifier.json").read_text(encoding="utf-8"))
+    """The classifier that comes with pianta, trained by training/train_laser_room_classifier.py on synthetic floors."""
+    data = loads((MODELS / "laser_room_classifier.json").read_text(encoding="utf-8"))
     feature, threshold, below, above, weight = zip(*data["stumps"], strict=True)
     return Stumps(feature, np.array(threshold), np.array(below, np.int32), np.array(above, np.int32), np.array(weight))
 

@@ -1,4 +1,4 @@
-"""A floor from a label image: what the methods of pianta.segmentation find, as rooms and doors."""
+"""A floor from a label image: what the rival methods find, as rooms and doors."""
 
 from __future__ import annotations
 

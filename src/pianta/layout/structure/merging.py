@@ -14,6 +14,7 @@ from pianta.layout._canvas import Mask
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.necks import Floats
 from pianta.layout.structure.pieces import Borders, Hull, Indices, Labels, Pieces
+from pianta.models import MODELS
 
 # Shares and areas (m²) below these tell no more, and their logarithms stay finite.
 LEAST_SHARE, LEAST_AREA = 0.02, 0.01
@@ -52,11 +53,11 @@ FEATURES = (
     "wall in line, more",
     "gain of convexity",
 )
-MODEL_FILE = Path(__file__).with_name("merge_model.json")
+MODEL_FILE = MODELS / "room_borders.json"
 
 
 def read_merge_model(path: Path = MODEL_FILE) -> MergeModel:
-    """The model that benchmarks/fit_merge_model.py has written."""
+    """The model that training/fit_room_borders.py has written."""
     fitted = json.loads(path.read_text(encoding="utf-8"))
     return MergeModel(tuple(float(fitted["weights"][name]) for name in FEATURES), float(fitted["constant"]))
 

@@ -1,1 +1,1 @@
-"""TODO"""
+"""Algorithm 1 of the thesis (section 3.1)."""

@@ -1,1 +1,1 @@
-"""TODO"""
+"""Doors of a plan: swings of leaves, and lines from jamb to jamb."""

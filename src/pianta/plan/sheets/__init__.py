@@ -1,1 +1,1 @@
-"""TODO"""
+"""Sheets: plans as pixels, their ink, and the floors on them."""

@@ -1,1 +1,1 @@
-"""TODO"""
+"""Symbols on a sheet: templates, matching and signs."""

@@ -1,1 +1,1 @@
-"""TODO"""
+"""What is written on a sheet: names, legends and dimensions."""

@@ -11,12 +11,12 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta.models import MODELS
 from pianta.plan.sheets.binarization import grade_contrast, straighten_tones, take_darkest, take_lightest
 from pianta.plan.sheets.sheet import Colors
 
@@ -28,9 +28,9 @@ INSIDE, WALL, DOOR, OUTSIDE = range(4)
 DOOR_CELLS, BLOCK = 8.0, 32
 # Cells of wall that a plan has for each of the inside of rooms, at least: photos and noise have none.
 LEAST_WALLS = 0.015
-NETWORKS = ("regions_0.onnx", "regions_1.onnx")
+NETWORKS = ("plan_regions_0.onnx", "plan_regions_1.onnx")
 # Which buildings each network was made with.
-MADE_WITH = "regions.json"
+MADE_WITH = MODELS / "plan_regions.json"
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,11 +106,11 @@ def networks_without(building: str) -> tuple[str, ...]:
 
     building: as the data's manifest calls it.
     """
-    made_with = json.loads((files("pianta.plan") / MADE_WITH).read_text(encoding="utf-8"))["networks"]
+    made_with = json.loads(MADE_WITH.read_text(encoding="utf-8"))["networks"]
     return tuple(name for name in NETWORKS if building not in made_with[name])
 
 
 @cache
 def _read_network(name: str) -> cv2.dnn.Net:
-    content = (files("pianta.plan") / name).read_bytes()
+    content = (MODELS / name).read_bytes()
     return cv2.dnn.readNetFromONNX(np.frombuffer(content, np.uint8))

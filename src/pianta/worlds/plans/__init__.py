@@ -1,1 +1,1 @@
-"""TODO"""
+"""Drawn plans of synthetic floors, for tests and training."""

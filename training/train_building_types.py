@@ -1,4 +1,4 @@
-"""Train the model of building types that comes with pianta: python benchmarks/train_building_model.py.
+"""Train the model of building types that comes with pianta: python training/train_building_types.py.
 
 As `pianta train buildings` does, but which floors are of one building is read from manifest.json of the data: names of
 files do not always tell.

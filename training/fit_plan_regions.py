@@ -1,7 +1,7 @@
 """Fit the networks that tell walls, doors, inside and outside of plans, on the plans of the data and drawn ones.
 
     pip install torch onnx
-    python benchmarks/fit_plan_regions.py --fold 0 --minutes 60 -o regions_0.onnx [--data DIR] [--start regions_0.pt]
+    python training/fit_plan_regions.py --fold 0 --minutes 60 -o regions_0.onnx [--data DIR] [--start regions_0.pt]
         [--average]
 
 The plans of every other building are left out, by --fold 0 or 1, so that each network can be judged on those that it

@@ -1,6 +1,6 @@
 """Fit the model that says how well a hypothesis of a partial room fits, and measure it on buildings left out.
 
-Run: python benchmarks/fit_partial_model.py [--data DIR] [--rounds N]. Needs scikit-learn (pianta[dev]).
+Run: python training/fit_partial_rooms.py [--data DIR] [--rounds N]. Needs scikit-learn (pianta[dev]).
 
 The model learns from simulated robots that have explored drawn schools, offices and made-up floors in part: of each
 room that is found partial it sees every hypothesis and its IoU with the true room. Schools that data/partial shows are

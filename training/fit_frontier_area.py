@@ -1,6 +1,6 @@
 """Fit the perceptron that says how much area is behind a frontier, on simulated runs in the schools of the data.
 
-    python benchmarks/fit_frontier_area.py [--data DIR] [--fold 0|1] [--jobs N] -o frontier_area.json
+    python training/fit_frontier_area.py [--data DIR] [--fold 0|1] [--jobs N] -o frontier_area.json
 
 Writes the weights that src/pianta/exploration/frontier_area.json has. What is predicted beyond open ends comes from
 models without the school. --fold leaves every other school out, so that those can be judged.

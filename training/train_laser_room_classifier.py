@@ -1,13 +1,12 @@
 """Train the classifier of `pianta read --method features` on synthetic floors, and write it as JSON.
 
-Run: python benchmarks/train_room_classifier.py. Needs scikit-learn (pianta[dev]).
+Run: python training/train_laser_room_classifier.py. Needs scikit-learn (pianta[dev]).
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +14,15 @@ from shapely import unary_union
 from sklearn.ensemble import AdaBoostClassifier
 from sklearn.tree import DecisionTreeClassifier
 
-import pianta.segmentation
 from pianta.floor import Floor, cells_of_polygon
 from pianta.gridmap import GridMap
 from pianta.layout.rivals.features import PLACES, choose_cells
 from pianta.layout.rivals.laser import describe_scans, scan_cells
+from pianta.models import MODELS
 from pianta.worlds.floors import FLOOR_MAKERS
 from pianta.worlds.scan import map_floor
 
-MODEL = Path(pianta.segmentation.__file__).with_name("room_classifier.json")
+MODEL = MODELS / "laser_room_classifier.json"
 WEAK_CLASSIFIERS = 350
 SEEDS = range(4)
 FURNITURE = (0.0, 0.4, 1.0)
