@@ -37,8 +37,8 @@ from pianta.layout.thesis.faces import Faces, cut_lines, find_faces, label_faces
 from pianta.layout.thesis.lines import RepresentativeLine, cluster_angles, get_representative_lines
 from pianta.layout.thesis.segments import detect_edges, detect_segments
 from pianta.plot.floor import plot_doors, plot_graph, plot_rooms, save_picture
-from pianta.plot.room_colors import ROOM_COLORS
-from pianta.rooms.model import label_rooms
+from pianta.plot.styles import ROOM_COLORS
+from pianta.rooms.label import label_rooms
 from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import make_sample, map_floor
 

@@ -27,12 +27,12 @@ from pianta.bench.building_tables import draw_curves, list_items, tabulate_build
 from pianta.bench.buildings import BUILDING, FLOOR, BuildingsBench, measure_building_types, measure_buildings
 from pianta.bench.comparison import Cell
 from pianta.bench.place_models import CENTRAL, LOCAL, PIANTA
-from pianta.building_types.description import LABELS
 from pianta.errors import DataError, LabelError, OptionError
 from pianta.floor import Floor
 from pianta.io.label_schemas import save_label_schema
 from pianta.labels import FCES, SCHEMAS, General, Label, LabelSchema, LabelSet, Split
 from pianta.relational.kernels import RoomKernel
+from pianta.rooms.completion import LABELS
 from tests.command_line import list_files, run_pianta
 from tests.tiny_types import write_labelled, write_types
 

@@ -32,9 +32,9 @@ from pianta.bench.exploration_tables import tabulate_bars, tabulate_exploration
 from pianta.bench.table import Row
 from pianta.cli.bench_exploration import SET_NAMES
 from pianta.errors import DataError, OptionError
+from pianta.exploration.classical_policies import NearestFrontier
 from pianta.exploration.explore import explore
 from pianta.exploration.frontiers import Frontier
-from pianta.exploration.policies import NearestFrontier
 from pianta.exploration.situation import Situation
 from pianta.exploration.world import build_world
 from pianta.floor import Floor

@@ -16,11 +16,11 @@ from pianta.building_types.description import (
     describe_building,
     draw_rooms,
     name_features,
-    spread_labels,
 )
 from pianta.errors import LabelError
 from pianta.floor import Floor, Room
 from pianta.labels import SCHEMAS, LabelSet
+from pianta.rooms.completion import spread_labels
 from tests.typed_floors import ALL_SCHEMAS, build, hang_door, make_house, move, typed_floors
 
 LABEL_SETS = (LabelSet.R_C, LabelSet.F_C_E_S)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pianta.building_types.description import LABELS, describe_building, name_features, spread_labels
+from pianta.building_types.description import describe_building, name_features
 from pianta.building_types.model import train_buildings
 from pianta.building_types.model_file import (
     DEFAULT_MODEL,
@@ -22,6 +22,7 @@ from pianta.building_types.model_file import (
 from pianta.errors import ModelError, PiantaError
 from pianta.io.buildings.read import read_building
 from pianta.labels import SCHEMAS, LabelSet
+from pianta.rooms.completion import LABELS, spread_labels
 from tests.mutation import mutated, refused_in_one_line
 from tests.typed_floors import ALL_SCHEMAS, typed_floors, typed_model
 

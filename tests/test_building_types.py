@@ -9,24 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import box
 
-from pianta.building_types.description import describe_building, spread_labels
+from pianta.building_types.classify import classify_building, judge_building
+from pianta.building_types.description import describe_building
 from pianta.building_types.kernel import BuildingKernel
-from pianta.building_types.model import (
-    Verdict,
-    check_types,
-    classify_building,
-    judge_building,
-    judge_held_out,
-    train_buildings,
-)
+from pianta.building_types.model import Verdict, check_types, judge_held_out, train_buildings
 from pianta.building_types.model_file import read_default_building_model
 from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor, Room
 from pianta.io.buildings.read import read_building
 from pianta.labels import LabelSet
-from pianta.rooms.completion import complete_labels
-from pianta.rooms.model import label_rooms
+from pianta.rooms.completion import complete_labels, spread_labels
+from pianta.rooms.label import label_rooms
 from tests.typed_floors import (
     ALL_SCHEMAS,
     make_house,

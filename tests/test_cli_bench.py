@@ -13,7 +13,7 @@ from pianta import __version__
 from pianta.bench import rooms
 from pianta.bench.data import SET_NAMES
 from pianta.errors import MapError
-from pianta.layout.methods import METHODS
+from pianta.layout.reconstruct import METHODS
 from tests.command_line import list_files, run_pianta
 from tests.tiny_data import TRUE_FLOOR, write_all_sets
 

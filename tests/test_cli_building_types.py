@@ -173,7 +173,7 @@ def test_read_tells_the_type(maps, model, tmp_path):
 
 def building_model_saying(chances: dict[str, float], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "pianta.building_types.model.classify_building", lambda floor, model: replace(floor, building_type=chances)
+        "pianta.building_types.classify.classify_building", lambda floor, model: replace(floor, building_type=chances)
     )
 
 
@@ -293,7 +293,7 @@ def test_the_type_is_judged_by_the_labels_that_somebody_gave(maps, tmp_path, mon
         judged.append(floor)
         return floor
 
-    monkeypatch.setattr("pianta.building_types.model.classify_building", judge)
+    monkeypatch.setattr("pianta.building_types.classify.classify_building", judge)
     assert run_pianta("read", maps["school"], "--previous", folder, "-o", folder, "-q") == (0, "", "")
     assert {room.label for room in judged[0].rooms} == {"ENTRANCE"}
 

@@ -27,11 +27,10 @@ from pianta.cli.room_table import tabulate_rooms
 from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.io.floors import read_floor
+from pianta.io.floors import read_floor, read_label_image
 from pianta.io.graphs import read_graph
-from pianta.io.label_images import read_label_image
 from pianta.io.ros_maps import save_ros_map
-from pianta.layout.methods import METHODS
+from pianta.layout.reconstruct import METHODS
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import make_sample, map_floor
 from tests.command_line import list_files, run_pianta

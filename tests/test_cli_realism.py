@@ -11,12 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.building_types import model_file as building_model_file
-from pianta.building_types.description import describe_building, spread_labels
+from pianta.building_types.description import describe_building
 from pianta.building_types.model import BuildingModel
 from pianta.cli.realism import name_pictures
 from pianta.floor import Floor
 from pianta.io.floors import save_floor
 from pianta.labels import OFFICE, LabelSet
+from pianta.rooms.completion import spread_labels
 from tests.command_line import list_files, run_pianta
 from tests.simulated_offices import make_offices, make_snake, make_worlds
 

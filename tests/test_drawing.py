@@ -33,8 +33,7 @@ from pianta.plot.floor import (
     save_picture,
 )
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY, plot_grid
-from pianta.plot.room_colors import ROOM_COLORS
-from pianta.plot.styles import DARK_INK, LIGHT_INK, style_rooms
+from pianta.plot.styles import DARK_INK, LIGHT_INK, ROOM_COLORS, style_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta.worlds.scan import map_floor
 

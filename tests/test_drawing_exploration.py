@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from PIL import Image, ImageSequence
 
 from pianta.errors import OptionError, PiantaError
+from pianta.exploration.classical_policies import NearestFrontier
 from pianta.exploration.explore import explore
-from pianta.exploration.policies import NearestFrontier
 from pianta.plot.exploration import (
     FRONTIER_COLOR,
     check_animation,

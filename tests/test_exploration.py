@@ -15,11 +15,12 @@ from shapely import LineString, box
 
 from pianta.errors import MapWarning, OptionError
 from pianta.exploration import kernels
+from pianta.exploration.classical_policies import InformationGain, NearestFrontier
 from pianta.exploration.explore import explore
 from pianta.exploration.frontiers import Frontier
 from pianta.exploration.lidar import Lidar, Pose
 from pianta.exploration.perception import perceive_rooms
-from pianta.exploration.policies import POLICIES, InformationGain, NearestFrontier, make_policy
+from pianta.exploration.policies import POLICIES, make_policy
 from pianta.exploration.situation import Situation
 from pianta.exploration.world import World, build_world, read_world
 from pianta.floor import Door, Floor, Room
@@ -113,7 +114,7 @@ def test_without_numba_the_run_is_the_same(monkeypatch):
 def test_the_run_is_the_same_under_every_hash_seed():
     code = (
         "from pianta.exploration.explore import explore;"
-        "from pianta.exploration.policies import InformationGain;"
+        "from pianta.exploration.classical_policies import InformationGain;"
         "from tests.explored_worlds import two_room_world;"
         "run = explore(two_room_world(), InformationGain(), robots=2);"
         "print(run.distance.tolist(), run.area.tolist(), run.seen, run.entered)"

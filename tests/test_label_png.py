@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from PIL import Image
 
 from pianta.errors import FloorError
-from pianta.io.label_images import read_label_image, save_label_image
+from pianta.io.floors import read_label_image, save_label_image
 from tests.mutation import mutated
 
 LABELS = np.array([[0, 1, 255], [256, 65534, 65535]], np.uint16)

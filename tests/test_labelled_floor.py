@@ -1,5 +1,7 @@
 """Floors from label images, checked by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -58,7 +60,7 @@ def test_a_courtyard_is_a_hole_though_it_touches_the_outside_at_a_corner():
 
 
 def test_there_are_no_walls_and_the_source_is_kept():
-    floor = floor_from_labels(make_grid(SUITE), LABELS, source="suite.png")
+    floor = floor_from_labels(replace(make_grid(SUITE), source="suite.png"), LABELS)
     assert (floor.walls, floor.source) == ((), "suite.png")
 
 

@@ -5,10 +5,18 @@ from hypothesis import strategies as st
 
 from pianta.layout._canvas import Mask
 from pianta.layout._voronoi_doors import compute_clearance
-from pianta.layout.structure.merging import MODEL, find_parting_borders, join_rooms, merge_pieces, start_rooms
+from pianta.layout.structure.merging import (
+    find_parting_borders,
+    join_rooms,
+    merge_pieces,
+    read_default_merge_model,
+    start_rooms,
+)
 from pianta.layout.structure.necks import Floats
 from pianta.layout.structure.pieces import Borders, Pieces, cut_into_pieces, find_borders
 from tests.drawn_maps import carve
+
+MODEL = read_default_merge_model()
 
 SHAPE = (120, 200)
 # Four rooms of 4.5 m beside each other, walls of 20 cm between them: a door, open over all of it, a door.

@@ -8,7 +8,7 @@ import pytest
 from pianta.floor import Floor, Room
 from pianta.labels import SCHOOL
 from pianta.rooms.from_names import label_named_rooms
-from pianta.rooms.model import label_rooms
+from pianta.rooms.label import label_rooms
 from pianta.rooms.name_dictionary import RoomKind, RoomWords
 from pianta.worlds.floors import make_floor
 from tests.labelled_floors import label_by_rule, small_model

@@ -11,8 +11,7 @@ from numpy.lib import format as npy
 
 from pianta.errors import MapError, PiantaError
 from pianta.gridmap import GridMap
-from pianta.io.maps import read_map
-from pianta.io.npz_maps import read_npz_map, save_npz_map
+from pianta.io.maps import read_map, read_npz_map, save_npz_map
 from tests.mutation import mutated, refused_in_one_line
 from tests.strategies import grids
 

@@ -11,7 +11,8 @@ from shapely.affinity import rotate, scale, translate
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, SCHEMAS, SCHOOL, General, Label, LabelSchema
-from pianta.rooms.model import FUNCTIONS, choose_functions, has_given_label, keep_given_label, label_rooms
+from pianta.rooms.label import label_rooms
+from pianta.rooms.model import FUNCTIONS, choose_functions, has_given_label, keep_given_label
 from pianta.rooms.training import SIMULATED_WEIGHT, building_of, check_labels, train_places
 from pianta.worlds.floors import make_floor
 from pianta.worlds.simulated_readings import simulate_reading

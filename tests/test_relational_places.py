@@ -10,8 +10,7 @@ from shapely import box
 
 from pianta.errors import ModelError, OptionError, RelationError
 from pianta.floor import Floor, Room
-from pianta.relational.building_classifier import RelationalBuildings
-from pianta.relational.classifiers import RelationalPlaces, tell_floors
+from pianta.relational.classifiers import RelationalBuildings, RelationalPlaces, tell_floors
 from pianta.relational.fact_files import read_interpretations, read_signatures, save_interpretations
 from pianta.relational.facts import LISTING_SIGNATURES, Fact, Interpretation
 from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_machine

@@ -10,12 +10,11 @@ from shapely import LineString, box
 
 from pianta.errors import FloorError
 from pianta.floor import Door, Floor, Room
-from pianta.io import room_graphs
+from pianta.io import graphs as room_graphs
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.floors import save_floor
 from pianta.io.graphml import save_graphml
-from pianta.io.graphs import save_graph
-from pianta.io.room_graphs import read_room_graph, read_room_graphs
+from pianta.io.graphs import read_room_graph, read_room_graphs, save_graph
 from tests.mutation import mutated, refused_in_one_line
 from tests.test_building_xml import TWO_ROOMS
 from tests.test_house_expo import house

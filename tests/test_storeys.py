@@ -5,9 +5,8 @@ import pytest
 
 from pianta.errors import PlanError
 from pianta.gridmap import UNKNOWN
-from pianta.plan.read_plan import read_plan
+from pianta.plan.read_plan import CELL, MARGIN, MOST_CELLS, read_plan, read_storeys
 from pianta.plan.scale import PlanScale
-from pianta.plan.storeys import CELL, MARGIN, MOST_CELLS, read_storeys
 from tests.test_ifc_plan import LAB, OFFICE, Model
 
 

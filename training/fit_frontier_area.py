@@ -22,11 +22,11 @@ from sklearn.preprocessing import StandardScaler
 
 from pianta.bench.data import find_data
 from pianta.bench.exploration_buildings import ExploredBuilding, read_buildings
+from pianta.exploration.classical_policies import InformationGain, NearestFrontier
 from pianta.exploration.expectations import RoomExpectations
 from pianta.exploration.explore import explore
 from pianta.exploration.frontier_area import measure_frontiers
 from pianta.exploration.frontiers import Frontier
-from pianta.exploration.policies import InformationGain, NearestFrontier
 from pianta.exploration.situation import Policy, Situation
 from pianta.exploration.starts import find_starts
 from pianta.exploration.world import World, build_world

@@ -30,10 +30,10 @@ from pianta.bench.data import find_data
 from pianta.bench.partial_maps import PartialMap, simulate_drawing, simulate_world
 from pianta.errors import PiantaError
 from pianta.floor import Floor
-from pianta.layout.methods import RECONSTRUCTIONS
 from pianta.layout.partial.hypotheses import FEATURES, list_hypotheses
 from pianta.layout.partial.predict import MODEL_FILE, PartialModel
 from pianta.layout.partial.scene import Sight, grow, look_around
+from pianta.layout.reconstruct import RECONSTRUCTIONS
 
 FOLDS, ROUNDS, WORLDS = 4, 3, 16
 # Perceptrons that are averaged, and cells of the hidden layer of each; weight of the penalty.

@@ -23,6 +23,7 @@ class GridMap:
     cells: shape (H, W), int8; -1 unknown, 0 free … 100 occupied. Kept read-only.
     resolution: metres per cell, positive.
     origin: x, y (m) and yaw (rad, counter-clockwise) of the outer corner of the lower-left cell, in the map frame.
+    source: the name of the file that the map was read from; empty if there is none.
 
     Raises MapError, with every fault in one message, when the parts do not make a map.
     """
@@ -30,6 +31,7 @@ class GridMap:
     cells: NDArray[np.int8]
     resolution: float
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    source: str = ""
 
     def __post_init__(self) -> None:
         faults = []

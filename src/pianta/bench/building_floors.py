@@ -11,7 +11,7 @@ from pathlib import Path
 from pianta.bench.annotated_floors import KINDS, AnnotatedFloor, make_of_drawings, set_building_type
 from pianta.bench.room_sets import USER_SCHEMA
 from pianta.bench.table import Row
-from pianta.building_types.description import LABELS, BuildingDescription, describe_building, spread_labels
+from pianta.building_types.description import BuildingDescription, describe_building
 from pianta.errors import BuildingWarning, DataError, LabelError, OptionError, PiantaError
 from pianta.io._faults import join_faults
 from pianta.io._files import reason_of, shown
@@ -21,6 +21,7 @@ from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split, standard_buildi
 from pianta.relational.facts import Fact, Interpretation
 from pianta.relational.interpretation import LABEL, ROOM, atom_of_label, interpret_floor
 from pianta.relational.kernels import ROOM_RELATIONS
+from pianta.rooms.completion import LABELS, spread_labels
 from pianta.rooms.training import building_of
 
 # A building is left out, and another of those that are left is left out to calibrate.

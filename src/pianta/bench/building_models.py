@@ -24,11 +24,11 @@ from pianta.bench.place_models import (
     both_sets,
     train_on,
 )
-from pianta.building_types.description import LABELS
 from pianta.building_types.model import BuildingModel
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.labels import LabelSet, Split
 from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_machine
+from pianta.rooms.completion import LABELS
 from pianta.rooms.model import vote
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable, save_c
 from pianta.bench.place_models import CENTRAL, LOCAL, PIANTA
 from pianta.bench.place_tables import PRINTED_ERRORS
 from pianta.bench.table import Row
-from pianta.building_types.description import LABELS
 from pianta.evaluation.curves import Curve, measure_precision_recall, measure_roc
 from pianta.labels import RC, LabelSet
+from pianta.rooms.completion import LABELS
 
 PRINTED_PLACES = MappingProxyType(
     {LOCAL: PRINTED_ERRORS[LOCAL], CENTRAL: PRINTED_ERRORS[CENTRAL], KLOG: PRINTED_ERRORS["kLog"]}

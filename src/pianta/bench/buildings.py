@@ -28,8 +28,8 @@ from pianta.bench.building_models import (
     list_types,
 )
 from pianta.bench.place_models import PIANTA
-from pianta.building_types.description import LABELS
 from pianta.labels import LabelSet, Split
+from pianta.rooms.completion import LABELS
 
 Floats = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from pianta.bench.report import start_table
 from pianta.bench.rooms import time_reconstruction
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import written_atomically
-from pianta.layout.methods import METHODS
+from pianta.layout.reconstruct import METHODS
 from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import map_floor
 

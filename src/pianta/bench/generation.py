@@ -36,7 +36,7 @@ from pianta.generation.type_model import TypeModel, learn_type, prepare_room_gra
 from pianta.graphs.metrics import find_corridors, measure_graph
 from pianta.io._files import shown
 from pianta.io.buildings.thesis_xml import read_building_xml
-from pianta.io.room_graphs import read_room_graphs
+from pianta.io.graphs import read_room_graphs
 from pianta.labels import SCHOOL
 
 REAL, CORR, NCUT, PRINTED_COSTS, THESIS = "real", "corr", "ncut", "as printed", "thesis"

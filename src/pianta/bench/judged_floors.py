@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.bench.place_models import Opinion, true_labels
-from pianta.building_types.description import LABELS
 from pianta.evaluation.semantics import LabelPair, pair_backward, pair_forward
 from pianta.floor import Floor
 from pianta.labels import LabelSet, Split
+from pianta.rooms.completion import LABELS
 
 Floats = NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from statistics import fmean
@@ -22,9 +22,8 @@ from pianta.floor import Floor, Room, cells_of_polygon
 from pianta.gridmap import GridMap
 from pianta.io._files import reason_of
 from pianta.layout._outlines import GRID
-from pianta.layout.methods import DEFAULT_METHOD
 from pianta.layout.partial.scene import find_main_direction
-from pianta.layout.reconstruct import reconstruct
+from pianta.layout.reconstruct import DEFAULT_METHOD, reconstruct
 from pianta.plot.floor import save_picture
 
 # The share of a true room from which on predictions have to hold, and that was not seen of a room truly seen in part.
@@ -103,7 +102,7 @@ def measure_partial(
     for _, (run, item, read) in zip(track([item for _, item, _ in jobs]), jobs, strict=True):
         try:
             known = read()
-            floor = reconstruct(known.grid, method=method, source=known.item)
+            floor = reconstruct(replace(known.grid, source=known.item), method=method)
             rooms[run] += judge_rooms(floor, known)
             if pictures:
                 save_picture(floor, known.grid, pictures / f"{known.item.replace('/', '_')}.png")

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.bench.annotated_floors import AnnotatedFloor
-from pianta.building_types.description import LABELS
 from pianta.floor import Floor, scale_floor
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet, Split
+from pianta.rooms.completion import LABELS
 from pianta.rooms.model import PlaceModel, vote
 from pianta.rooms.thesis_features import GEOMETRIC, ROOM_FEATURES, compute_room_features
 from pianta.rooms.training import train_places

@@ -21,9 +21,9 @@ from pianta.bench.place_tables import (
     measure_curve,
 )
 from pianta.bench.report import show_figure
-from pianta.building_types.description import LABELS
 from pianta.evaluation.semantics import Reliability
 from pianta.labels import LabelSet
+from pianta.rooms.completion import LABELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

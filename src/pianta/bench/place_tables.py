@@ -13,7 +13,6 @@ from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable
 from pianta.bench.judged_floors import LAYOUTS, OFFICES, SCHOOLS, TRUE_LAYOUTS, JudgedFloor
 from pianta.bench.place_models import CENTRAL, IN_DRAWINGS_SCALE, LOCAL, MAPPED, PIANTA, STEPS, name_step
 from pianta.bench.table import Row
-from pianta.building_types.description import LABELS
 from pianta.evaluation.semantics import (
     Reliability,
     count_confusion,
@@ -21,6 +20,7 @@ from pianta.evaluation.semantics import (
     share_of_agreeing,
 )
 from pianta.labels import LabelSet, Split
+from pianta.rooms.completion import LABELS
 
 KLOG = "kLog"
 # Errors, %: schools in R/C and F/C/E/S, then offices (Table 6.1).

@@ -24,7 +24,6 @@ from pianta.bench.judged_floors import LAYOUTS, OFFICES, SCHOOLS, TRUE_LAYOUTS, 
 from pianta.bench.place_models import PIANTA, Judges, train_judges, train_on, true_labels
 from pianta.bench.place_tables import Cost, PlacesBench, tabulate_places
 from pianta.bench.table import Figures, Row, measure_row
-from pianta.building_types.description import LABELS
 from pianta.evaluation.semantics import share_of_agreeing
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
@@ -32,6 +31,7 @@ from pianta.io.maps import read_map
 from pianta.labels import LabelSet, Split
 from pianta.layout.reconstruct import reconstruct
 from pianta.plot.floor import save_picture
+from pianta.rooms.completion import LABELS
 from pianta.worlds.simulated_readings import simulate_reading
 
 PART_OF_KIND = {"school": SCHOOLS, "office": OFFICES}
@@ -127,7 +127,7 @@ class _Run:
     def _judge_map(self, building: str, train: Callable[[], Judges], item: str) -> Iterator[Figures]:
         grid, true = self._read_map(item)
         judges = train()
-        found = reconstruct(grid, source=item)
+        found = reconstruct(replace(grid, source=item))
         on_truth = AnnotatedFloor(item, MAPS_KIND, building, true).unlabelled
         factor = self._compare_scales(item, true)
         judged = []

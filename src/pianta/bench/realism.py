@@ -18,12 +18,11 @@ from pianta.bench.place_models import CENTRAL, LOCAL, PIANTA, TREES
 from pianta.bench.realism_models import GAUSSIAN, KLOG, SCORERS, describe_drawn, score_left_out
 from pianta.bench.realism_readings import MAPPED, UNLABELLED, read_again
 from pianta.bench.table import Row
-from pianta.building_types.description import LABELS, spread_labels
 from pianta.errors import DataError
 from pianta.floor import Floor
 from pianta.labels import SCHEMAS, LabelSet
 from pianta.realism.model import LEAST_BUILDINGS, LEAST_UNLIKE, UNLIKE, Realism, RealismModel
-from pianta.rooms.completion import complete_labels
+from pianta.rooms.completion import LABELS, complete_labels, spread_labels
 
 OFFICES, WORLDS, SCHOOLS = "offices", "worlds", "schools"
 # By part: the folder of data/buildings, and the building type whose labels its rooms have.

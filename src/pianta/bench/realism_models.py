@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from pianta.bench.annotated_floors import AnnotatedFloor
 from pianta.bench.place_models import ALL_FEATURES, CENTRAL, LOCAL, WITHOUT_CENTRALITY
-from pianta.building_types.description import LABELS, BuildingDescription, describe_building
+from pianta.building_types.description import BuildingDescription, describe_building
 from pianta.building_types.kernel import BuildingKernel
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.labels import LabelSet
 from pianta.realism.classifier import RealismClassifier
-from pianta.relational.building_classifier import RelationalBuildings
+from pianta.relational.classifiers import RelationalBuildings
+from pianta.rooms.completion import LABELS
 
 Floats = NDArray[np.float64]
 

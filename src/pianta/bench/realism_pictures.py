@@ -13,8 +13,8 @@ from pianta.bench.charts import save_chart, start_chart
 from pianta.bench.place_models import CENTRAL, LOCAL
 from pianta.bench.realism import OFFICES, ONE, SCHOOLS, TWO, WORLDS, RealismBench, list_scores
 from pianta.bench.realism_models import KLOG
-from pianta.building_types.description import LABELS
 from pianta.labels import LabelSet
+from pianta.rooms.completion import LABELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -18,7 +18,7 @@ from pianta.evaluation.coverage import Scores
 from pianta.evaluation.persistence import score_persistence
 from pianta.evaluation.segmentation import drop_small_rooms, keep_rooms_at, label_rest, score_labels
 from pianta.floor import Floor
-from pianta.layout.methods import METHODS
+from pianta.layout.reconstruct import METHODS
 from pianta.layout.room_ids import keep_room_ids
 
 SCORES = {"precision": "prec.", "recall": "recall", "a_fc": "A_FC", "mean_iou": "mean\nIoU", "f1": "\nF1"}

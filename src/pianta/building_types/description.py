@@ -6,26 +6,21 @@ two views of it: features that tell of all rooms together, and a graph whose loc
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from types import MappingProxyType
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
 from pianta.errors import LabelError
-from pianta.floor import Floor, Room
-from pianta.io._faults import join_faults
-from pianta.labels import FCES, RC, LabelSchema, LabelSet, Split
+from pianta.floor import Floor
+from pianta.labels import FCES, RC, LabelSet
+from pianta.rooms.completion import LABELS, list_labels
 from pianta.rooms.features import CONTEXT_FEATURES, RoomContext, describe_rooms
 
 Floats = NDArray[np.float64]
 
-# The label sets by which buildings are compared.
-LABELS: Mapping[LabelSet, tuple[str, ...]] = MappingProxyType(
-    {LabelSet.R_C: tuple(map(str, RC)), LabelSet.F_C_E_S: tuple(map(str, FCES))}
-)
 CONNECTING = (str(RC.CORRIDOR), str(FCES.CONNECTION))
 # Means of these features of rooms: over all rooms, and over the corridors of a floor.
 OF_ROOMS = ("facade", "facade_sides", "wall_neighbours", "door_span", "leaves", "betweenness", "size_to_commonest")
@@ -110,38 +105,6 @@ def describe_building(floor: Floor, label_set: LabelSet) -> BuildingDescription:
         sides=tuple(((windows > ONE_SIDE).astype(int) + (windows > MORE_SIDES)).tolist()),
         doors=tuple((int(one), int(other)) for one, other in pairs),
     )
-
-
-def list_labels(rooms: Iterable[Room], label_set: LabelSet) -> list[str]:
-    """The label of each room in a label set.
-
-    Raises LabelError that lists the rooms that have none, or one that is not of the set.
-    """
-    rooms = list(rooms)
-    labels = [room.labels.get(str(label_set)) or room.label for room in rooms]
-    faults = [
-        f"{room.id} ({label})" if label else str(room.id)
-        for room, label in zip(rooms, labels, strict=True)
-        if label not in LABELS[label_set]
-    ]
-    if faults:
-        raise LabelError(f"rooms {join_faults(faults)} have no label in {label_set}, label them with label_rooms")
-    return [str(label) for label in labels]
-
-
-def spread_labels(floor: Floor, schema: LabelSchema, *, split: Split = Split.EXPERIMENTS) -> Floor:
-    """The floor with each room's given label, one of a schema, mapped up to F/C/E/S and R/C.
-
-    Raises LabelError that lists the labels that the schema does not have.
-    """
-    given = [room.label for room in floor.rooms]
-    sets = (LabelSet.R_C, LabelSet.F_C_E_S)
-    mapped = zip(*(schema.map_labels(given, label_set, split=split) for label_set in sets), strict=True)
-    rooms = [
-        replace(room, labels=dict(zip(map(str, sets), map(str, labels), strict=True)))
-        for room, labels in zip(floor.rooms, mapped, strict=True)
-    ]
-    return replace(floor, rooms=tuple(rooms))
 
 
 def _measure(context: RoomContext, labels: NDArray[np.str_], label_set: LabelSet) -> Floats:

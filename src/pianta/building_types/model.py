@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.building_types.description import BuildingDescription, describe_building, spread_labels
+from pianta.building_types.description import BuildingDescription, describe_building
 from pianta.building_types.kernel import BuildingKernel
 from pianta.building_types.typicality import Typicality, find_most_alike, learn_typicality, measure_likeness
 from pianta.errors import LabelError, ModelError
@@ -22,7 +22,7 @@ from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split
-from pianta.rooms.completion import complete_labels
+from pianta.rooms.completion import spread_labels
 from pianta.rooms.training import building_of, check_labels
 
 if TYPE_CHECKING:
@@ -143,28 +143,6 @@ class BuildingModel:
         return LogisticRegression(C=CALIBRATION_COST).fit(np.concatenate(decisions), np.concatenate(truth))
 
 
-def classify_building(floor: Floor, model: BuildingModel | None = None) -> Floor:
-    """The floor with probabilities of its building's types; with none where it is unlike all that the model knows.
-
-    They take the place of those that the floor has.
-    model: the one that comes with pianta unless given.
-    Rooms are compared by the labels that somebody gave them, else by those of label_rooms; the labels of the floor stay
-    as they are. A floor without rooms gets no type.
-    """
-    return replace(floor, building_type=_find_type(judge_building(floor, model)) if floor.rooms else {})
-
-
-def judge_building(floor: Floor, model: BuildingModel | None = None) -> Verdict:
-    """What a model says of the building of a floor; model and labels as in classify_building.
-
-    Raises LabelError for a floor without rooms.
-    """
-    from pianta.building_types.model_file import read_default_building_model
-
-    model = model or read_default_building_model()
-    return model.judge(complete_labels(floor, model.label_set).floor)
-
-
 def train_buildings(
     floors: Sequence[Floor],
     *,
@@ -207,10 +185,6 @@ def check_types(types: Sequence[str], buildings: Sequence[str]) -> None:
     faults = [*_find_lonely_types(types, buildings)]
     if faults:
         raise ModelError(f"{join_faults(faults)}, give two types at least and two buildings of each, better dozens")
-
-
-def _find_type(verdict: Verdict) -> dict[str, float]:
-    return dict(verdict.probabilities) if verdict.known else {}
 
 
 def _name_buildings(floors: Sequence[Floor], types: Sequence[str]) -> list[str]:

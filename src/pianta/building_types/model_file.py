@@ -14,13 +14,14 @@ from typing import Annotated, Final, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
-from pianta.building_types.description import LABELS, BuildingDescription, name_features
+from pianta.building_types.description import BuildingDescription, name_features
 from pianta.building_types.model import BuildingModel, check_types
 from pianta.errors import ModelError
 from pianta.io._faults import describe_validation, join_faults
 from pianta.io._files import checked_input, reason_of, shown, written_atomically
 from pianta.labels import LabelSet, standard_building_type
 from pianta.models import MODELS
+from pianta.rooms.completion import LABELS
 
 FORMAT: Final = "pianta buildings"
 MAJOR, MINOR = 1, 0

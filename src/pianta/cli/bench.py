@@ -38,7 +38,7 @@ from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import show_examples, stdout, track_items
 from pianta.errors import OptionError
 from pianta.io._files import shown
-from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
+from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS, check_method
 
 if TYPE_CHECKING:
     from pianta.bench.comparison import ComparisonTable, Items

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from pianta.bench.data import SET_NAMES
-from pianta.layout.methods import METHODS
+from pianta.layout.reconstruct import METHODS
 
 PLACE_SPLITS = ("experiments", "figure")
 

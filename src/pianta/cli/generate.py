@@ -154,7 +154,7 @@ def read_floor_graph(path: Path) -> nx.Graph:
 
     Raises FloorError, in one line.
     """
-    from pianta.io.room_graphs import read_room_graph
+    from pianta.io.graphs import read_room_graph
 
     return read_room_graph(path / FLOOR if path.is_dir() else path)
 

@@ -36,7 +36,7 @@ class Labelling:
         A type that the floor has is taken as given, and rooms get its labels. A type that the model finds gives rooms
         no labels: where it is wrong, it would name all of them wrongly.
         """
-        from pianta.building_types.model import classify_building
+        from pianta.building_types.classify import classify_building
         from pianta.rooms.completion import complete_labels
         from pianta.rooms.from_names import label_named_rooms
         from pianta.rooms.model import keep_given_label

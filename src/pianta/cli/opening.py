@@ -17,7 +17,7 @@ from pianta.gridmap import GridMap
 from pianta.io._files import MAX_CELLS, checked_input, shown
 from pianta.io.maps import MAP_SUFFIXES, read_map
 from pianta.io.ros_maps import YAML_SUFFIXES
-from pianta.layout.methods import DEFAULT_METHOD
+from pianta.layout.reconstruct import DEFAULT_METHOD
 
 if TYPE_CHECKING:
     from pianta.plan.symbols.poses import PlacedSymbol
@@ -78,7 +78,7 @@ class Opening:
             path, resolution=self.resolution, trust_thresholds=self.trust_thresholds, max_cells=self.max_cells
         )
         try:
-            return OpenedFloor(reconstruct(grid, method=self.method, source=Path(path).name), grid)
+            return OpenedFloor(reconstruct(grid, method=self.method), grid)
         except PiantaError as error:
             raise type(error)(f"map {shown(path)}: {error}") from error
 

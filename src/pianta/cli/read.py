@@ -21,11 +21,10 @@ from pianta.cli.terminal import describe_floor, stdout, tell_error, tell_result,
 from pianta.errors import MapWarning, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._files import MAX_CELLS, shown
-from pianta.io.floors import read_floor, save_floor
+from pianta.io.floors import read_floor, save_floor, save_label_image
 from pianta.io.graphs import save_graph
-from pianta.io.label_images import save_label_image
 from pianta.labels import SCHEMAS
-from pianta.layout.methods import DEFAULT_METHOD, METHODS, check_method
+from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS, check_method
 from pianta.plot.floor import save_picture
 
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")

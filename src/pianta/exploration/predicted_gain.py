@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.errors import OptionError
+from pianta.exploration.classical_policies import SHORTEST_WAY, assign_frontiers
 from pianta.exploration.expectations import RoomExpectations
 from pianta.exploration.frontier_area import MEASURES, expect_areas, measure_frontiers
 from pianta.exploration.frontiers import Frontier
 from pianta.exploration.gain import measure_gains
-from pianta.exploration.policies import SHORTEST_WAY, assign_frontiers
 from pianta.exploration.situation import Situation
 from pianta.exploration.tours import choose_first_visit, measure_between
 from pianta.gridmap import FREE

@@ -16,6 +16,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from PIL.PngImagePlugin import PngImageFile
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -34,13 +38,17 @@ from shapely.geometry.base import BaseGeometry
 from pianta.errors import FloorError
 from pianta.floor import Door, Floor, Room
 from pianta.io._faults import describe_validation
-from pianta.io._files import checked_input, shown, written_atomically
+from pianta.io._files import MAX_CELLS, checked_input, reason_of, shown, written_atomically
 
 FORMAT, MAJOR, MINOR = "pianta floor", 2, 2
 MAX_FILE_BYTES = 64 * 2**20
 MAX_COORDINATE = 1e8
 # Files of version 1 have label -> probability; what they say is of the label set of the building's type.
 LABEL_SET_OF_VERSION_1 = "type"
+_Metres = Annotated[FiniteFloat, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+_Position = tuple[_Metres, _Metres]
+_Probabilities = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
+_LabelProbabilities = dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]]
 
 
 def save_floor(floor: Floor, path: str | Path) -> None:
@@ -145,12 +153,6 @@ class _Part(BaseModel):
     """A part of the file; what is not named here is skipped."""
 
     model_config = ConfigDict(strict=True, frozen=True)
-
-
-_Metres = Annotated[FiniteFloat, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
-_Position = tuple[_Metres, _Metres]
-_Probabilities = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
-_LabelProbabilities = dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]]
 
 
 class _PolygonGeometry(_Part):
@@ -294,3 +296,38 @@ def _parse_floor(content: bytes) -> Floor:
         source=collection.source,
         last_id=collection.last_id,
     )
+
+
+def save_label_image(labels: NDArray[np.uint16], path: str | Path) -> None:
+    """Write labels, shape (H, W), as a PNG of 16-bit grey.
+
+    Raises FloorError when they are not a non-empty uint16 image, PiantaError when the file cannot be written.
+    """
+    if labels.dtype != np.uint16 or labels.ndim != 2 or labels.size == 0:
+        raise FloorError(f"labels are {labels.dtype} of shape {labels.shape}, give a non-empty 2-D uint16 array")
+    with written_atomically(path) as temporary:
+        Image.fromarray(np.ascontiguousarray(labels)).save(temporary, format="PNG")
+
+
+def read_label_image(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint16]:
+    """Labels of a PNG of 16-bit grey, shape (H, W).
+
+    Raises FloorError for a file that is no such image or has more than max_cells pixels.
+    """
+    file = checked_input(path, "label image", FloorError)
+    try:
+        # Image.open has a size limit of its own, which is global.
+        with PngImageFile(file) as image:
+            return _decode_labels(image, max_cells)
+    # Pillow raises whatever a hostile file drives it to.
+    except Exception as exception:
+        raise FloorError(f"cannot read the label image {shown(file)}: {reason_of(exception)}") from exception
+
+
+def _decode_labels(image: PngImageFile, max_cells: int) -> NDArray[np.uint16]:
+    width, height = image.size
+    if width * height > max_cells:
+        raise FloorError(f"it has {width} × {height} pixels, the limit is {max_cells}; raise it with max_cells=")
+    if image.mode != "I;16":
+        raise FloorError(f"its pixels are of mode {image.mode}, give a PNG of 16-bit grey")
+    return np.array(image, np.uint16)

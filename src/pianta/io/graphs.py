@@ -1,4 +1,4 @@
-"""graph.json: the topological graph of a floor as networkx node-link JSON."""
+"""Graphs of buildings: node-link JSON (graph.json), sampled graphs of the thesis, and any file that holds one."""
 
 from __future__ import annotations
 
@@ -9,10 +9,14 @@ from typing import Annotated, Literal
 
 import networkx as nx
 from pydantic import AfterValidator, BaseModel, ConfigDict, JsonValue, ValidationError, model_validator
+from pydantic_core import from_json
 
-from pianta.errors import FloorError
+from pianta.errors import BuildingError, FloorError, LabelError
 from pianta.io._faults import describe_validation, join_faults
 from pianta.io._files import checked_input, shown, written_atomically
+from pianta.io.buildings.read import read_building
+from pianta.io.graphml import read_graphml
+from pianta.labels import standard_building_type, standard_name
 
 MAX_FILE_BYTES = 64 * 2**20
 
@@ -103,3 +107,162 @@ def _parse_graph(content: bytes) -> nx.Graph:
     graph.add_nodes_from((node.id, node.__pydantic_extra__) for node in node_link.nodes)
     graph.add_edges_from((edge.source, edge.target, edge.__pydantic_extra__) for edge in node_link.edges)
     return graph
+
+
+_BLANKS = b"\xef\xbb\xbf \t\r\n"
+
+
+def read_room_graphs(path: str | Path) -> list[nx.Graph]:
+    """Read the graphs of a file of sampled graphs, those of chapter 7 of the thesis.
+
+    The file is JSON with building_type, source and graphs; a graph has id, nodes (id and label) and edges (pairs of
+    ids of nodes). Labels come in standard form; the graph attributes are `source`, the id of the graph, and
+    `building_type`. What else the file holds is skipped.
+
+    Raises FloorError, with every fault in one message, for a file that holds no such graphs.
+    """
+    file = checked_input(path, "file of room graphs", FloorError)
+    try:
+        _check_size(file)
+        sample = _Sample.model_validate_json(file.read_bytes())
+    except ValidationError as exception:
+        raise FloorError(f"cannot read the room graphs {shown(file)}: {describe_validation(exception)}") from None
+    except (FloorError, OSError) as exception:
+        raise FloorError(f"cannot read the room graphs {shown(file)}: {exception}") from exception
+    return [part.room_graph(sample.building_type) for part in sample.graphs]
+
+
+def read_room_graph(path: str | Path) -> nx.Graph:
+    """Read the room graph of a building: from graph.json, GraphML, or what read_building reads, told by the content.
+
+    Nodes keep their ids and attributes; `label` comes in standard form, None where the file has none. The graph
+    attribute `source` is the name of the file; there is a `building_type`, in lower case, where the graph has one or
+    the floor has a given type. Warnings are those of read_building.
+
+    Raises FloorError, in one line, for a file that holds no room graph.
+    """
+    file = checked_input(path, "room graph", FloorError)
+    try:
+        graph = _read_any_graph(file)
+        _standardise_graph(graph, file)
+    except BuildingError as exception:
+        raise FloorError(f"{exception}; a room graph may also be graph.json or GraphML") from exception
+    except OSError as exception:
+        raise FloorError(f"cannot read the room graph {shown(file)}: {exception}") from exception
+    graph.graph["source"] = file.name
+    return graph
+
+
+def _check_size(file: Path) -> None:
+    size = file.stat().st_size
+    if size > MAX_FILE_BYTES:
+        raise FloorError(f"it has {size} bytes, the limit is {MAX_FILE_BYTES}; give fewer graphs")
+
+
+def _read_any_graph(file: Path) -> nx.Graph:
+    with file.open("rb") as stream:
+        start = stream.read(1000).lstrip(_BLANKS)
+    if file.suffix.lower() == ".graphml" or b"<graphml" in start:
+        return read_graphml(file)
+    names = _names_in_json(file) if start[:1] == b"{" else frozenset()
+    if "nodes" in names:
+        return read_graph(file)
+    if "graphs" in names:
+        raise FloorError(f"{shown(file)} holds several room graphs, read them with read_room_graphs")
+    floor = read_building(file)
+    graph = floor.graph()
+    if floor.given_type is not None:
+        graph.graph["building_type"] = floor.given_type
+    return graph
+
+
+def _names_in_json(file: Path) -> frozenset[str]:
+    """The names of a JSON object; none for what is no JSON or too large, of which the reader of buildings tells."""
+    if file.stat().st_size > MAX_FILE_BYTES:
+        return frozenset()
+    try:
+        content = from_json(file.read_bytes().lstrip(_BLANKS))
+    except ValueError:
+        return frozenset()
+    return frozenset(content)
+
+
+def _standardise_graph(graph: nx.Graph, file: Path) -> None:
+    """Give each node a label in standard form or None, and the graph its type of building in standard form, if any."""
+    faults = [f"node {shown(node)} has an edge to itself" for node in nx.nodes_with_selfloops(graph)]
+    for node, attributes in graph.nodes(data=True):
+        label = attributes.setdefault("label", None)
+        try:
+            attributes["label"] = None if label is None else standard_name(_checked_text(label))
+        except LabelError as exception:
+            faults.append(f"the label of node {shown(node)}: {exception}")
+    building_type = graph.graph.pop("building_type", None)
+    try:
+        if building_type is not None:
+            graph.graph["building_type"] = standard_building_type(_checked_text(building_type))
+    except LabelError as exception:
+        faults.append(f"its building_type: {exception}")
+    if faults:
+        raise FloorError(f"graph {shown(file)} is no room graph: {join_faults(faults)}")
+
+
+def _checked_text(name: object) -> str:
+    if not isinstance(name, str):
+        raise LabelError(f"the name {shown(name)} is no text, give a word")
+    return name
+
+
+_Id = int | str
+
+
+class _Part(BaseModel):
+    """A part of the file; what is not named here is skipped."""
+
+    model_config = ConfigDict(strict=True, frozen=True)
+
+
+class _SampledNode(_Part):
+    id: _Id
+    label: Annotated[str, AfterValidator(standard_name)]
+
+
+class _SampledGraph(_Part):
+    id: str
+    nodes: list[_SampledNode]
+    edges: list[tuple[_Id, _Id]]
+
+    @model_validator(mode="after")
+    def _check(self) -> _SampledGraph:
+        nodes = Counter(node.id for node in self.nodes)
+        pairs = Counter(frozenset(edge) for edge in self.edges)
+        faults = [f"node {shown(node)} occurs {count} times" for node, count in nodes.items() if count > 1]
+        for pair, count in pairs.items():
+            ends = sorted(pair, key=str)
+            told = f"edge {' to '.join(map(shown, ends))}"
+            faults += [f"{told} leads to node {shown(end)}, which does not exist" for end in ends if end not in nodes]
+            faults += [f"{told} has one end"] if len(ends) == 1 else []
+            faults += [f"{told} occurs {count} times"] if count > 1 else []
+        if faults:
+            raise ValueError(join_faults(faults))
+        return self
+
+    def room_graph(self, building_type: str) -> nx.Graph:
+        """The graph, with its id as source."""
+        graph = nx.Graph(source=self.id, building_type=building_type)
+        graph.add_nodes_from((node.id, {"label": node.label}) for node in self.nodes)
+        graph.add_edges_from(self.edges)
+        return graph
+
+
+class _Sample(_Part):
+    building_type: Annotated[str, AfterValidator(standard_building_type)]
+    source: str
+    graphs: list[_SampledGraph]
+
+    @model_validator(mode="after")
+    def _check_ids(self) -> _Sample:
+        ids = Counter(graph.id for graph in self.graphs)
+        faults = [f"graph {shown(name)} occurs {count} times" for name, count in ids.items() if count > 1]
+        if faults:
+            raise ValueError(join_faults(faults))
+        return self

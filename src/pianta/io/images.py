@@ -53,7 +53,7 @@ def read_image_map(
     cells = table[grey]
     if transparent is not None:
         cells[transparent] = UNKNOWN
-    return GridMap(cells, resolution, origin)
+    return GridMap(cells, resolution, origin, Path(path).name)
 
 
 def _check_options(resolution: float, origin: tuple[float, float, float], free_above: int, occupied_below: int) -> None:

@@ -92,7 +92,7 @@ def read_ros_map(path: str | Path, *, trust_thresholds: bool = False, max_cells:
         if trapped is not None:
             cells[trapped] = UNKNOWN
             warnings.warn(_describe_trap(file, description, trapped), MapWarning, stacklevel=2)
-    return GridMap(cells, description.resolution, description.origin)
+    return GridMap(cells, description.resolution, description.origin, file.name)
 
 
 def _read_map_yaml(file: Path) -> _MapYaml:

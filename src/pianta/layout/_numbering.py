@@ -12,9 +12,7 @@ from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 
 
-def assemble_floor(
-    rooms: Sequence[Room], doors: Sequence[Door], walls: Sequence[LineString], grid: GridMap, source: str
-) -> Floor:
+def assemble_floor(rooms: Sequence[Room], doors: Sequence[Door], walls: Sequence[LineString], grid: GridMap) -> Floor:
     """Floor with rooms renumbered in reading order of the map image: rows of a metre from the top, then columns."""
 
     def corner(room: Room) -> tuple[int, float]:
@@ -28,5 +26,5 @@ def assemble_floor(
         rooms=tuple(replace(room, id=new_id[room.id]) for room in ordered),
         doors=tuple(sorted(renumbered, key=lambda door: (door.room_ids, door.line.coords[0]))),
         walls=tuple(walls),
-        source=source,
+        source=grid.source,
     )

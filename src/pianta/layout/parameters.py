@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from math import isfinite
+from typing import TypeVar
 
 from pianta.errors import OptionError
 
+P = TypeVar("P", bound="Parameters")
+
 
 @dataclass(frozen=True, kw_only=True)
-class ThesisParameters:
+class Parameters:
+    """The thresholds of a method that finds rooms; each method has its own."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThesisParameters(Parameters):
     """Thresholds of the layout method of the thesis (section 3.1); nobody should need to change them.
 
     working_resolution: metres per cell at which the image operations run; the authors' pixel values belong to it.
@@ -62,7 +70,7 @@ class ThesisParameters:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StructureParameters:
+class StructureParameters(Parameters):
     """Thresholds of the method `structure`, in metres; nobody should need to change them.
 
     working_resolution: metres per cell at which the map is cut.
@@ -126,3 +134,15 @@ def _check_positive(parameters: ThesisParameters | StructureParameters) -> None:
     faults = [f"{name} is {value}" for name, value in values.items() if not (isfinite(value) and value > 0)]
     if faults:
         raise OptionError("; ".join(faults) + "; give positive numbers")
+
+
+def check_parameters(given: Parameters | None, kind: type[P]) -> P:
+    """The parameters of a method: those given, or the default ones for None.
+
+    Raises OptionError when they belong to another method.
+    """
+    if given is None:
+        return kind()
+    if not isinstance(given, kind):
+        raise OptionError(f"parameters are {type(given).__name__}, give {kind.__name__}")
+    return given

@@ -2,21 +2,83 @@
 
 from __future__ import annotations
 
+from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.layout.methods import DEFAULT_METHOD, RECONSTRUCTIONS, check_method
-from pianta.layout.partial.predict import predict_partial_rooms
+from pianta.layout.parameters import Parameters, StructureParameters, ThesisParameters, check_parameters
+from pianta.layout.rivals.methods import SEGMENTATIONS
+
+METHODS = ("structure", "thesis", *SEGMENTATIONS)
+DEFAULT_METHOD = METHODS[0]
 
 
-def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, source: str = "") -> Floor:
-    """Floor of a grid map, in metres of the map frame: rooms, doors and, by some methods, representative lines.
+def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Parameters | None = None) -> Floor:
+    """Reconstruct the floor that a grid map shows: its rooms and doors, and its walls by some methods.
 
-    Rooms that end at space that nobody has seen are partial, by `structure` and `thesis`, and predicted as a whole.
+    Rooms that end at unknown space are partial, by `structure` and `thesis`, and are predicted as a whole
+    (thesis, section 8.2).
 
-    method: one of METHODS.
-    source: the name that the floor carries.
+    Parameters
+    ----------
+    grid
+        The occupancy grid; its `source` becomes the floor's.
+    method
+        One of `METHODS`: "structure" (narrow passages and wall lines, the default), "thesis" (Algorithm 1 of
+        section 3.1), or a method of the survey of Bormann et al. ("morphological", "distance", "voronoi",
+        "features").
+    parameters
+        The thresholds of the method, in metres; None for those that fit most buildings. `StructureParameters` for
+        "structure", `ThesisParameters` for "thesis", and the class beside each method of the survey.
 
-    Raises OptionError for an unknown method, and MapError when the map shows no room.
+    Returns
+    -------
+    Floor
+        Rooms, doors and walls, metres of the map frame. Rooms are numbered from 1 in reading order of the map image.
+
+    Raises
+    ------
+    OptionError
+        The method is unknown, or the parameters belong to another method.
+    MapError
+        The map shows no room.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, section 3.1 and chapter 9; R. Bormann et al., Room segmentation: survey, implementation,
+    and analysis, ICRA 2016.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> grid, _ = pianta.make_world("suite")
+    >>> floor = pianta.reconstruct(grid, parameters=pianta.StructureParameters(door_width=1.6))
+    >>> len(floor.rooms)
+    3
+
     """
+    from pianta.layout.partial.predict import predict_partial_rooms
+
+    return predict_partial_rooms(find_rooms(grid, method=method, parameters=parameters), grid)
+
+
+def find_rooms(grid: GridMap, *, method: str, parameters: Parameters | None = None) -> Floor:
+    """The floor of `reconstruct`, with partial rooms as they were seen."""
     check_method(method)
-    return predict_partial_rooms(RECONSTRUCTIONS[method](grid, source), grid)
+    if method in SEGMENTATIONS:
+        from pianta.layout.rivals.methods import segment_rooms
+        from pianta.layout.rivals.to_floor import floor_from_labels
+
+        return floor_from_labels(grid, segment_rooms(grid, method=method, parameters=parameters))
+    if method == "thesis":
+        from pianta.layout.thesis.reconstruct import reconstruct_layout
+
+        return reconstruct_layout(grid, parameters=check_parameters(parameters, ThesisParameters))
+    from pianta.layout.structure.reconstruct import reconstruct_structure
+
+    return reconstruct_structure(grid, parameters=check_parameters(parameters, StructureParameters))
+
+
+def check_method(method: str) -> None:
+    """Raise OptionError for the name of no method."""
+    if method not in METHODS:
+        raise OptionError(f"method is {method!r}, give one of {', '.join(METHODS)}")

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from shapely import unary_union
 
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import MAX_CELLS, shown
-from pianta.layout.methods import DEFAULT_METHOD, check_method
+from pianta.io.drawings.ifc import read_ifc_plan
+from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
 from pianta.plan.doors.lines import PlanDoors, find_doors
 from pianta.plan.doors.swings import Swing, find_swings
 from pianta.plan.scale import (
@@ -33,7 +35,6 @@ from pianta.plan.sheets.floors_on_sheet import lay_out_floors
 from pianta.plan.sheets.map_or_plan import may_be_drawing
 from pianta.plan.sheets.open_sheet import open_sheet
 from pianta.plan.sheets.sheet import Colors, PlacedText, Sheet
-from pianta.plan.storeys import IFC_SUFFIX, read_storeys
 from pianta.plan.symbols.detection import find_symbols, remove_symbols
 from pianta.plan.symbols.poses import PlacedSymbol
 from pianta.plan.symbols.templates import own_templates, read_symbol_folder
@@ -47,6 +48,9 @@ from pianta.plan.walls.regions import NETWORKS, find_regions, has_walls
 SMALLEST_SWING = 0.5
 NO_ROOMS = "plan {} shows no rooms, give a plan with walls, or its --resolution"
 NO_DRAWING = "plan {} looks blank, like noise, like a photo or like text, give a drawing"
+IFC_SUFFIX = ".ifc"
+# Metres of a cell of the frame, of the margin around the rooms, and cells at most along the longer side.
+CELL, MARGIN, MOST_CELLS = 0.05, 1.0, 8000
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,3 +211,24 @@ def _place_floor(
     placed = scale_floor(floor, scale.resolution, scale.resolution)
     grid = GridMap(np.full(sheet.colors.shape[:2], UNKNOWN, np.int8), scale.resolution)
     return PlanFloor(name_rooms(placed, texts, grid, legend), grid, scale)
+
+
+def read_storeys(path: str | Path) -> list[tuple[Floor, GridMap, PlanScale, str]]:
+    """Each storey with rooms, from the lowest to the highest: its floor, a frame of unknown cells, scale and name.
+
+    Warnings and errors as of read_ifc_plan.
+    """
+    framed = [(storey, _frame(storey.floor)) for storey in read_ifc_plan(path)]
+    return [(storey.floor, frame, _scale(frame), storey.name) for storey, frame in framed]
+
+
+def _scale(frame: GridMap) -> PlanScale:
+    return PlanScale(frame.resolution, "the units of the file", 1.0)
+
+
+def _frame(floor: Floor) -> GridMap:
+    left, bottom, right, top = unary_union([room.polygon for room in floor.rooms]).bounds
+    longest = max(right - left, top - bottom) + 2 * MARGIN
+    cell = max(CELL, longest / MOST_CELLS)
+    shape = tuple(int(np.ceil((side + 2 * MARGIN) / cell)) for side in (top - bottom, right - left))
+    return GridMap(np.full(shape, UNKNOWN, np.int8), cell, (left - MARGIN, bottom - MARGIN, 0.0))

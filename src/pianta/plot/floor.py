@@ -13,16 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely import MultiPolygon, Point, Polygon
+from shapely import MultiPolygon, Point, Polygon, difference, get_parts
 
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.io._files import written_atomically
 from pianta.labels import SCHEMAS
+from pianta.layout._outlines import GRID
 from pianta.plot.grid import UNKNOWN_GREY, plot_grid, plot_ink
-from pianta.plot.partial import HATCH_COLOR, plot_predictions, sample_prediction
-from pianta.plot.room_colors import color_neighbours
-from pianta.plot.styles import CERTAIN_FROM, DARK_INK, RoomStyle, Schemas, list_labels, style_rooms
+from pianta.plot.styles import CERTAIN_FROM, DARK_INK, RoomStyle, Schemas, color_neighbours, list_labels, style_rooms
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -52,6 +51,12 @@ LEGEND_FONT_SIZE = 8
 # Width and height of a digit of DejaVu Sans Bold, per font size; radius of a graph's node, per circle around its id.
 DIGIT, NODE_RIM = (0.7, 0.73), 1.2
 ROOM_LEVEL, WALL_LEVEL, GRAPH_LEVEL, DOOR_LEVEL, TEXT_LEVEL = range(1, 6)
+HATCH_COLOR, OUTLINE_COLOR = "#999999", "#777777"
+HATCH, DASHES, WIDTH = "\\\\", (0, (4, 2.5)), 0.9
+# Below the rooms and above the map.
+LEVEL = 0.5
+# Smaller bits beyond what was seen are the walls, m².
+LEAST_AREA = 0.05
 
 
 def draw_floor(
@@ -366,3 +371,27 @@ def _find_extent_of_free(grid: GridMap) -> NDArray[np.float64]:
     # Half a cell more, so that even a single cell has an extent.
     margin = np.array([[-0.5], [0.5]]) * grid.resolution
     return np.asarray(np.quantile(xy, (1 - SEEN_SHARE, SEEN_SHARE), axis=0) + margin)
+
+
+def plot_predictions(floor: Floor, *, ax: Axes) -> Axes:
+    """Draw what is predicted of partial rooms: what was not seen hatched, around the whole a dashed outline."""
+    from shapely.plotting import patch_from_polygon
+
+    for room in floor.rooms:
+        if room.predicted is None:
+            continue
+        for part in get_parts(difference(room.predicted, room.polygon, grid_size=GRID)):
+            if part.area >= LEAST_AREA:
+                look = {"facecolor": "none", "edgecolor": HATCH_COLOR, "hatch": HATCH, "linewidth": 0, "zorder": LEVEL}
+                ax.add_patch(patch_from_polygon(part, **look))
+        outline = {"facecolor": "none", "edgecolor": OUTLINE_COLOR, "linestyle": DASHES, "linewidth": WIDTH}
+        ax.add_patch(patch_from_polygon(room.predicted, **outline, zorder=LEVEL))
+    return ax
+
+
+def sample_prediction() -> tuple[Patch, str]:
+    """Handle of a legend for predictions, and its text."""
+    from matplotlib.patches import Patch
+
+    handle = Patch(facecolor="none", edgecolor=HATCH_COLOR, hatch=2 * HATCH, linestyle=(0, (2, 1.5)), linewidth=0.6)
+    return handle, "predicted"

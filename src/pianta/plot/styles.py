@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Mapping
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TypeAlias
+
+import numpy as np
+from shapely import STRtree
 
 from pianta.floor import Floor, Room
 from pianta.io.buildings._repair import normalize_label
@@ -34,6 +37,10 @@ OPACITY, PARTIAL_OPACITY = 0.75, 0.4
 # A label below this probability is shown as uncertain.
 CERTAIN_FROM = 0.6
 CORRIDOR_LABELS = frozenset({RC.CORRIDOR, FCES.CONNECTION, General.CORRIDOR, General.HALL})
+# Paul Tol's "light" scheme, made for areas with dark labels and for colour-blind readers.
+ROOM_COLORS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#ccaadd")
+# Rooms no further apart, m, are neighbours: the thickest wall between two rooms.
+NEIGHBOUR_DISTANCE = 0.5
 
 
 @dataclass(frozen=True)
@@ -146,3 +153,16 @@ def _luminance(color: str) -> float:
     shares = [part / 255 for part in bytes.fromhex(color[1:])]
     linear = [share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4 for share in shares]
     return sum(weight * part for weight, part in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+def color_neighbours(rooms: Sequence[Room]) -> list[str]:
+    """A colour for each room: the least used that no neighbour has; rooms with the most neighbours choose first."""
+    polygons = np.array([room.polygon for room in rooms], dtype=object)
+    first, second = STRtree(polygons).query(polygons, predicate="dwithin", distance=NEIGHBOUR_DISTANCE)
+    neighbours = [second[first == index] for index in range(len(rooms))]
+    colors = [""] * len(rooms)
+    for index in sorted(range(len(rooms)), key=lambda index: -len(neighbours[index])):
+        near = {colors[other] for other in neighbours[index]}
+        used = Counter(colors)
+        colors[index] = min(ROOM_COLORS, key=lambda color: (color in near, used[color]))
+    return colors

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import networkx as nx
 import numpy as np
 
-from pianta.building_types.description import CONNECTING, LABELS, LEAST_SHARE, BuildingDescription, name_features
+from pianta.building_types.description import CONNECTING, LEAST_SHARE, BuildingDescription, name_features
 from pianta.graphs.metrics import measure_graph
 from pianta.labels import LabelSet
+from pianta.rooms.completion import LABELS
 
 # The usual range is that of nine tenths of the reference floors.
 USUAL = (0.05, 0.95)

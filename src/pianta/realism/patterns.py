@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pianta.building_types.description import LABELS, BuildingDescription
+from pianta.building_types.description import BuildingDescription
 from pianta.realism.measures import USUAL, show_value
+from pianta.rooms.completion import LABELS
 
 # From so many neighbours of a label on they are not told apart.
 MANY = 3

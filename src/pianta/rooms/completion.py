@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
-from pianta.building_types.description import LABELS
+from pianta.errors import LabelError
 from pianta.floor import Floor, Room
+from pianta.io._faults import join_faults
 from pianta.io.buildings._repair import normalize_label
 from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, Split
-from pianta.rooms.model import has_given_label, label_rooms
+from pianta.rooms.label import label_rooms
+from pianta.rooms.model import has_given_label
+
+# The label sets by which buildings are compared.
+LABELS: Mapping[LabelSet, tuple[str, ...]] = MappingProxyType(
+    {LabelSet.R_C: tuple(map(str, RC)), LabelSet.F_C_E_S: tuple(map(str, FCES))}
+)
 
 
 @dataclass(frozen=True)
@@ -66,3 +74,35 @@ def _place_given(room: Room, floor: Floor, label_set: LabelSet, schemas: Mapping
     knowing = own[:1] or [schema for schema in schemas.values() if name in schema.by_name]
     places = {str(schema.map_labels([name], label_set, split=Split.EXPERIMENTS)[0]) for schema in knowing}
     return places.pop() if len(places) == 1 else None
+
+
+def list_labels(rooms: Iterable[Room], label_set: LabelSet) -> list[str]:
+    """The label of each room in a label set.
+
+    Raises LabelError that lists the rooms that have none, or one that is not of the set.
+    """
+    rooms = list(rooms)
+    labels = [room.labels.get(str(label_set)) or room.label for room in rooms]
+    faults = [
+        f"{room.id} ({label})" if label else str(room.id)
+        for room, label in zip(rooms, labels, strict=True)
+        if label not in LABELS[label_set]
+    ]
+    if faults:
+        raise LabelError(f"rooms {join_faults(faults)} have no label in {label_set}, label them with label_rooms")
+    return [str(label) for label in labels]
+
+
+def spread_labels(floor: Floor, schema: LabelSchema, *, split: Split = Split.EXPERIMENTS) -> Floor:
+    """The floor with each room's given label, one of a schema, mapped up to F/C/E/S and R/C.
+
+    Raises LabelError that lists the labels that the schema does not have.
+    """
+    given = [room.label for room in floor.rooms]
+    sets = (LabelSet.R_C, LabelSet.F_C_E_S)
+    mapped = zip(*(schema.map_labels(given, label_set, split=split) for label_set in sets), strict=True)
+    rooms = [
+        replace(room, labels=dict(zip(map(str, sets), map(str, labels), strict=True)))
+        for room, labels in zip(floor.rooms, mapped, strict=True)
+    ]
+    return replace(floor, rooms=tuple(rooms))

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from pianta.floor import Floor
 from pianta.labels import LabelSchema
 from pianta.rooms.features import RoomContext
-from pianta.rooms.model import FUNCTIONS, PlaceModel, label_rooms, vote
+from pianta.rooms.label import label_rooms
+from pianta.rooms.model import FUNCTIONS, PlaceModel, describe_neighbours, find_neighbourhood, vote
 from pianta.rooms.name_dictionary import RoomWords, prior_of_name, read_default_room_words
-from pianta.rooms.neighbour_labels import describe_neighbours, find_neighbourhood
 
 Floats = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ the floor as one object.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, RC, LabelSchema, LabelSet
 from pianta.rooms.features import RoomContext, describe_rooms
-from pianta.rooms.neighbour_labels import describe_neighbours, find_neighbourhood
-from pianta.rooms.random_field import RandomField
+from pianta.rooms.random_field import Neighbourhood, RandomField
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
@@ -28,6 +27,8 @@ Floats = NDArray[np.float64]
 
 FUNCTIONS = tuple(FCES)
 CONNECTION = FUNCTIONS.index(FCES.CONNECTION)
+# Columns for each label that describe_neighbours adds to the context of a room.
+AROUND = 9
 
 
 @dataclass(frozen=True)
@@ -114,18 +115,6 @@ class PlaceModel:
         return tuple(sorted(self.names))
 
 
-def label_rooms(floor: Floor, model: PlaceModel | None = None) -> Floor:
-    """The floor with a label for each room, and probabilities; rooms keep nothing of older labels.
-
-    model: the one that comes with pianta unless given.
-    Labels are in the sets "R/C" and "F/C/E/S" (the split of the thesis' experiments), and in that of the most probable
-    building type of the floor that the model knows, if there is one. A label lies below that of the coarser set.
-    """
-    from pianta.rooms.model_file import read_default_place_model
-
-    return (model or read_default_place_model()).label(floor)
-
-
 def has_given_label(room: Room) -> bool:
     """Whether its label is not one that `label_rooms` gave it: somebody has said or corrected it.
 
@@ -175,3 +164,52 @@ def _label_room(room: Room, functions: Floats, chosen: int, names: Floats, schem
             labels[schema.building_type] = max(within, key=lambda name: by_name[name])
     finest = list(labels.values())[-1]
     return replace(room, label=finest, labels=labels, label_probabilities=probabilities)
+
+
+def describe_neighbours(context: RoomContext, probabilities: Floats) -> Floats:
+    """Features of rooms, what is thought of each, and of the rooms around it: shape (n, k + AROUND L).
+
+    probabilities: of L labels, shape (n, L).
+    """
+    at_two_doors = (context.hops == 2).astype(float)
+    surroundings = [
+        probabilities,
+        context.doors @ probabilities,
+        _average(context.doors, probabilities),
+        _highest(context.doors, probabilities),
+        _average(at_two_doors, probabilities),
+        _average(context.walls, probabilities),
+        _average(context.alike, probabilities),
+        np.broadcast_to(probabilities.mean(axis=0), probabilities.shape),
+        np.broadcast_to(np.average(probabilities, axis=0, weights=context.area), probabilities.shape),
+    ]
+    return np.hstack([context.features, *surroundings])
+
+
+def find_neighbourhood(context: RoomContext) -> Neighbourhood:
+    """The pairs of rooms with a door between them, and those that are alike."""
+    doors = np.argwhere(np.triu(context.doors, 1) > 0)
+    alike = np.argwhere(np.triu(context.alike, 1))
+    count = context.alike.sum(axis=1)
+    return Neighbourhood(doors, alike, 2 / np.maximum(count[alike].sum(axis=1), 1))
+
+
+def join_neighbourhoods(contexts: Sequence[RoomContext]) -> Neighbourhood:
+    """The pairs of several floors, their rooms numbered through."""
+    near = [find_neighbourhood(context) for context in contexts]
+    starts = np.cumsum([0, *(len(context.features) for context in contexts[:-1])])
+    doors = [each.doors + start for each, start in zip(near, starts, strict=True)]
+    alike = [each.alike + start for each, start in zip(near, starts, strict=True)]
+    return Neighbourhood(np.concatenate(doors), np.concatenate(alike), np.concatenate([each.share for each in near]))
+
+
+def _average(weights: NDArray[np.generic], probabilities: Floats) -> Floats:
+    """Weighted means of the rows of probabilities, 0 where all weights are, shape (n, L)."""
+    totals = np.asarray(weights, float).sum(axis=1, keepdims=True)
+    return np.asarray(np.asarray(weights, float) @ probabilities / np.maximum(totals, 1e-9))
+
+
+def _highest(doors: NDArray[np.generic], probabilities: Floats) -> Floats:
+    """Highest probability of each label behind any door, 0 where there is none, shape (n, L)."""
+    behind = np.where(np.asarray(doors)[:, :, None] > 0, probabilities[None], 0.0)
+    return np.asarray(behind.max(axis=1, initial=0))

@@ -23,8 +23,7 @@ from pianta.io._files import checked_input, reason_of, shown, written_atomically
 from pianta.labels import Label, LabelSchema
 from pianta.models import MODELS
 from pianta.rooms.features import CONTEXT_FEATURES
-from pianta.rooms.model import FUNCTIONS, PlaceModel, Training, vote
-from pianta.rooms.neighbour_labels import AROUND
+from pianta.rooms.model import AROUND, FUNCTIONS, PlaceModel, Training, vote
 from pianta.rooms.random_field import RandomField
 
 if TYPE_CHECKING:

@@ -17,8 +17,16 @@ from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet
 from pianta.rooms.features import RoomContext, describe_rooms
-from pianta.rooms.model import CONNECTION, FUNCTIONS, PlaceModel, Training, choose_functions, vote
-from pianta.rooms.neighbour_labels import describe_neighbours, join_neighbourhoods
+from pianta.rooms.model import (
+    CONNECTION,
+    FUNCTIONS,
+    PlaceModel,
+    Training,
+    choose_functions,
+    describe_neighbours,
+    join_neighbourhoods,
+    vote,
+)
 from pianta.rooms.random_field import fit_random_field
 
 if TYPE_CHECKING:

@@ -36,7 +36,7 @@ def simulate_reading(floor: Floor, *, seed: int) -> Floor:
     # Entrances lead out of what is mapped.
     inner = tuple(door for door in stretched.doors if not door.is_entrance)
     walled = replace(stretched, rooms=tuple(map(leave_walls, stretched.rooms)), doors=inner)
-    found = reconstruct(map_floor(walled, resolution=RESOLUTION, noise=NOISE, seed=seed), source=floor.source)
+    found = reconstruct(replace(map_floor(walled, resolution=RESOLUTION, noise=NOISE, seed=seed), source=floor.source))
     shared = overlap_areas(*(np.array([room.polygon for room in each.rooms]) for each in (found, stretched)))
     labels = [floor.rooms[best].label for best in shared.argmax(axis=1)]
     rooms = [replace(room, label=label) for room, label in zip(found.rooms, labels, strict=True)]

@@ -19,13 +19,14 @@ from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.io._files import shown
 from pianta.io._xml import parse_number
-from pianta.io.buildings._doors import DrawnPortal, floor_of_portals
 from pianta.io.buildings._kinds import Kind, parse_building
 from pianta.io.buildings._repair import (
+    DrawnPortal,
     DrawnRoom,
     Findings,
     check_portal_count,
     check_room_count,
+    floor_of_portals,
     name_of_room,
     normalize_label,
     polygon_of_corners,

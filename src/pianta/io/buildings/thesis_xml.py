@@ -21,13 +21,14 @@ from pianta.floor import Door, Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import shown
 from pianta.io._xml import parse_number
-from pianta.io.buildings._doors import line_along_wall, line_in_middle
 from pianta.io.buildings._kinds import Kind, parse_building
 from pianta.io.buildings._repair import (
     DrawnRoom,
     Findings,
     check_portal_count,
     check_room_count,
+    line_along_wall,
+    line_in_middle,
     name_of_room,
     normalize_label,
     polygon_of_corners,

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pianta.gridmap import GridMap
+from pianta.layout.parameters import Parameters, check_parameters
 from pianta.layout.rivals.patches import Labels, label_patches, measure_clearance, spread_labels
 
 
 @dataclass(frozen=True, kw_only=True)
-class DistanceParameters:
+class DistanceParameters(Parameters):
     """Thresholds of the distance transform segmentation; the defaults are those of the survey's program.
 
     step: between one threshold on the clearance and the next, metres; a cell of the survey's maps.
@@ -23,16 +24,16 @@ class DistanceParameters:
     largest: float = 163.0
 
 
-def segment_by_clearance(grid: GridMap, *, parameters: DistanceParameters | None = None) -> Labels:
+def segment_by_clearance(grid: GridMap, *, parameters: Parameters | None = None) -> Labels:
     """Rooms of a grid map, shape (H, W): 0 no room, 1 … N."""
-    parameters = parameters or DistanceParameters()
+    thresholds = check_parameters(parameters, DistanceParameters)
     clearance = measure_clearance(grid.free)
-    step = max(parameters.step / grid.resolution, 1.0)
+    step = max(thresholds.step / grid.resolution, 1.0)
     best, most = np.zeros(grid.shape, np.int32), 0
     # From the lowest threshold up, so that of two equally good ones the one that takes less away is kept.
     for threshold in step * np.arange(int(clearance.max() / step) + 1):
         patches, areas = label_patches(clearance > threshold, grid.resolution)
-        is_room = (parameters.smallest <= areas) & (areas <= parameters.largest)
+        is_room = (thresholds.smallest <= areas) & (areas <= thresholds.largest)
         if is_room.sum() > most:
             best, most = np.where(is_room, np.cumsum(is_room), 0).astype(np.int32)[patches], int(is_room.sum())
     return spread_labels(best, grid.free)

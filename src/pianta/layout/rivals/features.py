@@ -13,6 +13,7 @@ from json import loads
 import numpy as np
 
 from pianta.gridmap import GridMap
+from pianta.layout.parameters import Parameters, check_parameters
 from pianta.layout.rivals.laser import describe_scans, scan_cells
 from pianta.layout.rivals.patches import Floats, Labels, Mask, label_patches, spread_labels
 from pianta.models import MODELS
@@ -24,7 +25,7 @@ BATCH = 4096
 
 
 @dataclass(frozen=True, kw_only=True)
-class FeatureParameters:
+class FeatureParameters(Parameters):
     """Thresholds of the feature-based segmentation.
 
     spacing: a scan is taken in one cell of a square of this side; metres (the survey scans every cell).
@@ -66,11 +67,11 @@ def load_stumps() -> Stumps:
     return Stumps(feature, np.array(threshold), np.array(below, np.int32), np.array(above, np.int32), np.array(weight))
 
 
-def segment_by_features(grid: GridMap, *, parameters: FeatureParameters | None = None) -> Labels:
+def segment_by_features(grid: GridMap, *, parameters: Parameters | None = None) -> Labels:
     """Rooms of a grid map, shape (H, W): 0 no room, 1 … N."""
-    parameters = parameters or FeatureParameters()
+    thresholds = check_parameters(parameters, FeatureParameters)
     # What kind of place the scans were taken in
-    cells = choose_cells(grid.free, max(1, round(parameters.spacing / grid.resolution)))
+    cells = choose_cells(grid.free, max(1, round(thresholds.spacing / grid.resolution)))
     batches = np.array_split(cells, len(cells) // BATCH + 1)
     votes = np.concatenate(
         [load_stumps().vote(describe_scans(scan_cells(grid.free, batch, grid.resolution))) for batch in batches]
@@ -83,7 +84,7 @@ def segment_by_features(grid: GridMap, *, parameters: FeatureParameters | None =
     rooms = np.zeros(grid.shape, np.int32)
     for place in range(len(PLACES)):
         patches, areas = label_patches(places == place, grid.resolution)
-        is_room = (areas >= parameters.smallest) & (areas > 0) & (place != DOORWAY)
+        is_room = (areas >= thresholds.smallest) & (areas > 0) & (place != DOORWAY)
         rooms += np.where(is_room, rooms.max() + np.cumsum(is_room), 0).astype(np.int32)[patches]
     return spread_labels(rooms, grid.free)
 

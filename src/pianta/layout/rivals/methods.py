@@ -9,16 +9,17 @@ from numpy.typing import NDArray
 
 from pianta.errors import MapError, OptionError
 from pianta.gridmap import GridMap
+from pianta.layout.parameters import Parameters
 
 SEGMENTATIONS = ("morphological", "distance", "voronoi", "features")
 # Cells coarser than this show no doors; metres.
 COARSEST = 0.5
 
 
-def segment_rooms(grid: GridMap, *, method: str) -> NDArray[np.int32]:
+def segment_rooms(grid: GridMap, *, method: str, parameters: Parameters | None = None) -> NDArray[np.int32]:
     """Rooms of a grid map by a rival method, shape (H, W): 0 no room, 1 … N; every room is connected by cell sides.
 
-    method: one of SEGMENTATIONS.
+    method: one of SEGMENTATIONS. parameters: of that method, as its module has them; None for the survey's.
     Raises OptionError for an unknown method, and MapError when the map shows no room.
     """
     from pianta.layout.rivals.distance import segment_by_clearance
@@ -26,7 +27,7 @@ def segment_rooms(grid: GridMap, *, method: str) -> NDArray[np.int32]:
     from pianta.layout.rivals.morphological import segment_by_erosion
     from pianta.layout.rivals.voronoi import segment_by_voronoi_diagram
 
-    segments: dict[str, Callable[[GridMap], NDArray[np.int32]]] = {
+    segments: dict[str, Callable[..., NDArray[np.int32]]] = {
         "morphological": segment_by_erosion,
         "distance": segment_by_clearance,
         "voronoi": segment_by_voronoi_diagram,
@@ -40,7 +41,7 @@ def segment_rooms(grid: GridMap, *, method: str) -> NDArray[np.int32]:
         raise MapError("the map has no free cell, so there is no room to find; check its thresholds and negate")
     if grid.free.all():
         raise MapError("every cell of the map is free, so no wall bounds a room; check its thresholds and negate")
-    labels = segments[method](grid)
+    labels = segments[method](grid, parameters=parameters)
     if not labels.any():
         raise MapError("the map shows no room, its free space is too small or too scattered; check the resolution")
     return labels

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pianta.gridmap import GridMap
+from pianta.layout.parameters import Parameters, check_parameters
 from pianta.layout.rivals.patches import Labels, label_patches, measure_clearance, spread_labels
 
 
 @dataclass(frozen=True, kw_only=True)
-class MorphologicalParameters:
+class MorphologicalParameters(Parameters):
     """Thresholds of the morphological segmentation; the defaults are those of the survey's program.
 
     erosion: thickness of the layer that each erosion takes off, metres; a cell of the survey's maps.
@@ -23,18 +24,18 @@ class MorphologicalParameters:
     largest: float = 47.0
 
 
-def segment_by_erosion(grid: GridMap, *, parameters: MorphologicalParameters | None = None) -> Labels:
+def segment_by_erosion(grid: GridMap, *, parameters: Parameters | None = None) -> Labels:
     """Rooms of a grid map, shape (H, W): 0 no room, 1 … N."""
-    parameters = parameters or MorphologicalParameters()
+    thresholds = check_parameters(parameters, MorphologicalParameters)
     clearance = measure_clearance(grid.free, chessboard=True)
-    layer = max(parameters.erosion / grid.resolution, 1.0)
+    layer = max(thresholds.erosion / grid.resolution, 1.0)
     rooms = np.zeros(grid.shape, np.int32)
     left = grid.free
     depth = 0.0
     while left.any():
         # A patch that has fallen off the rest, and is as large as a room, is one, and is eroded no further.
         patches, areas = label_patches(left, grid.resolution)
-        is_room = (parameters.smallest <= areas) & (areas <= parameters.largest)
+        is_room = (thresholds.smallest <= areas) & (areas <= thresholds.largest)
         ids = np.where(is_room, rooms.max() + np.cumsum(is_room), 0)[patches]
         rooms[ids > 0] = ids[ids > 0]
         depth += layer

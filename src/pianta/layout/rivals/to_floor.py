@@ -16,7 +16,7 @@ from pianta.layout._voronoi_doors import find_doors
 from pianta.layout.parameters import ThesisParameters
 
 
-def floor_from_labels(grid: GridMap, labels: Labels, *, source: str = "") -> Floor:
+def floor_from_labels(grid: GridMap, labels: Labels) -> Floor:
     """Floor whose rooms are the labels of a label image, with the doors of the topological map; it has no walls.
 
     labels: shape (H, W) of the grid; n > 0 is a room, anything else is none. Of a label in several parts, which do not
@@ -40,7 +40,7 @@ def floor_from_labels(grid: GridMap, labels: Labels, *, source: str = "") -> Flo
     number[label] = np.arange(len(label))
     canvas = Canvas(np.pad(grid.free, MARGIN_PX), grid.resolution, _to_grid(), grid)
     doors = find_doors(canvas, np.pad(number[labels], MARGIN_PX, constant_values=-1), ThesisParameters())
-    return assemble_floor(rooms, doors, (), grid, source)
+    return assemble_floor(rooms, doors, (), grid)
 
 
 def _to_grid() -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.gridmap import GridMap
+from pianta.layout.parameters import Parameters, check_parameters
 from pianta.layout.rivals.cells import MergeRule, merge_cells
 from pianta.layout.rivals.patches import Floats, Labels, Mask, label_patches, measure_clearance, spread_labels
 
@@ -23,7 +24,7 @@ SQUARE = np.ones((3, 3), np.uint8)
 
 
 @dataclass(frozen=True, kw_only=True)
-class VoronoiParameters:
+class VoronoiParameters(Parameters):
     """Thresholds of the Voronoi segmentation; the defaults are those of the survey's program, but for narrowest.
 
     narrowest: gaps up to this width are no passage, and the diagram does not lead through them; metres.
@@ -50,23 +51,23 @@ class VoronoiParameters:
     )
 
 
-def segment_by_voronoi_diagram(grid: GridMap, *, parameters: VoronoiParameters | None = None) -> Labels:
+def segment_by_voronoi_diagram(grid: GridMap, *, parameters: Parameters | None = None) -> Labels:
     """Rooms of a grid map, shape (H, W): 0 no room, 1 … N."""
-    parameters = parameters or VoronoiParameters()
+    thresholds = check_parameters(parameters, VoronoiParameters)
     clearance = measure_clearance(grid.free)
     # The generalised Voronoi diagram, without the branches into corners
-    passable = clearance > parameters.narrowest / 2 / grid.resolution
+    passable = clearance > thresholds.narrowest / 2 / grid.resolution
     diagram = prune_diagram(draw_diagram(grid.free) & passable, clearance)
     # Critical points: the narrowest of their stretch of the diagram
-    critical = find_critical_points(diagram, clearance, grid.resolution, parameters)
+    critical = find_critical_points(diagram, clearance, grid.resolution, thresholds)
     # Critical lines: from each to the nearest obstacles on either side
-    lines = draw_critical_lines(critical, clearance, parameters.spacing)
+    lines = draw_critical_lines(critical, clearance, thresholds.spacing)
     # Cells between the lines
     patches, areas = label_patches(grid.free & ~lines, grid.resolution)
-    is_cell = (parameters.smallest <= areas) & (areas <= parameters.largest)
+    is_cell = (thresholds.smallest <= areas) & (areas <= thresholds.largest)
     cells = spread_labels(np.where(is_cell, np.cumsum(is_cell), 0).astype(np.int32)[patches], grid.free)
     # Rooms of one or more cells
-    return merge_cells(cells, grid.resolution, parameters.rules)
+    return merge_cells(cells, grid.resolution, thresholds.rules)
 
 
 def draw_diagram(free: Mask) -> Mask:

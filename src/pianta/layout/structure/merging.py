@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -62,7 +63,10 @@ def read_merge_model(path: Path = MODEL_FILE) -> MergeModel:
     return MergeModel(tuple(float(fitted["weights"][name]) for name in FEATURES), float(fitted["constant"]))
 
 
-MODEL = read_merge_model()
+@cache
+def read_default_merge_model() -> MergeModel:
+    """The model that comes with pianta."""
+    return read_merge_model()
 
 
 @dataclass(frozen=True, eq=False)

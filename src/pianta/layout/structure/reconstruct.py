@@ -22,7 +22,7 @@ from pianta.layout._voronoi_doors import compute_clearance
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.clutter import remove_clutter
 from pianta.layout.structure.frontiers import drop_spray, find_frontiers, measure_frontiers
-from pianta.layout.structure.merging import MODEL, MergeModel, absorb_small_rooms, merge_pieces
+from pianta.layout.structure.merging import MergeModel, absorb_small_rooms, merge_pieces, read_default_merge_model
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
 from pianta.layout.structure.necks import Clearance, Floats, find_necks
 from pianta.layout.structure.notches import fill_notches
@@ -47,9 +47,7 @@ class Cut:
     borders: Borders
 
 
-def reconstruct_structure(
-    grid: GridMap, *, parameters: StructureParameters, model: MergeModel = MODEL, source: str = ""
-) -> Floor:
+def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters, model: MergeModel | None = None) -> Floor:
     """Floor of a grid map: rooms that are cut at doors and follow the walls, and the doors; metres of the map frame.
 
     Rooms are numbered in reading order of the map image. Raises MapError when the map shows no room.
@@ -61,7 +59,7 @@ def reconstruct_structure(
     cell = cut.canvas.resolution
     # Merge what was cut without reason, and cut along lines of wall what has no neck
     lines = find_wall_lines(cut.space, resolution=cell)
-    labels, passages = find_rooms(cut, lines, parameters, model)
+    labels, passages = find_rooms(cut, lines, parameters, model or read_default_merge_model())
     # Rooms that end at unknown space are partial, and what is hardly more than its end is spray
     rays = measure_frontiers(labels, find_frontiers(grid, cut.canvas, cut.space), resolution=cell)
     seen = drop_spray(labels, rays, width=parameters.passage_width, resolution=cell)
@@ -78,7 +76,7 @@ def reconstruct_structure(
     # The lines along which two rooms are still cut are the doors
     doors = find_doors(replace(cut, pieces=replace(cut.pieces, labels=labels)), passages, numbers.tolist(), parameters)
     walls = span_walls(lines, cut.space, reach=parameters.line_reach, gap=parameters.door_width, resolution=cell)
-    return assemble_floor(rooms, doors, [_draw_wall(wall, cut.canvas) for wall in walls], grid, source)
+    return assemble_floor(rooms, doors, [_draw_wall(wall, cut.canvas) for wall in walls], grid)
 
 
 def cut_space(grid: GridMap, parameters: StructureParameters) -> Cut:

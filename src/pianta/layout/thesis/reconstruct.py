@@ -23,7 +23,7 @@ from pianta.layout.thesis.lines import get_representative_lines
 from pianta.layout.thesis.segments import detect_edges, detect_segments
 
 
-def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters, source: str = "") -> Floor:
+def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters) -> Floor:
     """Layout of a grid map by Algorithm 1, with the doors of the topological map; metres in the map frame.
 
     Rooms are numbered in reading order of the map image. Raises MapError when the map shows no room.
@@ -60,7 +60,7 @@ def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters, source: s
     # A line along the outer wall may run just outside the rooms.
     extent = shapely.box(*shapely.total_bounds(faces.polygons[room_of_face >= 0])).buffer(FRINGE, join_style="mitre")
     walls = cut_lines(lines, extent)
-    return assemble_floor(rooms, doors, [canvas.to_map(wall) for wall in walls], grid, source)
+    return assemble_floor(rooms, doors, [canvas.to_map(wall) for wall in walls], grid)
 
 
 def _cluster_internal_faces(

@@ -15,7 +15,7 @@ from shapely import LineString
 from pianta.errors import MapError
 from pianta.floor import Door, Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
-from pianta.layout.methods import RECONSTRUCTIONS
+from pianta.layout.reconstruct import find_rooms
 from pianta.plan.doors.lines import PlanDoors, join_rooms
 from pianta.plan.sheets.sheet import Floats
 from pianta.plan.walls.floor_map import FloorMap
@@ -44,7 +44,7 @@ def lay_out_floors(floor_map: FloorMap, doors: PlanDoors, *, method: str, source
         own = cv2.dilate((parts == number).view(np.uint8), np.ones((WALL_CELLS,) * 2)) > 0
         cells = np.where(own, grid.cells, UNKNOWN).astype(np.int8)
         try:
-            floor = RECONSTRUCTIONS[method](GridMap(cells, grid.resolution, grid.origin), source)
+            floor = find_rooms(GridMap(cells, grid.resolution, grid.origin, source), method=method)
         except MapError:
             continue
         sure, doubtful = (

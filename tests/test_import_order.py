@@ -1,0 +1,89 @@
+"""Who may import whom: the folders of pianta lie on levels, and every import leads downwards."""
+
+import ast
+from pathlib import Path
+
+import networkx as nx
+import pytest
+
+import pianta
+
+PACKAGE = Path(pianta.__file__).parent
+# From the top down; docs/house.md says what each one holds.
+LEVELS = (
+    ("__init__", "__main__"),
+    ("cli",),
+    ("bench",),
+    ("plot",),
+    ("read",),
+    ("exploration",),
+    ("prediction",),
+    ("generation",),
+    ("realism",),
+    ("building_types",),
+    ("relational",),
+    ("rooms",),
+    ("worlds",),
+    ("plan",),
+    ("layout",),
+    ("evaluation",),
+    ("graphs",),
+    ("io",),
+    ("models",),
+    ("floor",),
+    ("gridmap",),
+    ("labels",),
+    ("errors",),
+)
+LEVEL = {name: level for level, names in enumerate(LEVELS) for name in names}
+
+
+def list_imports() -> list[tuple[str, str]]:
+    """Pairs of a module and one of pianta that it imports, at its top or within a function."""
+    pairs = []
+    for file in sorted(PACKAGE.rglob("*.py")):
+        parts = ("pianta", *file.relative_to(PACKAGE).with_suffix("").parts)
+        module = ".".join(parts).removesuffix(".__init__")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("pianta."):
+                # A name can be a module of the package, or something in it.
+                names = [f"{node.module}.{alias.name}" for alias in node.names]
+                pairs += [(module, name if is_module(name) else node.module) for name in names]
+    return pairs
+
+
+def is_module(name: str) -> bool:
+    path = PACKAGE.joinpath(*name.split(".")[1:])
+    return path.with_suffix(".py").is_file() or path.is_dir()
+
+
+IMPORTS = list_imports()
+
+
+def test_there_is_no_circle() -> None:
+    """Imports within functions count too."""
+    assert len(IMPORTS) > 1000
+    graph = nx.DiGraph(IMPORTS)
+    assert [sorted(circle) for circle in nx.strongly_connected_components(graph) if len(circle) > 1] == []
+
+
+def test_every_folder_and_file_has_a_level() -> None:
+    found = {path.stem for path in PACKAGE.iterdir() if path.suffix in {".py", ""}} - {"__init__", "__pycache__"}
+    assert found <= LEVEL.keys()
+
+
+def test_every_import_leads_downwards() -> None:
+    upward = [
+        f"{module} imports {name}"
+        for module, name in IMPORTS
+        if module != "pianta" and LEVEL[name.split(".")[1]] < LEVEL[module.split(".")[1]]
+    ]
+    assert upward == []
+
+
+@pytest.mark.parametrize("name", sorted({path.parent.name for path in PACKAGE.rglob("__init__.py")}))
+def test_every_folder_says_what_it_holds(name: str) -> None:
+    (folder,) = {path.parent for path in PACKAGE.rglob("__init__.py") if path.parent.name == name}
+    docstring = ast.get_docstring(ast.parse((folder / "__init__.py").read_text(encoding="utf-8")))
+    assert docstring
+    assert len(docstring) > 20
