@@ -14,7 +14,7 @@ from PIL import Image
 from pianta.bench.data import find_data
 from pianta.errors import DataError
 from pianta.generation.buildings import BuildingSampler, generate_buildings
-from pianta.generation.mixing import train_type
+from pianta.generation.train import train_type
 from pianta.generation.type_model import TypeFloor, TypeModel
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
@@ -38,13 +38,13 @@ NODE_SIZE, CUT_WIDTH = 90, 2.6
 def main() -> None:
     """Draw the method on made schools, and buildings made from the real ones; without data, these stay as they are."""
     random = np.random.default_rng(SEED)
-    model, _ = train_type([make_school(random) for _ in range(FLOORS)], SCHOOL)
+    model = train_type([make_school(random) for _ in range(FLOORS)], schema=SCHOOL)
     draw_steps(model)
     try:
         files = list_buildings([find_data() / "buildings" / "school"])
     except DataError:
         return
-    model, _ = train_type([read_building(file).graph() for file in files], SCHOOL)
+    model = train_type([read_building(file) for file in files], schema=SCHOOL)
     sheet = IMAGES / "generation.png"
     save_contact_sheet(generate_buildings(model, SHOWN, seed=SEED), sheet, schema=SCHOOL)
     with Image.open(sheet) as picture:

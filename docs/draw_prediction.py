@@ -16,7 +16,7 @@ from pianta.generation.type_model import learn_type
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
 from pianta.plot.prediction import save_prediction_picture
-from pianta.prediction.prediction import predict_building
+from pianta.prediction.prediction import predict
 from pianta.prediction.whole_floor import explore_floor
 
 SEED, WIDTH = 4, 1300
@@ -41,7 +41,7 @@ def main() -> None:
 def draw_explored(whole: nx.Graph, others: list[nx.Graph], *, corridors: int, path: Path) -> None:
     """Predict a floor from its first corridors by a model of others, and draw that beside the truth."""
     truth = explore_floor(whole, SCHOOL, corridors=corridors)
-    prediction = predict_building(learn_type(others, SCHOOL), truth.part, seed=SEED)
+    prediction = predict(truth.part, learn_type(others, SCHOOL), seed=SEED)
     save_prediction_picture(prediction, path, truth=truth)
     with Image.open(path) as picture:
         smaller = picture.convert("RGB").resize(

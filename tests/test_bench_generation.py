@@ -56,8 +56,7 @@ from pianta.bench.generation_tables import (
 from pianta.errors import DataError, OptionError
 from pianta.evaluation.graph_sets import STATISTICS, DiscrepancyRatio, Trial
 from pianta.generation.buildings import generate_buildings
-from pianta.generation.mixing import Mixing, ModelMixing
-from pianta.generation.type_model import TypeModel, learn_type
+from pianta.generation.type_model import Mixing, ModelMixing, TypeModel, learn_type
 from pianta.labels import SCHOOL, LabelSchema
 from tests.command_line import list_files, run_pianta
 from tests.tiny_data import write_schools

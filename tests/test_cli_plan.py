@@ -11,11 +11,11 @@ import pytest
 from PIL import Image
 from shapely import box
 
-from pianta.cli.opening import OpenedFloor, Opening
-from pianta.cli.read import OUTPUTS
 from pianta.floor import Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io.floors import read_floor
+from pianta.reading._reader import Reader
+from pianta.reading.reading import OUTPUTS, StoreyReading
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plans.drawing import draw_plan
 from tests.command_line import list_files, run_pianta
@@ -173,15 +173,15 @@ def test_options_of_drawings_are_refused_for_an_ifc(tmp_path: Path, options: lis
     assert not (tmp_path / "out").exists()
 
 
-def opened_floors(*folders: str) -> list[OpenedFloor]:
+def opened_floors(*folders: str) -> list[StoreyReading]:
     """The same two rooms of 2 m × 2 m for each folder."""
     floor = Floor((Room(1, box(0, 0, 2, 2)), Room(2, box(2, 0, 4, 2))), ())
-    return [OpenedFloor(floor, GridMap(np.full((20, 40), UNKNOWN, np.int8), 0.1), folder) for folder in folders]
+    return [StoreyReading(floor, GridMap(np.full((20, 40), UNKNOWN, np.int8), 0.1), folder) for folder in folders]
 
 
 def test_floors_of_a_plan_are_written_all_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     floors = opened_floors("floor-1", "floor-2")
-    monkeypatch.setattr(Opening, "open", lambda *_: floors)
+    monkeypatch.setattr(Reader, "_open", lambda *_: floors)
     read = ("read", "plan.png", "-o", str(tmp_path / "out"), "--no-labels")
     drawn = []
 
@@ -191,7 +191,7 @@ def test_floors_of_a_plan_are_written_all_or_none(tmp_path: Path, monkeypatch: p
             raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr("pianta.cli.read.save_picture", fail_at_second)
+        patched.setattr("pianta.plot.floor.save_picture", fail_at_second)
         result = run_pianta(*read)
     assert result.code == 2
     assert result.err.endswith("floor-2': No space left on device\n")

@@ -11,13 +11,13 @@ from PIL import Image
 from rich.console import Console
 from shapely import LineString, box
 
-from pianta.cli.read import describe_ids
 from pianta.cli.room_table import tabulate_rooms
 from pianta.cli.terminal import describe_floor
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io.floors import read_floor, save_floor
 from pianta.io.ros_maps import save_ros_map
+from pianta.reading._reader import describe_ids
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import map_floor
 from tests.command_line import list_files, run_pianta

@@ -21,16 +21,16 @@ from shapely import LineString, box
 
 from pianta import __version__
 from pianta.cli import main
-from pianta.cli.outputs import written_together
-from pianta.cli.read import name_folders
 from pianta.cli.room_table import tabulate_rooms
 from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.io._folders import written_together
 from pianta.io.floors import read_floor, read_label_image
 from pianta.io.graphs import read_graph
 from pianta.io.ros_maps import save_ros_map
 from pianta.layout.reconstruct import METHODS
+from pianta.reading.read import name_folders
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import make_sample, map_floor
 from tests.command_line import list_files, run_pianta
@@ -357,7 +357,7 @@ def test_a_failure_in_the_middle_leaves_the_folder_as_it_was(small, tmp_path, mo
     def fail(*_: object, **__: object) -> None:
         raise failure
 
-    monkeypatch.setattr("pianta.cli.read.save_picture", fail)
+    monkeypatch.setattr("pianta.plot.floor.save_picture", fail)
     out = tmp_path / "out"
     for name, content in older.items():
         out.mkdir(exist_ok=True)

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from pianta.cli.train import name_sources
 from pianta.floor import Floor
+from pianta.io.buildings.read import name_sources
 from pianta.io.floors import read_floor, save_floor
 from pianta.io.graphs import read_graph
 from pianta.io.ros_maps import save_ros_map

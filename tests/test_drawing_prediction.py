@@ -28,7 +28,7 @@ from pianta.plot.prediction import (
     save_prediction_picture,
 )
 from pianta.prediction.explored_part import ExploredPart
-from pianta.prediction.prediction import Prediction, predict_building
+from pianta.prediction.prediction import Prediction, predict
 from pianta.prediction.unexplored_part import SampledFloor
 from pianta.prediction.whole_floor import WholeFloor, explore_floor
 from tests.generated_types import SCHOOL, make_schools, make_wing
@@ -39,7 +39,7 @@ def predicted() -> tuple[Prediction, WholeFloor]:
     """The fourth school, of which one corridor of four in a ring was explored, by a model of the others."""
     schools = make_schools()
     truth = explore_floor(schools[3], SCHOOL, corridors=1)
-    return predict_building(learn_type([*schools[:3], *schools[4:]], SCHOOL), truth.part, count=8), truth
+    return predict(truth.part, learn_type([*schools[:3], *schools[4:]], SCHOOL), count=8), truth
 
 
 @pytest.fixture

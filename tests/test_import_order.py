@@ -15,7 +15,7 @@ LEVELS = (
     ("cli",),
     ("bench",),
     ("plot",),
-    ("read",),
+    ("reading",),
     ("exploration",),
     ("prediction",),
     ("generation",),

@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pianta.generation import mixing
+from pianta.generation import mixing, train
 from pianta.generation.buildings import BuildingSampler
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.metropolis_hastings import Floats
-from pianta.generation.mixing import CHAINS, TARGETS, Mixing, ModelMixing, find_mixing, train_type
-from pianta.generation.type_model import TypeModel
+from pianta.generation.mixing import CHAINS, TARGETS, find_mixing
+from pianta.generation.train import train_type
+from pianta.generation.type_model import Mixing, ModelMixing, TypeModel
 from tests.generated_types import SCHOOL, build_floor, make_schools, make_wing, small_model
 
 QUICK = replace(small_model(), sweeps=8, edge_moves=40, door_moves=10)
@@ -110,11 +111,13 @@ def test_floors_of_one_area_have_nothing_to_join():
 
 def test_a_type_is_trained_with_what_was_found(monkeypatch):
     monkeypatch.setattr(
-        mixing,
+        train,
         "find_mixing",
         lambda model, *, seed, track: ModelMixing(Mixing(seed, 1.0), Mixing(8, 1.2), Mixing(9, 1.3)),
     )
-    model, found = train_type(make_schools(), SCHOOL, segmentation=Segmentation.NCUT, seed=7)
+    model = train_type(make_schools(), schema=SCHOOL, areas="ncut", seed=7)
+    found = model.mixing
+    assert found is not None
     assert (model.sweeps, model.edge_moves, model.door_moves) == (7, 8, 9)
     assert found.edge_moves == Mixing(8, 1.2)
     assert found.sweeps.has_mixed
@@ -123,5 +126,7 @@ def test_a_type_is_trained_with_what_was_found(monkeypatch):
 
 
 def test_two_floors():
-    model, found = train_type([make_wing("C"), make_wing("AAA")], SCHOOL)
+    model = train_type([make_wing("C"), make_wing("AAA")], schema=SCHOOL)
+    found = model.mixing
+    assert found is not None
     assert model.sweeps == found.sweeps.iterations >= 300

@@ -16,7 +16,7 @@ from pianta.prediction.prediction import (
     Prediction,
     Spread,
     find_nearest_distribution,
-    predict_building,
+    predict,
     share_unseen,
 )
 from pianta.prediction.unexplored_part import FloorSampler, SampledFloor
@@ -53,7 +53,7 @@ def make_sample(labels: str, edges: str, *, behind: dict[int, int] | None = None
     return SampledFloor(graph, {0: 0, 1: 1, 2: 2}, behind if behind is not None else {3: 3, 4: 4})
 
 
-def predict(*samples: SampledFloor) -> Prediction:
+def predict_by(*samples: SampledFloor) -> Prediction:
     return Prediction(make_part(), samples, SCHEMA, {})
 
 
@@ -70,7 +70,7 @@ def test_spreads():
 
 
 def test_numbers_of_rooms():
-    prediction = predict(ONE, TWO)
+    prediction = predict_by(ONE, TWO)
     assert prediction.rooms == Spread(6.5, 5, 8)
     assert prediction.area is not None
     # 80 m² are known; 3 + 4 + 5 + 6 + 7 more, and 3 + 4.
@@ -83,22 +83,22 @@ def test_numbers_of_rooms():
     assert next(iter(prediction.counts)) == "CLOSET"
     assert prediction.counts["CLOSET"].high == 3
     del ONE.graph.nodes[7]["area"]
-    assert predict(ONE, TWO).area is None
+    assert predict_by(ONE, TWO).area is None
     ONE.graph.nodes[7]["area"] = 7.0
 
 
 def test_shares_of_one_sample_are_its_own():
-    assert predict(TWO).shares == pytest.approx({"CLASSROOM": 0.5, "CORRIDOR": 0.5}, abs=1e-6)
-    assert sum(predict(ONE, TWO).shares.values()) == pytest.approx(1)
+    assert predict_by(TWO).shares == pytest.approx({"CLASSROOM": 0.5, "CORRIDOR": 0.5}, abs=1e-6)
+    assert sum(predict_by(ONE, TWO).shares.values()) == pytest.approx(1)
 
 
 def test_nothing_is_shared_where_no_sample_has_anything():
-    prediction = predict(make_sample("", "", behind={}))
+    prediction = predict_by(make_sample("", "", behind={}))
     assert prediction.shares == {}
     assert prediction.counts == {}
     assert [end.labels for end in prediction.ends] == [{}] * 3
     # Such samples do not count.
-    assert predict(make_sample("", "", behind={}), TWO).shares == pytest.approx(predict(TWO).shares)
+    assert predict_by(make_sample("", "", behind={}), TWO).shares == pytest.approx(predict_by(TWO).shares)
 
 
 def test_rooms_are_those_of_the_nearest_end():
@@ -112,7 +112,7 @@ def test_rooms_are_those_of_the_nearest_end():
 
 
 def test_open_ends():
-    side, door, other = predict(ONE, TWO).ends
+    side, door, other = predict_by(ONE, TWO).ends
     assert (side.room, side.near, side.is_door) == ("side", "side", False)
     assert (door.room, door.near, door.is_door) == ("?", "hall", True)
     assert (other.room, other.near) == ("??", "class")
@@ -127,7 +127,7 @@ def test_open_ends():
 
 def test_skeleton():
     """In ONE "?" is a corridor of the hall; in TWO "??", which the open corridor leads to as well."""
-    graph = predict(ONE, TWO).skeleton
+    graph = predict_by(ONE, TWO).skeleton
     found = {frozenset(edge): probability for *edge, probability in graph.edges(data="probability")}
     beyond = ("beyond", "side")
     assert found == {
@@ -140,10 +140,10 @@ def test_skeleton():
 
 
 def test_typical():
-    prediction = predict(ONE, TWO, make_sample("RC", "0-3 1-4 2-4"), make_sample("RCS", "0-3 1-4 2-4 3-5"))
+    prediction = predict_by(ONE, TWO, make_sample("RC", "0-3 1-4 2-4"), make_sample("RCS", "0-3 1-4 2-4 3-5"))
     assert prediction.typical is TWO
     assert nx.is_isomorphic(prediction.take_skeleton(TWO), nx.path_graph(3))
-    assert predict(ONE).typical is ONE
+    assert predict_by(ONE).typical is ONE
 
 
 def test_nearest_distribution():
@@ -183,20 +183,20 @@ def explore(name: str, number: int) -> nx.Graph:
 
 
 def test_predictions_of_a_floor():
-    prediction = predict_building(small_model(), explore("d", 0), count=20)
+    prediction = predict(explore("d", 0), small_model(), count=20)
     assert len(prediction.samples) == 20
     assert prediction.average == SAMPLER.label_shares
     assert prediction.rooms.low >= len(prediction.explored.known)
-    by_sampler = predict_building(SAMPLER, explore("d", 0), count=20)
+    by_sampler = predict(explore("d", 0), SAMPLER, count=20)
     assert by_sampler.shares == prediction.shares
     assert [nx.to_dict_of_lists(sample.graph) for sample in by_sampler.samples] == [
         nx.to_dict_of_lists(sample.graph) for sample in prediction.samples
     ]
     assert nx.utils.graphs_equal(by_sampler.skeleton, prediction.skeleton)
-    fewer = predict_building(SAMPLER, explore("d", 0), count=5)
+    fewer = predict(explore("d", 0), SAMPLER, count=5)
     for one, two in zip(fewer.samples, by_sampler.samples, strict=False):
         assert nx.utils.graphs_equal(one.graph, two.graph)
-    other = predict_building(SAMPLER, explore("d", 0), count=20, seed=1)
+    other = predict(explore("d", 0), SAMPLER, count=20, seed=1)
     assert any(
         not nx.utils.graphs_equal(one.graph, two.graph)
         for one, two in zip(other.samples, prediction.samples, strict=True)
@@ -205,7 +205,7 @@ def test_predictions_of_a_floor():
 
 def test_the_more_corridors_are_open_the_more_is_expected():
     """Of school d two corridors are open at first, and then of the fourth corridor alone the rooms are unseen."""
-    first, last = (predict_building(SAMPLER, explore("d", number), count=60) for number in (0, 2))
+    first, last = (predict(explore("d", number), SAMPLER, count=60) for number in (0, 2))
     unseen = [prediction.rooms.mean - len(prediction.explored.known) for prediction in (first, last)]
     assert unseen[0] > unseen[1] > 0
     # The corridors of the whole floor: four are known in the end.
@@ -221,7 +221,7 @@ def test_a_reading_of_a_partial_map():
     graph.add_node(3, label="CLASSROOM", area=5.0, partial=True, predicted_area=50.0, label_probabilities=told)
     graph.add_node(4, label="CLASSROOM", area=45.0, partial=True, predicted_area=50.0, label_probabilities=told)
     graph.add_edges_from([(1, 2), (1, 3), (1, 4)])
-    prediction = predict_building(SAMPLER, graph, count=30)
+    prediction = predict(graph, SAMPLER, count=30)
     assert [(end.room, end.near) for end in prediction.ends] == [(1, 1), (3, 1)]
     (_, door) = prediction.ends
     assert sum(door.labels.values()) == pytest.approx(1)
@@ -235,17 +235,17 @@ def test_what_cannot_be_predicted():
         with pytest.raises(
             GraphError, match=r"^no door of it is unopened and no corridor goes on, so there is nothing"
         ):
-            predict_building(SAMPLER, graph)
+            predict(graph, SAMPLER)
     with pytest.raises(GraphError, match="no room of it is known"):
-        predict_building(SAMPLER, nx.Graph())
+        predict(nx.Graph(), SAMPLER)
     with pytest.raises(OptionError, match=r"^the model has areas by ncut, prediction takes one by corr; train it so$"):
-        predict_building(small_model(Segmentation.NCUT), explore("a", 0))
+        predict(explore("a", 0), small_model(Segmentation.NCUT))
     for count in (0, MAX_SAMPLES + 1):
         with pytest.raises(OptionError, match=rf"^{count} samples are wanted, give 1 to 10000$"):
-            predict_building(SAMPLER, explore("a", 0), count=count)
+            predict(explore("a", 0), SAMPLER, count=count)
     with pytest.raises(OptionError, match=r"^seed is -1, give 0 or more$"):
-        predict_building(SAMPLER, explore("a", 0), seed=-1)
+        predict(explore("a", 0), SAMPLER, seed=-1)
     strange = explore("a", 0)
     strange.nodes[1]["label"] = "SPA"
     with pytest.raises(LabelError, match="'SPA'"):
-        predict_building(SAMPLER, strange)
+        predict(strange, SAMPLER)

@@ -1,3 +1,119 @@
-"""pianta reads buildings: rooms, what each is for, doors and the topological graph from a robot's 2-D map."""
+"""pianta reads buildings: rooms, what each is for, doors and the topological graph from a robot's map or a plan.
+
+The names in `__all__` are public. Each is imported when it is first used, so that `import pianta` takes no time.
+All other modules are internal, unless a page of the documentation shows them, and may change without notice.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from pianta import errors, plot
+    from pianta.building_types.classify import classify_building
+    from pianta.building_types.model import train_building_types
+    from pianta.errors import PiantaError
+    from pianta.exploration.explore import explore
+    from pianta.floor import Door, Floor, Room
+    from pianta.generation.generate import generate
+    from pianta.generation.train import train_type
+    from pianta.gridmap import GridMap
+    from pianta.io.buildings.read import read_building
+    from pianta.io.floors import read_floor
+    from pianta.io.maps import read_map
+    from pianta.labels import LabelSchema
+    from pianta.layout.parameters import StructureParameters, ThesisParameters
+    from pianta.layout.reconstruct import METHODS, reconstruct
+    from pianta.model_files import load_model
+    from pianta.plan.read_plan import read_plan
+    from pianta.prediction.prediction import Prediction, predict
+    from pianta.reading.read import Failure, read, read_all
+    from pianta.reading.reading import Reading
+    from pianta.realism.judge import judge_realism
+    from pianta.rooms.label import label_rooms
+    from pianta.rooms.training import train_rooms
+    from pianta.worlds.make import make_world
+
+__all__ = [
+    "METHODS",
+    "Door",
+    "Failure",
+    "Floor",
+    "GridMap",
+    "LabelSchema",
+    "PiantaError",
+    "Prediction",
+    "Reading",
+    "Room",
+    "StructureParameters",
+    "ThesisParameters",
+    "classify_building",
+    "errors",
+    "explore",
+    "generate",
+    "judge_realism",
+    "label_rooms",
+    "load_model",
+    "make_world",
+    "plot",
+    "predict",
+    "read",
+    "read_all",
+    "read_building",
+    "read_floor",
+    "read_map",
+    "read_plan",
+    "reconstruct",
+    "train_building_types",
+    "train_rooms",
+    "train_type",
+]
+
+_MODULES = {
+    "METHODS": "layout.reconstruct",
+    "Door": "floor",
+    "Failure": "reading.read",
+    "Floor": "floor",
+    "GridMap": "gridmap",
+    "LabelSchema": "labels",
+    "PiantaError": "errors",
+    "Prediction": "prediction.prediction",
+    "Reading": "reading.reading",
+    "Room": "floor",
+    "StructureParameters": "layout.parameters",
+    "ThesisParameters": "layout.parameters",
+    "classify_building": "building_types.classify",
+    "errors": "errors",
+    "explore": "exploration.explore",
+    "generate": "generation.generate",
+    "judge_realism": "realism.judge",
+    "label_rooms": "rooms.label",
+    "load_model": "model_files",
+    "make_world": "worlds.make",
+    "plot": "plot",
+    "predict": "prediction.prediction",
+    "read": "reading.read",
+    "read_all": "reading.read",
+    "read_building": "io.buildings.read",
+    "read_floor": "io.floors",
+    "read_map": "io.maps",
+    "read_plan": "plan.read_plan",
+    "reconstruct": "layout.reconstruct",
+    "train_building_types": "building_types.model",
+    "train_rooms": "rooms.training",
+    "train_type": "generation.train",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _MODULES:
+        raise AttributeError(f"module 'pianta' has no attribute {name!r}")
+    module = import_module(f"pianta.{_MODULES[name]}")
+    value = module if name in {"errors", "plot"} else getattr(module, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

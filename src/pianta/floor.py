@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 import networkx as nx
 import numpy as np
@@ -18,6 +19,10 @@ from shapely.geometry.polygon import orient
 from pianta.errors import FloorError, LabelError
 from pianta.gridmap import GridMap
 from pianta.labels import standard_building_type
+
+if TYPE_CHECKING:
+    from geopandas import GeoDataFrame
+    from matplotlib.axes import Axes
 
 Shape = TypeVar("Shape", LineString, Polygon)
 
@@ -186,6 +191,96 @@ class Floor:
             faults.append(f"the last id is {self.last_id} and a room has id {highest}, give {highest} or more")
         if faults:
             raise FloorError("not a floor: " + "; ".join(faults))
+
+    def __getitem__(self, room_id: int) -> Room:
+        """The room with an id.
+
+        Raises KeyError when there is none.
+        """
+        for room in self.rooms:
+            if room.id == room_id:
+                return room
+        raise KeyError(room_id)
+
+    def __len__(self) -> int:
+        """Number of rooms."""
+        return len(self.rooms)
+
+    def __bool__(self) -> bool:
+        """True: a floor without rooms is a floor."""
+        return True
+
+    def __iter__(self) -> Iterator[Room]:
+        """The rooms, in their order."""
+        return iter(self.rooms)
+
+    def __contains__(self, room_id: object) -> bool:
+        """Whether a room has this id."""
+        return any(room.id == room_id for room in self.rooms)
+
+    def plot(
+        self, grid: GridMap | None = None, *, ax: Axes | None = None, walls: bool = False, graph: bool = False
+    ) -> Axes:
+        """Draw the rooms with their ids, in the colours of their labels if they have any, and the doors.
+
+        Parameters
+        ----------
+        grid
+            The map to draw below; None for none.
+        ax
+            Where to draw, in metres of the map frame; a new figure if None.
+        walls, graph
+            Whether to draw the wall lines and the topological graph too.
+
+        Returns
+        -------
+        Axes
+            The ax that was drawn on; nothing is shown.
+
+        """
+        from pianta.plot.floor import plot_floor
+
+        return plot_floor(self, grid, ax=ax, walls=walls, graph=graph)
+
+    def _repr_png_(self) -> bytes | None:
+        """The floor as a notebook shows it; None for one without rooms."""
+        from pianta.plot.floor import render_floor
+
+        return render_floor(self) if self.rooms else None
+
+    def save(self, path: str | Path) -> None:
+        """Write the floor as floor.geojson, metres of the map frame; `read_floor` gives back an equal one.
+
+        Raises FloorError for a floor that could not be read again, PiantaError when the file cannot be written.
+        """
+        from pianta.io.floors import save_floor
+
+        save_floor(self, path)
+
+    def to_geodataframe(self, layer: Literal["rooms", "doors", "walls"] = "rooms") -> GeoDataFrame:
+        """The rooms, doors or walls as a GeoDataFrame, in metres of the map frame, without a coordinate system.
+
+        Parameters
+        ----------
+        layer
+            "rooms": polygons; the index is the id, the columns name, label, label_probability, partial and area (m²).
+            "doors": lines from jamb to jamb; columns room, other_room (missing for an entrance), width (m) and kind.
+            "walls": the wall lines.
+
+        Returns
+        -------
+        geopandas.GeoDataFrame
+            One row for each.
+
+        Raises
+        ------
+        OptionError
+            The layer is none of the three, or geopandas is not installed.
+
+        """
+        from pianta.io.geodataframes import floor_to_geodataframe
+
+        return floor_to_geodataframe(self, layer)
 
     @property
     def given_type(self) -> str | None:

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, isfinite, sin
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pianta.errors import MapError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 
@@ -74,6 +79,30 @@ class GridMap:
     def unknown(self) -> NDArray[np.bool_]:
         """Cells that are neither free nor occupied; shape (H, W)."""
         return ~(self.free | self.occupied)
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the map in soft greys, in metres of the map frame: free white, unknown light, occupied dark.
+
+        ax: where to draw; a new figure if None. Returns the ax; nothing is shown.
+        """
+        from pianta.plot.grid import plot_grid
+
+        return plot_grid(self, ax=ax)
+
+    def _repr_png_(self) -> bytes:
+        """The map as a notebook shows it, upright as its image."""
+        from pianta.plot.grid import render_grid
+
+        return render_grid(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write the map: as a ROS map.yaml with a PNG beside it, or as a NumPy archive, by the suffix of the path.
+
+        Raises MapError for another suffix, PiantaError when a file cannot be written.
+        """
+        from pianta.io.maps import save_map
+
+        save_map(self, path)
 
     def pixel_to_map(self, row: ArrayLike, col: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Map frame x, y (m) of continuous pixel coordinates; (0, 0) is the outer corner of the top left cell."""

@@ -31,8 +31,8 @@ from pianta.evaluation.graph_sets import Trial
 from pianta.generation.area_clusters import AreaKernel
 from pianta.generation.buildings import Costs, generate_buildings
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.mixing import ModelMixing, train_type
-from pianta.generation.type_model import TypeModel, learn_type, prepare_room_graph
+from pianta.generation.train import train_type
+from pianta.generation.type_model import ModelMixing, TypeModel, learn_type, prepare_room_graph
 from pianta.graphs.metrics import find_corridors, measure_graph
 from pianta.io._files import shown
 from pianta.io.buildings.thesis_xml import read_building_xml
@@ -72,7 +72,7 @@ class JudgedModel:
     """
 
     model: TypeModel
-    mixing: ModelMixing
+    mixing: ModelMixing | None
     training: float
     learning: float
     sampling: SamplingCosts
@@ -182,7 +182,7 @@ def _judge_model(
 ) -> tuple[list[nx.Graph], JudgedModel]:
     """Buildings of a model of the real floors, and what is said of it and of models of half of them."""
     start = perf_counter()
-    model, mixing = train_type(real, SCHOOL, segmentation=segmentation, seed=seed)
+    model = train_type(real, schema=SCHOOL, areas=segmentation, seed=seed)
     training = perf_counter() - start
     start = perf_counter()
     learn_type(real, SCHOOL, segmentation=segmentation)
@@ -200,7 +200,7 @@ def _judge_model(
     by_wl = learn_type(real, SCHOOL, segmentation=segmentation, kernel=AreaKernel.WEISFEILER_LEHMAN)
     return made, JudgedModel(
         model,
-        mixing,
+        model.mixing,
         training,
         learning,
         sampling,

@@ -8,7 +8,7 @@ from pathlib import Path
 from pianta.bench.prediction import PredictionBench, TypeOfFloors, list_others
 from pianta.generation.type_model import learn_type
 from pianta.plot.prediction import save_prediction_picture
-from pianta.prediction.prediction import Prediction, predict_building
+from pianta.prediction.prediction import Prediction, predict
 from pianta.prediction.unexplored_part import FloorSampler
 from pianta.prediction.whole_floor import WholeFloor, explore_floor
 
@@ -36,4 +36,4 @@ def predict_again(of: TypeOfFloors, name: str, bench: PredictionBench) -> Iterat
     for floor in of.floors:
         for corridors in [stage.corridors for stage in floor.stages if floor.source == name]:
             whole = explore_floor(of.graphs[name], of.schema, corridors=corridors)
-            yield corridors, whole, predict_building(sampler, whole.part, count=bench.count, seed=bench.seed)
+            yield corridors, whole, predict(whole.part, sampler, count=bench.count, seed=bench.seed)

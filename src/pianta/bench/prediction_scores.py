@@ -24,7 +24,7 @@ from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.labels import LabelSchema, LabelSet, Split
 from pianta.prediction.explored_part import explore_by_corridors
-from pianta.prediction.prediction import Prediction, predict_building
+from pianta.prediction.prediction import Prediction, predict
 from pianta.prediction.unexplored_part import FloorSampler
 
 PREDICTED, MEAN, SAMPLE, TYPICAL, MEDOID, ORACLE = "predicted", "mean", "one sample", "typical", "medoid", "oracle"
@@ -99,7 +99,7 @@ def judge_floor(graph: nx.Graph, sampler: FloorSampler, rivals: Rivals, *, count
         if {node for node in known if known.nodes[node]["label"] is not None} == {*graph}:
             continue
         start = process_time()
-        prediction = predict_building(sampler, known, count=count, seed=seed)
+        prediction = predict(known, sampler, count=count, seed=seed)
         seconds = process_time() - start
         stages[number] = judge_stage(
             graph, prediction, rivals, corridors=number, seconds=seconds, edited=number == half, seed=seed

@@ -34,10 +34,10 @@ from pianta.cli.bench_options import (
     Trees,
     TypesPictures,
 )
-from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import show_examples, stdout, track_items
 from pianta.errors import OptionError
 from pianta.io._files import shown
+from pianta.io._folders import check_output_folder, written_together
 from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS, check_method
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ import typer
 from rich.text import Text
 
 from pianta.cli.bench_options import Data, Json
-from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import stdout, track_items
 from pianta.errors import OptionError
 from pianta.io._files import shown
+from pianta.io._folders import check_output_folder, written_together
 
 if TYPE_CHECKING:
     from pianta.bench.plans import PlanBench

@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.outputs import check_output_folder, written_together
-from pianta.cli.predict import check_building_type
 from pianta.cli.terminal import stderr, tell_result
 from pianta.errors import BuildingWarning, OptionError
 from pianta.io._files import shown
+from pianta.io._folders import check_output_folder, written_together
 
 if TYPE_CHECKING:
     from pianta.exploration.record import Exploration
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 PREDICTED = "predicted"
 POLICY_NAMES = ("nearest", "gain", "gain-exp", PREDICTED)
 ANIMATIONS = ("gif", "mp4", "none")
-FLOOR_FILES = ("truth.geojson", "floor.geojson")
 SHARES = (0.5, 0.9, 0.99)
 EXAMPLES = (
     "pianta explore ring -o exploration",
@@ -110,12 +108,13 @@ def explore_world(
     """
     from pianta.exploration.explore import explore
     from pianta.exploration.lidar import Lidar
+    from pianta.exploration.world import open_world
 
     _check_outputs(out, animation)
     _check_policy(policy, model, enough)
     starts, lidar = [read_point(text) for text in start or ()] or None, Lidar(reach=reach, noise=noise)
     stop_at = "all" if stop is None else stop
-    built = build_named_world(world, seed=seed)
+    built = open_world(world, seed=seed)
     chosen = _make_policy(policy, model, built, name=world, find=find, enough=enough)
     with _tracking(quiet=quiet) as track:
         run = explore(built, chosen, starts=starts, lidar=lidar, robots=robots, radius=radius, drive=drive,
@@ -123,37 +122,6 @@ def explore_world(
     _save_exploration(run, built, out, animation)
     if not quiet:
         _tell_exploration(run, policy, find, written=_list_outputs(out, animation))
-
-
-def build_named_world(name: str, *, seed: int) -> World:
-    """The world of a kind of `pianta world`, of a folder with a floor, of a building's file, or of a map.
-
-    What is there by that name goes before a kind. Raises OptionError for a folder without a floor, plain images and
-    names of nothing, and what the readers raise.
-    """
-    from pianta.cli.world import KINDS, SAMPLE
-    from pianta.exploration.world import build_world, read_world
-    from pianta.io.buildings.read import SUFFIXES, read_building
-    from pianta.io.images import IMAGE_SUFFIXES
-    from pianta.io.maps import read_map
-    from pianta.worlds.floors import make_floor
-    from pianta.worlds.scan import make_sample
-
-    path = Path(name)
-    if name in KINDS and not path.exists():
-        return build_world(make_sample()[0] if name == SAMPLE else make_floor(name, seed=seed))
-    if path.is_dir():
-        files = [path / file for file in FLOOR_FILES if (path / file).is_file()]
-        if not files:
-            raise OptionError(f"folder {shown(path)} has no {' or '.join(FLOOR_FILES)}, give a file or another folder")
-        path = files[0]
-    if path.suffix.lower() in SUFFIXES:
-        return build_world(read_building(path))
-    if not path.suffix and not path.exists():
-        raise OptionError(f"world is {shown(name)}, give a file, a folder, or one of {', '.join(KINDS)}")
-    if path.suffix.lower() in IMAGE_SUFFIXES:
-        raise OptionError(f"world {shown(name)} is an image without a resolution, give its map.yaml")
-    return read_world(read_map(path))
 
 
 def read_point(text: str) -> tuple[float, float]:
@@ -201,12 +169,13 @@ def _make_policy(
     if model is None:
         return make_policy(policy, find=find, enough=enough)
     from pianta.generation.type_model_file import read_type_model
+    from pianta.prediction.prediction import check_model_type
     from pianta.prediction.unexplored_part import FloorSampler
 
     known = read_type_model(model)
     if world.floor is None:
         raise OptionError(f"world {shown(name)} has no rooms that a model could tell of, leave out --model")
-    check_building_type(world.floor.given_type, known, f"world {shown(name)}")
+    check_model_type(world.floor.given_type, known, f"world {shown(name)}")
     labels = {room.label for room in world.floor.rooms if room.label is not None}
     if strange := sorted(label for label in labels if label.upper() not in known.schema.by_name):
         message = (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -11,16 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import tell_result, track_items
-from pianta.errors import BuildingWarning, GraphError, LabelError, OptionError
+from pianta.errors import OptionError
 from pianta.io._files import shown
+from pianta.io._folders import check_leftovers, check_output_folder, written_together
 
 if TYPE_CHECKING:
     import networkx as nx
 
-    from pianta.generation.type_model import TypeFloor, TypeModel
-    from pianta.generation.wishes import Wishes
+    from pianta.generation.type_model import TypeModel
 
 EXAMPLES = (
     "pianta generate school.json -n 24 -o schools",
@@ -29,9 +27,7 @@ EXAMPLES = (
     "pianta generate school.json --like building/floor.geojson -o alike",
     "pianta generate school.json --keep explored/floor.geojson -o continued",
 )
-SHEET, FLOOR = "sheet.png", "floor.geojson"
-COSTS = ("density", "thesis")
-MAX_LISTED = 3
+SHEET = "sheet.png"
 
 Model = Annotated[Path, typer.Argument(metavar="MODEL", help="Model of a building type, of `pianta train type`.")]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the buildings; it is made when there is none.")]
@@ -81,19 +77,29 @@ def generate(
     GraphML whose rooms have labels of the type. With --keep its rooms have their ids
     as `room` in the new graphs; those without a door are left out.
     """
-    from pianta.generation.buildings import Costs, generate_buildings
+    from pianta.generation import generate as generation
     from pianta.generation.type_model_file import read_type_model
+    from pianta.io.graphs import read_floor_graph
 
     check_output_folder(out)
-    if costs not in COSTS:
-        raise OptionError(f"costs is {shown(costs)}, give one of {', '.join(COSTS)}")
-    wishes = _read_wishes(rooms, at_least or (), at_most or ())
     names = [f"building-{number:0{max(3, len(str(count)))}}" for number in range(1, count + 1)]
     check_leftovers(out, names, stem="building")
+    wished = _read_numbers(at_least or (), "--at-least", unless_given=1), _read_numbers(at_most or (), "--at-most")
+    size = None if rooms is None else read_range(rooms)
     known = read_type_model(model)
-    wanted = partial(generate_buildings, wishes=wishes, like=_read_floor(like, known), kept=_read_floor(keep, known))
-    track = partial(track_items, quiet=quiet)
-    buildings = wanted(known, count, seed=seed, costs=Costs(costs), jobs=jobs, track=track)
+    buildings = generation.generate(
+        known,
+        count,
+        rooms=size,
+        at_least=wished[0],
+        at_most=wished[1],
+        like=None if like is None else read_floor_graph(like),
+        keep=None if keep is None else read_floor_graph(keep),
+        costs=costs,
+        seed=seed,
+        jobs=jobs,
+        track=partial(track_items, quiet=quiet),
+    )
     save_buildings(buildings, names, known, out)
     if not quiet:
         _tell_buildings(buildings, known, out)
@@ -112,16 +118,6 @@ def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: T
             save_graph(building, new / f"{name}.json")
             save_graphml(building, new / f"{name}.graphml")
         save_contact_sheet(buildings, new / SHEET, schema=model.schema, fixed=kept)
-
-
-def _read_wishes(rooms: str | None, at_least: Sequence[str], at_most: Sequence[str]) -> Wishes:
-    from pianta.generation.wishes import Wishes
-
-    return Wishes(
-        rooms=None if rooms is None else read_range(rooms),
-        at_least=_read_numbers(at_least, "--at-least", unless_given=1),
-        at_most=_read_numbers(at_most, "--at-most"),
-    )
 
 
 def read_range(text: str) -> tuple[int, int]:
@@ -147,44 +143,6 @@ def _read_numbers(texts: Sequence[str], option: str, *, unless_given: int | None
             raise OptionError(f"{option} gives {key} twice, leave one out")
         numbers[key] = int(number) if equals else int(unless_given or 0)
     return numbers
-
-
-def read_floor_graph(path: Path) -> nx.Graph:
-    """The room graph of a file, or of the folder that `pianta read` wrote, as `--previous` takes it.
-
-    Raises FloorError, in one line.
-    """
-    from pianta.io.graphs import read_room_graph
-
-    return read_room_graph(path / FLOOR if path.is_dir() else path)
-
-
-def _read_floor(path: Path | None, model: TypeModel) -> TypeFloor | None:
-    from pianta.generation.type_model import recognize_areas
-    from pianta.graphs.labelled_graphs import name_some
-
-    if path is None:
-        return None
-    graph = read_floor_graph(path)
-    try:
-        floor = recognize_areas(graph, model)
-    except (GraphError, LabelError) as error:
-        raise type(error)(f"floor {shown(path)}: {error}") from error
-    if alone := [node for node, doors in graph.degree if not doors]:
-        message = f"floor {shown(path)}: rooms {name_some(alone)} have no door and are left out"
-        warnings.warn(BuildingWarning(message), stacklevel=2)
-    return floor
-
-
-def check_leftovers(out: Path, names: Sequence[str], *, stem: str) -> None:
-    """Refuse a folder with buildings, STEM-001 and so on, that would be left beside the new ones of these names.
-
-    Raises OptionError, in one line.
-    """
-    found = {file.stem for file in out.glob(f"{stem}-*.*")} - set(names) if out.is_dir() else set()
-    if found:
-        listed = ", ".join(sorted(found)[:MAX_LISTED]) + (", …" if len(found) > MAX_LISTED else "")
-        raise OptionError(f"folder {shown(out)} has other {stem}s, {listed}; remove them or give another folder")
 
 
 def _tell_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path) -> None:

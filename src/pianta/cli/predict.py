@@ -14,11 +14,10 @@ from rich.console import JustifyMethod
 from rich.markup import escape
 from rich.table import Table
 
-from pianta.cli.generate import check_leftovers, read_floor_graph
-from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import stderr, stdout, tell_result
-from pianta.errors import BuildingWarning, GraphError, LabelError, ModelError, PiantaError
+from pianta.errors import BuildingWarning, GraphError, LabelError, PiantaError
 from pianta.io._files import shown
+from pianta.io._folders import check_leftovers, check_output_folder, written_together
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -69,18 +68,19 @@ def predict_floor(
     (networkx node-link) and so on, in which known rooms have their ids as `room`.
     """
     from pianta.generation.type_model_file import read_type_model
-    from pianta.prediction.prediction import predict_building
+    from pianta.io.graphs import read_floor_graph
+    from pianta.prediction.prediction import check_model_type, predict
 
     names = [f"sample-{number:0{max(3, len(str(count)))}}" for number in range(1, count + 1)]
     if out is not None:
         check_output_folder(out)
         check_leftovers(out, names, stem="sample")
     known, graph = read_type_model(model), read_floor_graph(floor)
-    check_building_type(graph.graph.get("building_type"), known, f"floor {shown(floor)}")
+    check_model_type(graph.graph.get("building_type"), known, f"floor {shown(floor)}")
     try:
         truth = None if explored is None else _explore(graph, known, explored)
         with nullcontext() if quiet else stderr.status(f"sampling {count} floors"):
-            prediction = predict_building(known, truth.part if truth else graph, count=count, seed=seed)
+            prediction = predict(truth.part if truth else graph, known, count=count, seed=seed)
     except PiantaError as error:
         raise type(error)(f"floor {shown(floor)}: {error}{_find_remedy(error, known, explored)}") from error
     _warn(graph, truth, known, floor)
@@ -90,16 +90,6 @@ def predict_floor(
         _tell_prediction(prediction, truth)
         if out is not None:
             tell_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json")
-
-
-def check_building_type(kind: str | None, model: TypeModel, name: str) -> None:
-    """Refuse a floor of another type than the model's, by what its file says; None says nothing.
-
-    Raises ModelError, in one line.
-    """
-    if kind is not None and kind != model.building_type:
-        told = f"{name} is of type {shown(kind)} and the model of {shown(model.building_type)}"
-        raise ModelError(f"{told}, give a model of type {shown(kind)}")
 
 
 def save_outputs(

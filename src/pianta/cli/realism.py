@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pianta import __version__
-from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import tell_error, tell_result, track_items
-from pianta.cli.train import name_sources
 from pianta.errors import BuildingWarning, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.io._files import shown
-from pianta.io.buildings.read import list_buildings, read_building
+from pianta.io._folders import check_output_folder, written_together
+from pianta.io.buildings.read import list_buildings, name_sources, read_building
 from pianta.labels import LabelSet, standard_building_type
 
 if TYPE_CHECKING:

@@ -2,22 +2,51 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
 from pianta.errors import BuildingWarning, MapWarning, PlanWarning
 from pianta.floor import Floor
 
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
 OWN_WARNINGS = (MapWarning, BuildingWarning, PlanWarning)
+
+# Messages of the library name arguments of functions; these are their flags.
+FLAGS = {
+    "labels=False": "--no-labels",
+    "kind='map'": "--as map",
+    "kind='plan'": "--as plan",
+    "kind=": "--as",
+    "building_type=": "--type",
+    "room_model=": "--model",
+    **{
+        f"{name}=": f"--{name.replace('_', '-')}"
+        for name in (
+            "building_model",
+            "jobs",
+            "max_cells",
+            "method",
+            "page",
+            "previous",
+            "resolution",
+            "symbols",
+            "trust_thresholds",
+            "words",
+        )
+    },
+}
+_ARGUMENT = re.compile(rf"(?<![\w'\"-])({'|'.join(map(re.escape, FLAGS))})(\w?)")
 
 stdout = Console()
 stderr = Console(stderr=True)
@@ -30,9 +59,18 @@ def tell_result(line: str) -> None:
     sys.stdout.flush()
 
 
+def name_flags(message: str) -> str:
+    """A message of the library with the flags of the command in place of the arguments of functions.
+
+    >>> name_flags("map 'a.png' is no plan, leave out page= or give kind='plan'; page=3")
+    "map 'a.png' is no plan, leave out --page or give --as plan; --page 3"
+    """
+    return _ARGUMENT.sub(lambda found: FLAGS[found[1]] + (f" {found[2]}" if found[2] else ""), message)
+
+
 def tell_error(error: Exception) -> None:
     """Print an error as one line on stderr."""
-    stderr.print(Text.assemble(("error: ", "bold red"), str(error)), soft_wrap=True)
+    stderr.print(Text.assemble(("error: ", "bold red"), name_flags(str(error))), soft_wrap=True)
 
 
 def show_examples(commands: Sequence[str]) -> str:
@@ -55,7 +93,7 @@ def telling_warnings() -> Iterator[None]:
             line: str | None = None,
         ) -> None:
             if issubclass(category, OWN_WARNINGS):
-                stderr.print(Text.assemble(("warning: ", "bold yellow"), str(message)), soft_wrap=True)
+                stderr.print(Text.assemble(("warning: ", "bold yellow"), name_flags(str(message))), soft_wrap=True)
             else:
                 show_other(message, category, filename, lineno, file, line)
 
@@ -65,10 +103,27 @@ def telling_warnings() -> Iterator[None]:
         yield
 
 
-def track_items(items: Sequence[str], *, quiet: bool = False) -> Iterator[str]:
-    """Names or paths one by one, with a progress bar on stderr where that is a terminal, unless quiet."""
+@contextmanager
+def counting_files(files: Sequence[str], *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar on stderr where that is a terminal, unless quiet, and the function that moves it.
+
+    The function takes the number of files that are done, and of all.
+    """
+    with _make_bar(quiet=quiet) as bar:
+        task = bar.add_task("", total=len(files))
+
+        def move(done: int, _all: int) -> None:
+            bar.update(task, completed=done, description=Path(files[min(done, len(files) - 1)]).name)
+
+        yield move
+
+
+def _make_bar(*, quiet: bool) -> Progress:
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
     columns = TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    bar = Progress(
+    return Bar(
         *columns,
         console=stderr,
         transient=True,
@@ -76,7 +131,11 @@ def track_items(items: Sequence[str], *, quiet: bool = False) -> Iterator[str]:
         redirect_stdout=sys.stdout.isatty(),
         disable=quiet or not stderr.is_terminal,
     )
-    with bar:
+
+
+def track_items(items: Sequence[str], *, quiet: bool = False) -> Iterator[str]:
+    """Names or paths one by one, with a progress bar on stderr where that is a terminal, unless quiet."""
+    with _make_bar(quiet=quiet) as bar:
         task = bar.add_task("", total=len(items))
         for item in items:
             bar.update(task, description=Path(item).name)

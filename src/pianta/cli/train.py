@@ -12,20 +12,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.labelling import check_type
-from pianta.cli.outputs import check_output_folder
 from pianta.cli.terminal import show_examples, tell_error, tell_result, track_items
 from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.io._files import reason_of, shown
+from pianta.io._folders import check_output_folder
 from pianta.labels import SCHEMAS, LabelSchema
+from pianta.reading._labelling import check_type_name
 
 if TYPE_CHECKING:
-    import networkx as nx
-
     from pianta.building_types.model import BuildingModel, Verdict
-    from pianta.generation.mixing import ModelMixing
     from pianta.generation.type_model import TypeModel
     from pianta.rooms.model import PlaceModel
 
@@ -163,22 +160,20 @@ def train_type(
     without a label, or that doors leave in parts does not stop the others; the exit
     code is then 1.
     """
-    from pianta.generation.functional_areas import Segmentation
-    from pianta.generation.mixing import train_type as train
-    from pianta.generation.type_model_file import save_type_model
+    from pianta.generation import train as training
 
     _check_options(out, building_type)
     if areas not in SEGMENTATIONS:
         raise OptionError(f"areas is {areas!r}, give one of {', '.join(SEGMENTATIONS)}")
     schemas = read_schemas(labels or ())
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
-    schema = _choose_schema(floors, schemas)
-    graphs, all_usable = _list_usable(floors, schema)
+    schema = training.choose_schema(floors, schemas)
+    usable, all_usable = _list_usable(floors, schema)
     track = partial(track_items, quiet=quiet)
-    model, mixing = train(graphs, schema, segmentation=Segmentation(areas), seed=seed, track=track)
-    save_type_model(model, out)
+    model = training.train_type(usable, schema=schema, areas=areas, seed=seed, track=track)
+    model.save(out)
     if not quiet:
-        _tell_type_model(model, mixing, out)
+        _tell_type_model(model, out)
     if not (all_read and all_usable):
         raise typer.Exit(1)
 
@@ -197,16 +192,6 @@ def read_schemas(paths: Iterable[Path]) -> Mapping[str, LabelSchema]:
             raise LabelError(f"two schemas of building type {schema.building_type!r} are given, leave one out")
         given[schema.building_type] = schema
     return {**SCHEMAS, **given}
-
-
-def name_sources(files: Sequence[str | Path]) -> list[str]:
-    """Names of files, all different: their own; as soon as one repeats, all with as many folders as it takes."""
-    parts = [Path(file).absolute().parts for file in files]
-    for depth in range(1, max(map(len, parts), default=0) + 1):
-        names = [Path(*of_file[-depth:]).as_posix() for of_file in parts]
-        if len(set(names)) == len(names):
-            return names
-    return [str(file) for file in files]
 
 
 def simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: bool = False) -> list[Floor]:
@@ -228,7 +213,7 @@ def simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: b
 def _check_options(out: Path, building_type: str | None) -> None:
     """Refuse, before any work, a model file that cannot be written, and a type that has no name."""
     if building_type is not None:
-        check_type(building_type)
+        check_type_name(building_type)
     check_output_folder(out.parent)
     if out.is_dir():
         raise OptionError(f"model file {shown(out)} is a folder, give the name of a file")
@@ -245,7 +230,7 @@ def _read_floors(paths: Sequence[str], building_type: str | None, *, quiet: bool
 
     A type that pianta has guessed is none: it may be wrong, and a model does not learn from what a model has said.
     """
-    from pianta.io.buildings.read import list_buildings, read_building
+    from pianta.io.buildings.read import list_buildings, name_sources, read_building
 
     files = list(map(str, list_buildings(paths)))
     floors = []
@@ -264,49 +249,37 @@ def _read_floors(paths: Sequence[str], building_type: str | None, *, quiet: bool
     return floors, len(floors) == len(files)
 
 
-def _choose_schema(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema]) -> LabelSchema:
-    """The schema of the one type that all floors have."""
-    untold = [floor.source for floor in floors if not floor.given_type]
-    if untold:
-        told = f"{shown(untold[0])} does not tell its building type"
-        raise ModelError(f"{told}{f', nor do {len(untold) - 1} more' if len(untold) > 1 else ''}; give it by --type")
-    kinds = sorted({floor.given_type for floor in floors if floor.given_type})
-    if len(kinds) > 1:
-        raise ModelError(
-            f"the buildings are of types {', '.join(kinds)}, and a model is of one; give those of one type"
-        )
-    if kinds[0] not in schemas:
-        known = ", ".join(schemas)
-        raise LabelError(f"there is no schema of building type {shown(kinds[0])}, give one by --labels, or {known}")
-    return schemas[kinds[0]]
-
-
-def _list_usable(floors: Sequence[Floor], schema: LabelSchema) -> tuple[list[nx.Graph], bool]:
-    """The graphs of floors that a model can take, and whether it can take all; the others are told."""
+def _list_usable(floors: Sequence[Floor], schema: LabelSchema) -> tuple[list[Floor], bool]:
+    """The floors that a model can take, and whether it can take all; the others are told."""
     from pianta.generation.type_model import LEAST_FLOORS, prepare_room_graph
 
-    graphs, faults = [], []
+    usable, faults = [], []
     for floor in floors:
         try:
             prepare_room_graph(floor.graph(), schema)
-            graphs.append(floor.graph())
+            usable.append(floor)
         except PiantaError as error:
             faults.append(f"floor {shown(floor.source)} is left out: {error}")
-    if len(graphs) < LEAST_FLOORS:
+    if len(usable) < LEAST_FLOORS:
         rest = f": {join_faults(faults)}" if faults else ""
         raise ModelError(
-            f"a model takes two floors at least, better dozens, and {len(graphs)} of {len(floors)} can be used{rest}"
+            f"a model takes two floors at least, better dozens, and {len(usable)} of {len(floors)} can be used{rest}"
         )
     for fault in faults:
         tell_error(ModelError(fault))
-    return graphs, not faults
+    return usable, not faults
 
 
-def _tell_type_model(model: TypeModel, mixing: ModelMixing, out: Path) -> None:
+def _tell_type_model(model: TypeModel, out: Path) -> None:
     """Print what a model knows, and how long its chains are."""
     sizes = sorted(int((model.clusters == cluster).sum()) for cluster in range(model.configurations.shape[1]))
     tell_result(f"trained on {model} of {sizes[0]} to {sizes[-1]}, type {model.building_type}")
-    steps = {"sweeps": mixing.sweeps, "moves of edges": mixing.edge_moves, "moves of doors": mixing.door_moves}
+    mixing = model.mixing
+    steps = (
+        {"sweeps": mixing.sweeps, "moves of edges": mixing.edge_moves, "moves of doors": mixing.door_moves}
+        if mixing
+        else {}
+    )
     told = ", ".join(f"{found.iterations} {name} ({found.convergence:.2f})" for name, found in steps.items())
     tell_result(f"iterations of the chains, and their R-hat: {told}")
     if slow := [name for name, found in steps.items() if not found.has_mixed]:

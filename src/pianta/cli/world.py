@@ -8,18 +8,13 @@ from typing import Annotated, Any
 
 import typer
 
-from pianta.cli.outputs import check_output_folder, written_together
 from pianta.cli.terminal import describe_floor, tell_result
-from pianta.errors import OptionError
-from pianta.floor import Floor
-from pianta.gridmap import GridMap
-from pianta.io._files import shown
+from pianta.io._folders import check_output_folder, written_together
 from pianta.io.floors import save_floor
 from pianta.io.ros_maps import save_ros_map
-from pianta.worlds.floors import FLOOR_MAKERS, make_floor
+from pianta.worlds import make
+from pianta.worlds.make import KINDS
 
-SAMPLE = "sample"
-KINDS = (SAMPLE, *FLOOR_MAKERS)
 EXAMPLES = (
     "pianta world sample -o sample",
     "pianta world ring -o ring --seed 7 --noise 0.5 --furniture 0.3 --glass-spray",
@@ -52,30 +47,13 @@ def make_world(
     The sample is always the same; the other kinds take options.
     """
     check_output_folder(out)
-    options = {"resolution": resolution, "noise": noise, "furniture": furniture, "yaw": yaw}
-    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    values = {"resolution": resolution, "noise": noise, "furniture": furniture, "yaw": yaw}
+    options: dict[str, Any] = {name: value for name, value in values.items() if value is not None}
     if glass_spray:
-        given["glass_spray"] = True
-    floor, grid = _build_world(kind, seed, given)
+        options["glass_spray"] = True
+    floor, grid = make.make_world(kind, seed=seed, **options)
     with written_together(out) as new:
         save_ros_map(grid, new / "map.yaml")
         save_floor(floor, new / "truth.geojson")
     tell_result(f"{describe_floor(floor)}, in {out}")
     tell_result(f"next: pianta read {quote(str(out / 'map.yaml'))} -o {quote(str(out / 'read'))}")
-
-
-def _build_world(kind: str, seed: int | None, options: dict[str, Any]) -> tuple[Floor, GridMap]:
-    """The true floor and its map.
-
-    Raises OptionError for an unknown kind, an option without meaning, and options of the sample, which has none.
-    """
-    from pianta.worlds.scan import make_sample, map_floor
-
-    if kind not in KINDS:
-        raise OptionError(f"kind is {shown(kind)}, give one of {', '.join(KINDS)}")
-    if kind != SAMPLE:
-        floor = make_floor(kind, seed=seed or 0)
-        return floor, map_floor(floor, seed=seed or 0, **options)
-    if options or seed is not None:
-        raise OptionError(f"the sample is always the same, leave out the options or give {', '.join(FLOOR_MAKERS)}")
-    return make_sample()

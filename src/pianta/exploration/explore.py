@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isfinite
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +17,15 @@ from pianta.exploration.frontiers import MIN_LENGTH, Frontier, count_border, fin
 from pianta.exploration.lidar import Lidar, Pose, scan
 from pianta.exploration.occupancy import OccupancyGrid
 from pianta.exploration.perception import perceive_counts
+from pianta.exploration.policies import make_policy
 from pianta.exploration.record import Exploration, Record
 from pianta.exploration.robots import DRIVES, Robot
 from pianta.exploration.routes import find_route, measure_distances, straighten_route
 from pianta.exploration.situation import Policy, Situation
 from pianta.exploration.starts import Point, find_rooms, find_starts, place_robots
-from pianta.exploration.world import Mask, World, clear_cells, explorable_cells, reachable_cells
-from pianta.gridmap import FREE, OCCUPIED
+from pianta.exploration.world import Mask, World, as_world, clear_cells, explorable_cells, reachable_cells
+from pianta.floor import Floor
+from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.labels import standard_name
 
 Floats = NDArray[np.float64]
@@ -50,8 +53,8 @@ class Settings:
 
 
 def explore(
-    world: World,
-    policy: Policy,
+    world: World | Floor | GridMap | str | Path,
+    policy: Policy | str = "nearest",
     *,
     starts: Sequence[Point] | None = None,
     lidar: Lidar | None = None,
@@ -66,19 +69,72 @@ def explore(
     seed: int = 0,
     track: Callable[[float], None] | None = None,
 ) -> Exploration:
-    """Explore a world with robots that share their map and go where the policy sends them (thesis, section 8.3).
+    """Explore a world with simulated robots that share their map and go where a policy sends them.
 
-    starts: x, y, metres of the map frame; by default the first of find_starts. Robots beyond them stand beside them.
-    lidar: of every robot. radius: of every robot, metres. step: driven between two scans, metres.
-    drive: "point" or "differential", see Robot.
-    stop: the share of the reachable area at which the run ends, 0 … 1, or "all": when no frontier is left.
-    find: a label; the run ends when a room with it is recognised: a robot is inside, or a fifth of it has been seen.
-    max_distance: of all robots together, metres; derived from the area unless given, so that every run ends.
-    min_length: of a frontier, metres. seed: of the noise of the lidars. track: called with the share after every scan.
-    The policy is asked again when a robot is at its target, and when nothing is left to see there.
-    Raises OptionError for a start in a wall, a label that the world has not, and values without meaning.
-    Warns, by MapWarning, of rooms that no robot can reach.
+    The command `pianta explore` calls this function. The policy is asked again when a robot is at its target, and when
+    nothing is left to see there.
+
+    Parameters
+    ----------
+    world
+        A floor, a grid map, a world, the file of one of them, or a kind of `make_world`.
+    policy
+        Who chooses the next frontier: a name of `POLICIES`, or a policy of `make_policy`.
+    starts
+        x, y of each robot, metres of the map frame; None for the entrance. Robots beyond them stand beside them.
+    lidar
+        Of every robot; None for 360 beams of 8 m.
+    robots
+        How many.
+    radius
+        Of every robot, metres.
+    drive
+        "point" moves any way at once, "differential" turns first.
+    step
+        Metres driven between two scans.
+    stop
+        The share of the reachable area at which the run ends, 0 … 1, or "all": when no frontier is left.
+    find
+        A label; the run ends when a room with it is recognised: a robot is inside, or a fifth of it has been seen.
+    max_distance
+        Of all robots together, metres; None to derive it from the area, so that every run ends.
+    min_length
+        Of a frontier, metres.
+    seed
+        Of the noise of the lidars, and of a world that is made by its kind.
+    track
+        Called with the share of the area that has been seen, after every scan.
+
+    Returns
+    -------
+    Exploration
+        The map, the tracks, and the area seen over the metres driven.
+
+    Raises
+    ------
+    OptionError
+        A start lies in a wall, the world has no such label, or a value makes no sense.
+
+    Warns
+    -----
+    MapWarning
+        Rooms that no robot can reach.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, section 8.3.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> floor, _ = pianta.make_world("corridor")
+    >>> run = pianta.explore(floor, stop=0.5)
+    >>> run.outcome
+    'the share was seen'
+
     """
+    world = as_world(world)
+    policy = make_policy(policy, find=find) if isinstance(policy, str) else policy
     _check_options(robots=robots, radius=radius, drive=drive, step=step, stop=stop, max_distance=max_distance)
     wanted = _find_wanted(world, find)
     points = place_robots(world, starts or find_starts(world, radius=radius)[:1], robots, radius=radius)

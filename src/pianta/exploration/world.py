@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import ceil, hypot, isfinite
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -16,6 +17,7 @@ from shapely.geometry.base import BaseGeometry
 from pianta.errors import OptionError
 from pianta.floor import Door, Floor, cells_of_polygon
 from pianta.gridmap import FREE, OCCUPIED, GridMap
+from pianta.io._files import shown
 
 Mask = NDArray[np.bool_]
 Cells = NDArray[np.int_]
@@ -23,6 +25,8 @@ Cells = NDArray[np.int_]
 MAX_CELLS = 50_000_000
 # Where robots cannot stand may still be seen: this far beyond their reach by foot, m, free space counts as explorable.
 SEEN_BEYOND = 0.5
+
+FLOOR_FILES = ("truth.geojson", "floor.geojson")
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +120,43 @@ def build_world(floor: Floor, *, resolution: float = 0.1, wall: float = 0.2, doo
 def read_world(grid: GridMap) -> World:
     """The world of a grid map; what is not free, or unknown, is an obstacle."""
     return World(~grid.free, grid.resolution, grid.origin)
+
+
+def as_world(world: World | Floor | GridMap | str | Path) -> World:
+    """The world of a floor, of a grid map, or of what open_world takes."""
+    if isinstance(world, Floor):
+        return build_world(world)
+    if isinstance(world, GridMap):
+        return read_world(world)
+    return open_world(world) if isinstance(world, str | Path) else world
+
+
+def open_world(name: str | Path, *, seed: int = 0) -> World:
+    """The world of a kind of `pianta world`, of a folder with a floor, of a building's file, or of a map.
+
+    What is there by that name goes before a kind. Raises OptionError for a folder without a floor, plain images and
+    names of nothing, and what the readers raise.
+    """
+    from pianta.io.buildings.read import SUFFIXES, read_building
+    from pianta.io.images import IMAGE_SUFFIXES
+    from pianta.io.maps import read_map
+    from pianta.worlds.make import KINDS, SAMPLE, make_world
+
+    path = Path(name)
+    if name in KINDS and not path.exists():
+        return build_world(make_world(str(name), seed=None if name == SAMPLE else seed)[0])
+    if path.is_dir():
+        files = [path / file for file in FLOOR_FILES if (path / file).is_file()]
+        if not files:
+            raise OptionError(f"folder {shown(path)} has no {' or '.join(FLOOR_FILES)}, give a file or another folder")
+        path = files[0]
+    if path.suffix.lower() in SUFFIXES:
+        return build_world(read_building(path))
+    if not path.suffix and not path.exists():
+        raise OptionError(f"world is {shown(name)}, give a file, a folder, or one of {', '.join(KINDS)}")
+    if path.suffix.lower() in IMAGE_SUFFIXES:
+        raise OptionError(f"world {shown(name)} is an image without a resolution, give its map.yaml")
+    return read_world(read_map(path))
 
 
 def reachable_cells(world: World, starts: list[tuple[int, int]], *, radius: float) -> Mask:

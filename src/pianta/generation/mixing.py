@@ -3,43 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-import networkx as nx
 import numpy as np
 
 from pianta.generation.buildings import STEPS, BuildingSampler
-from pianta.generation.functional_areas import Segmentation
 from pianta.generation.metropolis_hastings import Floats, measure_convergence
-from pianta.generation.type_model import TypeModel, learn_type
-from pianta.labels import LabelSchema
+from pianta.generation.type_model import MIXED_BELOW, Mixing, ModelMixing, TypeModel
 
 # Chains with one target, and targets: floors of the model.
 CHAINS, TARGETS = 4, 6
 # Chains have mixed where R̂ of the median target is below; a chain takes so many times its iterations at most.
-MIXED_BELOW, MOST = 1.1, 4
-
-
-@dataclass(frozen=True)
-class Mixing:
-    """What was found of one step: its iterations, and R̂ of the median target in the second half of them."""
-
-    iterations: int
-    convergence: float
-
-    @property
-    def has_mixed(self) -> bool:
-        """Whether R̂ is below 1.1, rather than that nobody waits any longer."""
-        return self.convergence < MIXED_BELOW
-
-
-@dataclass(frozen=True)
-class ModelMixing:
-    """What was found of steps 1, 2 and 4."""
-
-    sweeps: Mixing
-    edge_moves: Mixing
-    door_moves: Mixing
+MOST = 4
 
 
 def find_mixing(
@@ -54,26 +29,6 @@ def find_mixing(
     runs = (_run_sweeps, model.sweeps), (_run_edge_moves, model.edge_moves), (_run_door_moves, model.door_moves)
     names = track([f"iterations of {step}" for step in STEPS])
     return ModelMixing(*(_double(*run, model, seed) for _, run in zip(names, runs, strict=True)))
-
-
-def train_type(
-    graphs: Iterable[nx.Graph],
-    schema: LabelSchema,
-    *,
-    segmentation: Segmentation = Segmentation.CORR,
-    seed: int = 0,
-    track: Callable[[Sequence[str]], Iterable[str]] = iter,
-) -> tuple[TypeModel, ModelMixing]:
-    """As `learn_type`, with as many iterations as the chains of the model take, and what was found of these."""
-    model = learn_type(graphs, schema, segmentation=segmentation)
-    found = find_mixing(model, seed=seed, track=track)
-    trained = replace(
-        model,
-        sweeps=found.sweeps.iterations,
-        edge_moves=found.edge_moves.iterations,
-        door_moves=found.door_moves.iterations,
-    )
-    return trained, found
 
 
 def _double(runner: Callable[[BuildingSampler, int], Floats], iterations: int, model: TypeModel, seed: int) -> Mixing:

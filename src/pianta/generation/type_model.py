@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import networkx as nx
@@ -35,6 +36,30 @@ SWEEPS, EDGE_MOVES, DOOR_MOVES = 300, 2000, 100
 LEAST_FLOORS = 2
 # The time and the memory of all steps grow with the square of the rooms of a floor.
 MAX_ROOMS = 1000
+# R-hat below which chains have mixed (Gelman and Rubin, 1992).
+MIXED_BELOW = 1.1
+
+
+@dataclass(frozen=True)
+class Mixing:
+    """What was found of one step: its iterations, and R̂ of the median target in the second half of them."""
+
+    iterations: int
+    convergence: float
+
+    @property
+    def has_mixed(self) -> bool:
+        """Whether R̂ is below 1.1, rather than that nobody waits any longer."""
+        return self.convergence < MIXED_BELOW
+
+
+@dataclass(frozen=True)
+class ModelMixing:
+    """What was found of steps 1, 2 and 4."""
+
+    sweeps: Mixing
+    edge_moves: Mixing
+    door_moves: Mixing
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +97,8 @@ class TypeModel:
     """The floors of a building type, their functional areas, and the clusters of these.
 
     schema: the labels of the type. sweeps, edge_moves, door_moves: iterations of the chains of steps 1, 2 and 4 of
-    section 7.4.3: those of the authors, or what `train_type` found that the chains take.
+    section 7.4.3: those of the authors, or what `train_type` found that the chains take. mixing: what it found of these;
+    None if unknown, as in a model from a file.
     """
 
     schema: LabelSchema
@@ -81,6 +107,16 @@ class TypeModel:
     sweeps: int = SWEEPS
     edge_moves: int = EDGE_MOVES
     door_moves: int = DOOR_MOVES
+    mixing: ModelMixing | None = None
+
+    def save(self, path: str | Path) -> None:
+        """Write the model as a JSON file that `load_model` reads.
+
+        Raises ModelError for a model that could not be read again, PiantaError when the file cannot be written.
+        """
+        from pianta.generation.type_model_file import save_type_model
+
+        save_type_model(self, path)
 
     @property
     def building_type(self) -> str:

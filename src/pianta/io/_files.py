@@ -75,9 +75,7 @@ def check_cell_count(sizes: Sequence[int], what: str, *, max_cells: int) -> None
     """
     if prod(sizes) > max_cells:
         size = f"{' × '.join(map(str, sizes))} = {prod(sizes)}"
-        raise MapError(
-            f"{what} has {size} cells, the limit is {max_cells}; lift it with --max-cells (max_cells= in Python)"
-        )
+        raise MapError(f"{what} has {size} cells, the limit is {max_cells}; lift it with max_cells=")
 
 
 @contextmanager

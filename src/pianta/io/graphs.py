@@ -19,6 +19,8 @@ from pianta.io.graphml import read_graphml
 from pianta.labels import standard_building_type, standard_name
 
 MAX_FILE_BYTES = 64 * 2**20
+# What `pianta read` writes into a folder.
+FLOOR_FILE = "floor.geojson"
 
 
 def save_graph(graph: nx.Graph, path: str | Path) -> None:
@@ -151,6 +153,15 @@ def read_room_graph(path: str | Path) -> nx.Graph:
         raise FloorError(f"cannot read the room graph {shown(file)}: {exception}") from exception
     graph.graph["source"] = file.name
     return graph
+
+
+def read_floor_graph(path: str | Path) -> nx.Graph:
+    """The room graph of a file, or of the folder that `pianta read` wrote, as `--previous` takes it.
+
+    Raises FloorError, in one line.
+    """
+    file = Path(path)
+    return read_room_graph(file / FLOOR_FILE if file.is_dir() else file)
 
 
 def _check_size(file: Path) -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from threading import Lock
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +29,34 @@ _PILLOW = Lock()
 Pixels = TypeVar("Pixels")
 
 
+@dataclass(frozen=True, eq=False)
+class DecodedImage:
+    """An image file whose pixels are in memory, so that several readers can take it without decoding it again."""
+
+    path: Path
+    pixels: Image.Image
+
+
+Source: TypeAlias = str | Path | DecodedImage
+
+
+def path_of(source: Source) -> Path:
+    """The file of an image."""
+    return source.path if isinstance(source, DecodedImage) else Path(source)
+
+
+def open_image(path: str | Path, *, max_cells: int = MAX_CELLS) -> DecodedImage:
+    """Decode the first frame of an image; kinds of files as of read_picture, errors as of read_grey."""
+
+    def load(image: Image.Image) -> DecodedImage:
+        image.load()
+        return DecodedImage(Path(path), image)
+
+    return _decode_file(path, load, max_cells, formats=_PICTURE_FORMATS)
+
+
 def read_image_map(
-    path: str | Path,
+    path: Source,
     *,
     resolution: float,
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -53,7 +80,7 @@ def read_image_map(
     cells = table[grey]
     if transparent is not None:
         cells[transparent] = UNKNOWN
-    return GridMap(cells, resolution, origin, Path(path).name)
+    return GridMap(cells, resolution, origin, path_of(path).name)
 
 
 def _check_options(resolution: float, origin: tuple[float, float, float], free_above: int, occupied_below: int) -> None:
@@ -71,7 +98,7 @@ def _check_options(resolution: float, origin: tuple[float, float, float], free_a
         raise MapError("the image cannot become a map: " + "; ".join(faults))
 
 
-def read_grey(path: str | Path, *, max_cells: int = MAX_CELLS) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+def read_grey(path: Source, *, max_cells: int = MAX_CELLS) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
     """Grey levels of an image file, shape (H, W), and which pixels are not fully opaque, None where all are.
 
     Reads the first frame of PNG, PGM and its kin, BMP, JPEG and TIFF. Colours become Rec. 601 luma and 16 bits
@@ -83,12 +110,12 @@ def read_grey(path: str | Path, *, max_cells: int = MAX_CELLS) -> tuple[NDArray[
     return _decode_file(path, _decode_grey, max_cells)
 
 
-def read_colors(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint8]:
+def read_colors(path: Source, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint8]:
     """Red, green and blue of an image file of 8 bits, shape (H, W, 3); kinds of files and errors as of read_grey."""
     return _decode_file(path, lambda image: np.asarray(image.convert("RGB")), max_cells)
 
 
-def read_picture(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint8]:
+def read_picture(path: Source, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint8]:
     """Red, green and blue of a picture on white paper, held as it was taken, shape (H, W, 3).
 
     Reads GIF and WebP besides the kinds of read_grey. What is transparent is paper; a photo is turned as it says.
@@ -110,13 +137,12 @@ def _lay_on_paper(image: Image.Image) -> NDArray[np.uint8]:
 
 
 def _decode_file(
-    path: str | Path, decode: Callable[[Image.Image], Pixels], max_cells: int, *, formats: tuple[str, ...] = _FORMATS
+    path: Source, decode: Callable[[Image.Image], Pixels], max_cells: int, *, formats: tuple[str, ...] = _FORMATS
 ) -> Pixels:
-    file = checked_input(path, "image", MapError)
+    file = checked_input(path_of(path), "image", MapError)
     name = f"image {shown(file)}"
     try:
-        # By its path Pillow maps a TIFF into memory, and mixes up the rows of one that is to be turned.
-        with _pillow_without_limits(), file.open("rb") as content, Image.open(content, formats=formats) as image:
+        with _pillow_without_limits(), _opened(path, file, formats) as image:
             check_cell_count(image.size, name, max_cells=max_cells)
             Image.MAX_IMAGE_PIXELS = MAX_CELLS  # the tiles of a TIFF can be larger than the image
             return decode(image)
@@ -128,6 +154,19 @@ def _decode_file(
     # Pillow's plug-ins raise whatever a hostile file drives them to.
     except Exception as exception:
         raise MapError(f"{name} is damaged, save it again: {reason_of(exception)}") from exception
+
+
+@contextmanager
+def _opened(source: Source, file: Path, formats: tuple[str, ...]) -> Iterator[Image.Image]:
+    """The image of a file, or the one that has been decoded already."""
+    if isinstance(source, DecodedImage):
+        if source.pixels.format not in formats:
+            raise UnidentifiedImageError
+        yield source.pixels
+        return
+    # By its path Pillow maps a TIFF into memory, and mixes up the rows of one that is to be turned.
+    with file.open("rb") as content, Image.open(content, formats=formats) as image:
+        yield image
 
 
 @contextmanager

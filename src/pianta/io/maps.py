@@ -12,10 +12,10 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from pianta.errors import MapError
-from pianta.gridmap import GridMap
+from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.io._files import MAX_CELLS, check_cell_count, checked_input, reason_of, shown, written_atomically
-from pianta.io.images import IMAGE_SUFFIXES, read_image_map
-from pianta.io.ros_maps import YAML_SUFFIXES, read_ros_map
+from pianta.io.images import IMAGE_SUFFIXES, Source, path_of, read_image_map
+from pianta.io.ros_maps import YAML_SUFFIXES, read_ros_map, save_ros_map
 
 NPZ_SUFFIX = ".npz"
 MAP_SUFFIXES = (*YAML_SUFFIXES, NPZ_SUFFIX, *IMAGE_SUFFIXES)
@@ -24,7 +24,7 @@ _COUNTS = {"cells": None, "resolution": 1, "origin": 3}
 
 
 def read_map(
-    path: str | Path,
+    path: Source,
     *,
     resolution: float | None = None,
     origin: tuple[float, float, float] | None = None,
@@ -39,28 +39,25 @@ def read_map(
 
     Raises MapError, in one line, when the file or an option cannot be used.
     """
-    path = checked_input(path, "map", MapError)
-    suffix = path.suffix.lower()
+    file = checked_input(path_of(path), "map", MapError)
+    suffix = file.suffix.lower()
     if suffix not in MAP_SUFFIXES:
-        raise MapError(f"map {shown(path)} is of no known kind, give one of {', '.join(MAP_SUFFIXES)}")
+        raise MapError(f"map {shown(file)} is of no known kind, give one of {', '.join(MAP_SUFFIXES)}")
     if suffix in IMAGE_SUFFIXES:
         if resolution is None:
-            raise MapError(_describe_missing_resolution(path))
+            raise MapError(_describe_missing_resolution(file))
         return read_image_map(path, resolution=resolution, origin=origin or (0.0, 0.0, 0.0), max_cells=max_cells)
     if resolution is not None or origin is not None:
-        raise MapError(f"map {shown(path)} has its own resolution and origin, leave out those options")
+        raise MapError(f"map {shown(file)} has its own resolution and origin, leave out those options")
     if suffix == NPZ_SUFFIX:
-        return read_npz_map(path, max_cells=max_cells)
-    return read_ros_map(path, trust_thresholds=trust_thresholds, max_cells=max_cells)
+        return read_npz_map(file, max_cells=max_cells)
+    return read_ros_map(file, trust_thresholds=trust_thresholds, max_cells=max_cells)
 
 
 def _describe_missing_resolution(image: Path) -> str:
     beside = (image.with_suffix(suffix) for suffix in YAML_SUFFIXES)
     remedy = next((f"{shown(file)}, which lies beside it" for file in beside if file.is_file()), "its map.yaml")
-    return (
-        f"map {shown(image)} is an image without a resolution, give {remedy}, "
-        f"or --resolution METRES_PER_CELL (resolution= in Python)"
-    )
+    return f"map {shown(image)} is an image without a resolution, give {remedy}, or the metres per cell by resolution="
 
 
 def read_npz_map(path: str | Path, *, max_cells: int = MAX_CELLS) -> GridMap:
@@ -116,6 +113,25 @@ def _check_member(archive: zipfile.ZipFile, key: str, count: int | None, max_cel
         raise MapError(f"{key} is of type {shown(str(dtype))}, give numbers")
     if count is not None and prod(shape) != count:
         raise MapError(f"{key} holds {prod(shape)} numbers, give {count}")
+
+
+def save_map(grid: GridMap, path: str | Path) -> None:
+    """Write a map as a ROS map.yaml with a PNG beside it (.yaml, .yml), or as a NumPy archive (.npz).
+
+    Raises MapError for another suffix, PiantaError when a file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix == NPZ_SUFFIX:
+        save_npz_map(grid, path)
+    elif suffix in YAML_SUFFIXES:
+        save_ros_map(grid, path, mode="trinary" if is_trinary(grid) else "scale")
+    else:
+        raise MapError(f"the map cannot be saved as {shown(path)}, give .yaml or .npz")
+
+
+def is_trinary(grid: GridMap) -> bool:
+    """Whether all cells are free (0), occupied (100) or unknown (-1)."""
+    return bool(np.isin(grid.cells, (FREE, OCCUPIED, UNKNOWN)).all())
 
 
 def save_npz_map(grid: GridMap, path: str | Path) -> None:

@@ -15,6 +15,7 @@ from pianta.floor import Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import MAX_CELLS, shown
 from pianta.io.drawings.ifc import read_ifc_plan
+from pianta.io.images import Source, path_of
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
 from pianta.plan.doors.lines import PlanDoors, find_doors
 from pianta.plan.doors.swings import Swing, find_swings
@@ -46,7 +47,7 @@ from pianta.plan.walls.regions import NETWORKS, find_regions, has_walls
 
 # Swings that are smaller than this share of a door are none.
 SMALLEST_SWING = 0.5
-NO_ROOMS = "plan {} shows no rooms, give a plan with walls, or its --resolution"
+NO_ROOMS = "plan {} shows no rooms, give a plan with walls, or its resolution="
 NO_DRAWING = "plan {} looks blank, like noise, like a photo or like text, give a drawing"
 IFC_SUFFIX = ".ifc"
 # Metres of a cell of the frame, of the margin around the rooms, and cells at most along the longer side.
@@ -82,7 +83,7 @@ class PlanReading:
 
 
 def read_plan(
-    path: str | Path,
+    source: Source,
     *,
     resolution: float | None = None,
     page: int | None = None,
@@ -105,10 +106,11 @@ def read_plan(
     symbols of an IFC.
     """
     check_method(method)
-    if Path(path).suffix.lower() == IFC_SUFFIX:
-        return _read_ifc(path, {"--page": page, "--resolution": resolution, "--symbols": symbols})
+    path = path_of(source)
+    if path.suffix.lower() == IFC_SUFFIX:
+        return _read_ifc(path, {"page=": page, "resolution=": resolution, "symbols=": symbols})
     templates = own_templates() + (read_symbol_folder(symbols) if symbols else ())
-    sheet = open_sheet(path, page=page, max_cells=max_cells)
+    sheet = open_sheet(source, page=page, max_cells=max_cells)
     if sheet.walls is None and not may_be_drawing(sheet.colors):
         raise PlanError(NO_DRAWING.format(shown(path)))
     # Text tells the names and the scale, and is no wall

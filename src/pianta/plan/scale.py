@@ -59,7 +59,7 @@ class PlanScale:
         return self.describe()
 
     def describe(self, *, px_per_unit: float = 1.0) -> str:
-        """The scale in one line, as --resolution takes it; px_per_unit: as of Sheet, 1 where pixels are the unit."""
+        """The scale in one line, as resolution= takes it; px_per_unit: as of Sheet, 1 where pixels are the unit."""
         unit = "pixel" if px_per_unit == 1 else "drawing unit"
         metres = self.resolution * px_per_unit
         return f"{metres:.3g} m per {unit} by {self.source}, confidence {self.confidence:.2f}"
@@ -84,7 +84,7 @@ def find_stated_scale(
             units = "pixels" if sheet.px_per_unit == 1 else "drawing units"
             size = f"{metres * longest:.3g} m of a sheet of {of_file:.4g} {units}"
             raise PlanError(f"the resolution is {given}, which makes {size}, give that of a building")
-        return PlanScale(metres, "--resolution", 1.0)
+        return PlanScale(metres, "the given resolution", 1.0)
     if sheet.resolution is not None and least <= sheet.resolution * longest <= most:
         return PlanScale(sheet.resolution, "the units of the file", 0.95)
     bar = parse_scale_bar(texts, ink)

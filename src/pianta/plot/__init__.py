@@ -1,1 +1,40 @@
-"""Pictures of grids, floors, graphs, predictions and explorations, on a matplotlib ax."""
+"""Pictures of grids, floors, graphs, predictions and explorations, on a matplotlib ax.
+
+Each plot_ function takes `ax=None`, draws in metres where there are any, and returns the ax; none shows it.
+"""
+
+from importlib import import_module
+
+__all__ = [
+    "plot_area",
+    "plot_doors",
+    "plot_exploration",
+    "plot_explored",
+    "plot_floor",
+    "plot_graph",
+    "plot_grid",
+    "plot_room_graph",
+    "plot_rooms",
+    "plot_skeleton",
+    "plot_walls",
+]
+
+_MODULES = {
+    "plot_area": "exploration",
+    "plot_doors": "floor",
+    "plot_exploration": "exploration",
+    "plot_explored": "prediction",
+    "plot_floor": "floor",
+    "plot_graph": "floor",
+    "plot_grid": "grid",
+    "plot_room_graph": "graphs",
+    "plot_rooms": "floor",
+    "plot_skeleton": "prediction",
+    "plot_walls": "floor",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _MODULES:
+        raise AttributeError(f"module 'pianta.plot' has no attribute {name!r}")
+    return getattr(import_module(f"pianta.plot.{_MODULES[name]}"), name)

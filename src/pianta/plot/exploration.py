@@ -16,6 +16,7 @@ from pianta.exploration.record import Exploration
 from pianta.exploration.world import World
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN
 from pianta.io._files import written_atomically
+from pianta.plot._figure import new_ax, save_png
 from pianta.plot.floor import BACKGROUND, DPI, INK, LONG_SIDE_PX, plot_scale_bar
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
 
@@ -38,11 +39,12 @@ ANIMATION_DPI, FRAMES_A_SECOND, MAX_FRAMES, LAST_FRAMES = 100, 10, 80, 10
 WRITERS = {"gif": "pillow", "mp4": "ffmpeg"}
 
 
-def plot_exploration(run: Exploration, world: World, *, ax: Axes, scan: int | None = None) -> Axes:
+def plot_exploration(run: Exploration, world: World, *, ax: Axes | None = None, scan: int | None = None) -> Axes:
     """Draw what robots knew at a scan, by default the last: the map, frontiers in orange, and their tracks so far.
 
     What is free and was not seen by then is pale. A disc is a start, a ring where a robot is.
     """
+    ax = new_ax(ax)
     scan = len(run.area) - 1 if scan is None else scan
     colors = _color_cells(run, world, scan)
     height, width = colors.shape[:2]
@@ -60,8 +62,9 @@ def plot_exploration(run: Exploration, world: World, *, ax: Axes, scan: int | No
     return ax
 
 
-def plot_area(run: Exploration, *, ax: Axes, scan: int | None = None) -> Axes:
+def plot_area(run: Exploration, *, ax: Axes | None = None, scan: int | None = None) -> Axes:
     """Draw the share of the reachable area, %, over the metres of all robots, up to a scan, by default the last."""
+    ax = new_ax(ax, equal=False)
     until = len(run.area) if scan is None else scan + 1
     ax.plot(run.distance[:until], 100 * run.share[:until], color=TRACK_COLORS[0], linewidth=1.2)
     ax.set(xlim=(0, max(run.distance[-1], 1)), ylim=(0, 102), yticks=(0, 50, 90, 100))
@@ -98,8 +101,7 @@ def save_exploration_picture(run: Exploration, world: World, path: str | Path) -
     Raises PiantaError when the file cannot be written.
     """
     figure = draw_exploration(run, world)
-    with written_atomically(path) as temporary:
-        figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
+    save_png(figure, path)
 
 
 def check_animation(kind: str) -> None:

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Point, Polygon, difference, get_parts
 
 from pianta.floor import Floor, Room
-from pianta.gridmap import GridMap
-from pianta.io._files import written_atomically
+from pianta.gridmap import UNKNOWN, GridMap
 from pianta.labels import SCHEMAS
 from pianta.layout._outlines import GRID
-from pianta.plot.grid import UNKNOWN_GREY, plot_grid, plot_ink
+from pianta.plot._figure import encode_png, new_ax, save_png
+from pianta.plot.grid import UNKNOWN_GREY, lay_pixels, paint_grid, plot_grid, plot_ink
 from pianta.plot.styles import CERTAIN_FROM, DARK_INK, RoomStyle, Schemas, color_neighbours, list_labels, style_rooms
 
 if TYPE_CHECKING:
@@ -59,6 +59,49 @@ LEVEL = 0.5
 LEAST_AREA = 0.05
 
 
+def plot_floor(
+    floor: Floor,
+    grid: GridMap | None = None,
+    *,
+    ax: Axes | None = None,
+    walls: bool = False,
+    graph: bool = False,
+    schemas: Schemas = SCHEMAS,
+    paper: NDArray[np.uint8] | None = None,
+) -> Axes:
+    """Draw a floor: its rooms with their ids, in the colours of their labels if they have any, and its doors.
+
+    Parameters
+    ----------
+    floor
+        The floor, metres of the map frame.
+    grid
+        The map below it; None for none.
+    ax
+        Where to draw; a new figure if None.
+    walls, graph
+        Whether to draw the wall lines and the topological graph too.
+    schemas
+        By building type, the labels whose colours are known.
+    paper
+        The sheet of a plan, RGB of the shape of the grid, whose ink is drawn over the rooms.
+
+    Returns
+    -------
+    Axes
+        The ax that was drawn on; nothing is shown.
+
+    """
+    ax = new_ax(ax)
+    if grid is not None:
+        plot_grid(grid, ax=ax)
+    _plot_layers(floor, grid, ax, walls=walls, graph=graph, schemas=schemas, paper=paper)
+    if floor.rooms or grid is not None:
+        left, bottom, right, top = _frame_building(floor, grid)
+        ax.set(xlim=(left, right), ylim=(bottom, top))
+    return ax
+
+
 def draw_floor(
     floor: Floor,
     grid: GridMap,
@@ -83,21 +126,47 @@ def draw_floor(
     figure = Figure(figsize=size, dpi=DPI, facecolor=BACKGROUND)
     ax = figure.add_axes((0, 0, 1, 1))
     ax.set_axis_off()
-    plot_grid(grid, ax=ax)
-    labels = any(room.label is not None for room in floor.rooms)
+    ax.set(xlim=(left, right), ylim=(bottom, top))
+    _plot_layers(floor, grid, ax, walls=walls, graph=graph, schemas=schemas, paper=paper)
+    ax.set(xlim=(left, right), ylim=(bottom, top))
+    plot_scale_bar(ax=ax)
+    lift = _add_legend(floor, figure, graph=graph, schemas=schemas) if _has_labels(floor) else 0.0
+    pixels = (round(size[0] * DPI), round(size[1] * DPI))
+    lay_pixels(paint_grid(grid, (left, bottom, right, top), pixels), figure, bottom=round(lift * DPI))
+    return figure
+
+
+def _plot_layers(
+    floor: Floor,
+    grid: GridMap | None,
+    ax: Axes,
+    *,
+    walls: bool,
+    graph: bool,
+    schemas: Schemas,
+    paper: NDArray[np.uint8] | None,
+) -> None:
+    """What lies on the map of a floor."""
+    labels = _has_labels(floor)
     plot_rooms(floor, ax=ax, labels=labels, schemas=schemas)
-    if paper is not None:
+    if paper is not None and grid is not None:
         plot_ink(paper, grid, ax=ax)
     if walls:
         plot_walls(floor, ax=ax)
     if graph:
         plot_graph(floor, ax=ax, labels=labels, schemas=schemas)
     plot_doors(floor, ax=ax)
-    ax.set(xlim=(left, right), ylim=(bottom, top))
-    plot_scale_bar(ax=ax)
-    if labels:
-        _add_legend(floor, figure, graph=graph, schemas=schemas)
-    return figure
+
+
+def _has_labels(floor: Floor) -> bool:
+    return any(room.label is not None for room in floor.rooms)
+
+
+def render_floor(floor: Floor) -> bytes:
+    """The floor as a PNG, without a map below it."""
+    left, bottom, right, top = _frame_building(floor, None)
+    nothing = GridMap(np.full((1, 1), UNKNOWN, np.int8), max(right - left, top - bottom), (left, bottom, 0.0))
+    return encode_png(draw_floor(floor, nothing))
 
 
 def save_picture(
@@ -116,11 +185,10 @@ def save_picture(
     Raises PiantaError when the file cannot be written.
     """
     figure = draw_floor(floor, grid, walls=walls, graph=graph, schemas=schemas, paper=paper)
-    with written_atomically(path) as temporary:
-        figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
+    save_png(figure, path)
 
 
-def plot_rooms(floor: Floor, *, ax: Axes, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
+def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
     """Draw the rooms with their ids, neighbours in different colours, partial ones grey and hatched, and predictions.
 
     labels: in the colours of their labels instead, partial ones light and hatched; a `?` follows the id where the
@@ -128,22 +196,25 @@ def plot_rooms(floor: Floor, *, ax: Axes, labels: bool = False, schemas: Schemas
     """
     from shapely.plotting import patch_from_polygon
 
+    ax = new_ax(ax)
     styles = style_rooms(floor, schemas) if labels else _style_by_neighbours(floor.rooms)
     for room in floor.rooms:
         style = styles[room.id]
         edge = {"edgecolor": HATCH_COLOR, "hatch": "//"} if room.partial else {"edgecolor": EDGE_COLOR}
         face = (style.color, style.opacity)
         patch = patch_from_polygon(room.polygon, facecolor=face, **edge, linewidth=0.6, zorder=ROOM_LEVEL)
-        ax.add_patch(patch)
+        ax.add_artist(patch)
     plot_predictions(floor, ax=ax)
     _plot_ids(floor, styles, ax)
+    _extend_view(floor, ax)
     return ax
 
 
-def plot_doors(floor: Floor, *, ax: Axes) -> Axes:
+def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
     """Draw the doors as strokes from jamb to jamb, openings dashed, entrances in another colour with a diamond."""
     from matplotlib.lines import Line2D
 
+    ax = new_ax(ax)
     for door in floor.doors:
         color = ENTRANCE_COLOR if door.is_entrance else DOOR_COLOR
         stroke = Line2D(*door.line.xy, color=color, linewidth=3, solid_capstyle="butt", zorder=DOOR_LEVEL)
@@ -157,18 +228,20 @@ def plot_doors(floor: Floor, *, ax: Axes) -> Axes:
     return ax
 
 
-def plot_walls(floor: Floor, *, ax: Axes) -> Axes:
+def plot_walls(floor: Floor, *, ax: Axes | None = None) -> Axes:
     """Draw the representative lines."""
+    ax = new_ax(ax)
     for wall in floor.walls:
         ax.plot(*wall.xy, color=WALL_COLOR, linewidth=0.8, zorder=WALL_LEVEL)
     return ax
 
 
-def plot_graph(floor: Floor, *, ax: Axes, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
+def plot_graph(floor: Floor, *, ax: Axes | None = None, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
     """Draw the topological graph: a node where the id of its room stands, edges through the middles of the doors.
 
     labels: squares for corridors and circles for rooms, in the colours of their labels (thesis, Fig. 5.2).
     """
+    ax = new_ax(ax)
     styles = style_rooms(floor, schemas) if labels else {}
     places = _place_ids(floor, styles)
     for first, second, door in floor.graph().edges(data=True):
@@ -177,15 +250,16 @@ def plot_graph(floor: Floor, *, ax: Axes, labels: bool = False, schemas: Schemas
     for room_id, place in places.items():
         style = styles.get(room_id, RoomStyle("#ffffff"))
         radius = NODE_RIM * _radius_of_id(floor, style) * place[2]
-        ax.add_patch(_make_node(place[:2], radius, style))
+        ax.add_artist(_make_node(place[:2], radius, style))
     return ax
 
 
-def plot_legend(floor: Floor, *, ax: Axes, graph: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
+def plot_legend(floor: Floor, *, ax: Axes | None = None, graph: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
     """Draw the labels that rooms have, in the upper left of an ax: colour, number of rooms, and their ids when few.
 
     Below them stands what else is drawn of labels: uncertain ones, partial rooms, and with graph the shapes of nodes.
     """
+    ax = new_ax(ax)
     _draw_legend(floor, ax, columns=1, graph=graph, schemas=schemas)
     return ax
 
@@ -237,8 +311,11 @@ def _sample_marks(floor: Floor, schemas: Schemas, *, graph: bool) -> list[tuple[
     return samples
 
 
-def _add_legend(floor: Floor, figure: Figure, *, graph: bool, schemas: Schemas) -> None:
-    """Make a figure of a building larger by a strip with the legend: below what is wide, right of what is tall."""
+def _add_legend(floor: Floor, figure: Figure, *, graph: bool, schemas: Schemas) -> float:
+    """Make a figure of a building larger by a strip with the legend: below what is wide, right of what is tall.
+
+    Returns how far the building has moved up, inches.
+    """
     (building,) = figure.axes
     width, height = figure.get_size_inches()
     margin = MARGIN * LONG_SIDE_PX / DPI
@@ -256,6 +333,7 @@ def _add_legend(floor: Floor, figure: Figure, *, graph: bool, schemas: Schemas) 
     figure.set_size_inches(whole)
     building.set_position((0, below / whole[1], width / whole[0], height / whole[1]))
     strip.set_position((corner[0] / whole[0], 0, 1 - corner[0] / whole[0], corner[1] / whole[1]))
+    return below
 
 
 def _draw_legend(floor: Floor, ax: Axes, *, columns: int, graph: bool, schemas: Schemas) -> tuple[float, float]:
@@ -279,6 +357,16 @@ def _draw_legend(floor: Floor, ax: Axes, *, columns: int, graph: bool, schemas: 
         text.set(color=INK, parse_math=False)
     extent = legend.get_window_extent()
     return extent.width / DPI, extent.height / DPI
+
+
+def _extend_view(floor: Floor, ax: Axes) -> None:
+    """Let an ax show all rooms, unless its limits are set.
+
+    Axes.add_patch does so too, and takes longer for it than to draw the patches.
+    """
+    if floor.rooms:
+        ax.update_datalim(np.reshape(shapely.total_bounds([room.polygon for room in floor.rooms]), (2, 2)))
+        ax.autoscale_view()
 
 
 def _style_by_neighbours(rooms: Sequence[Room]) -> dict[int, RoomStyle]:
@@ -311,7 +399,7 @@ def _plot_ids(floor: Floor, styles: Mapping[int, RoomStyle], ax: Axes) -> None:
         digits = TextPath((0, 0), f"{room_id}?" if style.is_uncertain else f"{room_id}", size=size, prop=bold)
         box = digits.get_extents()
         centred = Affine2D().translate(x - (box.x0 + box.x1) / 2, y - (box.y0 + box.y1) / 2).transform_path(digits)
-        ax.add_patch(PathPatch(centred, facecolor=style.ink, linewidth=0, zorder=TEXT_LEVEL))
+        ax.add_artist(PathPatch(centred, facecolor=style.ink, linewidth=0, zorder=TEXT_LEVEL))
 
 
 def _place_ids(floor: Floor, styles: Mapping[int, RoomStyle]) -> dict[int, tuple[float, float, float]]:
@@ -349,10 +437,10 @@ def _round_length(longest: float) -> float:
     return power * max(step for step in (1, 2, 5) if step * power <= longest)
 
 
-def _frame_building(floor: Floor, grid: GridMap) -> NDArray[np.float64]:
+def _frame_building(floor: Floor, grid: GridMap | None) -> NDArray[np.float64]:
     """Left, bottom, right and top (m) of the picture: rooms and free cells, a margin, and a strip below."""
     rooms = [shapely.get_coordinates(room.predicted or room.polygon) for room in floor.rooms]
-    seen = np.concatenate([_find_extent_of_free(grid), *rooms])
+    seen = np.concatenate([*([] if grid is None else [_find_extent_of_free(grid)]), *rooms])
     low, high = seen.min(axis=0), seen.max(axis=0)
     longest = (high - low).max()
     half = np.maximum(high - low, MIN_ASPECT * longest) / 2 + MARGIN * longest
@@ -373,19 +461,20 @@ def _find_extent_of_free(grid: GridMap) -> NDArray[np.float64]:
     return np.asarray(np.quantile(xy, (1 - SEEN_SHARE, SEEN_SHARE), axis=0) + margin)
 
 
-def plot_predictions(floor: Floor, *, ax: Axes) -> Axes:
+def plot_predictions(floor: Floor, *, ax: Axes | None = None) -> Axes:
     """Draw what is predicted of partial rooms: what was not seen hatched, around the whole a dashed outline."""
     from shapely.plotting import patch_from_polygon
 
+    ax = new_ax(ax)
     for room in floor.rooms:
         if room.predicted is None:
             continue
         for part in get_parts(difference(room.predicted, room.polygon, grid_size=GRID)):
             if part.area >= LEAST_AREA:
                 look = {"facecolor": "none", "edgecolor": HATCH_COLOR, "hatch": HATCH, "linewidth": 0, "zorder": LEVEL}
-                ax.add_patch(patch_from_polygon(part, **look))
+                ax.add_artist(patch_from_polygon(part, **look))
         outline = {"facecolor": "none", "edgecolor": OUTLINE_COLOR, "linestyle": DASHES, "linewidth": WIDTH}
-        ax.add_patch(patch_from_polygon(room.predicted, **outline, zorder=LEVEL))
+        ax.add_artist(patch_from_polygon(room.predicted, **outline, zorder=LEVEL))
     return ax
 
 

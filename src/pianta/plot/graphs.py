@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components, shortest_path
 
 from pianta.errors import OptionError
-from pianta.io._files import written_atomically
 from pianta.io.buildings._repair import normalize_label
 from pianta.labels import RC, LabelSchema, Split
+from pianta.plot._figure import new_ax, save_png
 from pianta.plot.floor import DPI, EDGE_COLOR, GRAPH_LEVEL, INK, LONGEST_LABEL
 from pianta.plot.styles import NEUTRAL_COLOR, RoomStyle
 
@@ -56,7 +56,7 @@ OTHER_LABELS, FIXED = "other or no label", "kept"
 
 
 def plot_room_graph(
-    graph: nx.Graph, *, ax: Axes, schema: LabelSchema, fixed: Collection[Hashable] = frozenset()
+    graph: nx.Graph, *, ax: Axes | None = None, schema: LabelSchema, fixed: Collection[Hashable] = frozenset()
 ) -> Axes:
     """Draw a building as a graph: squares for corridors, circles for rooms, in the colours of their labels.
 
@@ -67,6 +67,7 @@ def plot_room_graph(
     """
     from matplotlib.collections import LineCollection
 
+    ax = new_ax(ax)
     styles = {node: _style_room(label, schema) for node, label in graph.nodes(data="label")}
     places = place_nodes(graph)
     edges = [(first, second) for first, second in graph.edges if first != second]
@@ -124,8 +125,7 @@ def save_contact_sheet(
     Raises OptionError as draw_contact_sheet does, and PiantaError when the file cannot be written.
     """
     figure = draw_contact_sheet(graphs, schema=schema, titles=titles, heading=heading, columns=columns, fixed=fixed)
-    with written_atomically(path) as temporary:
-        figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
+    save_png(figure, path)
 
 
 def place_nodes(graph: nx.Graph) -> dict[Hashable, tuple[float, float]]:

@@ -2,40 +2,108 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from pianta.gridmap import GridMap
+from pianta.gridmap import FREE_AT_MOST, OCCUPIED_AT_LEAST, GridMap
+from pianta.plot._figure import new_ax
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.backend_bases import RendererBase
+    from matplotlib.figure import Figure
 
 FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = 255, 228, 110
 # Larger maps are averaged down for the picture.
 MAX_IMAGE_SIDE_PX = 4096
+# The longer side of a map in a notebook.
+MAX_RENDERED_SIDE_PX = 1000
 # Ink covers the colours of rooms with this much of its darkness.
 INK_OPACITY = 0.75
 # Above the rooms, below the walls.
 INK_LEVEL = 1.5
 
 
-def plot_grid(grid: GridMap, *, ax: Axes) -> Axes:
+def plot_grid(grid: GridMap, *, ax: Axes | None = None) -> Axes:
     """Draw the map in soft greys where it lies in the map frame: free white, unknown light, occupied dark."""
-    greys = np.full(grid.shape, UNKNOWN_GREY, np.uint8)
-    greys[grid.free] = FREE_GREY
-    greys[grid.occupied] = OCCUPIED_GREY
-    _place_image(Image.fromarray(greys), "RGB", grid, ax, level=0)
+    ax = new_ax(ax)
+    _place_image(Image.fromarray(shade_cells(grid.cells)), "RGB", grid, ax, level=0)
     return ax
 
 
-def plot_ink(paper: NDArray[np.uint8], grid: GridMap, *, ax: Axes) -> Axes:
+def plot_ink(paper: NDArray[np.uint8], grid: GridMap, *, ax: Axes | None = None) -> Axes:
     """Draw what is dark on the sheet of a plan, shape (H, W, 3), over what lies below, where its grid lies."""
+    ax = new_ax(ax)
     opacity = ((255 - paper.min(axis=2)) * INK_OPACITY).astype(np.uint8)
     _place_image(Image.fromarray(np.dstack([paper, opacity])), "RGBA", grid, ax, level=INK_LEVEL)
     return ax
+
+
+def render_grid(grid: GridMap) -> bytes:
+    """The map as a PNG, a pixel a cell; a large one is averaged down."""
+    content = BytesIO()
+    Image.fromarray(shade_cells(grid.cells)).reduce(-(-max(grid.shape) // MAX_RENDERED_SIDE_PX)).save(content, "png")
+    return content.getvalue()
+
+
+def shade_cells(cells: NDArray[np.int8]) -> NDArray[np.uint8]:
+    """The grey of each cell of a map, the shape of the cells."""
+    table = np.full(256, UNKNOWN_GREY, np.uint8)
+    table[: FREE_AT_MOST + 1] = FREE_GREY
+    table[OCCUPIED_AT_LEAST:101] = OCCUPIED_GREY
+    return np.asarray(cv2.LUT(np.ascontiguousarray(cells).view(np.uint8), table))
+
+
+def paint_grid(grid: GridMap, view: tuple[float, float, float, float], size: tuple[int, int]) -> NDArray[np.uint8]:
+    """The map as pixels of a picture, RGBA, shape (height, width, 4): much faster than matplotlib resamples it.
+
+    view: left, bottom, right and top of the picture, metres of the map frame. size: its width and height, pixels.
+    """
+    left, bottom, right, top = view
+    width, height = size
+    corners = np.array([[0, 0], [width, 0], [0, height]], np.float32)
+    rows, cols = grid.map_to_pixel([left, right, left], [top, top, bottom])
+    cells, factor = grid.cells, 1
+    step = np.hypot(rows[1] - rows[0], cols[1] - cols[0]) / width
+    greys = shade_cells(cells)
+    if step >= 2:
+        # Each pixel of the picture is the mean of the cells below it.
+        factor = int(step)
+        greys = np.asarray(Image.fromarray(greys).reduce(factor))
+    # From centres of pixels to centres of cells.
+    places = (np.column_stack([cols, rows]) / factor).astype(np.float32)
+    to_cells = cv2.getAffineTransform(corners - np.float32(0.5), places - np.float32(0.5))
+    painted = cv2.warpAffine(
+        greys,
+        to_cells,
+        size,
+        flags=cv2.WARP_INVERSE_MAP | (cv2.INTER_NEAREST if step < 1 else cv2.INTER_LINEAR),
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=UNKNOWN_GREY,
+    )
+    return np.asarray(cv2.cvtColor(painted, cv2.COLOR_GRAY2RGBA))
+
+
+def lay_pixels(pixels: NDArray[np.uint8], figure: Figure, *, bottom: int) -> None:
+    """Lay pixels, RGBA, under all else in a figure, from the left and so many pixels above its lower side."""
+    from matplotlib.artist import Artist
+
+    class Pixels(Artist):
+        """Pixels as they are, which Figure.figimage would resample."""
+
+        def draw(self, renderer: RendererBase) -> None:
+            context = renderer.new_gc()
+            renderer.draw_image(context, 0, bottom, pixels[::-1])
+            context.restore()
+
+    laid = Pixels()
+    laid.set_zorder(-1)
+    figure.add_artist(laid)
 
 
 def _place_image(image: Image.Image, mode: str, grid: GridMap, ax: Axes, *, level: float) -> None:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import networkx as nx
 import shapely
 
-from pianta.io._files import written_atomically
 from pianta.labels import LabelSchema
+from pianta.plot._figure import new_ax, save_png
 from pianta.plot.floor import DPI, INK
 from pianta.plot.graphs import HALF_SIDE, list_handles, place_nodes, plot_room_graph
 from pianta.prediction.prediction import Prediction
@@ -76,15 +76,15 @@ def save_prediction_picture(prediction: Prediction, path: str | Path, *, truth: 
     Raises PiantaError when the file cannot be written.
     """
     figure = draw_prediction(prediction, truth=truth)
-    with written_atomically(path) as temporary:
-        figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
+    save_png(figure, path)
 
 
-def plot_explored(prediction: Prediction, *, ax: Axes, truth: WholeFloor | None = None) -> Axes:
+def plot_explored(prediction: Prediction, *, ax: Axes | None = None, truth: WholeFloor | None = None) -> Axes:
     """Draw what is known, shaded; open corridors in a red frame, and `?` for rooms behind unopened doors.
 
     Corridors have their names, as in plot_skeleton. truth: the whole floor instead, what is known of it shaded.
     """
+    ax = new_ax(ax)
     explored = prediction.explored
     names = dict(explored.graph.nodes(data="room"))
     open_ends = [names[node] if truth else node for node in explored.open]
@@ -118,8 +118,9 @@ def choose_sample(prediction: Prediction) -> SampledFloor:
     return min(by_size[: ceil(MIDDLE_SHARE * len(by_size))], key=differ)
 
 
-def plot_sample(sample: SampledFloor, prediction: Prediction, *, ax: Axes) -> Axes:
+def plot_sample(sample: SampledFloor, prediction: Prediction, *, ax: Axes | None = None) -> Axes:
     """Draw a sample, what is known shaded, open corridors in a red frame."""
+    ax = new_ax(ax)
     open_ends = [sample.known[node] for node in prediction.explored.open]
     plot_known_part(sample.graph, sample.known.values(), ax=ax, schema=prediction.schema, open_ends=open_ends)
     of = f"one of {len(prediction.samples)} samples, of middle size: {_count(len(sample.graph), 'room')}"
@@ -131,7 +132,7 @@ def plot_known_part(
     graph: nx.Graph,
     known: Collection[Hashable],
     *,
-    ax: Axes,
+    ax: Axes | None = None,
     schema: LabelSchema,
     open_ends: Collection[Hashable] = (),
     names: Mapping[Any, Hashable] | None = None,
@@ -143,6 +144,7 @@ def plot_known_part(
     from matplotlib.patches import Rectangle
     from shapely.plotting import patch_from_polygon
 
+    ax = new_ax(ax)
     plot_room_graph(graph, ax=ax, schema=schema)
     places = place_nodes(graph)
     shade = _shade(graph.subgraph(known), places)
@@ -161,13 +163,14 @@ def plot_known_part(
     return ax
 
 
-def plot_skeleton(skeleton: nx.Graph, *, ax: Axes) -> Axes:
+def plot_skeleton(skeleton: nx.Graph, *, ax: Axes | None = None) -> Axes:
     """Draw the corridors of `Prediction.skeleton`: known ones filled, edges as wide and dark as they are probable.
 
     Numbers are probabilities in %; edges below 5 % are not drawn, nor what only they lead to.
     """
     from matplotlib.patches import Rectangle
 
+    ax = new_ax(ax)
     shown = _list_probable(skeleton)
     places = place_nodes(shown)
     for one, other, probability in shown.edges(data="probability"):
@@ -194,10 +197,11 @@ def plot_label_shares(
     predicted: Mapping[str, float],
     average: Mapping[str, float],
     *,
-    ax: Axes,
+    ax: Axes | None = None,
     true: Mapping[str, float] | None = None,
 ) -> Axes:
     """Draw bars of the shares of labels among unknown rooms: true, of the model's floors, predicted (Fig. 8.9c)."""
+    ax = new_ax(ax, equal=False)
     sets = [(true, TRUE_COLOR, "true")] if true is not None else []
     sets += [(average, AVERAGE_COLOR, "average of the model"), (predicted, PREDICTED_COLOR, "predicted")]
     given: list[Mapping[str, float]] = [shares for shares, *_ in sets if shares is not None]

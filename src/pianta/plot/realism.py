@@ -11,8 +11,8 @@ import numpy as np
 from shapely import MultiPolygon
 
 from pianta.floor import Floor
-from pianta.io._files import written_atomically
 from pianta.labels import SCHEMAS
+from pianta.plot._figure import new_ax, save_png
 from pianta.plot.floor import DPI, GRAPH_LEVEL, INK, plot_doors, plot_legend, plot_rooms, plot_scale_bar
 from pianta.plot.styles import Schemas
 from pianta.realism.model import Realism
@@ -78,14 +78,16 @@ def save_realism_picture(floor: Floor, realism: Realism, path: str | Path, *, sc
     Raises PiantaError when the file cannot be written.
     """
     figure = draw_realism(floor, realism, schemas=schemas)
-    with written_atomically(path) as temporary:
-        figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
+    save_png(figure, path)
 
 
-def plot_strange_floor(floor: Floor, patterns: Sequence[OffPattern], *, ax: Axes, schemas: Schemas = SCHEMAS) -> Axes:
+def plot_strange_floor(
+    floor: Floor, patterns: Sequence[OffPattern], *, ax: Axes | None = None, schemas: Schemas = SCHEMAS
+) -> Axes:
     """Draw a floor with the rooms of patterns that are too frequent marked."""
     from shapely.plotting import patch_from_polygon
 
+    ax = new_ax(ax)
     plot_rooms(floor, ax=ax, labels=True, schemas=schemas)
     plot_doors(floor, ax=ax)
     polygons = {room.id: room.polygon for room in floor.rooms}
@@ -100,10 +102,13 @@ def plot_strange_floor(floor: Floor, patterns: Sequence[OffPattern], *, ax: Axes
     return plot_scale_bar(ax=ax)
 
 
-def plot_strip(usual: Sequence[float], value: float, title: str, *, ax: Axes, percent: bool = False) -> Axes:
+def plot_strip(
+    usual: Sequence[float], value: float, title: str, *, ax: Axes | None = None, percent: bool = False
+) -> Axes:
     """Draw a number of a floor as a diamond among those of the reference floors, dots."""
     from matplotlib.ticker import MaxNLocator, PercentFormatter
 
+    ax = new_ax(ax, equal=False)
     # Equal numbers lie beside each other.
     order = np.arange(len(usual))
     across = SPREAD * (2 * ((order * 0.618) % 1) - 1)

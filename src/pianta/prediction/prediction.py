@@ -10,11 +10,13 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
-from pianta.errors import GraphError, OptionError
+from pianta.errors import GraphError, ModelError, OptionError
+from pianta.floor import Floor
 from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.type_model import TypeModel
 from pianta.graphs.metrics import find_corridors
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
+from pianta.io._files import shown
 from pianta.labels import LabelSchema, Split
 from pianta.prediction.explored_part import ExploredPart, read_explored_part
 from pianta.prediction.unexplored_part import FloorSampler, SampledFloor
@@ -199,28 +201,75 @@ class Prediction:
         )
 
 
-def predict_building(
-    model: TypeModel | FloorSampler, graph: nx.Graph, *, count: int = 100, seed: int = 0
-) -> Prediction:
-    """What probably lies beyond the explored part of a floor.
+def predict(floor: Floor | nx.Graph, model: TypeModel | FloorSampler, *, count: int = 100, seed: int = 0) -> Prediction:
+    """Predict what lies beyond the explored part of a floor (thesis, section 8.3).
 
-    model: of the type of the building, by `corr`; or its sampler, which spares work when many parts are asked for.
-    graph: of the explored part, see `read_explored_part`. count: how many floors are sampled.
+    The command `pianta predict` calls this function.
 
-    Raises GraphError for a floor that is explored already or of which nothing is known, LabelError for labels that the
-    model does not have, OptionError for too many samples and for a model by `ncut`, ModelError for one without
-    corridors.
+    Parameters
+    ----------
+    floor
+        A floor that is explored in part, its rooms with labels of the model's type; or its graph, as
+        `read_explored_part` takes it. It goes on where rooms were seen in part.
+    model
+        Model of the building's type, with functional areas by "corr"; or its sampler, which spares work when many
+        floors are predicted.
+    count
+        How many floors are sampled.
+    seed
+        The same seed gives the same prediction.
+
+    Returns
+    -------
+    Prediction
+        What is expected behind each open end, and the sampled floors.
+
+    Raises
+    ------
+    GraphError
+        The floor is explored already, or nothing is known of it.
+    LabelError
+        The floor has labels that the model does not have.
+    OptionError
+        `count` or `seed` is out of range, or the model's areas are by "ncut".
+    ModelError
+        The model is of another building type than the floor, or has no corridors.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, section 8.3.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> floor = pianta.read_floor("explored/floor.geojson")  # doctest: +SKIP
+    >>> pianta.predict(floor, pianta.load_model("school.json")).rooms.mean  # doctest: +SKIP
+    41.3
+
     """
     if not 1 <= count <= MAX_SAMPLES:
         raise OptionError(f"{count} samples are wanted, give 1 to {MAX_SAMPLES}")
     if seed < 0:
         raise OptionError(f"seed is {seed}, give 0 or more")
     sampler = model if isinstance(model, FloorSampler) else FloorSampler(model)
+    if isinstance(floor, Floor):
+        check_model_type(floor.given_type, sampler.model, f"floor {shown(floor.source)}")
+    graph = floor.graph() if isinstance(floor, Floor) else floor
     explored = read_explored_part(graph, sampler.model.schema)
     if not explored.open_ends:
         raise GraphError("no door of it is unopened and no corridor goes on, so there is nothing to predict")
     samples = tuple(sampler.sample(explored, range(count), seed=seed))
     return Prediction(explored, samples, sampler.model.schema, sampler.label_shares)
+
+
+def check_model_type(building_type: str | None, model: TypeModel, name: str) -> None:
+    """Refuse a floor of another type than the model's; None is any type. name: how the message calls the floor.
+
+    Raises ModelError, in one line.
+    """
+    if building_type is not None and building_type != model.building_type:
+        message = f"{name} is of type {shown(building_type)} and the model of {shown(model.building_type)}"
+        raise ModelError(f"{message}, give a model of type {shown(building_type)}")
 
 
 def share_unseen(sample: SampledFloor, explored: ExploredPart) -> dict[int, list[int]]:

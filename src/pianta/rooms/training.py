@@ -141,7 +141,7 @@ def _find_missing(floors: Sequence[Floor]) -> Iterator[str]:
     """Faults of floors without a type, and of rooms without a label."""
     untyped = sorted({floor.source for floor in floors if not _type_of(floor)})
     if untyped:
-        yield f"floors {join_faults(untyped)} do not tell their building type, give it by --type"
+        yield f"floors {join_faults(untyped)} do not tell their building type, give it by building_type="
     for floor in floors:
         unlabelled = [str(room.id) for room in floor.rooms if not room.label]
         if unlabelled:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
@@ -79,3 +79,13 @@ def _is_other_json(path: Path) -> bool:
     except BuildingError:
         return True
     return False
+
+
+def name_sources(files: Sequence[str | Path]) -> list[str]:
+    """Names of files, all different: their own; as soon as one repeats, all with as many folders as it takes."""
+    parts = [Path(file).absolute().parts for file in files]
+    for depth in range(1, max(map(len, parts), default=0) + 1):
+        names = [Path(*of_file[-depth:]).as_posix() for of_file in parts]
+        if len(set(names)) == len(names):
+            return names
+    return [str(file) for file in files]

@@ -185,10 +185,10 @@ def _open_document(file: Path) -> PdfDocument:
 
 def _choose_page(file: Path, count: int, page: int | None) -> int:
     if page is None and count > 1:
-        raise PlanError(f"plan {shown(file)} has {count} pages, say which with --page 1 … {count}")
+        raise PlanError(f"plan {shown(file)} has {count} pages, say which, page=1 … page={count}")
     if page is not None and not 1 <= page <= count:
         range_ = "1, its only page" if count == 1 else f"1 … {count}"
-        raise PlanError(f"plan {shown(file)} has no page {page}, give --page {range_}")
+        raise PlanError(f"plan {shown(file)} has no page {page}, give page={range_}")
     return page or 1
 
 

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from pianta.errors import MapError
-from pianta.io._files import MAX_CELLS, checked_input
-from pianta.io.images import IMAGE_SUFFIXES, PICTURE_SUFFIXES, read_colors, read_grey
+from pianta.io._files import MAX_CELLS
+from pianta.io.images import (
+    IMAGE_SUFFIXES,
+    PICTURE_SUFFIXES,
+    DecodedImage,
+    Source,
+    open_image,
+    path_of,
+    read_colors,
+    read_grey,
+)
 from pianta.plan.sheets.sheet import Colors
 
 Kind = Literal["map", "plan"]
@@ -36,21 +43,21 @@ LEAST_PX, JUDGED_PX = 16, 2000
 WHITE = 0.05
 
 
-def tell_kind(path: str | Path, *, max_cells: int = MAX_CELLS) -> Kind:
+def tell_kind(path: Source, *, max_cells: int = MAX_CELLS) -> Kind:
     """Whether a file is a robot's map or a plan: by its suffix, images by what they show.
 
     Maps are grey, have few greys, and do not end in free space; plans have paper, colours, or are photos.
     Raises MapError, in one line, for an image that cannot be read; other files are maps, whose reader says what is
     wrong with them.
     """
-    suffix = Path(path).suffix.lower()
+    suffix = path_of(path).suffix.lower()
     if suffix in VECTOR_SUFFIXES or suffix in set(PICTURE_SUFFIXES) - set(IMAGE_SUFFIXES):
         return "plan"
     if suffix not in IMAGE_SUFFIXES or suffix == ".pgm":
         return "map"
-    file = checked_input(path, "image", MapError)
-    greys, transparent = read_grey(file, max_cells=max_cells)
-    colors = read_colors(file, max_cells=max_cells)
+    image = path if isinstance(path, DecodedImage) else open_image(path, max_cells=max_cells)
+    greys, transparent = read_grey(image)
+    colors = read_colors(image)
     opaque = np.ones(greys.shape, bool) if transparent is None else ~transparent
     if ((colors.max(axis=2) - colors.min(axis=2) > CHROMA) & opaque).mean() > COLORED:
         return "plan"

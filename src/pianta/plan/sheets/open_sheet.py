@@ -11,7 +11,7 @@ from pianta.io.drawings._drawing import PlanDrawing
 from pianta.io.drawings.dxf import read_dxf_plan
 from pianta.io.drawings.pdf import read_pdf_plan
 from pianta.io.drawings.svg import read_svg_plan
-from pianta.io.images import PICTURE_SUFFIXES, read_picture
+from pianta.io.images import PICTURE_SUFFIXES, Source, path_of, read_picture
 from pianta.plan.sheets.drawn_sheet import draw_sheet
 from pianta.plan.sheets.sheet import Sheet
 
@@ -20,24 +20,24 @@ PDF_SUFFIX = ".pdf"
 SHEET_SUFFIXES = (*PICTURE_SUFFIXES, *DRAWING_READERS, PDF_SUFFIX)
 
 
-def open_sheet(path: str | Path, *, page: int | None = None, max_cells: int = MAX_CELLS) -> Sheet:
+def open_sheet(path: Source, *, page: int | None = None, max_cells: int = MAX_CELLS) -> Sheet:
     """The sheet of a plan: a picture, or a DXF, SVG or PDF drawn as one.
 
     page: of a PDF, from 1; needed when it has several. max_cells: pixels that a picture may have.
     Raises PlanError, in one line, for what is no such file, and a page of another kind of file.
     """
-    file = checked_input(path, "plan", PlanError)
+    file = checked_input(path_of(path), "plan", PlanError)
     suffix = file.suffix.lower()
     if suffix not in SHEET_SUFFIXES:
         raise PlanError(f"plan {shown(file)} is of no known kind, give one of {', '.join(SHEET_SUFFIXES)} or .ifc")
     if page is not None and suffix != PDF_SUFFIX:
-        raise PlanError(f"page is {page} and plan {shown(file)} is no PDF, leave out --page")
+        raise PlanError(f"page is {page} and plan {shown(file)} is no PDF, leave out page=")
     if suffix in DRAWING_READERS:
         return draw_sheet(DRAWING_READERS[suffix](file))
     if suffix == PDF_SUFFIX:
         found = read_pdf_plan(file, page=page)
         return draw_sheet(found) if isinstance(found, PlanDrawing) else Sheet(found, source=file.name)
     try:
-        return Sheet(read_picture(file, max_cells=max_cells), source=file.name)
+        return Sheet(read_picture(path, max_cells=max_cells), source=file.name)
     except MapError as error:
         raise PlanError(str(error)) from error

@@ -1,9 +1,9 @@
-"""Folders that commands write into: checked before the work starts, and filled at its end or not at all."""
+"""Output folders: checked before the work starts, and filled at its end or not at all."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
@@ -11,6 +11,9 @@ from shutil import rmtree
 
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import reason_of, shown
+
+# Older outputs that a message names.
+MAX_LISTED = 3
 
 
 def check_output_folder(folder: Path) -> None:
@@ -55,3 +58,14 @@ def written_together(folder: Path) -> Iterator[Path]:
         for path in made:
             with suppress(OSError):  # it is not empty when all went well
                 path.rmdir()
+
+
+def check_leftovers(out: Path, names: Sequence[str], *, stem: str) -> None:
+    """Refuse a folder with buildings, STEM-001 and so on, that would be left beside the new ones of these names.
+
+    Raises OptionError, in one line.
+    """
+    found = {file.stem for file in out.glob(f"{stem}-*.*")} - set(names) if out.is_dir() else set()
+    if found:
+        listed = ", ".join(sorted(found)[:MAX_LISTED]) + (", …" if len(found) > MAX_LISTED else "")
+        raise OptionError(f"folder {shown(out)} has other {stem}s, {listed}; remove them or give another folder")

@@ -1,0 +1,65 @@
+"""Model files of every kind, told apart by their content."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from pathlib import Path
+
+from pianta.building_types.model import BuildingModel
+from pianta.building_types.model_file import read_building_model
+from pianta.errors import ModelError
+from pianta.generation.type_model import TypeModel
+from pianta.generation.type_model_file import read_type_model
+from pianta.io._files import checked_input, shown
+from pianta.rooms.model import PlaceModel
+from pianta.rooms.model_file import read_place_model
+
+# A model is refused beyond this by its own reader; here it bounds what is parsed to see its kind. Bytes.
+MAX_FILE_BYTES = 64 * 2**20
+
+
+def load_model(path: str | Path) -> PlaceModel | BuildingModel | TypeModel:
+    """Load a model that pianta has trained: of rooms, of building types, or of one building type.
+
+    Parameters
+    ----------
+    path
+        The file that `model.save(path)` or `pianta train` has written.
+
+    Returns
+    -------
+    PlaceModel, BuildingModel or TypeModel
+        For `label_rooms`, `classify_building`, or `generate` and `predict`.
+
+    Raises
+    ------
+    ModelError
+        The file is no model, is damaged, or comes from a newer pianta; in one line.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> model = pianta.load_model("school.json")  # doctest: +SKIP
+
+    """
+    file = checked_input(path, "model", ModelError)
+    if zipfile.is_zipfile(file):
+        return read_place_model(file)
+    kind = _read_format(file)
+    if kind == "pianta buildings":
+        return read_building_model(file)
+    if kind == "pianta type":
+        return read_type_model(file)
+    raise ModelError(f"cannot read the model {shown(file)}: it is no model of pianta, make one with `pianta train`")
+
+
+def _read_format(file: Path) -> str:
+    """What a JSON file says of its format; empty for all else."""
+    if file.stat().st_size > MAX_FILE_BYTES:
+        return ""
+    try:
+        content = json.loads(file.read_bytes())
+    except (ValueError, RecursionError, OSError):
+        return ""
+    return str(content.get("format", "")) if isinstance(content, dict) else ""

@@ -1,0 +1,55 @@
+"""What all pictures share: the ax that is drawn on, and PNGs that are the same bytes for the same figure."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from PIL import Image
+
+from pianta.io._files import written_atomically
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# zlib's level: half the time of its usual 6 for a few per cent more bytes.
+COMPRESSION = 3
+
+
+def new_ax(ax: Axes | None, *, equal: bool = True) -> Axes:
+    """The ax that is given, or that of a new figure of pyplot, which notebooks show.
+
+    equal: whether x and y of the new one have the same scale.
+    """
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot
+
+    new: Axes = pyplot.figure(layout="constrained").add_subplot()
+    if equal:
+        new.set_aspect("equal")
+    return new
+
+
+def encode_png(figure: Figure) -> bytes:
+    """The figure as a PNG, RGB."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    pixels = Image.fromarray(np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3]))
+    content = BytesIO()
+    pixels.save(content, format="png", compress_level=COMPRESSION, dpi=(figure.dpi, figure.dpi))
+    return content.getvalue()
+
+
+def save_png(figure: Figure, path: str | Path) -> None:
+    """Write the figure as a PNG, whole or not at all.
+
+    Raises PiantaError when the file cannot be written.
+    """
+    with written_atomically(path) as temporary:
+        temporary.write_bytes(encode_png(figure))

@@ -1,0 +1,1 @@
+"""A robot's map or a plan into a building: all stages that `pianta read` takes, as one function."""

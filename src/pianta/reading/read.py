@@ -1,0 +1,259 @@
+"""Read a map or a plan, or many: the functions behind the verb `pianta read`."""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Unpack
+
+from pianta.errors import OptionError, PiantaError
+from pianta.floor import Floor
+from pianta.io._files import MAX_CELLS
+from pianta.io._folders import check_output_folder
+from pianta.layout.parameters import Parameters
+from pianta.layout.reconstruct import DEFAULT_METHOD
+
+if TYPE_CHECKING:
+    from pianta.building_types.model import BuildingModel
+    from pianta.rooms.model import PlaceModel
+
+from pianta.reading._reader import Kind, Reader, ReadOptions
+from pianta.reading.reading import Reading, check_output
+
+MAX_JOBS = 256
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A file that `read_all` could not read, and why."""
+
+    path: Path
+    error: PiantaError
+
+
+def read(
+    path: str | Path,
+    *,
+    kind: Kind | None = None,
+    resolution: float | None = None,
+    trust_thresholds: bool = False,
+    max_cells: int = MAX_CELLS,
+    page: int | None = None,
+    symbols: str | Path | None = None,
+    words: str | Path | None = None,
+    method: str = DEFAULT_METHOD,
+    parameters: Parameters | None = None,
+    building_type: str | None = None,
+    room_model: PlaceModel | str | Path | None = None,
+    building_model: BuildingModel | str | Path | None = None,
+    labels: bool = True,
+    previous: Floor | str | Path | None = None,
+) -> Reading:
+    """Read a robot's map or a plan into a building: its rooms, doors and walls, labels, names and type.
+
+    The command `pianta read` calls this function.
+
+    Parameters
+    ----------
+    path
+        A ROS map.yaml, a NumPy archive (.npz) or an image of a map; a plan as image, DXF, SVG, PDF or IFC.
+    kind
+        "map" or "plan"; None to see it in the file.
+    resolution
+        Metres per cell of an image without a map.yaml, per pixel of a plan, or per unit of a DXF or SVG. None to take
+        it from the file, or to find it in the plan.
+    trust_thresholds
+        Keep grey 205 free where the free_thresh of a map.yaml makes it so; map savers write 205 for unknown.
+    max_cells
+        The largest map or picture that is read, in cells or pixels.
+    page
+        The page of a PDF, from 1.
+    symbols
+        Folder with PNGs of symbols of plans, besides our own; door*.png are doors.
+    words
+        JSON file with words that names of rooms have, besides our own.
+    method
+        How rooms are found, one of `METHODS`.
+    parameters
+        The thresholds of the method; None for those that fit most buildings. Not for plans.
+    building_type
+        The type of the building, such as "school" or "office", if it is known. Rooms then get the labels of this type.
+    room_model, building_model
+        Models of `train_rooms` and `train_building_types`, or their files; None for those that come with pianta.
+    labels
+        False to leave out labels and the building's type.
+    previous
+        An older floor of this building, its floor.geojson, or the folder that holds one. Rooms keep their ids, and
+        labels and a type that somebody has given stay. The map may have grown, and its origin may have moved.
+
+    Returns
+    -------
+    Reading
+        `reading.floor` is the floor; `reading.save(folder)` writes what the command writes.
+
+    Raises
+    ------
+    MapError, PlanError
+        The file cannot be read, or shows no room.
+    OptionError
+        An option makes no sense, alone or with the others.
+    ModelError, FloorError, LabelError
+        A model, the previous floor, or the building's type cannot be used.
+
+    Warns
+    -----
+    MapWarning, PlanWarning
+        The file was read, but something in it is suspicious.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, chapters 3 (layout), 4 and 5 (labels) and 6 (types).
+
+    Examples
+    --------
+    >>> import pianta
+    >>> reading = pianta.read("map.yaml")  # doctest: +SKIP
+    >>> reading.floor.plot()  # doctest: +SKIP
+
+    """
+    reader = Reader.make(
+        kind=kind,
+        resolution=resolution,
+        trust_thresholds=trust_thresholds,
+        max_cells=max_cells,
+        page=page,
+        symbols=symbols,
+        words=words,
+        method=method,
+        parameters=parameters,
+        building_type=building_type,
+        room_model=room_model,
+        building_model=building_model,
+        labels=labels,
+        previous=previous,
+    )
+    return reader.read(path)
+
+
+def read_all(
+    paths: Iterable[str | Path],
+    *,
+    out: str | Path | None = None,
+    walls: bool = False,
+    graph: bool = False,
+    jobs: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Unpack[ReadOptions],
+) -> Iterator[Reading | Failure]:
+    """Read several files one by one; one that cannot be read does not stop the others.
+
+    Parameters
+    ----------
+    paths
+        The files, as of `read`.
+    out
+        Folder in which each file gets a folder of its own for its results, as of `Reading.save`; None to write
+        nothing. The names of the folders are those of `name_folders`.
+    walls, graph
+        As of `Reading.save`.
+    jobs
+        Processes; the results are the same, and in the same order, for any number of them.
+    progress
+        Called with the number of files that are done and of all, at the start and after each file.
+    **options
+        As of `read`; a previous floor goes with a single file only.
+
+    Yields
+    ------
+    Reading or Failure
+        In the order of the paths.
+
+    Raises
+    ------
+    OptionError, ModelError, FloorError, LabelError
+        As of `read`, before the first file is read.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> [reading.path for reading in pianta.read_all(["nowhere.yaml"])]
+    [PosixPath('nowhere.yaml')]
+
+    """
+    files = [Path(path) for path in paths]
+    if options.get("previous") is not None and len(files) > 1:
+        raise OptionError(f"previous= is one floor and {len(files)} files are given, read each file on its own")
+    if not 1 <= jobs <= MAX_JOBS:
+        raise OptionError(f"jobs is {jobs}, give 1 to {MAX_JOBS}")
+    if out is not None:
+        check_output_folder(Path(out))
+    reader = Reader.make(**options)
+    folders = [None] * len(files) if out is None else [Path(out) / name for name in name_folders(files)]
+    tasks = [_Task(reader, file, folder, walls, graph) for file, folder in zip(files, folders, strict=True)]
+    return _run(tasks, jobs, progress)
+
+
+def name_folders(paths: Sequence[str | Path]) -> list[str]:
+    """A folder name for each file, all different: its stem; where stems repeat its folder and stem; then a number."""
+    files = [Path(path).absolute() for path in paths]
+    # A file can be called "...yaml", and its stem is the parent folder.
+    stems = [file.stem.lstrip(".") or "map" for file in files]
+    occurrences = Counter(stem.casefold() for stem in stems)
+    names: dict[str, str] = {}
+    for file, stem in zip(files, stems, strict=True):
+        name = stem if occurrences[stem.casefold()] == 1 else f"{file.parent.name}-{stem}".lstrip("-.")
+        numbered = (name if number == 1 else f"{name}-{number}" for number in count(1))
+        free = next(candidate for candidate in numbered if candidate.casefold() not in names)
+        names[free.casefold()] = free
+    return list(names.values())
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A file of `read_all`, and the folder of its results; None for none."""
+
+    reader: Reader
+    path: Path
+    folder: Path | None
+    walls: bool
+    graph: bool
+
+    def run(self) -> Reading | Failure:
+        try:
+            if self.folder is None:
+                return self.reader.read(self.path)
+            check_output(self.path, self.folder)
+            reading = self.reader.read(self.path)
+            reading.save(self.folder, walls=self.walls, graph=self.graph)
+        except PiantaError as error:
+            return Failure(self.path, error)
+        return replace(reading, folder=self.folder)
+
+    def run_apart(self) -> tuple[Reading | Failure, list[Warning]]:
+        """The result, and the warnings, which another process would print."""
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            result = self.run()
+        return result, [each.message for each in caught if isinstance(each.message, Warning)]
+
+
+def _run(tasks: Sequence[_Task], jobs: int, progress: Callable[[int, int], None] | None) -> Iterator[Reading | Failure]:
+    report = progress or (lambda _done, _all: None)
+    report(0, len(tasks))
+    for done, result in enumerate(_run_in_processes(tasks, jobs) if jobs > 1 else map(_Task.run, tasks), start=1):
+        report(done, len(tasks))
+        yield result
+
+
+def _run_in_processes(tasks: Sequence[_Task], jobs: int) -> Iterator[Reading | Failure]:
+    from joblib import Parallel, delayed
+
+    run = delayed(_Task.run_apart)
+    for result, caught in Parallel(n_jobs=jobs, return_as="generator")(run(task) for task in tasks):
+        for warning in caught:
+            warnings.warn(warning, stacklevel=4)
+        yield result

@@ -1,0 +1,189 @@
+"""Reading: the building that was found in a file, and its files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.errors import OptionError
+from pianta.floor import Floor
+from pianta.gridmap import GridMap
+from pianta.io._files import shown
+from pianta.io._folders import written_together
+from pianta.labels import LabelSchema
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from pianta.plan.scale import PlanScale
+
+
+OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
+
+
+@dataclass(frozen=True, eq=False)
+class StoreyReading:
+    """One storey of what was read.
+
+    Attributes
+    ----------
+    floor
+        Its rooms, doors and walls, with labels and the type of the building.
+    grid
+        The map; of a plan the frame of the sheet, its cells unknown.
+    name
+        "" where the file has one storey, else "floor-1", "floor-2", …, the largest first.
+    scale
+        Metres per pixel of a plan, and what they were found by; None for a map.
+    paper
+        The sheet of a plan, RGB of shape (H, W, 3) on the cells of the grid; None for a map, and for an IFC.
+    known_types
+        The building types that the model knows which predicted the floor's; none where the type was given.
+    messages
+        What else a user wants to know, a line each.
+
+    """
+
+    floor: Floor
+    grid: GridMap
+    name: str = ""
+    scale: PlanScale | None = None
+    paper: NDArray[np.uint8] | None = None
+    known_types: tuple[str, ...] = ()
+    messages: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """The building that `read` found in a file.
+
+    `floor`, `grid`, `scale` and `messages` are those of the first storey, the only one of a map and of most plans.
+
+    Attributes
+    ----------
+    path
+        The file.
+    storeys
+        Each storey with what it was read from, the largest first.
+    schemas
+        Label schema by building type: those that rooms can be labelled with.
+    folder
+        Where `read_all` wrote the results; None if it did not.
+
+    """
+
+    path: Path
+    storeys: tuple[StoreyReading, ...]
+    schemas: Mapping[str, LabelSchema]
+    folder: Path | None = None
+
+    @property
+    def floor(self) -> Floor:
+        """The floor; the largest where there are several."""
+        return self.storeys[0].floor
+
+    @property
+    def floors(self) -> tuple[Floor, ...]:
+        """All floors, the largest first."""
+        return tuple(storey.floor for storey in self.storeys)
+
+    @property
+    def grid(self) -> GridMap:
+        """The map; of a plan the frame of the sheet, its cells unknown."""
+        return self.storeys[0].grid
+
+    @property
+    def scale(self) -> PlanScale | None:
+        """Metres per pixel of a plan, and what they were found by; None for a map."""
+        return self.storeys[0].scale
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """What else a user wants to know, a line each."""
+        return self.storeys[0].messages
+
+    def plot(self, ax: Axes | None = None, *, walls: bool = False, graph: bool = False) -> Axes:
+        """Draw the floor on its map, in metres of the map frame.
+
+        Parameters
+        ----------
+        ax
+            Where to draw; a new figure if None.
+        walls, graph
+            Whether to draw the wall lines and the topological graph too.
+
+        """
+        from pianta.plot.floor import plot_floor
+
+        first = self.storeys[0]
+        return plot_floor(
+            first.floor, first.grid, ax=ax, walls=walls, graph=graph, schemas=self.schemas, paper=first.paper
+        )
+
+    def _repr_png_(self) -> bytes:
+        from pianta.plot._figure import encode_png
+        from pianta.plot.floor import draw_floor
+
+        first = self.storeys[0]
+        return encode_png(draw_floor(first.floor, first.grid, schemas=self.schemas, paper=first.paper))
+
+    def save(self, folder: str | Path, *, walls: bool = False, graph: bool = False) -> list[Path]:
+        """Write floor.geojson, rooms.png, graph.json and picture.png, those of several storeys into a folder each.
+
+        Parameters
+        ----------
+        folder
+            Made if it does not exist; older results in it are replaced, all or none.
+        walls, graph
+            Whether picture.png shows the wall lines and the topological graph.
+
+        Returns
+        -------
+        list of Path
+            The folder of each storey.
+
+        Raises
+        ------
+        PiantaError
+            A file cannot be written, or would replace the file that was read.
+
+        """
+        check_output(self.path, folder)
+        folders = [Path(folder) / storey.name for storey in self.storeys]
+        _refuse_folders_in_the_way(folders)
+        with ExitStack() as together:
+            for storey, target in zip(self.storeys, folders, strict=True):
+                self._write(storey, together.enter_context(written_together(target)), walls=walls, graph=graph)
+        return folders
+
+    def _write(self, storey: StoreyReading, folder: Path, *, walls: bool, graph: bool) -> None:
+        from pianta.io.floors import save_floor, save_label_image
+        from pianta.io.graphs import save_graph
+        from pianta.plot.floor import save_picture
+
+        floor, grid = storey.floor, storey.grid
+        geojson, labels, node_link, picture = (folder / name for name in OUTPUTS)
+        save_floor(floor, geojson)
+        save_label_image(floor.label_image(grid), labels)
+        save_graph(floor.graph(), node_link)
+        save_picture(floor, grid, picture, walls=walls, graph=graph, schemas=self.schemas, paper=storey.paper)
+
+
+def check_output(path: str | Path, folder: str | Path) -> None:
+    """Raise OptionError when a result in a folder would replace the file that is read."""
+    file = Path(path)
+    if file.name in OUTPUTS and file.resolve().parent == Path(folder).resolve():
+        raise OptionError(f"map {shown(file)} would be replaced by a result, give another output folder")
+
+
+def _refuse_folders_in_the_way(folders: Sequence[Path]) -> None:
+    """Raise OptionError when a result has the name of a folder, before any floor takes its place."""
+    for target in (folder / name for folder in folders for name in OUTPUTS):
+        if target.is_dir():
+            raise OptionError(f"cannot write {shown(target)}: it is a folder, give another output folder")
