@@ -112,7 +112,7 @@ def test_another_building_is_warned_of(map_yaml, tmp_path):
 
 def test_one_floor_is_not_the_previous_one_of_several_maps(map_yaml, older, tmp_path):
     code, out, err = run_pianta("read", map_yaml, map_yaml, "--previous", older, "-o", tmp_path / "out")
-    expected = "error: --previous is one floor and 2 maps are given, read each map on its own\n"
+    expected = "error: --previous is one floor and 2 files are given, read each file on its own\n"
     assert (code, out, err) == (2, "", expected)
     assert not list(tmp_path.iterdir())
 

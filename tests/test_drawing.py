@@ -381,11 +381,12 @@ def test_the_same_floor_gives_the_same_bytes(tmp_path, floor):
 
 
 def test_a_picture_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
-    def fail(_self: Figure, path: Path, **_: object) -> None:
-        path.write_bytes(b"half")
+    def fail(path: Path, content: bytes) -> None:
+        with path.open("wb") as file:
+            file.write(content[:10])
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Figure, "savefig", fail)
+    monkeypatch.setattr(Path, "write_bytes", fail)
     with pytest.raises(PiantaError, match=r"^cannot write .*picture\.png': No space left on device$"):
         save_picture(TWO_ROOMS, AROUND_TWO_ROOMS, tmp_path / "picture.png")
     assert not list(tmp_path.iterdir())

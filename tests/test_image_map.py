@@ -107,7 +107,7 @@ def test_only_the_first_frame_counts(tmp_path):
 def test_giant_is_refused_before_it_is_decoded(tmp_path):
     (tmp_path / "a.pgm").write_bytes(b"P5 30000 30000 255\n")
     limit = Image.MAX_IMAGE_PIXELS
-    with pytest.raises(MapError, match=r"30000 × 30000 = 900000000 cells, the limit is 200000000; .*--max-cells"):
+    with pytest.raises(MapError, match=r"30000 × 30000 = 900000000 cells, the limit is 200000000; .*max_cells="):
         read_grey(tmp_path / "a.pgm")
     with pytest.raises(MapError, match="2 × 3 = 6 cells, the limit is 5"):
         read_grey(save(tmp_path / "b.png", np.zeros((3, 2), np.uint8)), max_cells=5)
@@ -179,7 +179,7 @@ def test_all_faults_of_the_options_are_told_at_once(tmp_path):
 def test_read_map_wants_the_resolution_of_an_image(tmp_path):
     path = save(tmp_path / "a.PNG", GREYS)
     assert read_map(path, resolution=0.1, origin=(3, 4, 0)).origin == (3.0, 4.0, 0.0)
-    with pytest.raises(MapError, match=r"its map\.yaml, or --resolution METRES_PER_CELL"):
+    with pytest.raises(MapError, match=r"its map\.yaml, or .*resolution="):
         read_map(path)
     (tmp_path / "a.yaml").touch()
     with pytest.raises(MapError, match=r"give '.*a\.yaml', which lies beside it, or --resolution"):
@@ -316,7 +316,7 @@ def test_a_map_is_no_gif(tmp_path):
 def test_image_bombs_are_refused_before_they_are_decoded(tmp_path, content):
     (tmp_path / "a.png").write_bytes(content)
     limit = Image.MAX_IMAGE_PIXELS
-    with pytest.raises(MapError, match=r"30000 × 30000 = 900000000 cells, the limit is 200000000; .*--max-cells"):
+    with pytest.raises(MapError, match=r"30000 × 30000 = 900000000 cells, the limit is 200000000; .*max_cells="):
         read_picture(tmp_path / "a.png")
     assert limit == Image.MAX_IMAGE_PIXELS
     with pytest.raises(MapError, match="2 × 3 = 6 cells, the limit is 5"):

@@ -103,7 +103,7 @@ def test_a_scanned_pdf_is_its_picture_page_by_page(tmp_path):
         assert sheet.colors.shape == pytest.approx((125, 250, 3), abs=1)
         assert sheet.colors[60, 125].tolist() == [grey] * 3
         assert (sheet.walls, sheet.texts, sheet.resolution, sheet.source) == (None, None, None, "scan.pdf")
-    with pytest.raises(PlanError, match=r"has 2 pages, say which with --page 1 … 2"):
+    with pytest.raises(PlanError, match=r"has 2 pages, .*page="):
         open_sheet(tmp_path / "scan.pdf")
     with pytest.raises(PlanError, match="has no page 3"):
         open_sheet(tmp_path / "scan.pdf", page=3)
@@ -112,7 +112,7 @@ def test_a_scanned_pdf_is_its_picture_page_by_page(tmp_path):
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".dxf"])
 def test_only_pdfs_have_pages(tmp_path, suffix):
     (tmp_path / f"a{suffix}").write_text("x")
-    with pytest.raises(PlanError, match=rf"^page is 2 and plan '.*a\{suffix}' is no PDF, leave out --page$"):
+    with pytest.raises(PlanError, match=rf"^page is 2 and plan '.*a\{suffix}' is no PDF, leave out page=$"):
         open_sheet(tmp_path / f"a{suffix}", page=2)
 
 
@@ -144,7 +144,7 @@ def test_addresses_and_folders_are_refused(tmp_path):
 def test_pictures_beyond_the_limit_are_refused(tmp_path):
     path = save_picture(tmp_path / "a.png")
     assert open_sheet(path, max_cells=6).colors.shape == (2, 3, 3)
-    with pytest.raises(PlanError, match=r"3 × 2 = 6 cells, the limit is 5; .*--max-cells"):
+    with pytest.raises(PlanError, match=r"3 × 2 = 6 cells, the limit is 5; .*max_cells="):
         open_sheet(path, max_cells=5)
 
 

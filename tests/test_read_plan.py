@@ -90,7 +90,7 @@ def test_rooms_and_doors_of_a_drawn_plan_are_found(tmp_path, truth, style):
 def test_the_resolution_that_is_given_is_kept(tmp_path):
     plan = draw_plan(THREE, px_per_metre=40)
     found = only_floor(read(plan, tmp_path, resolution=0.05))
-    assert (found.scale.resolution, found.scale.source, found.scale.confidence) == (0.05, "--resolution", 1.0)
+    assert (found.scale.resolution, found.scale.source, found.scale.confidence) == (0.05, "the given resolution", 1.0)
     assert found.grid.resolution == 0.05
     assert found.grid.shape == plan.colors.shape[:2]
     assert list(found.grid.origin) == [0, 0, 0]

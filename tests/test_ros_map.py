@@ -150,7 +150,7 @@ SAVED = [[205] * 6, [0, 254, 254, 254, 254, 205]]
 def test_saved_unknown_stays_unknown_with_one_warning(tmp_path, mode, free_thresh):
     path = write_map(tmp_path, SAVED, mode=mode, free_thresh=free_thresh)
     expected = (
-        rf"^map '.*map\.yaml': free_thresh {free_thresh} .*grey 205 .* 7 cells \(58%\) .*--trust-thresholds[^\n]*$"
+        rf"^map '.*map\.yaml': free_thresh {free_thresh} .*grey 205 .* 7 cells \(58%\) .*trust_thresholds=[^\n]*$"
     )
     with pytest.warns(MapWarning, match=expected) as told:
         grid = read_map(path)
@@ -271,7 +271,7 @@ def test_what_is_no_map_yaml_is_told_in_one_line(tmp_path, content, fault):
 def test_giant_image_is_refused(tmp_path):
     path = write_map(tmp_path, image="giant.pgm")
     (tmp_path / "giant.pgm").write_bytes(b"P5 30000 30000 255\n")
-    with pytest.raises(MapError, match=r"30000 × 30000 .*--max-cells"):
+    with pytest.raises(MapError, match=r"30000 × 30000 .*max_cells="):
         read_map(path)
 
 

@@ -49,7 +49,7 @@ def _model_as_json(judged: JudgedModel) -> dict[str, object]:
     return {
         "mixing": {
             step: {"iterations": found["iterations"], "convergence": keep_finite(found["convergence"])}
-            for step, found in asdict(judged.mixing).items()
+            for step, found in (asdict(judged.mixing) if judged.mixing else {}).items()
         },
         "training_seconds": judged.training,
         "learning_seconds": judged.learning,

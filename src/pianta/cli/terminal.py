@@ -27,6 +27,7 @@ FLAGS = {
     "labels=False": "--no-labels",
     "kind='map'": "--as map",
     "kind='plan'": "--as plan",
+    "trust_thresholds=True": "--trust-thresholds",
     "kind=": "--as",
     "building_type=": "--type",
     "room_model=": "--model",

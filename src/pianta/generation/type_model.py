@@ -97,7 +97,7 @@ class TypeModel:
     """The floors of a building type, their functional areas, and the clusters of these.
 
     schema: the labels of the type. sweeps, edge_moves, door_moves: iterations of the chains of steps 1, 2 and 4 of
-    section 7.4.3: those of the authors, or what `train_type` found that the chains take. mixing: what it found of these;
+    section 7.4.3: those of the authors, or what `train_type` found that the chains take. mixing: what it found;
     None if unknown, as in a model from a file.
     """
 

@@ -33,16 +33,16 @@ Pixels = TypeVar("Pixels")
 class DecodedImage:
     """An image file whose pixels are in memory, so that several readers can take it without decoding it again."""
 
-    path: Path
+    path: str | Path
     pixels: Image.Image
 
 
 Source: TypeAlias = str | Path | DecodedImage
 
 
-def path_of(source: Source) -> Path:
-    """The file of an image."""
-    return source.path if isinstance(source, DecodedImage) else Path(source)
+def path_of(source: Source) -> str | Path:
+    """The path of an image, as it was given."""
+    return source.path if isinstance(source, DecodedImage) else source
 
 
 def open_image(path: str | Path, *, max_cells: int = MAX_CELLS) -> DecodedImage:
@@ -50,7 +50,7 @@ def open_image(path: str | Path, *, max_cells: int = MAX_CELLS) -> DecodedImage:
 
     def load(image: Image.Image) -> DecodedImage:
         image.load()
-        return DecodedImage(Path(path), image)
+        return DecodedImage(path, image)
 
     return _decode_file(path, load, max_cells, formats=_PICTURE_FORMATS)
 
@@ -80,7 +80,7 @@ def read_image_map(
     cells = table[grey]
     if transparent is not None:
         cells[transparent] = UNKNOWN
-    return GridMap(cells, resolution, origin, path_of(path).name)
+    return GridMap(cells, resolution, origin, Path(path_of(path)).name)
 
 
 def _check_options(resolution: float, origin: tuple[float, float, float], free_above: int, occupied_below: int) -> None:

@@ -156,7 +156,7 @@ def _describe_trap(file: Path, description: _MapYaml, trapped: NDArray[np.bool_]
     return (
         f"map {shown(file)}: free_thresh {description.free_thresh} makes grey {grey} free, which map savers write "
         f"for unknown; its {np.count_nonzero(trapped)} cells ({trapped.mean():.0%}) are read as unknown, "
-        f"keep them free with trust_thresholds="
+        f"keep them free with trust_thresholds=True"
     )
 
 

@@ -107,7 +107,7 @@ def read_plan(
     """
     check_method(method)
     path = path_of(source)
-    if path.suffix.lower() == IFC_SUFFIX:
+    if Path(path).suffix.lower() == IFC_SUFFIX:
         return _read_ifc(path, {"page=": page, "resolution=": resolution, "symbols=": symbols})
     templates = own_templates() + (read_symbol_folder(symbols) if symbols else ())
     sheet = open_sheet(source, page=page, max_cells=max_cells)

@@ -180,7 +180,7 @@ class Reader:
         from pianta.plan.read_plan import read_plan
 
         if self.trust_thresholds:
-            raise OptionError(f"plan {shown(path)} is no map, leave out trust_thresholds= or give kind='map'")
+            raise OptionError(f"plan {shown(path)} is no map, leave out trust_thresholds=True or give kind='map'")
         plan = read_plan(
             image or path,
             resolution=self.resolution,

@@ -184,7 +184,7 @@ def read_all(
     [PosixPath('nowhere.yaml')]
 
     """
-    files = [Path(path) for path in paths]
+    files = list(paths)
     if options.get("previous") is not None and len(files) > 1:
         raise OptionError(f"previous= is one floor and {len(files)} files are given, read each file on its own")
     if not 1 <= jobs <= MAX_JOBS:
@@ -217,7 +217,7 @@ class _Task:
     """A file of `read_all`, and the folder of its results; None for none."""
 
     reader: Reader
-    path: Path
+    path: str | Path
     folder: Path | None
     walls: bool
     graph: bool
@@ -230,7 +230,7 @@ class _Task:
             reading = self.reader.read(self.path)
             reading.save(self.folder, walls=self.walls, graph=self.graph)
         except PiantaError as error:
-            return Failure(self.path, error)
+            return Failure(Path(self.path), error)
         return replace(reading, folder=self.folder)
 
     def run_apart(self) -> tuple[Reading | Failure, list[Warning]]:

@@ -9,7 +9,6 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io._files import shown
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import make_sample, map_floor
 
 SAMPLE = "sample"
 KINDS = (SAMPLE, *FLOOR_MAKERS)
@@ -60,6 +59,8 @@ def make_world(kind: str = SAMPLE, *, seed: int | None = None, **options: Unpack
     (11, (171, 326))
 
     """
+    from pianta.worlds.scan import make_sample, map_floor
+
     if kind not in KINDS:
         raise OptionError(f"kind is {shown(kind)}, give one of {', '.join(KINDS)}")
     if kind != SAMPLE:

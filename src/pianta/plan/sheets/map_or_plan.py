@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -50,7 +51,7 @@ def tell_kind(path: Source, *, max_cells: int = MAX_CELLS) -> Kind:
     Raises MapError, in one line, for an image that cannot be read; other files are maps, whose reader says what is
     wrong with them.
     """
-    suffix = path_of(path).suffix.lower()
+    suffix = Path(path_of(path)).suffix.lower()
     if suffix in VECTOR_SUFFIXES or suffix in set(PICTURE_SUFFIXES) - set(IMAGE_SUFFIXES):
         return "plan"
     if suffix not in IMAGE_SUFFIXES or suffix == ".pgm":
