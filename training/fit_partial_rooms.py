@@ -33,7 +33,7 @@ from pianta.floor import Floor
 from pianta.layout.partial.hypotheses import FEATURES, list_hypotheses
 from pianta.layout.partial.predict import MODEL_FILE, PartialModel
 from pianta.layout.partial.scene import Sight, grow, look_around
-from pianta.layout.reconstruct import RECONSTRUCTIONS
+from pianta.layout.reconstruct import find_rooms
 
 FOLDS, ROUNDS, WORLDS = 4, 3, 16
 # Perceptrons that are averaged, and cells of the hidden layer of each; weight of the penalty.
@@ -90,7 +90,7 @@ def do_job(job: Job) -> list[Lesson]:
         else:
             known, name = simulate_world(job.seed, first_seed=0), f"world {job.seed}"
         methods = ("structure", "thesis") if job.seed % THESIS_EVERY == 0 else ("structure",)
-        floors = [RECONSTRUCTIONS[method](known.grid, "") for method in methods]
+        floors = [find_rooms(known.grid, method=method) for method in methods]
         return [lesson for floor in floors for lesson in learn_floor(name, floor, known)]
     except PiantaError:
         return []
