@@ -1,10 +1,11 @@
 """Fit the model that says how well a hypothesis of a partial room fits, and measure it on buildings left out.
 
-Run: python training/fit_partial_rooms.py [--data DIR] [--rounds N]. Needs scikit-learn (pianta[dev]).
+Run: python training/fit_partial_rooms.py [--data DIR] [--rounds N].
 
 The model learns from simulated robots that have explored drawn schools, offices and made-up floors in part: of each
 room that is found partial it sees every hypothesis and its IoU with the true room. Schools that data/partial shows are
-left out, so that `pianta bench partial` tells how the model does on buildings that it has never seen.
+left out, so that `pianta bench partial` tells how the model does on buildings that it has never seen. The folds are by
+floor: the floors of one building can be in several.
 """
 
 from __future__ import annotations

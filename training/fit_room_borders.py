@@ -1,6 +1,6 @@
 """Fit the model that tells doors from mere narrow places (method `structure`), and measure it on buildings left out.
 
-Run: python training/fit_room_borders.py [--data DIR]. Needs scikit-learn (pianta[dev]).
+Run: python training/fit_room_borders.py [--data DIR].
 
 The model learns on the paths that the merging takes: from the pieces of a map, the likeliest pair that is one true
 room is joined, again and again; each pair joined is an example of one room, and the likeliest of the others an example

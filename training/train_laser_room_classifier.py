@@ -1,6 +1,6 @@
 """Train the classifier of `pianta read --method features` on synthetic floors, and write it as JSON.
 
-Run: python training/train_laser_room_classifier.py. Needs scikit-learn (pianta[dev]).
+Run: python training/train_laser_room_classifier.py.
 """
 
 from __future__ import annotations
