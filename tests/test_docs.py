@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.test_import_order import LEVELS
+
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "src" / "pianta" / "models"
 PAGES = [
@@ -76,3 +78,11 @@ def test_links_lead_somewhere(page):
 def test_files_that_a_page_names_are_there(page):
     named = re.findall(r"`((?:src|tests|training|benchmarks|docs)/[\w/.-]+)`", page.read_text(encoding="utf-8"))
     assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_the_page_of_the_house_has_every_folder_in_the_order_of_imports():
+    page = (ROOT / "docs" / "house.md").read_text(encoding="utf-8")
+    told = [name.removesuffix(".py") for name in re.findall(r"^\| `([\w.]+)/?` \|", page, re.MULTILINE)]
+    there = {path.stem for path in MODELS.parent.iterdir() if path.suffix in {".py", ""}} - {"__pycache__"}
+    levels = [name for level in LEVELS for name in level if name in there and not name.startswith("__")]
+    assert [name for name in told if name in there] == levels
