@@ -4,6 +4,7 @@ import ast
 import importlib
 import re
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -19,13 +20,13 @@ PAGES = [
 SCRIPTS = sorted(file for folder in ("docs", "training", "benchmarks") for file in (ROOT / folder).glob("*.py"))
 
 
-def name_of(path):
+def name_of(path: Path) -> str:
     return str(path.relative_to(ROOT))
 
 
-def find_missing(code):
+def find_missing(code: str) -> list[str]:
     """What a code imports from pianta that is not there."""
-    missing = []
+    missing: list[str] = []
     for node in ast.walk(ast.parse(code)):
         if isinstance(node, ast.Import):
             for alias in node.names:
@@ -37,7 +38,7 @@ def find_missing(code):
     return missing
 
 
-def has(module, name):
+def has(module: ModuleType, name: str) -> bool:
     if hasattr(module, name):
         return True
     try:
@@ -47,7 +48,7 @@ def has(module, name):
     return True
 
 
-def anchors(page):
+def anchors(page: Path) -> set[str]:
     headings = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 

@@ -17,11 +17,11 @@ HEADINGS = (
 )
 
 
-def card_of(file):
+def card_of(file: Path) -> Path:
     return file.with_name(re.sub(r"_[01]$", "", file.stem) + ".md")
 
 
-def sections(card):
+def sections(card: Path) -> dict[str, str]:
     """The text below each heading of a card."""
     parts = re.split(r"^## (.+)$", card.read_text(encoding="utf-8"), flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2], strict=True))
