@@ -25,7 +25,7 @@ from pianta.layout._voronoi_doors import compute_clearance, draw_voronoi_diagram
 from pianta.layout.parameters import StructureParameters, ThesisParameters
 from pianta.layout.reconstruct import reconstruct
 from pianta.layout.structure.clutter import remove_clutter
-from pianta.layout.structure.merging import MODEL, absorb_small_rooms, merge_pieces
+from pianta.layout.structure.merging import absorb_small_rooms, merge_pieces, read_default_merge_model
 from pianta.layout.structure.necks import Floats, find_necks
 from pianta.layout.structure.pieces import Indices, Labels
 from pianta.layout.structure.reconstruct import Cut, cut_space
@@ -106,7 +106,7 @@ def draw_structure(grid: GridMap, path: Path) -> None:
     """Draw the steps of the method `structure` on one map."""
     cut = cut_space(grid, STRUCTURE)
     cell = cut.canvas.resolution
-    rooms, parting, odds = merge_pieces(cut.pieces, cut.borders, MODEL)
+    rooms, parting, odds = merge_pieces(cut.pieces, cut.borders, read_default_merge_model())
     owner = absorb_small_rooms(rooms.owner, cut.pieces, cut.borders, parting, odds, parameters=STRUCTURE)
     merged = owner[cut.pieces.labels].astype(np.int32)
     walls = find_wall_lines(cut.space, resolution=cell)

@@ -235,6 +235,10 @@ def test_the_snippets_of_the_page_run_one_after_the_other(tmp_path, monkeypatch)
     names: dict[str, Any] = {}
     for snippet in snippets:
         exec(snippet, names)  # noqa: S102
-    assert len(snippets) == 4
+    assert len(snippets) == 6
     assert names["gram"] == pytest.approx(1)
     assert names["facts"].facts_of("muchlarger")
+    assert names["alike"].shape == (2, 6)
+    assert [len(floor.rooms) for floor in names["others"]] == [len(each) for each in names["labelled"]]
+    assert [each.count("CORRIDOR") for each in names["labelled"]] == [1, 1]
+    assert names["kinds_of_others"] == ["corridor", "hall"]

@@ -2,7 +2,7 @@
 
     python training/fit_frontier_area.py [--data DIR] [--fold 0|1] [--jobs N] -o frontier_area.json
 
-Writes the weights that src/pianta/exploration/frontier_area.json has. What is predicted beyond open ends comes from
+Writes the weights that src/pianta/models/frontier_area.json has. What is predicted beyond open ends comes from
 models without the school. --fold leaves every other school out, so that those can be judged.
 """
 

@@ -1,10 +1,11 @@
 """Fit the model that says how well a hypothesis of a partial room fits, and measure it on buildings left out.
 
-Run: python training/fit_partial_rooms.py [--data DIR] [--rounds N]. Needs scikit-learn (pianta[dev]).
+Run: python training/fit_partial_rooms.py [--data DIR] [--rounds N].
 
 The model learns from simulated robots that have explored drawn schools, offices and made-up floors in part: of each
 room that is found partial it sees every hypothesis and its IoU with the true room. Schools that data/partial shows are
-left out, so that `pianta bench partial` tells how the model does on buildings that it has never seen.
+left out, so that `pianta bench partial` tells how the model does on buildings that it has never seen. The folds are by
+floor: the floors of one building can be in several.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from pianta.floor import Floor
 from pianta.layout.partial.hypotheses import FEATURES, list_hypotheses
 from pianta.layout.partial.predict import MODEL_FILE, PartialModel
 from pianta.layout.partial.scene import Sight, grow, look_around
-from pianta.layout.reconstruct import RECONSTRUCTIONS
+from pianta.layout.reconstruct import find_rooms
 
 FOLDS, ROUNDS, WORLDS = 4, 3, 16
 # Perceptrons that are averaged, and cells of the hidden layer of each; weight of the penalty.
@@ -90,7 +91,7 @@ def do_job(job: Job) -> list[Lesson]:
         else:
             known, name = simulate_world(job.seed, first_seed=0), f"world {job.seed}"
         methods = ("structure", "thesis") if job.seed % THESIS_EVERY == 0 else ("structure",)
-        floors = [RECONSTRUCTIONS[method](known.grid, "") for method in methods]
+        floors = [find_rooms(known.grid, method=method) for method in methods]
         return [lesson for floor in floors for lesson in learn_floor(name, floor, known)]
     except PiantaError:
         return []

@@ -1,14 +1,14 @@
 """Fit the networks that tell walls, doors, inside and outside of plans, on the plans of the data and drawn ones.
 
     pip install torch onnx
-    python training/fit_plan_regions.py --fold 0 --minutes 60 -o regions_0.onnx [--data DIR] [--start regions_0.pt]
-        [--average]
+    python training/fit_plan_regions.py --fold 0 --minutes 60 -o plan_regions_0.onnx [--data DIR]
+        [--start plan_regions_0.pt] [--average]
 
 The plans of every other building are left out, by --fold 0 or 1, so that each network can be judged on those that it
-has not seen; src/pianta/plan/regions.json says which it has. Besides the real plans each network sees their floors
-drawn anew by pianta.worlds in other styles. Half of the lessons are real. The networks that come with pianta were
-fitted in four goes; the last went on with --start and --average, which takes the mean of the weights before and after
-(Izmailov et al., Averaging weights leads to wider optima and better generalization, 2018).
+has not seen; src/pianta/models/plan_regions.json says which it has. Besides the real plans each network sees their
+floors drawn anew by pianta.worlds in other styles. Half of the lessons are real. The networks that come with pianta
+were fitted in four goes; the last went on with --start and --average, which takes the mean of the weights before and
+after (Izmailov et al., Averaging weights leads to wider optima and better generalization, 2018).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Fit the model that tells doors from mere narrow places (method `structure`), and measure it on buildings left out.
 
-Run: python training/fit_room_borders.py [--data DIR]. Needs scikit-learn (pianta[dev]).
+Run: python training/fit_room_borders.py [--data DIR].
 
 The model learns on the paths that the merging takes: from the pieces of a map, the likeliest pair that is one true
 room is joined, again and again; each pair joined is an example of one room, and the likeliest of the others an example
@@ -30,12 +30,12 @@ from pianta.evaluation.segmentation import drop_small_rooms, score_labels
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.merging import (
     FEATURES,
-    MODEL,
     MODEL_FILE,
     MergeModel,
     describe_borders,
     find_parting_borders,
     join_rooms,
+    read_default_merge_model,
     start_rooms,
 )
 from pianta.layout.structure.pieces import Borders, Pieces
@@ -146,7 +146,7 @@ def fit_model(examples: Sequence[Example]) -> MergeModel:
 
 def train_model(lessons: Sequence[Lesson]) -> MergeModel:
     """Model of the paths of some maps, walked three times."""
-    model, examples = MODEL, []
+    model, examples = read_default_merge_model(), list[Example]()
     for _ in range(ROUNDS):
         examples += [example for lesson in lessons for example in walk_path(lesson, model)]
         model = fit_model(examples)

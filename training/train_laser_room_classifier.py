@@ -1,6 +1,6 @@
 """Train the classifier of `pianta read --method features` on synthetic floors, and write it as JSON.
 
-Run: python training/train_laser_room_classifier.py. Needs scikit-learn (pianta[dev]).
+Run: python training/train_laser_room_classifier.py.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def train_stumps(features: dict[str, NDArray[np.float64]], places: NDArray[np.in
 
 
 def main() -> None:
-    """Train, say how well the training scans are told apart, and write the model."""
+    """Train and write the model; print how many scans it was trained on."""
     features, places = collect_scans()
     stumps = train_stumps(features, places)
     lines = ",\n".join(json.dumps(stump) for stump in stumps)

@@ -1,7 +1,8 @@
 """What a room's name says of its label: a dictionary of words in several languages, and priors on labels from it.
 
-room_words.json has kinds of rooms. A kind has a `function` (F/C/E/S), `labels` (building type -> labels) and `words`
-(language -> words and phrases). Files of users are of the same form, and their words come before those of pianta.
+name_dictionary.json has kinds of rooms. A kind has a `function` (F/C/E/S), `labels` (building type -> labels) and
+`words` (language -> words and phrases). Files of users are of the same form, and their words come before those of
+pianta.
 """
 
 from __future__ import annotations

@@ -1,0 +1,89 @@
+"""The pages of the documentation lead to what is there: their imports work, their links lead somewhere."""
+
+import ast
+import importlib
+import re
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from tests.test_import_order import LEVELS
+
+ROOT = Path(__file__).parents[1]
+MODELS = ROOT / "src" / "pianta" / "models"
+PAGES = [
+    *(ROOT / "README.md", ROOT / "benchmarks" / "README.md", ROOT / "training" / "README.md"),
+    *sorted((ROOT / "docs").glob("*.md")),
+    *sorted(MODELS.glob("*.md")),
+]
+SCRIPTS = sorted(file for folder in ("docs", "training", "benchmarks") for file in (ROOT / folder).glob("*.py"))
+
+
+def name_of(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+def find_missing(code: str) -> list[str]:
+    """What a code imports from pianta that is not there."""
+    missing: list[str] = []
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                if alias.name.partition(".")[0] == "pianta":
+                    importlib.import_module(alias.name)
+        elif isinstance(node, ast.ImportFrom) and str(node.module).partition(".")[0] == "pianta":
+            module = importlib.import_module(str(node.module))
+            missing += [f"{node.module}.{alias.name}" for alias in node.names if not has(module, alias.name)]
+    return missing
+
+
+def has(module: ModuleType, name: str) -> bool:
+    if hasattr(module, name):
+        return True
+    try:
+        importlib.import_module(f"{module.__name__}.{name}")
+    except ModuleNotFoundError:
+        return False
+    return True
+
+
+def anchors(page: Path) -> set[str]:
+    headings = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_snippets_import_what_is_there(page):
+    for snippet in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
+        assert find_missing(snippet) == []
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=name_of)
+def test_scripts_import_what_is_there(script):
+    assert find_missing(script.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_links_lead_somewhere(page):
+    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
+        if link.startswith("http"):
+            continue
+        path, _, anchor = link.partition("#")
+        target = page.parent / path if path else page
+        assert target.exists(), link
+        assert not anchor or anchor in anchors(target), link
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_files_that_a_page_names_are_there(page):
+    named = re.findall(r"`((?:src|tests|training|benchmarks|docs)/[\w/.-]+)`", page.read_text(encoding="utf-8"))
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_the_page_of_the_house_has_every_folder_in_the_order_of_imports():
+    page = (ROOT / "docs" / "house.md").read_text(encoding="utf-8")
+    told = [name.removesuffix(".py") for name in re.findall(r"^\| `([\w.]+)/?` \|", page, re.MULTILINE)]
+    there = {path.stem for path in MODELS.parent.iterdir() if path.suffix in {".py", ""}} - {"__pycache__"}
+    levels = [name for level in LEVELS for name in level if name in there and not name.startswith("__")]
+    assert [name for name in told if name in there] == levels
