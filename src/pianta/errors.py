@@ -2,7 +2,19 @@
 
 
 class PiantaError(ValueError):
-    """Something given to pianta cannot be used; the message says what, the value, and the remedy, in one line."""
+    """Something given to pianta cannot be used; the message says what, the value, and the remedy, in one line.
+
+    It is a ValueError. Each kind of what can be wrong has a subclass in `pianta.errors`.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> try:
+    ...     pianta.read_map("nowhere.yaml")
+    ... except pianta.PiantaError as error:
+    ...     print(error)
+    map 'nowhere.yaml' does not exist, check the path
+    """
 
 
 class MapError(PiantaError):

@@ -34,20 +34,42 @@ MAX_ROOM_NAME_LENGTH = 200
 class Room:
     """A room: one connected polygon, possibly with holes.
 
-    id: positive, unique on its floor.
-    polygon: metres in the map frame; the shell is stored counter-clockwise, holes clockwise.
-    label: what the room is for, the most specific label; None when nobody said.
-    labels: label set -> label, from the coarsest set to the finest; empty when nobody said.
-    label_probabilities: label set -> label -> probability, empty when nobody said.
-    partial: the room touches space that nobody has seen; the polygon is what was seen of it.
-    predicted: what a partial room is thought to be as a whole, metres in the map frame, stored like the polygon; None
-        when nobody said.
-    confidence: the IoU that is expected of the predicted room with the true one, 0 … 1; None when nobody said.
-    name: what people call this very room, such as "204 French"; None when nobody said.
+    Parameters
+    ----------
+    id
+        Positive, unique on its floor.
+    polygon
+        Metres in the map frame; the shell is stored counter-clockwise, holes clockwise.
+    label
+        What the room is for, the most specific label; None when nobody said.
+    labels
+        Label set -> label, from the coarsest set to the finest; empty when nobody said.
+    label_probabilities
+        Label set -> label -> probability, empty when nobody said.
+    partial
+        The room touches space that nobody has seen; the polygon is what was seen of it.
+    predicted
+        What a partial room is thought to be as a whole, metres in the map frame, stored like the polygon; None when
+        nobody said.
+    confidence
+        The IoU that is expected of the predicted room with the true one, 0 … 1; None when nobody said.
+    name
+        What people call this very room, such as "204 French"; None when nobody said.
 
-    Raises FloorError when the id is not positive, a polygon is empty or invalid, a probability or the confidence is not
-    in [0, 1], a room that is not partial is predicted, a confidence is given without a prediction, or the name is not
-    of 1 to 200 characters that can be printed.
+    Raises
+    ------
+    FloorError
+        The id is not positive, a polygon is empty or invalid, a probability or the confidence is not in [0, 1], a room
+        that is not partial is predicted, a confidence is given without a prediction, or the name is not of 1 to 200
+        characters that can be printed.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> from shapely import box
+    >>> room = pianta.Room(1, box(0, 0, 4, 3), "OFFICE", name="204")
+    >>> room.label, room.polygon.area
+    ('OFFICE', 12.0)
     """
 
     id: int
@@ -111,12 +133,29 @@ class Room:
 class Door:
     """A passage between two rooms, or an entrance: a passage between a room and the outside.
 
-    rooms: the ids of the two rooms, the smaller one first; (3, None) is an entrance to room 3.
-    line: the passage from jamb to jamb, metres in the map frame.
-    width: clear width, metres.
-    kind: "door", or "opening" where the rooms meet with much less wall than a door leaves.
+    Parameters
+    ----------
+    rooms
+        The ids of the two rooms, stored with the smaller one first; (3, None) is an entrance to room 3.
+    line
+        The passage from jamb to jamb, metres in the map frame.
+    width
+        Clear width, metres.
+    kind
+        "door", or "opening" where the rooms meet with much less wall than a door leaves.
 
-    Raises FloorError when the rooms are not two different ones or one and None, and on a negative width.
+    Raises
+    ------
+    FloorError
+        The rooms are not two different ones or one and None, or the width is negative.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> from shapely import LineString
+    >>> door = pianta.Door((3, None), LineString([(0, 1), (0, 2)]), 1.0)
+    >>> door.is_entrance, door.room_ids
+    (True, (3,))
     """
 
     rooms: tuple[int, int | None]
@@ -147,7 +186,23 @@ class Door:
         return self.rooms[1] is None
 
     def renumber_rooms(self, new_ids: Mapping[int, int]) -> Door:
-        """The same door between rooms whose ids, the keys, have become the values."""
+        """The same door between rooms that have new ids.
+
+        Parameters
+        ----------
+        new_ids
+            Old id -> new id, for each room of the door.
+
+        Returns
+        -------
+        Door
+            The door; its line, width and kind are the same.
+
+        Raises
+        ------
+        KeyError
+            A room of the door has no new id.
+        """
         first, second = self.rooms
         return replace(self, rooms=(new_ids[first], None if second is None else new_ids[second]))
 
@@ -156,16 +211,45 @@ class Door:
 class Floor:
     """One floor of a building, in metres of the map frame.
 
-    rooms: ordered as found; ids are unique.
-    doors: each joins two rooms of this floor, or one of them to the outside.
-    walls: the representative lines of the building (thesis, section 3.1), cut to its extent.
-    building_type: type -> probability, empty when nobody said; types are in any case, and become lower case.
-    source: the name of the map or file that the floor was read from.
-    last_id: the highest id that a room of this building ever had, so that no id is given twice; 0 stands for the
-        highest on this floor.
+    `floor[3]` is the room with the id 3, `len(floor)` the number of rooms, `for room in floor` goes over the rooms, and
+    `3 in floor` says whether a room has the id 3. A notebook shows a floor as its picture.
 
-    Raises FloorError, with every fault in one message, on repeated ids, doors to rooms that do not exist, and a
-    last_id below the id of a room.
+    Parameters
+    ----------
+    rooms
+        Ordered as found; ids are unique.
+    doors
+        Each joins two rooms of this floor, or one of them to the outside.
+    walls
+        The representative lines of the building, cut to its extent.
+    building_type
+        Type -> probability, empty when nobody said; types are in any case, and become lower case.
+    source
+        The name of the map or file that the floor was read from.
+    last_id
+        The highest id that a room of this building ever had, so that no id is given twice; 0 stands for the highest on
+        this floor.
+
+    Raises
+    ------
+    FloorError
+        Ids occur twice, doors lead to rooms that do not exist, or `last_id` is below the id of a room; every fault is
+        in one message.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, section 3.1.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> from shapely import LineString, box
+    >>> rooms = (pianta.Room(1, box(0, 0, 4, 3)), pianta.Room(2, box(4, 0, 8, 3)))
+    >>> floor = pianta.Floor(rooms, (pianta.Door((1, 2), LineString([(4, 1), (4, 2)]), 1.0),))
+    >>> len(floor), 2 in floor, floor[2].polygon.area
+    (2, True, 12.0)
+    >>> list(floor.graph().edges)
+    [(1, 2)]
     """
 
     rooms: tuple[Room, ...]
@@ -195,7 +279,20 @@ class Floor:
     def __getitem__(self, room_id: int) -> Room:
         """The room with an id.
 
-        Raises KeyError when there is none.
+        Parameters
+        ----------
+        room_id
+            The id.
+
+        Returns
+        -------
+        Room
+            The room.
+
+        Raises
+        ------
+        KeyError
+            No room has this id.
         """
         for room in self.rooms:
             if room.id == room_id:
@@ -214,9 +311,9 @@ class Floor:
         """The rooms, in their order."""
         return iter(self.rooms)
 
-    def __contains__(self, room_id: object) -> bool:
-        """Whether a room has this id."""
-        return any(room.id == room_id for room in self.rooms)
+    def __contains__(self, room: object) -> bool:
+        """Whether this is the id of a room, or one of the rooms."""
+        return room in self.rooms if isinstance(room, Room) else any(each.id == room for each in self.rooms)
 
     def plot(
         self, grid: GridMap | None = None, *, ax: Axes | None = None, walls: bool = False, graph: bool = False
@@ -237,6 +334,12 @@ class Floor:
         Axes
             The ax that was drawn on; nothing is shown.
 
+        Examples
+        --------
+        >>> import pianta
+        >>> floor, grid = pianta.make_world("corridor")
+        >>> ax = floor.plot(grid, graph=True)
+        >>> ax.figure.savefig("floor.png")
         """
         from pianta.plot.floor import plot_floor
 
@@ -251,7 +354,25 @@ class Floor:
     def save(self, path: str | Path) -> None:
         """Write the floor as floor.geojson, metres of the map frame; `read_floor` gives back an equal one.
 
-        Raises FloorError for a floor that could not be read again, PiantaError when the file cannot be written.
+        Parameters
+        ----------
+        path
+            The file; an older one is replaced. The same floor gives the same bytes.
+
+        Raises
+        ------
+        FloorError
+            The floor could not be read again.
+        PiantaError
+            The file cannot be written.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> floor, _ = pianta.make_world("corridor")
+        >>> floor.save("floor.geojson")
+        >>> pianta.read_floor("floor.geojson") == floor
+        True
         """
         from pianta.io.floors import save_floor
 
@@ -275,8 +396,15 @@ class Floor:
         Raises
         ------
         OptionError
-            The layer is none of the three, or geopandas is not installed.
+            The layer is none of the three, or geopandas is not installed (`pip install 'pianta[geo]'`).
 
+        Examples
+        --------
+        >>> import pianta
+        >>> floor, _ = pianta.make_world("corridor")
+        >>> rooms = floor.to_geodataframe()
+        >>> rooms.loc[1, "label"], round(float(rooms.loc[1, "area"]), 1)
+        ('CORRIDOR', 66.8)
         """
         from pianta.io.geodataframes import floor_to_geodataframe
 
@@ -293,11 +421,26 @@ class Floor:
         return tuple(sorted(self.building_type, key=lambda name: -self.building_type[name]))
 
     def graph(self) -> nx.Graph:
-        """Topological graph (thesis, section 3.1): a node a room, an edge where one or more doors join two rooms.
+        """Topological graph: a node for each room, an edge where one or more doors join two rooms.
 
-        Node attributes: name, label, labels, label_probabilities, area (m²), x, y (m; a point inside the room),
-        partial, predicted_area (m²) and confidence, None unless the room is predicted, entrances (their number).
-        Edge attributes: doors (their number), width (m, of the widest), x, y (m, the middle of the widest).
+        Returns
+        -------
+        networkx.Graph
+            Nodes are the ids of the rooms, with the attributes `name`, `label`, `labels`, `label_probabilities`, `area`
+            (m²), `x`, `y` (m; a point inside the room), `partial`, `predicted_area` (m²) and `confidence`, both None
+            unless the room is predicted, and `entrances` (their number). Edges have `doors` (their number), `width` (m,
+            of the widest), and `x`, `y` (m, the middle of the widest). The graph has `source`.
+
+        References
+        ----------
+        M. Luperto, PhD thesis, section 3.1.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> graph = pianta.make_world("corridor")[0].graph()
+        >>> len(graph), graph.nodes[1]["label"], sorted(graph[2])
+        (19, 'CORRIDOR', [1])
         """
         graph = nx.Graph(source=self.source)
         entrances = Counter(door.rooms[0] for door in self.doors if door.is_entrance)
@@ -325,9 +468,30 @@ class Floor:
         return graph
 
     def label_image(self, grid: GridMap) -> NDArray[np.uint16]:
-        """Room ids on the cells of a grid map, shape (H, W); 0 where the centre of the cell is in no room.
+        """Room ids on the cells of a grid map.
 
-        Raises FloorError when an id does not fit 16 bits.
+        Parameters
+        ----------
+        grid
+            The map whose cells are numbered; of its values nothing is used.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (H, W) of the grid; the id of the room in which the centre of a cell lies, 0 for none.
+
+        Raises
+        ------
+        FloorError
+            An id does not fit 16 bits.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> floor, grid = pianta.make_world("corridor")
+        >>> ids = floor.label_image(grid)
+        >>> ids.shape == grid.shape, int(ids.max())
+        (True, 19)
         """
         labels = np.zeros(grid.shape, np.uint16)
         for room in self.rooms:

@@ -25,12 +25,31 @@ FREE_AT_MOST, OCCUPIED_AT_LEAST = 25, 65
 class GridMap:
     """An occupancy grid with ROS's cell values, row 0 at the top.
 
-    cells: shape (H, W), int8; -1 unknown, 0 free … 100 occupied. Kept read-only.
-    resolution: metres per cell, positive.
-    origin: x, y (m) and yaw (rad, counter-clockwise) of the outer corner of the lower-left cell, in the map frame.
-    source: the name of the file that the map was read from; empty if there is none.
+    A notebook shows a map as its picture.
 
-    Raises MapError, with every fault in one message, when the parts do not make a map.
+    Parameters
+    ----------
+    cells
+        Shape (H, W), any integers from -1 to 100; -1 unknown, 0 free … 100 occupied. Kept as read-only int8.
+    resolution
+        Metres per cell, positive.
+    origin
+        The x, y (m) and yaw (rad, counter-clockwise) of the outer corner of the lower-left cell, in the map frame.
+    source
+        The name of the file that the map was read from; empty if there is none.
+
+    Raises
+    ------
+    MapError
+        The parts do not make a map; every fault is in one message.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pianta
+    >>> grid = pianta.GridMap(np.zeros((20, 30), int), 0.05, (1.0, 2.0, 0.0))
+    >>> grid.shape, bool(grid.free.all())
+    ((20, 30), True)
     """
 
     cells: NDArray[np.int8]
@@ -83,7 +102,21 @@ class GridMap:
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Draw the map in soft greys, in metres of the map frame: free white, unknown light, occupied dark.
 
-        ax: where to draw; a new figure if None. Returns the ax; nothing is shown.
+        Parameters
+        ----------
+        ax
+            Where to draw; a new figure if None.
+
+        Returns
+        -------
+        Axes
+            The ax that was drawn on; nothing is shown.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> _, grid = pianta.make_world("corridor")
+        >>> ax = grid.plot()
         """
         from pianta.plot.grid import plot_grid
 
@@ -96,23 +129,85 @@ class GridMap:
         return render_grid(self)
 
     def save(self, path: str | Path) -> None:
-        """Write the map: as a ROS map.yaml with a PNG beside it, or as a NumPy archive, by the suffix of the path.
+        """Write the map: as a ROS map.yaml with a PNG beside it, or as a NumPy archive; `read_map` reads both.
 
-        Raises MapError for another suffix, PiantaError when a file cannot be written.
+        Parameters
+        ----------
+        path
+            Ends in .yaml, .yml or .npz, which tells the kind.
+
+        Raises
+        ------
+        MapError
+            The path ends otherwise.
+        PiantaError
+            A file cannot be written.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> _, grid = pianta.make_world("corridor")
+        >>> grid.save("map.yaml")
+        >>> pianta.read_map("map.yaml").shape == grid.shape
+        True
         """
         from pianta.io.maps import save_map
 
         save_map(self, path)
 
     def pixel_to_map(self, row: ArrayLike, col: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Map frame x, y (m) of continuous pixel coordinates; (0, 0) is the outer corner of the top left cell."""
+        """Map frame x, y of continuous pixel coordinates; (0, 0) is the outer corner of the top left cell.
+
+        Parameters
+        ----------
+        row, col
+            Pixels, numbers or arrays of one shape; the centre of cell [i, j] is (i + 0.5, j + 0.5).
+
+        Returns
+        -------
+        x : numpy.ndarray
+            Metres, of the shape of `row` and `col`.
+        y : numpy.ndarray
+            As `x`.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import pianta
+        >>> grid = pianta.GridMap(np.zeros((20, 30), int), 0.1, (1.0, 2.0, 0.0))
+        >>> x, y = grid.pixel_to_map(20, 0)
+        >>> float(x), float(y)
+        (1.0, 2.0)
+        """
         x0, y0, yaw = self.origin
         right = np.asarray(col, float) * self.resolution
         up = (self.shape[0] - np.asarray(row, float)) * self.resolution
         return x0 + right * cos(yaw) - up * sin(yaw), y0 + right * sin(yaw) + up * cos(yaw)
 
     def map_to_pixel(self, x: ArrayLike, y: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Continuous pixel row, col of map frame x, y (m); the inverse of pixel_to_map."""
+        """Give the continuous pixel row, col of map frame x, y; the inverse of `pixel_to_map`.
+
+        Parameters
+        ----------
+        x, y
+            Metres, numbers or arrays of one shape.
+
+        Returns
+        -------
+        row : numpy.ndarray
+            Pixels, of the shape of `x` and `y`; they may lie outside the map.
+        col : numpy.ndarray
+            As `row`.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import pianta
+        >>> grid = pianta.GridMap(np.zeros((20, 30), int), 0.1, (1.0, 2.0, 0.0))
+        >>> row, col = grid.map_to_pixel(1.0, 4.0)
+        >>> float(row), float(col)
+        (0.0, 0.0)
+        """
         x0, y0, yaw = self.origin
         east, north = np.asarray(x, float) - x0, np.asarray(y, float) - y0
         right = east * cos(yaw) + north * sin(yaw)

@@ -158,11 +158,29 @@ class Label:
 
 @dataclass(frozen=True)
 class LabelSchema:
-    """L_type: the labels of a building type, each name once.
+    """The labels of a building type, L_type of the thesis.
 
-    building_type: in any case, becomes lower case.
+    Parameters
+    ----------
+    building_type
+        The type in any case, becomes lower case.
+    labels
+        At least one; each name once.
 
-    Raises LabelError when there is no label or building type, or listing all names that occur more than once.
+    Raises
+    ------
+    LabelError
+        There is no label or no building type, or names occur more than once; the message lists them.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, section 4.3.
+
+    Examples
+    --------
+    >>> from pianta.labels import SCHOOL
+    >>> SCHOOL.building_type, len(SCHOOL.labels)
+    ('school', 23)
     """
 
     building_type: str
@@ -187,9 +205,32 @@ class LabelSchema:
     def map_labels(
         self, names: Iterable[str | None], label_set: LabelSet, *, split: Split = Split.EXPERIMENTS
     ) -> list[str]:
-        """The names one level or more up, in a label set; names may be in any case, None is a room without a label.
+        """Map names of labels to a coarser label set.
 
-        Raises LabelError that lists all names that the schema does not have.
+        Parameters
+        ----------
+        names
+            Labels of the schema, in any case. None, a room without a label, is refused.
+        label_set
+            The set to map to: R/C, F/C/E/S, L_general, or the schema's own.
+        split
+            Which of the splits of the thesis is taken for R/C and F/C/E/S, where these differ.
+
+        Returns
+        -------
+        list of str
+            A label of the set for each name.
+
+        Raises
+        ------
+        LabelError
+            The schema does not have all names; the message lists those.
+
+        Examples
+        --------
+        >>> from pianta.labels import SCHOOL, LabelSet
+        >>> [str(label) for label in SCHOOL.map_labels(["classroom", "hall"], LabelSet.R_C)]
+        ['ROOM', 'CORRIDOR']
         """
         names = list(names)
         known = {name: label for name in names if (label := self._find(name))}

@@ -41,7 +41,6 @@ def load_model(path: str | Path) -> PlaceModel | BuildingModel | TypeModel:
     --------
     >>> import pianta
     >>> model = pianta.load_model("school.json")  # doctest: +SKIP
-
     """
     file = checked_input(path, "model", ModelError)
     if zipfile.is_zipfile(file):

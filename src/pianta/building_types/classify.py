@@ -10,12 +10,34 @@ from pianta.rooms.completion import complete_labels
 
 
 def classify_building(floor: Floor, model: BuildingModel | None = None) -> Floor:
-    """The floor with probabilities of its building's types; with none where it is unlike all that the model knows.
+    """Say what kind of building a floor belongs to, or that it is unlike all that the model knows.
 
-    They take the place of those that the floor has.
-    model: the one that comes with pianta unless given.
-    Rooms are compared by the labels that somebody gave them, else by those of label_rooms; the labels of the floor stay
-    as they are. A floor without rooms gets no type.
+    Rooms are compared by the labels that somebody gave them, else by those of `label_rooms`.
+
+    Parameters
+    ----------
+    floor
+        The floor, metres of the map frame.
+    model
+        Model of `train_building_types` or `load_model`; None for the one that comes with pianta, of schools and
+        offices.
+
+    Returns
+    -------
+    Floor
+        The floor with `building_type`, type -> probability, in place of what it had; empty where the floor is unlike
+        all types, or has no rooms. The labels of the rooms stay as they are.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, section 6.2.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> floor, _ = pianta.make_world("corridor")
+    >>> sorted(pianta.classify_building(floor).building_type)
+    ['office', 'school']
     """
     return replace(floor, building_type=_find_type(judge_building(floor, model)) if floor.rooms else {})
 

@@ -81,7 +81,7 @@ def explore(
     policy
         Who chooses the next frontier: a name of `POLICIES`, or a policy of `make_policy`.
     starts
-        x, y of each robot, metres of the map frame; None for the entrance. Robots beyond them stand beside them.
+        Points x, y of robots, metres of the map frame; None for the entrance. Robots beyond them stand beside them.
     lidar
         Of every robot; None for 360 beams of 8 m.
     robots
@@ -127,11 +127,12 @@ def explore(
     Examples
     --------
     >>> import pianta
-    >>> floor, _ = pianta.make_world("corridor")
-    >>> run = pianta.explore(floor, stop=0.5)
-    >>> run.outcome
-    'the share was seen'
-
+    >>> from shapely import LineString, box
+    >>> rooms = (pianta.Room(1, box(0, 0, 4, 3)), pianta.Room(2, box(4, 0, 8, 3)))
+    >>> floor = pianta.Floor(rooms, (pianta.Door((1, 2), LineString([(4, 1), (4, 2)]), 1.0),))
+    >>> run = pianta.explore(floor)
+    >>> run.outcome, float(run.share[-1])
+    ('done', 1.0)
     """
     world = as_world(world)
     policy = make_policy(policy, find=find) if isinstance(policy, str) else policy

@@ -21,17 +21,34 @@ Floats = NDArray[np.float64]
 class Exploration:
     """A run, scan by scan.
 
-    distance: travelled by all robots together at each scan, metres, shape (scans,). area: seen by then of the reachable
-    area, m², shape (scans,). time: when all robots had driven so far, seconds, shape (scans,).
-    robot: the number of the robot that made each scan, shape (scans,).
-    robot_distance: of each robot, metres, shape (scans, robots).
-    tracks: of each robot x, y, heading, metres and radians of the map frame, shape (scans of it, 3).
-    reachable_area: all that could be seen, m².
-    seen, entered: room -> distance at which a fifth of it had been seen, and at which a robot came in.
-    map: the final map. scan_of_cell: shape (H, W), the scan that first saw a cell, -1 for none.
-    outcome: "done", "no reachable frontier", "found LABEL", "share reached", "stopped by the policy" or
-        "distance limit". found: the id of the room that was looked for, None when it was not found.
-    decisions: how often the policy was asked.
+    Attributes
+    ----------
+    distance
+        Travelled by all robots together at each scan, metres, shape (scans,).
+    area
+        Seen by then of the reachable area, m², shape (scans,).
+    time
+        When all robots had driven so far, seconds, shape (scans,).
+    robot
+        The number of the robot that made each scan, shape (scans,).
+    robot_distance
+        Travelled by each robot at each scan, metres, shape (scans, robots).
+    tracks
+        Of each robot x, y, heading, metres and radians of the map frame, shape (scans of it, 3).
+    reachable_area
+        All that could be seen, m².
+    seen, entered
+        Room -> distance, metres, at which a fifth of it had been seen, and at which a robot came in.
+    map
+        The final map.
+    scan_of_cell
+        The scan that first saw a cell, -1 for none, shape (H, W).
+    outcome
+        "done", "no reachable frontier", "found LABEL", "share reached", "stopped by the policy" or "distance limit".
+    found
+        The id of the room that was looked for, None when it was not found.
+    decisions
+        How often the policy was asked.
     """
 
     distance: Floats
@@ -55,9 +72,17 @@ class Exploration:
         return self.area / self.reachable_area
 
     def distance_to(self, share: float) -> float:
-        """Metres travelled by all robots together until a share of the reachable area was seen; inf when it never was.
+        """The way of all robots together until a share of the reachable area was seen.
 
-        Never is also a share above 1; 0 is the share before the first scan.
+        Parameters
+        ----------
+        share
+            From 0, the share before the first scan, to 1.
+
+        Returns
+        -------
+        float
+            Metres; inf when so much was never seen, as for a share above 1.
         """
         # Areas are sums of cells, a millionth of which is none.
         reached = np.flatnonzero(self.share >= share - 1e-9)

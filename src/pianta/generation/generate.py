@@ -86,7 +86,6 @@ def generate(
     >>> import pianta
     >>> model = pianta.load_model("school.json")  # doctest: +SKIP
     >>> pianta.generate(model, 24, rooms=(30, 50), at_least={"GYM": 1})  # doctest: +SKIP
-
     """
     if costs not in [*Costs]:
         raise OptionError(f"costs is {shown(costs)}, give one of {', '.join(Costs)}")

@@ -59,6 +59,12 @@ def train_type(
     ----------
     M. Luperto, PhD thesis, section 7.3.
 
+    Examples
+    --------
+    >>> import pianta
+    >>> floors = [pianta.read_building(file) for file in ("a.xml", "b.xml", "c.xml")]  # doctest: +SKIP
+    >>> model = pianta.train_type(floors)  # doctest: +SKIP
+    >>> model.save("school.json")  # doctest: +SKIP
     """
     if areas not in [*Segmentation]:
         raise OptionError(f"areas is {shown(areas)}, give one of {', '.join(Segmentation)}")

@@ -96,9 +96,23 @@ class TypeFloor:
 class TypeModel:
     """The floors of a building type, their functional areas, and the clusters of these.
 
-    schema: the labels of the type. sweeps, edge_moves, door_moves: iterations of the chains of steps 1, 2 and 4 of
-    section 7.4.3: those of the authors, or what `train_type` found that the chains take. mixing: what it found;
-    None if unknown, as in a model from a file.
+    Attributes
+    ----------
+    schema
+        The labels of the type.
+    segmentation
+        How functional areas are found.
+    floors
+        Each floor, in functional areas.
+    sweeps, edge_moves, door_moves
+        Iterations of the chains of steps 1, 2 and 4: those of the authors, or what `train_type` found that the chains
+        take.
+    mixing
+        What `train_type` found; None if unknown, as in a model from a file.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, sections 7.2, 7.3 and 7.4.3.
     """
 
     schema: LabelSchema
@@ -112,7 +126,17 @@ class TypeModel:
     def save(self, path: str | Path) -> None:
         """Write the model as a JSON file that `load_model` reads.
 
-        Raises ModelError for a model that could not be read again, PiantaError when the file cannot be written.
+        Parameters
+        ----------
+        path
+            The file; an older one is replaced.
+
+        Raises
+        ------
+        ModelError
+            The model could not be read again.
+        PiantaError
+            The file cannot be written.
         """
         from pianta.generation.type_model_file import save_type_model
 
@@ -144,7 +168,18 @@ class TypeModel:
         return sorted(len(cuts) for floor in self.floors for cuts in floor.cuts.values()) or [1]
 
     def configure(self, floor: TypeFloor) -> Counts:
-        """V of a floor: its areas of each cluster, shape (clusters,)."""
+        """Give V of a floor: how many areas of each cluster it has.
+
+        Parameters
+        ----------
+        floor
+            A floor in areas of the clusters of this model.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (clusters,).
+        """
         return np.bincount(floor.clusters, minlength=int(self.clusters.max()) + 1).astype(np.int64)
 
     def __str__(self) -> str:

@@ -68,9 +68,32 @@ def save_floor(floor: Floor, path: str | Path) -> None:
 
 
 def read_floor(path: str | Path) -> Floor:
-    """Read a floor from floor.geojson; members, properties and classes of features that it does not know are skipped.
+    """Read a floor from floor.geojson.
 
-    Raises FloorError, with every fault in one message, for a file that is no floor and for one of a newer format.
+    Members, properties and classes of features that are not known are skipped.
+
+    Parameters
+    ----------
+    path
+        The file that `pianta.read`, `Floor.save` or the command has written, of this version or an older one.
+
+    Returns
+    -------
+    Floor
+        The floor, metres of the map frame; equal to the one that was saved.
+
+    Raises
+    ------
+    FloorError
+        The file is no floor, or of a newer format; every fault is in one message.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> pianta.make_world("corridor")[0].save("floor.geojson")
+    >>> floor = pianta.read_floor("floor.geojson")
+    >>> len(floor)
+    19
     """
     file = checked_input(path, "floor", FloorError)
     if file.stat().st_size > MAX_FILE_BYTES:

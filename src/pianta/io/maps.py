@@ -31,13 +31,43 @@ def read_map(
     trust_thresholds: bool = False,
     max_cells: int = MAX_CELLS,
 ) -> GridMap:
-    """Map from a ROS map.yaml, a NumPy archive (.npz), or a plain image.
+    """Read a map from a ROS map.yaml, a NumPy archive (.npz), or a plain image.
 
-    resolution: metres per cell of a plain image, which needs it; the other kinds bring their own.
-    origin: x, y (m) and yaw (rad) of the lower-left corner of a plain image; zero when None.
-    trust_thresholds, max_cells: see read_ros_map and read_grey.
+    Parameters
+    ----------
+    path
+        The file; its suffix tells the kind.
+    resolution
+        Metres per cell of a plain image, which needs it; the other kinds bring their own.
+    origin
+        The x, y (m) and yaw (rad, counter-clockwise) of the lower-left corner of a plain image; None for zero.
+    trust_thresholds
+        Keep grey 205 free where the free_thresh of a map.yaml makes it so; map savers write 205 for unknown.
+    max_cells
+        The largest map that is read, in cells.
 
-    Raises MapError, in one line, when the file or an option cannot be used.
+    Returns
+    -------
+    GridMap
+        The map; its `source` is the name of the file.
+
+    Raises
+    ------
+    MapError
+        The file or an option cannot be used; in one line.
+
+    Warns
+    -----
+    MapWarning
+        Grey 205 would have been free and was made unknown.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> pianta.make_world("corridor")[1].save("map.yaml")
+    >>> grid = pianta.read_map("map.yaml")
+    >>> grid.shape, grid.resolution
+    ((334, 646), 0.05)
     """
     file = checked_input(path_of(path), "map", MapError)
     suffix = file.suffix.lower()

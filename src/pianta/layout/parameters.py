@@ -20,27 +20,61 @@ class Parameters:
 class ThesisParameters(Parameters):
     """Thresholds of the layout method of the thesis (section 3.1); nobody should need to change them.
 
-    working_resolution: metres per cell at which the image operations run; the authors' pixel values belong to it.
-    clutter_size: groups of cells that are not free, smaller than this across, are furniture (section 3.2); metres.
-    canny_low, canny_high: minVal and maxVal of the Canny detector, grey levels of the binary image.
-    hough_votes: edge length that a line must collect in the Hough transform; metres.
-    hough_angle: angular step of the Hough transform; degrees.
-    segment_length, segment_gap: shortest segment, and widest gap that a segment may bridge; metres.
-    hough_passes: times that the transform is run, each on the edges that the former ones left unexplained.
-    angle_bandwidth: h of eq. 3.2.
-    line_distance: distance from which parallel lines are kept apart; metres (the text's 90 cm).
-    line_support: length of segments below which a cluster is no wall; metres.
-    filled_gap: gaps between two segments of a line up to this length are doors, and count as wall; metres.
-    courtyard_area: smaller unknown spots inside the contour count as inside; m².
-    inside_share: δ as a share of the face; a face with less of its area inside the contour is external.
-    partial_weight: a face whose edge to an external face weighs less is partial.
-    sigma: softness of the affinity exp(-w / σ). The authors' 0.1 splits corridors at a hint of wall.
-    epsilon: of DBSCAN.
-    room_area: free area below which a cluster of faces is no room; m².
-    door_width: wider passages are openings; metres.
-    passage_width: narrower passages lead nowhere; metres.
+    Parameters
+    ----------
+    working_resolution
+        Metres per cell at which the image operations run; the authors' pixel values belong to it.
+    clutter_size
+        Groups of cells that are not free, smaller than this across, are furniture (section 3.2); metres.
+    canny_low, canny_high
+        The minVal and maxVal of the Canny detector, grey levels of the binary image.
+    hough_votes
+        Edge length that a line must collect in the Hough transform; metres.
+    hough_angle
+        Angular step of the Hough transform; degrees.
+    segment_length, segment_gap
+        Shortest segment, and widest gap that a segment may bridge; metres.
+    hough_passes
+        Times that the transform is run, each on the edges that the former ones left unexplained.
+    angle_bandwidth
+        The bandwidth h of eq. 3.2.
+    line_distance
+        Distance from which parallel lines are kept apart; metres (the text's 90 cm).
+    line_support
+        Length of segments below which a cluster is no wall; metres.
+    filled_gap
+        Gaps between two segments of a line up to this length are doors, and count as wall; metres.
+    courtyard_area
+        Smaller unknown spots inside the contour count as inside; m².
+    inside_share
+        The δ as a share of the face; a face with less of its area inside the contour is external.
+    partial_weight
+        A face whose edge to an external face weighs less is partial.
+    sigma
+        Softness of the affinity exp(-w / σ). The authors' 0.1 splits corridors at a hint of wall.
+    epsilon
+        The ε of DBSCAN.
+    room_area
+        Free area below which a cluster of faces is no room; m².
+    door_width
+        Wider passages are openings; metres.
+    passage_width
+        Narrower passages lead nowhere; metres.
 
-    Raises OptionError, naming all of them, when a value is not a positive finite number.
+    Raises
+    ------
+    OptionError
+        Values are not positive finite numbers; the message names all of them.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, sections 3.1 and 3.2.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> pianta.ThesisParameters(door_width=1.6).line_distance
+    0.9
     """
 
     working_resolution: float = 0.05
@@ -73,31 +107,71 @@ class ThesisParameters(Parameters):
 class StructureParameters(Parameters):
     """Thresholds of the method `structure`, in metres; nobody should need to change them.
 
-    working_resolution: metres per cell at which the map is cut.
-    clutter_size: groups of cells that are not free, smaller than this across, are furniture (section 3.2).
-    patch_area: free space apart from the rest that is smaller than this is noise; m².
-    passage_width: narrower passages lead nowhere,
-    gap_width: but to rooms that cannot be reached otherwise, which a gap as wide as this opens.
-    saddle_ratio: a place is a neck when its clearance is less than this share of that on both sides.
-    mouth_ratio: and where one side has less than this share of the clearance of the other.
-    neck_distance: of two necks with both ends nearer than this the shorter one stays.
-    wall_reach: how far beyond the jambs of a neck the wall in line with it is followed.
-    room_area: a smaller room belongs to its neighbour, or is none; m².
-    closed_room_area: a smaller room without a passage belongs to its neighbour; m².
-    smoothing: side of the square whose area an outline may leave out at a corner.
-    notch_depth, notch_width: furniture along a wall is no deeper and no wider than this.
-    door_width: wider passages are openings.
-    unseen_width: thinner unknown space is wall, or between the beams of the scanner.
-    frontier: a room that borders as much unseen space is partial.
-    split_share: two parts of a room are rooms when at most this share of the wall line between them is open.
-    split_wall: wall between two such parts, at least.
-    split_opening: widest opening between them, as a multiple of the width of the narrower one, at most.
-    split_clearance: width of each such part, the diameter of the largest circle in it, at least.
-    split_area: area of each such part, at least; m².
-    longest_opening: a wider opening of a wall line is not closed.
-    line_reach: how far a wall line is followed both ways.
+    Parameters
+    ----------
+    working_resolution
+        Metres per cell at which the map is cut.
+    clutter_size
+        Groups of cells that are not free, smaller than this across, are furniture (section 3.2).
+    patch_area
+        Free space apart from the rest that is smaller than this is noise; m².
+    passage_width
+        Narrower passages lead nowhere.
+    gap_width
+        To rooms that cannot be reached otherwise a gap as wide as this leads.
+    saddle_ratio
+        A place is a neck when its clearance is less than this share of that on both sides.
+    mouth_ratio
+        So is a place where one side has less than this share of the clearance of the other.
+    neck_distance
+        Of two necks with both ends nearer than this the shorter one stays.
+    wall_reach
+        How far beyond the jambs of a neck the wall in line with it is followed.
+    room_area
+        A smaller room belongs to its neighbour, or is none; m².
+    closed_room_area
+        A smaller room without a passage belongs to its neighbour; m².
+    smoothing
+        Side of the square whose area an outline may leave out at a corner.
+    notch_depth, notch_width
+        Furniture along a wall is no deeper and no wider than this.
+    door_width
+        Wider passages are openings.
+    unseen_width
+        Thinner unknown space is wall, or between the beams of the scanner.
+    frontier
+        A room that borders as much unseen space is partial.
+    split_share
+        Two parts of a room are rooms when at most this share of the wall line between them is open.
+    split_wall
+        Wall between two such parts, at least.
+    split_opening
+        Widest opening between them, as a multiple of the width of the narrower one, at most.
+    split_clearance
+        Width of each such part, the diameter of the largest circle in it, at least.
+    split_area
+        Area of each such part, at least; m².
+    longest_opening
+        A wider opening of a wall line is not closed.
+    line_reach
+        How far a wall line is followed both ways.
 
-    Raises OptionError, naming all of them, when a value is not a positive finite number.
+    Raises
+    ------
+    OptionError
+        Values are not positive finite numbers; the message names all of them.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, chapters 3 and 9.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> _, grid = pianta.make_world("corridor")
+    >>> floor = pianta.reconstruct(grid, parameters=pianta.StructureParameters(door_width=0.5))
+    >>> {door.kind for door in floor.doors}
+    {'opening'}
     """
 
     working_resolution: float = 0.05

@@ -50,11 +50,12 @@ def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Para
     Examples
     --------
     >>> import pianta
-    >>> grid, _ = pianta.make_world("suite")
-    >>> floor = pianta.reconstruct(grid, parameters=pianta.StructureParameters(door_width=1.6))
-    >>> len(floor.rooms)
-    3
-
+    >>> _, grid = pianta.make_world("corridor")
+    >>> floor = pianta.reconstruct(grid)
+    >>> len(floor), len(floor.doors)
+    (19, 20)
+    >>> len(pianta.reconstruct(grid, method="morphological"))
+    19
     """
     from pianta.layout.partial.predict import predict_partial_rooms
 

@@ -58,9 +58,16 @@ CELL, MARGIN, MOST_CELLS = 0.05, 1.0, 8000
 class PlanFloor:
     """A floor that was found in a plan.
 
-    floor: metres, y up; of a sheet with the origin in its lower left corner, of an IFC in the frame of the model.
-    grid: the frame of the sheet, unknown cells of its pixels. scale: metres per pixel, and what tells them.
-    name: of the storey, empty where the plan does not say.
+    Attributes
+    ----------
+    floor
+        Metres, y up; of a sheet with the origin in its lower left corner, of an IFC in the frame of the model.
+    grid
+        The frame of the sheet, unknown cells of its pixels.
+    scale
+        Metres per pixel, and what tells them.
+    name
+        Of the storey, empty where the plan does not say.
     """
 
     floor: Floor
@@ -73,8 +80,14 @@ class PlanFloor:
 class PlanReading:
     """What was read from a plan.
 
-    floors: the largest of a sheet first. sheet: None for an IFC. symbols: those that were found on the sheet, best
-    first.
+    Attributes
+    ----------
+    floors
+        The floors of a sheet, the largest first; of an IFC, the lowest first.
+    sheet
+        The sheet as it was opened; None for an IFC.
+    symbols
+        Those that were found on the sheet, the best first.
     """
 
     floors: tuple[PlanFloor, ...]
@@ -87,23 +100,63 @@ def read_plan(
     *,
     resolution: float | None = None,
     page: int | None = None,
-    symbols: Path | None = None,
+    symbols: str | Path | None = None,
     method: str = DEFAULT_METHOD,
     with_symbols: bool = True,
     with_text: bool = True,
     networks: Sequence[str] = NETWORKS,
     max_cells: int = MAX_CELLS,
 ) -> PlanReading:
-    """The floors of a plan: rooms with their names, and doors (thesis, section 3.3).
+    """Read the floors of a plan: rooms with their names, and doors.
 
-    resolution: metres per pixel of a picture, per unit of a vector drawing, found in the plan unless given. page: of a
-    PDF. symbols: folder with PNGs of symbols besides our own. method: how rooms are found in what remains.
-    with_symbols: whether symbols are found and removed, and the gaps of doors closed. with_text: whether text is read.
-    networks: those that say what is wall. max_cells: pixels that a picture may have.
+    Parameters
+    ----------
+    source
+        A picture, DXF, SVG, PDF or IFC.
+    resolution
+        Metres per pixel of a picture, per unit of a vector drawing; None to find it in the plan.
+    page
+        The page of a PDF, from 1.
+    symbols
+        Folder with PNGs of symbols besides our own; door*.png are doors.
+    method
+        How rooms are found in what remains, one of `METHODS`.
+    with_symbols
+        Whether symbols are found and removed, and the gaps of doors closed.
+    with_text
+        Whether text is read.
+    networks
+        Those that say what is wall.
+    max_cells
+        The most pixels that a picture may have.
 
-    Warns (PlanWarning) of text that cannot be read and of several floors on a sheet.
-    Raises PlanError, in one line, for what is no plan; OptionError for an unknown method and for a page, resolution or
-    symbols of an IFC.
+    Returns
+    -------
+    PlanReading
+        The floors; each has its rooms in metres, its frame and its scale.
+
+    Raises
+    ------
+    PlanError
+        The file is no plan, or shows no rooms; in one line.
+    OptionError
+        The method is unknown, or an IFC is given a page, a resolution or symbols.
+
+    Warns
+    -----
+    PlanWarning
+        The text cannot be read, or a sheet shows several floors.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, section 3.3.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> plan = pianta.read_plan("plan.png")  # doctest: +SKIP
+    >>> [room.name for room in plan.floors[0].floor]  # doctest: +SKIP
+    ['Kitchen', 'Bath', None]
     """
     check_method(method)
     path = path_of(source)

@@ -46,9 +46,16 @@ LONGEST_SIDE = 250.0
 
 @dataclass(frozen=True)
 class PlanScale:
-    """Metres per pixel of a sheet.
+    """Metres per pixel of a sheet, and what tells them.
 
-    source: what tells them, in a few words. confidence: how sure, 0 … 1.
+    Attributes
+    ----------
+    resolution
+        Metres per pixel.
+    source
+        What tells them, in a few words.
+    confidence
+        How sure they are, 0 … 1.
     """
 
     resolution: float
@@ -59,7 +66,18 @@ class PlanScale:
         return self.describe()
 
     def describe(self, *, px_per_unit: float = 1.0) -> str:
-        """The scale in one line, as resolution= takes it; px_per_unit: as of Sheet, 1 where pixels are the unit."""
+        """Describe the scale in one line, in the unit that `resolution=` takes.
+
+        Parameters
+        ----------
+        px_per_unit
+            Pixels per unit of a vector drawing; 1 where pixels are the unit.
+
+        Returns
+        -------
+        str
+            Such as "0.0125 m per pixel by doors, confidence 0.60".
+        """
         unit = "pixel" if px_per_unit == 1 else "drawing unit"
         metres = self.resolution * px_per_unit
         return f"{metres:.3g} m per {unit} by {self.source}, confidence {self.confidence:.2f}"

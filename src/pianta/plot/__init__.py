@@ -38,3 +38,7 @@ def __getattr__(name: str) -> object:
     if name not in _MODULES:
         raise AttributeError(f"module 'pianta.plot' has no attribute {name!r}")
     return getattr(import_module(f"pianta.plot.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

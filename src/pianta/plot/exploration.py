@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from pianta.errors import OptionError
 from pianta.exploration.frontiers import border_cells
 from pianta.exploration.record import Exploration
-from pianta.exploration.world import World
-from pianta.gridmap import FREE, OCCUPIED, UNKNOWN
+from pianta.exploration.world import World, as_world
+from pianta.floor import Floor
+from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.io._files import written_atomically
 from pianta.plot._figure import new_ax, save_png
 from pianta.plot.floor import BACKGROUND, DPI, INK, LONG_SIDE_PX, plot_scale_bar
@@ -39,12 +40,40 @@ ANIMATION_DPI, FRAMES_A_SECOND, MAX_FRAMES, LAST_FRAMES = 100, 10, 80, 10
 WRITERS = {"gif": "pillow", "mp4": "ffmpeg"}
 
 
-def plot_exploration(run: Exploration, world: World, *, ax: Axes | None = None, scan: int | None = None) -> Axes:
-    """Draw what robots knew at a scan, by default the last: the map, frontiers in orange, and their tracks so far.
+def plot_exploration(
+    run: Exploration, world: World | Floor | GridMap | str | Path, *, ax: Axes | None = None, scan: int | None = None
+) -> Axes:
+    """Draw what robots knew at a scan: the map, frontiers in orange, and their tracks so far.
 
-    What is free and was not seen by then is pale. A disc is a start, a ring where a robot is.
+    What is free and was not seen by then is pale. A disc is a start, a ring where a robot is. Axes are metres from the
+    lower left corner of the grid.
+
+    Parameters
+    ----------
+    run
+        Of `explore`.
+    world
+        The world that was explored, as `explore` takes it.
+    ax
+        Where to draw; a new figure if None.
+    scan
+        The number of the scan, from 0; None for the last.
+
+    Returns
+    -------
+    Axes
+        The ax that was drawn on; nothing is shown.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pianta
+    >>> grid = pianta.GridMap(np.zeros((20, 30), int), 0.1)
+    >>> run = pianta.explore(grid)
+    >>> ax = pianta.plot.plot_exploration(run, grid)
     """
     ax = new_ax(ax)
+    world = as_world(world)
     scan = len(run.area) - 1 if scan is None else scan
     colors = _color_cells(run, world, scan)
     height, width = colors.shape[:2]
@@ -63,7 +92,30 @@ def plot_exploration(run: Exploration, world: World, *, ax: Axes | None = None, 
 
 
 def plot_area(run: Exploration, *, ax: Axes | None = None, scan: int | None = None) -> Axes:
-    """Draw the share of the reachable area, %, over the metres of all robots, up to a scan, by default the last."""
+    """Draw the share of the reachable area, in %, over the metres of all robots, up to a scan.
+
+    Parameters
+    ----------
+    run
+        Of `explore`.
+    ax
+        Where to draw; a new figure if None.
+    scan
+        The number of the scan, from 0; None for the last.
+
+    Returns
+    -------
+    Axes
+        The ax that was drawn on; nothing is shown.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pianta
+    >>> grid = pianta.GridMap(np.zeros((20, 30), int), 0.1)
+    >>> run = pianta.explore(grid)
+    >>> ax = pianta.plot.plot_area(run)
+    """
     ax = new_ax(ax, equal=False)
     until = len(run.area) if scan is None else scan + 1
     ax.plot(run.distance[:until], 100 * run.share[:until], color=TRACK_COLORS[0], linewidth=1.2)

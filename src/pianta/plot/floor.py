@@ -84,13 +84,18 @@ def plot_floor(
     schemas
         By building type, the labels whose colours are known.
     paper
-        The sheet of a plan, RGB of the shape of the grid, whose ink is drawn over the rooms.
+        The sheet of a plan, RGB of shape (H, W, 3) on the cells of the grid, whose ink is drawn over the rooms.
 
     Returns
     -------
     Axes
         The ax that was drawn on; nothing is shown.
 
+    Examples
+    --------
+    >>> import pianta
+    >>> floor, grid = pianta.make_world("corridor")
+    >>> ax = pianta.plot.plot_floor(floor, grid)
     """
     ax = new_ax(ax)
     if grid is not None:
@@ -189,10 +194,32 @@ def save_picture(
 
 
 def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
-    """Draw the rooms with their ids, neighbours in different colours, partial ones grey and hatched, and predictions.
+    """Draw the rooms with their ids, and what is predicted of partial ones.
 
-    labels: in the colours of their labels instead, partial ones light and hatched; a `?` follows the id where the
+    Neighbours have different colours; partial rooms are grey and hatched.
+
+    Parameters
+    ----------
+    floor
+        The floor, metres of the map frame.
+    ax
+        Where to draw; a new figure if None.
+    labels
+        Use the colours of the labels instead; partial rooms are light and hatched, and a `?` follows the id where the
         label has a probability below 0.6.
+    schemas
+        By building type, the labels whose colours are known.
+
+    Returns
+    -------
+    Axes
+        The ax that was drawn on; nothing is shown.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> floor, grid = pianta.make_world("corridor")
+    >>> ax = pianta.plot.plot_rooms(floor, labels=True)
     """
     from shapely.plotting import patch_from_polygon
 
@@ -211,7 +238,27 @@ def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, sc
 
 
 def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
-    """Draw the doors as strokes from jamb to jamb, openings dashed, entrances in another colour with a diamond."""
+    """Draw the doors as strokes from jamb to jamb, openings dashed, entrances in another colour with a diamond.
+
+    Parameters
+    ----------
+    floor
+        The floor, metres of the map frame.
+    ax
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    Axes
+        The ax that was drawn on; nothing is shown.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> floor, grid = pianta.make_world("corridor")
+    >>> ax = pianta.plot.plot_rooms(floor)
+    >>> ax = pianta.plot.plot_doors(floor, ax=ax)
+    """
     from matplotlib.lines import Line2D
 
     ax = new_ax(ax)
@@ -229,7 +276,26 @@ def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
 
 
 def plot_walls(floor: Floor, *, ax: Axes | None = None) -> Axes:
-    """Draw the representative lines."""
+    """Draw the representative lines of the walls.
+
+    Parameters
+    ----------
+    floor
+        The floor, metres of the map frame.
+    ax
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    Axes
+        The ax that was drawn on; nothing is shown.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> floor, grid = pianta.make_world("corridor")
+    >>> ax = pianta.plot.plot_walls(pianta.reconstruct(grid))
+    """
     ax = new_ax(ax)
     for wall in floor.walls:
         ax.plot(*wall.xy, color=WALL_COLOR, linewidth=0.8, zorder=WALL_LEVEL)
@@ -239,7 +305,31 @@ def plot_walls(floor: Floor, *, ax: Axes | None = None) -> Axes:
 def plot_graph(floor: Floor, *, ax: Axes | None = None, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
     """Draw the topological graph: a node where the id of its room stands, edges through the middles of the doors.
 
-    labels: squares for corridors and circles for rooms, in the colours of their labels (thesis, Fig. 5.2).
+    Parameters
+    ----------
+    floor
+        The floor, metres of the map frame.
+    ax
+        Where to draw; a new figure if None.
+    labels
+        Draw squares for corridors and circles for rooms, in the colours of their labels.
+    schemas
+        By building type, the labels whose colours are known.
+
+    Returns
+    -------
+    Axes
+        The ax that was drawn on; nothing is shown.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, Fig. 5.2.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> floor, grid = pianta.make_world("corridor")
+    >>> ax = pianta.plot.plot_graph(floor, labels=True)
     """
     ax = new_ax(ax)
     styles = style_rooms(floor, schemas) if labels else {}

@@ -60,10 +60,36 @@ def plot_room_graph(
 ) -> Axes:
     """Draw a building as a graph: squares for corridors, circles for rooms, in the colours of their labels.
 
-    graph: undirected, of any number of parts, also of none; the `label` of a node may be missing. Rooms with labels
-        that the schema does not have are white. Edges between corridors are thick.
-    fixed: nodes with a thick outline.
-    The same graph has the same drawing, whose nodes do not overlap.
+    The same graph has the same drawing, whose nodes do not overlap. Edges between corridors are thick.
+
+    Parameters
+    ----------
+    graph
+        Undirected, of any number of parts, also of none; the `label` of a node may be missing.
+    ax
+        Where to draw, in lengths of the shortest edges; a new figure if None.
+    schema
+        The labels; rooms with labels that it does not have are white.
+    fixed
+        Nodes with a thick outline.
+
+    Returns
+    -------
+    Axes
+        The ax that was drawn on; nothing is shown.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, Figs. 7.10 to 7.12.
+
+    Examples
+    --------
+    >>> import networkx as nx
+    >>> import pianta
+    >>> from pianta.labels import SCHOOL
+    >>> graph = nx.star_graph(4)
+    >>> nx.set_node_attributes(graph, {0: "CORRIDOR", 1: "CLASSROOM", 2: "GYM"}, "label")
+    >>> ax = pianta.plot.plot_room_graph(graph, schema=SCHOOL)
     """
     from matplotlib.collections import LineCollection
 

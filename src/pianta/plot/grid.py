@@ -30,7 +30,26 @@ INK_LEVEL = 1.5
 
 
 def plot_grid(grid: GridMap, *, ax: Axes | None = None) -> Axes:
-    """Draw the map in soft greys where it lies in the map frame: free white, unknown light, occupied dark."""
+    """Draw a map in soft greys where it lies in the map frame: free white, unknown light, occupied dark.
+
+    Parameters
+    ----------
+    grid
+        The map.
+    ax
+        Where to draw, metres; a new figure if None.
+
+    Returns
+    -------
+    Axes
+        The ax that was drawn on; nothing is shown.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> floor, grid = pianta.make_world("corridor")
+    >>> ax = pianta.plot.plot_grid(grid)
+    """
     ax = new_ax(ax)
     _place_image(Image.fromarray(shade_cells(grid.cells)), "RGB", grid, ax, level=0)
     return ax

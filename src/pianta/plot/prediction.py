@@ -80,9 +80,34 @@ def save_prediction_picture(prediction: Prediction, path: str | Path, *, truth: 
 
 
 def plot_explored(prediction: Prediction, *, ax: Axes | None = None, truth: WholeFloor | None = None) -> Axes:
-    """Draw what is known, shaded; open corridors in a red frame, and `?` for rooms behind unopened doors.
+    """Draw what is known of a floor, shaded; open corridors in a red frame, and `?` for rooms behind unopened doors.
 
-    Corridors have their names, as in plot_skeleton. truth: the whole floor instead, what is known of it shaded.
+    Corridors have their names, as in `plot_skeleton`.
+
+    Parameters
+    ----------
+    prediction
+        Of `predict`.
+    ax
+        Where to draw, in lengths of the shortest edges; a new figure if None.
+    truth
+        Draw the whole floor instead, what is known of it shaded.
+
+    Returns
+    -------
+    Axes
+        The ax that was drawn on; nothing is shown.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, Figs. 8.8 to 8.12.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> model = pianta.load_model("school.json")  # doctest: +SKIP
+    >>> prediction = pianta.predict(pianta.read_floor("floor.geojson"), model)  # doctest: +SKIP
+    >>> ax = pianta.plot.plot_explored(prediction)  # doctest: +SKIP
     """
     ax = new_ax(ax)
     explored = prediction.explored
@@ -167,6 +192,28 @@ def plot_skeleton(skeleton: nx.Graph, *, ax: Axes | None = None) -> Axes:
     """Draw the corridors of `Prediction.skeleton`: known ones filled, edges as wide and dark as they are probable.
 
     Numbers are probabilities in %; edges below 5 % are not drawn, nor what only they lead to.
+
+    Parameters
+    ----------
+    skeleton
+        The `skeleton` of a `Prediction`; each node and edge has a `probability`.
+    ax
+        Where to draw, in lengths of the shortest edges; a new figure if None.
+
+    Returns
+    -------
+    Axes
+        The ax that was drawn on; nothing is shown.
+
+    Examples
+    --------
+    >>> import networkx as nx
+    >>> import pianta
+    >>> skeleton = nx.Graph()
+    >>> skeleton.add_node(3, probability=1.0)
+    >>> skeleton.add_node(("beyond", 3), probability=0.4)
+    >>> skeleton.add_edge(3, ("beyond", 3), probability=0.4)
+    >>> ax = pianta.plot.plot_skeleton(skeleton)
     """
     from matplotlib.patches import Rectangle
 

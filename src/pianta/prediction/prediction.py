@@ -31,7 +31,15 @@ LEAST_SHARE = 1e-9
 
 @dataclass(frozen=True)
 class Spread:
-    """A number over all samples: its mean, and the ends of the interval that four of five are in."""
+    """A number over all samples: its mean, and the ends of the interval that four of five are in.
+
+    Attributes
+    ----------
+    mean
+        The mean.
+    low, high
+        The quantiles 0.1 and 0.9.
+    """
 
     mean: float
     low: float
@@ -39,7 +47,18 @@ class Spread:
 
     @classmethod
     def of(cls, values: Sequence[float] | Floats) -> Spread:
-        """The spread of one number of each sample."""
+        """The spread of one number of each sample.
+
+        Parameters
+        ----------
+        values
+            The numbers, shape (samples,).
+
+        Returns
+        -------
+        Spread
+            Mean and quantiles.
+        """
         low, high = np.quantile(values, (LOW, HIGH), method="nearest")
         return cls(float(np.mean(values)), float(low), float(high))
 
@@ -48,11 +67,21 @@ class Spread:
 class OpenEnd:
     """What may lie behind an unopened door, or further along an open corridor.
 
-    room: the name of the unknown room behind the door, or of the corridor. near: the room that the door is in, the
-    corridor itself at its open end. labels: label -> probability, the most probable first, of the room behind the door;
-    at a corridor, of any unknown room that opens into it. leads_on: the probability that unexplored corridors are
-    nearest to this end. rooms, area: of all that is unknown and nearer to this end than to others; area in m², None
-    where the model has no sizes.
+    Attributes
+    ----------
+    room
+        The name of the unknown room behind the door, or of the corridor.
+    near
+        The room that the door is in; the corridor itself at its open end.
+    labels
+        Label -> probability, the most probable first, of the room behind the door; at a corridor, of any unknown room
+        that opens into it.
+    leads_on
+        The probability that unexplored corridors are nearest to this end.
+    rooms
+        How many rooms are unknown and nearer to this end than to others.
+    area
+        Of these rooms, m²; None where the model has no sizes.
     """
 
     room: Hashable
@@ -72,7 +101,16 @@ class OpenEnd:
 class Prediction:
     """The explored part of a floor, whole floors sampled around it, and what these tell together.
 
-    schema: of the model. average: label -> share of the rooms of a floor of the model, the blind guess.
+    Attributes
+    ----------
+    explored
+        What is known, and its open ends.
+    samples
+        Whole floors that continue what is known.
+    schema
+        The labels of the model.
+    average
+        Label -> share of the rooms of a floor of the model, the blind guess.
     """
 
     explored: ExploredPart
@@ -155,7 +193,18 @@ class Prediction:
         return self.samples[int(distances.sum(axis=0).round(9).argmin())]
 
     def take_skeleton(self, sample: SampledFloor) -> nx.Graph:
-        """The corridors of a sample and the edges between them."""
+        """The corridors of a sample and the edges between them.
+
+        Parameters
+        ----------
+        sample
+            One of `samples`.
+
+        Returns
+        -------
+        networkx.Graph
+            A part of the graph of the sample.
+        """
         skeleton: nx.Graph = sample.graph.subgraph(sorted(self._list_corridors(sample.graph))).copy()
         return skeleton
 
@@ -245,7 +294,6 @@ def predict(floor: Floor | nx.Graph, model: TypeModel | FloorSampler, *, count: 
     >>> floor = pianta.read_floor("explored/floor.geojson")  # doctest: +SKIP
     >>> pianta.predict(floor, pianta.load_model("school.json")).rooms.mean  # doctest: +SKIP
     41.3
-
     """
     if not 1 <= count <= MAX_SAMPLES:
         raise OptionError(f"{count} samples are wanted, give 1 to {MAX_SAMPLES}")

@@ -29,7 +29,15 @@ MAX_JOBS = 256
 
 @dataclass(frozen=True)
 class Failure:
-    """A file that `read_all` could not read, and why."""
+    """A file that `read_all` could not read, and why.
+
+    Attributes
+    ----------
+    path
+        The file.
+    error
+        What `read` would raise; its message is one line.
+    """
 
     path: Path
     error: PiantaError
@@ -116,9 +124,11 @@ def read(
     Examples
     --------
     >>> import pianta
-    >>> reading = pianta.read("map.yaml")  # doctest: +SKIP
-    >>> reading.floor.plot()  # doctest: +SKIP
-
+    >>> pianta.make_world("corridor")[1].save("map.yaml")
+    >>> reading = pianta.read("map.yaml")
+    >>> len(reading.floor), reading.floor[9].labels["R/C"]
+    (19, 'CORRIDOR')
+    >>> ax = reading.plot()
     """
     reader = Reader.make(
         kind=kind,
@@ -167,22 +177,28 @@ def read_all(
     **options
         As of `read`; a previous floor goes with a single file only.
 
-    Yields
-    ------
-    Reading or Failure
-        In the order of the paths.
+    Returns
+    -------
+    iterator of Reading or Failure
+        In the order of the paths; each file is read when its result is asked for.
 
     Raises
     ------
     OptionError, ModelError, FloorError, LabelError
         As of `read`, before the first file is read.
 
+    Warns
+    -----
+    MapWarning, PlanWarning
+        As of `read`, for each file, whatever the number of processes.
+
     Examples
     --------
     >>> import pianta
-    >>> [reading.path for reading in pianta.read_all(["nowhere.yaml"])]
-    [PosixPath('nowhere.yaml')]
-
+    >>> for result in pianta.read_all(["nowhere.yaml"]):
+    ...     if isinstance(result, pianta.Failure):
+    ...         print(result.error)
+    map 'nowhere.yaml' does not exist, check the path
     """
     files = list(paths)
     if options.get("previous") is not None and len(files) > 1:

@@ -47,7 +47,6 @@ class StoreyReading:
         The building types that the model knows which predicted the floor's; none where the type was given.
     messages
         What else a user wants to know, a line each.
-
     """
 
     floor: Floor
@@ -76,6 +75,15 @@ class Reading:
     folder
         Where `read_all` wrote the results; None if it did not.
 
+    Examples
+    --------
+    >>> import pianta
+    >>> pianta.make_world("corridor")[1].save("map.yaml")
+    >>> reading = pianta.read("map.yaml", labels=False)
+    >>> [folder.name for folder in reading.save("building")]
+    ['building']
+    >>> pianta.read_floor("building/floor.geojson") == reading.floor
+    True
     """
 
     path: Path
@@ -108,7 +116,7 @@ class Reading:
         """What else a user wants to know, a line each."""
         return self.storeys[0].messages
 
-    def plot(self, ax: Axes | None = None, *, walls: bool = False, graph: bool = False) -> Axes:
+    def plot(self, *, ax: Axes | None = None, walls: bool = False, graph: bool = False) -> Axes:
         """Draw the floor on its map, in metres of the map frame.
 
         Parameters
@@ -118,6 +126,10 @@ class Reading:
         walls, graph
             Whether to draw the wall lines and the topological graph too.
 
+        Returns
+        -------
+        Axes
+            The ax that was drawn on; nothing is shown.
         """
         from pianta.plot.floor import plot_floor
 
@@ -127,6 +139,7 @@ class Reading:
         )
 
     def _repr_png_(self) -> bytes:
+        """The floor on its map as a notebook shows it."""
         from pianta.plot._figure import encode_png
         from pianta.plot.floor import draw_floor
 
@@ -152,7 +165,6 @@ class Reading:
         ------
         PiantaError
             A file cannot be written, or would replace the file that was read.
-
         """
         check_output(self.path, folder)
         folders = [Path(folder) / storey.name for storey in self.storeys]

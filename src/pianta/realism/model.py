@@ -35,12 +35,21 @@ UNLIKE = 0.1
 class Realism:
     """What a model says of a floor.
 
-    likeness: mean likeness to the three reference floors that it is most like, from 0 to 1. usual: that of each
-    reference floor to those of other buildings, ascending.
-    typicality: the share of reference floors that are less like the others than this floor: 0 when all are more so,
-    0.5 for the median one.
-    probability: that it is realistic, None for a model that knows no unrealistic floors.
-    alike: sources of the reference floors that it is most like. measures, patterns: what is off, the worst first.
+    Attributes
+    ----------
+    likeness
+        Mean likeness to the three reference floors that it is most like, from 0 to 1.
+    usual
+        The likeness of each reference floor to those of other buildings, ascending.
+    typicality
+        The share of reference floors that are less like the others than this floor: 0 when all are more so, 0.5 for
+        the median one.
+    probability
+        That it is realistic; None for a model that knows no unrealistic floors.
+    alike
+        Sources of the reference floors that it is most like.
+    measures, patterns
+        What is off, the worst first.
     """
 
     likeness: float
@@ -79,7 +88,13 @@ class Realism:
         return (*map(str, self.measures), *map(str, self.patterns))
 
     def as_json(self) -> dict[str, object]:
-        """All of it, as JSON can hold it."""
+        """All of it, as JSON can hold it.
+
+        Returns
+        -------
+        dict
+            The content of realism.json.
+        """
         return {
             "score": self.score,
             "verdict": self.verdict,

@@ -7,11 +7,34 @@ from pianta.rooms.model import PlaceModel
 
 
 def label_rooms(floor: Floor, model: PlaceModel | None = None) -> Floor:
-    """The floor with a label for each room, and probabilities; rooms keep nothing of older labels.
+    """Say what each room of a floor is for.
 
-    model: the one that comes with pianta unless given.
     Labels are in the sets "R/C" and "F/C/E/S" (the split of the thesis' experiments), and in that of the most probable
     building type of the floor that the model knows, if there is one. A label lies below that of the coarser set.
+
+    Parameters
+    ----------
+    floor
+        The floor, metres of the map frame; give it `building_type={"school": 1.0}` for the labels of schools.
+    model
+        Model of `train_rooms` or `load_model`; None for the one that comes with pianta.
+
+    Returns
+    -------
+    Floor
+        The floor with a label for each room, and probabilities; rooms keep nothing of older labels.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, chapters 4 and 5.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> _, grid = pianta.make_world("corridor")
+    >>> floor = pianta.label_rooms(pianta.reconstruct(grid))
+    >>> [room.id for room in floor if room.labels["R/C"] == "CORRIDOR"]
+    [9]
     """
     from pianta.rooms.model_file import read_default_place_model
 

@@ -56,8 +56,7 @@ def make_world(kind: str = SAMPLE, *, seed: int | None = None, **options: Unpack
     >>> import pianta
     >>> floor, grid = pianta.make_world("corridor", resolution=0.1)
     >>> len(floor), grid.shape
-    (11, (171, 326))
-
+    (19, (167, 323))
     """
     from pianta.worlds.scan import make_sample, map_floor
 

@@ -31,11 +31,41 @@ _READERS: MappingProxyType[Kind, Callable[[str | Path], Floor]] = MappingProxyTy
 
 
 def read_building(path: str | Path) -> Floor:
-    """Read a floor from a building of any kind: layout XML, KTH XML, MIT XML, HouseExpo JSON or floor.geojson.
+    """Read a drawn building: layout XML of the thesis, KTH XML, MIT XML, HouseExpo JSON or floor.geojson.
 
-    The kind is told by the content. Warnings, units and frames are those of its reader.
-    Raises BuildingError, in one line that says what the file looks like, when it is none of them; and what the reader
-    raises.
+    Parameters
+    ----------
+    path
+        The file; its content tells the kind.
+
+    Returns
+    -------
+    Floor
+        The floor in metres, y up; which frame, the page on file formats says for each kind.
+
+    Raises
+    ------
+    BuildingError
+        The file is none of these, and the message says what it looks like; or it is damaged.
+    FloorError
+        A floor.geojson is damaged, or of a newer format.
+
+    Warns
+    -----
+    BuildingWarning
+        Defects of the drawing were repaired.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, section 4.2.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> pianta.make_world("corridor")[0].save("drawn.geojson")
+    >>> floor = pianta.read_building("drawn.geojson")
+    >>> len(floor)
+    19
     """
     return _READERS[kind_of_building(path)](path)
 
