@@ -26,6 +26,7 @@ from pianta.plan.scale import PlanScale
 from pianta.prediction.prediction import OpenEnd, Spread
 from pianta.reading.reading import StoreyReading
 from pianta.realism.model import Realism
+from tests.hidden_figures import hiding_figures
 
 SOURCE = Path(pianta.__file__)
 # What public functions give back, and is not itself a public name.
@@ -155,12 +156,9 @@ class TestDocstrings:
     @pytest.fixture
     def folder(self, tmp_path, monkeypatch):
         """Examples write files where they are, and draw on figures that nobody sees."""
-        from matplotlib import pyplot
-
         monkeypatch.chdir(tmp_path)
-        with pyplot.rc_context({"backend": "agg"}):
+        with hiding_figures():
             yield
-            pyplot.close("all")
 
 
 class TestSignatures:

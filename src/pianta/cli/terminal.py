@@ -31,6 +31,7 @@ FLAGS = {
     "kind=": "--as",
     "building_type=": "--type",
     "room_model=": "--model",
+    "schema=": "--labels",
     **{
         f"{name}=": f"--{name.replace('_', '-')}"
         for name in (
@@ -47,7 +48,9 @@ FLAGS = {
         )
     },
 }
-_ARGUMENT = re.compile(rf"(?<![\w'\"-])({'|'.join(map(re.escape, FLAGS))})(\w?)")
+# A quoted text, such as the name of a file, is passed over as a whole.
+_QUOTED = r"""(?<!\w)'(?:[^'\\]|\\.)*'(?!\w)|(?<!\w)"(?:[^"\\]|\\.)*"(?!\w)"""
+_ARGUMENT = re.compile(rf"(?<![\w'\"-])({'|'.join(map(re.escape, FLAGS))})(\w?)|{_QUOTED}", re.DOTALL)
 
 stdout = Console()
 stderr = Console(stderr=True)
@@ -66,7 +69,13 @@ def name_flags(message: str) -> str:
     >>> name_flags("map 'a.png' is no plan, leave out page= or give kind='plan'; page=3")
     "map 'a.png' is no plan, leave out --page or give --as plan; --page 3"
     """
-    return _ARGUMENT.sub(lambda found: FLAGS[found[1]] + (f" {found[2]}" if found[2] else ""), message)
+
+    def name_flag(found: re.Match[str]) -> str:
+        if found[1] is None:
+            return found[0]
+        return FLAGS[found[1]] + (f" {found[2]}" if found[2] else "")
+
+    return _ARGUMENT.sub(name_flag, message)
 
 
 def tell_error(error: Exception) -> None:

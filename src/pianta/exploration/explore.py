@@ -134,11 +134,15 @@ def explore(
     >>> run.outcome, float(run.share[-1])
     ('done', 1.0)
     """
-    world = as_world(world)
+    if seed < 0:
+        raise OptionError(f"cannot explore: seed is {seed}, give 0 or more")
+    world = as_world(world, seed=seed)
     policy = make_policy(policy, find=find) if isinstance(policy, str) else policy
     _check_options(robots=robots, radius=radius, drive=drive, step=step, stop=stop, max_distance=max_distance)
     wanted = _find_wanted(world, find)
-    points = place_robots(world, starts or find_starts(world, radius=radius)[:1], robots, radius=radius)
+    if starts is None or not len(starts):
+        starts = find_starts(world, radius=radius)[:1]
+    points = place_robots(world, starts, robots, radius=radius)
     reachable = reachable_cells(world, [world.cell(*point) for point in points], radius=radius)
     area = explorable_cells(world, reachable, radius=radius)
     _warn_of_unreachable(world, reachable)

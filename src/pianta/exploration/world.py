@@ -122,13 +122,13 @@ def read_world(grid: GridMap) -> World:
     return World(~grid.free, grid.resolution, grid.origin)
 
 
-def as_world(world: World | Floor | GridMap | str | Path) -> World:
-    """The world of a floor, of a grid map, or of what open_world takes."""
+def as_world(world: World | Floor | GridMap | str | Path, *, seed: int = 0) -> World:
+    """The world of a floor, of a grid map, or of what open_world takes; seed: of a world that is made by its kind."""
     if isinstance(world, Floor):
         return build_world(world)
     if isinstance(world, GridMap):
         return read_world(world)
-    return open_world(world) if isinstance(world, str | Path) else world
+    return open_world(world, seed=seed) if isinstance(world, str | Path) else world
 
 
 def open_world(name: str | Path, *, seed: int = 0) -> World:

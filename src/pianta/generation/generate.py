@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import networkx as nx
+import numpy as np
 
 from pianta.errors import BuildingWarning, GraphError, LabelError, OptionError
 from pianta.floor import Floor
@@ -94,7 +95,7 @@ def generate(
         count,
         seed=seed,
         wishes=Wishes(
-            rooms=(rooms, rooms) if isinstance(rooms, int) else rooms,
+            rooms=_take_range(rooms),
             at_least=at_least or {},
             at_most=at_most or {},
         ),
@@ -104,6 +105,13 @@ def generate(
         jobs=jobs,
         track=track,
     )
+
+
+def _take_range(rooms: int | tuple[int, int] | None) -> tuple[int, int] | None:
+    """The fewest and the most rooms; a number of NumPy is a number."""
+    if isinstance(rooms, int | np.integer):
+        return int(rooms), int(rooms)
+    return rooms
 
 
 def _take_floor(floor: Floor | nx.Graph | None, model: TypeModel) -> TypeFloor | None:

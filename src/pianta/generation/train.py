@@ -53,7 +53,7 @@ def train_type(
     LabelError, GraphError
         A floor has rooms without a label of the schema, or parts that no door joins; the message names all of them.
     OptionError
-        `areas` is none of the two.
+        `areas` is none of the two, or the seed is negative.
 
     References
     ----------
@@ -68,6 +68,9 @@ def train_type(
     """
     if areas not in [*Segmentation]:
         raise OptionError(f"areas is {shown(areas)}, give one of {', '.join(Segmentation)}")
+    if seed < 0:
+        raise OptionError(f"seed is {seed}, give 0 or more")
+    floors = list(floors)
     graphs = [floor.graph() if isinstance(floor, Floor) else floor for floor in floors]
     schema = schema or choose_schema([floor for floor in floors if isinstance(floor, Floor)])
     model = learn_type(graphs, schema, segmentation=Segmentation(areas))
@@ -98,5 +101,5 @@ def choose_schema(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = 
         raise ModelError(f"the buildings are of types {', '.join(kinds)}, and a model is of one; give those of one")
     if kinds[0] not in schemas:
         names = ", ".join(schemas)
-        raise LabelError(f"there is no schema of building type {shown(kinds[0])}, give one by labels=, or {names}")
+        raise LabelError(f"there is no schema of building type {shown(kinds[0])}, give one by schema=, or {names}")
     return schemas[kinds[0]]

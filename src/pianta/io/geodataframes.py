@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from shapely.geometry.base import BaseGeometry
 
 from pianta.errors import OptionError
 from pianta.floor import Floor
@@ -11,48 +13,42 @@ from pianta.io._files import shown
 if TYPE_CHECKING:
     from geopandas import GeoDataFrame
 
-LAYERS = ("rooms", "doors", "walls")
+# The columns of each layer besides the geometry; those of a layer without rows too.
+LAYERS = {
+    "rooms": ("name", "label", "label_probability", "partial", "area"),
+    "doors": ("room", "other_room", "width", "kind"),
+    "walls": (),
+}
 
 
 def floor_to_geodataframe(floor: Floor, layer: str) -> GeoDataFrame:
     """A layer of a floor as a GeoDataFrame; see `Floor.to_geodataframe`."""
-    if layer not in LAYERS:
+    if layer not in tuple(LAYERS):
         raise OptionError(f"layer is {shown(layer)}, give one of {', '.join(LAYERS)}")
     try:
         from geopandas import GeoDataFrame
     except ImportError:
         raise OptionError("geopandas is not installed, install it with: pip install 'pianta[geo]'") from None
-    if layer == "walls":
-        return GeoDataFrame({"geometry": list(floor.walls)}, geometry="geometry")
-    rows: list[dict[str, Any]] = (
-        [
-            {
-                "name": room.name,
-                "label": room.label,
-                "label_probability": room.label_probability,
-                "partial": room.partial,
-                "area": room.polygon.area,
-                "geometry": room.polygon,
-            }
-            for room in floor.rooms
-        ]
-        if layer == "rooms"
-        else [
-            {
-                "room": door.rooms[0],
-                "other_room": door.rooms[1],
-                "width": door.width,
-                "kind": door.kind,
-                "geometry": door.line,
-            }
-            for door in floor.doors
-        ]
-    )
-    columns = list(rows[0]) if rows else ["geometry"]
-    table = GeoDataFrame(rows, columns=columns, geometry="geometry")
+    rows, shapes = _list_rows(floor, layer)
+    table = GeoDataFrame(rows, columns=LAYERS[layer], geometry=shapes)
     if layer == "rooms":
-        table.index = [room.id for room in floor.rooms]
-        table.index.name = "id"
-    else:
+        table = table.set_index([[room.id for room in floor.rooms]]).rename_axis("id")
+        table.index = table.index.astype("int64")
+        table["label_probability"] = table["label_probability"].astype("float64")
+    if layer == "doors":
         table["other_room"] = table["other_room"].astype("Int64")
     return table
+
+
+def _list_rows(floor: Floor, layer: str) -> tuple[list[tuple[object, ...]], list[BaseGeometry]]:
+    """What the columns of a layer hold, a row each, and the shapes."""
+    rows: list[tuple[object, ...]]
+    if layer == "rooms":
+        rows = [
+            (room.name, room.label, room.label_probability, room.partial, room.polygon.area) for room in floor.rooms
+        ]
+        return rows, [room.polygon for room in floor.rooms]
+    if layer == "doors":
+        rows = [(*door.rooms, door.width, door.kind) for door in floor.doors]
+        return rows, [door.line for door in floor.doors]
+    return [() for _ in floor.walls], [*floor.walls]

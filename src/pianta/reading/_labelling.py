@@ -39,7 +39,9 @@ class Labelling:
         building_type: str | None,
     ) -> Labelling:
         """Read the models from their files, or those that come with pianta for None."""
+        from pianta.building_types.model import BuildingModel
         from pianta.building_types.model_file import read_building_model, read_default_building_model
+        from pianta.rooms.model import PlaceModel
         from pianta.rooms.model_file import read_default_place_model, read_place_model
         from pianta.rooms.name_dictionary import read_default_room_words, read_room_words
 
@@ -47,6 +49,7 @@ class Labelling:
             raise OptionError("building_type= makes building_model= useless, leave either out")
         rooms = read_default_place_model() if room_model is None else room_model
         rooms = read_place_model(rooms) if isinstance(rooms, str | Path) else rooms
+        _check_model("room_model", rooms, PlaceModel)
         if building_type is not None:
             building_type = check_type_name(building_type)
             if building_type not in rooms.building_types:
@@ -54,6 +57,7 @@ class Labelling:
                 raise OptionError(f"the model knows no building type {building_type!r}, give one of {known}")
         buildings = read_default_building_model() if building_model is None else building_model
         buildings = read_building_model(buildings) if isinstance(buildings, str | Path) else buildings
+        _check_model("building_model", buildings, BuildingModel)
         dictionary = read_room_words(words) if words is not None else read_default_room_words()
         return cls(rooms, buildings, dictionary, building_type)
 
@@ -87,6 +91,12 @@ class Labelling:
         # What is found of a room stands for a given label that no schema has.
         coarse = complete_labels(labelled, self.buildings.label_set, schemas=self.schemas, found=found).floor
         return replace(labelled, building_type=classify_building(coarse, self.buildings).building_type)
+
+
+def _check_model(name: str, model: object, kind: type) -> None:
+    """Raise OptionError for a model of another kind."""
+    if not isinstance(model, kind):
+        raise OptionError(f"{name}= is a {type(model).__name__}, give a {kind.__name__} or its file")
 
 
 def check_type_name(building_type: str) -> str:

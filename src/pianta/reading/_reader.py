@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
+from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, get_args
 
 from pianta.errors import MapError, MapWarning, OptionError, PiantaError
 from pianta.floor import Floor
@@ -68,13 +68,18 @@ class Reader:
     def make(cls, **options: Unpack[ReadOptions]) -> Reader:
         """Check the options, and read the models and the previous floor.
 
-        Raises OptionError and what their readers raise.
+        Raises OptionError and what their readers raise, and TypeError for an option that there is not.
         """
+        if unknown := options.keys() - ReadOptions.__annotations__.keys():
+            raise TypeError(f"there is no option {', '.join(sorted(unknown))}=")
         given = {name: options.get(name) for name in ("room_model", "building_model", "words", "building_type")}
         useless = [f"{name}=" for name, value in given.items() if value is not None]
         labels = options.get("labels", True)
         if not labels and useless:
             raise OptionError(f"labels=False makes {' and '.join(useless)} useless, leave either out")
+        kind = options.get("kind")
+        if kind is not None and kind not in get_args(Kind):
+            raise OptionError(f"kind is {shown(kind)}, give one of {', '.join(get_args(Kind))}, or None")
         method = options.get("method", DEFAULT_METHOD)
         check_method(method)
         previous = options.get("previous")
@@ -94,7 +99,7 @@ class Reader:
         return cls(
             labelling=labelling,
             previous=previous,
-            kind=options.get("kind"),
+            kind=kind,
             resolution=options.get("resolution"),
             trust_thresholds=options.get("trust_thresholds", False),
             max_cells=options.get("max_cells", MAX_CELLS),
@@ -181,6 +186,8 @@ class Reader:
 
         if self.trust_thresholds:
             raise OptionError(f"plan {shown(path)} is no map, leave out trust_thresholds=True or give kind='map'")
+        if self.parameters is not None:
+            raise OptionError(f"plan {shown(path)} is no map, leave out parameters= or give kind='map'")
         plan = read_plan(
             image or path,
             resolution=self.resolution,

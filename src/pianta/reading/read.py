@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Unpack
 
 from pianta.errors import OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.io._files import MAX_CELLS
+from pianta.io._files import MAX_CELLS, shown
 from pianta.io._folders import check_output_folder
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD
@@ -185,7 +185,7 @@ def read_all(
     Raises
     ------
     OptionError, ModelError, FloorError, LabelError
-        As of `read`, before the first file is read.
+        As of `read`, before the first file is read; or `jobs` is out of range, or `paths` is a single path.
 
     Warns
     -----
@@ -200,6 +200,8 @@ def read_all(
     ...         print(result.error)
     map 'nowhere.yaml' does not exist, check the path
     """
+    if isinstance(paths, str | Path):
+        raise OptionError(f"paths is {shown(paths)}, give a list of files, or use read for one")
     files = list(paths)
     if options.get("previous") is not None and len(files) > 1:
         raise OptionError(f"previous= is one floor and {len(files)} files are given, read each file on its own")
@@ -271,5 +273,5 @@ def _run_in_processes(tasks: Sequence[_Task], jobs: int) -> Iterator[Reading | F
     run = delayed(_Task.run_apart)
     for result, caught in Parallel(n_jobs=jobs, return_as="generator")(run(task) for task in tasks):
         for warning in caught:
-            warnings.warn(warning, stacklevel=4)
+            warnings.warn(warning, stacklevel=3)
         yield result

@@ -19,7 +19,7 @@ def judge_realism(floor: Floor, reference: RealismModel | Sequence[Floor] | None
     floor
         The floor; rooms that nobody has labelled are labelled by pianta.
     reference
-        Real floors of five buildings or more, or a model of them; None for those that come with pianta.
+        Real floors of three buildings or more, or a model of them; None for those that come with pianta.
 
     Returns
     -------

@@ -49,7 +49,7 @@ def make_world(kind: str = SAMPLE, *, seed: int | None = None, **options: Unpack
     Raises
     ------
     OptionError
-        An unknown kind, an option without meaning, or an option of the sample, which has none.
+        An unknown kind, an option or a seed without meaning, or an option of the sample, which has none.
 
     Examples
     --------
@@ -62,6 +62,8 @@ def make_world(kind: str = SAMPLE, *, seed: int | None = None, **options: Unpack
 
     if kind not in KINDS:
         raise OptionError(f"kind is {shown(kind)}, give one of {', '.join(KINDS)}")
+    if seed is not None and seed < 0:
+        raise OptionError(f"seed is {seed}, give 0 or more")
     if kind != SAMPLE:
         floor = make_floor(kind, seed=seed or 0)
         return floor, map_floor(floor, seed=seed or 0, **options)
