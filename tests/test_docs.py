@@ -2,12 +2,14 @@
 
 import ast
 import importlib
+import inspect
 import re
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+import pianta
 from tests.test_import_order import LEVELS
 
 ROOT = Path(__file__).parents[1]
@@ -87,3 +89,22 @@ def test_the_page_of_the_house_has_every_folder_in_the_order_of_imports():
     there = {path.stem for path in MODELS.parent.iterdir() if path.suffix in {".py", ""}} - {"__pycache__"}
     levels = [name for level in LEVELS for name in level if name in there and not name.startswith("__")]
     assert [name for name in told if name in there] == levels
+
+
+class TestPageOfPython:
+    PAGE = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    ROWS = re.findall(r"^\| `(\w+)(?:\((.*?)\))?` \|", PAGE, re.MULTILINE)
+
+    def test_lists_every_public_name_once(self):
+        assert sorted(name for name, _ in self.ROWS) == sorted(pianta.__all__)
+
+    @pytest.mark.parametrize(("name", "told"), ROWS)
+    def test_names_arguments_that_are_there(self, name, told):
+        public = getattr(pianta, name, None)
+        named = [argument for argument in told.split(", ") if argument not in {"", "*", "…"}]
+        if callable(public) and named:
+            there = [*inspect.signature(public).parameters]
+            assert sorted(named, key=there.index) == named
+
+    def test_names_every_picture(self):
+        assert {*re.findall(r"`(plot_\w+)`", self.PAGE)} == {*pianta.plot.__all__}

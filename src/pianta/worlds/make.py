@@ -36,8 +36,8 @@ def make_world(kind: str = SAMPLE, *, seed: int | None = None, **options: Unpack
     seed
         Of the building and the noise; 0 if None.
     **options
-        `resolution` (metres per cell), `noise` (0 … 1), `furniture` (0 … 1), `glass_spray` (whether one outer wall is
-        glass), `yaw` (radians from the building's axes to the map's).
+        `resolution` (metres per cell), `noise` (0 … 1), `furniture` (0 empty, 1 a busy office, at most 10),
+        `glass_spray` (whether one outer wall is glass), `yaw` (radians from the building's axes to the map's).
 
     Returns
     -------
