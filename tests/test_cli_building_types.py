@@ -274,8 +274,8 @@ def test_reading_options_that_make_no_sense(maps, tmp_path, options, told):
 def test_models_of_rooms_and_of_buildings_are_not_mixed_up(maps, model, tmp_path):
     from pianta.rooms.model_file import save_place_model
 
-    save_place_model(small_model(), tmp_path / "places.skops")
-    code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--building-model", tmp_path / "places.skops")
+    save_place_model(small_model(), tmp_path / "places.npz")
+    code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--building-model", tmp_path / "places.npz")
     assert (code, "no model of building types, make one with `pianta train buildings`" in err) == (2, True)
     code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--model", model)
     assert (code, "no model of pianta" in err) == (2, True)
