@@ -109,7 +109,7 @@ def test_a_guessed_type_is_not_learned_from(buildings, tmp_path, what):
     for number, floor in enumerate(typed_floors()[-3:]):
         guessed = replace(floor, building_type={"school": 0.9, "office": 0.1})
         save_as(guessed, tmp_path / f"{'abc'[number]}.geojson")
-    command = ("train", what, buildings / "school", tmp_path, "-o", tmp_path / "m")
+    command = ("train", what, buildings / "school", tmp_path, "-o", tmp_path / "m.npz")
     code, out, err = run_pianta(*command)
     assert (code, out) == (2, "")
     assert "do not tell their building type" in err
