@@ -3,20 +3,24 @@
 from dataclasses import replace
 from math import pi
 
+import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.distance import cdist
 from shapely import box
 
 from pianta.building_types.classify import classify_building, judge_building
 from pianta.building_types.description import describe_building
-from pianta.building_types.kernel import BuildingKernel
+from pianta.building_types.kernel import DISTANCE, RADIUS, BuildingKernel, recall_patterns, stack_patterns
 from pianta.building_types.model import Verdict, check_types, judge_held_out, train_buildings
 from pianta.building_types.model_file import read_default_building_model
 from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor, Room
+from pianta.graphs.feature_counts import compare_counts, merge_counts
+from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
 from pianta.io.buildings.read import read_building
 from pianta.labels import LabelSet
 from pianta.rooms.completion import complete_labels, spread_labels
@@ -242,6 +246,35 @@ def test_the_kernel(label_set):
     assert (gram >= 0).all()
     assert (gram <= 1 + 1e-12).all()
     assert np.linalg.eigvalsh(gram).min() > -1e-9
+
+
+def test_patterns_are_those_of_the_graph_kernel():
+    """To the bit what NSPDK says of graphs one by one; floors that were met before are remembered, and not others."""
+    floors = [describe_building(spread(floor), LabelSet.F_C_E_S) for floor in typed_floors()]
+    bounds = np.array([-0.3, 0.3])
+    named = [(floor.name_rooms(bounds), floor.doors) for floor in floors]
+    graphs = []
+    for names, doors in named:
+        graph = nx.Graph(doors)
+        graph.add_nodes_from((place, {"label": name}) for place, name in enumerate(names))
+        graphs.append(graph)
+    kernel = NeighborhoodPairs(radius=RADIUS, distance=DISTANCE).fit(graphs[:9])
+    recall_patterns(named[4:7])
+    known, new = (
+        [merge_counts(stack_patterns(blocks)) for blocks in zip(*recall_patterns(part), strict=True)]
+        for part in (named[:9], named[9:])
+    )
+    np.testing.assert_array_equal(compare_counts(known, known), kernel.compare())
+    np.testing.assert_array_equal(compare_counts(new, known), kernel.compare(graphs[9:]))
+
+
+def test_features_are_compared_by_a_gaussian():
+    known = typed_model().known
+    features = np.array([floor.features for floor in known])
+    scaled = (features - features.mean(axis=0)) / np.where(features.std(axis=0) < 1e-6, np.inf, features.std(axis=0))
+    apart = cdist(scaled, scaled, "sqeuclidean") / features.shape[1]
+    said = BuildingKernel().fit(known).compare_features(known)
+    np.testing.assert_allclose(said, np.exp(-apart / 2), rtol=0, atol=1e-14)
 
 
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")

@@ -210,7 +210,7 @@ def test_labels_that_somebody_gave():
 
 def test_floors_without_a_type_are_named():
     first, *others = labelled_floors()
-    with pytest.raises(LabelError, match=r"floors corridor house 1.xml do not tell their building type.*--type"):
+    with pytest.raises(LabelError, match=r"floors corridor house 1.xml do not tell their building type.*building_type="):
         train_places([replace(first, building_type={}), *others])
 
 

@@ -13,9 +13,9 @@ from pianta.bench.annotated_floors import AnnotatedFloor
 from pianta.floor import Floor, scale_floor
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet, Split
 from pianta.rooms.completion import LABELS
-from pianta.rooms.model import PlaceModel, vote
+from pianta.rooms.model import PlaceModel
 from pianta.rooms.thesis_features import GEOMETRIC, ROOM_FEATURES, compute_room_features
-from pianta.rooms.training import train_places
+from pianta.rooms.training import train_places, vote
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pianta.building_types.description import BuildingDescription, describe_building
 from pianta.building_types.kernel import BuildingKernel
+from pianta.building_types.machine import TypeMachine, fit_machine
 from pianta.building_types.typicality import Typicality, find_most_alike, learn_typicality, measure_likeness
 from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
@@ -25,20 +25,10 @@ from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split
 from pianta.rooms.completion import spread_labels
 from pianta.rooms.training import building_of, check_labels
 
-if TYPE_CHECKING:
-    from sklearn.linear_model import LogisticRegression
-    from sklearn.svm import SVC
-
-Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-COST = 10.0
-# How far probabilities may be drawn from their mean, which few buildings do not tell well.
-CALIBRATION_COST = 10.0
 # A floor that is less typical than this share of the known ones is of no known type.
 LEAST_TYPICAL = 0.05
-# For the calibration buildings are left out one by one, of more than these some together.
-MAX_PARTS = 64
 
 
 @dataclass(frozen=True)
@@ -65,17 +55,26 @@ class Verdict:
 
 
 @dataclass(frozen=True, eq=False)
+class Learnt:
+    """What is learnt from known floors: a machine that tells their types, and how much they are like each other."""
+
+    machine: TypeMachine
+    typicality: Typicality
+
+
+@dataclass(frozen=True, eq=False)
 class BuildingModel:
-    """A trained model of building types: it is the floors that it knows.
+    """A trained model of building types: the floors that it knows, and what is learnt from them.
 
     known: descriptions of floors, by rooms that have labels of label_set. types: of each. buildings: of each, which
-    of them are floors of one building.
+    of them are floors of one building. given: what was learnt from them before, None if nothing was.
     """
 
     known: tuple[BuildingDescription, ...]
     types: tuple[str, ...]
     buildings: tuple[str, ...]
     label_set: LabelSet
+    given: Learnt | None = None
 
     @cached_property
     def building_types(self) -> tuple[str, ...]:
@@ -93,8 +92,8 @@ class BuildingModel:
         """As `judge`, for a floor that is described in the label set of the model."""
         gram = self._kernel.compare([description])
         likeness = measure_likeness(gram)
-        typicality = float(self._typicality.rank(likeness)[0])
-        probabilities = self._calibration.predict_proba(_decide(self._classifier, gram))[0]
+        typicality = float(self.learnt.typicality.rank(likeness)[0])
+        probabilities = self.learnt.machine.judge(gram, self._truth)[0]
         by_type = dict(zip(self.building_types, map(float, probabilities), strict=True))
         return Verdict(by_type, typicality, find_most_alike(gram, self.known))
 
@@ -102,45 +101,24 @@ class BuildingModel:
         """The model of all floors that it knows but those at some places."""
         kept = np.setdiff1d(np.arange(len(self.known)), places)
         known, types, buildings = (tuple(every[i] for i in kept) for every in (self.known, self.types, self.buildings))
-        return replace(self, known=known, types=types, buildings=buildings)
+        return replace(self, known=known, types=types, buildings=buildings, given=None)
+
+    @cached_property
+    def learnt(self) -> Learnt:
+        """What is learnt from the known floors; where it was not given, it is learnt now, with scikit-learn."""
+        if self.given is not None:
+            return self.given
+        machine = fit_machine(self._kernel.compare(), self._truth, self.buildings)
+        return Learnt(machine, learn_typicality(self.known, self.buildings))
 
     @cached_property
     def _kernel(self) -> BuildingKernel:
         return BuildingKernel().fit(self.known)
 
     @cached_property
-    def _gram(self) -> Floats:
-        return self._kernel.compare()
-
-    @cached_property
     def _truth(self) -> Indices:
+        """The type of each known floor, its place in `building_types`."""
         return np.array([self.building_types.index(name) for name in self.types])
-
-    @cached_property
-    def _typicality(self) -> Typicality:
-        return learn_typicality(self.known, self.buildings)
-
-    @cached_property
-    def _classifier(self) -> SVC:
-        return _fit_svm(self._gram, self._truth)
-
-    @cached_property
-    def _calibration(self) -> LogisticRegression:
-        """Platt's scaling, on what is said of each building by a classifier that was not trained on it.
-
-        What is usual of features is learnt from all. Types are as probable as they are frequent among the known floors.
-        """
-        from sklearn.linear_model import LogisticRegression
-
-        decisions, truth = [], []
-        for others, held_out in leave_buildings_out(self.buildings, parts=MAX_PARTS):
-            # The only building of a type has to be judged by what has seen it.
-            tell_all = len(np.unique(self._truth[others])) == len(self.building_types)
-            seen = others if tell_all else np.arange(len(self.known))
-            machine = _fit_svm(self._gram[np.ix_(seen, seen)], self._truth[seen])
-            decisions.append(_decide(machine, self._gram[np.ix_(held_out, seen)]))
-            truth.append(self._truth[held_out])
-        return LogisticRegression(C=CALIBRATION_COST).fit(np.concatenate(decisions), np.concatenate(truth))
 
 
 def train_buildings(
@@ -221,14 +199,3 @@ def _group_buildings(types: Sequence[str], buildings: Sequence[str]) -> dict[str
     for kind, name in zip(types, buildings, strict=True):
         of_types.setdefault(kind, set()).add(name)
     return of_types
-
-
-def _fit_svm(gram: Floats, truth: Indices) -> SVC:
-    from sklearn.svm import SVC
-
-    return SVC(kernel="precomputed", C=COST, class_weight="balanced").fit(gram, truth)
-
-
-def _decide(machine: SVC, gram: Floats) -> Floats:
-    """Decision values, shape (floors, 1) of two types, (floors, types) of more."""
-    return np.asarray(machine.decision_function(gram)).reshape(len(gram), -1)

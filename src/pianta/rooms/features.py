@@ -12,12 +12,11 @@ from dataclasses import dataclass
 
 import networkx as nx
 import numpy as np
-import rustworkx as rx
 import shapely
 from numpy.typing import NDArray
 
 from pianta.floor import Floor
-from pianta.graphs.centrality import distances, measure_betweenness, measure_closeness, measure_katz, to_rustworkx
+from pianta.graphs.centrality import distances, measure_betweenness, measure_closeness, measure_katz
 from pianta.rooms._outlines import Floats, draw_outlines, measure_unit
 from pianta.rooms._shapes import (
     MISSING,
@@ -205,7 +204,7 @@ def _measure_cuts(graph: nx.Graph) -> tuple[Floats, Floats]:
     Both are 0 for a room with at most one other to go to.
     """
     parts, cut_off = np.zeros(len(graph)), np.zeros(len(graph))
-    cutting = rx.articulation_points(to_rustworkx(graph))
+    cutting = {*nx.articulation_points(graph)}
     for connected in nx.connected_components(graph):
         if len(connected) > 2:
             parts[[*connected]] = 1

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +17,8 @@ from numpy.typing import NDArray
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, RC, LabelSchema, LabelSet
 from pianta.rooms.features import RoomContext, describe_rooms
+from pianta.rooms.forest import Forest
 from pianta.rooms.random_field import Neighbourhood, RandomField
-
-if TYPE_CHECKING:
-    from sklearn.ensemble import ExtraTreesClassifier
 
 Floats = NDArray[np.float64]
 
@@ -64,10 +61,10 @@ class PlaceModel:
     schemas: by building type, which labels it has. training: what it was trained on.
     """
 
-    first: ExtraTreesClassifier
-    second: ExtraTreesClassifier
+    first: Forest
+    second: Forest
     field: RandomField
-    names: Mapping[str, ExtraTreesClassifier]
+    names: Mapping[str, Forest]
     schemas: Mapping[str, LabelSchema]
     training: Training
 
@@ -79,8 +76,8 @@ class PlaceModel:
         return self._judge(describe_rooms(floor))
 
     def _judge(self, context: RoomContext) -> dict[str, Floats]:
-        first = vote(self.first, context.features, len(FUNCTIONS))
-        second = vote(self.second, describe_neighbours(context, first), len(FUNCTIONS))
+        first = self.first.predict(context.features)
+        second = self.second.predict(describe_neighbours(context, first))
         judged = self.field.compute_marginals(second, find_neighbourhood(context))
         return {"first pass": first, "second pass": second, "random field": judged}
 
@@ -100,7 +97,7 @@ class PlaceModel:
     def _name(self, context: RoomContext, judged: Floats, building_type: str) -> Floats:
         """Probabilities of the labels of a building type, shape (rooms, labels); those of a function sum to its own."""
         schema = self.schemas[building_type]
-        votes = vote(self.names[building_type], describe_neighbours(context, judged), len(schema.labels))
+        votes = self.names[building_type].predict(describe_neighbours(context, judged))
         functions = np.array([FUNCTIONS.index(label.in_f_c_e_s()) for label in schema.labels])
         for number in np.unique(functions):
             of_function = functions == number
@@ -127,13 +124,6 @@ def has_given_label(room: Room) -> bool:
 def keep_given_label(room: Room) -> Room:
     """The room with nothing but the label that somebody gave it, or with no label at all."""
     return replace(room, label=room.label if has_given_label(room) else None, labels={}, label_probabilities={})
-
-
-def vote(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:
-    """Share of the votes of a forest for classes 0 … classes - 1, shape (n, classes)."""
-    votes = np.zeros((len(features), classes))
-    votes[:, trees.classes_] = trees.predict_proba(features)
-    return votes
 
 
 def choose_functions(judged: Floats) -> NDArray[np.intp]:

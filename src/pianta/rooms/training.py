@@ -17,6 +17,7 @@ from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet
 from pianta.rooms.features import RoomContext, describe_rooms
+from pianta.rooms.forest import Forest
 from pianta.rooms.model import (
     CONNECTION,
     FUNCTIONS,
@@ -25,7 +26,6 @@ from pianta.rooms.model import (
     choose_functions,
     describe_neighbours,
     join_neighbourhoods,
-    vote,
 )
 from pianta.rooms.random_field import fit_random_field
 
@@ -78,17 +78,20 @@ def train_places(
     folds = _leave_out(examples, np.random.default_rng(seed))
     # First pass: what the context of a room says
     seen = [example.context.features for example in examples]
-    first = _grow(seen, examples, trees=TREES, seed=seed)
+    first = Forest.from_sklearn(_grow(seen, examples, trees=TREES, seed=seed), len(FUNCTIONS))
     held_out = _vote_on_held_out(seen, examples, folds, seed=seed)
     # Second pass: what is thought of the rooms around it, by trees that have not seen them
     around = [describe_neighbours(example.context, said) for example, said in zip(examples, held_out, strict=True)]
-    second = _grow(around, examples, trees=TREES, seed=seed)
+    second = Forest.from_sklearn(_grow(around, examples, trees=TREES, seed=seed), len(FUNCTIONS))
     held_out = _vote_on_held_out(around, examples, folds, seed=seed)
     # Random field and calibration, on what the second pass says of buildings that it has not seen
     near = join_neighbourhoods([example.context for example in examples])
     field = fit_random_field(np.concatenate(held_out), _truth(examples), near, _weights(examples))
     judged = field.compute_marginals(np.concatenate(held_out), near)
-    names = dict(_grow_names(examples, around, seed=seed))
+    names = {
+        kind: Forest.from_sklearn(trees, len(schemas[kind].labels))
+        for kind, trees in _grow_names(examples, around, seed=seed)
+    }
     training = _describe_training(floors, examples, _measure_errors(judged, examples), seed=seed)
     return PlaceModel(first, second, field, names, {kind: schemas[kind] for kind in names}, training)
 
@@ -190,6 +193,13 @@ def _vote_on_held_out(
         forest = _grow([features[i] for i in seen], [examples[i] for i in seen], trees=FOLD_TREES, seed=seed)
         for i in np.flatnonzero(folds == fold).tolist():
             votes[i] = vote(forest, features[i], len(FUNCTIONS))
+    return votes
+
+
+def vote(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:
+    """Share of the votes of a forest for classes 0 … classes - 1, shape (n, classes)."""
+    votes = np.zeros((len(features), classes))
+    votes[:, trees.classes_] = trees.predict_proba(features)
     return votes
 
 
