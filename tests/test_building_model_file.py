@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pianta.building_types.description import describe_building, name_features
-from pianta.building_types.model import train_buildings
+from pianta.building_types.model import train_building_types
 from pianta.building_types.model_file import (
     DEFAULT_MODEL,
     MAX_ROOMS,
@@ -54,7 +54,7 @@ def rewrite(model_file: Path, path: Path, change: Callable[[dict[str, Any]], obj
 
 @pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
 def test_round_trip(tmp_path, label_set):
-    model = train_buildings(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
+    model = train_building_types(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
     save_building_model(model, tmp_path / "m.json")
     read = read_building_model(tmp_path / "m.json")
     assert (read.types, read.buildings, read.label_set) == (model.types, model.buildings, label_set)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pianta.building_types.model import train_buildings
+from pianta.building_types.model import train_building_types
 from pianta.building_types.model_file import read_building_model, save_building_model
 from pianta.floor import Floor
 from pianta.io.floors import read_floor, save_floor
@@ -45,7 +45,7 @@ def model(tmp_path_factory):
     """A model of floors as they are found on maps."""
     found = [simulate_reading(floor, seed=seed) for seed, floor in enumerate(typed_floors())]
     path = tmp_path_factory.mktemp("model") / "types.json"
-    save_building_model(train_buildings(found, schemas=ALL_SCHEMAS, label_set=LabelSet.R_C), path)
+    save_building_model(train_building_types(found, schemas=ALL_SCHEMAS, label_set=LabelSet.R_C), path)
     return path
 
 

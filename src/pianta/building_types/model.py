@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +82,15 @@ class BuildingModel:
         """The types that it tells apart."""
         return tuple(sorted(set(self.types)))
 
+    def save(self, path: str | Path) -> None:
+        """Write the model as a JSON file that `load_model` reads.
+
+        Raises ModelError for a model that could not be read again, PiantaError when the file cannot be written.
+        """
+        from pianta.building_types.model_file import save_building_model
+
+        save_building_model(self, path)
+
     def judge(self, floor: Floor) -> Verdict:
         """What kind of building a floor is of.
 
@@ -121,7 +131,7 @@ class BuildingModel:
         return np.array([self.building_types.index(name) for name in self.types])
 
 
-def train_buildings(
+def train_building_types(
     floors: Sequence[Floor],
     *,
     buildings: Sequence[str] | None = None,

@@ -105,7 +105,7 @@ def train_places(
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     training.check_labels(floors, schemas)
     simulated = simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
-    model = training.train_places(floors, simulated=simulated, schemas=schemas, seed=seed)
+    model = training.train_rooms(floors, simulated=simulated, schemas=schemas, seed=seed)
     save_place_model(model, out)
     if not quiet:
         _tell_model(model, out)
@@ -136,7 +136,7 @@ def train_buildings(
     _check_options(out, building_type)
     schemas = read_schemas(labels or ())
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
-    model = building_types.train_buildings(floors, schemas=schemas)
+    model = building_types.train_building_types(floors, schemas=schemas)
     save_building_model(model, out)
     if not quiet:
         _tell_building_model(model, building_types.judge_held_out(model), out)

@@ -11,8 +11,8 @@ import networkx as nx
 import numpy as np
 
 from pianta.errors import GraphError
-from pianta.graphs.centrality import to_arrays
-from pianta.graphs.shortest_paths import Adjacency, Floats, Indices, find_shortest_paths
+from pianta.graphs.centrality import distances, to_arrays
+from pianta.graphs.shortest_paths import Adjacency, Floats, Indices
 from pianta.graphs.stable_hash import Codes, hash_name
 from pianta.io._faults import join_faults
 from pianta.io._files import shown
@@ -43,17 +43,17 @@ class LabelledNodes:
         """Its edges without their labels."""
         return Adjacency(len(self), self.starts, self.ends)
 
-    @cached_property
-    def distances(self) -> Floats:
-        """Edges on shortest paths, shape (n, n), infinite where there is none."""
-        return find_shortest_paths(self.edges).distances
-
 
 @dataclass(frozen=True, eq=False)
 class LabelledGraph(LabelledNodes):
     """A networkx graph as arrays; graph: where it comes from, whose nodes are in the same order."""
 
     graph: nx.Graph
+
+    @cached_property
+    def distances(self) -> Floats:
+        """Edges on shortest paths, shape (n, n), infinite where there is none."""
+        return distances(self.graph)
 
 
 def read_labelled_graphs(

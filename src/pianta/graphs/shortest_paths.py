@@ -129,6 +129,7 @@ def find_shortest_paths(edges: Adjacency) -> ShortestPaths:
     distances, counts = np.full(edges.n**2, np.inf), np.zeros(edges.n**2)
     here = np.arange(edges.n) * (edges.n + 1)
     distances[here], counts[here] = 0, 1
+    last = np.zeros(edges.n**2, np.intp)
     arcs: list[tuple[Indices, Indices]] = []
     while len(here):
         origins, gone = edges.leave(here % edges.n)
@@ -139,6 +140,8 @@ def find_shortest_paths(edges: Adjacency) -> ShortestPaths:
         distances[heads] = len(arcs) + 1
         np.add.at(counts, heads, counts[tails])
         arcs.append((tails, heads))
-        here = np.unique(heads)
+        # Each pair that was reached once: where it stands last.
+        last[heads] = np.arange(len(heads))
+        here = heads[last[heads] == np.arange(len(heads))]
     shape = edges.n, edges.n
     return ShortestPaths(distances.reshape(shape), counts.reshape(shape), arcs)

@@ -36,9 +36,11 @@ def label_named_rooms(floor: Floor, model: PlaceModel | None = None, words: Room
     from pianta.rooms.model_file import read_default_place_model
 
     model = model or read_default_place_model()
-    words = words or read_default_room_words()
     known = next((name for name in floor.building_types if name in model.names), None)
     schema = None if known is None else model.schemas[known]
+    if not any(room.name for room in floor.rooms):
+        return label_rooms(floor, model)
+    words = words or read_default_room_words()
     priors = [prior_of_name(room.name, schema, words) if room.name else None for room in floor.rooms]
     if not any(priors):
         return label_rooms(floor, model)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +68,15 @@ class PlaceModel:
     names: Mapping[str, Forest]
     schemas: Mapping[str, LabelSchema]
     training: Training
+
+    def save(self, path: str | Path) -> None:
+        """Write the model as an .npz file that `load_model` reads.
+
+        Raises ModelError for a path with another suffix, PiantaError when the file cannot be written.
+        """
+        from pianta.rooms.model_file import save_place_model
+
+        save_place_model(self, path)
 
     def passes(self, floor: Floor) -> dict[str, Floats]:
         """Probabilities of F/C/E/S after each step, "first pass", "second pass" and "random field".

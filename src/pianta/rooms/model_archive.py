@@ -21,9 +21,9 @@ from pianta.errors import ModelError
 from pianta.io._files import reason_of, shown
 
 NO_MODEL = "it is no model of pianta, make one with `pianta train places`"
-# Bytes that an archive may unpack to, and members that it may have; 1000 times what a model of ours has.
+# Bytes that an archive may unpack to, and members that it may have: older models had a thousand, and are to be told.
 MAX_CONTENT_BYTES = 512 * 2**20
-MAX_MEMBERS = 1000
+MAX_MEMBERS = 20_000
 # Ways of packing of which zipfile unpacks no more than it is asked for.
 PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 # The earliest date that a zip can tell, so that the same arrays give the same bytes.

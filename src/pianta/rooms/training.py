@@ -57,7 +57,7 @@ class Example:
     names: Indices
 
 
-def train_places(
+def train_rooms(
     floors: Sequence[Floor],
     *,
     simulated: Sequence[Floor] = (),
