@@ -50,16 +50,16 @@ def main() -> None:
         ("Graph Hopper, labels", GraphHopper(), graphs[sample], hopper, one_hot[sample], 50),
         ("Graph Hopper, Gaussian", GaussianGraphHopper(gamma=0.1), graphs[sample], gaussian, numbered[sample], 50),
     ]
-    print(f"{'kernel':24}{'graphs':>8}{'ours, s':>10}{'GraKeL, s':>11}{'ratio':>8}{'bar':>6}")  # noqa: T201
+    print(f"{'kernel':24}{'graphs':>8}{'ours, s':>10}{'GraKeL, s':>11}{'ratio':>8}{'bar':>6}")
     missed = False
     for name, kernel, ours, other, theirs, bar in rows:
         mine = min(measure(lambda kernel=kernel, ours=ours: kernel.fit(ours).compare()) for _ in range(RUNS))
         its = measure(lambda other=other, theirs=theirs: other.fit_transform(theirs))
         missed |= its < bar * mine
-        print(f"{name:24}{len(ours):8}{mine:10.3f}{its:11.2f}{its / mine:8.1f}{bar:6}", flush=True)  # noqa: T201
+        print(f"{name:24}{len(ours):8}{mine:10.3f}{its:11.2f}{its / mine:8.1f}{bar:6}", flush=True)
     for kernel in (GraphHopper(), GaussianGraphHopper(gamma=0.1)):
         mine = measure(lambda kernel=kernel: kernel.fit(graphs).compare())
-        print(f"{type(kernel).__name__:24}{len(graphs):8}{mine:10.3f}")  # noqa: T201
+        print(f"{type(kernel).__name__:24}{len(graphs):8}{mine:10.3f}")
     sys.exit(missed)
 
 

@@ -38,21 +38,21 @@ def main() -> None:
     warnings.simplefilter("ignore")
     world = build_world(read_building(building) if building else make_floor("ring", seed=0))
     missed = False
-    print(f"{'360 beams':24}{'scans/s':>10}{'mapped/s':>10}")  # noqa: T201
+    print(f"{'360 beams':24}{'scans/s':>10}{'mapped/s':>10}")
     for numba in (True, False):
         kernels.has_numba = lambda numba=numba: numba  # type: ignore[assignment]
         for reach in (8.0, 20.0):
             alone, mapped = count_scans(world, Lidar(reach=reach), SCANS[numba])
             missed |= numba and alone < BAR
-            print(f"{reach:4.0f} m, {'numba' if numba else 'numpy':16}{alone:10.0f}{mapped:10.0f}", flush=True)  # noqa: T201
+            print(f"{reach:4.0f} m, {'numba' if numba else 'numpy':16}{alone:10.0f}{mapped:10.0f}", flush=True)
     kernels.has_numba = lambda: True  # type: ignore[assignment]
     explore(world, make_policy("gain"), max_distance=5)
-    print(f"{'policy':24}{'s':>10}{'metres':>10}{'scans':>8}")  # noqa: T201
+    print(f"{'policy':24}{'s':>10}{'metres':>10}{'scans':>8}")
     for policy in POLICIES:
         started = time.process_time()
         run = explore(world, make_policy(policy))
         spent = time.process_time() - started
-        print(f"{policy:24}{spent:10.2f}{run.distance[-1]:10.0f}{len(run.area):8}", flush=True)  # noqa: T201
+        print(f"{policy:24}{spent:10.2f}{run.distance[-1]:10.0f}{len(run.area):8}", flush=True)
     sys.exit(missed)
 
 

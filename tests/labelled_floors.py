@@ -7,7 +7,7 @@ import numpy as np
 
 from pianta.floor import Floor
 from pianta.rooms.model import PlaceModel
-from pianta.rooms.training import train_places
+from pianta.rooms.training import train_rooms
 from pianta.worlds.floors import make_floor
 
 
@@ -40,4 +40,4 @@ def labelled_floors() -> tuple[Floor, ...]:
 @cache
 def small_model() -> PlaceModel:
     """A model trained on them."""
-    return train_places(labelled_floors())
+    return train_rooms(labelled_floors())

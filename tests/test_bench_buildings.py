@@ -57,7 +57,7 @@ def trainings(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
         trained.append([floor.source for floor in floors])
         return StandIn()
 
-    monkeypatch.setattr(place_models, "train_places", train)
+    monkeypatch.setattr(place_models, "train_rooms", train)
     return trained
 
 

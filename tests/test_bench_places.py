@@ -59,7 +59,7 @@ def trainings(monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], list[str
             raise MapError("the map shows no room")
         return floor
 
-    monkeypatch.setattr(place_models, "train_places", train)
+    monkeypatch.setattr(place_models, "train_rooms", train)
     monkeypatch.setattr(places, "simulate_reading", simulate)
     monkeypatch.setattr(place_models, "TREES", 5)
     return trained

@@ -14,7 +14,6 @@ from pianta.building_types.description import (
     LEAST_SHARE,
     BuildingDescription,
     describe_building,
-    draw_rooms,
     name_features,
 )
 from pianta.errors import LabelError
@@ -147,9 +146,4 @@ def test_patterns_name_rooms_by_label_size_and_sides():
         "ROOM size 0 sides 0",
         "CORRIDOR size 1 sides 1",
         "ROOM size 2 sides 2",
-    )
-    graph = draw_rooms(said.name_rooms(np.array([-0.5, 1.0])), said.doors)
-    assert sorted(graph.edges) == [(0, 1)]
-    assert {node: graph.nodes[node]["label"] for node in graph} == dict(
-        enumerate(said.name_rooms(np.array([-0.5, 1.0])))
     )

@@ -6,12 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pianta.building_types.description import describe_building, name_features
-from pianta.building_types.model import train_buildings
+from pianta.building_types.model import train_building_types
 from pianta.building_types.model_file import (
     DEFAULT_MODEL,
     MAX_ROOMS,
@@ -53,7 +54,7 @@ def rewrite(model_file: Path, path: Path, change: Callable[[dict[str, Any]], obj
 
 @pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
 def test_round_trip(tmp_path, label_set):
-    model = train_buildings(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
+    model = train_building_types(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
     save_building_model(model, tmp_path / "m.json")
     read = read_building_model(tmp_path / "m.json")
     assert (read.types, read.buildings, read.label_set) == (model.types, model.buildings, label_set)
@@ -129,8 +130,67 @@ def test_floors_of_too_many_rooms_together(model_file, monkeypatch):
 
 
 def test_a_newer_minor_version_is_read(model_file, tmp_path):
-    path = rewrite(model_file, tmp_path / "m.json", lambda content: content.update(version="1.9", novelty=True))
+    path = rewrite(model_file, tmp_path / "m.json", lambda content: content.update(version="2.9", novelty=True))
     assert read_building_model(path).types == typed_model().types
+
+
+def make_older(content: dict[str, Any]) -> None:
+    """As version 1 has it, which knows floors and has learnt nothing."""
+    del content["learnt"]
+    content["version"] = "1.0"
+
+
+def test_an_older_version_is_learnt_from_again(model_file, tmp_path):
+    model = read_building_model(rewrite(model_file, tmp_path / "m.json", make_older))
+    assert model.given is None
+    for known in typed_model().known[::4]:
+        assert model.judge_description(known) == typed_model().judge_description(known)
+    save_building_model(model, tmp_path / "new.json")
+    assert (tmp_path / "new.json").read_bytes() == model_file.read_bytes()
+
+
+def test_what_is_learnt_comes_with_the_file(model_file, monkeypatch):
+    monkeypatch.setattr("pianta.building_types.model.fit_machine", None)
+    monkeypatch.setattr("pianta.building_types.model.learn_typicality", None)
+    said = read_building_model(model_file).judge_description(typed_model().known[0])
+    assert said == typed_model().judge_description(typed_model().known[0])
+
+
+def test_what_a_model_without_a_building_says_is_learnt_again(model_file):
+    model = read_building_model(model_file).leave_out(np.array([0, 1]))
+    others = typed_model().leave_out(np.array([0, 1]))
+    assert model.given is None
+    assert model.judge_description(typed_model().known[0]) == others.judge_description(typed_model().known[0])
+
+
+FLOORS = len(typed_floors())
+
+
+@pytest.mark.parametrize(
+    ("changed", "match"),
+    [
+        ({"weights": [[0.0, 0.0]] * (FLOORS - 1)}, f"weights are not {FLOORS} × 2"),
+        ({"weights": [[0.0]] * FLOORS}, f"weights are not {FLOORS} × 2"),
+        ({"weights": [[0.0, 0.0]] * (FLOORS - 1) + [[0.0]]}, "weights are not"),
+        ({"weights": []}, "weights are not"),
+        ({"weights": [[1e999, 0.0]] * FLOORS}, "finite"),
+        ({"weights": [[1e7, 0.0]] * FLOORS}, "less than or equal"),
+        ({"weights": [["1", 0.0]] * FLOORS}, "valid number"),
+        ({"weights": [0.0] * FLOORS}, r"learnt.weights\[0\]"),
+        ({"intercepts": [0.0]}, "intercepts are not 3"),
+        ({"slopes": [[0.0] * 3]}, "slopes are not 3 × 3"),
+        ({"offsets": [0.0] * 2}, "offsets are not 3"),
+        ({"offsets": None}, "learnt.offsets"),
+        ({"likenesses": [0.0]}, f"likenesses are not {FLOORS}"),
+        ({"likenesses": [1.0] + [0.0] * (FLOORS - 1)}, "likenesses do not ascend"),
+    ],
+)
+def test_what_cannot_have_been_learnt(model_file, tmp_path, changed, match):
+    refuse(rewrite(model_file, tmp_path / "m.json", lambda content: content["learnt"].update(changed)), match)
+
+
+def test_nothing_learnt(model_file, tmp_path):
+    refuse(rewrite(model_file, tmp_path / "m.json", lambda content: content.pop("learnt")), "learnt: Field required")
 
 
 def test_types_in_any_case(model_file, tmp_path):
@@ -142,7 +202,7 @@ def test_types_in_any_case(model_file, tmp_path):
     ("changed", "match"),
     [
         ({"format": "pianta floor"}, "no model of building types, make one with"),
-        ({"version": "2.0", "floors": 7}, "version 2.0, this pianta reads 1.x; update pianta"),
+        ({"version": "3.0", "floors": 7}, "version 3.0, this pianta reads 2.x; update pianta"),
         ({"version": "one"}, "version"),
         ({"version": 1.0}, "version"),
         ({"label_set": "general"}, "label_set"),

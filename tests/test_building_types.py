@@ -3,20 +3,24 @@
 from dataclasses import replace
 from math import pi
 
+import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.distance import cdist
 from shapely import box
 
 from pianta.building_types.classify import classify_building, judge_building
 from pianta.building_types.description import describe_building
-from pianta.building_types.kernel import BuildingKernel
-from pianta.building_types.model import Verdict, check_types, judge_held_out, train_buildings
+from pianta.building_types.kernel import DISTANCE, RADIUS, BuildingKernel, recall_patterns, stack_patterns
+from pianta.building_types.model import Verdict, check_types, judge_held_out, train_building_types
 from pianta.building_types.model_file import read_default_building_model
 from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor, Room
+from pianta.graphs.feature_counts import compare_counts, merge_counts
+from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
 from pianta.io.buildings.read import read_building
 from pianta.labels import LabelSet
 from pianta.rooms.completion import complete_labels, spread_labels
@@ -57,14 +61,14 @@ def test_three_types_are_told_apart():
 
 
 def test_two_types_are_told_apart():
-    model = train_buildings([floor for floor in typed_floors() if floor.building_types != ("house",)])
+    model = train_building_types([floor for floor in typed_floors() if floor.building_types != ("house",)])
     assert model.building_types == ("office", "school")
     assert [best(model.judge(spread(NEW[kind]))) for kind in ("office", "school")] == ["office", "school"]
 
 
 @pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
 def test_held_out_buildings_are_judged_by_what_has_not_seen_them(label_set):
-    model = train_buildings(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
+    model = train_building_types(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
     verdicts = judge_held_out(model)
     assert [best(verdict) for verdict in verdicts] == list(model.types)
     for verdict, own in zip(verdicts, model.buildings, strict=True):
@@ -75,7 +79,7 @@ def test_held_out_buildings_are_judged_by_what_has_not_seen_them(label_set):
 
 def test_leaving_out_gives_the_model_of_the_others():
     floors = typed_floors()
-    others = train_buildings(floors[2:], schemas=ALL_SCHEMAS)
+    others = train_building_types(floors[2:], schemas=ALL_SCHEMAS)
     floor = spread(NEW["school"])
     assert typed_model().buildings[:2] == ("school a", "school a")
     assert typed_model().leave_out(np.array([0, 1])).judge(floor) == others.judge(floor)
@@ -83,7 +87,7 @@ def test_leaving_out_gives_the_model_of_the_others():
 
 def test_only_one_building_of_a_type_left():
     """What leaves a building out of two has one, which cannot be left out of the calibration."""
-    model = train_buildings([*typed_floors()[1:3], *typed_floors()[6:9]])
+    model = train_building_types([*typed_floors()[1:3], *typed_floors()[6:9]])
     assert [best(verdict) for verdict in judge_held_out(model)][2:] == ["office"] * 3
 
 
@@ -104,7 +108,7 @@ def test_verdicts_do_not_depend_on_turn_scale_or_order(kind, turn, scale, random
 
 
 def test_the_order_of_training_does_not_count():
-    reordered = train_buildings(typed_floors()[::-1], schemas=ALL_SCHEMAS)
+    reordered = train_building_types(typed_floors()[::-1], schemas=ALL_SCHEMAS)
     for floor in map(spread, NEW.values()):
         one, other = typed_model().judge(floor), reordered.judge(floor)
         assert other.probabilities == pytest.approx(one.probabilities, abs=1e-3)
@@ -163,18 +167,18 @@ def test_floors_of_few_rooms_and_without_corridors_are_judged(floor):
 def test_floors_of_one_building_are_told_by_their_names():
     assert typed_model().buildings[:3] == ("school a", "school a", "school b")
     numbered = [replace(floor, source=f"{floor.building_types[0]}{i}.xml") for i, floor in enumerate(typed_floors())]
-    model = train_buildings(numbered, schemas=ALL_SCHEMAS)
+    model = train_building_types(numbered, schemas=ALL_SCHEMAS)
     assert len(set(model.buildings)) == len(numbered)
 
 
 def test_buildings_that_are_given():
     names = ["x", "x", "y", *["z"] * 2, "u", *"abcde", *"fghij"]
-    assert train_buildings(typed_floors(), buildings=names, schemas=ALL_SCHEMAS).buildings == tuple(names)
+    assert train_building_types(typed_floors(), buildings=names, schemas=ALL_SCHEMAS).buildings == tuple(names)
 
 
 def test_floors_without_rooms_are_passed_by():
     empty = Floor((), building_type={"school": 1.0}, source="empty.xml")
-    model = train_buildings([empty, *typed_floors()], schemas=ALL_SCHEMAS)
+    model = train_building_types([empty, *typed_floors()], schemas=ALL_SCHEMAS)
     assert [known.source for known in model.known] == [floor.source for floor in typed_floors()]
 
 
@@ -189,7 +193,7 @@ def test_floors_without_rooms_are_passed_by():
 )
 def test_what_no_model_can_be_trained_on(floors, told):
     with pytest.raises(ModelError, match=told):
-        train_buildings(floors)
+        train_building_types(floors)
 
 
 def test_all_faults_are_told_together():
@@ -197,7 +201,7 @@ def test_all_faults_are_told_together():
         typed_floors()[6], rooms=(replace(typed_floors()[6].rooms[0], label=None), *typed_floors()[6].rooms[1:])
     )
     with pytest.raises(LabelError) as caught:
-        train_buildings([*typed_floors()[:3], bare, *typed_floors()[-2:]])
+        train_building_types([*typed_floors()[:3], bare, *typed_floors()[-2:]])
     told = str(caught.value)
     assert "\n" not in told
     for fault in (
@@ -211,7 +215,7 @@ def test_all_faults_are_told_together():
 def test_untyped_floors_are_not_too_few_types():
     untyped = [replace(floor, building_type={}) for floor in typed_floors()[:2]]
     with pytest.raises(LabelError, match="do not tell their building type") as caught:
-        train_buildings(untyped)
+        train_building_types(untyped)
     assert "given" not in str(caught.value)
 
 
@@ -242,6 +246,35 @@ def test_the_kernel(label_set):
     assert (gram >= 0).all()
     assert (gram <= 1 + 1e-12).all()
     assert np.linalg.eigvalsh(gram).min() > -1e-9
+
+
+def test_patterns_are_those_of_the_graph_kernel():
+    """To the bit what NSPDK says of graphs one by one; floors that were met before are remembered, and not others."""
+    floors = [describe_building(spread(floor), LabelSet.F_C_E_S) for floor in typed_floors()]
+    bounds = np.array([-0.3, 0.3])
+    named = [(floor.name_rooms(bounds), floor.doors) for floor in floors]
+    graphs = []
+    for names, doors in named:
+        graph = nx.Graph(doors)
+        graph.add_nodes_from((place, {"label": name}) for place, name in enumerate(names))
+        graphs.append(graph)
+    kernel = NeighborhoodPairs(radius=RADIUS, distance=DISTANCE).fit(graphs[:9])
+    recall_patterns(named[4:7])
+    known, new = (
+        [merge_counts(stack_patterns(blocks)) for blocks in zip(*recall_patterns(part), strict=True)]
+        for part in (named[:9], named[9:])
+    )
+    np.testing.assert_array_equal(compare_counts(known, known), kernel.compare())
+    np.testing.assert_array_equal(compare_counts(new, known), kernel.compare(graphs[9:]))
+
+
+def test_features_are_compared_by_a_gaussian():
+    known = typed_model().known
+    features = np.array([floor.features for floor in known])
+    scaled = (features - features.mean(axis=0)) / np.where(features.std(axis=0) < 1e-6, np.inf, features.std(axis=0))
+    apart = cdist(scaled, scaled, "sqeuclidean") / features.shape[1]
+    said = BuildingKernel().fit(known).compare_features(known)
+    np.testing.assert_allclose(said, np.exp(-apart / 2), rtol=0, atol=1e-14)
 
 
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
@@ -276,7 +309,7 @@ def test_worlds_of_robocup_are_no_buildings(data, name):
 def test_buildings_of_two_types_with_the_same_names_are_four():
     floors = [replace(floor, source=f"{floor.source[-5]}.xml") for floor in typed_floors()]
     kept = [floor for floor in floors if floor.building_types[0] != "house" and floor.source in ("a.xml", "b.xml")]
-    model = train_buildings(kept, schemas=ALL_SCHEMAS)
+    model = train_building_types(kept, schemas=ALL_SCHEMAS)
     assert set(model.buildings) == {"school/a", "school/b", "office/a", "office/b"}
     assert len(judge_held_out(model)) == len(kept)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pianta.building_types.model import train_buildings
+from pianta.building_types.model import train_building_types
 from pianta.building_types.model_file import read_building_model, save_building_model
 from pianta.floor import Floor
 from pianta.io.floors import read_floor, save_floor
@@ -45,7 +45,7 @@ def model(tmp_path_factory):
     """A model of floors as they are found on maps."""
     found = [simulate_reading(floor, seed=seed) for seed, floor in enumerate(typed_floors())]
     path = tmp_path_factory.mktemp("model") / "types.json"
-    save_building_model(train_buildings(found, schemas=ALL_SCHEMAS, label_set=LabelSet.R_C), path)
+    save_building_model(train_building_types(found, schemas=ALL_SCHEMAS, label_set=LabelSet.R_C), path)
     return path
 
 
@@ -109,7 +109,7 @@ def test_a_guessed_type_is_not_learned_from(buildings, tmp_path, what):
     for number, floor in enumerate(typed_floors()[-3:]):
         guessed = replace(floor, building_type={"school": 0.9, "office": 0.1})
         save_as(guessed, tmp_path / f"{'abc'[number]}.geojson")
-    command = ("train", what, buildings / "school", tmp_path, "-o", tmp_path / "m")
+    command = ("train", what, buildings / "school", tmp_path, "-o", tmp_path / "m.npz")
     code, out, err = run_pianta(*command)
     assert (code, out) == (2, "")
     assert "do not tell their building type" in err
@@ -274,8 +274,8 @@ def test_reading_options_that_make_no_sense(maps, tmp_path, options, told):
 def test_models_of_rooms_and_of_buildings_are_not_mixed_up(maps, model, tmp_path):
     from pianta.rooms.model_file import save_place_model
 
-    save_place_model(small_model(), tmp_path / "places.skops")
-    code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--building-model", tmp_path / "places.skops")
+    save_place_model(small_model(), tmp_path / "places.npz")
+    code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--building-model", tmp_path / "places.npz")
     assert (code, "no model of building types, make one with `pianta train buildings`" in err) == (2, True)
     code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--model", model)
     assert (code, "no model of pianta" in err) == (2, True)

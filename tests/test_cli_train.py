@@ -43,7 +43,7 @@ def buildings(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
-    path = tmp_path_factory.mktemp("model") / "small.skops"
+    path = tmp_path_factory.mktemp("model") / "small.npz"
     save_place_model(small_model(), path)
     return path
 
@@ -56,12 +56,12 @@ def small_map(tmp_path_factory):
 
 
 def test_train_on_a_folder(buildings, tmp_path):
-    code, out, err = run_pianta("train", "places", buildings, "-o", tmp_path / "m.skops")
+    code, out, err = run_pianta("train", "places", buildings, "-o", tmp_path / "m.npz")
     assert (code, err) == (0, "")
     assert "trained on 6 floors: 148 rooms of type school" in out
     assert "wrong labels on buildings left out:" in out
-    assert read_place_model(tmp_path / "m.skops").building_types == ("school",)
-    assert list(tmp_path.iterdir()) == [tmp_path / "m.skops"]
+    assert read_place_model(tmp_path / "m.npz").building_types == ("school",)
+    assert list(tmp_path.iterdir()) == [tmp_path / "m.npz"]
 
 
 def test_train_with_a_schema_and_simulated_maps(buildings, tmp_path):
@@ -73,26 +73,26 @@ def test_train_with_a_schema_and_simulated_maps(buildings, tmp_path):
         save_floor(unnamed, tmp_path / floor.source.replace(".xml", ".geojson"))
     files = sorted(tmp_path.glob("*.geojson"))
     options = ("--labels", tmp_path / "hospital.yaml", "--type", "Hospital", "--simulate", 1)
-    code, out, err = run_pianta("train", "places", *files, *options, "-o", tmp_path / "m.skops")
+    code, out, err = run_pianta("train", "places", *files, *options, "-o", tmp_path / "m.npz")
     assert (code, err) == (0, "")
     assert "3 floors, and 3 simulated maps of them" in out
-    assert read_place_model(tmp_path / "m.skops").building_types == ("hospital",)
+    assert read_place_model(tmp_path / "m.npz").building_types == ("hospital",)
 
 
 def test_unknown_labels_are_listed_and_nothing_is_written(buildings, tmp_path):
     strange = labelled_floors()[0]
     rooms = tuple(replace(room, label=f"POOL {room.id % 2}") for room in strange.rooms)
     save_floor(replace(strange, rooms=rooms), tmp_path / "strange.geojson")
-    code, out, err = run_pianta("train", "places", buildings, tmp_path / "strange.geojson", "-o", tmp_path / "m.skops")
+    code, out, err = run_pianta("train", "places", buildings, tmp_path / "strange.geojson", "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
     assert "'POOL 0', 'POOL 1'" in err
     assert err.count("\n") == 1
-    assert not (tmp_path / "m.skops").exists()
+    assert not (tmp_path / "m.npz").exists()
 
 
 def test_a_building_that_cannot_be_read_does_not_stop_the_others(buildings, tmp_path):
     (tmp_path / "bad.xml").write_text("<svg/>")
-    code, out, err = run_pianta("train", "places", buildings, tmp_path / "bad.xml", "-o", tmp_path / "m.skops")
+    code, out, err = run_pianta("train", "places", buildings, tmp_path / "bad.xml", "-o", tmp_path / "m.npz")
     assert code == 1
     assert "bad.xml" in err
     assert "trained on 6 floors" in out
@@ -106,9 +106,9 @@ def save_as(floor: Floor, path: Path, **changed: Any) -> None:
 def test_floors_are_named_by_their_files(tmp_path):
     for floor, name in zip(labelled_floors(), ("St. Anna 1", "St. Anna 2", "b1-1", "b1-2", "b2", "c"), strict=True):
         save_as(floor, tmp_path / "maps" / f"{name}.geojson")
-    assert run_pianta("train", "places", tmp_path / "maps", "-o", tmp_path / "m.skops", "-q")[0] == 0
+    assert run_pianta("train", "places", tmp_path / "maps", "-o", tmp_path / "m.npz", "-q")[0] == 0
     names = ("St. Anna 1", "St. Anna 2", "b1-1", "b1-2", "b2", "c")
-    assert read_place_model(tmp_path / "m.skops").training.floors == tuple(f"{name}.geojson" for name in names)
+    assert read_place_model(tmp_path / "m.npz").training.floors == tuple(f"{name}.geojson" for name in names)
 
 
 def test_all_names_have_their_folder_as_soon_as_one_repeats(tmp_path):
@@ -117,8 +117,8 @@ def test_all_names_have_their_folder_as_soon_as_one_repeats(tmp_path):
     for floor, place in zip(labelled_floors(), places, strict=True):
         save_as(floor, tmp_path / f"{place}.geojson")
     folders = [tmp_path / name for name in "abc"]
-    assert run_pianta("train", "places", *folders, "-o", tmp_path / "m.skops", "-q")[0] == 0
-    sources = read_place_model(tmp_path / "m.skops").training.floors
+    assert run_pianta("train", "places", *folders, "-o", tmp_path / "m.npz", "-q")[0] == 0
+    sources = read_place_model(tmp_path / "m.npz").training.floors
     assert sources == tuple(f"{place}.geojson" for place in places)
     assert [building_of(source) for source in sources[:3]] == ["a/house", "a/house", "b/house"]
 
@@ -140,13 +140,13 @@ def test_names_of_files(files, names):
 def test_types_in_any_case(buildings, tmp_path):
     for number, floor in enumerate(labelled_floors()[:2]):
         save_as(floor, tmp_path / f"{'ab'[number]}.geojson", building_type={})
-    options = ("--type", " SCHOOL ", "-o", tmp_path / "m.skops", "-q")
+    options = ("--type", " SCHOOL ", "-o", tmp_path / "m.npz", "-q")
     assert run_pianta("train", "places", tmp_path / "a.geojson", tmp_path / "b.geojson", *options) == (0, "", "")
-    assert read_place_model(tmp_path / "m.skops").building_types == ("school",)
+    assert read_place_model(tmp_path / "m.npz").building_types == ("school",)
 
 
 def test_a_type_without_a_name(buildings, tmp_path):
-    code, out, err = run_pianta("train", "places", buildings, "--type", " ", "-o", tmp_path / "m.skops")
+    code, out, err = run_pianta("train", "places", buildings, "--type", " ", "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
     assert "--type: the name is empty" in err
 
@@ -158,7 +158,7 @@ def test_faults_are_told_once_and_before_simulation(tmp_path, monkeypatch):
     for number, floor in enumerate(others):
         save_as(floor, tmp_path / f"b{number}.geojson")
     monkeypatch.setattr("pianta.worlds.simulated_readings.simulate_reading", None)
-    code, out, err = run_pianta("train", "places", tmp_path, "--simulate", 2, "-o", tmp_path / "m.skops")
+    code, out, err = run_pianta("train", "places", tmp_path, "--simulate", 2, "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
     assert err.count("have no label") == 1
     assert "rooms 1 of a.geojson have no label" in err
@@ -166,7 +166,7 @@ def test_faults_are_told_once_and_before_simulation(tmp_path, monkeypatch):
 
 def test_one_file_that_cannot_be_read_is_told_in_one_line(tmp_path):
     (tmp_path / "bad.xml").write_text("<svg/>")
-    code, out, err = run_pianta("train", "places", tmp_path / "bad.xml", "-o", tmp_path / "m.skops")
+    code, out, err = run_pianta("train", "places", tmp_path / "bad.xml", "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
     assert err.count("\n") == 1
     assert "bad.xml" in err
@@ -175,7 +175,7 @@ def test_one_file_that_cannot_be_read_is_told_in_one_line(tmp_path):
 def test_several_files_that_cannot_be_read(tmp_path):
     for name in "ab":
         (tmp_path / f"{name}.xml").write_text("<svg/>")
-    code, out, err = run_pianta("train", "places", tmp_path, "-o", tmp_path / "m.skops")
+    code, out, err = run_pianta("train", "places", tmp_path, "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
     assert err.count("\n") == 3
     assert "none of 2 buildings could be read" in err
@@ -183,7 +183,7 @@ def test_several_files_that_cannot_be_read(tmp_path):
 
 @pytest.mark.parametrize("arguments", [("nowhere",), ("nowhere.xml",)])
 def test_buildings_that_are_not_there(arguments, tmp_path):
-    code, out, err = run_pianta("train", "places", *arguments, "-o", tmp_path / "m.skops")
+    code, out, err = run_pianta("train", "places", *arguments, "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
     assert "nowhere" in err
     assert err.count("\n") == 1
@@ -194,6 +194,15 @@ def test_a_model_file_that_is_a_folder(buildings, tmp_path):
     code, _, err = run_pianta("train", "places", buildings, "-o", tmp_path)
     assert code == 2
     assert "is a folder" in err
+
+
+@pytest.mark.parametrize("name", ["m.skops", "m", "m.npz.zip"])
+def test_a_model_file_of_another_name(buildings, tmp_path, name):
+    code, out, err = run_pianta("train", "places", buildings, "-o", tmp_path / "new" / name)
+    assert (code, out) == (2, "")
+    assert "does not end in .npz" in err
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_read_labels_rooms_in_all_outputs(small_map, tmp_path):
@@ -237,7 +246,7 @@ def test_read_with_a_model_of_the_user(small_map, model, tmp_path):
     [
         (("--type", ""), "--type: the name is empty"),
         (("--type", "castle"), "knows no building type 'castle', give one of office, school"),
-        (("--model", "nowhere.skops"), "does not exist"),
+        (("--model", "nowhere.npz"), "does not exist"),
         (("--no-labels", "--type", "school"), "--no-labels"),
     ],
 )
@@ -249,8 +258,8 @@ def test_options_that_make_no_sense(small_map, tmp_path, options, told):
 
 
 def test_a_file_that_is_no_model(small_map, tmp_path):
-    (tmp_path / "m.skops").write_text("no model")
-    code, _, err = run_pianta("read", small_map, "-o", tmp_path / "out", "--model", tmp_path / "m.skops")
+    (tmp_path / "m.npz").write_text("no model")
+    code, _, err = run_pianta("read", small_map, "-o", tmp_path / "out", "--model", tmp_path / "m.npz")
     assert code == 2
     assert "no model of pianta" in err
     assert err.count("\n") == 1

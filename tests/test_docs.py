@@ -100,7 +100,7 @@ class TestPageOfPython:
 
     @pytest.mark.parametrize(("name", "told"), ROWS)
     def test_names_arguments_that_are_there(self, name, told):
-        public = getattr(pianta, name, None)
+        public = getattr(pianta, name)
         named = [argument for argument in told.split(", ") if argument not in {"", "*", "…"}]
         if callable(public) and named:
             there = [*inspect.signature(public).parameters]

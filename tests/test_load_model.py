@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 import pianta
 from pianta.building_types.model import BuildingModel
-from pianta.building_types.model_file import save_building_model
 from pianta.errors import ModelError
 from pianta.generation.type_model import TypeModel
 from pianta.rooms.model import PlaceModel
@@ -28,7 +27,7 @@ def test_a_model_of_one_type(tmp_path):
 
 
 def test_a_model_of_building_types(tmp_path):
-    save_building_model(typed_model(), tmp_path / "types.json")
+    typed_model().save(tmp_path / "types.json")
     model = pianta.load_model(str(tmp_path / "types.json"))
     assert isinstance(model, BuildingModel)
     assert model.building_types == typed_model().building_types == ("house", "office", "school")

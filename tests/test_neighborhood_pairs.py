@@ -14,6 +14,7 @@ from pianta.errors import GraphError, OptionError
 from pianta.graphs.labelled_graphs import read_labelled_graphs
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
 from pianta.graphs.neighborhoods import hash_neighborhoods
+from pianta.graphs.shortest_paths import find_near
 from tests.labelled_graphs import labelled_graphs, make_path, make_plan, rename
 
 PATHS = [make_path("ABC"), make_path("AB")]
@@ -21,7 +22,7 @@ PATHS = [make_path("ABC"), make_path("AB")]
 
 def hash_one(graph: nx.Graph, radius: int, root: Hashable) -> int:
     (read,) = read_labelled_graphs([graph], node_label="label")
-    return int(hash_neighborhoods(read, radius)[list(graph).index(root)])
+    return int(hash_neighborhoods(read, find_near(read.edges, radius), radius)[list(graph).index(root)])
 
 
 def test_pairs_of_two_paths():

@@ -13,7 +13,7 @@ from pianta.floor import Floor, Room
 from pianta.labels import FCES, SCHEMAS, SCHOOL, General, Label, LabelSchema
 from pianta.rooms.label import label_rooms
 from pianta.rooms.model import FUNCTIONS, choose_functions, has_given_label, keep_given_label
-from pianta.rooms.training import SIMULATED_WEIGHT, building_of, check_labels, train_places
+from pianta.rooms.training import SIMULATED_WEIGHT, building_of, check_labels, train_rooms
 from pianta.worlds.floors import make_floor
 from pianta.worlds.simulated_readings import simulate_reading
 from tests.labelled_floors import label_by_rule, labelled_floors, small_model
@@ -105,14 +105,14 @@ def test_training_says_what_it_was_trained_on():
 
 
 def test_the_same_seed_trains_the_same_model(unseen):
-    again = train_places(labelled_floors())
+    again = train_rooms(labelled_floors())
     for said, said_again in zip(small_model().passes(unseen).values(), again.passes(unseen).values(), strict=True):
         assert (said == said_again).all()
     assert again.field.temperature == small_model().field.temperature
 
 
 def test_the_order_of_floors_does_not_choose_the_parts_left_out():
-    backwards = train_places(labelled_floors()[::-1])
+    backwards = train_rooms(labelled_floors()[::-1])
     assert backwards.training.floors == small_model().training.floors
 
 
@@ -127,23 +127,23 @@ def test_unknown_labels_are_all_told():
     first, *others = labelled_floors()
     rooms = (replace(first.rooms[0], label="POOL"), replace(first.rooms[1], label=None), *first.rooms[2:])
     with pytest.raises(LabelError, match=rf"rooms {rooms[1].id} of corridor house 1.xml have no label.*'POOL' "):
-        train_places([replace(first, rooms=rooms), *others])
+        train_rooms([replace(first, rooms=rooms), *others])
 
 
 def test_unknown_types_are_told():
     first, *others = labelled_floors()
     with pytest.raises(LabelError, match="no schema of building type 'castle'"):
-        train_places([replace(first, building_type={"castle": 1.0}), *others])
+        train_rooms([replace(first, building_type={"castle": 1.0}), *others])
 
 
 def test_one_building_is_too_few():
     with pytest.raises(ModelError, match="1 building is too few"):
-        train_places([*labelled_floors()[:1]] * 2)
+        train_rooms([*labelled_floors()[:1]] * 2)
 
 
 def test_few_floors_with_numbered_names_are_buildings_of_their_own():
     assert [building_of(floor.source) for floor in labelled_floors()[:2]] == ["corridor house"] * 2
-    assert train_places(labelled_floors()[:2]).training.rooms["school"] > 20
+    assert train_rooms(labelled_floors()[:2]).training.rooms["school"] > 20
 
 
 def test_a_schema_of_the_user():
@@ -158,7 +158,7 @@ def test_a_schema_of_the_user():
         )
         for floor in labelled_floors()
     ]
-    model = train_places(floors, schemas={**SCHEMAS, "hospital": hospital})
+    model = train_rooms(floors, schemas={**SCHEMAS, "hospital": hospital})
     assert model.building_types == ("hospital",)
     assert {room.label for room in model.label(floors[0]).rooms} <= {"WARD", "CORRIDOR", "STAIRS"}
 
@@ -210,8 +210,8 @@ def test_labels_that_somebody_gave():
 
 def test_floors_without_a_type_are_named():
     first, *others = labelled_floors()
-    with pytest.raises(LabelError, match=r"floors corridor house 1.xml do not tell their building type.*--type"):
-        train_places([replace(first, building_type={}), *others])
+    with pytest.raises(LabelError, match=r"corridor house 1.xml .*building_type="):
+        train_rooms([replace(first, building_type={}), *others])
 
 
 def test_a_type_may_be_in_any_case(unseen):
@@ -220,7 +220,7 @@ def test_a_type_may_be_in_any_case(unseen):
         assert label_rooms(floor, small_model()).rooms == label_rooms(unlabelled(unseen), small_model()).rooms
     loud = [replace(floor, building_type={" SCHOOL": 1.0}) for floor in labelled_floors()]
     check_labels(loud)
-    assert train_places(loud[:2]).training.rooms.keys() == {"school"}
+    assert train_rooms(loud[:2]).training.rooms.keys() == {"school"}
 
 
 def test_a_function_is_chosen_from_r_c_down():
@@ -233,10 +233,10 @@ def test_faults_of_simulated_floors_are_told_once_and_those_of_drawn_ones_first(
     first, *others = labelled_floors()
     strange = replace(first, rooms=(replace(first.rooms[0], label="POOL"), *first.rooms[1:]))
     with pytest.raises(LabelError, match="'POOL'"):
-        train_places(labelled_floors(), simulated=[strange])
+        train_rooms(labelled_floors(), simulated=[strange])
     bare = replace(first, rooms=(replace(first.rooms[0], label=None), *first.rooms[1:]))
     with pytest.raises(LabelError) as caught:
-        train_places([bare, *others], simulated=[bare])
+        train_rooms([bare, *others], simulated=[bare])
     assert str(caught.value).count("have no label") == 1
 
 
@@ -249,7 +249,7 @@ def test_simulated_rooms_count_less_for_names():
         )
         for floor in floors
     ]
-    model = train_places(floors, simulated=simulated)
+    model = train_rooms(floors, simulated=simulated)
     said = [
         room.label_probabilities["school"]
         for floor in floors
@@ -264,11 +264,11 @@ def test_simulated_rooms_without_weight_change_nothing(monkeypatch):
     """They would join classrooms to classrooms, were they counted."""
     floors = labelled_floors()
     strange = [replace(each, rooms=tuple(replace(room, label="STAIRS") for room in each.rooms)) for each in floors]
-    drawn = train_places(floors)
+    drawn = train_rooms(floors)
     monkeypatch.setattr("pianta.rooms.training.SIMULATED_WEIGHT", 1e-9)
-    both = train_places(floors, simulated=strange)
+    both = train_rooms(floors, simulated=strange)
     assert both.field.doors == pytest.approx(drawn.field.doors, abs=0.1)
     assert both.field.alike == pytest.approx(drawn.field.alike, abs=0.1)
     monkeypatch.setattr("pianta.rooms.training.SIMULATED_WEIGHT", 0.99)
-    counted = train_places(floors, simulated=strange)
+    counted = train_rooms(floors, simulated=strange)
     assert abs(counted.field.doors - drawn.field.doors).max() > 1

@@ -6,7 +6,7 @@ from math import cos, sin
 from shapely import LineString, Polygon, box
 from shapely.affinity import affine_transform
 
-from pianta.building_types.model import BuildingModel, train_buildings
+from pianta.building_types.model import BuildingModel, train_building_types
 from pianta.floor import Door, Floor, Room
 from pianta.labels import FCES, SCHEMAS, General, Label, LabelSchema
 
@@ -82,7 +82,7 @@ def typed_floors() -> tuple[Floor, ...]:
 @cache
 def typed_model() -> BuildingModel:
     """A model trained on them."""
-    return train_buildings(typed_floors(), schemas=ALL_SCHEMAS)
+    return train_building_types(typed_floors(), schemas=ALL_SCHEMAS)
 
 
 def move(floor: Floor, *, turn: float = 0.0, scale: float = 1.0, shift: tuple[float, float] = (0.0, 0.0)) -> Floor:

@@ -105,7 +105,7 @@ def main() -> None:
     found = Parallel(n_jobs=given.jobs)(delayed(take_lessons)(building) for building in taken if building.others)
     lessons = np.concatenate(found)
     given.out.write_text(json.dumps(fit(lessons)) + "\n")
-    print(f"{len(lessons)} lessons from {len(taken)} schools, in {given.out}")  # noqa: T201
+    print(f"{len(lessons)} lessons from {len(taken)} schools, in {given.out}")
 
 
 if __name__ == "__main__":

@@ -10,14 +10,14 @@ import typer
 
 from pianta.bench.annotated_floors import read_annotated_floors
 from pianta.bench.data import find_data
-from pianta.building_types.model import judge_held_out, train_buildings
+from pianta.building_types.model import judge_held_out, train_building_types
 from pianta.building_types.model_file import DEFAULT_MODEL, save_building_model
 
 
 def main() -> None:
     """Train, save, and print how many types are wrong when the building is left out."""
     floors, _ = read_annotated_floors(find_data(None))
-    model = train_buildings([floor.floor for floor in floors], buildings=[floor.building for floor in floors])
+    model = train_building_types([floor.floor for floor in floors], buildings=[floor.building for floor in floors])
     save_building_model(model, DEFAULT_MODEL)
     verdicts = judge_held_out(model)
     said = [verdict.likeliest for verdict in verdicts]

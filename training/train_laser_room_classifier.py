@@ -89,7 +89,7 @@ def main() -> None:
     stumps = train_stumps(features, places)
     lines = ",\n".join(json.dumps(stump) for stump in stumps)
     MODEL.write_text(f'{{"places": {json.dumps(PLACES)}, "stumps": [\n{lines}\n]}}\n', encoding="utf-8")
-    print(f"{len(places)} scans, {len(stumps)} stumps, in {MODEL}")  # noqa: T201
+    print(f"{len(places)} scans, {len(stumps)} stumps, in {MODEL}")
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ from pianta.evaluation.folds import leave_buildings_out
 from pianta.labels import LabelSet, Split
 from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_machine
 from pianta.rooms.completion import LABELS
-from pianta.rooms.model import vote
+from pianta.rooms.training import vote
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier

@@ -13,9 +13,9 @@ from pianta.bench.annotated_floors import AnnotatedFloor
 from pianta.floor import Floor, scale_floor
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet, Split
 from pianta.rooms.completion import LABELS
-from pianta.rooms.model import PlaceModel, vote
+from pianta.rooms.model import PlaceModel
 from pianta.rooms.thesis_features import GEOMETRIC, ROOM_FEATURES, compute_room_features
-from pianta.rooms.training import train_places
+from pianta.rooms.training import train_rooms, vote
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
@@ -106,7 +106,7 @@ def train_on(
 ) -> PlaceModel:
     """Train pianta's model, its labels divided as a split has them."""
     drawn = [floor.floor for floor in floors]
-    return train_places(drawn, simulated=simulated, schemas=schemas_of(split), seed=seed)
+    return train_rooms(drawn, simulated=simulated, schemas=schemas_of(split), seed=seed)
 
 
 def train_local_trees(floors: Sequence[AnnotatedFloor], *, columns: slice, split: Split, seed: int) -> LocalTrees:

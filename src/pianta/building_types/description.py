@@ -6,10 +6,8 @@ two views of it: features that tell of all rooms together, and a graph whose loc
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
@@ -61,13 +59,6 @@ class BuildingDescription:
         classes = np.searchsorted(bounds, self.sizes).tolist()
         rooms = zip(self.labels, classes, self.sides, strict=True)
         return tuple(f"{label} size {size} sides {sides}" for label, size, sides in rooms)
-
-
-def draw_rooms(names: Sequence[str], doors: Iterable[tuple[int, int]]) -> nx.Graph:
-    """The graph of rooms by their places: each with its name as its label, joined by doors."""
-    graph = nx.Graph(doors)
-    graph.add_nodes_from((place, {"label": name}) for place, name in enumerate(names))
-    return graph
 
 
 def name_features(label_set: LabelSet) -> tuple[str, ...]:

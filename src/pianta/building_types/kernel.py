@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
-from typing import Self
+from itertools import pairwise
+from typing import Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
-from pianta.building_types.description import BuildingDescription, draw_rooms
-from pianta.graphs.explicit_kernel import FeatureCounts, gather_counts
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.building_types.description import BuildingDescription
+from pianta.graphs.feature_counts import FeatureCounts, compare_counts, gather_counts, merge_counts
+from pianta.graphs.labelled_graphs import LabelledNodes, hash_labels
+from pianta.graphs.neighborhood_features import list_codes
+from pianta.graphs.stable_hash import Codes
 
 Floats = NDArray[np.float64]
+# A floor as patterns see it: the names of its rooms, and its doors.
+NamedFloor: TypeAlias = tuple[tuple[str, ...], tuple[tuple[int, int], ...]]
+# Patterns of a floor by block of NSPDK: their codes, and how often each occurs.
+Patterns: TypeAlias = tuple[tuple[Codes, Floats], ...]
 
 # NSPDK on the graph of rooms: a room with those behind its doors, and two of these with a room between.
 RADIUS, DISTANCE = 1, 2
@@ -43,19 +48,23 @@ class BuildingKernel:
         self.means_, self.spreads_ = features.mean(axis=0), np.where(spreads < LEAST_SPREAD, np.inf, spreads)
         self.bounds_ = np.quantile(sizes, np.arange(1, SIZE_CLASSES) / SIZE_CLASSES)
         self.floors_, self.known_ = known, self._standardise(known)
-        self.patterns_ = NeighborhoodPairs(radius=RADIUS, distance=DISTANCE).fit_counts(self._count_patterns(known))
+        self.patterns_ = self._count_patterns(known)
         return self
 
     def compare(self, floors: Sequence[BuildingDescription] | None = None) -> Floats:
         """How alike floors are to the known ones, shape (floors, known); these to each other where none are given."""
-        patterns = self.patterns_.compare_counts(None if floors is None else self._count_patterns(floors))
+        counts = self.patterns_ if floors is None else self._count_patterns(floors)
+        patterns = compare_counts(counts, self.patterns_)
         features = self.compare_features(self.floors_ if floors is None else floors)
         return np.asarray((1 - PATTERN_SHARE) * features + PATTERN_SHARE * patterns)
 
     def compare_features(self, floors: Sequence[BuildingDescription]) -> Floats:
         """The share of the features in `compare`, from 0 to 1, shape (floors, known)."""
-        apart = cdist(self._standardise(floors), self.known_, "sqeuclidean") / self.known_.shape[1]
-        return np.asarray(np.exp(-apart / 2))
+        apart = np.zeros((len(floors), len(self.known_)))
+        # One feature after the other, for all at once would take their number of times the memory.
+        for own, known in zip(self._standardise(floors).T, self.known_.T, strict=True):
+            apart += (own[:, None] - known) ** 2
+        return np.asarray(np.exp(-apart / self.known_.shape[1] / 2))
 
     def _standardise(self, floors: Sequence[BuildingDescription]) -> Floats:
         features = np.array([description.features for description in floors])
@@ -63,21 +72,45 @@ class BuildingKernel:
 
     def _count_patterns(self, floors: Sequence[BuildingDescription]) -> list[FeatureCounts]:
         """Patterns of floors, a row for each, by block of NSPDK."""
-        counted = [_count_patterns(floor.name_rooms(self.bounds_), floor.doors) for floor in floors]
-        return [_stack(blocks) for blocks in zip(*counted, strict=True)]
+        counted = recall_patterns([(floor.name_rooms(self.bounds_), floor.doors) for floor in floors])
+        return [merge_counts(stack_patterns(blocks)) for blocks in zip(*counted, strict=True)]
 
 
-@lru_cache(maxsize=MAX_REMEMBERED)
-def _count_patterns(names: tuple[str, ...], doors: tuple[tuple[int, int], ...]) -> tuple[FeatureCounts, ...]:
-    """Patterns of one floor by block of NSPDK, each once with its count."""
-    blocks = NeighborhoodPairs(radius=RADIUS, distance=DISTANCE).count_features([draw_rooms(names, doors)])
-    found = (np.unique(block.codes, return_counts=True) for block in blocks)
-    return tuple(
-        FeatureCounts(1, np.zeros(len(codes), np.intp), codes, counts.astype(np.float64)) for codes, counts in found
-    )
+_REMEMBERED: dict[NamedFloor, Patterns] = {}
 
 
-def _stack(floors: Sequence[FeatureCounts]) -> FeatureCounts:
+def recall_patterns(floors: Sequence[NamedFloor]) -> list[Patterns]:
+    """The patterns of each floor; those that were counted before are remembered."""
+    found = {floor: _REMEMBERED[floor] for floor in floors if floor in _REMEMBERED}
+    new = [floor for floor in dict.fromkeys(floors) if floor not in found]
+    if new:
+        found |= dict(zip(new, count_patterns(new), strict=True))
+        if len(_REMEMBERED) + len(new) > MAX_REMEMBERED:
+            _REMEMBERED.clear()
+        _REMEMBERED.update({floor: found[floor] for floor in new[:MAX_REMEMBERED]})
+    return [found[floor] for floor in floors]
+
+
+def count_patterns(floors: Sequence[NamedFloor]) -> list[Patterns]:
+    """The patterns of each floor, all counted together: floors are parts of one graph."""
+    rooms = [len(names) for names, _ in floors]
+    floor_of = np.repeat(np.arange(len(floors)), rooms)
+    first_rooms = np.repeat(np.cumsum(rooms) - rooms, [len(pairs) for _, pairs in floors])
+    doors = np.array([pair for _, pairs in floors for pair in pairs], np.intp).reshape(-1, 2) + first_rooms[:, None]
+    starts, ends = np.concatenate([doors, doors[:, ::-1]]).T
+    labels = hash_labels(name for names, _ in floors for name in names)
+    graph = LabelledNodes(labels, starts, ends, np.zeros(len(starts), np.uint64))
+    blocks = []
+    for pairs in list_codes(graph, radius=RADIUS, distance=DISTANCE):
+        counts = merge_counts(gather_counts(len(floors), [floor_of[pairs.roots]], [pairs.codes]))
+        by_floor = np.argsort(counts.rows, kind="stable")
+        bounds = np.searchsorted(counts.rows[by_floor], np.arange(len(floors) + 1)).tolist()
+        codes, numbers = counts.codes[by_floor], counts.counts[by_floor]
+        blocks.append([(codes[start:end], numbers[start:end]) for start, end in pairwise(bounds)])
+    return list(zip(*blocks, strict=True))
+
+
+def stack_patterns(floors: Sequence[tuple[Codes, Floats]]) -> FeatureCounts:
     """The counts of single floors as rows of one."""
-    rows = [floor.rows + row for row, floor in enumerate(floors)]
-    return gather_counts(len(floors), rows, [floor.codes for floor in floors], [floor.counts for floor in floors])
+    rows = [np.full(len(codes), row) for row, (codes, _) in enumerate(floors)]
+    return gather_counts(len(floors), rows, [codes for codes, _ in floors], [counts for _, counts in floors])

@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pianta.building_types.description import BuildingDescription, describe_building
 from pianta.building_types.kernel import BuildingKernel
+from pianta.building_types.machine import TypeMachine, fit_machine
 from pianta.building_types.typicality import Typicality, find_most_alike, learn_typicality, measure_likeness
 from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
@@ -25,20 +26,10 @@ from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split
 from pianta.rooms.completion import spread_labels
 from pianta.rooms.training import building_of, check_labels
 
-if TYPE_CHECKING:
-    from sklearn.linear_model import LogisticRegression
-    from sklearn.svm import SVC
-
-Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-COST = 10.0
-# How far probabilities may be drawn from their mean, which few buildings do not tell well.
-CALIBRATION_COST = 10.0
 # A floor that is less typical than this share of the known ones is of no known type.
 LEAST_TYPICAL = 0.05
-# For the calibration buildings are left out one by one, of more than these some together.
-MAX_PARTS = 64
 
 
 @dataclass(frozen=True)
@@ -65,85 +56,137 @@ class Verdict:
 
 
 @dataclass(frozen=True, eq=False)
-class BuildingModel:
-    """A trained model of building types: it is the floors that it knows.
+class Learnt:
+    """What is learnt from known floors: a machine that tells their types, and how much they are like each other."""
 
-    known: descriptions of floors, by rooms that have labels of label_set. types: of each. buildings: of each, which
-    of them are floors of one building.
+    machine: TypeMachine
+    typicality: Typicality
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingModel:
+    """A trained model of building types: the floors that it knows, and what is learnt from them.
+
+    Attributes
+    ----------
+    known
+        Descriptions of floors, by rooms that have labels of `label_set`.
+    types
+        The building type of each.
+    buildings
+        The building of each; floors of one building have the same.
+    label_set
+        The labels by which floors are compared.
+    given
+        What was learnt from them before, None if nothing was.
     """
 
     known: tuple[BuildingDescription, ...]
     types: tuple[str, ...]
     buildings: tuple[str, ...]
     label_set: LabelSet
+    given: Learnt | None = None
 
     @cached_property
     def building_types(self) -> tuple[str, ...]:
         """The types that it tells apart."""
         return tuple(sorted(set(self.types)))
 
-    def judge(self, floor: Floor) -> Verdict:
-        """What kind of building a floor is of.
+    def save(self, path: str | Path) -> None:
+        """Write the model as a JSON file that `load_model` reads.
 
-        Raises LabelError for rooms without a label of the label set.
+        Parameters
+        ----------
+        path
+            The file; an older one is replaced.
+
+        Raises
+        ------
+        ModelError
+            The model could not be read again.
+        PiantaError
+            The file cannot be written.
+        """
+        from pianta.building_types.model_file import save_building_model
+
+        save_building_model(self, path)
+
+    def judge(self, floor: Floor) -> Verdict:
+        """Say what kind of building a floor is of.
+
+        Parameters
+        ----------
+        floor
+            A floor whose rooms have labels of the label set.
+
+        Returns
+        -------
+        Verdict
+            Probabilities of the types, how typical the floor is, and the known floors that it is most like.
+
+        Raises
+        ------
+        LabelError
+            Rooms have no label of the label set.
         """
         return self.judge_description(describe_building(floor, self.label_set))
 
     def judge_description(self, description: BuildingDescription) -> Verdict:
-        """As `judge`, for a floor that is described in the label set of the model."""
+        """Say what `judge` says, of a floor that is described in the label set of the model.
+
+        Parameters
+        ----------
+        description
+            Of the floor.
+
+        Returns
+        -------
+        Verdict
+            As of `judge`.
+        """
         gram = self._kernel.compare([description])
         likeness = measure_likeness(gram)
-        typicality = float(self._typicality.rank(likeness)[0])
-        probabilities = self._calibration.predict_proba(_decide(self._classifier, gram))[0]
+        typicality = float(self.learnt.typicality.rank(likeness)[0])
+        probabilities = self.learnt.machine.judge(gram, self._truth)[0]
         by_type = dict(zip(self.building_types, map(float, probabilities), strict=True))
         return Verdict(by_type, typicality, find_most_alike(gram, self.known))
 
     def leave_out(self, places: Indices) -> BuildingModel:
-        """The model of all floors that it knows but those at some places."""
+        """The model of all floors that it knows but those at some places.
+
+        Parameters
+        ----------
+        places
+            Of floors in `known`, shape (n,).
+
+        Returns
+        -------
+        BuildingModel
+            A model that learns anew when it is first used.
+        """
         kept = np.setdiff1d(np.arange(len(self.known)), places)
         known, types, buildings = (tuple(every[i] for i in kept) for every in (self.known, self.types, self.buildings))
-        return replace(self, known=known, types=types, buildings=buildings)
+        return replace(self, known=known, types=types, buildings=buildings, given=None)
+
+    @cached_property
+    def learnt(self) -> Learnt:
+        """What is learnt from the known floors; where it was not given, it is learnt now, with scikit-learn."""
+        if self.given is not None:
+            return self.given
+        machine = fit_machine(self._kernel.compare(), self._truth, self.buildings)
+        return Learnt(machine, learn_typicality(self.known, self.buildings))
 
     @cached_property
     def _kernel(self) -> BuildingKernel:
         return BuildingKernel().fit(self.known)
 
     @cached_property
-    def _gram(self) -> Floats:
-        return self._kernel.compare()
-
-    @cached_property
     def _truth(self) -> Indices:
+        """The type of each known floor, its place in `building_types`."""
         return np.array([self.building_types.index(name) for name in self.types])
 
-    @cached_property
-    def _typicality(self) -> Typicality:
-        return learn_typicality(self.known, self.buildings)
 
-    @cached_property
-    def _classifier(self) -> SVC:
-        return _fit_svm(self._gram, self._truth)
-
-    @cached_property
-    def _calibration(self) -> LogisticRegression:
-        """Platt's scaling, on what is said of each building by a classifier that was not trained on it.
-
-        What is usual of features is learnt from all. Types are as probable as they are frequent among the known floors.
-        """
-        from sklearn.linear_model import LogisticRegression
-
-        decisions, truth = [], []
-        for others, held_out in leave_buildings_out(self.buildings, parts=MAX_PARTS):
-            # The only building of a type has to be judged by what has seen it.
-            tell_all = len(np.unique(self._truth[others])) == len(self.building_types)
-            seen = others if tell_all else np.arange(len(self.known))
-            machine = _fit_svm(self._gram[np.ix_(seen, seen)], self._truth[seen])
-            decisions.append(_decide(machine, self._gram[np.ix_(held_out, seen)]))
-            truth.append(self._truth[held_out])
-        return LogisticRegression(C=CALIBRATION_COST).fit(np.concatenate(decisions), np.concatenate(truth))
-
-
-def train_buildings(
+def train_building_types(
     floors: Sequence[Floor],
     *,
     buildings: Sequence[str] | None = None,
@@ -153,11 +196,44 @@ def train_buildings(
 ) -> BuildingModel:
     """Train a model of building types.
 
-    floors: with labels of the schema of their most probable building type; those without rooms are passed by.
-    buildings: of which building each floor with rooms is; by building_of from the sources unless given, where a type
-    that would have one building only has as many as floors.
-    Raises LabelError as check_labels, and ModelError for fewer than two types or a type with fewer than two buildings,
-    with every fault in one message.
+    Needs scikit-learn, which comes with pianta.
+
+    Parameters
+    ----------
+    floors
+        Floors whose rooms have labels of the schema of their building type; those without rooms are passed by.
+    buildings
+        The building that each floor with rooms belongs to; None to see it in the sources: house1.xml and house2.xml are
+        floors of one. A type that would have one building only has as many as floors.
+    schemas
+        By building type, its labels.
+    label_set
+        The labels by which floors are compared: R/C or F/C/E/S.
+    split
+        Which of the splits of the thesis is taken for these labels.
+
+    Returns
+    -------
+    BuildingModel
+        The model for `classify_building`; `model.save(path)` writes it.
+
+    Raises
+    ------
+    LabelError
+        Floors have no building type, or rooms no label of its schema; every fault is in one message.
+    ModelError
+        There are fewer than two types, or a type has fewer than two buildings; every fault is in one message.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, section 6.2.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> files = ("school.geojson", "other_school.geojson", "office.geojson", "other_office.geojson")
+    >>> floors = [pianta.read_floor(file) for file in files]  # doctest: +SKIP
+    >>> pianta.train_building_types(floors).save("types.json")  # doctest: +SKIP
     """
     floors = [floor for floor in floors if floor.rooms]
     types = [next(iter(floor.building_types), "") for floor in floors]
@@ -221,14 +297,3 @@ def _group_buildings(types: Sequence[str], buildings: Sequence[str]) -> dict[str
     for kind, name in zip(types, buildings, strict=True):
         of_types.setdefault(kind, set()).add(name)
     return of_types
-
-
-def _fit_svm(gram: Floats, truth: Indices) -> SVC:
-    from sklearn.svm import SVC
-
-    return SVC(kernel="precomputed", C=COST, class_weight="balanced").fit(gram, truth)
-
-
-def _decide(machine: SVC, gram: Floats) -> Floats:
-    """Decision values, shape (floors, 1) of two types, (floors, types) of more."""
-    return np.asarray(machine.decision_function(gram)).reshape(len(gram), -1)

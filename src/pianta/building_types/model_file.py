@@ -1,7 +1,7 @@
-"""The file of a BuildingModel: JSON with the descriptions of the floors that it knows, a line for each.
+"""The file of a BuildingModel: JSON with the floors that it knows, a line for each, and what is learnt from them.
 
-A model file may come from a stranger. All of it is numbers and names, which are checked before anything is learned from
-them; the classifier is no part of it, and is fitted again where it is used.
+A model file may come from a stranger. All of it is numbers and names, which are checked before they are used. Version 1
+had the floors alone: what is learnt from them is then learnt again where it is used.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
 from pianta.building_types.description import BuildingDescription, name_features
-from pianta.building_types.model import BuildingModel, check_types
+from pianta.building_types.machine import TypeMachine
+from pianta.building_types.model import BuildingModel, Learnt, check_types
+from pianta.building_types.typicality import Typicality
 from pianta.errors import ModelError
 from pianta.io._faults import describe_validation, join_faults
 from pianta.io._files import checked_input, reason_of, shown, written_atomically
@@ -24,7 +26,9 @@ from pianta.models import MODELS
 from pianta.rooms.completion import LABELS
 
 FORMAT: Final = "pianta buildings"
-MAJOR, MINOR = 1, 0
+MAJOR, MINOR = 2, 0
+# The version that has nothing but floors.
+WITHOUT_MACHINE = 1
 DEFAULT_MODEL = MODELS / "building_types.json"
 MAX_FILE_BYTES, MAX_FLOORS, MAX_ROOMS = 16 * 2**20, 1000, 1000
 # The work that patterns are grows with the square of the rooms of a floor; this is 6000 floors of 40 rooms.
@@ -39,14 +43,17 @@ def save_building_model(model: BuildingModel, path: str | Path) -> None:
     Raises ModelError for a model that read_building_model would refuse, PiantaError when the file cannot be written.
     """
     try:
-        content = _describe_model(model)
+        floors = _describe_floors(model)
+        # Nothing can be learnt from floors of one type.
+        _check_model(floors)
+        content = _LearntModel(**dict(floors), learnt=_describe_learnt(model.learnt))
         _check_model(content)
     except (ModelError, ValidationError) as error:
         told = describe_validation(error) if isinstance(error, ValidationError) else error
         raise ModelError(f"the model cannot be saved: {told}") from None
     head = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in content.model_dump(exclude={"floors"}).items()]
-    floors = [json.dumps(floor.model_dump(by_alias=True), separators=(",", ":")) for floor in content.floors]
-    text = "{\n" + ",\n".join([*head, '"floors": [\n' + ",\n".join(floors) + "\n]"]) + "\n}\n"
+    lines = [json.dumps(floor.model_dump(by_alias=True), separators=(",", ":")) for floor in content.floors]
+    text = "{\n" + ",\n".join([*head, '"floors": [\n' + ",\n".join(lines) + "\n]"]) + "\n}\n"
     with written_atomically(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
@@ -70,6 +77,7 @@ def read_building_model(path: str | Path) -> BuildingModel:
         types=tuple(floor.building_type for floor in content.floors),
         buildings=tuple(floor.building for floor in content.floors),
         label_set=LabelSet(content.label_set),
+        given=content.learnt.describe() if isinstance(content, _LearntModel) else None,
     )
 
 
@@ -112,6 +120,39 @@ class _Floor(_Part):
         return BuildingDescription(self.source, features, self.labels, self.sizes, self.sides, self.doors)
 
 
+_Numbers = tuple[_Number, ...]
+
+
+class _Learnt(_Part):
+    weights: tuple[_Numbers, ...]
+    intercepts: _Numbers
+    slopes: tuple[_Numbers, ...]
+    offsets: _Numbers
+    likenesses: _Numbers
+
+    def check(self, floors: int, types: int) -> str | None:
+        """What does not fit so many floors and types, None if nothing."""
+        shapes = {
+            "weights": (floors, types - 1),
+            "intercepts": (types * (types - 1) // 2,),
+            "slopes": (1 if types == 2 else types, types),
+            "offsets": (types,),
+            "likenesses": (floors,),
+        }
+        faults = [
+            f"{name} are not {' × '.join(map(str, shape))}"
+            for name, shape in shapes.items()
+            if _shape_of(getattr(self, name)) != shape
+        ]
+        if list(self.likenesses) != sorted(self.likenesses):
+            faults.append("likenesses do not ascend")
+        return join_faults(faults) if faults else None
+
+    def describe(self) -> Learnt:
+        arrays = (np.array(each) for each in (self.weights, self.intercepts, self.slopes, self.offsets))
+        return Learnt(TypeMachine(*arrays), Typicality(np.array(self.likenesses)))
+
+
 class _Version(_Part):
     format: Literal["pianta buildings"]
     version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
@@ -123,7 +164,29 @@ class _Model(_Version):
     floors: Annotated[tuple[_Floor, ...], Field(max_length=MAX_FLOORS)]
 
 
-def _describe_model(model: BuildingModel) -> _Model:
+class _LearntModel(_Model):
+    learnt: _Learnt
+
+
+def _shape_of(numbers: tuple[object, ...]) -> tuple[int, ...] | None:
+    """The shape of an array, None where its rows are not of one length."""
+    lengths = {len(row) for row in numbers if isinstance(row, tuple)}
+    return (len(numbers), *lengths) if len(lengths) <= 1 else None
+
+
+def _describe_learnt(learnt: Learnt) -> _Learnt:
+    machine = learnt.machine
+    return _Learnt(
+        weights=tuple(map(tuple, machine.weights.tolist())),
+        intercepts=tuple(machine.intercepts.tolist()),
+        slopes=tuple(map(tuple, machine.slopes.tolist())),
+        offsets=tuple(machine.offsets.tolist()),
+        likenesses=tuple(learnt.typicality.likenesses.tolist()),
+    )
+
+
+def _describe_floors(model: BuildingModel) -> _Model:
+    """What a model has but for what is learnt."""
     floors = tuple(
         _Floor(
             source=known.source,
@@ -152,9 +215,10 @@ def _read_content(content: bytes) -> _Model:
     """What a model file holds; what it says of version and features comes before faults of its floors."""
     try:
         version = _Version.model_validate_json(content).version
-        if int(version.partition(".")[0]) > MAJOR:
+        major = int(version.partition(".")[0])
+        if major > MAJOR:
             raise ModelError(f"it has format version {version}, this pianta reads {MAJOR}.x; update pianta")
-        return _Model.model_validate_json(content)
+        return (_LearntModel if major > WITHOUT_MACHINE else _Model).model_validate_json(content)
     except ValidationError as exception:
         if any(
             fault["type"] == "json_invalid" or not fault["loc"] or fault["loc"] == ("format",)
@@ -184,3 +248,12 @@ def _check_model(model: _Model) -> None:
     if faults:
         raise ModelError(join_faults(faults))
     check_types([floor.building_type for floor in model.floors], [floor.building for floor in model.floors])
+    if isinstance(model, _LearntModel):
+        _check_learnt(model)
+
+
+def _check_learnt(model: _LearntModel) -> None:
+    types = len({floor.building_type for floor in model.floors})
+    fault = model.learnt.check(len(model.floors), types)
+    if fault:
+        raise ModelError(f"what it has learnt does not fit its floors: {fault}; train it again")

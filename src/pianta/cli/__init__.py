@@ -2,40 +2,45 @@
 
 from __future__ import annotations
 
+import gc
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from importlib import import_module
 from io import TextIOWrapper
 from typing import Annotated
 
 import typer
 
 from pianta import __version__
-from pianta.cli import (
-    bench,
-    bench_exploration,
-    bench_plans,
-    explore,
-    generate,
-    predict,
-    read,
-    realism,
-    train,
-    world,
-)
 from pianta.cli.terminal import show_examples, tell_error, telling_warnings
 from pianta.errors import PiantaError
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
-app.command("read", epilog=show_examples(read.EXAMPLES))(read.read_maps)
-app.command("realism", epilog=show_examples(realism.EXAMPLES))(realism.judge_floors)
-app.command("generate", epilog=show_examples(generate.EXAMPLES))(generate.generate)
-app.command("predict", epilog=show_examples(predict.EXAMPLES))(predict.predict_floor)
-app.command("explore", epilog=show_examples(explore.EXAMPLES))(explore.explore_world)
-app.command("world", epilog=show_examples(world.EXAMPLES))(world.make_world)
-app.add_typer(train.app, name="train")
-bench.app.command("exploration", epilog=show_examples(bench_exploration.EXAMPLES))(bench_exploration.bench_exploration)
-bench.app.command("plans", epilog=show_examples(bench_plans.EXAMPLES))(bench_plans.bench_plans)
-app.add_typer(bench.app, name="bench")
+# New objects after which Python looks for garbage, in the place of 700.
+GARBAGE_THRESHOLD = 100_000
+# Verb -> the function of its module that runs it; None for a verb with verbs of its own.
+VERBS = {
+    "read": "read_maps",
+    "realism": "judge_floors",
+    "generate": "generate",
+    "predict": "predict_floor",
+    "explore": "explore_world",
+    "world": "make_world",
+    "train": None,
+    "bench": None,
+}
+
+
+def build_app(verbs: Iterable[str] = VERBS) -> typer.Typer:
+    """The command line with some verbs; only their modules are imported."""
+    app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+    app.callback(invoke_without_command=True)(describe)
+    for verb in verbs:
+        module, function = import_module(f"pianta.cli.{verb}"), VERBS[verb]
+        if function is None:
+            app.add_typer(module.app, name=verb)
+        else:
+            app.command(verb, epilog=show_examples(module.EXAMPLES))(getattr(module, function))
+    return app
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -43,17 +48,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     The exit code is 0, or 1 when some maps of several could not be read, or 2 when nothing could be done.
     """
+    # Imports make many objects that stay; looking through them for garbage takes a tenth of a short command.
+    gc.set_threshold(GARBAGE_THRESHOLD)
+    given = sys.argv[1:] if arguments is None else [*arguments]
+    app = build_app(given[:1] if given and given[0] in VERBS else VERBS)
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names can hold what no encoding has
     try:
         with telling_warnings():
-            app(arguments, prog_name="pianta")
+            app(given, prog_name="pianta")
     except PiantaError as error:
         tell_error(error)
         sys.exit(2)
 
 
-@app.callback(invoke_without_command=True)
 def describe(
     *, version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False
 ) -> None:

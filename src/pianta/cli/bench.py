@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import typer
 
 from pianta.bench.data import check_set
+from pianta.cli import bench_exploration, bench_plans
 from pianta.cli.bench_options import (
     PLACE_SPLITS,
     Buildings,
@@ -47,6 +48,8 @@ if TYPE_CHECKING:
 Bench = TypeVar("Bench")
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
+app.command("exploration", epilog=show_examples(bench_exploration.EXAMPLES))(bench_exploration.bench_exploration)
+app.command("plans", epilog=show_examples(bench_plans.EXAMPLES))(bench_plans.bench_plans)
 
 
 @app.command("layout", epilog=show_examples(["pianta bench layout", "pianta bench layout --pictures layouts"]))

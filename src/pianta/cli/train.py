@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 SEGMENTATIONS = ("corr", "ncut")
 PLACES_EXAMPLES = (
-    "pianta train places buildings/school buildings/office -o places.skops",
-    "pianta train places wards --labels hospital.yaml --type hospital -o hospital.skops",
-    "pianta read map.yaml --model hospital.skops --type hospital -o building",
+    "pianta train places buildings/school buildings/office -o places.npz",
+    "pianta train places wards --labels hospital.yaml --type hospital -o hospital.npz",
+    "pianta read map.yaml --model hospital.npz --type hospital -o building",
 )
 BUILDINGS_EXAMPLES = (
     "pianta train buildings buildings/school buildings/office -o types.json",
@@ -50,6 +50,9 @@ Buildings = Annotated[
     list[str], typer.Argument(metavar="BUILDING", help="Files of labelled buildings, or folders of them.")
 ]
 Out = Annotated[Path, typer.Option("--out", "-o", help="File for the model; an older one is replaced.")]
+Archive = Annotated[
+    Path, typer.Option("--out", "-o", help="File for the model, which ends in .npz; an older one is replaced.")
+]
 Labels = Annotated[
     list[Path] | None, typer.Option(help="Label schema of a building type of yours, YAML; may be repeated.")
 ]
@@ -77,7 +80,7 @@ def describe() -> None:
 def train_places(
     buildings: Buildings,
     *,
-    out: Out,
+    out: Archive,
     labels: Labels = None,
     building_type: Type = None,
     simulate: Simulate = 0,
@@ -93,14 +96,16 @@ def train_places(
     that cannot be read does not stop the others; the exit code is then 1.
     """
     from pianta.rooms import training
-    from pianta.rooms.model_file import save_place_model
+    from pianta.rooms.model_file import check_model_path, save_place_model
 
+    if not out.is_dir():
+        check_model_path(out)
     _check_options(out, building_type)
     schemas = read_schemas(labels or ())
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     training.check_labels(floors, schemas)
     simulated = simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
-    model = training.train_places(floors, simulated=simulated, schemas=schemas, seed=seed)
+    model = training.train_rooms(floors, simulated=simulated, schemas=schemas, seed=seed)
     save_place_model(model, out)
     if not quiet:
         _tell_model(model, out)
@@ -131,7 +136,7 @@ def train_buildings(
     _check_options(out, building_type)
     schemas = read_schemas(labels or ())
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
-    model = building_types.train_buildings(floors, schemas=schemas)
+    model = building_types.train_building_types(floors, schemas=schemas)
     save_building_model(model, out)
     if not quiet:
         _tell_building_model(model, building_types.judge_held_out(model), out)

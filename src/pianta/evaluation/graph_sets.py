@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.errors import GraphError, OptionError
-from pianta.graphs.labelled_graphs import Indices, LabelledGraph, read_labelled_graphs
+from pianta.graphs.labelled_graphs import LabelledGraph, read_labelled_graphs
+from pianta.graphs.shortest_paths import Indices
 from pianta.graphs.stable_hash import Codes, join, mix
 
 Floats: TypeAlias = NDArray[np.float64]

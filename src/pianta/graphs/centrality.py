@@ -12,8 +12,9 @@ from typing import Any, TypeAlias
 
 import networkx as nx
 import numpy as np
-import rustworkx as rx
 from numpy.typing import NDArray
+
+from pianta.graphs.shortest_paths import Adjacency, ShortestPaths, find_shortest_paths
 
 Centrality: TypeAlias = dict[Any, float]
 
@@ -28,8 +29,13 @@ def measure_betweenness(graph: nx.Graph) -> Centrality:
     Each pair of other nodes counts once and the sum is divided by (n - 1)(n - 2), which makes a half of what is usual:
     the centre of a star has 0.5. The thesis prints the sum without a divisor; Table 5.1 has it divided.
     """
-    usual = rx.betweenness_centrality(to_rustworkx(graph), normalized=True)
-    return _by_node(graph, (usual[index] / 2 for index in range(len(graph))))
+    return _by_node(graph, betweenness_of(find_shortest_paths(to_arrays(graph))))
+
+
+def betweenness_of(paths: ShortestPaths) -> NDArray[np.float64]:
+    """`measure_betweenness` of a graph, shape (n,), given its shortest paths."""
+    n = len(paths.distances)
+    return np.asarray(paths.measure_betweenness() / max(2 * (n - 1) * (n - 2), 1))
 
 
 def measure_closeness(graph: nx.Graph) -> Centrality:
@@ -37,8 +43,15 @@ def measure_closeness(graph: nx.Graph) -> Centrality:
 
     The thesis prints decay centrality instead (`measure_decay`), which Table 5.1 does not have.
     """
-    values = rx.closeness_centrality(to_rustworkx(graph), wf_improved=True)
-    return _by_node(graph, (values[index] for index in range(len(graph))))
+    return _by_node(graph, closeness_of(distances(graph)))
+
+
+def closeness_of(lengths: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`measure_closeness` of a graph, shape (n,), given its `distances`."""
+    joined = np.isfinite(lengths)
+    others = joined.sum(axis=1) - 1.0
+    total = np.where(joined, lengths, 0).sum(axis=1)
+    return np.asarray(others / np.maximum(total, 1) * others / max(len(lengths) - 1, 1))
 
 
 def measure_decay(graph: nx.Graph) -> Centrality:
@@ -87,18 +100,22 @@ def drop_isolated(graph: nx.Graph) -> nx.Graph:
 
 def distances(graph: nx.Graph) -> NDArray[np.float64]:
     """Numbers of edges on shortest paths, shape (n, n), in the order of the graph; infinite where there is none."""
+    import rustworkx as rx  # as find_shortest_paths, but faster on large graphs; what reads a map does without
+
     if not len(graph):
         return np.zeros((0, 0))
-    return np.asarray(rx.distance_matrix(to_rustworkx(graph), null_value=np.inf))
-
-
-def to_rustworkx(graph: nx.Graph) -> rx.PyGraph:
-    """The same graph for rustworkx: nodes are their places in the order of the graph."""
     places = {node: place for place, node in enumerate(graph)}
     same = rx.PyGraph(multigraph=False)
     same.add_nodes_from(list(graph))
     same.add_edges_from_no_data([(places[first], places[second]) for first, second in graph.edges])
-    return same
+    return np.asarray(rx.distance_matrix(same, null_value=np.inf))
+
+
+def to_arrays(graph: nx.Graph) -> Adjacency:
+    """The edges of a graph; nodes are their places in its order."""
+    places = {node: place for place, node in enumerate(graph)}
+    edges = np.array([(places[first], places[second]) for first, second in graph.edges], np.intp).reshape(-1, 2)
+    return Adjacency(len(graph), *np.concatenate([edges, edges[:, ::-1]]).T)
 
 
 def _by_node(graph: nx.Graph, values: Iterable[float]) -> Centrality:

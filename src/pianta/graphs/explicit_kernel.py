@@ -10,43 +10,18 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Self, TypeAlias
+from typing import Self
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array, hstack
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
 from pianta.errors import OptionError
-from pianta.graphs.labelled_graphs import Indices
+from pianta.graphs.feature_counts import FeatureCounts, divide
+from pianta.graphs.shortest_paths import Floats
 from pianta.graphs.stable_hash import Codes
-
-Floats: TypeAlias = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class FeatureCounts:
-    """How often graphs, or whatever n rows stand for, have features, as triples of shape (m,) each.
-
-    rows: which graph, 0 … n - 1. codes: which feature; where a feature occurs again, the counts add up.
-    """
-
-    n: int
-    rows: Indices
-    codes: Codes
-    counts: Floats
-
-
-def gather_counts(
-    n: int, rows: Sequence[Indices], codes: Sequence[Codes], counts: Sequence[Floats] | None = None
-) -> FeatureCounts:
-    """The counts of n rows from those of parts; each feature counts once where no counts are given."""
-    all_rows = np.concatenate([np.zeros(0, np.intp), *rows])
-    all_codes = np.concatenate([np.zeros(0, np.uint64), *codes])
-    all_counts = np.ones(len(all_rows)) if counts is None else np.concatenate([np.zeros(0), *counts])
-    return FeatureCounts(n, all_rows, all_codes, all_counts)
 
 
 class ExplicitKernel(TransformerMixin, BaseEstimator, ABC):  # type: ignore[misc]
@@ -103,7 +78,7 @@ class ExplicitKernel(TransformerMixin, BaseEstimator, ABC):  # type: ignore[misc
         tables = [block.counts for block in blocks]
         if self.normalize:
             filled = _count_filled(blocks)
-            scales = [_divide(1.0, np.sqrt(filled * block.squares)) for block in blocks]
+            scales = [divide(1.0, np.sqrt(filled * block.squares)) for block in blocks]
             tables = [table.multiply(scale[:, None]) for table, scale in zip(tables, scales, strict=True)]
         table = csr_array(hstack(tables))
         # Support vector machines of scikit-learn take no longer indices.
@@ -120,8 +95,8 @@ class ExplicitKernel(TransformerMixin, BaseEstimator, ABC):  # type: ignore[misc
             return np.asarray(np.sum(grams, axis=0))
         # One square root of a product, not a product of two: of equal numbers it is exactly the number.
         lengths = [np.sqrt(np.outer(one.squares, other.squares)) for one, other in pairs]
-        gram = np.sum([_divide(gram, length) for gram, length in zip(grams, lengths, strict=True)], axis=0)
-        return _divide(gram, np.sqrt(np.outer(_count_filled(blocks), _count_filled(self.fitted_))))
+        gram = np.sum([divide(gram, length) for gram, length in zip(grams, lengths, strict=True)], axis=0)
+        return divide(gram, np.sqrt(np.outer(_count_filled(blocks), _count_filled(self.fitted_))))
 
     def _tabulate(self, counts: Sequence[FeatureCounts]) -> list[_Block]:
         return [_tabulate(block, vocabulary) for block, vocabulary in zip(counts, self.vocabularies_, strict=True)]
@@ -161,9 +136,3 @@ def _tabulate(block: FeatureCounts, vocabulary: Codes) -> _Block:
 def _count_filled(blocks: Sequence[_Block]) -> Floats:
     """The number of blocks in which a row has features, shape (n,)."""
     return np.asarray(np.sum([block.squares > 0 for block in blocks], axis=0, dtype=np.float64))
-
-
-def _divide(values: Floats | float, by: Floats) -> Floats:
-    """Values / by, 0 where `by` is 0."""
-    quotients: Floats = np.divide(values, by, out=np.zeros_like(by), where=by > 0)
-    return quotients

@@ -5,35 +5,31 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 
 from pianta.errors import GraphError
-from pianta.graphs.centrality import distances
+from pianta.graphs.centrality import distances, to_arrays
+from pianta.graphs.shortest_paths import Adjacency, Floats, Indices
 from pianta.graphs.stable_hash import Codes, hash_name
 from pianta.io._faults import join_faults
 from pianta.io._files import shown
-
-Indices: TypeAlias = NDArray[np.intp]
 
 # Nodes or edges that a fault names; a graph without any labels is said in few words.
 MAX_NAMED = 5
 
 
 @dataclass(frozen=True, eq=False)
-class LabelledGraph:
-    """An undirected graph of n nodes and m edges, nodes in the order of `graph`.
+class LabelledNodes:
+    """An undirected graph of n nodes and m edges, of any number of parts.
 
-    graph: where it comes from.
     labels: codes of the nodes' labels, shape (n,); zeros where they do not count.
     starts, ends: places of nodes, shape (2m,): each edge from both of its ends.
     edge_labels: codes of the edges' labels, shape (2m,); zeros where they do not count.
     """
 
-    graph: nx.Graph
     labels: Codes
     starts: Indices
     ends: Indices
@@ -43,7 +39,19 @@ class LabelledGraph:
         return len(self.labels)
 
     @cached_property
-    def distances(self) -> NDArray[np.float64]:
+    def edges(self) -> Adjacency:
+        """Its edges without their labels."""
+        return Adjacency(len(self), self.starts, self.ends)
+
+
+@dataclass(frozen=True, eq=False)
+class LabelledGraph(LabelledNodes):
+    """A networkx graph as arrays; graph: where it comes from, whose nodes are in the same order."""
+
+    graph: nx.Graph
+
+    @cached_property
+    def distances(self) -> Floats:
         """Edges on shortest paths, shape (n, n), infinite where there is none."""
         return distances(self.graph)
 
@@ -91,17 +99,16 @@ def _find_faults(graph: object, number: int, node_label: str | None, edge_label:
 
 
 def _read(graph: nx.Graph, node_label: str | None, edge_label: str | None) -> LabelledGraph:
-    places = {node: place for place, node in enumerate(graph)}
-    edges = np.array([(places[first], places[second]) for first, second in graph.edges], np.intp).reshape(-1, 2)
-    starts, ends = np.concatenate([edges, edges[:, ::-1]]).T
-    of_edges = np.zeros(len(edges), np.uint64)
+    edges = to_arrays(graph)
+    of_edges = np.zeros(len(edges.starts) // 2, np.uint64)
     if edge_label is not None:
-        of_edges = _hash_labels(label for *_, label in graph.edges(data=edge_label))
+        of_edges = hash_labels(label for *_, label in graph.edges(data=edge_label))
     labels = np.zeros(len(graph), np.uint64)
     if node_label is not None:
-        labels = _hash_labels(label for _, label in graph.nodes(data=node_label))
-    return LabelledGraph(graph, labels, starts, ends, np.concatenate([of_edges, of_edges]))
+        labels = hash_labels(label for _, label in graph.nodes(data=node_label))
+    return LabelledGraph(labels, edges.starts, edges.ends, np.concatenate([of_edges, of_edges]), graph)
 
 
-def _hash_labels(labels: Iterable[Any]) -> Codes:
+def hash_labels(labels: Iterable[Any]) -> Codes:
+    """The codes of the texts of labels."""
     return np.array([hash_name(str(label)) for label in labels], np.uint64)

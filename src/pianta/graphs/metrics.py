@@ -7,7 +7,6 @@ from types import MappingProxyType
 
 import networkx as nx
 import numpy as np
-import rustworkx as rx
 
 from pianta.graphs.centrality import (
     Centrality,
@@ -16,7 +15,6 @@ from pianta.graphs.centrality import (
     measure_closeness,
     measure_eigenvector,
     measure_katz,
-    to_rustworkx,
 )
 from pianta.labels import RC, LabelSchema, LabelSet, Split
 
@@ -49,7 +47,7 @@ def measure_graph(graph: nx.Graph, corridors: Collection[Hashable]) -> dict[str,
         "nodes_r": int((~in_corridors).sum()),
         "nodes_c": int(in_corridors.sum()),
         **_measure_paths(graph),
-        "art_points": len(rx.articulation_points(to_rustworkx(graph))),
+        "art_points": len({*nx.articulation_points(graph)}),
         "assortativity": measure_assortativity(graph),
     }
     for name, measure in CENTRALITIES.items():

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
-from itertools import product
 
 import networkx as nx
 import numpy as np
 
 from pianta.errors import GraphError
-from pianta.graphs.explicit_kernel import ExplicitKernel, FeatureCounts, check_numbers, gather_counts
-from pianta.graphs.labelled_graphs import Indices, LabelledGraph, name_some, read_labelled_graphs
-from pianta.graphs.neighborhoods import hash_neighborhoods
-from pianta.graphs.stable_hash import Codes, join
+from pianta.graphs.explicit_kernel import ExplicitKernel, check_numbers
+from pianta.graphs.feature_counts import FeatureCounts, gather_counts
+from pianta.graphs.labelled_graphs import LabelledGraph, name_some, read_labelled_graphs
+from pianta.graphs.neighborhood_features import count_pairs, list_blocks, name_pairs, pair_neighborhoods
+from pianta.graphs.shortest_paths import Adjacency, Indices
+from pianta.graphs.stable_hash import Codes
 from pianta.io._faults import join_faults
 
 
@@ -42,16 +43,8 @@ class NeighborhoodPairs(ExplicitKernel):
 
     def count_features(self, graphs: Iterable[nx.Graph]) -> list[FeatureCounts]:
         """Pairs of neighbourhoods, each pair once, by radius and then distance of the block."""
-        found = self._open_blocks()
-        read = self._read(graphs)
-        for row, graph in enumerate(read):
-            hashes = self._hash(graph)
-            pairs = [np.nonzero(np.triu(graph.distances == distance)) for distance in range(self.distance + 1)]
-            for (radius, distance), (rows, codes) in found.items():
-                one, other = (hashes[radius][roots] for roots in pairs[distance])
-                rows.append(np.full(len(one), row))
-                codes.append(join(radius, distance, np.minimum(one, other), np.maximum(one, other)))
-        return [gather_counts(len(read), rows, codes) for rows, codes in found.values()]
+        check_numbers(radius=self.radius, distance=self.distance)
+        return count_pairs(self._read(graphs), radius=self.radius, distance=self.distance)
 
     def count_rooted_features(
         self, graphs: Iterable[nx.Graph], roots: Sequence[Sequence[Hashable]]
@@ -61,29 +54,21 @@ class NeighborhoodPairs(ExplicitKernel):
         roots: of each graph the nodes that get a row; those of the first graph come first, in the order given.
         Raises GraphError as `count_features` does, and for roots that are no nodes.
         """
-        found = self._open_blocks()
+        check_numbers(radius=self.radius, distance=self.distance)
+        rows: list[list[Indices]] = [[] for _ in list_blocks(self.radius, self.distance)]
+        codes: list[list[Codes]] = [[] for _ in rows]
         first_row = 0
         for graph, places in _find_roots(self._read(graphs), roots):
-            hashes = self._hash(graph)
-            pairs = [np.nonzero(graph.distances[places] == distance) for distance in range(self.distance + 1)]
-            for (radius, distance), (rows, codes) in found.items():
-                which, others = pairs[distance]
-                rows.append(first_row + which)
-                codes.append(join(radius, distance, hashes[radius][places[which]], hashes[radius][others]))
+            blocks = pair_neighborhoods(graph, self.radius, self.distance).items()
+            for (block, pairs), of_rows, of_codes in zip(blocks, rows, codes, strict=True):
+                which, own = Adjacency(len(graph), pairs.roots, pairs.others).leave(places)
+                of_rows.append(first_row + which)
+                of_codes.append(name_pairs(block, pairs.one[own], pairs.other[own]))
             first_row += len(places)
-        return [gather_counts(first_row, rows, codes) for rows, codes in found.values()]
-
-    def _open_blocks(self) -> dict[tuple[int, int], tuple[list[Indices], list[Codes]]]:
-        """Rows and codes by radius and distance."""
-        check_numbers(radius=self.radius, distance=self.distance)
-        return {block: ([], []) for block in product(range(self.radius + 1), range(self.distance + 1))}
+        return [gather_counts(first_row, *parts) for parts in zip(rows, codes, strict=True)]
 
     def _read(self, graphs: Iterable[nx.Graph]) -> list[LabelledGraph]:
         return read_labelled_graphs(graphs, node_label=self.label, edge_label=self.edge_label)
-
-    def _hash(self, graph: LabelledGraph) -> list[Codes]:
-        """The hashes of all neighbourhoods, by radius."""
-        return [hash_neighborhoods(graph, radius) for radius in range(self.radius + 1)]
 
 
 def _find_roots(

@@ -6,12 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pianta.graphs.labelled_graphs import Indices, LabelledGraph
+from pianta.graphs.labelled_graphs import LabelledNodes
+from pianta.graphs.shortest_paths import Indices, NearPairs
 from pianta.graphs.stable_hash import Codes, join, mix
 
 
-def hash_neighborhoods(graph: LabelledGraph, radius: int) -> Codes:
+def hash_neighborhoods(graph: LabelledNodes, near: NearPairs, radius: int) -> Codes:
     """Hashes of the subgraphs of all nodes at most `radius` edges from each node, shape (n,).
+
+    near: the pairs of nodes at most `radius` edges apart, or more of them.
 
     Colour refinement on each subgraph: a node starts with its label and its distance from the root, and takes in the
     colours of its neighbours, round by round. After `radius` rounds the root of a tree has taken in the whole tree, so
@@ -19,9 +22,9 @@ def hash_neighborhoods(graph: LabelledGraph, radius: int) -> Codes:
     lies along an outer ring may be far. What is not told apart then is as regular as a ring of six rooms and two rings
     of three, each with doors between neighbours and to a corridor in the middle, the root.
     """
-    around = _find_neighborhoods(graph, radius)
-    distances = graph.distances[around.roots, around.nodes].astype(np.uint64)
-    colors = join(distances, graph.labels[around.nodes])
+    inside = near.steps <= radius
+    around = _find_neighborhoods(graph, near.roots[inside], near.nodes[inside])
+    colors = join(near.steps[inside], graph.labels[around.nodes])
     for _ in range(radius):
         colors = _refine(around, colors)
     colors = _refine_to_the_end(around, colors)
@@ -46,20 +49,13 @@ class _Neighborhoods:
     edge_labels: Codes
 
 
-def _find_neighborhoods(graph: LabelledGraph, radius: int) -> _Neighborhoods:
-    roots, nodes = np.nonzero(graph.distances <= radius)
-    member = np.full((len(graph), len(graph)), -1)
-    member[roots, nodes] = np.arange(len(roots))
-    # From each member along all edges of its node, which stand together in `order`.
-    order = np.argsort(graph.starts, kind="stable")
-    degrees = np.bincount(graph.starts, minlength=len(graph))
-    firsts = np.cumsum(degrees) - degrees
-    times = degrees[nodes]
-    starts = np.repeat(np.arange(len(nodes)), times)
-    turns = np.arange(len(starts)) - np.repeat(np.cumsum(times) - times, times)
-    edges = order[firsts[nodes[starts]] + turns]
-    ends = member[roots[starts], graph.ends[edges]]
-    inside = ends >= 0
+def _find_neighborhoods(graph: LabelledNodes, roots: Indices, nodes: Indices) -> _Neighborhoods:
+    """roots, nodes: the members, by root and then by node."""
+    starts, edges = graph.edges.leave(nodes)
+    # Where an edge leads to the same neighbourhood: pairs as numbers, which ascend.
+    members, reached = roots * len(graph) + nodes, roots[starts] * len(graph) + graph.ends[edges]
+    ends = np.searchsorted(members, reached)
+    inside = members[np.minimum(ends, len(members) - 1)] == reached if len(members) else np.zeros(0, bool)
     return _Neighborhoods(roots, nodes, starts[inside], ends[inside], graph.edge_labels[edges[inside]])
 
 

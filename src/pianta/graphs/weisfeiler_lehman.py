@@ -8,7 +8,8 @@ import networkx as nx
 import numpy as np
 from scipy.sparse import csr_array
 
-from pianta.graphs.explicit_kernel import ExplicitKernel, FeatureCounts, check_numbers, gather_counts
+from pianta.graphs.explicit_kernel import ExplicitKernel, check_numbers
+from pianta.graphs.feature_counts import FeatureCounts, gather_counts
 from pianta.graphs.labelled_graphs import LabelledGraph, read_labelled_graphs
 from pianta.graphs.stable_hash import join, mix
 

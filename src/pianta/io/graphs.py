@@ -14,8 +14,6 @@ from pydantic_core import from_json
 from pianta.errors import BuildingError, FloorError, LabelError
 from pianta.io._faults import describe_validation, join_faults
 from pianta.io._files import checked_input, shown, written_atomically
-from pianta.io.buildings.read import read_building
-from pianta.io.graphml import read_graphml
 from pianta.labels import standard_building_type, standard_name
 
 MAX_FILE_BYTES = 64 * 2**20
@@ -63,14 +61,14 @@ _Value = Annotated[JsonValue, AfterValidator(_refuse_infinity)]
 
 
 class _Node(BaseModel):
-    model_config = ConfigDict(strict=True, extra="allow")
+    model_config = ConfigDict(defer_build=True, strict=True, extra="allow")
     __pydantic_extra__: dict[str, _Value]
 
     id: int | str
 
 
 class _Edge(BaseModel):
-    model_config = ConfigDict(strict=True, extra="allow")
+    model_config = ConfigDict(defer_build=True, strict=True, extra="allow")
     __pydantic_extra__: dict[str, _Value]
 
     source: int | str
@@ -78,7 +76,7 @@ class _Edge(BaseModel):
 
 
 class _NodeLink(BaseModel):
-    model_config = ConfigDict(strict=True)
+    model_config = ConfigDict(defer_build=True, strict=True)
 
     directed: Literal[False]
     multigraph: Literal[False]
@@ -171,6 +169,10 @@ def _check_size(file: Path) -> None:
 
 
 def _read_any_graph(file: Path) -> nx.Graph:
+    # Whoever writes a graph need not wait for the readers of other formats.
+    from pianta.io.buildings.read import read_building
+    from pianta.io.graphml import read_graphml
+
     with file.open("rb") as stream:
         start = stream.read(1000).lstrip(_BLANKS)
     if file.suffix.lower() == ".graphml" or b"<graphml" in start:
@@ -229,7 +231,7 @@ _Id = int | str
 class _Part(BaseModel):
     """A part of the file; what is not named here is skipped."""
 
-    model_config = ConfigDict(strict=True, frozen=True)
+    model_config = ConfigDict(defer_build=True, strict=True, frozen=True)
 
 
 class _SampledNode(_Part):

@@ -57,9 +57,12 @@ def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Para
     >>> len(pianta.reconstruct(grid, method="morphological"))
     19
     """
+    floor = find_rooms(grid, method=method, parameters=parameters)
+    if not any(room.partial for room in floor.rooms):
+        return floor
     from pianta.layout.partial.predict import predict_partial_rooms
 
-    return predict_partial_rooms(find_rooms(grid, method=method, parameters=parameters), grid)
+    return predict_partial_rooms(floor, grid)
 
 
 def find_rooms(grid: GridMap, *, method: str, parameters: Parameters | None = None) -> Floor:

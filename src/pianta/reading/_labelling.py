@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 class Labelling:
     """How floors are labelled.
 
-    rooms: the model of rooms. words: what names of rooms say of their labels. buildings: the model of building types.
-    building_type: the one that is given, which is then not predicted.
+    rooms: the model of rooms. buildings: the model of building types. words: what names of rooms say of their labels;
+    None for those of pianta. building_type: the one that is given, which is then not predicted.
     """
 
     rooms: PlaceModel
     buildings: BuildingModel
-    words: RoomWords
+    words: RoomWords | None
     building_type: str | None = None
 
     @classmethod
@@ -43,7 +43,7 @@ class Labelling:
         from pianta.building_types.model_file import read_building_model, read_default_building_model
         from pianta.rooms.model import PlaceModel
         from pianta.rooms.model_file import read_default_place_model, read_place_model
-        from pianta.rooms.name_dictionary import read_default_room_words, read_room_words
+        from pianta.rooms.name_dictionary import read_room_words
 
         if building_model is not None and building_type is not None:
             raise OptionError("building_type= makes building_model= useless, leave either out")
@@ -58,8 +58,7 @@ class Labelling:
         buildings = read_default_building_model() if building_model is None else building_model
         buildings = read_building_model(buildings) if isinstance(buildings, str | Path) else buildings
         _check_model("building_model", buildings, BuildingModel)
-        dictionary = read_room_words(words) if words is not None else read_default_room_words()
-        return cls(rooms, buildings, dictionary, building_type)
+        return cls(rooms, buildings, read_room_words(words) if words is not None else None, building_type)
 
     @property
     def schemas(self) -> Mapping[str, LabelSchema]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pianta.building_types.description import BuildingDescription
 from pianta.building_types.kernel import BuildingKernel
-from pianta.building_types.model import COST
+from pianta.building_types.machine import COST
 from pianta.evaluation.folds import leave_buildings_out
 
 if TYPE_CHECKING:

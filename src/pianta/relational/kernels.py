@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.errors import ModelError, OptionError
-from pianta.graphs.explicit_kernel import FeatureCounts
+from pianta.graphs.feature_counts import FeatureCounts
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
 from pianta.relational.facts import FLOOR_SIGNATURES, Interpretation, Signature, Value, by_name, check_interpretation
 from pianta.relational.graphicalization import Graphicalizer

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import networkx as nx
 import numpy as np
-import rustworkx as rx
 import shapely
 from numpy.typing import NDArray
 
 from pianta.floor import Floor
-from pianta.graphs.centrality import distances, measure_betweenness, measure_closeness, measure_katz, to_rustworkx
+from pianta.graphs.centrality import betweenness_of, closeness_of, measure_katz, to_arrays
+from pianta.graphs.shortest_paths import ShortestPaths, find_shortest_paths
 from pianta.rooms._outlines import Floats, draw_outlines, measure_unit
 from pianta.rooms._shapes import (
     MISSING,
@@ -83,21 +83,23 @@ def describe_rooms(floor: Floor) -> RoomContext:
     rectangles, ends = fit_rectangles(outlines), list_door_ends(floor)
     doors, alike, walls = join_rooms(floor), find_alike(outlines, rectangles), share_walls(outlines, unit)
     graph = nx.from_numpy_array(doors)
-    hops = distances(graph)
+    paths = find_shortest_paths(to_arrays(graph))
     measured = {
         **measure_shapes(outlines, rectangles),
         **measure_doors(ends, rectangles),
         **measure_sizes(outlines, rectangles, alike),
         **measure_facades(outlines, rectangles, unit),
         **measure_walls(walls, outlines),
-        **measure_topology(graph, doors, hops),
+        **measure_topology(graph, doors, paths),
     }
     area = shapely.area(outlines)
     measured |= measure_relatives(doors, alike, area)
     measured |= measure_main_neighbours(doors, walls, area, ends, rectangles)
     measured |= measure_neighbours(doors, area, measured)
     features = np.column_stack([measured[name] for name in CONTEXT_FEATURES])
-    return RoomContext(features, doors, hops, walls, alike, shapely.area([room.polygon for room in floor.rooms]))
+    return RoomContext(
+        features, doors, paths.distances, walls, alike, shapely.area([room.polygon for room in floor.rooms])
+    )
 
 
 def join_rooms(floor: Floor) -> Floats:
@@ -111,11 +113,11 @@ def join_rooms(floor: Floor) -> Floats:
     return doors
 
 
-def measure_topology(graph: nx.Graph, doors: Floats, hops: Floats) -> dict[str, Floats]:
+def measure_topology(graph: nx.Graph, doors: Floats, paths: ShortestPaths) -> dict[str, Floats]:
     """The role of a room in the graph: centralities, what is near it in doors, and what it alone leads to."""
-    n = len(doors)
+    n, hops = len(doors), paths.distances
     degree = doors.sum(axis=1)
-    betweenness = np.array([*measure_betweenness(graph).values()])
+    betweenness = betweenness_of(paths)
     farthest = np.where(np.isinf(hops), 0, hops).max(axis=1)
     hubs = betweenness >= betweenness.max() * (1 - SAME)
     to_hub = hops[:, hubs].min(axis=1)
@@ -123,7 +125,7 @@ def measure_topology(graph: nx.Graph, doors: Floats, hops: Floats) -> dict[str, 
     return {
         "degree": degree,
         "mean_degree": np.full(n, degree.mean()),
-        "closeness": np.array([*measure_closeness(graph).values()]),
+        "closeness": closeness_of(hops),
         "betweenness": betweenness,
         "katz": _measure_katz(graph, doors),
         "eccentricity": farthest,
@@ -205,7 +207,7 @@ def _measure_cuts(graph: nx.Graph) -> tuple[Floats, Floats]:
     Both are 0 for a room with at most one other to go to.
     """
     parts, cut_off = np.zeros(len(graph)), np.zeros(len(graph))
-    cutting = rx.articulation_points(to_rustworkx(graph))
+    cutting = {*nx.articulation_points(graph)}
     for connected in nx.connected_components(graph):
         if len(connected) > 2:
             parts[[*connected]] = 1

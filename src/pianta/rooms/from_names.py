@@ -17,7 +17,7 @@ from pianta.floor import Floor
 from pianta.labels import LabelSchema
 from pianta.rooms.features import RoomContext
 from pianta.rooms.label import label_rooms
-from pianta.rooms.model import FUNCTIONS, PlaceModel, describe_neighbours, find_neighbourhood, vote
+from pianta.rooms.model import FUNCTIONS, PlaceModel, describe_neighbours, find_neighbourhood
 from pianta.rooms.name_dictionary import RoomWords, prior_of_name, read_default_room_words
 
 Floats = NDArray[np.float64]
@@ -36,9 +36,11 @@ def label_named_rooms(floor: Floor, model: PlaceModel | None = None, words: Room
     from pianta.rooms.model_file import read_default_place_model
 
     model = model or read_default_place_model()
-    words = words or read_default_room_words()
     known = next((name for name in floor.building_types if name in model.names), None)
     schema = None if known is None else model.schemas[known]
+    if not any(room.name for room in floor.rooms):
+        return label_rooms(floor, model)
+    words = words or read_default_room_words()
     priors = [prior_of_name(room.name, schema, words) if room.name else None for room in floor.rooms]
     if not any(priors):
         return label_rooms(floor, model)
@@ -81,8 +83,8 @@ class _NamedPlaceModel(PlaceModel):
 
     def _judge(self, context: RoomContext) -> dict[str, Floats]:
         said = self.evidence.functions
-        first = _combine(vote(self.first, context.features, len(FUNCTIONS)), said)
-        second = vote(self.second, describe_neighbours(context, first), len(FUNCTIONS))
+        first = _combine(self.first.predict(context.features), said)
+        second = self.second.predict(describe_neighbours(context, first))
         # The field divides logarithms by its temperature, which is the trees' and not the names'.
         told = _combine(second, said, self.field.temperature)
         judged = self.field.compute_marginals(told, find_neighbourhood(context))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,8 @@ from numpy.typing import NDArray
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, RC, LabelSchema, LabelSet
 from pianta.rooms.features import RoomContext, describe_rooms
+from pianta.rooms.forest import Forest
 from pianta.rooms.random_field import Neighbourhood, RandomField
-
-if TYPE_CHECKING:
-    from sklearn.ensemble import ExtraTreesClassifier
 
 Floats = NDArray[np.float64]
 
@@ -59,33 +57,81 @@ class Training:
 class PlaceModel:
     """A trained model of what rooms are for.
 
-    first, second: Extra-Trees over F/C/E/S, on the context of a room, and on that and what the first says around it.
-    field: judges a floor as one object. names: by building type, Extra-Trees over its labels.
-    schemas: by building type, which labels it has. training: what it was trained on.
+    Attributes
+    ----------
+    first, second
+        Extra-Trees over F/C/E/S, on the context of a room, and on that and what the first says around it.
+    field
+        The random field that judges a floor as one object.
+    names
+        By building type, Extra-Trees over its labels.
+    schemas
+        By building type, which labels it has.
+    training
+        What it was trained on, and its errors on buildings that were left out.
     """
 
-    first: ExtraTreesClassifier
-    second: ExtraTreesClassifier
+    first: Forest
+    second: Forest
     field: RandomField
-    names: Mapping[str, ExtraTreesClassifier]
+    names: Mapping[str, Forest]
     schemas: Mapping[str, LabelSchema]
     training: Training
 
-    def passes(self, floor: Floor) -> dict[str, Floats]:
-        """Probabilities of F/C/E/S after each step, "first pass", "second pass" and "random field".
+    def save(self, path: str | Path) -> None:
+        """Write the model as an .npz file that `load_model` reads.
 
-        Each is of shape (rooms, 4), columns in the order of FCES; those of the last step are calibrated.
+        Parameters
+        ----------
+        path
+            The file, which ends in .npz; an older one is replaced.
+
+        Raises
+        ------
+        ModelError
+            The path has another suffix.
+        PiantaError
+            The file cannot be written.
+        """
+        from pianta.rooms.model_file import save_place_model
+
+        save_place_model(self, path)
+
+    def passes(self, floor: Floor) -> dict[str, Floats]:
+        """Give the probabilities of F/C/E/S after each step.
+
+        Parameters
+        ----------
+        floor
+            A floor with rooms.
+
+        Returns
+        -------
+        dict
+            By "first pass", "second pass" and "random field", probabilities of shape (rooms, 4), columns in the order
+            of FCES; those of the last step are calibrated.
         """
         return self._judge(describe_rooms(floor))
 
     def _judge(self, context: RoomContext) -> dict[str, Floats]:
-        first = vote(self.first, context.features, len(FUNCTIONS))
-        second = vote(self.second, describe_neighbours(context, first), len(FUNCTIONS))
+        first = self.first.predict(context.features)
+        second = self.second.predict(describe_neighbours(context, first))
         judged = self.field.compute_marginals(second, find_neighbourhood(context))
         return {"first pass": first, "second pass": second, "random field": judged}
 
     def label(self, floor: Floor) -> Floor:
-        """The floor with labels, from R/C down to those of its building type where the model knows it."""
+        """The floor with labels, from R/C down to those of its building type where the model knows it.
+
+        Parameters
+        ----------
+        floor
+            The floor, metres of the map frame.
+
+        Returns
+        -------
+        Floor
+            The floor, as `label_rooms` gives it.
+        """
         if not floor.rooms:
             return floor
         context = describe_rooms(floor)
@@ -100,7 +146,7 @@ class PlaceModel:
     def _name(self, context: RoomContext, judged: Floats, building_type: str) -> Floats:
         """Probabilities of the labels of a building type, shape (rooms, labels); those of a function sum to its own."""
         schema = self.schemas[building_type]
-        votes = vote(self.names[building_type], describe_neighbours(context, judged), len(schema.labels))
+        votes = self.names[building_type].predict(describe_neighbours(context, judged))
         functions = np.array([FUNCTIONS.index(label.in_f_c_e_s()) for label in schema.labels])
         for number in np.unique(functions):
             of_function = functions == number
@@ -127,13 +173,6 @@ def has_given_label(room: Room) -> bool:
 def keep_given_label(room: Room) -> Room:
     """The room with nothing but the label that somebody gave it, or with no label at all."""
     return replace(room, label=room.label if has_given_label(room) else None, labels={}, label_probabilities={})
-
-
-def vote(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:
-    """Share of the votes of a forest for classes 0 … classes - 1, shape (n, classes)."""
-    votes = np.zeros((len(features), classes))
-    votes[:, trees.classes_] = trees.predict_proba(features)
-    return votes
 
 
 def choose_functions(judged: Floats) -> NDArray[np.intp]:

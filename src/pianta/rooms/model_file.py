@@ -1,18 +1,14 @@
-"""The file of a PlaceModel: a skops archive of its trees, with what else it holds in a member pianta.json.
+"""The file of a PlaceModel: a NumPy archive (.npz) of its trees, with what else it holds in a member pianta.json.
 
-A model file may come from a stranger. Nothing of it is loaded before the header has been read and all types in it are
-known; there is no pickle in it, and the trees are checked before anything walks through them.
+A model file may come from a stranger. Nothing of it is unpacked before its sizes are known, and no tree before the
+header has been read; there is no pickle in it, and trees are checked before anything walks through them.
 """
 
 from __future__ import annotations
 
-import io
-import warnings
-import zipfile
-import zlib
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
@@ -23,50 +19,60 @@ from pianta.io._files import checked_input, reason_of, shown, written_atomically
 from pianta.labels import Label, LabelSchema
 from pianta.models import MODELS
 from pianta.rooms.features import CONTEXT_FEATURES
-from pianta.rooms.model import AROUND, FUNCTIONS, PlaceModel, Training, vote
+from pianta.rooms.forest import Forest
+from pianta.rooms.model import AROUND, FUNCTIONS, PlaceModel, Training
+from pianta.rooms.model_archive import NO_MODEL, ModelArchive, pack_archive
 from pianta.rooms.random_field import RandomField
 
-if TYPE_CHECKING:
-    from sklearn.ensemble import ExtraTreesClassifier
-
 FORMAT: Final = "pianta places"
-MAJOR, MINOR = 1, 0
+# Version 1 had its trees as objects of scikit-learn, in a skops archive.
+MAJOR, MINOR = 2, 0
+SUFFIX = ".npz"
 HEADER = "pianta.json"
-DEFAULT_MODEL = MODELS / "rooms.skops"
-MAX_FILE_BYTES, MAX_CONTENT_BYTES, MAX_MEMBERS = 32 * 2**20, 512 * 2**20, 20_000
-# Reviewed: the arrays of a tree, which _check_trees looks at before they are used.
-TRUSTED_TYPES = ("sklearn.tree._tree.Tree",)
+DEFAULT_MODEL = MODELS / "rooms.npz"
+MAX_FILE_BYTES = 32 * 2**20
+# The arrays of a Forest, their types and axes.
+ARRAYS = {"features": ("<i2", 1), "thresholds": ("<f4", 1), "votes": ("<f8", 2)}
+REMEDY = "train it again with `pianta train places`"
+
+
+def check_model_path(path: str | Path) -> None:
+    """Raise ModelError, in one line, for the name of a file that is none of a model."""
+    if Path(path).suffix.lower() != SUFFIX:
+        raise ModelError(f"model file {shown(path)} does not end in {SUFFIX}, give a name that does")
 
 
 def save_place_model(model: PlaceModel, path: str | Path) -> None:
-    """Write a model; read_place_model gives back one that says the same.
+    """Write a model; read_place_model gives back one that says the same, and the same model gives the same bytes.
 
-    Raises PiantaError when the file cannot be written.
+    Raises ModelError as check_model_path does, PiantaError when the file cannot be written.
     """
-    from skops.io import dump
-
-    content = io.BytesIO()
-    trees = {"first": model.first, "second": model.second, "names": dict(model.names)}
-    dump(trees, content, compression=zipfile.ZIP_DEFLATED, compresslevel=9)
-    with zipfile.ZipFile(content, "a", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(HEADER, _describe_model(model).model_dump_json(indent=1))
+    check_model_path(path)
+    forests = {"first": model.first, "second": model.second}
+    forests |= {f"names.{number}": model.names[kind] for number, kind in enumerate(model.schemas)}
+    arrays = {
+        f"{place}.{name}": getattr(forest, name).astype(dtype)
+        for place, forest in forests.items()
+        for name, (dtype, _) in ARRAYS.items()
+    }
+    content = pack_archive(_describe_model(model).model_dump_json(indent=1), HEADER, arrays)
     with written_atomically(path) as temporary:
-        temporary.write_bytes(content.getvalue())
+        temporary.write_bytes(content)
 
 
 def read_place_model(path: str | Path) -> PlaceModel:
     """Read a model that save_place_model has written.
 
-    Raises ModelError, in one line, for a file that is no model, one of a newer format or for other features, and one
-    that asks for types which are not trusted; nothing of it is loaded then.
+    Raises ModelError, in one line, for a file that is no model, one of a newer or older format or for other features,
+    and one whose trees are damaged.
     """
     file = checked_input(path, "model", ModelError)
     try:
         if file.stat().st_size > MAX_FILE_BYTES:
             raise ModelError(f"it has more than {MAX_FILE_BYTES} bytes, too many for a model")
-        content = file.read_bytes()
-        header = _read_header(content)
-        return _build_model(header, _load_trees(content))
+        with ModelArchive(file.read_bytes()) as archive:
+            header = _read_header(archive)
+            return _build_model(header, archive)
     except (ModelError, OSError) as error:
         raise ModelError(f"cannot read the model {shown(file)}: {reason_of(error)}") from error
 
@@ -125,112 +131,59 @@ def _describe_model(model: PlaceModel) -> _Header:
     )
 
 
-def _read_header(content: bytes) -> _Header:
-    """The header of a model file; nothing else of it is looked at."""
+def _read_header(archive: ModelArchive) -> _Header:
+    """The header of a model file; what it says of its version comes before all other faults."""
     try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            members = archive.infolist()
-            if len(members) > MAX_MEMBERS or sum(member.file_size for member in members) > MAX_CONTENT_BYTES:
-                raise ModelError(f"it unpacks to more than {MAX_CONTENT_BYTES} bytes, too many for a model")
-            text = archive.read(HEADER)
+        text = archive.read(HEADER)
     except ModelError:
-        raise
-    # A way of packing that zipfile does not know is a NotImplementedError, and an encrypted member a RuntimeError.
-    except (zipfile.BadZipFile, zlib.error, KeyError, EOFError, RuntimeError, OSError, ValueError):
-        raise ModelError("it is no model of pianta, make one with `pianta train places`") from None
+        raise ModelError(NO_MODEL) from None
     try:
         version = _Version.model_validate_json(text).version
-        if int(version.partition(".")[0]) > MAJOR:
+        major = int(version.partition(".")[0])
+        if major > MAJOR:
             raise ModelError(f"it has format version {version}, this pianta reads {MAJOR}.x; update pianta")
+        if major < MAJOR:
+            raise ModelError(f"it has format version {version}, which pianta no longer reads; {REMEDY}")
         header = _Header.model_validate_json(text)
     except ValidationError as exception:
         raise ModelError(describe_validation(exception)) from None
     if tuple(header.features) != CONTEXT_FEATURES:
-        raise ModelError("it was trained on other features of rooms than this pianta computes, train it again")
+        raise ModelError(f"it was trained on other features of rooms than this pianta computes; {REMEDY}")
     return header
 
 
-def _load_trees(content: bytes) -> dict[str, Any]:
-    """The trees of a model file, once all types in it are known to be harmless."""
-    from skops.io import get_untrusted_types, loads
-
-    try:
-        strange = sorted(set(get_untrusted_types(data=content)) - set(TRUSTED_TYPES))
-        if strange:
-            raise ModelError(f"it asks for types that are not trusted: {', '.join(strange)}; do not use it")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a version of scikit-learn that differs; what does not fit is told below
-            trees = loads(content, trusted=list(TRUSTED_TYPES))
-    except ModelError:
-        raise
-    except Exception as exception:  # whatever a damaged archive provokes in the library
-        raise ModelError(f"its trees cannot be loaded: {reason_of(exception)}; train it again") from None
-    if not (
-        isinstance(trees, dict) and {"first", "second", "names"} <= trees.keys() and isinstance(trees["names"], dict)
-    ):
-        raise ModelError("its trees are incomplete, train it again")
-    return trees
-
-
-def _build_model(header: _Header, trees: dict[str, Any]) -> PlaceModel:
+def _build_model(header: _Header, archive: ModelArchive) -> PlaceModel:
     try:
         schemas = {kind: LabelSchema(kind, labels) for kind, labels in header.schemas.items()}
     except (PiantaError, ValueError) as error:
         raise ModelError(f"its labels are none: {reason_of(error)}") from None
     context = len(CONTEXT_FEATURES)
     around = context + AROUND * len(FUNCTIONS)
-    if trees["names"].keys() != schemas.keys():
-        raise ModelError("its trees do not fit its labels, train it again")
-    _check_trees(trees["first"], features=context, classes=len(FUNCTIONS))
-    _check_trees(trees["second"], features=around, classes=len(FUNCTIONS))
-    for kind, schema in schemas.items():
-        _check_trees(trees["names"][kind], features=around, classes=len(schema.labels))
     field = {name: getattr(header.field, name) for name in ("temperature", "door_strength", "alike_strength")}
     return PlaceModel(
-        first=trees["first"],
-        second=trees["second"],
+        first=_read_forest(archive, "first", features=context, classes=len(FUNCTIONS)),
+        second=_read_forest(archive, "second", features=around, classes=len(FUNCTIONS)),
         field=RandomField(np.array(header.field.doors), np.array(header.field.alike), **field),
-        names=trees["names"],
+        names={
+            kind: _read_forest(archive, f"names.{number}", features=around, classes=len(schema.labels))
+            for number, (kind, schema) in enumerate(schemas.items())
+        },
         schemas=schemas,
         training=header.training,
     )
 
 
-def _check_trees(forest: ExtraTreesClassifier, *, features: int, classes: int) -> None:
-    """Raise ModelError for what is no forest over these features and classes, or has a way out of its trees."""
+def _read_forest(archive: ModelArchive, place: str, *, features: int, classes: int) -> Forest:
+    """A forest of the archive.
+
+    Raises ModelError for one that is damaged or over other features or classes.
+    """
     try:
-        # Votes are only asked for once no tree can lead out of its memory.
-        sound = _is_forest(forest, features, classes)
-        with np.errstate(all="ignore"):
-            sound = sound and bool(np.isfinite(vote(forest, np.zeros((1, features)), classes)).all())
-    except Exception:  # whatever a forest provokes that lacks a part, or has one of another kind
-        sound = False
-    if not sound:
-        raise ModelError("its trees are damaged or of another kind, train it again")
-
-
-def _is_forest(forest: ExtraTreesClassifier, features: int, classes: int) -> bool:
-    """Whether it is a forest over some of the classes, all of whose trees are sound; raises where it lacks a part."""
-    from sklearn.ensemble import ExtraTreesClassifier
-    from sklearn.tree import ExtraTreeClassifier
-
-    if not (isinstance(forest, ExtraTreesClassifier) and forest.n_features_in_ == features and forest.estimators_):
-        return False
-    known = np.asarray(forest.classes_)
-    of_classes = known.dtype.kind == "i" and np.isin(known, np.arange(classes)).all() and len(set(known)) == len(known)
-    return bool(of_classes) and all(
-        isinstance(tree, ExtraTreeClassifier) and _is_sound(tree.tree_, features, len(known))
-        for tree in forest.estimators_
-    )
-
-
-def _is_sound(tree: Any, features: int, classes: int) -> bool:  # noqa: ANN401
-    """Whether every node of a tree leads further down, to a node that exists, by a feature that exists."""
-    left, right, nodes = tree.children_left, tree.children_right, np.arange(tree.node_count)
-    inner = left >= 0
-    children = np.stack([left[inner], right[inner]])
-    downwards = (children > nodes[inner]).all() and (children < tree.node_count).all()
-    leaves = (left[~inner] == -1).all() and (right[~inner] == -1).all()
-    by_feature = ((tree.feature[inner] >= 0) & (tree.feature[inner] < features)).all()
-    shares = tree.value.shape == (tree.node_count, 1, classes) and np.isfinite(tree.value).all()
-    return bool(tree.node_count > 0 and tree.n_features == features and downwards and leaves and by_feature and shares)
+        forest = Forest(
+            **{name: archive.read_array(f"{place}.{name}", dtype, axes=axes) for name, (dtype, axes) in ARRAYS.items()}
+        )
+    except ModelError as error:
+        raise ModelError(f"its trees are damaged: {reason_of(error)}; {REMEDY}") from None
+    if forest.features.max() >= features or forest.classes != classes:
+        raise ModelError(f"its trees are over other features or labels than its header says; {REMEDY}")
+    return forest

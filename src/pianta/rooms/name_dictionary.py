@@ -233,7 +233,7 @@ def _check_phrase(phrase: str) -> str:
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(defer_build=True, extra="forbid", frozen=True)
 
 
 _Function = Annotated[FCES, BeforeValidator(_upper)]

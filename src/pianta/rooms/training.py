@@ -17,6 +17,7 @@ from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet
 from pianta.rooms.features import RoomContext, describe_rooms
+from pianta.rooms.forest import Forest
 from pianta.rooms.model import (
     CONNECTION,
     FUNCTIONS,
@@ -25,7 +26,6 @@ from pianta.rooms.model import (
     choose_functions,
     describe_neighbours,
     join_neighbourhoods,
-    vote,
 )
 from pianta.rooms.random_field import fit_random_field
 
@@ -57,7 +57,7 @@ class Example:
     names: Indices
 
 
-def train_places(
+def train_rooms(
     floors: Sequence[Floor],
     *,
     simulated: Sequence[Floor] = (),
@@ -66,11 +66,45 @@ def train_places(
 ) -> PlaceModel:
     """Train a model of what rooms are for.
 
-    floors: with labels of the schema of their most probable building type, and a source, which differs from floor to
-    floor and tells the building by building_of. The floors of a building are left out together; where there are fewer
-    than FOLDS buildings each floor counts as one.
-    simulated: floors that simulate_reading has made of them; their rooms count SIMULATED_WEIGHT everywhere.
-    Raises LabelError as check_labels, and ModelError for fewer than two buildings.
+    Needs scikit-learn, which comes with pianta.
+
+    Parameters
+    ----------
+    floors
+        Floors whose rooms have labels of the schema of their building type. Each has a `source` of its own, which tells
+        the building: house1.xml and house2.xml are floors of one, and are left out together when errors are measured.
+        Where there are fewer than five buildings each floor counts as one.
+    simulated
+        Floors that were read from simulated maps of them, labelled by the truth; their rooms count less.
+    schemas
+        By building type, its labels.
+    seed
+        The same seed gives the same model.
+
+    Returns
+    -------
+    PlaceModel
+        The model for `label_rooms`; `model.save(path)` writes it, `model.training` tells its errors on buildings that
+        were left out.
+
+    Raises
+    ------
+    LabelError
+        Floors have no building type, or rooms no label of its schema; every fault is in one message.
+    ModelError
+        There are fewer than two buildings.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, chapter 5.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> from dataclasses import replace
+    >>> files = ("school1.xml", "town.xml")
+    >>> floors = [replace(pianta.read_building(file), building_type={"school": 1}) for file in files]  # doctest: +SKIP
+    >>> pianta.train_rooms(floors).save("rooms.npz")  # doctest: +SKIP
     """
     check_labels(floors, schemas)
     check_labels(simulated, schemas)
@@ -78,17 +112,20 @@ def train_places(
     folds = _leave_out(examples, np.random.default_rng(seed))
     # First pass: what the context of a room says
     seen = [example.context.features for example in examples]
-    first = _grow(seen, examples, trees=TREES, seed=seed)
+    first = Forest.from_sklearn(_grow(seen, examples, trees=TREES, seed=seed), len(FUNCTIONS))
     held_out = _vote_on_held_out(seen, examples, folds, seed=seed)
     # Second pass: what is thought of the rooms around it, by trees that have not seen them
     around = [describe_neighbours(example.context, said) for example, said in zip(examples, held_out, strict=True)]
-    second = _grow(around, examples, trees=TREES, seed=seed)
+    second = Forest.from_sklearn(_grow(around, examples, trees=TREES, seed=seed), len(FUNCTIONS))
     held_out = _vote_on_held_out(around, examples, folds, seed=seed)
     # Random field and calibration, on what the second pass says of buildings that it has not seen
     near = join_neighbourhoods([example.context for example in examples])
     field = fit_random_field(np.concatenate(held_out), _truth(examples), near, _weights(examples))
     judged = field.compute_marginals(np.concatenate(held_out), near)
-    names = dict(_grow_names(examples, around, seed=seed))
+    names = {
+        kind: Forest.from_sklearn(trees, len(schemas[kind].labels))
+        for kind, trees in _grow_names(examples, around, seed=seed)
+    }
     training = _describe_training(floors, examples, _measure_errors(judged, examples), seed=seed)
     return PlaceModel(first, second, field, names, {kind: schemas[kind] for kind in names}, training)
 
@@ -190,6 +227,13 @@ def _vote_on_held_out(
         forest = _grow([features[i] for i in seen], [examples[i] for i in seen], trees=FOLD_TREES, seed=seed)
         for i in np.flatnonzero(folds == fold).tolist():
             votes[i] = vote(forest, features[i], len(FUNCTIONS))
+    return votes
+
+
+def vote(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:
+    """Share of the votes of a forest for classes 0 … classes - 1, shape (n, classes)."""
+    votes = np.zeros((len(features), classes))
+    votes[:, trees.classes_] = trees.predict_proba(features)
     return votes
 
 

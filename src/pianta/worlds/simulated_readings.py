@@ -1,7 +1,7 @@
 """Labelled floors as a robot would find them: a building is mapped in simulation, and its map is read.
 
 What the reconstruction makes of a map differs from what people draw: walls have a thickness, rooms are joined or
-divided, a door is missed. `train_places` can learn from such floors besides the drawn ones, with less weight; the model
+divided, a door is missed. `train_rooms` can learn from such floors besides the drawn ones, with less weight; the model
 that comes with pianta has seen drawn floors only, as the classifier of the thesis (section 5.3).
 """
 

@@ -10,10 +10,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from pianta.graphs.components import number_components
 from pianta.layout._canvas import Mask
 
 Floats = NDArray[np.float64]
@@ -97,8 +96,7 @@ def _number_stretches(meetings: Floats) -> NDArray[np.intp]:
     # Meetings of different basins are moved out of each other's reach.
     places = np.column_stack([pair.ravel() * 2 * NEIGHBOURS, meetings[:, 3:]])
     links = KDTree(places).query_pairs(NEIGHBOURS, output_type="ndarray")
-    graph = coo_array((np.ones(len(links)), links.T), shape=(len(meetings), len(meetings)))
-    return np.asarray(connected_components(graph, directed=False)[1], np.intp)
+    return number_components(links, len(meetings))
 
 
 def _merge_basins(

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from scipy import ndimage
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from pianta.graphs.components import number_components
 from pianta.layout._canvas import Mask
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.necks import Clearance, Floats
@@ -225,9 +224,7 @@ def _join_atoms(atoms: _Atoms, closed: Mask) -> Indices:
     kept = np.ones(len(atoms.area), bool)
     kept[0] = False
     kept[atoms.on[closed[atoms.opening]]] = False
-    one, other = atoms.edges[kept[atoms.edges].all(axis=1)].T
-    graph = coo_array((np.ones(len(one), bool), (one, other)), shape=(len(kept), len(kept)))
-    group = connected_components(graph, directed=False)[1]
+    group = number_components(atoms.edges[kept[atoms.edges].all(axis=1)], len(kept))
     part = np.zeros(len(kept), np.intp)
     part[kept] = np.unique(group[kept], return_inverse=True)[1] + 1
     return part

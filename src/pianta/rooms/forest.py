@@ -1,0 +1,188 @@
+"""Forest: the trees of Extra-Trees as a few arrays, which say what scikit-learn says without it.
+
+The nodes of all trees are in level order: first the roots, then the two children of each inner node, the left one
+first, in the order of these nodes. So the children of inner node k lie at trees + 2 k, and nothing points at them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.errors import ModelError
+
+if TYPE_CHECKING:
+    from sklearn.ensemble import ExtraTreesClassifier
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+# What stands for the feature of a leaf.
+LEAF = -1
+# Shares of votes in a leaf add up to 1, but for rounding.
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Forest:
+    """T trees over F features and L classes, with n nodes in all, of which m are inner ones.
+
+    Parameters
+    ----------
+    features : NDArray[np.int16], shape (n,)
+        By which feature a node decides, 0 … F - 1; LEAF for a leaf.
+    thresholds : NDArray[np.float32], shape (m,)
+        Of each inner node: a room whose feature is not above it goes left.
+    votes : NDArray[np.float64], shape (n - m, L)
+        Of each leaf: the shares of its classes.
+
+    Raises
+    ------
+    ModelError
+        For arrays that are no such trees.
+
+    """
+
+    features: NDArray[np.int16]
+    thresholds: NDArray[np.float32]
+    votes: Floats
+
+    def __post_init__(self) -> None:
+        fault = self._find_fault()
+        if fault:
+            raise ModelError(f"the forest cannot be walked through: {fault}")
+
+    @classmethod
+    def from_sklearn(cls, classifier: ExtraTreesClassifier, classes: int) -> Self:
+        """The trees of a classifier.
+
+        Its thresholds are rounded down to what the features of rooms are rounded to, so no decision changes.
+
+        Parameters
+        ----------
+        classifier : ExtraTreesClassifier
+            Fitted to classes that are some of 0 … classes - 1.
+        classes : int
+            L; those that the classifier has not seen get no votes.
+
+        Returns
+        -------
+        Forest
+            What it says is to the bit what the classifier says.
+
+        """
+        trees = [estimator.tree_ for estimator in classifier.estimators_]
+        starts = np.cumsum([0, *(tree.node_count for tree in trees)])
+        left, right = (
+            np.concatenate([getattr(tree, name) + start for tree, start in zip(trees, starts[:-1], strict=True)])
+            for name in ("children_left", "children_right")
+        )
+        features, thresholds, values = (
+            np.concatenate([getattr(tree, name) for tree in trees]) for name in ("feature", "threshold", "value")
+        )
+        leaf = features < 0
+        order = _order_by_level(starts[:-1], left, right, leaf)
+        inner, leaves = order[~leaf[order]], order[leaf[order]]
+        votes = np.zeros((len(leaves), classes))
+        votes[:, classifier.classes_] = values[leaves, 0]
+        return cls(np.where(leaf, LEAF, features)[order].astype(np.int16), _round_down(thresholds[inner]), votes)
+
+    def predict(self, features: Floats) -> Floats:
+        """Shares of the votes for the classes, as predict_proba of scikit-learn has them.
+
+        Parameters
+        ----------
+        features : Floats, shape (rooms, F)
+            Of rooms; all finite.
+
+        Returns
+        -------
+        Floats, shape (rooms, L)
+
+        """
+        seen, rooms = features.astype(np.float32), np.arange(len(features))
+        nodes = np.repeat(np.arange(self.trees)[:, None], len(features), axis=1)
+        going = nodes >= 0
+        while going.any():
+            right = seen[rooms, self._compared[nodes]] > self._limits[nodes]
+            below = self._left[nodes] + right
+            going, nodes = below != nodes, below
+        return np.asarray(self.votes[self._leaf[nodes]].sum(axis=0) / self.trees)
+
+    @property
+    def trees(self) -> int:
+        """The number of trees."""
+        return len(self.features) - 2 * len(self.thresholds)
+
+    @property
+    def classes(self) -> int:
+        """The number of classes."""
+        return int(self.votes.shape[1])
+
+    @cached_property
+    def _inner(self) -> Indices:
+        """Places of the inner nodes, shape (m,)."""
+        return np.flatnonzero(self.features != LEAF)
+
+    # What each node does, shape (n,): a leaf compares the first feature with infinity and leads to itself.
+
+    @cached_property
+    def _compared(self) -> Indices:
+        return np.maximum(self.features, 0).astype(np.intp)
+
+    @cached_property
+    def _limits(self) -> NDArray[np.float32]:
+        limits = np.full(len(self.features), np.inf, np.float32)
+        limits[self._inner] = self.thresholds
+        return limits
+
+    @cached_property
+    def _left(self) -> Indices:
+        left = np.arange(len(self.features))
+        left[self._inner] = self.trees + 2 * np.arange(len(self._inner))
+        return left
+
+    @cached_property
+    def _leaf(self) -> Indices:
+        """Which row of votes a leaf has."""
+        return np.cumsum(self.features == LEAF) - 1
+
+    def _find_fault(self) -> str | None:
+        """What is wrong with the arrays, None if nothing."""
+        inner, leaves = len(self._inner), len(self.features) - len(self._inner)
+        if self.trees < 1:
+            return f"{len(self.features)} nodes with {len(self.thresholds)} thresholds make no tree"
+        if (inner, leaves) != (len(self.thresholds), len(self.votes)):
+            told = f"{len(self.thresholds)} thresholds and {len(self.votes)} votes"
+            return f"{inner} inner nodes and {leaves} leaves have {told}"
+        if self.features.min() < LEAF:
+            return f"a node decides by feature {self.features.min()}"
+        # Children that all come after their parents are there, and each has one parent.
+        if (self._left[self._inner] <= self._inner).any():
+            return "a node does not lead downwards"
+        if not np.isfinite(self.thresholds).all():
+            return "a threshold is not finite"
+        # Of numbers that are not finite no sum is near 1.
+        with np.errstate(invalid="ignore", over="ignore"):
+            whole = np.abs(self.votes.sum(axis=1) - 1) <= ROUNDING
+        return None if whole.all() and (self.votes >= 0).all() else "the votes of a leaf are no shares of 1"
+
+
+def _order_by_level(roots: Indices, left: Indices, right: Indices, leaf: NDArray[np.bool_]) -> Indices:
+    """Places of nodes in level order, shape (n,)."""
+    levels, level = [], roots
+    while len(level):
+        levels.append(level)
+        inner = level[~leaf[level]]
+        level = np.stack([left[inner], right[inner]], axis=1).ravel()
+    return np.concatenate(levels)
+
+
+def _round_down(thresholds: Floats) -> NDArray[np.float32]:
+    """The largest float32 that is not above each threshold, for scikit-learn compares features as float32 with them."""
+    rounded = thresholds.astype(np.float32)
+    return np.where(rounded > thresholds, np.nextafter(rounded, np.float32(-np.inf)), rounded)
