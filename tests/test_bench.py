@@ -56,7 +56,7 @@ def test_the_data_are_those_given_then_those_of_the_environment_then_those_besid
 @pytest.mark.parametrize("name", ["none", "file", "n" * 5000, "a\0b"])
 def test_missing_data_are_named_with_a_remedy(tmp_path, name):
     (tmp_path / "file").touch()
-    with pytest.raises(DataError, match=r"^no data in '.*': .*, give the folder .* by --data, or by \$PIANTA_DATA$"):
+    with pytest.raises(DataError, match=r"--data.*\$PIANTA_DATA"):
         find_data(tmp_path / name)
 
 
@@ -64,15 +64,13 @@ def test_maps_are_those_with_a_truth(tmp_path):
     for name in ("b_gt.xml", "a_gt.xml", "c.png", "b.png"):
         (tmp_path / name).touch()
     assert list_maps(tmp_path, "_gt.xml") == ["a", "b"]
-    with pytest.raises(
-        DataError, match=r"^no maps with a truth in '.*': no file is called \*_gt\.png, give the folder"
-    ):
+    with pytest.raises(DataError, match=r"\*_gt\.png"):
         list_maps(tmp_path, "_gt.png")
 
 
 @pytest.mark.parametrize("measure", [measure_layout, measure_survey])
 def test_data_without_the_maps_of_a_bench_are_refused(tmp_path, measure):
-    with pytest.raises(DataError, match=r"^no data in '.*(slam|survey)': No such file"):
+    with pytest.raises(DataError, match=r"slam|survey"):
         measure(tmp_path)
 
 
@@ -262,7 +260,7 @@ def test_unreadable_files_fail_one_by_one(tmp_path, find):
     (tmp_path / "slam" / "b_gt.xml").write_text("<building")
     (tmp_path / "slam" / "c.png").write_bytes(b"no image")
     (part,) = measure_layout(tmp_path).parts
-    for row, told in zip(part.rows, ("does not exist", "is no XML", "is no image"), strict=False):
+    for row, told in zip(part.rows, ("exist", "XML", "image"), strict=False):
         assert told in str(row.failure)
         assert row.figures["found"] == 0
         assert row.figures["true"] is None
@@ -275,7 +273,7 @@ def test_a_picture_that_cannot_be_written_keeps_the_scores(tmp_path, find):
     find(TRUE_FLOOR)
     (part,) = measure_layout(tmp_path, pictures=tmp_path / "none").parts
     assert part.rows[0].figures["a_fc_free"] == 100
-    assert str(part.rows[0].failure).startswith("cannot write ")
+    assert "write" in str(part.rows[0].failure)
 
 
 def test_warnings_are_counted_and_kept_with_their_map(tmp_path, find):

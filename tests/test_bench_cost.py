@@ -57,7 +57,8 @@ def test_an_unknown_method_costs_nothing(monkeypatch):
     monkeypatch.setattr(cost, "measure_cost", lambda **_: pytest.fail("measured"))
     code, _, err = run_pianta("bench", "cost", "--method", "magic")
     assert code == 2
-    assert err.startswith("error: method is 'magic'")
+    assert err.startswith("error: ")
+    assert "magic" in err
 
 
 def test_made_floors_are_the_same_each_time():

@@ -114,7 +114,7 @@ def test_columns_that_do_not_fit_go_below() -> None:
 
 
 def test_a_row_needs_a_cell_for_each_column() -> None:
-    with pytest.raises(ValueError, match=r"'short'.* 2 cells"):
+    with pytest.raises(ValueError, match="short"):
         ComparisonTable("T", ("a", "b"), (ComparisonRow("short", (Cell(1.0),)),))
 
 
@@ -177,7 +177,7 @@ def test_the_picture_is_the_same_each_time(combs: Path, tmp_path: Path) -> None:
 
 def test_without_offices(combs: Path) -> None:
     (combs / "buildings" / "office" / "c.xml").unlink()
-    with pytest.raises(DataError, match=r"/office': no file is called \*\.xml"):
+    with pytest.raises(DataError, match=r"\boffice\b"):
         measure_graphs(combs)
 
 

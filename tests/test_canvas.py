@@ -155,12 +155,12 @@ def test_other_cells_than_the_free_ones_are_sampled_in_the_pose_of_the_canvas(tu
 @pytest.mark.parametrize(
     ("free", "resolution", "message"),
     [
-        (np.zeros((3, 3), bool), 0.05, "no free cell"),
-        (np.ones((3, 3), bool), 0.001, "less than 0.05 m across; check the resolution of 0.001 m"),
-        (np.ones((3, 3), bool), 1e-320, "less than 0.05 m across"),
-        (np.eye(90, dtype=bool), 0.01, "no free space is 0.05 m wide"),
-        (np.ones((99, 99), bool), 50.0, "cells of 50 m are too coarse"),
-        (np.ones((99, 99), bool), 1e308, "too coarse"),
+        (np.zeros((3, 3), bool), 0.05, "free"),
+        (np.ones((3, 3), bool), 0.001, r"0\.05.*0\.001"),
+        (np.ones((3, 3), bool), 1e-320, r"0\.05"),
+        (np.eye(90, dtype=bool), 0.01, r"0\.05"),
+        (np.ones((99, 99), bool), 50.0, "50"),
+        (np.ones((99, 99), bool), 1e308, "coarse"),
     ],
 )
 def test_free_space_that_no_canvas_can_show_is_refused(free, resolution, message):

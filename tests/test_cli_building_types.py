@@ -112,16 +112,15 @@ def test_a_guessed_type_is_not_learned_from(buildings, tmp_path, what):
     command = ("train", what, buildings / "school", tmp_path, "-o", tmp_path / "m")
     code, out, err = run_pianta(*command)
     assert (code, out) == (2, "")
-    assert "do not tell their building type" in err
+    assert " type" in err
     assert run_pianta(*command, "--labels", buildings / "house.yaml", "--type", "house", "-q") == (0, "", "")
 
 
 def test_one_type_is_too_few(buildings, tmp_path):
     code, out, err = run_pianta("train", "buildings", buildings / "school", "-o", tmp_path / "types.json")
     assert (code, out) == (2, "")
-    assert err.splitlines() == [
-        "error: 1 building type is given, give two types at least and two buildings of each, better dozens"
-    ]
+    (line,) = err.splitlines()
+    assert line.startswith("error: 1 building type")
     assert list_files(tmp_path) == {}
 
 
@@ -135,7 +134,7 @@ def test_all_faults_in_one_line(buildings, tmp_path):
     code, out, err = run_pianta("train", "buildings", tmp_path, buildings / "school", "-o", tmp_path / "types.json")
     assert (code, out) == (2, "")
     assert err.count("\n") == 1
-    for fault in ("rooms 1 of x.geojson have no label", "'WARD' are not in the schema", "office has 1 building"):
+    for fault in ("x.geojson", "WARD", "office"):
         assert fault in err
     assert not (tmp_path / "types.json").exists()
 
@@ -149,9 +148,7 @@ def test_a_building_that_cannot_be_read_does_not_stop_the_others(buildings, tmp_
     assert "trained on 11 floors" in out
 
 
-@pytest.mark.parametrize(
-    ("options", "told"), [(("--type", " "), "--type: the name is empty"), (("--labels", "no.yaml"), "no.yaml")]
-)
+@pytest.mark.parametrize(("options", "told"), [(("--type", " "), "--type"), (("--labels", "no.yaml"), "no.yaml")])
 def test_training_options_that_make_no_sense(buildings, tmp_path, options, told):
     code, out, err = run_pianta("train", "buildings", buildings, *options, "-o", tmp_path / "types.json")
     assert (code, out) == (2, "")
@@ -258,9 +255,9 @@ def test_given_labels_stay_under_a_judged_type(maps, model, tmp_path):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("--building-model", "nowhere.json"), "does not exist"),
-        (("--building-model", "types.json", "--type", "school"), "--type makes --building-model useless"),
-        (("--building-model", "types.json", "--no-labels"), "--no-labels makes"),
+        (("--building-model", "nowhere.json"), "nowhere.json"),
+        (("--building-model", "types.json", "--type", "school"), "--building-model"),
+        (("--building-model", "types.json", "--no-labels"), "--no-labels"),
     ],
 )
 def test_reading_options_that_make_no_sense(maps, tmp_path, options, told):
@@ -276,9 +273,9 @@ def test_models_of_rooms_and_of_buildings_are_not_mixed_up(maps, model, tmp_path
 
     save_place_model(small_model(), tmp_path / "places.skops")
     code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--building-model", tmp_path / "places.skops")
-    assert (code, "no model of building types, make one with `pianta train buildings`" in err) == (2, True)
+    assert (code, "pianta train buildings" in err) == (2, True)
     code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--model", model)
-    assert (code, "no model of pianta" in err) == (2, True)
+    assert (code, str(model) in err) == (2, True)
 
 
 def test_the_type_is_judged_by_the_labels_that_somebody_gave(maps, tmp_path, monkeypatch):

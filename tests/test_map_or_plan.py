@@ -115,19 +115,19 @@ def test_a_transparent_map_has_free_space_and_a_transparent_drawing_only_lines(t
 
 
 @pytest.mark.parametrize(
-    ("content", "fault"), [(None, "does not exist"), (b"", "is empty"), (b"x", "is no image"), (b"P5 9 9 255\n", "is")]
+    ("content", "fault"), [(None, "exist"), (b"", "empty"), (b"x", "PNG"), (b"P5 9 9 255\n", "is")]
 )
 def test_images_that_cannot_be_read_are_refused_in_one_line(tmp_path, content, fault):
     if content is not None:
         (tmp_path / "a.png").write_bytes(content)
-    with pytest.raises(MapError, match=rf"^image '.*a\.png' {fault}[^\n]*$"):
+    with pytest.raises(MapError, match=rf"^image '[^\n]*a\.png' [^\n]*{fault}[^\n]*$"):
         tell_kind(tmp_path / "a.png")
 
 
 def test_images_beyond_the_limit_are_refused(tmp_path):
     Image.fromarray(gmapping_map()).save(tmp_path / "a.png")
     assert tell_kind(tmp_path / "a.png", max_cells=4800) == "map"
-    with pytest.raises(MapError, match=r"80 × 60 = 4800 cells, the limit is 4799; .*--max-cells"):
+    with pytest.raises(MapError, match=r"4800.*4799.*--max-cells"):
         tell_kind(tmp_path / "a.png", max_cells=4799)
 
 

@@ -157,9 +157,9 @@ def test_the_same_map_gives_the_same_prediction(row):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"predicted": box(0, 0, 1, 1)}, "not partial"),
-        ({"partial": True, "confidence": 0.5}, "no valid predicted polygon"),
-        ({"partial": True, "predicted": box(0, 0, 1, 1), "confidence": 1.5}, "confidence 1.5"),
+        ({"predicted": box(0, 0, 1, 1)}, "partial"),
+        ({"partial": True, "confidence": 0.5}, "predicted"),
+        ({"partial": True, "predicted": box(0, 0, 1, 1), "confidence": 1.5}, r"1\.5"),
     ],
 )
 def test_a_prediction_without_meaning_is_refused(change, told):
@@ -198,7 +198,7 @@ def test_a_robot_that_passes_no_door_looks_around_once():
 
 def test_a_share_without_meaning_is_refused():
     floor = make_corridor_floor(seed=1)
-    with pytest.raises(OptionError, match="share is 2"):
+    with pytest.raises(OptionError, match="share"):
         explore_in_part(floor, map_floor(floor), share=2, reach=8)
 
 

@@ -218,11 +218,11 @@ def test_the_floor_given_is_not_changed():
 
 
 def test_looks_that_make_no_plan_are_told_together():
-    with pytest.raises(OptionError, match=r"style is 'fat', .* doors is 'none', .* windows is 4, .* px_per_metre is 1"):
+    with pytest.raises(OptionError, match=r"style.*doors.*windows.*px_per_metre"):
         PlanLook(style="fat", doors="none", windows=4, px_per_metre=1)  # type: ignore[arg-type]
-    with pytest.raises(OptionError, match=r"furniture is 2, give 0 to 1; noise is -1, give 0 to 1; ink is 255"):
+    with pytest.raises(OptionError, match=r"furniture.*noise.*ink"):
         PlanLook(furniture=2, noise=-1, ink=255)
-    with pytest.raises(OptionError, match="font is 'Comic', give the name of one of matplotlib's"):
+    with pytest.raises(OptionError, match="Comic"):
         draw_plan(SMALL, font="Comic", texts={2: "Lab"})
-    with pytest.raises(OptionError, match=r"a plan of \d+ × \d+ pixels is too large"):
+    with pytest.raises(OptionError, match="pixels"):
         draw_plan(make_floor("ring", seed=0), px_per_metre=500)

@@ -72,13 +72,13 @@ def test_where_nobody_states_a_scale_there_is_none():
 
 @pytest.mark.parametrize("resolution", [0.0, -0.05, float("nan"), float("inf")])
 def test_a_resolution_that_is_no_positive_number_is_refused(resolution):
-    with pytest.raises(PlanError, match=f"^the resolution is {resolution}, give positive metres per pixel$"):
+    with pytest.raises(PlanError, match=f"resolution.*{resolution}"):
         find_stated_scale(sheet(0.05), (), INK, given=resolution)
 
 
 @pytest.mark.parametrize("resolution", [1e-9, 0.004, 13.0, 1e9])
 def test_a_resolution_of_no_building_is_refused_and_one_of_the_file_passed_over(resolution):
-    with pytest.raises(PlanError, match=f"^the resolution is {resolution}, which makes .* m of a sheet of 400 pixels"):
+    with pytest.raises(PlanError, match=f"resolution.*{resolution}.*400"):
         find_stated_scale(sheet(), (), INK, given=resolution)
     assert find_stated_scale(sheet(resolution), (), INK) is None
 
@@ -264,5 +264,5 @@ def test_a_resolution_of_a_vector_drawing_is_of_its_units():
     """A sheet of 400 pixels that draws a unit on 8 pixels, as of a drawing of 50 units."""
     drawn = Sheet(PAGE, px_per_unit=8.0)
     assert find_stated_scale(drawn, (), INK, given=0.4) == PlanScale(0.05, "--resolution", 1.0)
-    with pytest.raises(PlanError, match=r"^the resolution is 0.01, which makes 0.5 m of a sheet of 50 drawing units"):
+    with pytest.raises(PlanError, match=r"0\.01.*0\.5"):
         find_stated_scale(drawn, (), INK, given=0.01)

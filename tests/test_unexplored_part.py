@@ -207,5 +207,5 @@ def test_shares_of_labels():
 
 
 def test_areas_by_ncut_are_refused():
-    with pytest.raises(OptionError, match="by ncut"):
+    with pytest.raises(OptionError, match="ncut"):
         FloorSampler(small_model(Segmentation.NCUT))
