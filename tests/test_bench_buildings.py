@@ -48,9 +48,8 @@ class StandIn:
         return {"random field": np.tile((0.1, 0.1, 0.1, 0.7), (len(floor.rooms), 1))}
 
 
-@pytest.fixture
-def trainings(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """A stand-in for training; the names of what each model was trained on."""
+def stand_in_for_training(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """The names of what each model was trained on."""
     trained: list[list[str]] = []
 
     def train(floors: Sequence[Floor], **_: object) -> StandIn:
@@ -62,9 +61,19 @@ def trainings(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
 
 
 @pytest.fixture
+def trainings(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """A stand-in for training; the names of what each model was trained on."""
+    return stand_in_for_training(monkeypatch)
+
+
+@pytest.fixture
 def tiny(tmp_path: Path) -> Path:
+    return write_tiny(tmp_path)
+
+
+def write_tiny(folder: Path) -> Path:
     """Four schools, the first two of one building, and three offices."""
-    data = tmp_path / "data"
+    data = folder / "data"
     write_types(data, "school", buildings=4)
     write_types(data, "office", buildings=3)
     paths = "buildings/school/school0.xml", "buildings/school/school1.xml"
@@ -80,8 +89,16 @@ def measure(data: Path, **options: Any) -> BuildingsBench:
     return measure_buildings(data, trees=10, **options)
 
 
-def test_nothing_is_judged_by_who_has_seen_its_building(tiny, trainings):
-    measure(tiny)
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[BuildingsBench, list[list[str]]]:
+    """What is measured of the tiny data, and the names of what each model was trained on; leave it as it is."""
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        trained = stand_in_for_training(monkeypatch)
+        return measure(write_tiny(tmp_path_factory.mktemp("tiny"))), trained
+
+
+def test_nothing_is_judged_by_who_has_seen_its_building(measured):
+    _, trainings = measured
     names = [*(f"school{n}.xml" for n in range(4)), *(f"office{n}.xml" for n in range(3))]
     left_out = [names[:2], *([name] for name in names[2:])]
     assert trainings == [[name for name in names if name not in out] for out in left_out]
@@ -200,8 +217,8 @@ def test_parts_of_many_buildings():
     assert seen == [[1, 2, 4, 5], [0, 2, 3, 5, 6], [0, 1, 3, 4, 6]]
 
 
-def test_table_6_1_by_hand(tiny, trainings):
-    bench = measure(tiny)
+def test_table_6_1_by_hand(measured):
+    bench, _ = measured
     cells = cells_of(bench, 0)
     assert [*cells] == [*MODELS]
     # A school has CORRIDOR, HALL, 6 CLASSROOMs and 6 CLOSETs; an office LOBBY, 6 OFFICEs, 6 WASHROOMs, CORRIDOR.
@@ -227,8 +244,8 @@ def test_table_6_1_by_hand(tiny, trainings):
     assert [cell.sd for cell in cells_of(bench, 3)[PIANTA]] == pytest.approx([0] * 4)
 
 
-def test_wrong_floors_are_named(tiny, trainings):
-    bench = measure(tiny)
+def test_wrong_floors_are_named(measured):
+    bench = replace(measured[0], types={**measured[0].types})
     scores = np.zeros((7, 2))
     scores[:, bench.building_types.index("school")] = 1
     bench.types[BUILDING, KLOG, R_C] = scores
@@ -264,8 +281,8 @@ def test_gram_matrices_of_floors_tell_labels(tiny):
     assert not floors[0].told[R_C].facts_of("buildingtype")
 
 
-def test_curves(tiny, trainings):
-    bench = measure(tiny)
+def test_curves(measured):
+    bench, _ = measured
     curves = draw_curves(bench)
     assert {part for part, _ in curves} == {"S", "O", "S+O"}
     # Every room has the same score.
@@ -312,8 +329,8 @@ def test_command(tiny, trainings, tmp_path):
     assert [(item["part"], item["item"]) for item in failed] == [("offices", "strange")]
 
 
-def test_same_seed_same_figures(tiny, trainings):
-    one, other = (measure(tiny, seed=5) for _ in range(2))
+def test_same_seed_same_figures(tiny, trainings, measured):
+    one, other = measured[0], measure(tiny)
     for key, scores in one.types.items():
         np.testing.assert_array_equal(scores, other.types[key])
 

@@ -16,12 +16,34 @@ from pianta.cli.read import OUTPUTS
 from pianta.floor import Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io.floors import read_floor
+from pianta.plan import read_plan as plan_reading
+from pianta.plan.sheets.sheet import Colors, PlacedText
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plans.drawing import draw_plan
 from tests.command_line import list_files, run_pianta
 from tests.test_map_or_plan import NO_DRAWINGS
 
 PX_PER_METRE = 30.0
+
+
+@pytest.fixture(scope="module")
+def texts_of_sheets() -> dict[bytes, tuple[PlacedText, ...]]:
+    """The texts of sheets that were read before, by their pixels."""
+    return {}
+
+
+@pytest.fixture(autouse=True)
+def texts_are_read_once(texts_of_sheets: dict[bytes, tuple[PlacedText, ...]], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reading texts takes longer than all else, and the same plan is read by many tests."""
+    read_texts = plan_reading.read_texts
+
+    def read_once(colors: Colors) -> tuple[PlacedText, ...]:
+        key = repr(colors.shape).encode() + colors.tobytes()
+        if key not in texts_of_sheets:
+            texts_of_sheets[key] = read_texts(colors)
+        return texts_of_sheets[key]
+
+    monkeypatch.setattr(plan_reading, "read_texts", read_once)
 
 
 @pytest.fixture(scope="module")

@@ -81,12 +81,13 @@ def check_rooms(grid: GridMap, floor: Floor, *, reach: float = 0.15):
     one, other = shapely.STRtree(rooms).query(rooms, predicate="intersects")
     assert shapely.area(shapely.intersection(rooms[one], rooms[other]))[one != other].max(initial=0) < 1e-6
     assert shapely.coverage_is_valid(rooms)
-    cells = shapely.points(np.column_stack(grid.pixel_to_map(*(np.argwhere(grid.free).T + 0.5))))
-    tree = shapely.STRtree(rooms)
-    times = np.bincount(tree.query(cells, predicate="within")[0], minlength=len(cells))
+    # Prepared rooms are asked one by one, which takes a tenth of the time that a tree of them takes.
+    shapely.prepare(rooms)
+    xy = np.column_stack(grid.pixel_to_map(*(np.argwhere(grid.free).T + 0.5)))
+    times = sum(shapely.contains_xy(room, xy).astype(int) for room in rooms)
     assert times.max() == 1
-    outside = cells[times == 0]
-    assert len(np.unique(tree.query(outside, predicate="dwithin", distance=reach)[0])) == len(outside)
+    outside = shapely.points(xy[times == 0])
+    assert np.any([shapely.dwithin(room, outside, reach) for room in rooms], axis=0).all()
 
 
 @pytest.mark.parametrize("condition", ["clean", "noisy"])
