@@ -68,6 +68,7 @@ def test_cluster_similarity_by_hand():
     np.testing.assert_allclose(measure_cluster_similarity(gram, np.array([1, 0, 1])), [[1, 0.55], [0.55, 0.55]])
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 @pytest.mark.parametrize("segmentation", Segmentation)
 def test_clusters_of_schools_are_more_alike_inside_than_outside(data, segmentation):

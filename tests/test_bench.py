@@ -181,6 +181,7 @@ def test_the_true_rooms_score_100_but_for_the_walls_of_the_schools(tmp_path, fin
         assert scores_of(row) == pytest.approx(expected)
 
 
+@pytest.mark.slow
 def test_real_reconstructions_of_the_tiny_maps(tmp_path):
     write_survey(tmp_path, "a")
     write_slam(tmp_path, "a")
@@ -337,12 +338,14 @@ def assert_means_above(part: Part, bars: dict[str, float]) -> None:
     assert all((means[key] or 0) >= bar for key, bar in bars.items()), means
 
 
+@pytest.mark.slow
 def test_layout_of_three_schools_is_above_the_bars(data, tmp_path):
     table = measure_layout(link_maps(data / "slam", tmp_path, "plans2", "rockislandsecondfloor", "sidneyriver"))
     assert not table.failed
     assert_means_above(table.parts[0], {"a_fc_free": 93, "a_bc_free": 92.5, "a_fc_walls": 87, "a_bc_walls": 88})
 
 
+@pytest.mark.slow
 def test_segmentation_of_three_maps_is_above_the_bars(data, tmp_path):
     table = measure_survey(link_maps(data / "survey", tmp_path, "Freiburg79_scan", "lab_f_scan", "office_a"))
     assert not table.failed

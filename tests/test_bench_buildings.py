@@ -97,6 +97,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[BuildingsBench, 
         return measure(write_tiny(tmp_path_factory.mktemp("tiny"))), trained
 
 
+@pytest.mark.slow
 def test_nothing_is_judged_by_who_has_seen_its_building(measured):
     _, trainings = measured
     names = [*(f"school{n}.xml" for n in range(4)), *(f"office{n}.xml" for n in range(3))]
@@ -135,6 +136,7 @@ def folds_of(floors: Sequence[BuildingFloor]) -> Any:
     return list_folds([floor.drawn.building for floor in floors])
 
 
+@pytest.mark.slow
 def test_trees_have_not_seen_the_building(floors):
     """Wrong labels and types of floors change nothing of what is said of them."""
     places = partial(judge_places_by_trees, label_set=F_C_E_S, model=LOCAL, trees=10, seed=0)
@@ -150,6 +152,7 @@ def test_trees_have_not_seen_the_building(floors):
         np.testing.assert_array_equal(types(wrong_types, folds_of(floors))[held_out], types_said[held_out])
 
 
+@pytest.mark.slow
 def test_pianta_has_not_seen_the_building(floors):
     """Wrong types of floors, and what they are like, change nothing of what is said of their buildings."""
     said, typical = judge_buildings_by_pianta(floors, folds_of(floors), R_C)
@@ -165,6 +168,7 @@ def test_pianta_has_not_seen_the_building(floors):
     assert not np.array_equal(said_again[2], said[2]), "others have seen it"
 
 
+@pytest.mark.slow
 def test_the_relational_kernel_has_not_seen_the_building(floors, monkeypatch):
     """Labels of a floor, and a measure that would move the bins, change nothing of what is said of its building."""
     schools = floors[:4]
@@ -189,6 +193,7 @@ def test_the_relational_kernel_has_not_seen_the_building(floors, monkeypatch):
         assert not np.array_equal(told[label_set][2], judged[label_set][2]), "others have seen it"
 
 
+@pytest.mark.slow
 def test_the_kernel_of_floors_has_not_seen_the_building(floors):
     """The same of building types, a wrong type too."""
 
@@ -305,6 +310,7 @@ def test_the_split_moves_labels(tiny, trainings):
     assert labels[Split.FIGURE].count(FCES.FUNCTIONAL) == 6
 
 
+@pytest.mark.slow
 def test_command(tiny, trainings, tmp_path):
     (tiny / "buildings" / "office" / "strange.xml").write_text("<building/>")
     file, pictures = tmp_path / "new" / "buildings.json", tmp_path / "pictures"
@@ -329,6 +335,7 @@ def test_command(tiny, trainings, tmp_path):
     assert [(item["part"], item["item"]) for item in failed] == [("offices", "strange")]
 
 
+@pytest.mark.slow
 def test_same_seed_same_figures(tiny, trainings, measured):
     one, other = measured[0], measure(tiny)
     for key, scores in one.types.items():
@@ -352,6 +359,7 @@ def folders(tmp_path: Path) -> list[Path]:
     return made
 
 
+@pytest.mark.slow
 def test_three_types(folders, tmp_path):
     file = tmp_path / "types.json"
     arguments = [argument for folder in folders for argument in ("--types", folder)]
@@ -368,6 +376,7 @@ def test_three_types(folders, tmp_path):
     assert confusion[f"{CENTRAL}: school", "school"] == 3
 
 
+@pytest.mark.slow
 def test_confusion_by_hand(folders):
     bench = measure_building_types(folders, trees=5)
     assert bench.building_types == ["house", "office", "school"]
@@ -439,6 +448,7 @@ def test_floors_of_a_subfolder_are_not_divided(folders):
         read_type_folders(folders[:2], split=Split.EXPERIMENTS)
 
 
+@pytest.mark.slow
 def test_files_may_tell_their_type(folders):
     """An office among the schools is one."""
     office = write_labelled("office", stretch=1.5)
@@ -472,6 +482,7 @@ def test_options_that_make_no_sense(tiny, folders, tmp_path):
     assert "--types" in outcome.err
 
 
+@pytest.mark.slow
 def test_the_data(data):
     """Places of the offices by the relational kernel: the bar is kLog's."""
     floors, failed = read_building_floors(data, split=Split.EXPERIMENTS)

@@ -26,6 +26,7 @@ def test_growth_is_the_time_of_all_floors_in_times_of_one():
     assert GROWTH.growth == pytest.approx(12 / (16 * 0.5))
 
 
+@pytest.mark.slow
 def test_each_map_is_measured_in_a_process_of_its_own():
     tracked: list[str] = []
 

@@ -167,6 +167,7 @@ def test_curves_are_over_starts_that_all_reach():
     assert average_curves([], NEAREST, POLICIES).shape == (0, len(CURVE))
 
 
+@pytest.mark.slow
 def test_the_room_is_found_where_it_is_recognised():
     world = build_world(two_rooms(), resolution=0.2)
     run = explore(world, NearestFrontier(), starts=[(3.5, 3.5)])
@@ -176,6 +177,7 @@ def test_the_room_is_found_where_it_is_recognised():
     assert measure_search(world, run, "GYM") == np.inf
 
 
+@pytest.mark.slow
 def test_every_building_is_explored_by_every_policy(measured):
     results = measured.results["school"]
     assert [result.name for result in results] == [f"school{number}" for number in range(6)]
@@ -228,6 +230,7 @@ def test_synthetic_floors_have_no_model_and_nothing_to_look_for():
     assert all(not building.others and not building.labels for building in of.buildings)
 
 
+@pytest.mark.slow
 def test_figures_do_not_depend_on_the_processes(monkeypatch):
     """The processes know the policies of this package alone."""
     monkeypatch.setattr(exploration_buildings, "FLOOR_MAKERS", {"corridor": None, "ring": None})
@@ -309,6 +312,7 @@ def test_policies_are_in_order_and_once():
     assert check_policies([]) == POLICIES
 
 
+@pytest.mark.slow
 def test_command(tiny, tmp_path):
     file, pictures = tmp_path / "new" / "exploration.json", tmp_path / "pictures"
     arguments = "--data", tiny, "--set", "school", "--policy", NEAREST, "--no-searches", "--starts", 1

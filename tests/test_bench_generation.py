@@ -145,6 +145,7 @@ def test_kolmogorov_smirnov():
     assert many.p_value == pytest.approx(2 / 70)
 
 
+@pytest.mark.slow
 def test_counts_of_rows(measured, monkeypatch):
     far = ((1e6, 1.0), (1e6, 1.0))
     monkeypatch.setattr(generation_tables, "PRINTED_MADE", {**PRINTED_MADE, "nodes": far, "katz_c": far})
@@ -248,6 +249,7 @@ def test_all_parts(measured):
         assert all(len(judged.held_out.told[name]) == 2 for name in CLASSIFIERS)
 
 
+@pytest.mark.slow
 def test_timed_buildings_are_those_of_generate_buildings(measured, monkeypatch):
     monkeypatch.setattr(
         "pianta.bench.generation_costs.split_batches", lambda count, _: [range(3), range(3, 6), range(6, count)]
@@ -332,6 +334,7 @@ def test_nothing_is_cut_in_80_columns(measured):
     assert [note for note in notes if len(note) > 80 and "nearer: " not in note] == []
 
 
+@pytest.mark.slow
 def test_without_the_samples_of_the_thesis(tmp_path):
     write_schools(tmp_path, *SCHOOLS)
     bench = measure_generation(tmp_path, count=6, effort=EFFORT)
@@ -341,6 +344,7 @@ def test_without_the_samples_of_the_thesis(tmp_path):
     assert "thesis' own, " not in told
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_figures(tiny, measured, tmp_path):
     benches = measured, measure_generation(tiny, count=8, effort=EFFORT)
     contents = []
@@ -404,6 +408,7 @@ def test_places_of_groups_are_apart():
     assert np.linalg.norm(middles[0] - middles[1]) > 2 * np.linalg.norm(xy[:8] - middles[0], axis=1).mean()
 
 
+@pytest.mark.slow
 def test_command(tiny, tmp_path, monkeypatch):
     monkeypatch.setattr(generation, "EFFORT", EFFORT)
     file, pictures = tmp_path / "new" / "generation.json", tmp_path / "pictures"
@@ -434,6 +439,7 @@ def test_an_option_without_meaning(tiny):
     assert line.startswith("error: 2 buildings")
 
 
+@pytest.mark.slow
 def test_the_samples_of_the_thesis_have_the_printed_metrics(data):
     real = read_real(data)
     if not (data / SAMPLED).exists():

@@ -149,6 +149,7 @@ def test_table_5_1_of_combs(combs: Path) -> None:
     assert items["schools"][1].figures["diameter"] == 2
 
 
+@pytest.mark.slow
 def test_command(combs: Path, tmp_path: Path) -> None:
     write_comb(combs / "buildings" / "school" / "strange.xml", "CLASSROOM", "DUNGEON")
     json_file, pictures = tmp_path / "new" / "figures.json", tmp_path / "pictures"
@@ -166,6 +167,7 @@ def test_command(combs: Path, tmp_path: Path) -> None:
     assert run_pianta("bench", "graphs", "--data", combs).code == 0
 
 
+@pytest.mark.slow
 def test_the_picture_is_the_same_each_time(combs: Path, tmp_path: Path) -> None:
     files = []
     for name in ("one", "two"):
@@ -194,6 +196,7 @@ def list_csvs(data: Path) -> list[tuple[str, str]]:
     return [(kind, path.stem) for kind in ("school", "office") for path in (data / "adjacency" / kind).glob("*.csv")]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings(f"ignore::{BuildingWarning.__module__}.{BuildingWarning.__name__}")
 def test_the_matrices_are_the_graphs_of_the_layouts(data: Path) -> None:
     compared = 0
@@ -212,6 +215,7 @@ def test_the_matrices_are_the_graphs_of_the_layouts(data: Path) -> None:
     assert compared > 40
 
 
+@pytest.mark.slow
 def test_each_row_is_what_networkx_says(data: Path) -> None:
     """Table 5.1 once more, from the matrices, by networkx alone."""
     (table,), items = measure_graphs(data)

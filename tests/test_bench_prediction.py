@@ -301,6 +301,7 @@ def cells_of(table: ComparisonTable) -> dict[str, list[float | None]]:
     return {row.name: [cell.mean for cell in row.cells] for row in table.rows}
 
 
+@pytest.mark.slow
 def test_what_is_measured(measured):
     schools, offices = measured.types.values()
     assert [floor.source for floor in schools.floors] == ["ash", "elm", "elm2", "fir", "oak"]
@@ -319,6 +320,7 @@ def test_what_is_measured(measured):
             assert all((figure is not None) == (stage is floor.half) for figure in edits)
 
 
+@pytest.mark.slow
 def test_no_floor_of_its_building_is_in_its_model(tiny, monkeypatch):
     graphs, _ = read_floors(tiny, "school")
     assert [graph.graph["source"] for graph in list_others(graphs, "elm2")] == ["ash", "fir", "oak"]
@@ -366,6 +368,7 @@ def without_time(content: dict[str, object]) -> str:
     return text
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_figures(tiny, measured, tmp_path):
     contents = []
     for place, bench in enumerate(
@@ -383,6 +386,7 @@ def test_too_few_floors(tmp_path):
         measure_prediction(tmp_path)
 
 
+@pytest.mark.slow
 def test_pictures(measured, tmp_path):
     save_prediction_pictures(measured, tmp_path)
     # Only one floor is predicted three times.
@@ -392,6 +396,7 @@ def test_pictures(measured, tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_command(tiny, tmp_path):
     file = tmp_path / "new" / "prediction.json"
     outcome = run_pianta("bench", "prediction", "--data", tiny, "-n", 3, "--seed", 2, "--json", file)

@@ -85,6 +85,7 @@ def measured(tiny) -> RealismBench:
     return measure_realism(tiny, trees=5)
 
 
+@pytest.mark.slow
 def test_everybody_is_judged_by_all_models(measured):
     assert [len(measured.of_part(part)) for part in (OFFICES, WORLDS, SCHOOLS)] == [5, 4, 2]
     models = {LOCAL, CENTRAL, KLOG, GAUSSIAN, TWO, ONE}
@@ -159,6 +160,7 @@ def test_a_probability_of_one_half_is_realistic(measured):
     assert cells["two classes: errors"][0] == pytest.approx(400 / 9)
 
 
+@pytest.mark.slow
 def test_nobody_is_scored_by_who_has_seen_it(tiny, monkeypatch):
     asked: list[tuple[set[str], set[str]]] = []
 
@@ -206,6 +208,7 @@ def test_floors_of_one_building_are_too_few(tmp_path):
         measure_realism(tmp_path)
 
 
+@pytest.mark.slow
 def test_command(tiny, measured: RealismBench, tmp_path, monkeypatch):
     asked: list[tuple[Path, int]] = []
 

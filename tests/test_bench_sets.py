@@ -171,6 +171,7 @@ def test_sets_that_are_not_in_the_data_are_left_out_unless_named(tmp_path):
         choose_sets((), tmp_path / "none")
 
 
+@pytest.mark.slow
 def test_the_rooms_behind_closed_doors_of_a_real_building(data):
     """The twelve closed doors of Franch1 close off ten spaces."""
     known = SETS["doors"].read(data / "doors", "franch1")

@@ -43,6 +43,7 @@ def test_bounds_of_sizes_are_halfway_between_the_printed_areas():
     assert bounds_of_sizes("Office") == pytest.approx(((4.5 + 18.5) / 2, (18.5 + 31.3) / 2))
 
 
+@pytest.mark.slow
 def test_json_holds_what_is_printed(measured):
     folder, (code, out, err) = measured
     file, pictures = folder / "new" / "types.json", folder / "pictures"
@@ -77,6 +78,7 @@ def test_json_holds_what_is_printed(measured):
             assert len(np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0)) > 5
 
 
+@pytest.mark.slow
 def test_one_type_has_no_union_and_no_transfer(tmp_path):
     write_types(tmp_path, "office")
     code, out, err = run_pianta("bench", "types", "--data", tmp_path)
@@ -85,6 +87,7 @@ def test_one_type_has_no_union_and_no_transfer(tmp_path):
     assert "S+O" not in out
 
 
+@pytest.mark.slow
 def test_houses_stand_beside_what_the_thesis_prints_of_them(tmp_path):
     write_types(tmp_path / "data", "house", "school")
     code, out, err = run_pianta("bench", "types", "--data", tmp_path / "data", "--pictures", tmp_path / "pictures")
@@ -98,6 +101,7 @@ def test_houses_stand_beside_what_the_thesis_prints_of_them(tmp_path):
     assert max(map(len, out.splitlines())) <= 80
 
 
+@pytest.mark.slow
 def test_a_floor_that_fails_is_told_and_the_others_are_measured(tmp_path):
     write_types(tmp_path, "office", buildings=3)
     (tmp_path / "buildings" / "office" / "office1.xml").write_text("<building")
@@ -111,6 +115,7 @@ def test_a_floor_that_fails_is_told_and_the_others_are_measured(tmp_path):
     assert content["seed"] == 0
 
 
+@pytest.mark.slow
 def test_a_seed_gives_the_same_twice(tiny, measured, tmp_path):
     assert run_pianta("bench", "types", "--data", tiny, "--seed", 3, "--json", tmp_path / "again.json").code == 0
     first = (measured[0] / "new" / "types.json").read_text()
@@ -137,6 +142,7 @@ def test_an_option_without_meaning_is_one_line(tiny, tmp_path, monkeypatch, opti
     assert told in line
 
 
+@pytest.mark.slow
 def test_real_schools_and_offices(data):
     """Rooms and labels that the data hold; the expected shares were counted from the files' label elements."""
     (school, office, union), failed = read_room_sets(data)
@@ -150,6 +156,7 @@ def test_real_schools_and_offices(data):
     assert (union.neighbours.sum(axis=1) == union.geometry[:, 1]).all()
 
 
+@pytest.mark.slow
 def test_every_classification_is_tracked(tmp_path):
     write_types(tmp_path, "office")
     names: list[str] = []

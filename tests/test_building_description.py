@@ -112,6 +112,7 @@ def test_rooms_without_a_label_are_listed():
         describe_building(bare, LabelSet.R_C)
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from(typed_floors()),
     st.floats(0, 2 * pi),
@@ -128,6 +129,7 @@ def test_turned_scaled_and_shifted_floors_are_described_alike(floor, turn, scale
     assert (moved.labels, moved.sides, moved.doors) == (said.labels, said.sides, said.doors)
 
 
+@pytest.mark.slow
 @given(st.sampled_from(typed_floors()), st.randoms(use_true_random=False), st.sampled_from(LABEL_SETS))
 def test_the_order_of_rooms_does_not_count(floor, random, label_set):
     rooms, doors = list(floor.rooms), list(floor.doors)

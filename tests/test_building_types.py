@@ -62,6 +62,7 @@ def test_two_types_are_told_apart():
     assert [best(model.judge(spread(NEW[kind]))) for kind in ("office", "school")] == ["office", "school"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
 def test_held_out_buildings_are_judged_by_what_has_not_seen_them(label_set):
     model = train_buildings(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
@@ -73,6 +74,7 @@ def test_held_out_buildings_are_judged_by_what_has_not_seen_them(label_set):
         }
 
 
+@pytest.mark.slow
 def test_leaving_out_gives_the_model_of_the_others():
     floors = typed_floors()
     others = train_buildings(floors[2:], schemas=ALL_SCHEMAS)
@@ -87,6 +89,7 @@ def test_only_one_building_of_a_type_left():
     assert [best(verdict) for verdict in judge_held_out(model)][2:] == ["office"] * 3
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from(sorted(NEW)),
     st.floats(0, 2 * pi),
@@ -244,6 +247,7 @@ def test_the_kernel(label_set):
     assert np.linalg.eigvalsh(gram).min() > -1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_real_floors_are_judged_as_what_they_are(data):
     model = read_default_building_model()
@@ -255,6 +259,7 @@ def test_real_floors_are_judged_as_what_they_are(data):
         assert verdict.alike[0] == name.partition("/")[2]
 
 
+@pytest.mark.slow
 def test_known_floors_that_are_left_out():
     """Four of 43 are wrong and four unknown on the platform that they were measured on."""
     model = read_default_building_model()

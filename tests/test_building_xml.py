@@ -309,6 +309,7 @@ def test_corners_outside_the_map_are_told(path):
         read(path, TWO_ROOMS, GridMap(np.zeros((30, 90), np.int8), 0.1, (0.0, 0.0, 0.0)))
 
 
+@pytest.mark.slow
 def test_what_would_take_forever_is_refused(path):
     ring = [(n, n % 2) for n in range(2001)]
     with pytest.raises(BuildingError, match="2001"):
@@ -349,6 +350,7 @@ def grid_of_image(file: Path) -> GridMap | None:
     return None
 
 
+@pytest.mark.slow
 def test_every_building_has_the_documented_rooms_and_doors(data):
     """The table counts what the authors of the data found; doors are listed twice each."""
     for name, record in records(data).items():
@@ -364,6 +366,7 @@ def test_every_building_has_the_documented_rooms_and_doors(data):
         assert floor.building_type == {record["main_type"].lower(): 1.0}, name
 
 
+@pytest.mark.slow
 def test_every_building_has_the_documented_scale(data):
     """Shares of the same length in metres and in pixels."""
     pixels = GridMap(np.array([[UNKNOWN]]), 1.0, (0.0, 0.0, 0.0))
@@ -374,6 +377,7 @@ def test_every_building_has_the_documented_scale(data):
             assert metres / px == pytest.approx(0.9 / float(record["px_per_90cm"])), name
 
 
+@pytest.mark.slow
 def test_every_documented_defect_is_told(data):
     """Each by its number, and nothing else; empty cells of the table were not counted."""
     for name, record in records(data).items():

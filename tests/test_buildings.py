@@ -122,6 +122,7 @@ def test_a_folder_that_may_not_be_listed_is_refused(tmp_path, monkeypatch):
         list_buildings([tmp_path])
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_the_buildings_of_the_data_are_listed_and_read(data):
     files = list_buildings([data / "buildings"])

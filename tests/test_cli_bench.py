@@ -84,6 +84,7 @@ def test_a_map_that_fails_is_named_and_the_exit_code_is_1(tiny, monkeypatch, tmp
     ]
 
 
+@pytest.mark.slow
 def test_pictures_are_written_for_every_map(tiny, tmp_path):
     pictures = tmp_path / "new" / "pictures"
     options = "--data", tiny, "--set", "survey", "--set", "schools", "--pictures", pictures
@@ -134,6 +135,7 @@ def test_the_data_are_found_by_the_environment(tiny, monkeypatch):
     assert run_pianta("bench", "layout").code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bench", BENCHES)
 @pytest.mark.parametrize(
     ("options", "told"),
@@ -184,6 +186,7 @@ def test_help_has_examples(verb):
     assert f"\n pianta bench {verb}" in run_pianta("bench", verb, "--help").out
 
 
+@pytest.mark.slow
 def test_help_imports_nothing_heavy():
     code = (
         "import sys; from pianta.cli import main\n"

@@ -71,6 +71,7 @@ def save_as(floor: Floor, path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_train_on_three_types(buildings, tmp_path):
     folders = [buildings / kind for kind in ("school", "office", "house")]
     out_file = tmp_path / "types.json"
@@ -103,6 +104,7 @@ def test_the_type_of_files_that_do_not_tell_theirs(buildings, tmp_path):
     assert read_building_model(tmp_path / "types.json").building_types == ("house", "school")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["buildings", "places"])
 def test_a_guessed_type_is_not_learned_from(buildings, tmp_path, what):
     """`pianta read` writes what it guesses into floor.geojson; who corrects the labels has not confirmed the type."""
@@ -139,6 +141,7 @@ def test_all_faults_in_one_line(buildings, tmp_path):
     assert not (tmp_path / "types.json").exists()
 
 
+@pytest.mark.slow
 def test_a_building_that_cannot_be_read_does_not_stop_the_others(buildings, tmp_path):
     (tmp_path / "bad.xml").write_text("<svg/>")
     folders = buildings / "school", buildings / "office", tmp_path / "bad.xml"
@@ -155,6 +158,7 @@ def test_training_options_that_make_no_sense(buildings, tmp_path, options, told)
     assert told in err
 
 
+@pytest.mark.slow
 def test_read_tells_the_type(maps, model, tmp_path):
     for kind, path in maps.items():
         code, out, err = run_pianta("read", path, "-o", tmp_path, "--building-model", model)
@@ -174,6 +178,7 @@ def building_model_saying(chances: dict[str, float], monkeypatch: pytest.MonkeyP
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chances", [{"school": 0.99, "office": 0.01}, {"school": 0.2, "house": 0.8}, {}])
 def test_a_guessed_type_names_no_rooms(maps, tmp_path, monkeypatch, chances):
     building_model_saying(chances, monkeypatch)
@@ -196,6 +201,7 @@ def test_a_building_unlike_all_that_are_known(maps, model, tmp_path):
     assert {room.label for room in floor.rooms} <= FUNCTIONS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("chances", "told"),
     [({"office": 0.3, "school": 0.7}, "school 0.70"), ({"house": 1.0}, "house 1.00"), ({}, "unknown type")],
@@ -209,6 +215,7 @@ def test_the_type_in_the_line_of_each_map(maps, tmp_path, monkeypatch, chances, 
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [("--type", "school"), ("--no-labels",)])
 def test_nothing_is_said_where_the_type_is_not_asked_for(maps, tmp_path, options):
     code, out, err = run_pianta("read", maps["house"], "-o", tmp_path, *options)
@@ -219,6 +226,7 @@ def test_nothing_is_said_where_the_type_is_not_asked_for(maps, tmp_path, options
     assert "unknown type" not in out
 
 
+@pytest.mark.slow
 def test_a_given_type_stays_and_a_guessed_one_does_not(maps, tmp_path):
     folder = tmp_path / "out"
     for old, told in [
@@ -238,6 +246,7 @@ def test_a_given_type_stays_and_a_guessed_one_does_not(maps, tmp_path):
     assert read_floor(folder / "floor.geojson").building_type == {"school": 1.0}
 
 
+@pytest.mark.slow
 def test_given_labels_stay_under_a_judged_type(maps, model, tmp_path):
     assert run_pianta("read", maps["school"], "-o", tmp_path, "-q", "--building-model", model) == (0, "", "")
     floor = read_floor(tmp_path / "floor.geojson")
@@ -268,6 +277,7 @@ def test_reading_options_that_make_no_sense(maps, tmp_path, options, told):
     assert not list_files(tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_models_of_rooms_and_of_buildings_are_not_mixed_up(maps, model, tmp_path):
     from pianta.rooms.model_file import save_place_model
 
@@ -278,6 +288,7 @@ def test_models_of_rooms_and_of_buildings_are_not_mixed_up(maps, model, tmp_path
     assert (code, str(model) in err) == (2, True)
 
 
+@pytest.mark.slow
 def test_the_type_is_judged_by_the_labels_that_somebody_gave(maps, tmp_path, monkeypatch):
     folder = tmp_path / "out"
     assert run_pianta("read", maps["school"], "-o", folder, "-q") == (0, "", "")
@@ -295,6 +306,7 @@ def test_the_type_is_judged_by_the_labels_that_somebody_gave(maps, tmp_path, mon
     assert {room.label for room in judged[0].rooms} == {"ENTRANCE"}
 
 
+@pytest.mark.slow
 def test_the_model_of_places_that_is_given_is_the_only_one_asked(maps, tmp_path, monkeypatch):
     """A label of nobody's schema stays, and for the type the room is what the given model finds."""
     folder = tmp_path / "out"

@@ -46,6 +46,7 @@ def read_table(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_a_floor_is_explored_and_table_picture_and_animation_are_written(tmp_path, floor_file):
     code, out, err = run_pianta("explore", floor_file, "-o", tmp_path / "out", "--start", "2,3.5")
     assert (code, err) == (0, "")
@@ -72,6 +73,7 @@ def test_without_a_folder_nothing_is_written(tmp_path, floor_file, monkeypatch):
     assert list_files(tmp_path) == before
 
 
+@pytest.mark.slow
 def test_several_robots_have_a_column_each(tmp_path, floor_file):
     options = "--robots 2 --start 2,3.5 --start 6,1 --animation none"
     code, out, _ = run_pianta("explore", floor_file, "-o", tmp_path / "out", *options.split())
@@ -90,6 +92,7 @@ def test_a_room_is_found(floor_file):
     assert out.splitlines()[-1] == "STAIRS is room 2"
 
 
+@pytest.mark.slow
 def test_a_school_is_explored_by_what_a_model_lets_expect(school_file, model):
     arguments = "explore", school_file, "--policy", "predicted", "--start", "1,1.5"
     code, out, err = run_pianta(*arguments, "--model", model)
@@ -166,6 +169,7 @@ def test_a_map_and_a_kind_of_world_are_explored(tmp_path):
     assert out.splitlines()[0].endswith(": share reached")
 
 
+@pytest.mark.slow
 def test_what_is_there_by_a_name_goes_before_a_kind_of_world(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run_pianta("world", "hall", "-o", "ring").code == 0
@@ -187,6 +191,7 @@ def test_labels_that_the_model_does_not_have_are_one_warning(tmp_path, model):
     assert "SAUNA" in err
 
 
+@pytest.mark.slow
 def test_the_same_command_writes_the_same_files(tmp_path, floor_file):
     for name in ("one", "two"):
         run_pianta("explore", floor_file, "-o", tmp_path / name, "--animation", "none", "--seed", "4")

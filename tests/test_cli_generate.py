@@ -63,6 +63,7 @@ def read_made(folder: Path) -> list[nx.Graph]:
 
 
 class TestTrainType:
+    @pytest.mark.slow
     def test_learns_and_tells_what_next(self, schools, tmp_path):
         outcome = run_pianta("train", "type", schools, "-o", tmp_path / "new" / "school.json")
         assert outcome.code == 0, outcome.err
@@ -75,15 +76,18 @@ class TestTrainType:
         command = following.removeprefix("next: pianta ")
         assert command.startswith(f"generate {tmp_path / 'new' / 'school.json'} -n 24 -o ")
 
+    @pytest.mark.slow
     def test_gives_the_same_bytes_again(self, schools, tmp_path):
         for name in ("one.json", "other.json"):
             assert run_pianta("train", "type", schools, "-q", "-o", tmp_path / name).code == 0
         assert (tmp_path / "one.json").read_bytes() == (tmp_path / "other.json").read_bytes()
 
+    @pytest.mark.slow
     def test_cuts_by_normalized_cut(self, schools, tmp_path):
         assert run_pianta("train", "type", schools, "--areas", "ncut", "-q", "-o", tmp_path / "cut.json").code == 0
         assert read_type_model(tmp_path / "cut.json").segmentation == "ncut"
 
+    @pytest.mark.slow
     def test_leaves_out_what_it_cannot_use(self, schools, tmp_path):
         first, second = make_schools()[:2]
         unlabelled = draw_floor(first)
@@ -134,6 +138,7 @@ class TestTrainType:
 
 
 class TestGenerate:
+    @pytest.mark.slow
     def test_writes_graphs_and_their_sheet(self, model, tmp_path):
         outcome = run_pianta("generate", model, "-n", 5, "-o", tmp_path / "made")
         assert outcome.code == 0, outcome.err
@@ -153,6 +158,7 @@ class TestGenerate:
         with Image.open(tmp_path / "made" / "sheet.png") as sheet:
             assert sheet.width > sheet.height
 
+    @pytest.mark.slow
     def test_gives_the_same_for_a_seed_and_any_number_of_jobs(self, model, tmp_path):
         for name, options in (("one", ()), ("two", ("--jobs", 2)), ("other", ("--seed", 1))):
             assert run_pianta("generate", model, "-n", 4, "-q", "-o", tmp_path / name, *options).code == 0
@@ -160,6 +166,7 @@ class TestGenerate:
         assert one == two
         assert one != other
 
+    @pytest.mark.slow
     def test_meets_wishes(self, model, tmp_path):
         wishes = ("--rooms", "12-16", "--at-least", "classroom=5", "--at-least", "GYM", "--at-most", "CLOSET=2")
         outcome = run_pianta("generate", model, "-n", 6, *wishes, "-o", tmp_path / "made")
@@ -171,6 +178,7 @@ class TestGenerate:
             assert counts["GYM"] >= 1
             assert counts.get("CLOSET", 0) <= 2
 
+    @pytest.mark.slow
     def test_makes_buildings_like_a_floor(self, model, schools, tmp_path):
         outcome = run_pianta(
             "generate", model, "-n", 4, "--like", schools / "school d.geojson", "-o", tmp_path / "made"
@@ -211,6 +219,7 @@ class TestGenerate:
         assert outcome.code == 0
         assert f"rooms {len(graph)}" in outcome.err
 
+    @pytest.mark.slow
     def test_follows_the_printed_costs(self, model, tmp_path):
         for costs in ("density", "thesis"):
             assert run_pianta("generate", model, "-n", 2, "-q", "--costs", costs, "-o", tmp_path / costs).code == 0
@@ -218,6 +227,7 @@ class TestGenerate:
         outcome = run_pianta("generate", model, "--costs", "low", "-o", tmp_path / "low")
         assert_one_error(outcome, "'low'")
 
+    @pytest.mark.slow
     def test_takes_what_it_has_made(self, model, tmp_path):
         assert run_pianta("generate", model, "-n", 1, "-q", "-o", tmp_path / "made").code == 0
         for kind in ("json", "graphml"):
@@ -265,6 +275,7 @@ class TestGenerate:
         (tmp_path / "model.json").write_text(json.dumps(json.loads(model.read_text()) | change))
         assert_one_error(run_pianta("generate", tmp_path / "model.json", "-o", tmp_path / "made"), told)
 
+    @pytest.mark.slow
     def test_leaves_other_buildings_alone(self, model, tmp_path):
         assert run_pianta("generate", model, "-n", 3, "-q", "-o", tmp_path).code == 0
         before = list_files(tmp_path)

@@ -59,6 +59,7 @@ def plan(true_floor: Floor, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_a_plan_is_read_into_the_four_files(plan: Path, true_floor: Floor, tmp_path: Path):
     result = run_pianta("read", str(plan), "-o", str(tmp_path / "out"))
     assert result.code == 0, result.err
@@ -76,6 +77,7 @@ def test_a_plan_is_read_into_the_four_files(plan: Path, true_floor: Floor, tmp_p
         assert labels.size == sheet.size
 
 
+@pytest.mark.slow
 def test_a_given_resolution_is_the_scale(plan: Path, true_floor: Floor, tmp_path: Path):
     resolution = 1 / PX_PER_METRE
     result = run_pianta("read", str(plan), "-o", str(tmp_path), "--resolution", str(resolution), "-q")
@@ -91,6 +93,7 @@ def test_as_map_reads_a_plan_as_a_map(plan: Path, tmp_path: Path):
     assert "--resolution" in result.err
 
 
+@pytest.mark.slow
 def test_previous_keeps_the_ids_of_a_plan(plan: Path, tmp_path: Path):
     for more in ([], ["--previous", str(tmp_path)]):
         result = run_pianta("read", str(plan), "-o", str(tmp_path), *more)
@@ -98,6 +101,7 @@ def test_previous_keeps_the_ids_of_a_plan(plan: Path, tmp_path: Path):
     assert "0 are new, 0 are gone" in result.out
 
 
+@pytest.mark.slow
 def test_a_batch_goes_on_after_a_file_that_is_no_plan(plan: Path, tmp_path: Path):
     broken = tmp_path / "broken.svg"
     broken.write_text("<svg><!-- nothing -->")
@@ -108,6 +112,7 @@ def test_a_batch_goes_on_after_a_file_that_is_no_plan(plan: Path, tmp_path: Path
     assert "; scale: 0.0" in result.out
 
 
+@pytest.mark.slow
 def test_how_many_symbols_of_a_folder_are_found_is_told(plan: Path, true_floor: Floor, tmp_path: Path):
     symbols = tmp_path / "symbols"
     symbols.mkdir()
@@ -134,6 +139,7 @@ def test_a_file_that_is_neither_map_nor_plan_is_told_what_can_be_read(tmp_path: 
     assert re.search(r"notes\.md.*\.yaml.*\.svg", result.err)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "told"),
     [
@@ -167,6 +173,7 @@ def test_a_white_sheet_has_no_rooms(tmp_path: Path):
     assert result.err.count("error") == 1
 
 
+@pytest.mark.slow
 def test_names_are_in_the_files(true_floor: Floor, tmp_path: Path):
     pytest.importorskip("rapidocr")
     texts = {room.id: "Office" for room in true_floor.rooms[1:4]}
@@ -233,6 +240,7 @@ def test_floors_of_a_plan_are_written_all_or_none(tmp_path: Path, monkeypatch: p
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("as_plan", [("--as", "plan"), ()])
 @pytest.mark.parametrize("kind", NO_DRAWINGS)
 def test_what_is_no_plan_is_refused_in_one_line_before_anything_slow(

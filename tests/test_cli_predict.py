@@ -78,6 +78,7 @@ class TestPredict:
         assert "unknown rooms" in text
         assert list_files(seen.parent).keys() == {"seen.json"}
 
+    @pytest.mark.slow
     def test_writes_what_it_has_found(self, seen, model, tmp_path):
         outcome = run_pianta("predict", seen, model, "-n", 6, "-o", tmp_path / "new" / "predicted")
         assert outcome.code == 0, outcome.err
@@ -97,6 +98,7 @@ class TestPredict:
         with Image.open(tmp_path / "new" / "predicted" / "picture.png") as picture:
             assert picture.width > picture.height
 
+    @pytest.mark.slow
     def test_samples_keep_what_is_known_and_fill_what_is_not(self, seen, model, tmp_path):
         assert run_pianta("predict", seen, model, "-n", 6, "-q", "-o", tmp_path / "new").code == 0
         known = SEEN.subgraph([0, 1, 2, 3, 4, 6, 7, 8])
@@ -111,6 +113,7 @@ class TestPredict:
                 assert graph.has_edge(behind, node_of[0])
                 assert graph.nodes[behind]["label"] in SCHOOL.by_name
 
+    @pytest.mark.slow
     def test_figures_agree_with_the_samples(self, seen, model, tmp_path):
         assert run_pianta("predict", seen, model, "-n", 8, "-q", "-o", tmp_path / "new").code == 0
         found = json.loads((tmp_path / "new" / "prediction.json").read_text())
@@ -126,6 +129,7 @@ class TestPredict:
         shares = {label: behind.count(label) / len(behind) for label in behind}
         assert found["open_ends"][1]["labels"] == pytest.approx(shares, abs=1e-4)
 
+    @pytest.mark.slow
     def test_gives_the_same_for_a_seed(self, seen, model, tmp_path):
         for name, seed in (("one", 0), ("two", 0), ("other", 1)):
             assert run_pianta("predict", seen, model, "-n", 3, "-q", "--seed", seed, "-o", tmp_path / name).code == 0
@@ -136,6 +140,7 @@ class TestPredict:
     def test_quiet_prints_nothing(self, seen, model):
         assert run_pianta("predict", seen, model, "-n", 2, "-q") == (0, "", "")
 
+    @pytest.mark.slow
     def test_takes_graphml_as_it_takes_json(self, model, tmp_path):
         """GraphML has what is known of labels as a text."""
         graph = SEEN.copy()
@@ -149,6 +154,7 @@ class TestPredict:
         one, other = (json.loads((tmp_path / kind / "prediction.json").read_text()) for kind in ("json", "graphml"))
         assert one | {"source": None} == other | {"source": None}
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "odd", [{"label_probabilities": "{"}, {"label_probabilities": [1]}, {"predicted_area": "much"}, {"area": None}]
     )
@@ -159,6 +165,7 @@ class TestPredict:
         assert outcome.code == 0, outcome.err
         assert outcome.out.startswith("9 rooms known, 1 open end, ")
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("seen_area", "probability", "is_known"),
         [(4.9, 0.9, False), (5.1, 0.39, False), (5.1, 0.41, True), (7.4, 0.1, False), (7.6, 0.1, True)],
@@ -186,6 +193,7 @@ class TestPredict:
 
 
 class TestExplored:
+    @pytest.mark.slow
     def test_compares_with_the_truth(self, whole, model, tmp_path):
         outcome = run_pianta("predict", whole, model, "--explored", 1, "-n", 10, "-o", tmp_path / "new")
         assert outcome.code == 0, outcome.err
@@ -196,6 +204,7 @@ class TestExplored:
         assert truth["rooms"] == len(make_schools()[3])
         assert sum(truth["unknown"].values()) == len(make_schools()[3]) - 8
 
+    @pytest.mark.slow
     def test_names_what_is_behind_doors(self, model, tmp_path):
         graph = make_schools()[3]
         graph.add_edge(1, len(graph))
@@ -247,6 +256,7 @@ class TestRefusals:
         save_type_model(learn_type(make_schools(), SCHOOL, segmentation=Segmentation.NCUT), tmp_path / "cut.json")
         assert_one_error(run_pianta("predict", seen, tmp_path / "cut.json"), "corr")
 
+    @pytest.mark.slow
     def test_a_folder_with_other_samples(self, seen, model, tmp_path):
         assert run_pianta("predict", seen, model, "-n", 2, "-q", "-o", tmp_path / "new").code == 0
         before = list_files(tmp_path / "new")

@@ -51,6 +51,7 @@ def ids_of(path: Path) -> list[int]:
     return [room.id for room in read_floor(path / "floor.geojson").rooms]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["", "floor.geojson"])
 def test_rooms_keep_their_ids_in_all_outputs(map_yaml, older, tmp_path, name):
     code, out, err = run_pianta("read", map_yaml, "--previous", older / name, "-o", tmp_path)
@@ -67,6 +68,7 @@ def test_rooms_keep_their_ids_in_all_outputs(map_yaml, older, tmp_path, name):
         assert set(np.unique(np.asarray(image))) == {0, *ids_of(older)}
 
 
+@pytest.mark.slow
 def test_the_previous_floor_may_lie_in_the_output_folder(map_yaml, older, tmp_path):
     (tmp_path / "floor.geojson").write_bytes((older / "floor.geojson").read_bytes())
     assert run_pianta("read", map_yaml, "--previous", tmp_path, "-o", tmp_path, "-q") == (0, "", "")
@@ -76,6 +78,7 @@ def test_the_previous_floor_may_lie_in_the_output_folder(map_yaml, older, tmp_pa
     assert list_files(tmp_path) == before
 
 
+@pytest.mark.slow
 def test_ids_stay_on_an_image_that_has_grown_to_all_sides(grid, older, tmp_path):
     """Without a map.yaml the origin is the lower left corner of the image, so every room lies elsewhere now."""
     grown = np.pad(grid.cells, ((30, 75), (110, 12)), constant_values=UNKNOWN)
@@ -89,6 +92,7 @@ def test_ids_stay_on_an_image_that_has_grown_to_all_sides(grid, older, tmp_path)
     assert ids_of(tmp_path / "a") == ids_of(tmp_path / "b") == ids_of(older)
 
 
+@pytest.mark.slow
 def test_rooms_behind_a_wall_that_is_gone_are_told(map_yaml, older, tmp_path):
     floor = read_floor(older / "floor.geojson")
     (tmp_path / "in").mkdir()
@@ -100,6 +104,7 @@ def test_rooms_behind_a_wall_that_is_gone_are_told(map_yaml, older, tmp_path):
     assert ids_of(tmp_path / "out") == [301, *ids_of(older)[1:]]
 
 
+@pytest.mark.slow
 def test_another_building_is_warned_of(map_yaml, tmp_path):
     save_floor(Floor((Room(5, box(500, 500, 503, 503)),)), tmp_path / "floor.geojson")
     code, out, err = run_pianta("read", map_yaml, "--previous", tmp_path, "-o", tmp_path / "out")

@@ -64,6 +64,7 @@ def test_one_floor(offices, maze, tmp_path):
     assert len(floor["measures"][0]["usual"]) == 8
 
 
+@pytest.mark.slow
 def test_several_floors_with_two_classes(offices, worlds, tmp_path):
     arguments = worlds, "--reference", offices, "--unlike", worlds, "-o", tmp_path / "judged"
     code, out, err = run_pianta("realism", *arguments)
@@ -100,6 +101,7 @@ def test_the_name_of_a_file_does_not_tell_whether_it_is_in_the_reference(offices
     assert other == "l a.geojson: 0.00, less typical than any of the 8 reference floors"
 
 
+@pytest.mark.slow
 def test_one_that_fails_stops_no_others(offices, maze, tmp_path):
     broken = tmp_path / "broken.geojson"
     broken.write_text("{}")
@@ -116,6 +118,7 @@ def test_one_that_fails_stops_no_others(offices, maze, tmp_path):
     assert (code, err.count("\n")) == (2, 1)
 
 
+@pytest.mark.slow
 def test_labels_by_pianta_are_told(offices, maze, tmp_path):
     floor = make_snake(4, 4)
     save_floor(
@@ -128,6 +131,7 @@ def test_labels_by_pianta_are_told(offices, maze, tmp_path):
     assert (code, out, err) == (0, "", "")
 
 
+@pytest.mark.slow
 def test_floors_that_come_with_pianta(maze, monkeypatch, tmp_path):
     known = [spread_labels(label_as_office(floor), OFFICE) for floor in make_offices()]
     described = tuple(describe_building(floor, LabelSet.F_C_E_S) for floor in known)

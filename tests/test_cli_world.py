@@ -24,6 +24,7 @@ def test_the_sample_is_written_with_its_truth(tmp_path):
     assert (written.resolution, written.origin) == (grid.resolution, grid.origin)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FLOOR_MAKERS)
 def test_every_kind_is_made_with_defaults(tmp_path, kind):
     assert run_pianta("world", kind, "-o", tmp_path).code == 0
@@ -41,6 +42,7 @@ def test_options_reach_the_world(tmp_path):
     assert (written.resolution, written.origin) == (grid.resolution, grid.origin)
 
 
+@pytest.mark.slow
 def test_the_next_command_works_as_printed(tmp_path):
     _, out, _ = run_pianta("world", "corridor", "-o", tmp_path / "my world")
     program, *arguments = shlex.split(out.splitlines()[-1].removeprefix("next: "))

@@ -34,6 +34,7 @@ def test_equal_scores_are_one_point():
     assert measure_precision_recall(TRUTH, [1.0] * 4).area == 0.5
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.booleans(), st.integers(-5, 5)), min_size=2, max_size=30))
 def test_curves_stay_within_their_axes(items):
     truth, scores = [positive for positive, _ in items], [float(score) for _, score in items]

@@ -87,6 +87,7 @@ def test_the_final_map_shows_walls_where_they_are():
     assert ((run.scan_of_cell >= 0) == (run.map.cells != -1)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"robots": 2}, {"drive": "differential"}, {"lidar": Lidar(field=2.0)}])
 def test_the_same_seed_is_the_same_run(options):
     world = build_world(make_floor("hall", seed=2))
@@ -111,6 +112,7 @@ def test_without_numba_the_run_is_the_same(monkeypatch):
     assert np.array_equal(runs[0].map.cells, runs[1].map.cells)
 
 
+@pytest.mark.slow
 def test_the_run_is_the_same_under_every_hash_seed():
     code = (
         "from pianta.exploration.explore import explore;"
@@ -129,6 +131,7 @@ def test_the_run_is_the_same_under_every_hash_seed():
     assert told[0]
 
 
+@pytest.mark.slow
 def test_the_robot_never_drives_through_a_wall():
     world = build_world(make_floor("ring", seed=4))
     run = explore(world, NearestFrontier(), stop=0.8)
@@ -236,6 +239,7 @@ def test_a_grid_map_without_truth_is_explored():
     assert run.seen == run.entered == {}
 
 
+@pytest.mark.slow
 def test_several_robots_explore_together_on_different_ways():
     world = build_world(make_floor("ring", seed=1))
     asked = []
@@ -268,6 +272,7 @@ def test_robots_get_different_frontiers_and_the_last_may_get_none():
     assert ids_of(NearestFrontier().choose(situation_of([[1, 2], [inf, inf]]))) == [0, None]
 
 
+@pytest.mark.slow
 def test_robots_do_not_crowd():
     beside = situation_of([[1, 1.5, 3], [1, 1.5, 3]], [(0, 0), (0.2, 0), (50, 0)])
     assert ids_of(NearestFrontier().choose(beside)) == [0, 2]
@@ -327,6 +332,7 @@ def test_policies_are_told_what_was_recognised():
     assert all(one.distances.shape == (1, len(one.frontiers)) for one in told)
 
 
+@pytest.mark.slow
 def test_a_school_is_explored_to_the_end(data):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -37,6 +37,7 @@ def looks(draw):
     return np.array(cells, np.int8).reshape(height, width), (row, col), beams
 
 
+@pytest.mark.slow
 def test_ranges_along_the_axes_are_exact():
     blocked = draw_cells(ROOM) == 100
     ranges = cast_rays(blocked, (2.25, 4.5), np.array([EAST, NORTH, WEST, SOUTH], float), 100)
@@ -95,6 +96,7 @@ def test_compiled_maps_are_those_of_numpy(look, reach, seed):
     assert all(np.array_equal(ours, theirs) for ours, theirs in zip(*grids, strict=True))
 
 
+@pytest.mark.slow
 @given(looks(), st.floats(0.5, 12))
 def test_compiled_gains_are_those_of_numpy(look, reach):
     cells, _, beams = look

@@ -107,6 +107,7 @@ def test_floor_survives(path):
     assert read_floor(path) == FLOOR
 
 
+@pytest.mark.slow
 @given(floor=floors())
 def test_round_trip_is_exact_and_stable(path, floor):
     save_floor(floor, path)

@@ -62,6 +62,7 @@ def test_units_do_not_matter_when_standardised():
     np.testing.assert_allclose(kernel.fit(PLANS).compare(), kernel.fit(scaled).compare(), rtol=1e-10)
 
 
+@pytest.mark.slow
 @given(st.lists(filled_graphs, min_size=1, max_size=4), st.integers(0, 1000), st.booleans(), st.booleans())
 def test_isomorphic_graphs_are_alike_to_the_bit(graphs, seed, standardize, labelled):
     kernel = GaussianGraphHopper(standardize=standardize, label="label" if labelled else None).fit(graphs)
@@ -76,6 +77,7 @@ def test_large_isomorphic_graphs_are_alike_to_the_bit():
     assert np.diag(kernel.compare([rename(graph, seed=1) for graph in graphs])).tolist() == [1, 1, 1]
 
 
+@pytest.mark.slow
 @given(st.lists(filled_graphs, min_size=1, max_size=4), labelled_graphs())
 def test_grams_are_kernels_and_transform_keeps_them(graphs, new):
     kernel = GaussianGraphHopper()

@@ -73,6 +73,7 @@ def test_sizes_are_a_fifth_beyond_those_of_floors_at_most():
     assert len(set(found)) > 5
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(st.lists(st.integers(0, 40), min_size=1, max_size=4, unique=True), st.integers(0, 2**32))
 def test_a_building_depends_on_none_beside_it(numbers, seed):
@@ -83,6 +84,7 @@ def test_a_building_depends_on_none_beside_it(numbers, seed):
         assert list_rooms(alone) == list_rooms(building)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given_floor", ["none", "like", "kept"])
 def test_batches_are_the_same_as_all_at_once(given_floor):
     like, kept = (seen_floor() if given_floor == name else None for name in ("like", "kept"))
@@ -123,6 +125,7 @@ for segmentation in ("corr", "ncut"):
 """
 
 
+@pytest.mark.slow
 def test_the_same_under_every_hash_seed():
     found = [
         subprocess.run(
@@ -254,6 +257,7 @@ def test_kept_and_like_and_wishes_at_once():
     assert nx.get_node_attributes(building, "room")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "graphs",
     [

@@ -65,6 +65,7 @@ def test_floor_graph_survives(path):
     assert {frozenset(edge) for edge in graph.edges} == {frozenset((1, 3)), frozenset((1, 2))}
 
 
+@pytest.mark.slow
 @given(graph=graphs())
 def test_round_trip_is_exact_and_stable(path, graph):
     save_graph(graph, path)

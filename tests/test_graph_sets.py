@@ -61,6 +61,7 @@ def test_repeats():
     assert find_repeats(graphs) == [False, False, True, False, True, True]
 
 
+@pytest.mark.slow
 @given(st.lists(labelled_graphs(max_size=4), max_size=4), st.lists(labelled_graphs(max_size=4), max_size=4))
 def test_copies_are_the_isomorphic_ones(graphs, known):
     same_label = nx.isomorphism.categorical_node_match("label", None)
@@ -68,6 +69,7 @@ def test_copies_are_the_isomorphic_ones(graphs, known):
     assert find_copies(graphs, known) == expected
 
 
+@pytest.mark.slow
 @given(labelled_graphs(), st.integers(0, 99))
 def test_a_renamed_graph_is_a_copy(graph, seed):
     assert find_copies([graph], [rename(graph, seed=seed)]) == [True]
@@ -144,6 +146,7 @@ def test_names_and_order_change_nothing(statistic):
     np.testing.assert_array_equal(describe_statistic(renamed, statistic), describe_statistic(plans, statistic)[::-1])
 
 
+@pytest.mark.slow
 @given(st.lists(labelled_graphs(), min_size=1, max_size=4), st.lists(labelled_graphs(), min_size=1, max_size=4))
 def test_discrepancy_by_its_definition(one, other):
     for statistic, width in zip(STATISTICS, (1, 0.1, 1, 1), strict=True):
@@ -206,6 +209,7 @@ def test_trials_of_a_maker():
     assert compared.made == compared.real
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("statistic", STATISTICS)
 def test_graphs_from_one_source_have_a_ratio_near_one(statistic):
     # Of one set of so few real graphs the ratio is anything from 0.1 to 6.
@@ -248,6 +252,7 @@ def test_trials_that_are_none():
         compare_discrepancy([Trial(paths, paths[:2], paths)], statistic="degree")
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_the_samples_of_the_thesis_beside_real_schools(data):
     real, samples = read_schools(data), read_samples(data)

@@ -194,6 +194,7 @@ def floors(draw) -> Interpretation:
     return interpret(*facts)
 
 
+@pytest.mark.slow
 @given(floors(), st.randoms(use_true_random=False), st.booleans())
 def test_names_and_order_do_not_change_the_graph(floor, random, share_values):
     names = [f"n{n}" for n in range(6)]
@@ -215,6 +216,7 @@ def test_names_and_order_do_not_change_the_graph(floor, random, share_values):
     assert KERNEL.fit(graphs).compare() == pytest.approx(np.ones((2, 2)))
 
 
+@pytest.mark.slow
 @given(floors(), st.booleans())
 def test_graphs_are_bipartite_and_say_no_identifier(floor, share_values):
     (graph,) = draw(floor, share_values=share_values)
@@ -229,6 +231,7 @@ def test_graphs_are_bipartite_and_say_no_identifier(floor, share_values):
     assert all(role is not None for *_, role in graph.edges(data="role"))
 
 
+@pytest.mark.slow
 def test_real_floors_have_an_atom_for_each_fact(data):
     schools = read_interpretations(data / "klog" / "school_RC.pl")
     graphs = Graphicalizer(hidden="label").fit_transform(schools)

@@ -98,6 +98,7 @@ def test_the_file_by_hand(path):
     assert list(read_graphml(path)) == [1, 0]
 
 
+@pytest.mark.slow
 @given(graph=graphs())
 def test_round_trip_is_exact_and_stable(path, graph):
     save_graphml(graph, path)
@@ -109,6 +110,7 @@ def test_round_trip_is_exact_and_stable(path, graph):
     assert path.read_bytes() == content
 
 
+@pytest.mark.slow
 @given(graph=graphs(integer_ids))
 def test_networkx_reads_the_same_graph(path, graph):
     save_graphml(graph, path)
@@ -117,6 +119,7 @@ def test_networkx_reads_the_same_graph(path, graph):
     assert nx.utils.graphs_equal(theirs, graph)
 
 
+@pytest.mark.slow
 @given(graph=graphs(integer_ids))
 def test_a_file_of_networkx_is_read(path, graph):
     """Without carriage returns, which networkx writes so that they become line feeds."""

@@ -203,6 +203,7 @@ def test_only_our_errors_escape_from_random_bytes(tmp_path_factory, start, rest)
     read_or_refuse(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["png", "pgm", "bmp", "tif", "jpg"])
 @settings(max_examples=60)
 @given(data=st.data())
@@ -338,6 +339,7 @@ def test_what_is_no_picture_is_told_in_one_line(tmp_path, content, fault):
         read_picture(tmp_path / "a.gif")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", PICTURE_SUFFIXES)
 @settings(max_examples=25)
 @given(data=st.data())

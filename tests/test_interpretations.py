@@ -212,6 +212,7 @@ def by_place(interpretation: Interpretation, relation: str) -> set[tuple[object,
     return {tuple(sorted(fact)) if relation == "connected" else fact for fact in facts}  # type: ignore[type-var]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 @pytest.mark.parametrize("kind", ["school", "office"])
 @pytest.mark.parametrize("label_set", LABEL_FILES)

@@ -28,6 +28,8 @@ from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta.worlds.scan import make_sample, map_floor
 from tests.drawn_maps import carve, make_grid
 
+pytestmark = pytest.mark.slow
+
 
 class View(NamedTuple):
     """A grid map made of another one, and how its continuous row, col go back to those of the other."""

@@ -66,6 +66,7 @@ def fault_of(path, text, **options) -> str:
     return fault
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FLOORS)
 @pytest.mark.parametrize("labels", ["RC", "RCES", "all"])
 def test_real_files_are_read_whole_and_written_again_byte_for_byte(data, path, kind, labels):
@@ -285,6 +286,7 @@ def test_large_files_are_refused(path, monkeypatch):
         save_interpretations(path, [interpret(("room", "r12"))])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("piece", ["(", "'", "/*", "''", "1", "a(", ".", "\\", "+", "1.1e", "x,'", "%", "/"])
 def test_no_file_takes_long(path, piece):
     # What grew with the square of a file's length would take hours.
@@ -341,6 +343,7 @@ def test_a_floor_of_nothing_but_labels_keeps_its_place(path):
     assert read_interpretations(path) == drawn
 
 
+@pytest.mark.slow
 @given(floors=floors(), declare=st.booleans())
 def test_round_trip_is_exact_and_stable(path, floors, declare):
     save_interpretations(path, floors, declare=declare)

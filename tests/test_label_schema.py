@@ -61,6 +61,7 @@ def test_schemas_of_the_thesis_survive(path, schema):
     assert read_label_schema(path) == schema
 
 
+@pytest.mark.slow
 @given(schema=schemas)
 def test_round_trip_is_exact_and_stable(path, schema):
     save_label_schema(schema, path)
@@ -184,6 +185,7 @@ def test_what_is_no_schema_is_told_in_one_line(path, text, message):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -212,6 +214,7 @@ def test_hostile_files_are_refused_in_one_line(path, text, message):
     assert len(str(error.value)) < 1000
 
 
+@pytest.mark.slow
 def test_thousands_of_faults_are_told_briefly(path):
     with pytest.raises(LabelError, match="9990") as error:
         read_text(path, "labels:\n" + "- {}\n" * 5000)

@@ -235,6 +235,7 @@ def labels_of(file: Path) -> tuple[LabelSchema, set[str]]:
     return schema, {(space.findtext("labels/label") or "").strip() for space in spaces}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "folder",
     ["buildings/school", "buildings/office", "buildings/robocup", "floorplans", "partial", "slam", "survey"],
@@ -350,6 +351,7 @@ def measured_rooms(folder: Path, schema: LabelSchema) -> dict[str, list[tuple[fl
     return rooms
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_sizes_of_the_page_are_those_of_the_data(data):
     folders = {name: data / "buildings" / name for name in SCHEMAS}

@@ -153,6 +153,7 @@ def smallest(files: list[Path], *, count: int) -> list[Path]:
     return sorted(files, key=lambda file: (file.stat().st_size, file.name))[:count]
 
 
+@pytest.mark.slow
 def test_real_plans_are_plans(data):
     """Ten small ones, every sixth, and those with ways of escape, in JPEG and PNG."""
     folder = data / "floorplans"
@@ -163,6 +164,7 @@ def test_real_plans_are_plans(data):
     assert {file.name: tell_kind(file) for file in chosen} == {file.name: "plan" for file in chosen}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", ["survey", "slam", "partial", "clutter", "priors"])
 def test_real_maps_are_maps(data, folder):
     files = [
@@ -209,6 +211,7 @@ def test_drawings_with_hatched_floors_may_be_plans(width, tiles, every):
     assert may_be_drawing(with_floors(rooms_on_paper(width, line=width // 150), every=every, tiles=tiles))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "colors",
     [

@@ -16,6 +16,7 @@ from tests.mutation import mutated, refused_in_one_line
 from tests.strategies import grids
 
 
+@pytest.mark.slow
 @given(grid=grids)
 def test_saved_map_reads_back_exactly(tmp_path_factory, grid):
     path = tmp_path_factory.getbasetemp() / "map.npz"
@@ -99,6 +100,7 @@ def test_only_our_errors_escape_from_random_bytes(tmp_path_factory, start, rest)
         read_npz_map(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
 @settings(max_examples=200)
 @given(data=st.data())

@@ -83,6 +83,7 @@ def test_a_dxf_in_metres_has_a_resolution_and_walls(tmp_path):
     assert (sheet.walls == (sheet.colors[..., 0] == 0)).all()
 
 
+@pytest.mark.slow
 def test_a_drawn_pdf_is_drawn_with_its_texts(tmp_path):
     pytest.importorskip("pypdfium2", reason="pianta[pdf] is not installed")
     sheet = open_sheet(save_drawn_pdf(tmp_path / "plan.pdf"))
@@ -92,6 +93,7 @@ def test_a_drawn_pdf_is_drawn_with_its_texts(tmp_path):
     assert set(np.unique(sheet.colors)) == {0, 255}
 
 
+@pytest.mark.slow
 def test_a_scanned_pdf_is_its_picture_page_by_page(tmp_path):
     """Two scans of 60 × 30 pixels, white and black, at 72 dots an inch: rendered at 300."""
     pytest.importorskip("pypdfium2", reason="pianta[pdf] is not installed")

@@ -204,6 +204,7 @@ def test_a_password_is_told_of(path):
         read(path, ROOMS, Encrypt=f"<< {keys} >>", ID=f"[<{'00' * 16}> <{'00' * 16}>]")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("content", "message"),
     [
@@ -237,6 +238,7 @@ def test_more_than_any_page_draws_is_refused(path, monkeypatch):
         read(path, "0 0 m 1 1 l 2 2 l S")
 
 
+@pytest.mark.slow
 def test_a_process_of_its_own_reads_the_same(path):
     drawn = ROOMS + text("Office \\366 1:100", 80, 70) + " 0 g 10 10 5 5 re f 30 10 5 5 re f"
     path.write_bytes(pdf(drawn, ""))
@@ -264,6 +266,7 @@ def unfolding(depth: int) -> bytes:
     return pdf(f"/F{depth} Do {ROOMS}", forms=[(ROOMS, "")] + [(f"/F{level} Do " * 10, "") for level in range(depth)])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no limits of processes")
 @pytest.mark.parametrize(("seconds", "memory"), [(60, 600 * 2**20), (1, 8 * 2**30)])
 def test_a_page_that_unfolds_without_end_is_refused(path, monkeypatch, seconds, memory):
@@ -283,6 +286,7 @@ def test_a_reader_that_does_not_come_back_is_given_up(path, monkeypatch):
         read_pdf_plan(path)
 
 
+@pytest.mark.slow
 def test_nothing_that_lies_in_the_working_folder_is_run(path, monkeypatch):
     for name in ("json", "sys", "numpy", "pianta"):
         path.with_name(f"{name}.py").write_text("raise SystemExit(9)\n", encoding="utf-8")

@@ -58,6 +58,7 @@ def refuse(path: Path, match: str) -> None:
     assert path.name in str(caught.value)
 
 
+@pytest.mark.slow
 def test_round_trip(model_file):
     read, floor = read_place_model(model_file), labelled_floors()[0]
     for said, said_before in zip(read.passes(floor).values(), small_model().passes(floor).values(), strict=True):
@@ -101,6 +102,7 @@ def test_a_newer_minor_version_is_read(model_file, tmp_path):
     assert read_place_model(path).training == small_model().training
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("header", "match"),
     [
@@ -148,6 +150,7 @@ def trees_of(model: PlaceModel, **changed: object) -> dict[str, object]:
     return {"first": model.first, "second": model.second, "names": dict(model.names)} | changed
 
 
+@pytest.mark.slow
 def test_trees_that_are_missing_or_of_another_kind(model_file, tmp_path):
     model = small_model()
     tree = DecisionTreeClassifier().fit([[0.0], [1.0]], [0, 1])
@@ -166,6 +169,7 @@ def break_forest(*missing: str, **changed: object) -> ExtraTreesClassifier:
     return broken
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", ["first", "second", "school"])
 def test_an_untrained_forest(model_file, tmp_path, place):
     bare = ExtraTreesClassifier(2)
@@ -173,6 +177,7 @@ def test_an_untrained_forest(model_file, tmp_path, place):
     refuse(rewrite(model_file, tmp_path / "m.skops", trees=trees_of(small_model(), **changed)), "trees are damaged")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("missing", "changed"),
     [
@@ -196,6 +201,7 @@ def test_forests_that_lack_a_part_or_have_a_wrong_one(model_file, tmp_path, miss
     refuse(rewrite(model_file, tmp_path / "m.skops", trees=trees), "trees are damaged")
 
 
+@pytest.mark.slow
 def test_a_copied_forest_is_sound(model_file, tmp_path):
     path = rewrite(model_file, tmp_path / "m.skops", trees=trees_of(small_model(), first=break_forest()))
     assert read_place_model(path).label(labelled_floors()[0]) == small_model().label(labelled_floors()[0])
@@ -212,6 +218,7 @@ def test_an_archive_packed_in_a_way_that_python_does_not_know(model_file, tmp_pa
     refuse(tmp_path / "m.skops", "no model of pianta")
 
 
+@pytest.mark.slow
 def test_trees_that_lead_nowhere(model_file, tmp_path):
     """A node beyond the last one would be read from memory that is not the tree's."""
     model = small_model()

@@ -72,6 +72,7 @@ def test_pillars_stay_out_of_rooms_of_single_walls():
     assert len(plan.truth.rooms[0].polygon.interiors) == len(hall.rooms[0].polygon.interiors) > 0
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(
     st.sampled_from(sorted(FLOOR_MAKERS)),
@@ -95,6 +96,7 @@ def test_walls_are_closed_but_for_doors(kind, style, doors, windows, rotation):
     assert all(near)
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 20), st.floats(-180, 180))
 def test_doors_are_gaps_on_a_turned_sheet(kind, seed, rotation):

@@ -219,6 +219,7 @@ def test_the_first_network_is_asked_about_the_part_with_the_most_ink(monkeypatch
     assert all((part == 0).any() and part.shape[0] == part.shape[1] <= 1500 for part, _ in asked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", [None, 0.001, 2.0])
 def test_the_sheet_never_gets_more_cells_than_memory_holds(monkeypatch, known):
     asked: list[float] = []
@@ -228,6 +229,7 @@ def test_the_sheet_never_gets_more_cells_than_memory_holds(monkeypatch, known):
     assert size == min(asked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [(1, 1), (1, 400), (2, 3)])
 def test_the_smallest_sheets_have_a_size(shape):
     assert fit_door_px(np.full((*shape, 3), 255, np.uint8), door_px=None) > 0

@@ -25,6 +25,7 @@ def test_a_reader_needs_both_of_its_packages(monkeypatch):
     assert text_reader_available()
 
 
+@pytest.mark.slow
 def test_texts_are_read_level_and_upright_without_a_network(monkeypatch):
     pytest.importorskip("rapidocr")
 
@@ -156,6 +157,7 @@ def test_soft_edges_of_letters_go_with_them():
     assert np.array_equal(erase_texts(colors, binarise(colors), [placed("l'", 32, 46, 16, 20)]), bare)
 
 
+@pytest.mark.slow
 def test_a_text_that_claims_to_be_larger_than_the_sheet_needs_no_memory():
     colors, _ = lettered((255, 255, 255), 0)
     erased = erase_texts(colors, binarise(colors), [placed("x", -1e9, -1e9, 2e9, 2e9)])

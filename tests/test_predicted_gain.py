@@ -115,6 +115,7 @@ def test_a_share_needs_a_model():
         PredictedGain(enough=0.9)
 
 
+@pytest.mark.slow
 def test_a_school_is_explored_to_the_end_and_always_alike(sampler, school):
     one, again = (explore(school, PredictedGain(sampler), starts=[(1, 1.5)]) for _ in range(2))
     assert one.outcome == "done"
@@ -133,6 +134,7 @@ def test_a_room_is_looked_for(sampler, school):
     assert run.outcome == "found CLOSET"
 
 
+@pytest.mark.slow
 def test_several_robots_explore(sampler, school):
     run = explore(school, PredictedGain(sampler), starts=[(1, 1.5)], robots=2)
     assert run.outcome == "done"

@@ -182,6 +182,7 @@ def explore(name: str, number: int) -> nx.Graph:
     ]
 
 
+@pytest.mark.slow
 def test_predictions_of_a_floor():
     prediction = predict_building(small_model(), explore("d", 0), count=20)
     assert len(prediction.samples) == 20
@@ -203,6 +204,7 @@ def test_predictions_of_a_floor():
     )
 
 
+@pytest.mark.slow
 def test_the_more_corridors_are_open_the_more_is_expected():
     """Of school d two corridors are open at first, and then of the fourth corridor alone the rooms are unseen."""
     first, last = (predict_building(SAMPLER, explore("d", number), count=60) for number in (0, 2))

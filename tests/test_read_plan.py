@@ -73,6 +73,7 @@ def only_floor(reading: PlanReading) -> PlanFloor:
     return floor
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("truth", [FIVE, THREE])
 @pytest.mark.parametrize("style", ["thick", "double"])
 def test_rooms_and_doors_of_a_drawn_plan_are_found(tmp_path, truth, style):
@@ -87,6 +88,7 @@ def test_rooms_and_doors_of_a_drawn_plan_are_found(tmp_path, truth, style):
         assert door.width == pytest.approx(line.length, abs=0.3)
 
 
+@pytest.mark.slow
 def test_the_resolution_that_is_given_is_kept(tmp_path):
     plan = draw_plan(THREE, px_per_metre=40)
     found = only_floor(read(plan, tmp_path, resolution=0.05))
@@ -100,6 +102,7 @@ def test_the_resolution_that_is_given_is_kept(tmp_path):
     assert top.max() - bottom.min() == pytest.approx(24, abs=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", ["thick", "double"])
 def test_doors_with_arcs_tell_the_scale(tmp_path, style):
     found = only_floor(read(draw_plan(FIVE, px_per_metre=40, style=style), tmp_path))
@@ -109,6 +112,7 @@ def test_doors_with_arcs_tell_the_scale(tmp_path, style):
     assert sum(room.polygon.area > 10 for room in found.floor.rooms) == 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("confidence", "source"), [(0.1, "doors of 0.9 m"), (0.59, "the scale bar"), (0.85, "the scale bar")]
 )
@@ -119,6 +123,7 @@ def test_the_surer_of_doors_and_an_unsure_scale_bar_counts(tmp_path, monkeypatch
     assert source in found.scale.source
 
 
+@pytest.mark.slow
 def test_without_symbols_rooms_are_read_all_the_same(tmp_path):
     plan = draw_plan(THREE, px_per_metre=40)
     found = only_floor(read(plan, tmp_path, resolution=0.025, with_symbols=False))
@@ -128,6 +133,7 @@ def test_without_symbols_rooms_are_read_all_the_same(tmp_path):
     assert covered > 0.8 * sum(outline.area for outline in outlines)
 
 
+@pytest.mark.slow
 def test_reading_again_reads_the_same(tmp_path):
     plan = draw_plan(THREE, px_per_metre=30)
     one, other = (only_floor(read(plan, tmp_path, resolution=1 / 30)) for _ in range(2))
@@ -135,6 +141,7 @@ def test_reading_again_reads_the_same(tmp_path):
     assert one.scale == other.scale
 
 
+@pytest.mark.slow
 def test_two_floors_on_a_sheet_are_two_and_it_says_so(tmp_path):
     upper, lower = (draw_plan(floor, px_per_metre=25) for floor in (FIVE, THREE))
     height = max(upper.colors.shape[0], lower.colors.shape[0])
@@ -209,6 +216,7 @@ def draw_dxf(path: Path) -> None:
     document.saveas(path)
 
 
+@pytest.mark.slow
 def test_a_dxf_is_read_with_its_names_doors_and_units(tmp_path):
     draw_dxf(tmp_path / "plan.dxf")
     found = only_floor(read_plan(tmp_path / "plan.dxf"))
@@ -222,6 +230,7 @@ def test_a_dxf_is_read_with_its_names_doors_and_units(tmp_path):
     assert found.floor.source == "plan.dxf"
 
 
+@pytest.mark.slow
 def test_without_a_text_reader_the_plan_is_read_and_says_so(tmp_path, monkeypatch):
     monkeypatch.setattr(plan_reading, "text_reader_available", lambda: False)
     path = save(draw_plan(THREE, px_per_metre=30).colors, tmp_path)
@@ -230,6 +239,7 @@ def test_without_a_text_reader_the_plan_is_read_and_says_so(tmp_path, monkeypatc
     assert [room.name for room in found.floor.rooms] == [None] * 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("legend", [False, True])
 def test_names_in_rooms_and_in_a_legend_are_read(tmp_path, legend):
     pytest.importorskip("rapidocr", reason="pianta[plan] is not installed")
@@ -242,6 +252,7 @@ def test_names_in_rooms_and_in_a_legend_are_read(tmp_path, legend):
     assert {true_ids[room.id]: room.name for room in found.floor.rooms} == texts
 
 
+@pytest.mark.slow
 def test_the_resolution_of_an_svg_is_of_its_units(tmp_path):
     """Two rooms of 4 m side by side, in centimetres, that name neither walls nor doors."""
     pytest.importorskip("svgelements")

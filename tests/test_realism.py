@@ -145,6 +145,7 @@ def test_verdicts(typicality, words):
     assert make_realism(typicality, 0.5).verdict == f"realistic, probability 0.50 of being so{joined}{words}"
 
 
+@pytest.mark.slow
 def test_one_class_ranks_worlds_below_offices():
     model = one_class()
     worlds = [model.judge(world) for world in make_worlds()]
@@ -165,6 +166,7 @@ def test_reasons_name_what_is_off():
     assert judged.reasons == (*map(str, judged.measures), *map(str, judged.patterns))
 
 
+@pytest.mark.slow
 def test_two_classes_tell_left_out_floors_apart():
     model = two_classes()
     for floor in make_offices()[::3]:
@@ -192,6 +194,7 @@ def test_classes_count_the_same_however_many_floors_they_have():
         assert said.judge(description) + opposite.judge(description) == pytest.approx(1, abs=1e-4)
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from([*make_offices()[:2], make_snake(4, 3)]),
     st.floats(0.05, 20),
@@ -218,6 +221,7 @@ def test_pose_scale_and_order_change_nothing(floor, factor, angle, shift, random
     assert [str(off) for off in moved.measures] == [str(off) for off in expected.measures]
 
 
+@pytest.mark.slow
 def test_order_of_the_reference_changes_nothing():
     turned = learn_realism(make_offices()[::-1], label_set=R_C, unlike=make_worlds()[::-1])
     judged, expected = (model.judge(make_snake(4, 4)) for model in (turned, two_classes()))
@@ -290,6 +294,7 @@ def test_labels_that_nobody_has_given():
     assert complete_labels(floor, R_C).found == ()
 
 
+@pytest.mark.slow
 def test_picture(tmp_path):
     floor = complete_labels(make_grid_floor(4, 4), R_C).floor
     judged = one_class().judge(floor)
@@ -305,6 +310,7 @@ def test_picture(tmp_path):
         assert image.size == tuple(round(side * figure.dpi) for side in figure.get_size_inches())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label_set", [R_C, F_C_E_S])
 def test_robocup_worlds_are_told_from_offices(data, label_set):
     def describe(drawn):

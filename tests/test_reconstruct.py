@@ -87,6 +87,7 @@ def test_rooms_turn_with_the_yaw_of_the_grid(yaw, method):
         assert same_door.line.equals_exact(expected, 1e-6, normalize=True)
 
 
+@pytest.mark.slow
 def test_the_floor_carries_its_source(sample, method):
     assert sample[1].source == "sample"
     assert reconstruct(make_grid(SUITE), method=method).source == ""
@@ -113,6 +114,7 @@ def test_the_same_map_gives_the_same_floor(sample, method):
     assert reconstruct(replace(again, source="sample"), method=method) == floor
 
 
+@pytest.mark.slow
 def test_clean_worlds_have_the_true_number_of_rooms(worlds):
     # Parallel walls nearer than 0.9 m become one line (section 3.1), which now and then divides a room beside one.
     right = [truth.source for truth, floor in worlds if len(floor.rooms) == len(truth.rooms)]
@@ -203,6 +205,7 @@ def test_maps_without_a_room_are_refused(cells, message, method):
         reconstruct(GridMap(cells, 0.05), method=method)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @given(noise_maps())
 @settings(max_examples=60)

@@ -101,6 +101,7 @@ def test_entities_of_another_name():
     assert places.predict([tell("c", 3)])["label"] == [["lstairs", "lcorridor", "lstairs"]]
 
 
+@pytest.mark.slow
 def test_files_of_the_data(data):
     file = data / "klog" / "office_RC.pl"
     if not file.is_file():

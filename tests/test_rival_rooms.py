@@ -61,6 +61,7 @@ def test_one_room_is_one(method):
     assert (segment_rooms(make_grid(room), method=method) == room).all()
 
 
+@pytest.mark.slow
 @every_method
 @every_map
 def test_rooms_are_whole_and_numbered_and_no_wall_is_one(grid, method):
@@ -71,12 +72,14 @@ def test_rooms_are_whole_and_numbered_and_no_wall_is_one(grid, method):
     assert all(label(labels == room)[1] == 1 for room in range(1, labels.max() + 1))
 
 
+@pytest.mark.slow
 @every_method
 @every_map
 def test_the_same_map_gives_the_same_rooms(grid, method):
     assert (segment_rooms(grid, method=method) == segment_rooms(grid, method=method)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "least"), LEAST_AGREEMENT.items())
 @every_map
 def test_a_map_turned_by_90_degrees_has_the_same_rooms(grid, method, least):
@@ -85,6 +88,7 @@ def test_a_map_turned_by_90_degrees_has_the_same_rooms(grid, method, least):
     assert agreement(labels, np.rot90(turned, -1)) > least
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "least"), LEAST_AGREEMENT.items())
 @every_map
 def test_cells_half_as_large_show_the_same_rooms(grid, method, least):
@@ -136,6 +140,7 @@ def test_the_floor_has_the_rooms_of_the_segmentation_and_their_door(method):
     assert floor.source == "pair"
 
 
+@pytest.mark.slow
 @every_method
 def test_read_takes_the_method(method, tmp_path):
     assert run_pianta("world", "corridor", "-o", tmp_path).code == 0

@@ -246,6 +246,7 @@ def test_missing_files_are_refused(tmp_path):
         read_room_graphs(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 @given(fuzz=st.data())
 def test_damaged_file_is_read_or_refused(path, fuzz):

@@ -252,6 +252,7 @@ def test_unusable_image_is_told_in_one_line(tmp_path, image, fault):
         read_ros_map(write_map(tmp_path, image=image))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("content", "fault"),
     [
@@ -298,6 +299,7 @@ def test_resolution_is_not_to_be_given(tmp_path):
 WAYS = [("trinary", "png"), ("trinary", "pgm"), ("trinary", "bmp"), ("scale", "png"), ("raw", "png"), ("raw", "pgm")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mode", "image_format"), WAYS)
 @settings(max_examples=50)
 @given(grid=grids)
@@ -369,6 +371,7 @@ def test_only_our_errors_escape_from_random_yaml(tmp_path_factory, start, rest):
     read_or_refuse(path)
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(data=st.data())
 def test_only_our_errors_escape_from_mutated_yaml(tmp_path_factory, data):
@@ -377,6 +380,7 @@ def test_only_our_errors_escape_from_mutated_yaml(tmp_path_factory, data):
     read_or_refuse(path)
 
 
+@pytest.mark.slow
 @given(keys=st.fixed_dictionaries({}, optional=dict.fromkeys(KEYS, st.one_of(st.text(), finite, st.none()))))
 def test_only_our_errors_escape_from_odd_values(tmp_path_factory, keys):
     path = tmp_path_factory.getbasetemp() / "odd.yaml"

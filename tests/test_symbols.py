@@ -154,6 +154,7 @@ def draw_rooms(sheet: Image) -> None:
     sheet[30:130, 160:300] = (40, 160, 60)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("draw", [draw_walls, draw_text, draw_tables, draw_rooms, lambda sheet: None])
 def test_a_sheet_without_symbols_has_none(draw):
     sheet = blank()

@@ -54,6 +54,7 @@ def test_what_a_graph_does_not_have_is_0():
     assert describe_structure(rings, ()).tolist() == [6, 6, 6, 0, 2, 2, 0, 1, 1, 0, 0, 2, 1]
 
 
+@pytest.mark.slow
 @given(labelled_graphs(), st.integers(0, 99))
 def test_names_change_nothing(graph, seed):
     renamed = rename(graph, seed=seed)
@@ -77,6 +78,7 @@ def test_trees_tell_other_features_always():
     assert tell_by_trees(real, generated, repeats=2, seed=0, trees=10) == TwoSampleScores((1, 1), (1, 1))
 
 
+@pytest.mark.slow
 def test_who_knows_nothing_names_the_larger_set():
     # Left out alone, each graph is in the smaller set. In a pair, one of two is named rightly.
     expected = TwoSampleScores((0, 0, 0), (0.5, 0.5, 0.5))
@@ -84,6 +86,7 @@ def test_who_knows_nothing_names_the_larger_set():
     assert tell_by_trees(np.ones((5, 2)), np.ones((7, 2)), repeats=3, seed=0, trees=10) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_kernel_tells_one_source_half_of_the_time(kernel):
     # One set of so few real graphs is off by chance.
@@ -94,6 +97,7 @@ def test_a_kernel_tells_one_source_half_of_the_time(kernel):
     assert np.mean([scores.one_out for scores in told]) < pair_out
 
 
+@pytest.mark.slow
 def test_trees_tell_one_source_half_of_the_time():
     sources = np.random.default_rng(0).normal(size=(20, 30, 3))
     told = [tell_by_trees(rows[:10], rows[10:], repeats=1, seed=0, trees=10) for rows in sources]
@@ -106,6 +110,7 @@ def test_copies_are_told_less_than_half_of_the_time():
     assert max(scores.pair_out) < 0.25
 
 
+@pytest.mark.slow
 def test_each_repeat_draws_other_graphs():
     # Four of the generated graphs are told, four are copies.
     real, others = ([make_path(label * size) for size in range(1, 5)] for label in ("AB", "CD"))
@@ -115,6 +120,7 @@ def test_each_repeat_draws_other_graphs():
     assert tell[0] == tell[1] != tell[2]
 
 
+@pytest.mark.slow
 def test_a_seed_grows_the_same_trees():
     features = np.random.default_rng(0).normal(size=(30, 3))
     tell = [tell_by_trees(features[:10], features[10:], repeats=4, seed=seed, trees=5) for seed in (0, 0, 1)]
@@ -146,6 +152,7 @@ def test_features_of_other_lengths(shapes):
         tell_by_trees(*map(np.ones, shapes), seed=0)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_the_samples_of_the_thesis_beside_real_schools(data):
     real, samples = read_schools(data), read_samples(data)

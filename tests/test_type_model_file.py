@@ -267,6 +267,7 @@ def assert_sampled(model: TypeModel) -> None:
     assert nx.is_connected(building)
 
 
+@pytest.mark.slow
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_damaged_files(model_file, tmp_path, data):
@@ -288,6 +289,7 @@ VALUES = st.one_of(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_a_value_replaced_by_another(model_file, tmp_path, data):

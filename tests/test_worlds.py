@@ -71,6 +71,7 @@ def test_ring_corridor_has_a_hole():
     assert len(make_floor("ring", seed=1).rooms[0].polygon.interiors) == 1
 
 
+@pytest.mark.slow
 @given(kinds, seeds)
 def test_every_floor_is_connected_with_walls_between_its_rooms(kind, seed):
     floor = make_floor(kind, seed=seed)
@@ -81,6 +82,7 @@ def test_every_floor_is_connected_with_walls_between_its_rooms(kind, seed):
     assert (near[0] == near[1]).all()
 
 
+@pytest.mark.slow
 @given(kinds, seeds)
 def test_every_door_lies_in_the_middle_of_its_wall_clear_of_corners(kind, seed):
     floor = make_floor(kind, seed=seed)
@@ -92,6 +94,7 @@ def test_every_door_lies_in_the_middle_of_its_wall_clear_of_corners(kind, seed):
             assert distance == pytest.approx(0.075) if room.id in door.rooms else distance > 0.5
 
 
+@pytest.mark.slow
 @given(seeds)
 def test_rooms_are_as_wide_as_asked(seed):
     floor = make_corridor_floor(seed=seed, length=31.7, room_width=(3.5, 4.5))
@@ -120,6 +123,7 @@ def test_impossible_floors_are_refused(make, message):
         make()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FLOOR_MAKERS)
 @pytest.mark.parametrize("yaw", [0.0, 0.3, -2.0])
 def test_free_cells_of_a_clean_map_are_the_rooms_and_door_gaps(kind, yaw):
@@ -131,6 +135,7 @@ def test_free_cells_of_a_clean_map_are_the_rooms_and_door_gaps(kind, yaw):
     np.testing.assert_array_equal(grid.free, shapely.contains_xy(truth, *cell_centres(grid)))
 
 
+@pytest.mark.slow
 @given(kinds, seeds, st.floats(-3, 3), st.sampled_from([0.05, 0.1]))
 @settings(max_examples=20)
 def test_free_space_of_a_clean_map_is_connected_and_walled_in(kind, seed, yaw, resolution):
@@ -156,6 +161,7 @@ def test_lidar_sees_faces_of_walls_and_a_plan_shows_them_solid(tiny):
         assert (label(grid.unknown)[1] == 1) == solid
 
 
+@pytest.mark.slow
 @given(kinds, seeds, st.sampled_from([1.0, 5.0]))
 @settings(max_examples=20)
 def test_furniture_keeps_all_free_space_connected_and_doors_clear(kind, seed, density):
@@ -178,6 +184,7 @@ def test_corridors_stay_empty():
     assert not (empty.free & ~full.free & (floor.label_image(empty) == 1)).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FLOOR_MAKERS)
 @pytest.mark.parametrize("seed", range(3))
 def test_spray_leaves_the_building_through_one_wall(kind, seed):
