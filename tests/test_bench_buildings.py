@@ -275,6 +275,7 @@ def test_votes_of_rooms(tiny):
     assert (votes[:4, 1] > 0.5).all()
 
 
+@pytest.mark.slow
 def test_gram_matrices_of_floors_tell_labels(tiny):
     floors, _ = read_building_floors(tiny, split=Split.EXPERIMENTS)
     grams = [compare_floors(floors, label_set)("office/office0") for label_set in (R_C, F_C_E_S)]
@@ -298,6 +299,7 @@ def test_curves(measured):
     assert curves["S+O", LOCAL][0].area == 1
 
 
+@pytest.mark.slow
 def test_the_split_moves_labels(tiny, trainings):
     (tiny / "buildings" / "school" / "school3.xml").write_text(
         write_labelled("school", stretch=1).replace("CLOSET", "GYM")
@@ -310,7 +312,6 @@ def test_the_split_moves_labels(tiny, trainings):
     assert labels[Split.FIGURE].count(FCES.FUNCTIONAL) == 6
 
 
-@pytest.mark.slow
 def test_command(tiny, trainings, tmp_path):
     (tiny / "buildings" / "office" / "strange.xml").write_text("<building/>")
     file, pictures = tmp_path / "new" / "buildings.json", tmp_path / "pictures"
@@ -390,6 +391,7 @@ def test_confusion_by_hand(folders):
     assert cells_of(bench, 0)[PIANTA][1].mean == pytest.approx(300 / 9)
 
 
+@pytest.mark.slow
 def test_labels_of_another_schema(folders):
     (folders[2] / "labels.yaml").unlink()
     with pytest.raises(DataError, match="house"):
@@ -399,6 +401,7 @@ def test_labels_of_another_schema(folders):
         measure_building_types(folders[:2])
 
 
+@pytest.mark.slow
 def test_too_few(folders, tiny, tmp_path):
     for name in ("office1.xml", "office2.xml"):
         (folders[1] / name).unlink()
@@ -416,6 +419,7 @@ def test_too_few(folders, tiny, tmp_path):
         measure_buildings(tiny)
 
 
+@pytest.mark.slow
 def test_floors_of_one_building_stay_together(folders):
     """hall-1 and hall-2 are one building; school0 … school2 would be one, so that each is one."""
     for number in (1, 2):
@@ -427,6 +431,7 @@ def test_floors_of_one_building_stay_together(folders):
     assert buildings[3:9] == ["office/hall"] * 2 + ["office/office"] * 3 + ["office/tower"]
 
 
+@pytest.mark.slow
 def test_a_subfolder_is_a_building(folders):
     """Floors of one name in two folders are of two buildings, and those of two names in one folder of one."""
     for building in ("a", "b", "c"):

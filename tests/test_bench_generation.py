@@ -408,7 +408,6 @@ def test_places_of_groups_are_apart():
     assert np.linalg.norm(middles[0] - middles[1]) > 2 * np.linalg.norm(xy[:8] - middles[0], axis=1).mean()
 
 
-@pytest.mark.slow
 def test_command(tiny, tmp_path, monkeypatch):
     monkeypatch.setattr(generation, "EFFORT", EFFORT)
     file, pictures = tmp_path / "new" / "generation.json", tmp_path / "pictures"

@@ -149,7 +149,6 @@ def test_table_5_1_of_combs(combs: Path) -> None:
     assert items["schools"][1].figures["diameter"] == 2
 
 
-@pytest.mark.slow
 def test_command(combs: Path, tmp_path: Path) -> None:
     write_comb(combs / "buildings" / "school" / "strange.xml", "CLASSROOM", "DUNGEON")
     json_file, pictures = tmp_path / "new" / "figures.json", tmp_path / "pictures"

@@ -234,7 +234,6 @@ def test_unlabelled_floors_say_nothing():
     assert floor.unlabelled == Floor((Room(1, box(0, 0, 1, 1)),))
 
 
-@pytest.mark.slow
 def test_command(tiny, trainings, tmp_path):
     (tiny / "buildings" / "office" / "strange.xml").write_text("<building/>")
     label_map(tiny / "slam" / "school1_gt.xml", "CLASSROOM", "STAIRS")

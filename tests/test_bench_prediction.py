@@ -386,7 +386,6 @@ def test_too_few_floors(tmp_path):
         measure_prediction(tmp_path)
 
 
-@pytest.mark.slow
 def test_pictures(measured, tmp_path):
     save_prediction_pictures(measured, tmp_path)
     # Only one floor is predicted three times.
@@ -396,7 +395,6 @@ def test_pictures(measured, tmp_path):
     }
 
 
-@pytest.mark.slow
 def test_command(tiny, tmp_path):
     file = tmp_path / "new" / "prediction.json"
     outcome = run_pianta("bench", "prediction", "--data", tiny, "-n", 3, "--seed", 2, "--json", file)

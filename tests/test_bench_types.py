@@ -101,12 +101,13 @@ def test_houses_stand_beside_what_the_thesis_prints_of_them(tmp_path):
     assert max(map(len, out.splitlines())) <= 80
 
 
-@pytest.mark.slow
 def test_a_floor_that_fails_is_told_and_the_others_are_measured(tmp_path):
     write_types(tmp_path, "office", buildings=3)
     (tmp_path / "buildings" / "office" / "office1.xml").write_text("<building")
-    code, out, err = run_pianta("bench", "types", "--data", tmp_path, "--json", tmp_path / "types.json")
+    outputs = "--json", tmp_path / "types.json", "--pictures", tmp_path / "pictures"
+    code, out, err = run_pianta("bench", "types", "--data", tmp_path, *outputs)
     assert (code, err) == (1, "")
+    assert {*list_files(tmp_path / "pictures")} <= {*PICTURES}
     assert "office1 failed (offices), not counted: " in " ".join(out.split())
     content = json.loads((tmp_path / "types.json").read_text())
     assert [(each["type"], each["item"]) for each in content["failures"]] == [("office", "office1")]

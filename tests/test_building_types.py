@@ -106,6 +106,7 @@ def test_verdicts_do_not_depend_on_turn_scale_or_order(kind, turn, scale, random
     assert (best(said), said.known) == (best(before), before.known)
 
 
+@pytest.mark.slow
 def test_the_order_of_training_does_not_count():
     reordered = train_buildings(typed_floors()[::-1], schemas=ALL_SCHEMAS)
     for floor in map(spread, NEW.values()):

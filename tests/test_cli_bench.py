@@ -94,6 +94,7 @@ def test_pictures_are_written_for_every_map(tiny, tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_all_methods_are_measured_on_all_sets_unless_some_are_named(tiny, tmp_path):
     json_file = tmp_path / "figures.json"
     assert run_pianta("bench", "segmentation", "--data", tiny, "--json", json_file).code == 0

@@ -190,6 +190,7 @@ def test_a_guessed_type_names_no_rooms(maps, tmp_path, monkeypatch, chances):
         assert room.label in FUNCTIONS
 
 
+@pytest.mark.slow
 def test_a_building_unlike_all_that_are_known(maps, model, tmp_path):
     hall = map_of(make_house(1, width=30), tmp_path / "hall")
     code, out, err = run_pianta("read", hall, "-o", tmp_path, "--building-model", model)

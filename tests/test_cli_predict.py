@@ -78,7 +78,6 @@ class TestPredict:
         assert "unknown rooms" in text
         assert list_files(seen.parent).keys() == {"seen.json"}
 
-    @pytest.mark.slow
     def test_writes_what_it_has_found(self, seen, model, tmp_path):
         outcome = run_pianta("predict", seen, model, "-n", 6, "-o", tmp_path / "new" / "predicted")
         assert outcome.code == 0, outcome.err

@@ -269,6 +269,7 @@ def test_an_image_is_read_with_a_resolution(tmp_path):
     assert read_floor(tmp_path / "out" / "floor.geojson").rooms
 
 
+@pytest.mark.slow
 def test_a_warning_is_one_line_on_stderr(small, tmp_path):
     keys = yaml.safe_load(small.read_text())
     image = small.with_suffix(".png")
@@ -280,6 +281,7 @@ def test_a_warning_is_one_line_on_stderr(small, tmp_path):
     assert "--trust-thresholds" in line
 
 
+@pytest.mark.slow
 def test_a_map_over_the_limit_is_read_when_the_limit_is_lifted(small, tmp_path):
     assert run_pianta("read", small, "-o", tmp_path / "out", "--max-cells", "99").code == 2
     with Image.open(small.with_suffix(".png")) as image:

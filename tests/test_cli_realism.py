@@ -101,7 +101,6 @@ def test_the_name_of_a_file_does_not_tell_whether_it_is_in_the_reference(offices
     assert other == "l a.geojson: 0.00, less typical than any of the 8 reference floors"
 
 
-@pytest.mark.slow
 def test_one_that_fails_stops_no_others(offices, maze, tmp_path):
     broken = tmp_path / "broken.geojson"
     broken.write_text("{}")

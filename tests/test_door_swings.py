@@ -59,6 +59,7 @@ def contrast_of(sheet: Image) -> Image:
     return ink_of(np.repeat(sheet[:, :, None], 3, axis=2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("turn", [0, 90, 180, 270, 30])
 def test_a_door_is_found_in_every_pose(turn, mirrored):

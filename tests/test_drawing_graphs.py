@@ -252,6 +252,7 @@ def test_the_legend_lies_in_the_sheet_and_below_the_buildings():
         assert 0 <= extent.y0 < extent.y1 <= min(ax.bbox.y0 for ax in figure.axes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("heading", "shown"), [(None, "24 of 26"), ("Schools", "Schools: 24 of 26")])
 def test_of_too_many_buildings_the_first_are_drawn_and_the_heading_says_so(heading, shown):
     graphs = [nx.empty_graph(1)] * MAX_SHEET + [SMALL_SCHOOL] * 2

@@ -174,6 +174,7 @@ def test_a_sheet_of_nothing_is_refused():
 corner = st.floats(-1e9, 1e9)
 
 
+@pytest.mark.slow
 @given(
     lines=st.lists(st.tuples(corner, corner, corner, corner), min_size=1, max_size=20),
     metres=st.none() | st.floats(1e-9, 1e9),

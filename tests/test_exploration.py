@@ -342,6 +342,7 @@ def test_a_school_is_explored_to_the_end(data):
     assert run.share[-1] > 0.99
 
 
+@pytest.mark.slow
 def test_importing_the_simulator_does_not_import_numba():
     code = (
         "import sys, pianta.exploration.explore, pianta.exploration.policies;"

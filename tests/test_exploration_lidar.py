@@ -81,6 +81,7 @@ def test_compiled_ranges_are_those_of_numpy(look, reach):
     assert np.array_equal(ours, walk_beams_together(cells != 0, row, col, beams, reach))
 
 
+@pytest.mark.slow
 @given(looks(), st.floats(0.5, 12), st.integers(0, 2**32 - 1))
 def test_compiled_maps_are_those_of_numpy(look, reach, seed):
     cells, (row, col), beams = look

@@ -53,6 +53,7 @@ def assert_building(building, model) -> None:
     assert {label for _, label in building.nodes(data="label")} <= known
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("costs", Costs)
 @pytest.mark.parametrize("segmentation", Segmentation)
 def test_buildings_are_floors_of_the_type(segmentation, costs):

@@ -154,6 +154,7 @@ def test_a_damaged_file_is_read_or_refused(path, content):
 coordinate = st.floats(-2, 12) | st.sampled_from([0, 1e-9, 5, 5.000001, 10, 6])
 
 
+@pytest.mark.slow
 @given(boxes=st.lists(st.tuples(coordinate, coordinate, coordinate, coordinate), max_size=8))
 def test_rooms_never_overlap_and_stay_in_the_outline(path, boxes):
     with warnings.catch_warnings():

@@ -233,6 +233,7 @@ def test_missing_files_and_folders_are_told(tmp_path):
             read_label_schema(tmp_path / name)
 
 
+@pytest.mark.slow
 def test_file_stays_as_it_was_when_saving_fails(tmp_path):
     path = tmp_path / "labels.yaml"
     path.write_text("old")

@@ -79,6 +79,7 @@ def test_labels_of_another_shape_are_refused():
         floor_from_labels(make_grid(SUITE), np.ones((2, 3), int))
 
 
+@pytest.mark.slow
 @given(
     arrays(np.int32, array_shapes(min_dims=2, max_dims=2, max_side=12), elements=st.integers(0, 4)).filter(np.any),
     st.sampled_from([0.0, 0.3, -2.0]),

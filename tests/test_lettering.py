@@ -66,7 +66,6 @@ def test_what_cannot_be_lettered(names, options, told):
         letter_rooms(names, **options)
 
 
-@pytest.mark.slow
 def test_names_are_counted_by_font_size_and_rotation(monkeypatch):
     """A reader that finds the first sheet's names only, the other texts not at all."""
     pytest.importorskip("rapidocr")

@@ -204,6 +204,7 @@ def with_floors(colors: Colors, *, every: int, tiles: bool) -> Colors:
     return hatched[colors.shape[0] // 4 : colors.shape[0] // 2, colors.shape[1] // 10 : -colors.shape[1] // 10]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [5, 6, 9])
 @pytest.mark.parametrize("tiles", [False, True])
 @pytest.mark.parametrize("width", [600, 1500])

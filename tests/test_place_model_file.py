@@ -97,6 +97,7 @@ def test_a_newer_version(model_file, tmp_path):
     refuse(rewrite(model_file, tmp_path / "m.skops", header={"version": "2.0"}), "version 2.0.*update pianta")
 
 
+@pytest.mark.slow
 def test_a_newer_minor_version_is_read(model_file, tmp_path):
     path = rewrite(model_file, tmp_path / "m.skops", header={"version": "1.7", "novelty": True})
     assert read_place_model(path).training == small_model().training
@@ -244,6 +245,7 @@ def test_an_archive_that_unpacks_to_too_much(tmp_path, monkeypatch, model_file):
     refuse(model_file, "unpacks to more than")
 
 
+@pytest.mark.slow
 def test_writing_into_a_folder_that_is_missing(tmp_path):
     with pytest.raises(PiantaError, match="cannot write"):
         save_place_model(small_model(), tmp_path / "missing" / "m.skops")

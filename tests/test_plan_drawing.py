@@ -118,6 +118,7 @@ def test_doors_of_the_truth_are_as_wide_as_drawn():
     assert colors_at(plan, *ends) == [WHITE] * 2
 
 
+@pytest.mark.slow
 def test_the_same_seed_draws_the_same_plan():
     floor = make_floor("l", seed=1)
     one, same, other = (draw_plan(floor, seed=seed, furniture=0.5, noise=0.3, px_per_metre=15) for seed in (3, 3, 4))

@@ -25,7 +25,6 @@ def test_a_reader_needs_both_of_its_packages(monkeypatch):
     assert text_reader_available()
 
 
-@pytest.mark.slow
 def test_texts_are_read_level_and_upright_without_a_network(monkeypatch):
     pytest.importorskip("rapidocr")
 

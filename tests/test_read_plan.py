@@ -88,7 +88,6 @@ def test_rooms_and_doors_of_a_drawn_plan_are_found(tmp_path, truth, style):
         assert door.width == pytest.approx(line.length, abs=0.3)
 
 
-@pytest.mark.slow
 def test_the_resolution_that_is_given_is_kept(tmp_path):
     plan = draw_plan(THREE, px_per_metre=40)
     found = only_floor(read(plan, tmp_path, resolution=0.05))
@@ -230,7 +229,6 @@ def test_a_dxf_is_read_with_its_names_doors_and_units(tmp_path):
     assert found.floor.source == "plan.dxf"
 
 
-@pytest.mark.slow
 def test_without_a_text_reader_the_plan_is_read_and_says_so(tmp_path, monkeypatch):
     monkeypatch.setattr(plan_reading, "text_reader_available", lambda: False)
     path = save(draw_plan(THREE, px_per_metre=30).colors, tmp_path)

@@ -294,7 +294,6 @@ def test_labels_that_nobody_has_given():
     assert complete_labels(floor, R_C).found == ()
 
 
-@pytest.mark.slow
 def test_picture(tmp_path):
     floor = complete_labels(make_grid_floor(4, 4), R_C).floor
     judged = one_class().judge(floor)

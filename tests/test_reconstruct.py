@@ -108,6 +108,7 @@ def test_ids_follow_the_image_from_the_top_to_the_bottom(sample):
     assert (np.diff(rows) > -1).all()
 
 
+@pytest.mark.slow
 def test_the_same_map_gives_the_same_floor(sample, method):
     grid, floor = sample
     again = GridMap(grid.cells.copy(), grid.resolution, grid.origin)

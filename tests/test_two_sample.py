@@ -73,6 +73,7 @@ def test_a_kernel_tells_other_labels_always(kernel):
     assert not hasattr(kernel, "fitted_")
 
 
+@pytest.mark.slow
 def test_trees_tell_other_features_always():
     real, generated = np.arange(12.0).reshape(6, 2), 100 + np.arange(20.0).reshape(10, 2)
     assert tell_by_trees(real, generated, repeats=2, seed=0, trees=10) == TwoSampleScores((1, 1), (1, 1))
@@ -104,6 +105,7 @@ def test_trees_tell_one_source_half_of_the_time():
     assert np.mean([scores.pair_out for scores in told]) == pytest.approx(0.5, abs=0.06)
 
 
+@pytest.mark.slow
 def test_copies_are_told_less_than_half_of_the_time():
     real = [make_plan(12, seed=seed) for seed in range(20)]
     scores = tell_by_kernel(real, [rename(graph, seed=1) for graph in real], KERNELS[0], repeats=5, seed=0)
@@ -127,6 +129,7 @@ def test_a_seed_grows_the_same_trees():
     assert tell[0] == tell[1] != tell[2]
 
 
+@pytest.mark.slow
 def test_each_part_grows_other_trees():
     # The same graphs are left out in each repeat.
     features = np.random.default_rng(0).normal(size=(20, 3))

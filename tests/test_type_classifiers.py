@@ -83,6 +83,7 @@ def test_the_seed_sets_the_folds():
     assert tests[0] == tests[1] != tests[2]
 
 
+@pytest.mark.slow
 def test_labels_rarer_than_folds_do_no_harm():
     rooms = make_rooms()
     rooms.labels[0] = "H"
