@@ -5,14 +5,28 @@ READY := $(VENV)/.ready
 # Also binds what pip installs to build the package.
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
-.PHONY: demo test lint types docs clean
+.PHONY: demo quick test fuzz lint types docs clean
 
 demo: $(READY)  ## set up, and read the sample map into demo/read
 	$(BIN)/pianta world sample -o demo
 	$(BIN)/pianta read demo/map.yaml -o demo/read
 
-test: $(READY)  ## set up, and pass the tests
+# A process of the tests has one thread, since there is one for each core, and keeps what it compiles: the next one
+# starts twice as fast.
+quick test fuzz: export OMP_NUM_THREADS := 1
+quick test fuzz: export PYTHONDONTWRITEBYTECODE :=
+
+quick: $(READY)  ## set up, and pass the quick tests, which cover every module, in less than a minute
+	$(BIN)/pytest -n auto -m "not slow"
+
+test: $(READY)  ## set up, and pass all tests
 	$(BIN)/pytest -n auto
+
+FUZZ_SECONDS ?= 1800
+fuzz: export HYPOTHESIS_PROFILE := fuzz
+fuzz: export FUZZ_SECONDS := $(FUZZ_SECONDS)
+fuzz: $(READY)  ## set up, and look for examples that break a test, for FUZZ_SECONDS (1800)
+	$(BIN)/pytest -n auto -r fE
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -56,6 +56,7 @@ def test_faces_join_where_no_wall_is(weights, rooms):
     assert part(cluster_faces(local, epsilon=0.85)) == {frozenset(room) for room in rooms}
 
 
+@pytest.mark.slow
 @given(
     st.integers(1, 9).flatmap(
         lambda count: st.tuples(

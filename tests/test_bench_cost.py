@@ -26,6 +26,7 @@ def test_growth_is_the_time_of_all_floors_in_times_of_one():
     assert GROWTH.growth == pytest.approx(12 / (16 * 0.5))
 
 
+@pytest.mark.slow
 def test_each_map_is_measured_in_a_process_of_its_own():
     tracked: list[str] = []
 
@@ -57,7 +58,8 @@ def test_an_unknown_method_costs_nothing(monkeypatch):
     monkeypatch.setattr(cost, "measure_cost", lambda **_: pytest.fail("measured"))
     code, _, err = run_pianta("bench", "cost", "--method", "magic")
     assert code == 2
-    assert err.startswith("error: method is 'magic'")
+    assert err.startswith("error: ")
+    assert "magic" in err
 
 
 def test_made_floors_are_the_same_each_time():

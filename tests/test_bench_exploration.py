@@ -167,6 +167,7 @@ def test_curves_are_over_starts_that_all_reach():
     assert average_curves([], NEAREST, POLICIES).shape == (0, len(CURVE))
 
 
+@pytest.mark.slow
 def test_the_room_is_found_where_it_is_recognised():
     world = build_world(two_rooms(), resolution=0.2)
     run = explore(world, NearestFrontier(), starts=[(3.5, 3.5)])
@@ -176,6 +177,7 @@ def test_the_room_is_found_where_it_is_recognised():
     assert measure_search(world, run, "GYM") == np.inf
 
 
+@pytest.mark.slow
 def test_every_building_is_explored_by_every_policy(measured):
     results = measured.results["school"]
     assert [result.name for result in results] == [f"school{number}" for number in range(6)]
@@ -228,6 +230,7 @@ def test_synthetic_floors_have_no_model_and_nothing_to_look_for():
     assert all(not building.others and not building.labels for building in of.buildings)
 
 
+@pytest.mark.slow
 def test_figures_do_not_depend_on_the_processes(monkeypatch):
     """The processes know the policies of this package alone."""
     monkeypatch.setattr(exploration_buildings, "FLOOR_MAKERS", {"corridor": None, "ring": None})
@@ -281,18 +284,18 @@ def test_a_few_floors_are_explored_without_a_model(tmp_path):
         read_buildings(tmp_path / "none", "school")
     (tmp_path / "buildings" / "office").mkdir()
     (tmp_path / "buildings" / "office" / "strange.xml").write_text("<building/>")
-    with pytest.raises(DataError, match=r"^no floor of offices can be read, the first: strange, "):
+    with pytest.raises(DataError, match="strange"):
         read_buildings(tmp_path, "office")
 
 
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"sets": ["castle"]}, "^set is 'castle', give one of school, office, synthetic$"),
-        ({"policies": ["random"]}, "^policy is 'random', give one of nearest, gain, ours$"),
-        ({"policies": ["gain"]}, "^policies are gain, give nearest too"),
-        ({"resolution": 2.0}, "^resolution is 2.0, give 0.02 to 0.5 m$"),
-        ({"jobs": 0}, "^starts are 3 and jobs 0, give"),
+        ({"sets": ["castle"]}, "castle"),
+        ({"policies": ["random"]}, "random"),
+        ({"policies": ["gain"]}, "nearest"),
+        ({"resolution": 2.0}, "resolution"),
+        ({"jobs": 0}, "starts.*jobs"),
     ],
 )
 def test_options_without_meaning(options, told):
@@ -309,6 +312,7 @@ def test_policies_are_in_order_and_once():
     assert check_policies([]) == POLICIES
 
 
+@pytest.mark.slow
 def test_command(tiny, tmp_path):
     file, pictures = tmp_path / "new" / "exploration.json", tmp_path / "pictures"
     arguments = "--data", tiny, "--set", "school", "--policy", NEAREST, "--no-searches", "--starts", 1
@@ -325,4 +329,4 @@ def test_command(tiny, tmp_path):
 def test_a_json_file_that_is_a_folder(tmp_path):
     outcome = run_pianta("bench", "exploration", "--json", tmp_path)
     assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err.startswith("error: JSON file")
+    assert outcome.err.startswith("error: JSON")

@@ -114,7 +114,7 @@ def test_columns_that_do_not_fit_go_below() -> None:
 
 
 def test_a_row_needs_a_cell_for_each_column() -> None:
-    with pytest.raises(ValueError, match=r"'short'.* 2 cells"):
+    with pytest.raises(ValueError, match="short"):
         ComparisonTable("T", ("a", "b"), (ComparisonRow("short", (Cell(1.0),)),))
 
 
@@ -166,6 +166,7 @@ def test_command(combs: Path, tmp_path: Path) -> None:
     assert run_pianta("bench", "graphs", "--data", combs).code == 0
 
 
+@pytest.mark.slow
 def test_the_picture_is_the_same_each_time(combs: Path, tmp_path: Path) -> None:
     files = []
     for name in ("one", "two"):
@@ -177,7 +178,7 @@ def test_the_picture_is_the_same_each_time(combs: Path, tmp_path: Path) -> None:
 
 def test_without_offices(combs: Path) -> None:
     (combs / "buildings" / "office" / "c.xml").unlink()
-    with pytest.raises(DataError, match=r"/office': no file is called \*\.xml"):
+    with pytest.raises(DataError, match=r"\boffice\b"):
         measure_graphs(combs)
 
 
@@ -194,6 +195,7 @@ def list_csvs(data: Path) -> list[tuple[str, str]]:
     return [(kind, path.stem) for kind in ("school", "office") for path in (data / "adjacency" / kind).glob("*.csv")]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings(f"ignore::{BuildingWarning.__module__}.{BuildingWarning.__name__}")
 def test_the_matrices_are_the_graphs_of_the_layouts(data: Path) -> None:
     compared = 0
@@ -212,6 +214,7 @@ def test_the_matrices_are_the_graphs_of_the_layouts(data: Path) -> None:
     assert compared > 40
 
 
+@pytest.mark.slow
 def test_each_row_is_what_networkx_says(data: Path) -> None:
     """Table 5.1 once more, from the matrices, by networkx alone."""
     (table,), items = measure_graphs(data)

@@ -45,20 +45,20 @@ def found_floor(*_: object, **__: object) -> Floor:
 
 
 @pytest.fixture
-def data(tmp_path, monkeypatch):
+def tiny(tmp_path, monkeypatch):
     write_data(tmp_path / "data", STEP)
     monkeypatch.setattr(bench, "reconstruct", found_floor)
     monkeypatch.setattr(bench, "SIMULATED_COUNT", 0)
     return tmp_path / "data"
 
 
-def test_the_layout_is_moved_by_the_affine_map(data):
-    (found,) = list_real_maps(data)
+def test_the_layout_is_moved_by_the_affine_map(tiny):
+    (found,) = list_real_maps(tiny)
     assert found.read().rooms[0].equals(TRUE)
 
 
-def test_a_room_is_judged_by_the_true_one(data):
-    (room,) = measure_partial(data, simulated=0).rooms["here a"]
+def test_a_room_is_judged_by_the_true_one(tiny):
+    (room,) = measure_partial(tiny, simulated=0).rooms["here a"]
     assert (room.seen, room.rectangle, room.predicted, room.confidence) == pytest.approx((0.5, 0.5, 1, 0.75))
     assert (room.seen_share, room.unseen_share) == pytest.approx((0.5, 0.5))
     assert room.truly_partial
@@ -89,11 +89,11 @@ def test_iou_is_what_is_common_of_all():
     assert measure_iou(box(0, 0, 2, 1), box(1, 0, 3, 1)) == pytest.approx(1 / 3)
 
 
-def test_bench_prints_and_saves_what_it_measures(data, tmp_path, monkeypatch):
+def test_bench_prints_and_saves_what_it_measures(tiny, tmp_path, monkeypatch):
     monkeypatch.setattr(
         bench, "simulate_world", lambda _: PartialMap("world", GridMap(np.full((9, 9), -1), 1.0), [TRUE])
     )
-    code, out, err = run_pianta("bench", "partial", "--data", data, "--json", tmp_path / "figures.json")
+    code, out, err = run_pianta("bench", "partial", "--data", tiny, "--json", tmp_path / "figures.json")
     assert (code, err) == (0, "")
     row = next(line.split() for line in out.splitlines() if line.startswith("here a (1)"))
     assert row == ["here", "a", "(1)", "50.0", "50.0", "100.0", "50.0", "50.0"]
@@ -102,30 +102,32 @@ def test_bench_prints_and_saves_what_it_measures(data, tmp_path, monkeypatch):
     assert items[0]["figures"]["confidence"] == 75
 
 
-def test_a_map_that_fails_is_named_and_does_not_count(data, monkeypatch):
+def test_a_map_that_fails_is_named_and_does_not_count(tiny, monkeypatch):
     def fail(*_: object, **__: object) -> Floor:
         raise MapError("it shows nothing")
 
     monkeypatch.setattr(bench, "reconstruct", fail)
-    measured = measure_partial(data, simulated=0)
+    measured = measure_partial(tiny, simulated=0)
     assert not measured.rooms["here a"]
     assert measured.items["here a"][0].failure == "it shows nothing"
 
 
 def test_data_without_partial_maps_are_refused(tmp_path):
-    with pytest.raises(DataError, match="no partial maps"):
+    with pytest.raises(DataError, match=r"\bpartial\b"):
         list_real_maps(tmp_path)
 
 
 @pytest.mark.parametrize("step", [{"file": "a.png"}, STEP | {"affine": [[1, 2], [3, 4]]}, STEP | {"affine": None}])
 def test_a_faulty_list_of_steps_is_refused(tmp_path, step):
     write_data(tmp_path, step)
-    with pytest.raises(DataError, match="no list of maps"):
+    with pytest.raises(DataError, match=r"\blist\b"):
         list_real_maps(tmp_path)
 
 
+@pytest.mark.slow
 def test_simulated_maps_show_part_of_their_rooms_and_are_repeated():
-    one, same, drawn = simulate_world(1), simulate_world(1), simulate_drawing(make_corridor_floor(seed=2), seed=2)
+    # Number 7 is one of those that are explored soonest.
+    one, same, drawn = simulate_world(7), simulate_world(7), simulate_drawing(make_corridor_floor(seed=2), seed=2)
     assert (one.grid.cells == same.grid.cells).all()
     for known in (one, drawn):
         assert known.grid.unknown.any()

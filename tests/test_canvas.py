@@ -70,6 +70,7 @@ def test_geometry_in_the_canvas_goes_to_the_map_frame():
     )
 
 
+@pytest.mark.slow
 @given(masks, st.sampled_from([0.025, 0.05, 0.1]), st.integers(0, 5))
 def test_all_symmetries_and_paddings_of_a_map_give_one_canvas(free, resolution, padding):
     poses = [take_symmetry(free, turns, mirrored) for turns, mirrored in SYMMETRIES]
@@ -86,6 +87,7 @@ def test_smaller_cells_give_the_same_canvas(free, factor):
     assert same.resolution == pytest.approx(0.05)
 
 
+@pytest.mark.slow
 @given(
     masks,
     st.sampled_from(SYMMETRIES),
@@ -113,6 +115,7 @@ def span_cells(middles: np.ndarray, width: float, within: np.ndarray):
     return np.column_stack([np.maximum(first, within[0]), np.clip(last, 0, within[-1] + 1)]).astype(int)
 
 
+@pytest.mark.slow
 @given(masks, st.sampled_from(SYMMETRIES), st.sampled_from([0.025, 0.05, 0.1, 0.15]), st.integers(0, 5))
 def test_the_free_cells_sampled_are_those_of_the_canvas_in_every_pose_and_at_every_resolution(
     mask, symmetry, resolution, padding
@@ -155,12 +158,12 @@ def test_other_cells_than_the_free_ones_are_sampled_in_the_pose_of_the_canvas(tu
 @pytest.mark.parametrize(
     ("free", "resolution", "message"),
     [
-        (np.zeros((3, 3), bool), 0.05, "no free cell"),
-        (np.ones((3, 3), bool), 0.001, "less than 0.05 m across; check the resolution of 0.001 m"),
-        (np.ones((3, 3), bool), 1e-320, "less than 0.05 m across"),
-        (np.eye(90, dtype=bool), 0.01, "no free space is 0.05 m wide"),
-        (np.ones((99, 99), bool), 50.0, "cells of 50 m are too coarse"),
-        (np.ones((99, 99), bool), 1e308, "too coarse"),
+        (np.zeros((3, 3), bool), 0.05, "free"),
+        (np.ones((3, 3), bool), 0.001, r"0\.05.*0\.001"),
+        (np.ones((3, 3), bool), 1e-320, r"0\.05"),
+        (np.eye(90, dtype=bool), 0.01, r"0\.05"),
+        (np.ones((99, 99), bool), 50.0, "50"),
+        (np.ones((99, 99), bool), 1e308, "coarse"),
     ],
 )
 def test_free_space_that_no_canvas_can_show_is_refused(free, resolution, message):

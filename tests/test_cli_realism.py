@@ -64,6 +64,7 @@ def test_one_floor(offices, maze, tmp_path):
     assert len(floor["measures"][0]["usual"]) == 8
 
 
+@pytest.mark.slow
 def test_several_floors_with_two_classes(offices, worlds, tmp_path):
     arguments = worlds, "--reference", offices, "--unlike", worlds, "-o", tmp_path / "judged"
     code, out, err = run_pianta("realism", *arguments)
@@ -116,6 +117,7 @@ def test_one_that_fails_stops_no_others(offices, maze, tmp_path):
     assert (code, err.count("\n")) == (2, 1)
 
 
+@pytest.mark.slow
 def test_labels_by_pianta_are_told(offices, maze, tmp_path):
     floor = make_snake(4, 4)
     save_floor(
@@ -128,6 +130,7 @@ def test_labels_by_pianta_are_told(offices, maze, tmp_path):
     assert (code, out, err) == (0, "", "")
 
 
+@pytest.mark.slow
 def test_floors_that_come_with_pianta(maze, monkeypatch, tmp_path):
     known = [spread_labels(label_as_office(floor), OFFICE) for floor in make_offices()]
     described = tuple(describe_building(floor, LabelSet.F_C_E_S) for floor in known)
@@ -147,12 +150,15 @@ def test_floors_that_come_with_pianta(maze, monkeypatch, tmp_path):
     (tmp_path / "corridor a.xml.geojson").rename(tmp_path / "corridor a.xml")
     code, out, _ = run_pianta("realism", tmp_path / "corridor a.xml")
     assert (code, "(its building left out of the reference)" in out) == (0, True)
-    for arguments, message in (
-        (("--labels", "R/C"), "the floors that come with pianta have labels of F/C/E/S, give --reference"),
-        (("--type", "church"), "no building of type church is known, give of office, school"),
-        (("--unlike", tmp_path), "--unlike needs --reference, give the folder of real floors"),
+    for arguments, told in (
+        (("--labels", "R/C"), "F/C/E/S"),
+        (("--type", "church"), "church"),
+        (("--unlike", tmp_path), "--reference"),
     ):
-        assert run_pianta("realism", maze, *arguments) == (2, "", f"error: {message}\n")
+        code, out, err = run_pianta("realism", maze, *arguments)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert err.startswith("error: ")
+        assert told in err
 
 
 def label_as_office(floor: Floor) -> Floor:
@@ -164,21 +170,20 @@ def test_options_that_make_no_sense(offices, maze, tmp_path):
     (tmp_path / "two").mkdir()
     save_all(make_offices()[:2], tmp_path / "two")
     (tmp_path / "file").write_text("")
-    for arguments, message in (
-        ((maze, "--reference", offices, "--labels", "rooms"), "--labels is 'rooms', give R/C or F/C/E/S"),
-        ((maze, "--reference", offices, "--type", "office"), "--reference makes --type useless, leave either out"),
-        (
-            (maze, "--reference", tmp_path / "two"),
-            "2 reference buildings are too few, give 3 at least, better dozens",
-        ),
-        ((maze, "--reference", offices, "--json", tmp_path / "two"), "JSON file '"),
-        ((maze, "--reference", offices, "-o", tmp_path / "file"), "output folder '"),
-        ((tmp_path / "none.xml", "--reference", offices), "building '"),
-        ((maze, "--reference", tmp_path / "none.xml"), "none of 1 reference buildings could be read"),
+    for arguments, told in (
+        ((maze, "--reference", offices, "--labels", "rooms"), "--labels"),
+        ((maze, "--reference", offices, "--type", "office"), "--type"),
+        ((maze, "--reference", tmp_path / "two"), "reference"),
+        ((maze, "--reference", offices, "--json", tmp_path / "two"), "JSON"),
+        ((maze, "--reference", offices, "-o", tmp_path / "file"), "folder"),
+        ((tmp_path / "none.xml", "--reference", offices), "none.xml"),
+        ((maze, "--reference", tmp_path / "none.xml"), "reference"),
     ):
         code, _, err = run_pianta("realism", *arguments)
         assert code == 2
-        assert err.splitlines()[-1].startswith(f"error: {message}")
+        line = err.splitlines()[-1]
+        assert line.startswith("error: ")
+        assert told in line
 
 
 def test_names_of_pictures():
@@ -201,5 +206,5 @@ def test_a_file_is_realistic_or_not(offices, worlds, maze):
     arguments = "--reference", offices, "--reference", worlds / "grid 5x4.geojson", "--unlike", worlds
     code, out, err = run_pianta("realism", maze, *arguments)
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert err.startswith("error: --reference and --unlike both give ")
-    assert err.endswith("grid 5x4.geojson', leave each out of either\n")
+    assert err.startswith("error: ")
+    assert all(word in err for word in ("--reference", "--unlike", "grid 5x4.geojson"))

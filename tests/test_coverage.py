@@ -117,6 +117,7 @@ def test_shares_lie_between_zero_and_one_and_mirror(found, truth):
     assert scores.f1 == mirrored.f1
 
 
+@pytest.mark.slow
 @given(found=rooms, truth=rooms, random=st.randoms())
 def test_order_does_not_matter(found, truth, random):
     shuffled = random.sample(found, len(found))

@@ -59,6 +59,7 @@ def contrast_of(sheet: Image) -> Image:
     return ink_of(np.repeat(sheet[:, :, None], 3, axis=2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("turn", [0, 90, 180, 270, 30])
 def test_a_door_is_found_in_every_pose(turn, mirrored):
@@ -131,6 +132,7 @@ def draw_room(sheet: Image) -> None:
     draw_line(sheet, [(50, 150), (250, 150)], 5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "draw", [draw_table, draw_table_at_wall, draw_rounded_desk, draw_text, draw_disk, draw_room, lambda sheet: None]
 )
@@ -141,6 +143,7 @@ def test_what_is_no_door_is_none(draw):
     assert agree_on_size(find_swings(contrast_of(sheet))) is None
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(st.integers(100, 180), st.integers(100, 180), st.integers(0, 3))
 def test_shifts_and_quarter_turns_of_a_sheet_turn_its_doors(row, col, quarters):
@@ -193,6 +196,7 @@ def test_ink_is_as_good_as_contrast_and_small_sheets_have_none():
     assert find_swings(np.zeros((8, 100), bool)) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "least", "most"), [("off2.jpg", 37, 44), ("village.png", 15, 20)])
 def test_doors_of_real_plans_tell_their_width(data, name, least, most):
     colors = np.asarray(cv2.imread(str(data / "floorplans" / name)))

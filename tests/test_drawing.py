@@ -78,6 +78,7 @@ def id_patches(ax: Axes):
     return [patch for patch in ax.patches if isinstance(patch, PathPatch) and patch.get_linewidth() == 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("origin", [(0, 0, 0), (-3, 70, 0.5), (10, 10, pi / 2), (4.5e6, 5e5, -2)])
 @pytest.mark.parametrize("resolution", [0.05, 2])
 def test_each_cell_has_its_grey_where_it_lies_in_the_map_frame(ax, origin, resolution):
@@ -101,6 +102,7 @@ def test_a_map_larger_than_any_picture_is_averaged_down_in_place(ax):
     assert image.get_extent() == [0, 5002, -1, 3]
 
 
+@pytest.mark.slow
 @given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 1000))
 @settings(max_examples=10)
 def test_rooms_with_a_wall_in_common_differ_in_colour(kind, seed):
@@ -113,6 +115,7 @@ def test_rooms_with_a_wall_in_common_differ_in_colour(kind, seed):
             assert colors[i] != colors[j] or one.polygon.distance(other.polygon) > 0.3
 
 
+@pytest.mark.slow
 @given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 1000))
 @settings(max_examples=10)
 def test_ids_stand_inside_their_rooms(kind, seed):
@@ -129,6 +132,7 @@ def test_an_id_is_never_too_small_to_read(ax):
     assert [digits.get_path().get_extents().height for digits in id_patches(ax)] == pytest.approx([1.9, 0.88], rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_room_with_a_hole_is_not_filled_there():
     courtyard = Floor((Room(1, box(0, 0, 8, 8).difference(box(3, 3, 5, 5))),))
     (ax,) = draw_floor(courtyard, GridMap(np.full((10, 10), UNKNOWN, np.int8), 1)).axes
@@ -182,6 +186,7 @@ def test_ids_are_white_on_dark_labels_and_uncertain_ones_have_a_question_mark(ax
     assert widths[0] > 1.5 * widths[1]
 
 
+@pytest.mark.slow
 @given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 1000))
 @settings(max_examples=10)
 def test_uncertain_ids_stand_inside_their_rooms_and_nodes(kind, seed):
@@ -292,6 +297,7 @@ def test_the_legend_takes_any_label(ax):
     ax.get_figure().savefig(BytesIO(), format="png")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(30, 10), (20, 20), (10, 30), (2, 90)])
 @pytest.mark.parametrize("count", [1, 60])
 def test_the_legend_stands_beside_the_building_and_inside_the_picture(size, count):
@@ -313,6 +319,7 @@ def test_the_legend_stands_beside_the_building_and_inside_the_picture(size, coun
     assert figure.bbox.containsy(legend.y1)
 
 
+@pytest.mark.slow
 @given(st.floats(1e-4, 1e6))
 def test_scale_bar_is_a_round_length_that_fits(width):
     ax = Figure().add_axes((0, 0, 1, 1), xlim=(7, 7 + width), ylim=(0, width))
@@ -334,6 +341,7 @@ def test_walls_and_graph_are_drawn_on_request_only():
     assert artists[2] - artists[0] == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("glass_spray", [False, True])
 @pytest.mark.parametrize("yaw", [0, 0.5])
 def test_picture_is_cropped_to_the_building_with_little_of_the_spray(glass_spray, yaw):
@@ -354,6 +362,7 @@ def test_what_was_seen_and_is_no_room_stays_in_the_picture():
     assert right > 8.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cell", [UNKNOWN, FREE, OCCUPIED])
 @pytest.mark.parametrize("resolution", [1e-6, 0.05, 1e5])
 def test_a_floor_without_rooms_is_a_picture_of_the_map(cell, resolution):
@@ -373,6 +382,7 @@ def test_the_long_side_has_1600_pixels_and_the_short_one_a_quarter_at_least(tmp_
         assert picture.info.keys() <= {"dpi"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("floor", [TWO_ROOMS, LABELLED])
 def test_the_same_floor_gives_the_same_bytes(tmp_path, floor):
     for name in ("one.png", "two.png"):

@@ -30,6 +30,7 @@ def run(world):
     return explore(world, NearestFrontier(), starts=[(2, 3.5)], robots=2)
 
 
+@pytest.mark.slow
 def test_the_map_has_the_greys_of_what_was_known_and_orange_frontiers(world, run):
     ax = plot_exploration(run, world, ax=Figure().add_subplot(), scan=0)
     colors = np.asarray(ax.images[0].get_array())
@@ -62,6 +63,7 @@ def test_the_curve_is_the_share_over_the_metres(run):
     assert np.size(plot_area(run, ax=Figure().add_subplot(), scan=1).lines[0].get_xdata()) == 2
 
 
+@pytest.mark.slow
 def test_the_picture_is_the_same_for_the_same_run(world, run, tmp_path):
     for name in ("one.png", "two.png"):
         save_exploration_picture(run, world, tmp_path / name)
@@ -70,6 +72,7 @@ def test_the_picture_is_the_same_for_the_same_run(world, run, tmp_path):
         assert image.size[0] == 1600
 
 
+@pytest.mark.slow
 def test_the_animation_has_the_frames_asked_for_and_rests(world, run, tmp_path):
     save_animation(run, world, tmp_path / "run.gif", frames=3)
     with Image.open(tmp_path / "run.gif") as image:

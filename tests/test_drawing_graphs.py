@@ -143,6 +143,7 @@ def test_an_edge_of_a_node_to_itself_is_not_drawn(ax):
     assert len(lines.get_segments()) == 1
 
 
+@pytest.mark.slow
 @given(st.integers(2, 40), st.floats(0, 1), st.integers(0, 1000))
 @settings(max_examples=25, deadline=None)
 def test_nodes_of_no_graph_overlap(count, density, seed):
@@ -236,6 +237,7 @@ def test_the_legend_tells_what_is_fixed_only_where_something_is():
     assert widths == [[False, False], [False, True]]
 
 
+@pytest.mark.slow
 def test_the_legend_lies_in_the_sheet_and_below_the_buildings():
     """All labels of a schema, in a sheet of one building and one of several."""
     graph: nx.Graph = nx.path_graph(len(SCHOOL.labels))
@@ -250,6 +252,7 @@ def test_the_legend_lies_in_the_sheet_and_below_the_buildings():
         assert 0 <= extent.y0 < extent.y1 <= min(ax.bbox.y0 for ax in figure.axes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("heading", "shown"), [(None, "24 of 26"), ("Schools", "Schools: 24 of 26")])
 def test_of_too_many_buildings_the_first_are_drawn_and_the_heading_says_so(heading, shown):
     graphs = [nx.empty_graph(1)] * MAX_SHEET + [SMALL_SCHOOL] * 2
@@ -285,6 +288,7 @@ save_contact_sheet([graph], sys.argv[1], schema=SCHOOL)
 """
 
 
+@pytest.mark.slow
 def test_the_same_graphs_have_the_same_bytes_under_every_hash_seed(tmp_path):
     for seed in ("1", "2"):
         command = [sys.executable, "-c", WRITE, str(tmp_path / seed)]
@@ -304,6 +308,7 @@ def test_a_sheet_that_cannot_be_written_is_told_in_one_line(tmp_path):
     assert [*tmp_path.iterdir()] == []
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_no_room_of_real_schools_lies_on_an_edge_of_others_and_squares_are_their_corridors(data, ax):
     for file in sorted((data / "buildings" / "school").glob("*.xml"))[:8]:

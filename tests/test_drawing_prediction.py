@@ -184,6 +184,7 @@ class TestPicture:
         bars = [container.get_label() for container in figure.axes[3].containers]
         assert ("true" in bars) == with_truth
 
+    @pytest.mark.slow
     def test_the_same_prediction_has_the_same_bytes(self, tmp_path):
         prediction, truth = predicted()
         for name in ("one.png", "other.png"):

@@ -36,6 +36,7 @@ kernels = pytest.mark.parametrize(
 lists_of_graphs = st.lists(labelled_graphs(), min_size=1, max_size=5)
 
 
+@pytest.mark.slow
 @kernels
 @settings(max_examples=40)
 @given(lists_of_graphs, st.integers(0, 1000))
@@ -48,6 +49,7 @@ def test_isomorphic_graphs_are_alike_to_the_bit(kernel, graphs, seed):
         np.testing.assert_array_equal(np.diag(gram), [float(len(graph) > 0) for graph in graphs])
 
 
+@pytest.mark.slow
 @kernels
 @settings(max_examples=40)
 @given(lists_of_graphs)
@@ -60,6 +62,7 @@ def test_grams_are_symmetric_and_positive(kernel, graphs):
         assert gram.max() <= 1 + 1e-15
 
 
+@pytest.mark.slow
 @kernels
 @settings(max_examples=40)
 @given(lists_of_graphs, labelled_graphs())
@@ -70,6 +73,7 @@ def test_products_of_features_are_the_kernel(kernel, graphs, new):
     np.testing.assert_allclose((kernel.transform([new]) @ features.T).toarray(), kernel.compare([new]), atol=1e-12)
 
 
+@pytest.mark.slow
 @kernels
 @settings(max_examples=40)
 @given(lists_of_graphs, labelled_graphs())
@@ -130,6 +134,7 @@ def test_transformers_of_scikit_learn(kernel):
         copy.transform_counts([])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kernel", [WeisfeilerLehman(), GraphHopper(), NeighborhoodPairs()], ids=str)
 def test_support_vector_machines_take_the_features(kernel):
     stars, paths = ([make(size) for size in range(5, 15)] for make in (nx.star_graph, nx.path_graph))
@@ -193,6 +198,7 @@ print(list(graph))
 """
 
 
+@pytest.mark.slow
 def test_hash_seeds_of_python_do_not_matter():
     outputs = [
         subprocess.run(

@@ -137,6 +137,7 @@ masks = st.integers(1, 9).flatmap(
 )
 
 
+@pytest.mark.slow
 @given(masks, st.data())
 def test_compiled_distances_are_those_of_scipy(cells, data):
     passable = np.pad(np.array(cells), 1)

@@ -37,6 +37,7 @@ def looks(draw):
     return np.array(cells, np.int8).reshape(height, width), (row, col), beams
 
 
+@pytest.mark.slow
 def test_ranges_along_the_axes_are_exact():
     blocked = draw_cells(ROOM) == 100
     ranges = cast_rays(blocked, (2.25, 4.5), np.array([EAST, NORTH, WEST, SOUTH], float), 100)
@@ -80,6 +81,7 @@ def test_compiled_ranges_are_those_of_numpy(look, reach):
     assert np.array_equal(ours, walk_beams_together(cells != 0, row, col, beams, reach))
 
 
+@pytest.mark.slow
 @given(looks(), st.floats(0.5, 12), st.integers(0, 2**32 - 1))
 def test_compiled_maps_are_those_of_numpy(look, reach, seed):
     cells, (row, col), beams = look
@@ -95,6 +97,7 @@ def test_compiled_maps_are_those_of_numpy(look, reach, seed):
     assert all(np.array_equal(ours, theirs) for ours, theirs in zip(*grids, strict=True))
 
 
+@pytest.mark.slow
 @given(looks(), st.floats(0.5, 12))
 def test_compiled_gains_are_those_of_numpy(look, reach):
     cells, _, beams = look
@@ -126,7 +129,7 @@ def test_noise_has_its_standard_deviation_and_its_seed():
 
 
 def test_a_lidar_without_meaning_is_refused_with_every_fault():
-    with pytest.raises(OptionError, match=r"beams are 0.*reach is -1.*noise is nan.*field is 9"):
+    with pytest.raises(OptionError, match=r"beams.*reach.*noise.*field"):
         Lidar(beams=0, reach=-1, noise=float("nan"), field=9)
 
 

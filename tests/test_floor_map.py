@@ -168,6 +168,7 @@ def test_an_outer_wall_of_two_metres_is_a_line_in_its_middle():
     assert walls[[0, -1]] == pytest.approx([30, 90], abs=1.5)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(st.integers(1, 3), st.integers(-7, 7), st.integers(-6, 6))
 def test_turned_and_shifted_regions_give_turned_and_shifted_rooms(quarters, down, right):

@@ -109,6 +109,7 @@ def test_by_corridors_no_other_corridor_is_nearer(plan):
             assert any(graph.degree(hub) == most for hub in own)
 
 
+@pytest.mark.slow
 @given(st.randoms(use_true_random=False), st.sampled_from(Segmentation))
 def test_names_and_order_do_not_matter_where_nothing_ties(random, segmentation):
     floor = build_floor(("CCCCC", "CCCCCCC", "SSSSSSSSS"), ((0, 1), (1, 2)), (0, 0, 0))
@@ -212,6 +213,7 @@ def test_doors_are_cuts_or_inside_of_areas(plan, segmentation):
     assert nx.is_connected(build_functional_graph(graph, areas, ["a"] * len(areas)))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_schools_have_as_many_areas_as_printed(data):
     graphs = read_schools(data)

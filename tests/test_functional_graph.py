@@ -41,6 +41,7 @@ def find_graphs(chains, labels) -> list[nx.Graph]:
     return [label(graph, of_graph) for graph, of_graph in zip(chains.to_graphs(), labels, strict=True)]
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(
     st.lists(st.text("01", min_size=1, max_size=7), min_size=1, max_size=4),
@@ -137,6 +138,7 @@ def move_closed(start: nx.Graph, *, kept: int, closed: bool = True) -> list[nx.G
     return found
 
 
+@pytest.mark.slow
 def test_closed_areas_lead_to_as_many_others():
     """Areas 0 and 1 are known, and lead to one and two others; where to may change."""
     start = label(nx.Graph([(0, 1), (0, 2), (1, 3), (1, 4), (2, 3), (4, 5)]), "010101")

@@ -50,6 +50,7 @@ def batches(draw):
     return references, graphs
 
 
+@pytest.mark.slow
 @given(batches(), MOVES, st.integers(0, 5), st.booleans())
 def test_equal_to_the_kernel_after_any_changes(drawn, moves, iterations, together):
     references, graphs = drawn
@@ -59,6 +60,7 @@ def test_equal_to_the_kernel_after_any_changes(drawn, moves, iterations, togethe
     np.testing.assert_array_equal(batch.measure_similarity(), compare(references, graphs, iterations=iterations))
 
 
+@pytest.mark.slow
 @given(batches(), MOVES)
 def test_undoing_restores_everything(drawn, moves):
     references, graphs = drawn

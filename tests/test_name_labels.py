@@ -173,17 +173,17 @@ def broken(**changes: object) -> str:
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        ("[]", "Input should be an object"),
-        ("{", "Invalid JSON"),
-        (broken(version="2.0"), "it has format version 2.0, this pianta reads 1.x; update pianta"),
-        (broken(format="pianta labels"), "format: Input should be 'pianta room words'"),
-        (broken(kinds=[]), "kinds: "),
-        (broken(kinds=[{"function": "NOISE", "words": {"en": ["a"]}}]), "kinds[0].function: "),
-        (broken(kinds=[{"function": "SERVICE", "words": {"en": ["…"]}}]), "a word has no letter, leave it out"),
-        (broken(kinds=[{"function": "SERVICE", "words": {"en": ["x" * 101]}}]), "at most 100 characters"),
-        (broken(kinds=[{"function": "SERVICE", "labels": {"a": [""]}, "words": {"en": ["a"]}}]), "the name is empty"),
-        (broken(colour="red"), "colour: Extra inputs are not permitted"),
-        (" " * (256 * 2**10 + 1), "more than 262144 bytes"),
+        ("[]", "object"),
+        ("{", "JSON"),
+        (broken(version="2.0"), "2.0"),
+        (broken(format="pianta labels"), "format"),
+        (broken(kinds=[]), "kinds"),
+        (broken(kinds=[{"function": "NOISE", "words": {"en": ["a"]}}]), "kinds[0].function"),
+        (broken(kinds=[{"function": "SERVICE", "words": {"en": ["…"]}}]), "letter"),
+        (broken(kinds=[{"function": "SERVICE", "words": {"en": ["x" * 101]}}]), "100"),
+        (broken(kinds=[{"function": "SERVICE", "labels": {"a": [""]}, "words": {"en": ["a"]}}]), "name"),
+        (broken(colour="red"), "colour"),
+        (" " * (256 * 2**10 + 1), "262144"),
     ],
 )
 def test_a_faulty_dictionary_is_refused_in_one_line(tmp_path, content, told):
@@ -192,7 +192,7 @@ def test_a_faulty_dictionary_is_refused_in_one_line(tmp_path, content, told):
     with pytest.raises(LabelError) as caught:
         read_room_words(path)
     assert told in str(caught.value)
-    assert str(caught.value).startswith("cannot read the room words ")
+    assert path.name in str(caught.value)
     assert "\n" not in str(caught.value)
 
 

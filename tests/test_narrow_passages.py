@@ -211,6 +211,7 @@ def close_door(floor: Floor, grid: GridMap, left: float) -> GridMap:
     return GridMap(cells, grid.resolution, grid.origin)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FLOOR_MAKERS)
 def test_a_room_of_a_made_world_whose_door_is_narrowed_to_20_cm_is_still_joined(kind):
     truth = make_floor(kind, seed=10)

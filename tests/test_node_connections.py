@@ -215,6 +215,7 @@ def connect(areas, functional, *, seeds=(0,), model=None, moves=10) -> Connected
     return chains, starts, graphs
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(functional_trees(), st.integers(0, 1000))
 def test_what_holds_for_all_doors(drawn, seed):
@@ -274,6 +275,7 @@ def test_doors_where_no_cut_has_these_labels():
     assert len({frozenset(graph.edges) for graph in graphs}) > 1
 
 
+@pytest.mark.slow
 def test_costs_fall():
     functional = nx.path_graph(4)
     nx.set_edge_attributes(functional, 2, "cuts")

@@ -122,6 +122,7 @@ sizes = st.integers(1, 35)
 furniture = st.lists(st.tuples(st.integers(0, 130), decimetres, sizes, sizes), max_size=8)
 
 
+@pytest.mark.slow
 @given(furniture)
 def test_filled_rooms_are_valid_hold_what_they_were_and_never_overlap(pieces):
     obstacles = shapely.union_all(

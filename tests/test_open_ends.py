@@ -111,12 +111,12 @@ def test_branches_begin_at_the_door():
 
 
 def test_models_that_cannot_be_explored():
-    with pytest.raises(OptionError, match=r"^the model has areas by ncut, prediction takes one by corr; train it so$"):
+    with pytest.raises(OptionError, match=r"ncut.*corr"):
         OpenEnds(small_model(Segmentation.NCUT))
     rooms = [nx.path_graph(count) for count in (3, 4)]
     for graph in rooms:
         nx.set_node_attributes(graph, "CLASSROOM", "label")
-    with pytest.raises(ModelError, match=r"^no floor of the model has a corridor, train it on floors with corridors$"):
+    with pytest.raises(ModelError, match="corridor"):
         OpenEnds(learn_type(rooms, SCHOOL))
 
 

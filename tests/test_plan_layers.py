@@ -253,18 +253,18 @@ def test_more_than_any_plan_draws_is_refused(monkeypatch):
     monkeypatch.setattr(plan_layers, "MAX_TEXTS", 1)
     pieces = DrawnPieces(Path("a.dxf"))
     pieces.add_chain(line((0, 0), (1, 0), (2, 0)), "other")
-    with pytest.raises(PlanError, match=r"^plan 'a\.dxf' has more than 3 lines, give one floor$"):
+    with pytest.raises(PlanError, match="lines"):
         pieces.add_chain(line((0, 0), (1, 0), (2, 0)), "other")
     pieces.add_text(DrawnText("a", 0, 0, 1))
-    with pytest.raises(PlanError, match=r"^plan 'a\.dxf' has more than 1 texts, give one floor$"):
+    with pytest.raises(PlanError, match="texts"):
         pieces.add_text(DrawnText("b", 0, 0, 1))
 
 
 def test_files_that_are_none_or_too_large_are_refused(tmp_path):
     path = tmp_path / "a.dxf"
-    with pytest.raises(PlanError, match=f"^plan '{re.escape(str(path))}' does not exist, check the path$"):
+    with pytest.raises(PlanError, match=re.escape(str(path))):
         checked_plan(path, max_bytes=10)
     path.write_bytes(b"12345678901")
-    with pytest.raises(PlanError, match=r"a\.dxf' has more than 10 bytes, too many for a plan, give one floor$"):
+    with pytest.raises(PlanError, match="bytes"):
         checked_plan(path, max_bytes=10)
     assert checked_plan(path, max_bytes=11) == path

@@ -114,6 +114,7 @@ def test_every_entry_comes_from_a_text_that_is_used(found):
     assert not legend.entries or len(legend.texts) >= 2
 
 
+@pytest.mark.slow
 def test_a_legend_is_found_among_twenty_thousand_numbers():
     """Most of them on one line, as dimensions are."""
     numbers = [line(str(number % 999), 500, 0.2 * number) for number in range(15_000)]

@@ -126,11 +126,11 @@ def test_jambs_lie_in_the_symbol(name):
 
 
 def test_what_cannot_be_drawn_is_told():
-    with pytest.raises(OptionError, match="symbol is 'sofa', give one of door, door 45"):
+    with pytest.raises(OptionError, match="sofa"):
         draw_symbol("sofa", size_px=20)
-    with pytest.raises(OptionError, match="a symbol of 3 px in lines of 1 px cannot be seen"):
+    with pytest.raises(OptionError, match="3 px"):
         draw_symbol("door", size_px=3)
-    with pytest.raises(OptionError, match="in lines of 0 px"):
+    with pytest.raises(OptionError, match="0 px"):
         draw_symbol("door", size_px=20, stroke_px=0)
 
 

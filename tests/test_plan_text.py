@@ -156,6 +156,7 @@ def test_soft_edges_of_letters_go_with_them():
     assert np.array_equal(erase_texts(colors, binarise(colors), [placed("l'", 32, 46, 16, 20)]), bare)
 
 
+@pytest.mark.slow
 def test_a_text_that_claims_to_be_larger_than_the_sheet_needs_no_memory():
     colors, _ = lettered((255, 255, 255), 0)
     erased = erase_texts(colors, binarise(colors), [placed("x", -1e9, -1e9, 2e9, 2e9)])

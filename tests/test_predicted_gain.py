@@ -106,15 +106,16 @@ def test_it_advises_to_stop_when_enough_was_seen(plain):
 
 @pytest.mark.parametrize("enough", [0, -1, 1.1, float("nan")])
 def test_a_share_without_meaning_is_refused(enough):
-    with pytest.raises(OptionError, match="give a share above 0 and up to 1"):
+    with pytest.raises(OptionError, match="share"):
         PredictedGain(school_sampler(), enough=enough)
 
 
 def test_a_share_needs_a_model():
-    with pytest.raises(OptionError, match="without a model nothing is expected"):
+    with pytest.raises(OptionError, match="model"):
         PredictedGain(enough=0.9)
 
 
+@pytest.mark.slow
 def test_a_school_is_explored_to_the_end_and_always_alike(sampler, school):
     one, again = (explore(school, PredictedGain(sampler), starts=[(1, 1.5)]) for _ in range(2))
     assert one.outcome == "done"
@@ -133,6 +134,7 @@ def test_a_room_is_looked_for(sampler, school):
     assert run.outcome == "found CLOSET"
 
 
+@pytest.mark.slow
 def test_several_robots_explore(sampler, school):
     run = explore(school, PredictedGain(sampler), starts=[(1, 1.5)], robots=2)
     assert run.outcome == "done"

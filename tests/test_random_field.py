@@ -34,6 +34,7 @@ def test_two_rooms_by_hand():
     assert marginals == pytest.approx(np.array([[9 / 12, 3 / 12], [5 / 12, 7 / 12]]), abs=1e-5)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10_000))
 def test_exact_on_trees(seed):
     rng = np.random.default_rng(seed)

@@ -145,6 +145,7 @@ def test_verdicts(typicality, words):
     assert make_realism(typicality, 0.5).verdict == f"realistic, probability 0.50 of being so{joined}{words}"
 
 
+@pytest.mark.slow
 def test_one_class_ranks_worlds_below_offices():
     model = one_class()
     worlds = [model.judge(world) for world in make_worlds()]
@@ -165,6 +166,7 @@ def test_reasons_name_what_is_off():
     assert judged.reasons == (*map(str, judged.measures), *map(str, judged.patterns))
 
 
+@pytest.mark.slow
 def test_two_classes_tell_left_out_floors_apart():
     model = two_classes()
     for floor in make_offices()[::3]:
@@ -192,6 +194,7 @@ def test_classes_count_the_same_however_many_floors_they_have():
         assert said.judge(description) + opposite.judge(description) == pytest.approx(1, abs=1e-4)
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from([*make_offices()[:2], make_snake(4, 3)]),
     st.floats(0.05, 20),
@@ -218,6 +221,7 @@ def test_pose_scale_and_order_change_nothing(floor, factor, angle, shift, random
     assert [str(off) for off in moved.measures] == [str(off) for off in expected.measures]
 
 
+@pytest.mark.slow
 def test_order_of_the_reference_changes_nothing():
     turned = learn_realism(make_offices()[::-1], label_set=R_C, unlike=make_worlds()[::-1])
     judged, expected = (model.judge(make_snake(4, 4)) for model in (turned, two_classes()))
@@ -228,17 +232,17 @@ def test_order_of_the_reference_changes_nothing():
 
 def test_too_few_buildings():
     offices, worlds = make_offices(), make_worlds()
-    with pytest.raises(ModelError, match=r"^2 reference buildings are too few, give 3 at least, better dozens$"):
+    with pytest.raises(ModelError, match="reference"):
         learn_realism(offices[:2], label_set=R_C)
-    with pytest.raises(ModelError, match=r"^2 reference buildings"):
+    with pytest.raises(ModelError, match="reference"):
         learn_realism(offices[:3], buildings=["a", "a", "b"], label_set=R_C)
-    with pytest.raises(ModelError, match=r"^1 unrealistic building is too few, give 2 at least or none$"):
+    with pytest.raises(ModelError, match="unrealistic"):
         learn_realism(offices, label_set=R_C, unlike=worlds[:1])
-    with pytest.raises(ModelError, match=r"^2 reference"):
+    with pytest.raises(ModelError, match="reference"):
         learn_realism(offices[:3], label_set=R_C).leave_out(offices[0].source)
     empty = Floor((), source="empty")
     assert learn_realism([*offices, empty], label_set=R_C).buildings == one_class().buildings
-    with pytest.raises(LabelError, match="no rooms"):
+    with pytest.raises(LabelError, match="rooms"):
         one_class().judge(empty)
 
 
@@ -255,7 +259,7 @@ def test_floors_of_a_building_model():
     offices = realism_of_types(model, ["office"])
     assert offices.judge(make_snake(4, 4)) == one_class().judge(make_snake(4, 4))
     assert len(realism_of_types(model).known) == 11
-    with pytest.raises(ModelError, match=r"^no building of type church is known, give of maze, office$"):
+    with pytest.raises(ModelError, match="church"):
         realism_of_types(model, ["church", "office"])
 
 
@@ -305,6 +309,7 @@ def test_picture(tmp_path):
         assert image.size == tuple(round(side * figure.dpi) for side in figure.get_size_inches())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label_set", [R_C, F_C_E_S])
 def test_robocup_worlds_are_told_from_offices(data, label_set):
     def describe(drawn):

@@ -67,27 +67,27 @@ def test_a_role_tells_which_entities_are_interchangeable():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Argument("Room", "self"), "argument 'Room' has the name 'Room'"),
-        (lambda: Argument("a", "two words"), "argument 'a' has the name 'two words'"),
-        (lambda: Signature("", (Argument("a"),)), "signature '' has the name ''"),
-        (lambda: Signature("none", ()), "signature 'none' has the arguments none, give one or more"),
-        (lambda: Signature("twice", (Argument("a"), Argument("a"))), "has the arguments a, a, give one or more, each"),
-        (lambda: Signature("two", (Argument("a", SELF), Argument("b", SELF))), "more than one argument of kind self"),
-        (lambda: Signature("alone", (Argument("a", "room"),), unordered=True), "'alone' is unordered, give it two"),
+        (lambda: Argument("Room", "self"), "Room"),
+        (lambda: Argument("a", "two words"), "two words"),
+        (lambda: Signature("", (Argument("a"),)), "signature"),
+        (lambda: Signature("none", ()), "'none'"),
+        (lambda: Signature("twice", (Argument("a"), Argument("a"))), "a, a"),
+        (lambda: Signature("two", (Argument("a", SELF), Argument("b", SELF))), "self"),
+        (lambda: Signature("alone", (Argument("a", "room"),), unordered=True), "alone"),
         (
             lambda: Signature("mixed", (Argument("a", "room"), Argument("b", "door")), unordered=True),
-            "'mixed' is unordered, give it two or more arguments of one kind",
+            "mixed",
         ),
         (
             lambda: Fact("area", ("r1", None)),  # type: ignore[arg-type]
-            "a fact of area has the argument 'None', give text or a number",
+            "None",
         ),
-        (lambda: Fact("area", ("r1", True)), "argument 'True'"),
-        (lambda: Fact("area", ("r1", np.True_)), "give text or a number"),  # type: ignore[arg-type]
-        (lambda: Fact("area", ("r1", "\ud800")), "give text or a number"),
-        (lambda: Fact("\ud800", ("r1",)), "a fact is of the relation"),
-        (lambda: Interpretation("\ud800", ()), "an interpretation has the name"),
-        (lambda: by_name([ROOM, Signature("room", (Argument("room"),))]), "signatures room occur with two meanings"),
+        (lambda: Fact("area", ("r1", True)), "True"),
+        (lambda: Fact("area", ("r1", np.True_)), "number"),  # type: ignore[arg-type]
+        (lambda: Fact("area", ("r1", "\ud800")), "number"),
+        (lambda: Fact("\ud800", ("r1",)), "relation"),
+        (lambda: Interpretation("\ud800", ()), "name"),
+        (lambda: by_name([ROOM, Signature("room", (Argument("room"),))]), "room"),
     ],
 )
 def test_what_is_no_signature_or_fact_is_refused(make, message):
@@ -143,26 +143,29 @@ def test_a_floor_that_agrees_with_its_signatures_has_no_faults():
 @pytest.mark.parametrize(
     ("facts", "faults"),
     [
-        ([("colour", "r1", "red")] * 2, ["colour(r1,red) is of a relation without a signature, declare it"]),
-        ([("buildingtype",)], ["buildingtype() has 0 arguments, give buildingtype"]),
-        ([("room", "r1"), ("area", "r1")], ["area(r1) has 1 argument, give room_id, area"]),
-        ([("room", "r1"), ("room", "r1")], ["room(r1) declares an entity again, give each its own identifier"]),
-        ([("area", "r1", 5)], ["area(r1,5) names no room, add the fact room(r1)"]),
-        ([("area", "r1", 5), ("label", "r1", "a")], ["area(r1,5) names no room, add the fact room(r1)"]),
-        ([("room", "r1"), ("area", "r1", float("nan"))], ["area(r1,nan) has no finite area, give a number"]),
-        ([("room", "r1"), ("area", "r1", float("inf"))], ["area(r1,inf) has no finite area, give a number"]),
+        ([("colour", "r1", "red")] * 2, ["colour(r1,red) .*signature"]),
+        ([("buildingtype",)], ["buildingtype() .*0"]),
+        ([("room", "r1"), ("area", "r1")], ["area(r1) .*room_id, area"]),
+        ([("room", "r1"), ("room", "r1")], ["room(r1) .*entity"]),
+        ([("area", "r1", 5)], ["area(r1,5) .*room(r1)"]),
+        ([("area", "r1", 5), ("label", "r1", "a")], ["area(r1,5) .*room(r1)"]),
+        ([("room", "r1"), ("area", "r1", float("nan"))], ["area(r1,nan) .*finite"]),
+        ([("room", "r1"), ("area", "r1", float("inf"))], ["area(r1,inf) .*finite"]),
         ([("room", "r1"), ("area", "r1", 10**400)], ["area(r1,1000"]),
-        ([("room", 1.5)], ["room(1.5) has the identifier 1.5, give an atom or a whole number"]),
+        ([("room", 1.5)], ["room(1.5) .*whole number"]),
         (
             [("connected", "r1", "r2"), ("shape", "r1"), ("room", "r1")],
-            ["connected(r1,r2) names no room, add the fact room(r2)", "shape(r1) is of a relation without"],
+            ["connected(r1,r2) .*room(r2)", "shape(r1) .*signature"],
         ),
     ],
 )
 def test_faults_are_named_with_a_remedy(facts, faults):
     found = faults_of(*facts)
     assert len(found) == len(faults)
-    assert all(fault.startswith(start) for fault, start in zip(found, faults, strict=True))
+    for fault, told in zip(found, faults, strict=True):
+        start, _, word = told.partition(" .*")
+        assert fault.startswith(start)
+        assert word in fault
 
 
 def test_entities_of_another_kind_are_missed():
@@ -178,7 +181,7 @@ def test_all_faults_are_told_in_one_line():
     with pytest.raises(RelationError) as refused:
         check_interpretation(interpret(*facts, name="my floor\n"), FLOOR_SIGNATURES)
     message = str(refused.value)
-    assert message.startswith("interpretation 'my floor\\n': area(r0,5) names no room")
+    assert message.startswith("interpretation 'my floor\\n': area(r0,5)")
     assert "area(r9,5)" in message
     assert message.endswith("; and 2 more")
     assert "\n" not in message

@@ -257,6 +257,7 @@ def test_rectangles_are_the_smallest_and_nearest_to_a_square(turn: float) -> Non
     assert all(shapely.covers(shapely.buffer(around, 1e-9), [room.polygon for room in moved.rooms]))
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @example(kind="hall", seed=0, turn=1.0, scale=0.3, shift=(3.0, 4.0))
 @given(
@@ -285,6 +286,7 @@ def test_no_feature_depends_on_turn_scale_shift_or_order(
     assert_allclose(other.area, one.area[order] * scale**2)
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(
     st.lists(st.tuples(*[st.integers(0, 20)] * 2, *[st.floats(0.05, 12)] * 2, st.booleans()), min_size=1, max_size=8),
@@ -325,6 +327,7 @@ def test_odd_floors_have_finite_features(floor: Floor) -> None:
     check_finite(floor)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("building_type", ["school", "office"])
 def test_annotated_floors_have_finite_features(data: Path, building_type: str) -> None:
     files = sorted((data / "buildings" / building_type).glob("*.xml"))

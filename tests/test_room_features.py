@@ -133,6 +133,7 @@ def test_a_floor_without_rooms() -> None:
     assert compute_general_features(Floor(())).shape == (0, 3)
 
 
+@pytest.mark.slow
 @given(floors(), st.floats(0, tau), st.tuples(st.floats(-100, 100), st.floats(-100, 100)))
 def test_turning_and_shifting_change_nothing(floor: Floor, turn: float, shift: tuple[float, float]) -> None:
     moved = move(floor, turn=turn, shift=shift)
@@ -140,6 +141,7 @@ def test_turning_and_shifting_change_nothing(floor: Floor, turn: float, shift: t
     assert_allclose(compute_general_features(moved), compute_general_features(floor), rtol=1e-9)
 
 
+@pytest.mark.slow
 @given(floors(), st.floats(0.1, 10))
 def test_scaling_changes_by_known_powers(floor: Floor, scale: float) -> None:
     factors = [scale ** POWERS.get(name, 0.0) for name in ROOM_FEATURES]
@@ -148,6 +150,7 @@ def test_scaling_changes_by_known_powers(floor: Floor, scale: float) -> None:
     assert_allclose(compute_general_features(scaled), compute_general_features(floor) * (scale**2, 1, 1), rtol=1e-9)
 
 
+@pytest.mark.slow
 @given(floors())
 def test_bounds(floor: Floor) -> None:
     values = dict(zip(ROOM_FEATURES, compute_room_features(floor).T, strict=True))
@@ -158,6 +161,7 @@ def test_bounds(floor: Floor) -> None:
     assert (compute_general_features(floor)[:, 2] >= 1).all()
 
 
+@pytest.mark.slow
 def test_the_geometry_that_the_files_carry(data: Path) -> None:
     """The authors' code took vertices divided by the door's width, without a remainder, and rounded half areas up."""
     same, from_origin, rooms = np.zeros(len(GEOMETRIC)), 0, 0
@@ -180,6 +184,7 @@ def test_the_geometry_that_the_files_carry(data: Path) -> None:
     assert min(*shares.values(), from_origin / rooms) > 0.998
 
 
+@pytest.mark.slow
 def test_the_roles_that_the_files_carry(data: Path) -> None:
     """Their betweenness is the usual one, twice that of Table 5.1; nobody knows why some rooms have others."""
     same, rooms = np.zeros(2), 0

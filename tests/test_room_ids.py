@@ -113,6 +113,7 @@ def test_a_name_stays_until_there_is_another():
     assert keep_room_ids(floor, previous).rooms == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", sorted(FLOOR_MAKERS))
 @pytest.mark.parametrize("shift", [(0.3, -0.3), (1.0, 0), (-6.55, 3.1), (1e6, -3e5)])
 def test_ids_stay_when_the_frame_has_moved(kind, shift):
@@ -158,11 +159,13 @@ def test_a_single_room_elsewhere_is_another_room():
     assert ids_of(keep_room_ids(floor_of(box(50, 50, 54, 53), box(54, 50, 60, 53)), floor_of(LEFT))) == [2, 3]
 
 
+@pytest.mark.slow
 @given(tilings())
 def test_the_same_floor_stays_as_it_is(floor):
     assert keep_room_ids(floor, floor) == floor
 
 
+@pytest.mark.slow
 @given(tilings(), tilings())
 def test_ids_are_unique_and_new_or_old(floor, previous):
     kept = keep_room_ids(floor, previous)
@@ -172,6 +175,7 @@ def test_ids_are_unique_and_new_or_old(floor, previous):
     assert [room.polygon for room in kept.rooms] == [room.polygon for room in floor.rooms]
 
 
+@pytest.mark.slow
 @given(tilings(), tilings(), st.data())
 def test_ids_do_not_depend_on_the_order_and_the_numbers_of_the_rooms(floor, previous, data):
     numbers = data.draw(st.permutations(range(1, len(floor.rooms) + 1)))
@@ -184,6 +188,7 @@ def test_ids_do_not_depend_on_the_order_and_the_numbers_of_the_rooms(floor, prev
     assert ids_of(keep_room_ids(Floor(tuple(renumbered)), previous)) == ids_of(one)
 
 
+@pytest.mark.slow
 @given(tilings(), tilings())
 def test_a_room_that_is_mostly_the_same_is_matched(floor, previous):
     """Whatever else the two floors have."""
@@ -207,6 +212,7 @@ def assert_alike_rooms_keep_ids(floor: Floor, previous: Floor) -> int:
     return len(alike)
 
 
+@pytest.mark.slow
 def test_ids_stay_while_a_real_map_grows(data: Path):
     folder = data / "partial" / "freiburg79"
     if not folder.is_dir():

@@ -102,6 +102,7 @@ def test_texts_of_the_legend_name_no_room():
     assert names_of(key, line("19", 50, 150), legend=legend) == [None, "Classroom"]
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.text(max_size=20), st.floats(0, 120), st.floats(0, 200)), max_size=8))
 def test_every_name_is_fit_for_a_room_and_made_of_texts(found):
     texts = [line(text, row, col) for text, row, col in found]

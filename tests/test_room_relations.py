@@ -129,6 +129,7 @@ motions = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_walls", [False, True])
 @pytest.mark.parametrize("kind", ["corridor", "hall", "ring"])
 @settings(max_examples=40)
@@ -146,6 +147,7 @@ def test_scale_turn_shift_and_order_change_nothing(kind, with_walls, motion, ran
     assert find_symmetric(other) == symmetric
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 1000))
 def test_rooms_of_one_row_are_aligned(seed):
     floor = make_corridor_floor(seed=seed)

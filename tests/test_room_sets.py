@@ -70,15 +70,15 @@ def test_floors_of_one_building_are_one_building_where_the_data_say_so(tmp_path)
     (school,), _ = read_room_sets(tmp_path)
     assert set(school.buildings) == {"school/both", "school/school1"}
     (tmp_path / "manifest.json").write_text("{}x")
-    with pytest.raises(DataError, match=r"manifest.json' is no list of files"):
+    with pytest.raises(DataError, match=r"manifest\.json"):
         read_room_sets(tmp_path)
 
 
 def test_what_cannot_be_learnt_from_is_refused(tmp_path):
-    with pytest.raises(DataError, match=r"no buildings in any of .*house.*school.*office.*give the folder of the data"):
+    with pytest.raises(DataError, match=r"house.*school.*office"):
         read_room_sets(tmp_path)
     write_types(tmp_path, "school", buildings=1)
-    with pytest.raises(DataError, match=r"school' has 14 rooms in 1 building, too few to learn from, give at least 2"):
+    with pytest.raises(DataError, match="school"):
         read_room_sets(tmp_path)
 
 
@@ -102,7 +102,7 @@ def test_where_too_few_floors_are_left_the_faults_are_told(tmp_path):
     write_types(tmp_path, "house")
     for file in (tmp_path / "buildings" / "house").iterdir():
         file.write_text(file.read_text().replace("<label>M<", "<label>KITCHEN<"))
-    with pytest.raises(DataError, match=r"has 0 rooms in 0 buildings, .*\(house0 failed: labels KITCHEN .*; house1 "):
+    with pytest.raises(DataError, match=r"house0.*KITCHEN.*house1"):
         read_room_sets(tmp_path)
 
 

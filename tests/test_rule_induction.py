@@ -51,6 +51,7 @@ def test_the_middle_of_neighbouring_floats_divides_them():
     assert (RuleInduction().fit(features, labels).predict(features) == labels).all()
 
 
+@pytest.mark.slow
 @given(
     arrays(float, st.tuples(st.integers(1, 30), st.just(2)), elements=st.integers(0, 4).map(float)),
     st.randoms(use_true_random=False),

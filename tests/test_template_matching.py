@@ -38,6 +38,7 @@ def test_blank_paper_is_like_nothing():
     assert np.abs(response[30:, 30:]).max() < 0.01
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 def test_on_drawn_paper_the_scores_are_those_of_opencv(seed):
     image = np.random.default_rng(seed).random((30, 40)).astype(np.float32)

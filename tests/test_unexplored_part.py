@@ -68,6 +68,7 @@ def check_doors(sample: SampledFloor, explored: ExploredPart) -> None:
     assert all(len({*places}) == len(places) for places in behind.values())
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.sampled_from([*WINGS]), st.data(), st.integers(0, 1000))
 def test_what_holds_for_any_explored_part(name, data, seed):
@@ -87,6 +88,7 @@ def test_what_holds_for_any_explored_part(name, data, seed):
             assert nx.is_connected(sample.graph)
 
 
+@pytest.mark.slow
 def test_stages_of_exploration():
     lost, doors = 0, 0
     for graph in make_back_doors():
@@ -104,6 +106,7 @@ def test_stages_of_exploration():
     assert lost <= 0.02 * doors
 
 
+@pytest.mark.slow
 def test_doors_of_an_open_corridor():
     graph = nx.star_graph(6)
     unknown = {node: {"label": None, "partial": True} for node in graph}
@@ -159,6 +162,7 @@ def test_a_known_room_at_an_open_corridor():
         assert nx.is_connected(sample.graph)
 
 
+@pytest.mark.slow
 def test_samples_depend_on_their_seed_and_number_alone():
     graph = make_back_doors()[3]
     part = read_explored_part(explore_by_corridors(graph, list_corridors(graph))[0], SCHOOL)
@@ -177,6 +181,7 @@ def test_samples_depend_on_their_seed_and_number_alone():
     assert sample(range(8), seed=1) != together
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seen", [7.0, 12.0])
 def test_sizes_of_rooms(seen):
     """Rooms keep theirs; an open corridor, of which a part may be seen, that of its area where it is larger."""
@@ -207,5 +212,5 @@ def test_shares_of_labels():
 
 
 def test_areas_by_ncut_are_refused():
-    with pytest.raises(OptionError, match="by ncut"):
+    with pytest.raises(OptionError, match="ncut"):
         FloorSampler(small_model(Segmentation.NCUT))

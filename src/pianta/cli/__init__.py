@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
@@ -15,8 +14,6 @@ from pianta import __version__
 from pianta.cli.terminal import show_examples, tell_error, telling_warnings
 from pianta.errors import PiantaError
 
-# New objects after which Python looks for garbage, in the place of 700.
-GARBAGE_THRESHOLD = 100_000
 # Verb -> the function of its module that runs it; None for a verb with verbs of its own.
 VERBS = {
     "read": "read_maps",
@@ -48,8 +45,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     The exit code is 0, or 1 when some maps of several could not be read, or 2 when nothing could be done.
     """
-    # Imports make many objects that stay; looking through them for garbage takes a tenth of a short command.
-    gc.set_threshold(GARBAGE_THRESHOLD)
     given = sys.argv[1:] if arguments is None else [*arguments]
     app = build_app(given[:1] if given and given[0] in VERBS else VERBS)
     if isinstance(sys.stdout, TextIOWrapper):

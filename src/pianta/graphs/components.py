@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import rustworkx as rx
 from numpy.typing import NDArray
 
 
 def number_components(pairs: NDArray[np.integer], count: int) -> NDArray[np.intp]:
     """The component of each node, numbered from 0 by their first nodes.
 
-    rustworkx is imported for other reasons too; scipy.sparse.csgraph does the same and takes 50 ms to import.
+    Trees of nodes hook onto each other and become flat again, all at once (Shiloach and Vishkin, 1982).
+    scipy.sparse.csgraph does the same, and is slow to import.
 
     Parameters
     ----------
@@ -30,10 +30,15 @@ def number_components(pairs: NDArray[np.integer], count: int) -> NDArray[np.intp
     [0, 1, 2, 1]
 
     """
-    graph = rx.PyGraph(multigraph=True)
-    graph.add_nodes_from(range(count))
-    graph.add_edges_from_no_data(list(map(tuple, np.asarray(pairs).tolist())))
-    numbers = np.zeros(count, np.intp)
-    for number, nodes in enumerate(sorted(rx.connected_components(graph), key=min)):
-        numbers[list(nodes)] = number
-    return numbers
+    parent = np.arange(count)
+    one, other = np.asarray(pairs, np.intp).reshape(-1, 2).T
+    while len(one):
+        # The root of the greater number hooks onto the lesser one
+        low, high = np.minimum(parent[one], parent[other]), np.maximum(parent[one], parent[other])
+        np.minimum.at(parent, high, low)
+        # Every node points at its root again
+        while not np.array_equal(flat := parent[parent], parent):
+            parent = flat
+        apart = parent[one] != parent[other]
+        one, other = one[apart], other[apart]
+    return np.unique(parent, return_inverse=True)[1].astype(np.intp)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import cv2
 import numpy as np
-from PIL import Image
 
 from pianta.io._files import written_atomically
 
@@ -15,8 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# zlib's level: half the time of its usual 6 for a few per cent more bytes.
-COMPRESSION = 3
+# zlib's level, without a filter: a quarter of the usual time, and few more bytes, as these pictures are flat.
+COMPRESSION = 2
 
 
 def new_ax(ax: Axes | None, *, equal: bool = True) -> Axes:
@@ -40,10 +39,11 @@ def encode_png(figure: Figure) -> bytes:
 
     canvas: Any = FigureCanvasAgg(figure)
     canvas.draw()
-    pixels = Image.fromarray(np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3]))
-    content = BytesIO()
-    pixels.save(content, format="png", compress_level=COMPRESSION, dpi=(figure.dpi, figure.dpi))
-    return content.getvalue()
+    pixels = cv2.cvtColor(np.asarray(canvas.buffer_rgba()), cv2.COLOR_RGBA2BGR)
+    # Figure and canvas hold each other; of many pictures the pixels at least go at once.
+    del canvas.renderer
+    options = [cv2.IMWRITE_PNG_COMPRESSION, COMPRESSION, cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_NONE]
+    return bytes(cv2.imencode(".png", pixels, options)[1])
 
 
 def save_png(figure: Figure, path: str | Path) -> None:

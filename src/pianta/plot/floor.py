@@ -35,7 +35,7 @@ BACKGROUND = f"#{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}"
 
 LONG_SIDE_PX, DPI = 1600, 200
 # Larger maps are sampled to find their extent.
-SAMPLED_SIDE = 1000
+SAMPLED_SIDE = 400
 # The short side of the picture is at least this share of the long one.
 MIN_ASPECT = 0.25
 # Shares of the longest side of what is seen: the margin around it, and the strip for the scale bar below.

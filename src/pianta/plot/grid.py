@@ -111,11 +111,19 @@ def paint_grid(grid: GridMap, view: tuple[float, float, float, float], size: tup
 def lay_pixels(pixels: NDArray[np.uint8], figure: Figure, *, bottom: int) -> None:
     """Lay pixels, RGBA, under all else in a figure, from the left and so many pixels above its lower side."""
     from matplotlib.artist import Artist
+    from matplotlib.backends.backend_agg import RendererAgg
 
     class Pixels(Artist):
         """Pixels as they are, which Figure.figimage would resample."""
 
         def draw(self, renderer: RendererBase) -> None:
+            if isinstance(renderer, RendererAgg):
+                # Opaque, and the first that is drawn: copied, not blended.
+                canvas = np.asarray(renderer.buffer_rgba())  # type: ignore[no-untyped-call]
+                height, width = (min(sides) for sides in zip(pixels.shape, canvas.shape[:2], strict=False))
+                top = max(canvas.shape[0] - bottom - height, 0)
+                canvas[top : top + height, :width] = pixels[:height, :width]
+                return
             context = renderer.new_gc()
             renderer.draw_image(context, 0, bottom, pixels[::-1])
             context.restore()

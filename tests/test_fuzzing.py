@@ -1,0 +1,24 @@
+"""`make fuzz` runs more examples than a test asks for, and others each time."""
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.fuzzing import TIMES, fuzz
+
+
+def test_a_fuzzed_test_draws_more_and_other_examples():
+    drawn: list[int] = []
+
+    @settings(max_examples=3, derandomize=True, database=None)
+    @given(st.integers(0, 10**9))
+    def sample(number: int) -> None:
+        drawn.append(number)
+
+    sample()
+    usual, drawn[:] = len(drawn), []
+    fuzz(sample)
+    sample()
+    first, drawn[:] = drawn[:], []
+    sample()
+    assert (usual, len(first)) == (3, 3 * TIMES)
+    assert drawn != first
