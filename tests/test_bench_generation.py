@@ -56,6 +56,7 @@ from pianta.bench.generation_tables import (
 from pianta.errors import DataError, OptionError
 from pianta.evaluation.graph_sets import STATISTICS, DiscrepancyRatio, Trial
 from pianta.generation.buildings import generate_buildings
+from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import Mixing, ModelMixing, TypeModel, learn_type
 from pianta.labels import SCHOOL, LabelSchema
 from tests.command_line import list_files, run_pianta
@@ -69,12 +70,10 @@ MIXING = ModelMixing(Mixing(5, 1.0), Mixing(20, inf), Mixing(5, 1.25))
 PARTS = [REAL, CORR, NCUT, PRINTED_COSTS, THESIS]
 
 
-def train_quickly(
-    graphs: Sequence[nx.Graph], schema: LabelSchema, *, segmentation: object, seed: int
-) -> tuple[TypeModel, ModelMixing]:
+def train_quickly(graphs: Sequence[nx.Graph], *, schema: LabelSchema, areas: Segmentation, seed: int) -> TypeModel:
     """A stand-in for `train_type`, whose search for enough iterations takes most of the time."""
-    model = learn_type(graphs, schema, segmentation=segmentation)  # type: ignore[arg-type]
-    return replace(model, sweeps=5, edge_moves=20, door_moves=5), MIXING
+    model = learn_type(graphs, schema, segmentation=areas)
+    return replace(model, sweeps=5, edge_moves=20, door_moves=5, mixing=MIXING)
 
 
 def write_samples(data: Path, graphs: Sequence[nx.Graph]) -> None:

@@ -187,14 +187,14 @@ def test_a_scan_with_a_frame_is_a_picture(path):
 
 def test_a_page_is_asked_for_and_chosen(path):
     pages = [ROOMS.replace("2 w", f"{number} w") for number in range(1, 101)]
-    with pytest.raises(PlanError, match=r"--page.*100"):
+    with pytest.raises(PlanError, match=r"page=.*100"):
         read(path, *pages)
     for page in (1, 100):
         assert read(path, *pages, page=page).widths[0] == pytest.approx(page)
     for page in (0, -1, 101):
-        with pytest.raises(PlanError, match=rf"page {page}.*--page.*100"):
+        with pytest.raises(PlanError, match=rf"page {page}.*page=.*100"):
             read_document(path, page=page)
-    with pytest.raises(PlanError, match="--page"):
+    with pytest.raises(PlanError, match="page="):
         read(path, ROOMS, page=2)
 
 
@@ -257,7 +257,7 @@ def test_a_process_of_its_own_reads_the_same(path):
     assert isinstance(plain, PlanDrawing)
     assert (plain.fills, plain.texts, plain.metres_per_unit) == ((), (), None)
     for page in (0, 2):
-        with pytest.raises(PlanError, match=rf"^[^\n]*plan\.pdf[^\n]*page {page}[^\n]*--page[^\n]*$"):
+        with pytest.raises(PlanError, match=rf"^[^\n]*plan\.pdf[^\n]*page {page}[^\n]*page=[^\n]*$"):
             read_pdf_plan(path, page=page)
 
 

@@ -54,7 +54,7 @@ def test_the_user_is_believed_before_the_file_and_the_file_before_the_bar(barred
     ink = binarise(barred.colors)
     drawn = Sheet(barred.colors, resolution=0.05)
     given_one = find_stated_scale(drawn, barred.texts, ink, given=0.02)
-    assert given_one == PlanScale(0.02, "--resolution", 1.0)
+    assert given_one == PlanScale(0.02, "the given resolution", 1.0)
     of_file = find_stated_scale(drawn, barred.texts, ink)
     assert of_file is not None
     assert (of_file.resolution, of_file.source) == (0.05, "the units of the file")
@@ -85,7 +85,7 @@ def test_a_resolution_of_no_building_is_refused_and_one_of_the_file_passed_over(
 
 @given(st.floats(SHEET_METRES[0] / 400, SHEET_METRES[1] / 400))
 def test_any_resolution_of_a_building_is_kept(resolution):
-    assert find_stated_scale(sheet(), (), INK, given=resolution) == PlanScale(resolution, "--resolution", 1.0)
+    assert find_stated_scale(sheet(), (), INK, given=resolution) == PlanScale(resolution, "the given resolution", 1.0)
 
 
 def test_one_door_that_the_file_names_tells_the_width_of_doors():
@@ -128,8 +128,8 @@ def test_the_farthest_sizes_that_are_asked_about_are_of_the_doors(factor, roundi
 def test_a_scale_says_what_it_is_by_what_and_how_sure():
     told = str(PlanScale(0.03333, "7 doors of 0.9 m", 0.456))
     assert told == "0.0333 m per pixel by 7 doors of 0.9 m, confidence 0.46"
-    of_units = PlanScale(0.005, "--resolution", 1.0).describe(px_per_unit=4.0)
-    assert of_units == "0.02 m per drawing unit by --resolution, confidence 1.00"
+    of_units = PlanScale(0.005, "the given resolution", 1.0).describe(px_per_unit=4.0)
+    assert of_units == "0.02 m per drawing unit by the given resolution, confidence 1.00"
 
 
 def doubting(best: float, asked: list[float]):
@@ -265,6 +265,6 @@ def test_without_sizes_or_where_one_is_surer_the_scale_stays():
 def test_a_resolution_of_a_vector_drawing_is_of_its_units():
     """A sheet of 400 pixels that draws a unit on 8 pixels, as of a drawing of 50 units."""
     drawn = Sheet(PAGE, px_per_unit=8.0)
-    assert find_stated_scale(drawn, (), INK, given=0.4) == PlanScale(0.05, "--resolution", 1.0)
+    assert find_stated_scale(drawn, (), INK, given=0.4) == PlanScale(0.05, "the given resolution", 1.0)
     with pytest.raises(PlanError, match=r"0\.01.*0\.5"):
         find_stated_scale(drawn, (), INK, given=0.01)
