@@ -222,6 +222,7 @@ def test_parts_of_many_buildings():
     assert seen == [[1, 2, 4, 5], [0, 2, 3, 5, 6], [0, 1, 3, 4, 6]]
 
 
+@pytest.mark.slow
 def test_table_6_1_by_hand(measured):
     bench, _ = measured
     cells = cells_of(bench, 0)
@@ -249,6 +250,7 @@ def test_table_6_1_by_hand(measured):
     assert [cell.sd for cell in cells_of(bench, 3)[PIANTA]] == pytest.approx([0] * 4)
 
 
+@pytest.mark.slow
 def test_wrong_floors_are_named(measured):
     bench = replace(measured[0], types={**measured[0].types})
     scores = np.zeros((7, 2))
@@ -287,6 +289,7 @@ def test_gram_matrices_of_floors_tell_labels(tiny):
     assert not floors[0].told[R_C].facts_of("buildingtype")
 
 
+@pytest.mark.slow
 def test_curves(measured):
     bench, _ = measured
     curves = draw_curves(bench)

@@ -122,6 +122,7 @@ def test_clean_worlds_have_the_true_number_of_rooms(worlds):
     assert len(right) >= 0.9 * len(worlds)
 
 
+@pytest.mark.slow
 def test_rooms_of_clean_worlds_have_the_true_shape(worlds):
     ious = [
         score_layout([room.polygon for room in floor.rooms], [room.polygon for room in truth.rooms]).mean_iou
@@ -130,11 +131,13 @@ def test_rooms_of_clean_worlds_have_the_true_shape(worlds):
     assert np.mean(ious) > 0.9
 
 
+@pytest.mark.slow
 def test_rooms_of_clean_worlds_are_valid_coverages(worlds):
     for _, floor in worlds:
         assert shapely.coverage_is_valid([room.polygon for room in floor.rooms])
 
 
+@pytest.mark.slow
 def test_the_graph_of_clean_worlds_is_the_true_graph(worlds):
     shares = []
     for truth, floor in worlds:
@@ -146,6 +149,7 @@ def test_the_graph_of_clean_worlds_is_the_true_graph(worlds):
     assert min(shares) > 0.9
 
 
+@pytest.mark.slow
 def test_doors_of_clean_worlds_are_where_they_truly_are(worlds):
     for truth, floor in worlds:
         middles = shapely.line_interpolate_point([door.line for door in floor.doors], 0.5, normalized=True)

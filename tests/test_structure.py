@@ -119,11 +119,13 @@ def test_rooms_of_worlds_cover_the_free_space_once(condition):
         check_rooms(world.grid, world.found, reach=0.25 if condition == "furnished" else 0.15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_no_room_of_a_complete_map_is_partial(condition):
     assert not any(room.partial for world in survey_worlds(condition) for room in world.found.rooms)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_doors_lie_between_their_two_rooms(condition):
     for world in survey_worlds(condition):
@@ -132,6 +134,7 @@ def test_doors_lie_between_their_two_rooms(condition):
             assert all(door.line.distance(rooms[room]) < 0.3 for room in door.room_ids)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_doors_are_as_wide_as_the_true_ones(condition):
     for world in survey_worlds(condition):
