@@ -16,15 +16,14 @@ from pianta.io._files import MAX_CELLS, checked_input, shown
 from pianta.labels import SCHEMAS
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
+from pianta.reading._labelling import Labelling
+from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 
 if TYPE_CHECKING:
     from pianta.building_types.model import BuildingModel
     from pianta.io.images import DecodedImage
     from pianta.plan.symbols.poses import PlacedSymbol
     from pianta.rooms.model import PlaceModel
-
-from pianta.reading._labelling import Labelling
-from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 
 MAX_LISTED_IDS = 10
 Kind = Literal["map", "plan"]
@@ -70,42 +69,21 @@ class Reader:
 
         Raises OptionError and what their readers raise, and TypeError for an option that there is not.
         """
-        if unknown := options.keys() - ReadOptions.__annotations__.keys():
-            raise TypeError(f"there is no option {', '.join(sorted(unknown))}=")
-        given = {name: options.get(name) for name in ("room_model", "building_model", "words", "building_type")}
-        useless = [f"{name}=" for name, value in given.items() if value is not None]
-        labels = options.get("labels", True)
-        if not labels and useless:
-            raise OptionError(f"labels=False makes {' and '.join(useless)} useless, leave either out")
-        kind = options.get("kind")
-        if kind is not None and kind not in get_args(Kind):
-            raise OptionError(f"kind is {shown(kind)}, give one of {', '.join(get_args(Kind))}, or None")
-        method = options.get("method", DEFAULT_METHOD)
-        check_method(method)
-        previous = options.get("previous")
-        if previous is not None and not isinstance(previous, Floor):
-            previous = read_previous(previous)
-        labelling = (
-            Labelling.make(
-                options.get("room_model"),
-                options.get("building_model"),
-                options.get("words"),
-                options.get("building_type"),
-            )
-            if labels
-            else None
-        )
-        symbols = options.get("symbols")
+        _check_options(options)
+        previous, symbols = options.get("previous"), options.get("symbols")
+        models = options.get("room_model"), options.get("building_model")
         return cls(
-            labelling=labelling,
-            previous=previous,
-            kind=kind,
+            labelling=Labelling.make(*models, options.get("words"), options.get("building_type"))
+            if options.get("labels", True)
+            else None,
+            previous=previous if previous is None or isinstance(previous, Floor) else read_previous(previous),
+            kind=options.get("kind"),
             resolution=options.get("resolution"),
             trust_thresholds=options.get("trust_thresholds", False),
             max_cells=options.get("max_cells", MAX_CELLS),
             page=options.get("page"),
             symbols=None if symbols is None else Path(symbols),
-            method=method,
+            method=options.get("method", DEFAULT_METHOD),
             parameters=options.get("parameters"),
         )
 
@@ -211,6 +189,20 @@ class Reader:
             )
             for number, found in enumerate(plan.floors, start=1)
         ]
+
+
+def _check_options(options: ReadOptions) -> None:
+    """Raise OptionError for options that make no sense, alone or together, and TypeError for unknown ones."""
+    if unknown := options.keys() - ReadOptions.__annotations__.keys():
+        raise TypeError(f"there is no option {', '.join(sorted(unknown))}=")
+    given = {name: options.get(name) for name in ("room_model", "building_model", "words", "building_type")}
+    useless = [f"{name}=" for name, value in given.items() if value is not None]
+    if not options.get("labels", True) and useless:
+        raise OptionError(f"labels=False makes {' and '.join(useless)} useless, leave either out")
+    kind = options.get("kind")
+    if kind is not None and kind not in get_args(Kind):
+        raise OptionError(f"kind is {shown(kind)}, give one of {', '.join(get_args(Kind))}, or None")
+    check_method(options.get("method", DEFAULT_METHOD))
 
 
 def read_previous(path: str | Path) -> Floor:
