@@ -154,7 +154,7 @@ def test_a_resolution_without_meaning_is_refused(tmp_path, resolution):
     Image.new("L", (9, 9)).save(tmp_path / "scan.png")
     code, _, err = run_pianta("read", tmp_path / "scan.png", "--resolution", resolution, "-o", tmp_path / "out")
     assert code == 2
-    assert err.startswith("error: the image cannot become a map: resolution is ")
+    assert err.startswith("error: resolution is ")
 
 
 def test_an_unknown_method_is_told_the_methods(small, tmp_path):

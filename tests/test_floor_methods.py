@@ -2,6 +2,7 @@
 
 import sys
 from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from shapely import LineString, box
 import pianta
 from pianta import Door, Floor, GridMap, Room
 from pianta.errors import FloorError, MapError, OptionError, PiantaError
+from pianta.reading.reading import Reading, StoreyReading
 from tests.hidden_figures import hiding_figures
 
 ROOMS = (
@@ -204,3 +206,11 @@ class TestMaps:
     def test_a_notebook_shows_a_large_map_smaller(self):
         large = GridMap(np.zeros((1500, 2001), np.int8), 0.05)
         assert decode(large._repr_png_()).shape == (500, 667)
+
+
+def test_results_are_short_in_a_console() -> None:
+    floor = Floor((Room(1, box(0, 0, 4, 3)), Room(2, box(4, 0, 6, 3))), source="map.yaml")
+    assert repr(floor) == "<Floor 'map.yaml': 2 rooms, 0 doors, 18.0 m²>"
+    grid = GridMap(np.zeros((2, 3), np.int8), 0.05, source="map.yaml")
+    assert repr(grid) == "<GridMap 'map.yaml': 2 × 3 cells of 0.05 m>"
+    assert repr(Reading(Path("map.yaml"), (StoreyReading(floor, grid),), {})) == f"<Reading 'map.yaml': {floor!r}>"

@@ -35,6 +35,7 @@ LEVELS = (
     ("floor",),
     ("gridmap",),
     ("labels",),
+    ("_arguments",),
     ("errors",),
 )
 # Methods of results and models that users expect there; each imports what it calls when it is called.

@@ -1,5 +1,6 @@
 """The stages that commands call, as functions: worlds, realism, models of a type, new buildings, explorations."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -243,3 +244,26 @@ class TestExplore:
     def test_refuses_what_makes_no_sense(self, world, arguments, options, told):
         with pytest.raises(OptionError, match=told):
             pianta.explore(world, *arguments, **options)
+
+
+def public(name: str) -> Any:
+    """A public function without its types, for arguments that they refuse."""
+    return getattr(pianta, name)
+
+
+@pytest.mark.parametrize(
+    ("call", "argument"),
+    [
+        (lambda floor: public("reconstruct")("map.yaml"), "grid="),
+        (lambda floor: public("label_rooms")("floor.geojson"), "floor="),
+        (lambda floor: public("label_rooms")(floor, "rooms.npz"), "model="),
+        (lambda floor: public("classify_building")(floor, "types.json"), "model="),
+        (lambda floor: public("generate")("school.json", 3), "model="),
+        (lambda floor: public("predict")(floor, "school.json"), "model="),
+        (lambda floor: public("judge_realism")(floor, "offices"), "reference="),
+    ],
+)
+def test_a_path_in_the_place_of_what_it_holds_is_named(call: Callable[[Any], object], argument: str) -> None:
+    floor = pianta.Floor((pianta.Room(1, box(0, 0, 4, 3)),))
+    with pytest.raises(OptionError, match=f"{argument} is a str"):
+        call(floor)

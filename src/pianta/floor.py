@@ -276,6 +276,11 @@ class Floor:
         if faults:
             raise FloorError("not a floor: " + "; ".join(faults))
 
+    def __repr__(self) -> str:
+        """The source and the numbers: a floor in full fills screens."""
+        area = sum(room.polygon.area for room in self.rooms)
+        return f"<Floor {self.source!r}: {len(self.rooms)} rooms, {len(self.doors)} doors, {area:.1f} m²>"
+
     def __getitem__(self, room_id: int) -> Room:
         """The room with an id.
 

@@ -99,6 +99,11 @@ class GridMap:
         """Cells that are neither free nor occupied; shape (H, W)."""
         return ~(self.free | self.occupied)
 
+    def __repr__(self) -> str:
+        """The source, the size in cells, and the side of a cell."""
+        rows, cols = self.shape
+        return f"<GridMap {self.source!r}: {rows} × {cols} cells of {self.resolution:g} m>"
+
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Draw the map in soft greys, in metres of the map frame: free white, unknown light, occupied dark.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from pianta._arguments import check_argument
 from pianta.building_types.model import BuildingModel, Verdict
 from pianta.floor import Floor
 from pianta.rooms.completion import complete_labels
@@ -47,6 +48,8 @@ def judge_building(floor: Floor, model: BuildingModel | None = None) -> Verdict:
 
     Raises LabelError for a floor without rooms.
     """
+    check_argument(floor, Floor, "floor", "a Floor of read or reconstruct")
+    check_argument(model, (BuildingModel, type(None)), "model", "a model of train_building_types or load_model")
     from pianta.building_types.model_file import read_default_building_model
 
     model = model or read_default_building_model()

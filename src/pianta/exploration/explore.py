@@ -79,7 +79,7 @@ def explore(
     world
         A floor, a grid map, a world, the file of one of them, or a kind of `make_world`.
     policy
-        Who chooses the next frontier: a name of `POLICIES`, or a policy of `make_policy`.
+        Who chooses the next frontier: "nearest", "gain", "gain-exp" or "predicted", or an object with `choose`.
     starts
         Points x, y of robots, metres of the map frame; None for the entrance. Robots beyond them stand beside them.
     lidar

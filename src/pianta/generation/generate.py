@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import networkx as nx
 import numpy as np
 
+from pianta._arguments import check_argument
 from pianta.errors import BuildingWarning, GraphError, LabelError, OptionError
 from pianta.floor import Floor
 from pianta.generation.buildings import Costs, generate_buildings
@@ -88,6 +89,7 @@ def generate(
     >>> model = pianta.load_model("school.json")  # doctest: +SKIP
     >>> pianta.generate(model, 24, rooms=(30, 50), at_least={"GYM": 1})  # doctest: +SKIP
     """
+    check_argument(model, TypeModel, "model", "a model of train_type or load_model")
     if costs not in [*Costs]:
         raise OptionError(f"costs is {shown(costs)}, give one of {', '.join(Costs)}")
     return generate_buildings(

@@ -78,7 +78,7 @@ def read_map(
             raise MapError(_describe_missing_resolution(file))
         return read_image_map(path, resolution=resolution, origin=origin or (0.0, 0.0, 0.0), max_cells=max_cells)
     if resolution is not None or origin is not None:
-        raise MapError(f"map {shown(file)} has its own resolution and origin, leave out those options")
+        raise MapError(f"map {shown(file)} has its own resolution and origin, leave out resolution= and origin=")
     if suffix == NPZ_SUFFIX:
         return read_npz_map(file, max_cells=max_cells)
     return read_ros_map(file, trust_thresholds=trust_thresholds, max_cells=max_cells)

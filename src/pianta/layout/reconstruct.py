@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pianta._arguments import check_argument
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
@@ -57,6 +58,7 @@ def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Para
     >>> len(pianta.reconstruct(grid, method="morphological"))
     19
     """
+    check_argument(grid, GridMap, "grid", "a GridMap of read_map")
     floor = find_rooms(grid, method=method, parameters=parameters)
     if not any(room.partial for room in floor.rooms):
         return floor

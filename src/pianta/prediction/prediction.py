@@ -10,6 +10,7 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
+from pianta._arguments import check_argument
 from pianta.errors import GraphError, ModelError, OptionError
 from pianta.floor import Floor
 from pianta.generation.metropolis_hastings import Floats
@@ -259,7 +260,7 @@ def predict(floor: Floor | nx.Graph, model: TypeModel | FloorSampler, *, count: 
     ----------
     floor
         A floor that is explored in part, its rooms with labels of the model's type; or its graph, as
-        `read_explored_part` takes it. It goes on where rooms were seen in part.
+        `Floor.graph` gives it. It goes on where rooms were seen in part.
     model
         Model of the building's type, with functional areas by "corr"; or its sampler, which spares work when many
         floors are predicted.
@@ -295,6 +296,8 @@ def predict(floor: Floor | nx.Graph, model: TypeModel | FloorSampler, *, count: 
     >>> pianta.predict(floor, pianta.load_model("school.json")).rooms.mean  # doctest: +SKIP
     41.3
     """
+    check_argument(floor, (Floor, nx.Graph), "floor", "a Floor of read, or its graph")
+    check_argument(model, (TypeModel, FloorSampler), "model", "a model of train_type or load_model")
     if not 1 <= count <= MAX_SAMPLES:
         raise OptionError(f"{count} samples are wanted, give 1 to {MAX_SAMPLES}")
     if seed < 0:

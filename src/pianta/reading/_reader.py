@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, get_args
 
@@ -202,6 +203,9 @@ def _check_options(options: ReadOptions) -> None:
     kind = options.get("kind")
     if kind is not None and kind not in get_args(Kind):
         raise OptionError(f"kind is {shown(kind)}, give one of {', '.join(get_args(Kind))}, or None")
+    resolution = options.get("resolution")
+    if resolution is not None and not (isfinite(resolution) and resolution > 0):
+        raise OptionError(f"resolution is {resolution}, give positive metres per cell, or per pixel of a plan")
     check_method(options.get("method", DEFAULT_METHOD))
 
 

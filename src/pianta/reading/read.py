@@ -167,7 +167,7 @@ def read_all(
         The files, as of `read`.
     out
         Folder in which each file gets a folder of its own for its results, as of `Reading.save`; None to write
-        nothing. The names of the folders are those of `name_folders`.
+        nothing. A folder has the stem of its file, with the name of the file's folder where stems repeat.
     walls, graph
         As of `Reading.save`.
     jobs

@@ -91,6 +91,10 @@ class Reading:
     schemas: Mapping[str, LabelSchema]
     folder: Path | None = None
 
+    def __repr__(self) -> str:
+        """The file and its floors."""
+        return f"<Reading {str(self.path)!r}: {', '.join(map(repr, self.floors))}>"
+
     @property
     def floor(self) -> Floor:
         """The floor; the largest where there are several."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from pianta._arguments import check_argument
 from pianta.building_types.model_file import read_default_building_model
 from pianta.floor import Floor
 from pianta.labels import LabelSet
@@ -48,6 +49,8 @@ def judge_realism(floor: Floor, reference: RealismModel | Sequence[Floor] | None
     >>> pianta.judge_realism(rooms_without_doors, made).verdict
     'less typical than any of the 6 reference floors'
     """
+    check_argument(floor, Floor, "floor", "a Floor of read or reconstruct")
+    check_argument(reference, (RealismModel, list, tuple, type(None)), "reference", "floors, or a model of them")
     if reference is None:
         model = realism_of_types(read_default_building_model())
     elif isinstance(reference, RealismModel):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pianta._arguments import check_argument
 from pianta.floor import Floor
 from pianta.rooms.model import PlaceModel
 
@@ -36,6 +37,8 @@ def label_rooms(floor: Floor, model: PlaceModel | None = None) -> Floor:
     >>> [room.id for room in floor if room.labels["R/C"] == "CORRIDOR"]
     [9]
     """
+    check_argument(floor, Floor, "floor", "a Floor of read or reconstruct")
+    check_argument(model, (PlaceModel, type(None)), "model", "a model of train_rooms or load_model")
     from pianta.rooms.model_file import read_default_place_model
 
     return (model or read_default_place_model()).label(floor)
