@@ -41,20 +41,20 @@ class Room:
     polygon
         Metres in the map frame; the shell is stored counter-clockwise, holes clockwise.
     label
-        What the room is for, the most specific label; None when nobody said.
+        What the room is for, the most specific label; None if unknown.
     labels
-        Label set -> label, from the coarsest set to the finest; empty when nobody said.
+        Label set -> label, from the coarsest set to the finest; empty if unknown.
     label_probabilities
-        Label set -> label -> probability, empty when nobody said.
+        Label set -> label -> probability, empty if unknown.
     partial
         The room touches space that nobody has seen; the polygon is what was seen of it.
     predicted
         What a partial room is thought to be as a whole, metres in the map frame, stored like the polygon; None when
         nobody said.
     confidence
-        The IoU that is expected of the predicted room with the true one, 0 … 1; None when nobody said.
+        The IoU that is expected of the predicted room with the true one, 0 … 1; None if unknown.
     name
-        What people call this very room, such as "204 French"; None when nobody said.
+        What people call this very room, such as "204 French"; None if unknown.
 
     Raises
     ------
@@ -121,7 +121,7 @@ class Room:
 
     @property
     def label_probability(self) -> float | None:
-        """The probability of its label, in the finest label set that has one; None when nobody said."""
+        """The probability of its label, in the finest label set that has one; None if unknown."""
         finest_first = [*[*self.labels][::-1], *[*self.label_probabilities][::-1]]
         of_label_sets = (self.label_probabilities.get(label_set, {}) for label_set in finest_first)
         return next(
@@ -223,7 +223,7 @@ class Floor:
     walls
         The representative lines of the building, cut to its extent.
     building_type
-        Type -> probability, empty when nobody said; types are in any case, and become lower case.
+        Type -> probability, empty if unknown; types are in any case, and become lower case.
     source
         The name of the map or file that the floor was read from.
     last_id

@@ -29,7 +29,7 @@ SIZE_CLASSES = 3
 PATTERN_SHARE = 0.5
 # Of a feature that varies less among known floors nobody knows how much it may vary, and it does not count.
 LEAST_SPREAD = 1e-6
-# Patterns of so many floors are kept: those of known floors are asked for again whenever others are left out.
+# Patterns of this many floors are kept: those of known floors are asked for again whenever others are left out.
 MAX_REMEMBERED = 1024
 
 

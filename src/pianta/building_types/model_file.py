@@ -131,7 +131,7 @@ class _Learnt(_Part):
     likenesses: _Numbers
 
     def check(self, floors: int, types: int) -> str | None:
-        """What does not fit so many floors and types, None if nothing."""
+        """What does not fit these numbers of floors and types; None if all fits."""
         shapes = {
             "weights": (floors, types - 1),
             "intercepts": (types * (types - 1) // 2,),

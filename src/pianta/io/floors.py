@@ -3,7 +3,7 @@
 The collection says so in its members `format`, `version`, `frame` and `units`, and holds `source`, `building_type` and
 `last_id`, the highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with
 clockwise holes), door or wall (lines). A partial room has, since 2.1, the properties `predicted`, a Polygon geometry of
-the room as a whole, and `confidence`, both null where nobody said; since 2.2 a room has a `name`, or null. The `rooms`
+the room as a whole, and `confidence`, both null if unknown; since 2.2 a room has a `name`, or null. The `rooms`
 of a door are two ids, those of an entrance an id and null.
 QGIS, which takes any GeoJSON for WGS 84, draws it in place once the layer is told to have no coordinate system.
 """
