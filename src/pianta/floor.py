@@ -49,8 +49,8 @@ class Room:
     partial
         The room touches space that nobody has seen; the polygon is what was seen of it.
     predicted
-        What a partial room is thought to be as a whole, metres in the map frame, stored like the polygon; None when
-        nobody said.
+        What a partial room is thought to be as a whole, metres in the map frame, stored like the polygon; None
+        if unknown.
     confidence
         The IoU that is expected of the predicted room with the true one, 0 … 1; None if unknown.
     name

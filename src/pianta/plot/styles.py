@@ -47,7 +47,7 @@ NEIGHBOUR_DISTANCE = 0.5
 class RoomStyle:
     """How a room with its label is drawn.
 
-    color: #rrggbb of the label, of its function where no schema knows it, white where nobody said.
+    color: #rrggbb of the label, of its function where no schema knows it, white if unknown.
     opacity: with which the colour covers what lies below.
     is_corridor: whether it is a square in the graph.
     is_uncertain: whether its label has a probability below 0.6.

@@ -186,7 +186,7 @@ def _find_missing(floors: Sequence[Floor]) -> Iterator[str]:
 
 
 def _type_of(floor: Floor) -> str:
-    """The most probable type of the building, empty where nobody said."""
+    """The most probable type of the building, empty if unknown."""
     return next(iter(floor.building_types), "")
 
 
