@@ -267,6 +267,7 @@ def test_wrong_floors_are_named(measured):
     assert figures["school1"]["pianta, F/C/E/S, wrong rooms, %"] == pytest.approx(800 / 14)
 
 
+@pytest.mark.slow
 def test_votes_of_rooms(tiny):
     """A floor has the type that most of its rooms are given."""
     floors, _ = read_building_floors(tiny, split=Split.EXPERIMENTS)

@@ -385,6 +385,7 @@ def list_counts(ax: Axes) -> list[int]:
     return [np.shape(marks.get_offsets())[0] for marks in ax.collections]
 
 
+@pytest.mark.slow
 def test_pictures(measured):
     found = {part: judged.clusters for part, judged in measured.models.items()}
     heatmaps, areas, buildings = draw_clusters(found), draw_areas(found, seed=0), draw_buildings(measured)

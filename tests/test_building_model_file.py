@@ -267,6 +267,7 @@ def test_deeply_nested_content(tmp_path):
     refuse(tmp_path / "m.json", "no model of building types")
 
 
+@pytest.mark.slow
 @given(mutated(DEFAULT_MODEL.read_bytes()))
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_damaged_files_are_refused_or_read(tmp_path, content):

@@ -87,6 +87,7 @@ def test_leaving_out_gives_the_model_of_the_others():
     assert typed_model().leave_out(np.array([0, 1])).judge(floor) == others.judge(floor)
 
 
+@pytest.mark.slow
 def test_only_one_building_of_a_type_left():
     """What leaves a building out of two has one, which cannot be left out of the calibration."""
     model = train_building_types([*typed_floors()[1:3], *typed_floors()[6:9]])
@@ -239,6 +240,7 @@ def test_many_buildings_are_left_out_some_together():
     assert parts == [[0, 2, 3], [1]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
 def test_the_kernel(label_set):
     known = [describe_building(spread(floor), label_set) for floor in typed_floors()]

@@ -226,6 +226,7 @@ def test_damaged_file_is_read_or_refused(path, fuzz):
 coordinate = st.sampled_from([0, 1e-9, 0.1, 15, 30, 40, -10, 1e6, -1e6, 1e-300])
 
 
+@pytest.mark.slow
 @given(corners=st.lists(st.tuples(coordinate, coordinate), max_size=6), door=st.tuples(coordinate, coordinate))
 def test_any_outline_is_read_or_refused(path, corners, door):
     text = building(

@@ -79,6 +79,7 @@ def test_all_symmetries_and_paddings_of_a_map_give_one_canvas(free, resolution, 
     assert all(np.array_equal(canvas, canvases[0]) for canvas in canvases)
 
 
+@pytest.mark.slow
 @given(masks, st.integers(2, 4))
 def test_smaller_cells_give_the_same_canvas(free, factor):
     fine = free.repeat(factor, axis=0).repeat(factor, axis=1)

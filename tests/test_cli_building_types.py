@@ -89,6 +89,7 @@ def test_train_on_three_types(buildings, tmp_path):
     assert list(tmp_path.iterdir()) == [out_file]
 
 
+@pytest.mark.slow
 def test_training_again_gives_the_same_bytes(buildings, tmp_path):
     for name in "ab":
         folders = buildings / "school", buildings / "office"

@@ -187,6 +187,7 @@ class TestGenerate:
         rooms = len(make_schools()[3])
         assert all(0.79 * rooms <= len(graph) <= 1.21 * rooms for graph in read_made(tmp_path / "made"))
 
+    @pytest.mark.slow
     def test_keeps_rooms_and_doors(self, model, schools, tmp_path):
         outcome = run_pianta(
             "generate", model, "-n", 3, "--keep", schools / "school a.geojson", "-o", tmp_path / "made"
@@ -203,6 +204,7 @@ class TestGenerate:
             doors = {frozenset((node_of[one + 1], node_of[other + 1])) for one, other in known.edges}
             assert {frozenset(edge) for edge in kept.edges} == doors
 
+    @pytest.mark.slow
     def test_takes_the_folder_of_a_reading(self, model, schools, tmp_path):
         (tmp_path / "read").mkdir()
         content = (schools / "school a.geojson").read_bytes()

@@ -16,7 +16,7 @@ from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io.floors import read_floor
 from pianta.plan import read_plan as plan_reading
 from pianta.plan.sheets.sheet import Colors, PlacedText
-from pianta.plan.text import recognition
+from pianta.plan.text.recognition import read_texts
 from pianta.reading._reader import Reader
 from pianta.reading.reading import OUTPUTS, StoreyReading
 from pianta.worlds.floors import make_corridor_floor
@@ -36,7 +36,6 @@ def texts_of_sheets() -> dict[bytes, tuple[PlacedText, ...]]:
 @pytest.fixture(autouse=True)
 def texts_are_read_once(texts_of_sheets: dict[bytes, tuple[PlacedText, ...]], monkeypatch: pytest.MonkeyPatch) -> None:
     """Reading texts takes longer than all else, and the same plan is read by many tests."""
-    read_texts = recognition.read_texts
 
     def read_once(colors: Colors) -> tuple[PlacedText, ...]:
         key = repr(colors.shape).encode() + colors.tobytes()
@@ -210,6 +209,7 @@ def opened_floors(*folders: str) -> list[StoreyReading]:
     return [StoreyReading(floor, GridMap(np.full((20, 40), UNKNOWN, np.int8), 0.1), folder) for folder in folders]
 
 
+@pytest.mark.slow
 def test_floors_of_a_plan_are_written_all_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     floors = opened_floors("floor-1", "floor-2")
     monkeypatch.setattr(Reader, "_open", lambda *_: floors)

@@ -200,6 +200,7 @@ def test_reading_again_gives_the_same_bytes_and_keeps_other_files(sample, sample
     assert list_files(tmp_path) == list_files(sample_out) | {"notes.txt": b"older"}
 
 
+@pytest.mark.slow
 def test_the_table_and_the_summary_are_printed(small, tmp_path):
     code, out, err = run_pianta("read", small, "-o", tmp_path / "out")
     assert (code, err) == (0, "")
@@ -303,6 +304,7 @@ def test_several_maps_get_a_folder_each(sample, sample_out, small, tmp_path):
     assert out.splitlines()[2:] == ["2 of 2 files read"]
 
 
+@pytest.mark.slow
 def test_a_bad_map_does_not_stop_the_others(small, tmp_path):
     code, out, err = run_pianta("read", "none.yaml", small, tmp_path, "-o", tmp_path / "out")
     assert code == 1

@@ -45,6 +45,7 @@ def save_all(floors: tuple[Floor, ...], folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_one_floor(offices, maze, tmp_path):
     code, out, err = run_pianta("realism", maze, "--reference", offices, "--json", tmp_path / "new" / "m.json")
     assert (code, err) == (0, "")
@@ -90,6 +91,7 @@ def test_a_floor_of_the_reference_is_judged_by_the_others(offices):
     assert "most like l a" not in out
 
 
+@pytest.mark.slow
 def test_the_name_of_a_file_does_not_tell_whether_it_is_in_the_reference(offices, maze, tmp_path):
     shutil.copy(offices / "l a.geojson", tmp_path / "copy.geojson")
     shutil.copy(maze, tmp_path / "l a.geojson")
@@ -166,6 +168,7 @@ def label_as_office(floor: Floor) -> Floor:
     return replace(floor, rooms=tuple(rooms))
 
 
+@pytest.mark.slow
 def test_options_that_make_no_sense(offices, maze, tmp_path):
     (tmp_path / "two").mkdir()
     save_all(make_offices()[:2], tmp_path / "two")

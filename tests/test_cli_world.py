@@ -1,6 +1,7 @@
 """`pianta world` as a user runs it."""
 
 import re
+import runpy
 import shlex
 
 import pytest
@@ -84,3 +85,11 @@ def test_a_failure_in_the_middle_leaves_nothing(tmp_path, monkeypatch):
     assert str(tmp_path / "out") in err
     assert "No space left" in err
     assert not list(tmp_path.iterdir())
+
+
+def test_the_package_runs_as_the_command(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["pianta", "world", "--help"])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_module("pianta", run_name="__main__")
+    assert ended.value.code == 0
+    assert "--noise" in capsys.readouterr().out

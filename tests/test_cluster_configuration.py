@@ -287,6 +287,7 @@ def test_how_long_other_chains_take_changes_nothing():
         assert together[1][seed] == alone[1][0]
 
 
+@pytest.mark.slow
 def test_a_building_is_never_empty():
     slots = Slots(MODEL, np.array([1, 0]), ((), ()))
     starts = slots.fill(np.array([[1, 0]] * 50), np.zeros((50, 1)))

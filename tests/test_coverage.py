@@ -109,6 +109,7 @@ def test_room_without_area_counts_zero(nothing):
     assert score_layout([nothing], [nothing]) == Scores(*NOTHING, found=1, true=1)
 
 
+@pytest.mark.slow
 @given(found=rooms, truth=rooms)
 def test_shares_lie_between_zero_and_one_and_mirror(found, truth):
     scores, mirrored = score_layout(found, truth), score_layout(truth, found)

@@ -371,6 +371,7 @@ def test_a_floor_without_rooms_is_a_picture_of_the_map(cell, resolution):
     assert color_at(ax, resolution / 2, resolution / 2) == (grey,) * 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1, 1), (300, 1), (1, 300), (30, 20)])
 def test_the_long_side_has_1600_pixels_and_the_short_one_a_quarter_at_least(tmp_path, size):
     floor = Floor((Room(1, box(0, 0, *size)),))

@@ -191,6 +191,7 @@ class TestPicture:
             save_prediction_picture(prediction, tmp_path / name, truth=truth)
         assert (tmp_path / "one.png").read_bytes() == (tmp_path / "other.png").read_bytes()
 
+    @pytest.mark.slow
     def test_a_file_that_cannot_be_written_is_told(self, tmp_path):
         with pytest.raises(PiantaError, match="missing"):
             save_prediction_picture(predicted()[0], tmp_path / "missing" / "picture.png")

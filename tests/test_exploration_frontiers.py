@@ -149,6 +149,7 @@ def test_compiled_distances_are_those_of_scipy(cells, data):
     assert np.array_equal(kernels.compile_kernel(spread_costs)(passable, sources), solve_costs(passable, sources))
 
 
+@pytest.mark.slow
 @given(masks)
 def test_routes_step_between_passable_neighbours_and_add_up(cells):
     passable = np.array(cells)

@@ -74,6 +74,7 @@ def test_a_place_in_an_obstacle_sees_nothing():
     assert cast_rays(np.ones((2, 2), bool), (0.5, 0.5), np.array([EAST], float), 9).tolist() == [0]
 
 
+@pytest.mark.slow
 @given(looks(), st.floats(0.5, 12))
 def test_compiled_ranges_are_those_of_numpy(look, reach):
     cells, (row, col), beams = look

@@ -64,6 +64,7 @@ def test_a_gap_between_rooms_is_the_wall(kind):
     assert all(len(cells) and world.free[tuple(cells.T)].all() for cells in world.door_cells)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FLOOR_MAKERS)
 def test_every_room_of_a_synthetic_floor_is_reached_and_no_wall_leaks(kind):
     floor = make_floor(kind, seed=1)
@@ -117,6 +118,7 @@ def test_clear_cells_are_further_from_obstacles_than_the_radius():
     assert not clear[:, -1].any()
 
 
+@pytest.mark.slow
 @given(cells=st.lists(st.lists(st.booleans(), min_size=6, max_size=6), min_size=5, max_size=9), radius=st.floats(0, 3))
 def test_clear_cells_are_those_that_is_clear_says(cells, radius):
     world = World(np.array(cells), 1.0)

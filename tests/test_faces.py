@@ -78,6 +78,7 @@ def test_without_lines_there_is_one_face():
     assert len(faces.first) == len(faces.weight) == 0
 
 
+@pytest.mark.slow
 @given(lines_of_any_kind)
 def test_faces_tile_the_frame_and_meet_along_their_edges(lines):
     faces = find_faces(lines, HALL)
@@ -91,6 +92,7 @@ def test_faces_tile_the_frame_and_meet_along_their_edges(lines):
     assert shapely.length(faces.polygons).sum() == pytest.approx(2 * shared + 32)
 
 
+@pytest.mark.slow
 @given(lines_of_any_kind)
 def test_cells_carry_the_face_that_they_lie_in(lines):
     faces = find_faces(lines, HALL)

@@ -201,6 +201,7 @@ def test_label_image_holds_16_bits():
         Floor((Room(65536, box(0, 0, 1, 1)),)).label_image(free_map())
 
 
+@pytest.mark.slow
 @given(corners=st.lists(corner, min_size=3, max_size=6), yaw=yaw)
 def test_cells_are_those_whose_centre_is_inside(corners, yaw):
     polygon = LineString(corners).buffer(0.5, quad_segs=2)
@@ -225,6 +226,7 @@ def test_polygons_that_share_an_edge_share_no_cell(a, b, c, d):
     assert (masks[0] | masks[1])[inside].all()
 
 
+@pytest.mark.slow
 @given(cuts=st.lists(st.integers(0, 120), min_size=2, max_size=8, unique=True).map(sorted), yaw=yaw)
 def test_rooms_side_by_side_cover_each_cell_once(cuts, yaw):
     rectangles = [box(left / 10, 0, right / 10, 10) for left, right in pairwise(cuts)]

@@ -183,6 +183,7 @@ def test_the_only_floor_may_be_small_and_none_is_none():
     assert (part_floors(np.ones((50, 60), bool), resolution=0.1) == 1).all()
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.integers(0, 3))
 def test_turning_a_sheet_turns_its_floors(seed, quarters):
     rng = np.random.default_rng(seed)

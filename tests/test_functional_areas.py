@@ -202,6 +202,7 @@ def test_cuts_and_the_functional_graph():
     assert sorted(functional.edges(data="cuts")) == [(0, 1, 1), (0, 2, 2)]
 
 
+@pytest.mark.slow
 @given(plans(), st.sampled_from(Segmentation))
 def test_doors_are_cuts_or_inside_of_areas(plan, segmentation):
     graph, corridors = plan

@@ -201,6 +201,7 @@ def test_what_a_chain_does_depends_on_no_other():
     assert [sample([0])[0], sample([1])[0], sample([2])[0]] == together
 
 
+@pytest.mark.slow
 def test_chains_go_where_graphs_are_like_the_references():
     labels = ["0101"] * 60
     generators = [np.random.default_rng(number) for number in range(60)]

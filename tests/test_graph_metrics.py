@@ -147,6 +147,7 @@ def test_corridors_by_the_split_of_the_graphs() -> None:
         find_corridors(graph, SCHOOL)
 
 
+@pytest.mark.slow
 @given(graphs())
 def test_networkx_measures_the_same(graph: nx.Graph) -> None:
     half = {node: value / 2 for node, value in nx.betweenness_centrality(graph).items()}
@@ -159,6 +160,7 @@ def test_networkx_measures_the_same(graph: nx.Graph) -> None:
     assert measure_decay(graph) == pytest.approx(decay)
 
 
+@pytest.mark.slow
 @given(graphs())
 def test_networkx_has_the_same_vectors(graph: nx.Graph) -> None:
     assume(len(graph) and max(dict(graph.degree).values()) < 8)  # beyond, its iteration for Katz is slow or diverges
@@ -181,6 +183,7 @@ def test_networkx_has_the_same_assortativity(graph: nx.Graph) -> None:
         assert ours == pytest.approx(nx.degree_pearson_correlation_coefficient(graph), abs=1e-9)
 
 
+@pytest.mark.slow
 @given(graphs(), st.randoms(use_true_random=False))
 def test_the_names_and_the_order_of_nodes_do_not_matter(graph: nx.Graph, random: Random) -> None:
     names = [f"room {node}" for node in graph]

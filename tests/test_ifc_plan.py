@@ -355,6 +355,7 @@ def valid(tmp_path_factory):
     return path.read_bytes()
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(data=st.data())
 def test_damaged_files_are_read_or_refused_in_one_line(tmp_path_factory, valid, data):

@@ -227,6 +227,7 @@ def corner_of(path: Path) -> list[object]:
     return [darkest.shape, [int(index) for index in np.unravel_index(darkest.argmin(), darkest.shape)]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("held", HELD)
 @pytest.mark.parametrize(
     ("suffix", "mode"),

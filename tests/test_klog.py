@@ -359,6 +359,7 @@ def test_round_trip_is_exact_and_stable(path, floors, declare):
 VALID = (LISTING_6_1 + LISTING_6_2 + "interpretation('f 2',space('\\x41\\ b')). /* end */").encode()
 
 
+@pytest.mark.slow
 @given(content=mutated(VALID))
 def test_damaged_files_are_read_or_refused_in_one_line(path, content):
     path.write_bytes(content)

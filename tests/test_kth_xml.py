@@ -174,6 +174,7 @@ coordinate = st.sampled_from([0, 1e-9, 0.1, 40, 60, 80, 84, -10, 1e6, -1e6, 1e-3
 corner = st.tuples(coordinate, coordinate)
 
 
+@pytest.mark.slow
 @given(corners=st.lists(corner, min_size=3, max_size=6), door=st.tuples(corner, corner))
 def test_any_outline_and_door_is_read_or_refused(path, corners, door):
     text = floor_xml(space("A", "", corners, segment(door[0], door[1], "K")), corridor())

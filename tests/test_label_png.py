@@ -21,6 +21,7 @@ def path(tmp_path_factory):
     return tmp_path_factory.mktemp("labels") / "rooms.png"
 
 
+@pytest.mark.slow
 @given(labels=arrays(np.uint16, array_shapes(min_dims=2, max_dims=2, max_side=9)))
 def test_round_trip_is_exact(path, labels):
     save_label_image(labels, path)

@@ -253,6 +253,7 @@ def valid(path):
     return path.read_bytes()[:700] + b"}\n"
 
 
+@pytest.mark.slow
 @given(fuzz=st.data())
 def test_damaged_file_is_read_or_refused(path, valid, fuzz):
     path.write_bytes(fuzz.draw(st.binary() | mutated(valid)))

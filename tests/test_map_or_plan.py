@@ -131,6 +131,7 @@ def test_images_beyond_the_limit_are_refused(tmp_path):
         tell_kind(tmp_path / "a.png", max_cells=4799)
 
 
+@pytest.mark.slow
 @given(turns=st.integers(0, 3), flipped=st.booleans(), scale=st.integers(1, 4))
 def test_neither_turning_nor_enlarging_makes_another_kind(tmp_path_factory, turns, flipped, scale):
     path = tmp_path_factory.getbasetemp() / "turned.png"
@@ -140,6 +141,7 @@ def test_neither_turning_nor_enlarging_makes_another_kind(tmp_path_factory, turn
         assert tell_kind(path) == kind
 
 
+@pytest.mark.slow
 @given(data=st.data())
 def test_only_our_errors_escape_from_mutated_images(tmp_path_factory, data):
     path = tmp_path_factory.getbasetemp() / "kind.png"

@@ -161,6 +161,7 @@ def test_a_damaged_file_is_read_or_refused(path, content):
 coordinate = st.sampled_from([0, 1e-5, 0.1, 10, 20, 30, -10, 1e6, -1e6])
 
 
+@pytest.mark.slow
 @given(
     corners=st.lists(st.tuples(coordinate, coordinate), max_size=6),
     edges=st.lists(st.tuples(st.integers(0, 5), st.sampled_from([0, 0.25, 1])), max_size=3),

@@ -126,6 +126,7 @@ def test_a_type_is_trained_with_what_was_found(monkeypatch):
     assert (model.segmentation, len(model.floors)) == (Segmentation.NCUT, 8)
 
 
+@pytest.mark.slow
 def test_two_floors():
     model = train_type([make_wing("C"), make_wing("AAA")], schema=SCHOOL)
     found = model.mixing

@@ -225,6 +225,7 @@ def test_a_room_of_a_made_world_whose_door_is_narrowed_to_20_cm_is_still_joined(
     assert shapely.distance(nearest.line, find_only_door(truth).line) < 0.1
 
 
+@pytest.mark.slow
 def test_rooms_are_the_same_without_the_gaps(monkeypatch):
     truth = make_floor("corridor", seed=10)
     grid = close_door(truth, map_floor(truth), 0.2)

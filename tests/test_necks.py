@@ -36,6 +36,7 @@ def test_the_neck_of_a_door_runs_from_jamb_to_jamb():
     assert ((neck[:, 1] >= 58) & (neck[:, 1] <= 61)).all()
 
 
+@pytest.mark.slow
 @given(st.integers(12, 22), st.integers(6, 20))
 def test_a_door_anywhere_in_a_wall_has_one_neck(top, width):
     (neck,) = necks_of(open_doors((top, top + width)))

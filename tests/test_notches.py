@@ -141,6 +141,7 @@ def test_filled_rooms_are_valid_hold_what_they_were_and_never_overlap(pieces):
     assert max((overlap.area for overlap in overlaps), default=0.0) < 1e-4
 
 
+@pytest.mark.slow
 @given(furniture)
 def test_what_is_filled_has_no_notch_left(pieces):
     obstacles = shapely.union_all(

@@ -310,6 +310,7 @@ def test_no_page_is_so_large_or_small_that_its_picture_is_beyond_limits(path, si
         assert max(picture.shape) <= 4000
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(data=st.data())
 def test_damaged_files_are_read_or_refused_in_one_line(path, data):

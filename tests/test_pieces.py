@@ -66,6 +66,7 @@ rooms = st.tuples(st.integers(4, 20), st.integers(24, 36), st.integers(4, 20), s
 ends = st.tuples(st.integers(0, 39), st.integers(0, 39))
 
 
+@pytest.mark.slow
 @given(st.lists(rooms, min_size=1, max_size=3), st.lists(st.tuples(ends, ends), max_size=5))
 def test_pieces_cover_the_space_however_it_is_cut(spans, lines):
     space = carve((40, 40), *spans)

@@ -216,6 +216,7 @@ def test_stairs_and_lifts_stand_in_their_rooms(label, lines):
     assert not marks or points_of(marks).within(box(2, 1, 3.6, 5))
 
 
+@pytest.mark.slow
 @given(st.integers(0, 20))
 def test_furniture_keeps_clear(seed):
     kept = box(3, 1, 5, 3)

@@ -84,6 +84,7 @@ def test_edits():
     assert bound_edit_distance(nx.Graph(), nx.Graph()) == 0
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6))
 def test_edits_bound_the_edit_distance(seed):
     random = np.random.default_rng(seed)

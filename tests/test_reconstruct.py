@@ -76,6 +76,7 @@ def test_walls_of_a_suite_are_its_representative_lines():
     assert len(walls) == 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("yaw", [0.3, np.pi / 2, -2.0])
 def test_rooms_turn_with_the_yaw_of_the_grid(yaw, method):
     level, turned = (reconstruct(make_grid(SUITE, yaw=angle), method=method) for angle in (0.0, yaw))

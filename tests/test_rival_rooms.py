@@ -131,6 +131,7 @@ def test_an_unknown_method_is_refused():
         segment_rooms(make_grid(PAIR), method="magic")
 
 
+@pytest.mark.slow
 @every_method
 def test_the_floor_has_the_rooms_of_the_segmentation_and_their_door(method):
     floor = reconstruct(replace(make_grid(PAIR), source="pair"), method=method)

@@ -322,6 +322,7 @@ ODD_FLOORS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("floor", ODD_FLOORS.values(), ids=ODD_FLOORS.keys())
 def test_odd_floors_have_finite_features(floor: Floor) -> None:
     check_finite(floor)

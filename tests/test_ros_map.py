@@ -350,6 +350,7 @@ def test_both_files_are_written_or_none(tmp_path, blocked):
     assert [path.name for path in tmp_path.iterdir()] == [blocked]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", ["priors", "clutter"])
 def test_real_maps_have_floor_walls_and_unknown(data, folder):
     files = sorted((data / folder).glob("*.yaml"))

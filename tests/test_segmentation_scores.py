@@ -105,6 +105,7 @@ def test_shares_lie_between_zero_and_one_and_mirror(labels, truth, counted):
     assert (scores.a_fc, scores.precision, scores.found) == (mirrored.a_bc, mirrored.recall, mirrored.true)
 
 
+@pytest.mark.slow
 @given(labels=label_images, truth=label_images, ids=st.permutations([1, 2, 3, 4, 60000]))
 def test_permuted_labels_score_the_same(labels, truth, ids):
     permuted = np.array([0, *ids], np.uint16)[labels]

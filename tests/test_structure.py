@@ -220,6 +220,7 @@ def test_rooms_cut_off_by_unknown_space_are_partial(name):
     check_rooms(grid, floor)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 0.7])
 def test_half_a_building_has_partial_rooms_at_its_end_alone(share):
     whole = map_floor(make_floor("corridor", seed=10))
@@ -260,6 +261,7 @@ def test_cells_of_half_a_metre_show_rooms_and_doors():
     check_rooms(grid, floor)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [20, 80, 600])
 def test_a_building_of_one_room_is_one_room(size):
     grid = make_grid(carve((size + 20, 2 * size + 20), (10, size + 10, 10, 2 * size + 10)))

@@ -93,6 +93,7 @@ def test_labels_rarer_than_folds_do_no_harm():
     assert measured.confusion[2:, 2:].tolist() == np.eye(3).tolist()
 
 
+@pytest.mark.slow
 def test_a_type_with_other_sizes_is_mistaken():
     # Areas four times as large: S looks like M and M like B.
     measured = measure_transfer(make_rooms(), make_rooms(4), representation="a, d, rt", seed=0)

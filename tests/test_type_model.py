@@ -69,6 +69,7 @@ def test_floors_without_cuts_have_one_door_for_each_edge():
     assert TypeModel(SCHOOL, Segmentation.CORR, floors).door_counts == [1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("segmentation", Segmentation)
 def test_nodes_may_be_anything(segmentation):
     names = [
@@ -188,6 +189,7 @@ def test_floors_that_cannot_be_recognized(graph):
         recognize_areas(change_label("POOL"), small_model())
 
 
+@pytest.mark.slow
 @given(st.sets(st.integers(0, 13), min_size=1))
 def test_areas_are_taken_as_they_are(area):
     graph = make_schools()[1]

@@ -131,6 +131,7 @@ def test_a_door_of_a_room_where_no_model_has_one():
         assert nx.is_connected(sample.graph)
 
 
+@pytest.mark.slow
 def test_only_an_open_corridor_is_known():
     part = explore(join_wings(*WINGS["d"], source="d"), set(), {0})
     for sample in SAMPLER.sample(part, range(60)):

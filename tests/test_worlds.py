@@ -207,6 +207,7 @@ def test_spray_gets_room_when_no_margin_is_given(tiny):
     assert map_floor(tiny, glass_spray=True).shape == map_floor(tiny, margin=6).shape
 
 
+@pytest.mark.slow
 def test_noise_moves_walls_a_little_and_more_of_it_moves_them_more():
     floor = make_floor("ring", seed=3)
     clean = map_floor(floor)
