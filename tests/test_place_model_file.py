@@ -108,7 +108,7 @@ def test_no_pickle_inside(model_file):
 @pytest.mark.parametrize("content", [b"no model", b"PK\x03\x04 damaged", b"\x80\x04K\x01."])
 def test_files_that_are_no_model(tmp_path, content):
     (tmp_path / "m.npz").write_bytes(content)
-    refuse(tmp_path / "m.npz", "no model of pianta")
+    refuse(tmp_path / "m.npz", "no model of rooms")
 
 
 def test_empty_and_missing_files_and_folders(tmp_path):
@@ -119,7 +119,7 @@ def test_empty_and_missing_files_and_folders(tmp_path):
 
 
 def test_an_archive_of_something_else(model_file, tmp_path):
-    refuse(rewrite(model_file, tmp_path / "m.npz", leave_out=(HEADER,)), "no model of pianta")
+    refuse(rewrite(model_file, tmp_path / "m.npz", leave_out=(HEADER,)), "no model of rooms")
 
 
 def test_a_newer_version(model_file, tmp_path):
@@ -275,7 +275,7 @@ def test_a_member_that_is_damaged(model_file, tmp_path):
 def test_a_truncated_file(model_file, tmp_path, share):
     content = model_file.read_bytes()
     (tmp_path / "m.npz").write_bytes(content[: int(len(content) * share)])
-    refuse(tmp_path / "m.npz", "no model of pianta")
+    refuse(tmp_path / "m.npz", "no model of rooms")
 
 
 @given(mutated(DEFAULT_MODEL.read_bytes()))
@@ -292,7 +292,7 @@ def test_a_foreign_npz(tmp_path, content):
         save_npz_map(GridMap(np.zeros((4, 4), np.int8), 0.05), tmp_path / "m.npz")
     else:
         np.savez(tmp_path / "m.npz", first=np.zeros(3))
-    refuse(tmp_path / "m.npz", "no model of pianta, make one with `pianta train places`")
+    refuse(tmp_path / "m.npz", "no model of rooms, .*`pianta train places`")
 
 
 def test_a_model_of_an_older_pianta(model_file, tmp_path):
@@ -337,7 +337,7 @@ def test_an_archive_packed_in_a_way_that_python_does_not_know(model_file, tmp_pa
     for place in (start + 8, entry + 10):
         content[place : place + 2] = (97).to_bytes(2, "little")
     (tmp_path / "m.npz").write_bytes(content)
-    refuse(tmp_path / "m.npz", "no model of pianta")
+    refuse(tmp_path / "m.npz", "no model of rooms")
 
 
 def test_an_archive_of_too_many_members(model_file, monkeypatch):

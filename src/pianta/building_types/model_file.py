@@ -224,7 +224,7 @@ def _read_content(content: bytes) -> _Model:
             fault["type"] == "json_invalid" or not fault["loc"] or fault["loc"] == ("format",)
             for fault in exception.errors()
         ):
-            told = "it is no model of building types, make one with `pianta train buildings`"
+            told = "it is no model of building types, or damaged; make one with `pianta train buildings`"
             raise ModelError(told) from None
         raise ModelError(describe_validation(exception)) from None
 

@@ -20,7 +20,7 @@ from numpy.typing import DTypeLike, NDArray
 from pianta.errors import ModelError
 from pianta.io._files import reason_of, shown
 
-NO_MODEL = "it is no model of pianta, make one with `pianta train places`"
+NO_MODEL = "it is no model of rooms, or damaged; make one with `pianta train places`"
 # Bytes that an archive may unpack to, and members that it may have: older models had a thousand, and are to be told.
 MAX_CONTENT_BYTES = 512 * 2**20
 MAX_MEMBERS = 20_000
