@@ -126,8 +126,7 @@ def test_a_faulty_list_of_steps_is_refused(tmp_path, step):
 
 @pytest.mark.slow
 def test_simulated_maps_show_part_of_their_rooms_and_are_repeated():
-    # Number 7 is one of those that are explored soonest.
-    one, same, drawn = simulate_world(7), simulate_world(7), simulate_drawing(make_corridor_floor(seed=2), seed=2)
+    one, same, drawn = simulate_world(1), simulate_world(1), simulate_drawing(make_corridor_floor(seed=2), seed=2)
     assert (one.grid.cells == same.grid.cells).all()
     for known in (one, drawn):
         assert known.grid.unknown.any()
