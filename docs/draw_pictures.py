@@ -14,6 +14,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+from pianta._types import Floats, Indices
 from pianta.bench.data import find_data
 from pianta.bench.types import measure_types
 from pianta.bench.types_pictures import draw_accuracies, draw_clusters
@@ -26,8 +27,8 @@ from pianta.layout.parameters import StructureParameters, ThesisParameters
 from pianta.layout.reconstruct import reconstruct
 from pianta.layout.structure.clutter import remove_clutter
 from pianta.layout.structure.merging import absorb_small_rooms, merge_pieces, read_default_merge_model
-from pianta.layout.structure.necks import Floats, find_necks
-from pianta.layout.structure.pieces import Indices, Labels
+from pianta.layout.structure.necks import find_necks
+from pianta.layout.structure.pieces import Labels
 from pianta.layout.structure.reconstruct import Cut, cut_space
 from pianta.layout.structure.splitting import split_rooms
 from pianta.layout.structure.wall_lines import WallLines, find_wall_lines

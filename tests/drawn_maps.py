@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from pianta._types import Mask
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.layout._canvas import Canvas, Mask
+from pianta.layout._canvas import Canvas
 
 Rectangle = tuple[int, int, int, int]
 

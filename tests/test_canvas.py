@@ -5,8 +5,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from shapely import MultiPoint, box, get_coordinates
 
+from pianta._types import Mask
 from pianta.errors import MapError
-from pianta.layout._canvas import MARGIN_PX, Mask, draw_canvas
+from pianta.layout._canvas import MARGIN_PX, draw_canvas
 from tests.drawn_maps import carve, make_grid
 
 # Mostly free.

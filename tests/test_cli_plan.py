@@ -11,11 +11,12 @@ import pytest
 from PIL import Image
 from shapely import box
 
+from pianta._types import Colors
 from pianta.floor import Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io.floors import read_floor
 from pianta.plan import read_plan as plan_reading
-from pianta.plan.sheets.sheet import Colors, PlacedText
+from pianta.plan.sheets.sheet import PlacedText
 from pianta.plan.text.recognition import read_texts
 from pianta.reading._reader import Reader
 from pianta.reading.reading import OUTPUTS, StoreyReading

@@ -9,6 +9,7 @@ from math import comb, exp, log, prod
 import numpy as np
 import pytest
 
+from pianta._types import Indices
 from pianta.errors import ModelError
 from pianta.generation.cluster_configuration import (
     DRAWS,
@@ -25,7 +26,7 @@ from pianta.generation.cluster_configuration import (
     sample_areas,
 )
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.metropolis_hastings import BLOCK, Indices
+from pianta.generation.metropolis_hastings import BLOCK
 from pianta.generation.type_model import Counts, TypeModel, count_labels
 from pianta.generation.wishes import Wishes
 from tests.generated_types import SCHOOL, build_floor

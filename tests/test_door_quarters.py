@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from pianta._types import Mask
 from pianta.plan.doors.quarters import Quarter, read_quarters
-from pianta.plan.sheets.sheet import Mask
 
 # Rings about a circle lie 1/32 of its radius apart from 1/8 on: those of the leaf, from 0.25 to 0.94, of the arc, of
 # the jamb, from 1.06 to 1.28, and of the hinge, up to 0.28.

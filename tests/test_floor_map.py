@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
+from pianta._types import Floats
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN
-from pianta.plan.sheets.sheet import Floats
 from pianta.plan.walls.floor_map import FINER, FloorMap, draw_floor_map, trust_walls
 from pianta.plan.walls.regions import DOOR, INSIDE, OUTSIDE, WALL, Regions
 from tests.drawn_regions import (

@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely import Polygon, box
 
+from pianta._types import Floats
 from pianta.floor import Floor, Room
 from pianta.plan.doors.lines import PlanDoors
 from pianta.plan.sheets.floors_on_sheet import lay_out_floors, part_floors
-from pianta.plan.sheets.sheet import Floats
 from pianta.plan.walls.floor_map import draw_floor_map
 from pianta.plan.walls.regions import DOOR, INSIDE
 from tests.drawn_maps import carve

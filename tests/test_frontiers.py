@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
+from pianta._types import Mask
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.layout._canvas import Mask, draw_canvas
+from pianta.layout._canvas import draw_canvas
 from pianta.layout.structure.frontiers import BLUR_PX, drop_spray, find_frontiers, measure_frontiers
 from tests.drawn_maps import Rectangle, carve
 

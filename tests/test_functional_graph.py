@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pianta._types import Floats
 from pianta.generation.functional_graph import (
     DRAWS,
     FunctionalGraphs,
@@ -17,7 +18,6 @@ from pianta.generation.functional_graph import (
     sample_functional_graphs,
 )
 from pianta.generation.gram_rows import References
-from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.node_connections import Pair
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from tests.generated_types import small_model

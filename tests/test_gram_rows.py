@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pianta._types import Floats
 from pianta.generation.gram_rows import GraphBatch, References
-from pianta.generation.metropolis_hastings import Floats
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from tests.generated_types import make_schools
 from tests.labelled_graphs import labelled_graphs, make_path

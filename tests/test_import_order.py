@@ -36,6 +36,7 @@ LEVELS = (
     ("gridmap",),
     ("labels",),
     ("_arguments",),
+    ("_types",),
     ("errors",),
 )
 # Methods of results and models that users expect there; each imports what it calls when it is called.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from skimage.segmentation import watershed
 
-from pianta.plan.sheets.sheet import Mask
+from pianta._types import Mask
 from pianta.plan.walls.inside import (
     OPEN_BORDER,
     cut_parts,

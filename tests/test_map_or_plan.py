@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
+from pianta._types import Colors
 from pianta.errors import MapError
 from pianta.plan.sheets.map_or_plan import may_be_drawing, tell_kind
-from pianta.plan.sheets.sheet import Colors
 from tests.mutation import mutated, refused_in_one_line
 
 FREE, UNKNOWN = 254, 205

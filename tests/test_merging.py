@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.layout._canvas import Mask
+from pianta._types import Floats, Mask
 from pianta.layout._voronoi_doors import compute_clearance
 from pianta.layout.structure.merging import (
     find_parting_borders,
@@ -12,7 +12,6 @@ from pianta.layout.structure.merging import (
     read_default_merge_model,
     start_rooms,
 )
-from pianta.layout.structure.necks import Floats
 from pianta.layout.structure.pieces import Borders, Pieces, cut_into_pieces, find_borders
 from tests.drawn_maps import carve
 

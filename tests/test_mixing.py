@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pianta._types import Floats
 from pianta.generation import mixing, train
 from pianta.generation.buildings import BuildingSampler
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.mixing import CHAINS, TARGETS, find_mixing
 from pianta.generation.train import train_type
 from pianta.generation.type_model import Mixing, ModelMixing, TypeModel

@@ -10,14 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely import LineString
 
+from pianta._types import Floats, Mask
 from pianta.floor import Door, Floor
 from pianta.gridmap import GridMap
-from pianta.layout._canvas import Mask
 from pianta.layout._voronoi_doors import compute_clearance
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure import reconstruct as structure
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
-from pianta.layout.structure.necks import Floats
 from pianta.layout.structure.pieces import Labels, Pieces
 from pianta.layout.structure.reconstruct import reconstruct_structure
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor

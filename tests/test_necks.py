@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.layout._canvas import Mask
+from pianta._types import Floats, Mask
 from pianta.layout._voronoi_doors import compute_clearance
-from pianta.layout.structure.necks import Floats, drop_repeated_lines, find_necks, measure_lengths
+from pianta.layout.structure.necks import drop_repeated_lines, find_necks, measure_lengths
 from tests.drawn_maps import carve
 
 SHAPE = (60, 120)

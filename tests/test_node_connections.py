@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pianta._types import Floats
 from pianta.generation.cut_potentials import CutPotentials, build_neighborhood, describe_neighborhood
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.gram_rows import References
-from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, Pair, connect_areas
 from pianta.generation.type_model import TypeModel
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
+from pianta._types import Colors, Mask
 from pianta.plan.sheets.binarization import binarise, grade_contrast, measure_contrast, measure_noise, straighten_tones
-from pianta.plan.sheets.sheet import Colors, Mask
 
 SIDE = 200
 SHEETS = arrays.arrays(np.uint8, st.tuples(st.integers(1, 12), st.integers(1, 12), st.just(3)))

@@ -3,9 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.layout._canvas import Mask
+from pianta._types import Floats, Mask
 from pianta.layout._voronoi_doors import compute_clearance
-from pianta.layout.structure.necks import Floats
 from pianta.layout.structure.pieces import Borders, Pieces, cut_into_pieces, find_borders, spread_pieces
 from tests.drawn_maps import carve
 

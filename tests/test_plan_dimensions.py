@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.plan.sheets.sheet import Mask, PlacedText
+from pianta._types import Mask
+from pianta.plan.sheets.sheet import PlacedText
 from pianta.plan.text import dimensions
 from pianta.plan.text.dimensions import (
     Scale,

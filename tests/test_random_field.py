@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.rooms.random_field import Edges, Floats, Neighbourhood, RandomField, fit_random_field, propagate_beliefs
+from pianta._types import Floats
+from pianta.rooms.random_field import Edges, Neighbourhood, RandomField, fit_random_field, propagate_beliefs
 
 NOBODY = np.zeros((0, 2), int)
 

@@ -7,10 +7,10 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from shapely import Polygon, box
 from shapely.affinity import translate
 
+from pianta._types import Colors
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor
 from pianta.plan import read_plan as plan_reading
@@ -20,8 +20,6 @@ from pianta.plan.scale import PlanScale
 from pianta.plan.sheets.sheet import Sheet
 from pianta.worlds.floors import build_floor
 from pianta.worlds.plans.drawing import DrawnPlan, draw_plan
-
-Colors = NDArray[np.uint8]
 
 # Metres between the axes of walls: a passage with rooms on both sides, and a hall with rooms on one side.
 FIVE = build_floor(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pianta.plan.sheets.sheet import Colors
+from pianta._types import Colors
 from pianta.plan.symbols.detection import remove_symbols
 from pianta.plan.symbols.poses import PlacedSymbol, is_sign
 from pianta.plan.symbols.signs import find_signs

@@ -2,9 +2,8 @@ import cv2
 import numpy as np
 import pytest
 
-from pianta.layout._canvas import Mask
+from pianta._types import Floats, Mask
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.necks import Floats
 from pianta.layout.structure.pieces import Labels
 from pianta.layout.structure.splitting import split_rooms
 from pianta.layout.structure.wall_lines import WallLines, find_wall_lines

@@ -11,11 +11,11 @@ from shapely import box
 
 import pianta
 from pianta import Floor, GridMap, Room
+from pianta._types import Floats
 from pianta.errors import BuildingWarning, GraphError, LabelError, ModelError, OptionError
 from pianta.exploration.lidar import Lidar
 from pianta.generation import mixing
 from pianta.generation.buildings import BuildingSampler
-from pianta.generation.metropolis_hastings import Floats
 from pianta.labels import LabelSet
 from pianta.realism.model import learn_realism
 from pianta.rooms.completion import complete_labels

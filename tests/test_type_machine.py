@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 from sklearn.linear_model import LogisticRegression
 from sklearn.svm import SVC
 
+from pianta._types import Floats
 from pianta.building_types.machine import CALIBRATION_COST, COST, TypeMachine, fit_machine
 from pianta.evaluation.folds import leave_buildings_out
-
-Floats = NDArray[np.float64]
 
 
 def compare(one: Floats, other: Floats) -> Floats:

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pianta._types import Mask
 from pianta.layout.rivals.cells import WALL, MergeRule, measure_cells, merge_cells
-from pianta.layout.rivals.patches import Mask, measure_clearance
+from pianta.layout.rivals.patches import measure_clearance
 from pianta.layout.rivals.voronoi import (
     VoronoiParameters,
     draw_critical_lines,

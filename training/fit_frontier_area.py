@@ -15,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
-from numpy.typing import NDArray
 from skimage.segmentation import watershed
 from sklearn.neural_network import MLPRegressor
 from sklearn.preprocessing import StandardScaler
 
+from pianta._types import Floats
 from pianta.bench.data import find_data
 from pianta.bench.exploration_buildings import ExploredBuilding, read_buildings
 from pianta.exploration.classical_policies import InformationGain, NearestFrontier
@@ -34,8 +34,6 @@ from pianta.generation.type_model import learn_type
 from pianta.gridmap import UNKNOWN
 from pianta.labels import SCHEMAS
 from pianta.prediction.unexplored_part import FloorSampler
-
-Floats = NDArray[np.float64]
 
 RESOLUTION, EVERY, STOP, LESSONS = 0.2, 3, 0.98, 120_000
 HIDDEN = (24, 12)

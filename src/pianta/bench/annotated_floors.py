@@ -10,9 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pianta._types import Floats
 from pianta.bench.data import list_maps
 from pianta.bench.table import Row
 from pianta.errors import BuildingWarning, DataError, PiantaError
@@ -22,8 +20,6 @@ from pianta.io._files import reason_of, shown
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import LabelSet, schema_of
 from pianta.rooms.thesis_features import compute_room_features
-
-Floats = NDArray[np.float64]
 
 KINDS = ("school", "office")
 

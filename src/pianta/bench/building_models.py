@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats, Indices
 from pianta.bench.building_floors import BuildingFloor
 from pianta.bench.place_models import (
     ALL_FEATURES,
@@ -34,8 +35,6 @@ from pianta.rooms.training import vote
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 Folds = Sequence[tuple[Indices, Indices]]
 
 KLOG = "kLog-style"

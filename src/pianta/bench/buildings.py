@@ -13,6 +13,7 @@ from time import process_time
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.bench.building_floors import BuildingFloor, Failed, read_building_floors, read_type_folders
 from pianta.bench.building_models import (
     COLUMNS,
@@ -30,8 +31,6 @@ from pianta.bench.building_models import (
 from pianta.bench.place_models import PIANTA
 from pianta.labels import LabelSet, Split
 from pianta.rooms.completion import LABELS
-
-Floats = NDArray[np.float64]
 
 # Section 6.2 takes 500; a fifth of them takes a fifth of the time.
 TREES = 100

@@ -12,8 +12,8 @@ from time import perf_counter
 import networkx as nx
 import numpy as np
 
+from pianta._types import Floats
 from pianta.generation.buildings import BuildingSampler, split_batches
-from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.type_model import Counts, TypeModel
 
 STEP_1_3, STEP_2, STEP_4 = "steps 1 and 3", "step 2", "step 4"

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.bench.place_models import Opinion, true_labels
 from pianta.evaluation.semantics import LabelPair, pair_backward, pair_forward
 from pianta.floor import Floor
 from pianta.labels import LabelSet, Split
 from pianta.rooms.completion import LABELS
-
-Floats = NDArray[np.float64]
 
 SCHOOLS, OFFICES, LAYOUTS, TRUE_LAYOUTS = "schools", "offices", "layouts", "true layouts"
 PLACES_DIGITS = 4

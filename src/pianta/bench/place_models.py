@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.bench.annotated_floors import AnnotatedFloor
 from pianta.floor import Floor, scale_floor
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet, Split
@@ -20,7 +20,6 @@ from pianta.rooms.training import train_rooms, vote
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
 
-Floats = NDArray[np.float64]
 # Probabilities of the rooms of a floor, shape (rooms, labels), by label set.
 Opinion: TypeAlias = Mapping[LabelSet, Floats]
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from PIL import Image
 from shapely import get_coordinates
 
+from pianta._types import Colors
 from pianta.bench.pictures import ERROR_COLOR, GOLDEN_TURN, HUES
 from pianta.bench.plan_sets import TruePlan
 from pianta.bench.table import Figures
@@ -19,9 +19,6 @@ from pianta.floor import Floor
 from pianta.io._files import written_atomically
 from pianta.plan.symbols.drawings import BLACK, Color, Mark, paint_marks, pixel_matrix
 from pianta.worlds.plans.lettering import Lettering, WrittenText, write_texts
-
-Colors = NDArray[np.uint8]
-Floats = NDArray[np.float64]
 
 LONG_SIDE_PX, CAPTION_PX = 2000, 34
 PAINT, PAPER = 0.45, 0.75

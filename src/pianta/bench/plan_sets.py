@@ -10,9 +10,9 @@ from types import MappingProxyType
 import cv2
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from shapely import get_coordinates
 
+from pianta._types import Colors
 from pianta.bench.data import list_maps
 from pianta.errors import DataError
 from pianta.floor import Floor
@@ -24,8 +24,6 @@ from pianta.io.images import read_colors
 from pianta.worlds.floors import make_floor
 from pianta.worlds.plans.drawing import draw_plan
 from pianta.worlds.plans.look import PlanLook
-
-Colors = NDArray[np.uint8]
 
 PLANS_FOLDER, TRUTH = "floorplans", ".xml"
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")

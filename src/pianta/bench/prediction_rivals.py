@@ -10,7 +10,7 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
-from pianta.evaluation.prediction import Floats
+from pianta._types import Floats
 from pianta.generation.type_model import TypeModel, count_labels
 from pianta.graphs.metrics import find_corridors
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman

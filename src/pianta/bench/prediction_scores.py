@@ -10,9 +10,9 @@ from types import MappingProxyType
 import networkx as nx
 import numpy as np
 
+from pianta._types import Floats
 from pianta.bench.prediction_rivals import Rivals, take_skeleton
 from pianta.evaluation.prediction import (
-    Floats,
     bound_edit_distance,
     expect_divergence,
     measure_divergence,

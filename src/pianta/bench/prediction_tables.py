@@ -7,6 +7,7 @@ from statistics import fmean, median
 
 import numpy as np
 
+from pianta._types import Floats
 from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable
 from pianta.bench.prediction import PredictionBench, TypeOfFloors
 from pianta.bench.prediction_rivals import BLIND, KNOWN, LOCAL, RIVALS
@@ -22,7 +23,7 @@ from pianta.bench.prediction_scores import (
     DoorGuess,
     JudgedStage,
 )
-from pianta.evaluation.prediction import Floats, expect_calibration_error, measure_label_reliability
+from pianta.evaluation.prediction import expect_calibration_error, measure_label_reliability
 from pianta.evaluation.semantics import Reliability, measure_reliability
 from pianta.labels import LabelSchema
 

@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.bench.annotated_floors import AnnotatedFloor
 from pianta.bench.place_models import ALL_FEATURES, CENTRAL, LOCAL, WITHOUT_CENTRALITY
 from pianta.building_types.description import BuildingDescription, describe_building
@@ -18,8 +19,6 @@ from pianta.labels import LabelSet
 from pianta.realism.classifier import RealismClassifier
 from pianta.relational.classifiers import RelationalBuildings
 from pianta.rooms.completion import LABELS
-
-Floats = NDArray[np.float64]
 
 KLOG, GAUSSIAN = "kLog-style", "pianta, Gaussian features"
 REAL, SIMULATED = "real", "simulated"

@@ -14,7 +14,8 @@ from sklearn.metrics import completeness_score, homogeneity_score
 from sklearn.neighbors import NearestNeighbors
 from sklearn.preprocessing import minmax_scale
 
-from pianta.bench.room_sets import Floats, RoomSet
+from pianta._types import Floats
+from pianta.bench.room_sets import RoomSet
 from pianta.labels import General
 from pianta.rooms.thesis_features import GENERAL_FEATURES
 

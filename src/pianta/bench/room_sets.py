@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.bench.annotated_floors import AnnotatedFloor, make_of_drawings
 from pianta.bench.data import REMEDY
 from pianta.bench.table import Row
@@ -22,7 +23,6 @@ from pianta.io.label_schemas import read_label_schema
 from pianta.labels import General, LabelSchema, LabelSet, schema_of
 from pianta.rooms.thesis_features import GENERAL_FEATURES, compute_general_features
 
-Floats = NDArray[np.float64]
 Labels = NDArray[np.str_]
 
 BUILDING_TYPES = ("house", "school", "office")

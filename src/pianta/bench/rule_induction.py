@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from pianta._types import Floats, Mask
+
 Labels = NDArray[np.str_]
-Mask = NDArray[np.bool_]
 
 # Two thirds of the rows grow a rule, the others prune it (Fürnkranz and Widmer, 1994).
 GROW_SHARE = 2 / 3

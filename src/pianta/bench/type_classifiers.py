@@ -19,7 +19,8 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.tree import DecisionTreeClassifier
 
-from pianta.bench.room_sets import GENERAL_LABELS, Floats, Labels, RoomSet
+from pianta._types import Floats
+from pianta.bench.room_sets import GENERAL_LABELS, Labels, RoomSet
 from pianta.bench.rule_induction import RuleInduction
 
 FOLDS = 10

@@ -11,13 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import LabelError
 from pianta.floor import Floor
 from pianta.labels import FCES, RC, LabelSet
 from pianta.rooms.completion import LABELS, list_labels
 from pianta.rooms.features import CONTEXT_FEATURES, RoomContext, describe_rooms
-
-Floats = NDArray[np.float64]
 
 CONNECTING = (str(RC.CORRIDOR), str(FCES.CONNECTION))
 # Means of these features of rooms: over all rooms, and over the corridors of a floor.

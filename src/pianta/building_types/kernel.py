@@ -7,15 +7,14 @@ from itertools import pairwise
 from typing import Self, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.building_types.description import BuildingDescription
 from pianta.graphs.feature_counts import FeatureCounts, compare_counts, gather_counts, merge_counts
 from pianta.graphs.labelled_graphs import LabelledNodes, hash_labels
 from pianta.graphs.neighborhood_features import list_codes
 from pianta.graphs.stable_hash import Codes
 
-Floats = NDArray[np.float64]
 # A floor as patterns see it: the names of its rooms, and its doors.
 NamedFloor: TypeAlias = tuple[tuple[str, ...], tuple[tuple[int, int], ...]]
 # Patterns of a floor by block of NSPDK: their codes, and how often each occurs.

@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats, Indices
 from pianta.evaluation.folds import leave_buildings_out
 
 if TYPE_CHECKING:
     from sklearn.linear_model import LogisticRegression
     from sklearn.svm import SVC
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 COST = 10.0
 # How far probabilities may be drawn from their mean, which few buildings do not tell well.

@@ -12,8 +12,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Indices
 from pianta.building_types.description import BuildingDescription, describe_building
 from pianta.building_types.kernel import BuildingKernel
 from pianta.building_types.machine import TypeMachine, fit_machine
@@ -25,8 +25,6 @@ from pianta.io._faults import join_faults
 from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split
 from pianta.rooms.completion import spread_labels
 from pianta.rooms.training import building_of, check_labels
-
-Indices = NDArray[np.intp]
 
 # A floor that is less typical than this share of the known ones is of no known type.
 LEAST_TYPICAL = 0.05

@@ -9,13 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.building_types.description import BuildingDescription
 from pianta.building_types.kernel import BuildingKernel
 from pianta.evaluation.folds import leave_buildings_out
-
-Floats = NDArray[np.float64]
 
 # A floor is compared with so many known floors: those that it is most like.
 NEAREST = 3

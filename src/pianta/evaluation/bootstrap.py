@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import OptionError
-
-Floats = NDArray[np.float64]
 
 REPEATS, SHARE = 10_000, 0.95
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import OptionError
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

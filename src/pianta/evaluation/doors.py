@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.floor import Door, Floor
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

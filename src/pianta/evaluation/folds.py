@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Indices = NDArray[np.intp]
+from pianta._types import Indices
 
 
 def leave_buildings_out(buildings: Sequence[str], *, parts: int | None = None) -> Iterator[tuple[Indices, Indices]]:

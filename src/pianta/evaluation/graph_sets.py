@@ -14,14 +14,12 @@ from typing import NamedTuple, TypeAlias
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats, Indices
 from pianta.errors import GraphError, OptionError
 from pianta.graphs.labelled_graphs import LabelledGraph, read_labelled_graphs
-from pianta.graphs.shortest_paths import Indices
 from pianta.graphs.stable_hash import Codes, join, mix
 
-Floats: TypeAlias = NDArray[np.float64]
 GraphMaker: TypeAlias = Callable[[Sequence[nx.Graph], np.random.Generator], Sequence[nx.Graph]]
 
 # Rounds of colour refinement before graphs are compared node by node.

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeAlias
 
 import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from pianta._types import Floats, Indices
 from pianta.evaluation.semantics import BINS, Reliability, measure_reliability
 from pianta.graphs.explicit_kernel import ExplicitKernel
-
-Floats: TypeAlias = NDArray[np.float64]
-Indices: TypeAlias = NDArray[np.intp]
 
 # Matchings of nodes that are tried beside the best guess.
 RANDOM_STARTS = 3

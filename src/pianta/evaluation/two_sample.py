@@ -14,14 +14,13 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats, Indices
 from pianta.errors import GraphError, OptionError
 from pianta.graphs.metrics import measure_graph
 
 if TYPE_CHECKING:
     from pianta.graphs.explicit_kernel import ExplicitKernel
 
-Floats: TypeAlias = NDArray[np.float64]
-Indices: TypeAlias = NDArray[np.intp]
 # Of the places of seen graphs and of those left out: whether each of the latter is thought to be generated.
 Guess: TypeAlias = Callable[[Indices, Indices], NDArray[np.bool_]]
 

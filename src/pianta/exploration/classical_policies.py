@@ -12,14 +12,12 @@ from math import inf, isfinite
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import OptionError
 from pianta.exploration.frontiers import Frontier
 from pianta.exploration.gain import measure_gains
 from pianta.exploration.situation import Situation
-
-Floats = NDArray[np.float64]
 
 # A way counts as this long at least, m, or the frontier at the robot's feet would be worth more than any other.
 SHORTEST_WAY = 1.0

@@ -7,16 +7,14 @@ from dataclasses import dataclass, field
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import GraphError, LabelError
 from pianta.exploration.perception import Perception
 from pianta.labels import standard_name
 from pianta.prediction.explored_part import read_explored_part
 from pianta.prediction.prediction import share_unseen
 from pianta.prediction.unexplored_part import FloorSampler, SampledFloor
-
-Floats = NDArray[np.float64]
 
 # Floors that are sampled, without moving what is drawn: the numbers of rooms are drawn already.
 SAMPLES = 16

@@ -10,8 +10,8 @@ from math import isfinite
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats, Mask
 from pianta.errors import MapWarning, OptionError
 from pianta.exploration.frontiers import MIN_LENGTH, Frontier, count_border, find_frontiers
 from pianta.exploration.lidar import Lidar, Pose, scan
@@ -23,12 +23,10 @@ from pianta.exploration.robots import DRIVES, Robot
 from pianta.exploration.routes import find_route, measure_distances, straighten_route
 from pianta.exploration.situation import Policy, Situation
 from pianta.exploration.starts import Point, find_rooms, find_starts, place_robots
-from pianta.exploration.world import Mask, World, as_world, clear_cells, explorable_cells, reachable_cells
+from pianta.exploration.world import World, as_world, clear_cells, explorable_cells, reachable_cells
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.labels import standard_name
-
-Floats = NDArray[np.float64]
 
 # The part of a frontier around its target that must still border on the unknown, or the way there is given up; m.
 AROUND_TARGET = 1.0

@@ -11,16 +11,14 @@ from collections.abc import Collection, Sequence
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from shapely import Point
 
+from pianta._types import Floats
 from pianta.exploration.expectations import RoomExpectations
 from pianta.exploration.gain import measure_gains
 from pianta.exploration.perception import Perception
 from pianta.exploration.situation import Situation
 from pianta.models import MODELS
-
-Floats = NDArray[np.float64]
 
 # Unknown area this near counts apart from that in the reach of the lidar, m.
 NEAR = 3.0

@@ -8,9 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Mask
 from pianta.gridmap import FREE, UNKNOWN
-
-Mask = NDArray[np.bool_]
 
 # Shorter frontiers are slits between beams, and corners; longer ones are divided: no place is in the middle of them. m.
 MIN_LENGTH, MAX_LENGTH = 0.4, 6.0

@@ -8,8 +8,9 @@ from math import ceil, floor, inf, pi
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.exploration.kernels import choose_kernel
-from pianta.exploration.lidar import BeamWalk, Floats
+from pianta.exploration.lidar import BeamWalk
 from pianta.gridmap import OCCUPIED, UNKNOWN
 
 # Beams are this far apart at the end of their reach, cells; between them, the area is interpolated.

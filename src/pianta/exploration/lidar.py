@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import OptionError
 from pianta.exploration.kernels import choose_kernel
 from pianta.exploration.world import World
-
-Floats = NDArray[np.float64]
 
 
 class Pose(NamedTuple):

@@ -7,8 +7,9 @@ from math import floor, inf
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.exploration.kernels import choose_kernel
-from pianta.exploration.lidar import BeamWalk, Floats, Lidar, Pose, aim_beams
+from pianta.exploration.lidar import BeamWalk, Lidar, Pose, aim_beams
 from pianta.exploration.world import World
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 

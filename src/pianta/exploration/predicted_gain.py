@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import OptionError
 from pianta.exploration.classical_policies import SHORTEST_WAY, assign_frontiers
 from pianta.exploration.expectations import RoomExpectations
@@ -17,8 +17,6 @@ from pianta.exploration.situation import Situation
 from pianta.exploration.tours import choose_first_visit, measure_between
 from pianta.gridmap import FREE
 from pianta.prediction.unexplored_part import FloorSampler
-
-Floats = NDArray[np.float64]
 
 # Frontiers that a tour goes through, the nearest ones.
 PLACES = 12

@@ -9,12 +9,11 @@ from math import ceil, inf
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats, Mask
 from pianta.exploration.perception import SEEN_SHARE
 from pianta.exploration.robots import Robot
-from pianta.exploration.world import Mask, World
+from pianta.exploration.world import World
 from pianta.gridmap import FREE, UNKNOWN, GridMap
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

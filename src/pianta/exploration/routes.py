@@ -12,9 +12,9 @@ from math import ceil, hypot, inf
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Mask
 from pianta.exploration.kernels import choose_kernel
 
-Mask = NDArray[np.bool_]
 Costs = NDArray[np.int32]
 
 STRAIGHT, DIAGONAL = 70, 99

@@ -8,9 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Mask
 from pianta.errors import LabelError, OptionError
 from pianta.exploration.routes import measure_distances
-from pianta.exploration.world import Cells, Mask, World, clear_cells
+from pianta.exploration.world import Cells, World, clear_cells
 from pianta.floor import Floor
 from pianta.labels import standard_name
 

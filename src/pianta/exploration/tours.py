@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats, Mask
 from pianta.exploration.routes import measure_distances
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 # Partial tours that are followed up side by side.
 WIDTH = 150

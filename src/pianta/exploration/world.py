@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from shapely.affinity import scale
 from shapely.geometry.base import BaseGeometry
 
+from pianta._types import Mask
 from pianta.errors import OptionError
 from pianta.floor import Door, Floor, cells_of_polygon
 from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.io._files import shown
 
-Mask = NDArray[np.bool_]
 Cells = NDArray[np.int_]
 
 MAX_CELLS = 50_000_000

@@ -10,6 +10,7 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
+from pianta._types import Floats
 from pianta.errors import OptionError
 from pianta.generation.cluster_configuration import (
     EMPTY,
@@ -23,7 +24,6 @@ from pianta.generation.cluster_configuration import (
 from pianta.generation.cut_potentials import CutPotentials
 from pianta.generation.functional_graph import FunctionalGraphs, draw_door_counts, draw_start, sample_functional_graphs
 from pianta.generation.gram_rows import References
-from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, connect_areas
 from pianta.generation.type_model import Counts, TypeFloor, TypeModel, count_labels
 from pianta.generation.wishes import Wishes

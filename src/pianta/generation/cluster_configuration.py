@@ -16,9 +16,10 @@ from typing import Protocol
 import numpy as np
 from scipy.special import gammaln, logsumexp
 
+from pianta._types import Floats, Indices, Mask
 from pianta.errors import ModelError
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.metropolis_hastings import Flags, Floats, Indices, accept, choose, draw_uniforms
+from pianta.generation.metropolis_hastings import accept, choose, draw_uniforms
 from pianta.generation.type_model import Counts, TypeFloor, TypeModel
 from pianta.generation.wishes import Wishes
 
@@ -253,7 +254,7 @@ class AreaChains:
         self._kept = int((slots.fixed != EMPTY).sum())
         self.costs = self._price()
 
-    def move(self, uniforms: Floats, running: Flags) -> None:
+    def move(self, uniforms: Floats, running: Mask) -> None:
         """Flip or exchange a slot of each running chain, shape (n,), or leave it; uniforms: shape (n, DRAWS)."""
         slots, every = self.slots, np.arange(len(self.filled))
         free = np.flatnonzero(slots.fixed == EMPTY)
@@ -279,7 +280,7 @@ class AreaChains:
         self._parts[moved], self._rooms[moved] = parts[moved], rooms[moved]
         self.misses[moved], self.costs[moved] = misses[moved], costs[moved]
 
-    def jump(self, uniforms: Floats, running: Flags) -> None:
+    def jump(self, uniforms: Floats, running: Mask) -> None:
         """Fill all slots of each running chain anew, or leave them; uniforms: shape (n, jump_draws).
 
         Single steps seldom lead from what is near one floor to what is near another.

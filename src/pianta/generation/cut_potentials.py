@@ -12,7 +12,7 @@ from typing import TypeAlias
 import networkx as nx
 import numpy as np
 
-from pianta.generation.metropolis_hastings import Floats
+from pianta._types import Floats
 from pianta.generation.type_model import TypeModel
 
 # A room's label, and those of its neighbours but for the other room's and for common ones.

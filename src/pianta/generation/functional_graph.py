@@ -8,8 +8,9 @@ import networkx as nx
 import numpy as np
 import rustworkx as rx
 
+from pianta._types import Floats, Indices, Mask
 from pianta.generation.gram_rows import GraphBatch, References
-from pianta.generation.metropolis_hastings import Flags, Floats, Indices, accept, choose, draw_uniforms
+from pianta.generation.metropolis_hastings import accept, choose, draw_uniforms
 
 # λ1 and λ2 of the moves.
 GROWTH, DECLINE = 0.1, 0.1
@@ -57,7 +58,7 @@ class FunctionalGraphs:
         sources = np.where(swaps, ones, choose(uniforms[:, 4], self.sizes))
         existing = free.any(axis=(1, 2))
         every = np.arange(len(edges))
-        possible: Flags = (sources != targets) & ~self.batch.adjacency[every, sources, targets]
+        possible: Mask = (sources != targets) & ~self.batch.adjacency[every, sources, targets]
         possible &= (sources >= self.kept) | (targets >= self.kept)
         possible &= (targets >= self.closed) & (swaps | (sources >= self.closed))
         possible = np.asarray(np.where(adds, possible, existing & (np.where(removes, ones >= self.closed, possible))))
@@ -79,11 +80,11 @@ class FunctionalGraphs:
         pairs = zip(self.batch.adjacency, self.sizes.tolist(), strict=True)
         return [nx.from_numpy_array(adjacency[:size, :size], edge_attr=None) for adjacency, size in pairs]
 
-    def _list_free_edges(self) -> Flags:
+    def _list_free_edges(self) -> Mask:
         """Edges that may go, shape (n, nodes, nodes), each once."""
         return np.triu(self.batch.adjacency & ~self._known)
 
-    def _are_connected(self, chosen: Flags) -> Flags:
+    def _are_connected(self, chosen: Mask) -> Mask:
         """Which of the chosen graphs are in one part, shape (chosen,)."""
         adjacency, present = self.batch.adjacency[chosen], self.batch.present[chosen]
         reached = np.zeros(present.shape, bool)
@@ -94,7 +95,7 @@ class FunctionalGraphs:
                 return np.asarray((reached | ~present).all(axis=1))
             reached = further
 
-    def _are_planar(self, given: Flags) -> Flags:
+    def _are_planar(self, given: Mask) -> Mask:
         """Which graphs are planar, of those that got an edge and were so at first; the others are taken for planar."""
         planar = np.ones(len(given), bool)
         cycles = self.batch.adjacency.sum(axis=(1, 2)) // 2 - self.sizes + 1
@@ -160,7 +161,7 @@ def draw_door_counts(graph: nx.Graph, counts: Sequence[int], generator: np.rando
         graph.edges[one, other].setdefault("cuts", counts[int(generator.integers(len(counts)))])
 
 
-def _choose_edges(edges: Flags, draws: Floats) -> tuple[Indices, Indices]:
+def _choose_edges(edges: Mask, draws: Floats) -> tuple[Indices, Indices]:
     """An edge of each graph, as the places of its ends; any where there is none."""
     flat = edges.reshape(len(edges), -1)
     wanted = choose(draws, flat.sum(axis=1)) + 1

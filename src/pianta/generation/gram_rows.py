@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 import networkx as nx
 import numpy as np
 
-from pianta.generation.metropolis_hastings import Flags, Floats, Indices
+from pianta._types import Floats, Indices, Mask
 from pianta.graphs.stable_hash import Codes, hash_name, join, mix
 
 ALPHA, PRINTED_FLOORS = 1.0, 50
@@ -93,7 +93,7 @@ class GraphBatch:
         costs: Floats = ALPHA * PRINTED_FLOORS * distances.mean(axis=1)
         return costs
 
-    def change_edges(self, batch: Indices, ones: Indices, others: Indices, *, present: bool | Flags) -> None:
+    def change_edges(self, batch: Indices, ones: Indices, others: Indices, *, present: bool | Mask) -> None:
         """Add edges, or remove them where `present` is False, and bring the rows up to date.
 
         batch, ones, others: the graph and the two nodes of each edge, shape (k,) each.
@@ -107,7 +107,7 @@ class GraphBatch:
         graphs = np.unique(batch)
         self.squares[graphs] = self._square(graphs)
 
-    def _hash_again(self, changed: Flags) -> None:
+    def _hash_again(self, changed: Mask) -> None:
         """Hash the nodes that changed in round 1, and in each further round their neighbours as well."""
         for iteration in range(1, self.references.iterations + 1):
             if iteration > 1:

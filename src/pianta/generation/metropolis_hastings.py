@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats: TypeAlias = NDArray[np.float64]
-Flags: TypeAlias = NDArray[np.bool_]
-Indices: TypeAlias = NDArray[np.intp]
+from pianta._types import Floats, Indices, Mask
 
 # Costs are compared to so many decimals, so that other ways to add numbers up decide the same on other machines.
 DECIMALS = 9
@@ -33,13 +30,13 @@ def choose(draws: Floats, counts: NDArray[np.integer]) -> Indices:
     return chosen
 
 
-def accept(costs: Floats, proposed: Floats, draws: Floats) -> Flags:
+def accept(costs: Floats, proposed: Floats, draws: Floats) -> Mask:
     """Which chains move: with probability min(1, exp(Γ(g) - Γ(g'))), the costs times α already (eq. 7.3).
 
     The proposal distributions are taken for symmetric, as in the thesis. A proposal with an infinite cost is none.
     """
     gains = np.minimum((costs - proposed).round(DECIMALS), 0)
-    accepted: Flags = draws < np.exp(gains)
+    accepted: Mask = draws < np.exp(gains)
     return accepted
 
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from pianta._types import Floats
 from pianta.generation.buildings import STEPS, BuildingSampler
-from pianta.generation.metropolis_hastings import Floats, measure_convergence
+from pianta.generation.metropolis_hastings import measure_convergence
 from pianta.generation.type_model import MIXED_BELOW, Mixing, ModelMixing, TypeModel
 
 # Chains with one target, and targets: floors of the model.

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 import networkx as nx
 import numpy as np
 
+from pianta._types import Floats
 from pianta.generation.cut_potentials import CutPotentials, Neighborhood, describe_neighborhood
 from pianta.generation.functional_graph import is_planar
 from pianta.generation.gram_rows import GraphBatch, References
-from pianta.generation.metropolis_hastings import Floats, accept
+from pianta.generation.metropolis_hastings import accept
 from pianta.generation.type_model import TypeFloor
 
 Pair = tuple[int, int]

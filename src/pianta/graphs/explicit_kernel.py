@@ -18,9 +18,9 @@ from scipy.sparse import csr_array, hstack
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
+from pianta._types import Floats
 from pianta.errors import OptionError
 from pianta.graphs.feature_counts import FeatureCounts, divide
-from pianta.graphs.shortest_paths import Floats
 from pianta.graphs.stable_hash import Codes
 
 

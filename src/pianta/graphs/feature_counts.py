@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pianta.graphs.shortest_paths import Floats, Indices
+from pianta._types import Floats, Indices
 from pianta.graphs.stable_hash import Codes
 
 

@@ -14,10 +14,10 @@ from scipy.spatial.distance import cdist
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
+from pianta._types import Floats
 from pianta.errors import GraphError, OptionError
 from pianta.graphs.hops import count_hops
 from pianta.graphs.labelled_graphs import LabelledGraph, name_some, read_labelled_graphs
-from pianta.graphs.shortest_paths import Floats
 from pianta.graphs.stable_hash import Codes
 from pianta.io._faults import join_faults
 

@@ -11,11 +11,11 @@ from collections.abc import Iterable
 import networkx as nx
 import numpy as np
 
+from pianta._types import Floats
 from pianta.graphs.explicit_kernel import ExplicitKernel
 from pianta.graphs.feature_counts import FeatureCounts, gather_counts
 from pianta.graphs.hops import count_hops
 from pianta.graphs.labelled_graphs import LabelledGraph, read_labelled_graphs
-from pianta.graphs.shortest_paths import Floats
 from pianta.graphs.stable_hash import Codes, join
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
+from pianta._types import Floats, Indices
 from pianta.graphs.labelled_graphs import LabelledGraph
-from pianta.graphs.shortest_paths import Floats, Indices
 
 
 def count_hops(graph: LabelledGraph, groups: Indices) -> Floats:

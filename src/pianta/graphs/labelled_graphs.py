@@ -10,9 +10,10 @@ from typing import Any
 import networkx as nx
 import numpy as np
 
+from pianta._types import Floats, Indices
 from pianta.errors import GraphError
 from pianta.graphs.centrality import distances, to_arrays
-from pianta.graphs.shortest_paths import Adjacency, Floats, Indices
+from pianta.graphs.shortest_paths import Adjacency
 from pianta.graphs.stable_hash import Codes, hash_name
 from pianta.io._faults import join_faults
 from pianta.io._files import shown

@@ -9,10 +9,11 @@ from typing import TypeAlias
 
 import numpy as np
 
+from pianta._types import Indices
 from pianta.graphs.feature_counts import FeatureCounts, gather_counts
 from pianta.graphs.labelled_graphs import LabelledNodes
 from pianta.graphs.neighborhoods import hash_neighborhoods
-from pianta.graphs.shortest_paths import Indices, NearPairs, find_near
+from pianta.graphs.shortest_paths import NearPairs, find_near
 from pianta.graphs.stable_hash import Codes, join
 
 # The radius of the neighbourhoods, and the distance of their roots.

@@ -7,12 +7,13 @@ from collections.abc import Hashable, Iterable, Sequence
 import networkx as nx
 import numpy as np
 
+from pianta._types import Indices
 from pianta.errors import GraphError
 from pianta.graphs.explicit_kernel import ExplicitKernel, check_numbers
 from pianta.graphs.feature_counts import FeatureCounts, gather_counts
 from pianta.graphs.labelled_graphs import LabelledGraph, name_some, read_labelled_graphs
 from pianta.graphs.neighborhood_features import count_pairs, list_blocks, name_pairs, pair_neighborhoods
-from pianta.graphs.shortest_paths import Adjacency, Indices
+from pianta.graphs.shortest_paths import Adjacency
 from pianta.graphs.stable_hash import Codes
 from pianta.io._faults import join_faults
 

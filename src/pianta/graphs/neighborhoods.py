@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pianta._types import Indices
 from pianta.graphs.labelled_graphs import LabelledNodes
-from pianta.graphs.shortest_paths import Indices, NearPairs
+from pianta.graphs.shortest_paths import NearPairs
 from pianta.graphs.stable_hash import Codes, join, mix
 
 

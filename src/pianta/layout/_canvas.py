@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from pianta._types import Mask
 from pianta.errors import MapError
 from pianta.gridmap import GridMap
 
@@ -20,7 +21,6 @@ COARSEST = 0.5
 # Coarse cells are repeated to at most this number, which is half a square kilometre of building.
 MAX_REPEATED_CELLS = 200_000_000
 
-Mask = NDArray[np.bool_]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 

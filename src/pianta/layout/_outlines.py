@@ -7,11 +7,12 @@ import shapely
 from numpy.typing import NDArray
 from shapely import Polygon, STRtree
 
+from pianta._types import Floats
+
 # Corners nearer to each other than this are one; metres.
 GRID = 1e-6
 
 Labels = NDArray[np.integer]
-Floats = NDArray[np.float64]
 Polygons = NDArray[np.object_]
 
 

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from shapely import LineString
 
+from pianta._types import Mask
 from pianta.floor import Door
-from pianta.layout._canvas import Canvas, Mask
+from pianta.layout._canvas import Canvas
 from pianta.layout.parameters import ThesisParameters
 
 Pixel = tuple[int, int]

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from shapely import unary_union
 
+from pianta._types import Colors
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
@@ -35,7 +36,7 @@ from pianta.plan.sheets.binarization import binarise, measure_contrast
 from pianta.plan.sheets.floors_on_sheet import lay_out_floors
 from pianta.plan.sheets.map_or_plan import may_be_drawing
 from pianta.plan.sheets.open_sheet import open_sheet
-from pianta.plan.sheets.sheet import Colors, PlacedText, Sheet
+from pianta.plan.sheets.sheet import PlacedText, Sheet
 from pianta.plan.symbols.detection import find_symbols, remove_symbols
 from pianta.plan.symbols.poses import PlacedSymbol
 from pianta.plan.symbols.templates import own_templates, read_symbol_folder

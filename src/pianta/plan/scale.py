@@ -10,11 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Colors, Floats, Mask
 from pianta.errors import PlanError
 from pianta.floor import Floor
 from pianta.plan.doors.swings import DoorSize, Swing, agree_on_size
 from pianta.plan.sheets.binarization import measure_contrast
-from pianta.plan.sheets.sheet import Colors, Floats, Mask, PlacedText, Sheet
+from pianta.plan.sheets.sheet import PlacedText, Sheet
 from pianta.plan.text.dimensions import parse_scale_bar, scale_from_dimensions
 from pianta.plan.walls.regions import DOOR_CELLS, NETWORKS, find_regions, measure_doubt
 

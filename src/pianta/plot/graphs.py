@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Collection, Hashable, Iterator, Sequence
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components, shortest_path
 
+from pianta._types import Floats, Mask
 from pianta.errors import OptionError
 from pianta.io.buildings._repair import normalize_label
 from pianta.labels import RC, LabelSchema, Split
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-Floats: TypeAlias = NDArray[np.float64]
-Bools: TypeAlias = NDArray[np.bool_]
 
 # A sheet has no more buildings.
 MAX_SHEET = 24
@@ -173,7 +172,7 @@ def place_nodes(graph: nx.Graph) -> dict[Hashable, tuple[float, float]]:
     return {node: (float(x), float(y)) for node, (x, y) in zip(graph, xy, strict=True)}
 
 
-def _place_part(joined: Bools) -> Floats:
+def _place_part(joined: Mask) -> Floats:
     """Places of connected nodes, shape (n, 2), from 0 upwards."""
     if len(joined) == 1:
         return np.zeros((1, 2))
@@ -195,7 +194,7 @@ def _turn(xy: Floats) -> Floats:
     return np.asarray(turned[flattest] - turned[flattest].min(axis=0))
 
 
-def _wanted_distances(joined: Bools) -> Floats:
+def _wanted_distances(joined: Mask) -> Floats:
     """Lengths of shortest paths, shape (n, n), where an edge leads out of the circles of rooms around both its ends."""
     degrees = joined.sum(axis=1)
     circles = np.where(degrees > 1, ROOM_ARC * degrees / (2 * np.pi), 0)
@@ -203,7 +202,7 @@ def _wanted_distances(joined: Bools) -> Floats:
     return np.asarray(shortest_path(np.where(joined, lengths, 0), directed=False))
 
 
-def _start_places(joined: Bools, wanted: Floats) -> Iterator[Floats]:
+def _start_places(joined: Mask, wanted: Floats) -> Iterator[Floats]:
     """Where nodes start: all by classical scaling, and those with two neighbours so, the others on their neighbour."""
     angles = GOLDEN_ANGLE * np.arange(len(joined))
     offsets = OFFSET * np.column_stack([np.cos(angles), np.sin(angles)])
@@ -257,7 +256,7 @@ def _find_crossings(xy: Floats, edges: NDArray[np.intp]) -> NDArray[np.intp]:
     first, second = xy[edges].transpose(1, 0, 2)
     along = (second - first)[:, None]
 
-    def find_side(of: Floats) -> Bools:
+    def find_side(of: Floats) -> Mask:
         """For edge i and a point of edge j whether it lies left of i."""
         to = of - first[:, None]
         return np.asarray(along[..., 0] * to[..., 1] > along[..., 1] * to[..., 0])
@@ -308,7 +307,7 @@ def _push_nodes(xy: Floats) -> Floats:
     return np.asarray(((xy[:, None] - xy) * shares[..., None]).sum(axis=1))
 
 
-def _push_from_edges(xy: Floats, edges: NDArray[np.intp], strangers: Bools) -> Floats:
+def _push_from_edges(xy: Floats, edges: NDArray[np.intp], strangers: Mask) -> Floats:
     """Half of what nodes lack of a distance to edges, shape (n, 2), the edge the other half."""
     first, second = xy[edges].transpose(1, 0, 2)
     along = second - first

@@ -15,10 +15,10 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
+from pianta._types import Floats
 from pianta.errors import ModelError, OptionError
 from pianta.evaluation.prediction import measure_divergence
 from pianta.generation.functional_areas import Area, Segmentation
-from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.type_model import TypeFloor, TypeModel, take_area
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelSchema, Split

@@ -11,9 +11,9 @@ import networkx as nx
 import numpy as np
 
 from pianta._arguments import check_argument
+from pianta._types import Floats
 from pianta.errors import GraphError, ModelError, OptionError
 from pianta.floor import Floor
-from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.type_model import TypeModel
 from pianta.graphs.metrics import find_corridors
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman

@@ -13,11 +13,11 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
+from pianta._types import Floats
 from pianta.generation.cut_potentials import CutPotentials
 from pianta.generation.functional_areas import Area
 from pianta.generation.functional_graph import FunctionalGraphs, sample_functional_graphs
 from pianta.generation.gram_rows import References
-from pianta.generation.metropolis_hastings import Floats
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, connect_areas
 from pianta.generation.type_model import TypeModel, count_labels, take_area, take_size
 from pianta.graphs.graph_hopper import GraphHopper

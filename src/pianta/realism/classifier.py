@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats, Indices
 from pianta.building_types.description import BuildingDescription
 from pianta.building_types.kernel import BuildingKernel
 from pianta.building_types.machine import COST
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from sklearn.linear_model import LogisticRegression
     from sklearn.svm import SVC
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 # How far probabilities may be drawn from their mean, which few floors do not tell well.
 CALIBRATION_COST = 10.0

@@ -7,8 +7,8 @@ from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import ModelError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
@@ -24,7 +24,6 @@ from pianta.relational.kernels import (
     fit_machine,
 )
 
-Floats = NDArray[np.float64]
 # Of each floor, a label for each room.
 Labels: TypeAlias = Sequence[Sequence[str]]
 TARGET = "buildingtype"

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import ModelError, OptionError
 from pianta.graphs.feature_counts import FeatureCounts
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
@@ -24,7 +24,6 @@ from pianta.relational.interpretation import FLOOR_RELATIONS
 if TYPE_CHECKING:
     from sklearn.svm import SVC
 
-Floats = NDArray[np.float64]
 
 BINS, RADIUS, DISTANCE, COST = 8, 2, 4, 10.0
 # What follows from the labels, so that it is hidden with them.

@@ -12,8 +12,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.floor import Floor
-from pianta.rooms._outlines import Floats, Geometries, draw_outlines, measure_unit
+from pianta.rooms._outlines import Geometries, draw_outlines, measure_unit
 from pianta.rooms._shapes import fit_rectangles
 from pianta.rooms._surroundings import find_alike
 

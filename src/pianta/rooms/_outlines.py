@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from pianta.floor import Floor
 
-Floats = NDArray[np.float64]
 Geometries = NDArray[np.object_]
 
 # GEOS leaves a floating-point flag behind now and then when it buffers, of which numpy would warn; results are sound.

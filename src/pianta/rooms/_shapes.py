@@ -8,8 +8,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.floor import Floor
-from pianta.rooms._outlines import Floats, Geometries
+from pianta.rooms._outlines import Geometries
 
 # What a feature is where there is nothing to measure: below all that is measured.
 MISSING = -9.0

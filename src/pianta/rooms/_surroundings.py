@@ -6,7 +6,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from pianta.rooms._outlines import QUIET_BUFFERS, Floats, Geometries
+from pianta._types import Floats
+from pianta.rooms._outlines import QUIET_BUFFERS, Geometries
 from pianta.rooms._shapes import MISSING, SAME, Rectangles
 
 # Rooms whose areas and lengths differ by less than this (of the logarithm) are alike.

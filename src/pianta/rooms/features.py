@@ -15,10 +15,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.floor import Floor
 from pianta.graphs.centrality import betweenness_of, closeness_of, measure_katz, to_arrays
 from pianta.graphs.shortest_paths import ShortestPaths, find_shortest_paths
-from pianta.rooms._outlines import Floats, draw_outlines, measure_unit
+from pianta.rooms._outlines import draw_outlines, measure_unit
 from pianta.rooms._shapes import (
     MISSING,
     SAME,

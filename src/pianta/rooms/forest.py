@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats, Indices
 from pianta.errors import ModelError
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 # What stands for the feature of a leaf.
 LEAF = -1

@@ -11,16 +11,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.floor import Floor
 from pianta.labels import LabelSchema
 from pianta.rooms.features import RoomContext
 from pianta.rooms.label import label_rooms
 from pianta.rooms.model import FUNCTIONS, PlaceModel, describe_neighbours, find_neighbourhood
 from pianta.rooms.name_dictionary import RoomWords, prior_of_name, read_default_room_words
-
-Floats = NDArray[np.float64]
 
 # Of a room with a name that says something, trees leave every label at least this probability: a forest is surer of
 # itself than of rooms unlike those that it was grown on, and what is printed in a room is seldom wrong.

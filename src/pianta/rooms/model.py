@@ -15,13 +15,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, RC, LabelSchema, LabelSet
 from pianta.rooms.features import RoomContext, describe_rooms
 from pianta.rooms.forest import Forest
 from pianta.rooms.random_field import Neighbourhood, RandomField
-
-Floats = NDArray[np.float64]
 
 FUNCTIONS = tuple(FCES)
 CONNECTION = FUNCTIONS.index(FCES.CONNECTION)

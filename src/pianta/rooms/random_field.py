@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from pianta._types import Floats
+
 Edges = NDArray[np.intp]
 
 ITERATIONS, DAMPING, TOLERANCE = 50, 0.3, 1e-6

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pianta import __version__
+from pianta._types import Floats, Indices
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
@@ -32,8 +32,6 @@ from pianta.rooms.random_field import fit_random_field
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 # Buildings are left out by so many parts, to see what the trees say of rooms that they have not seen.
 FOLDS = 5

@@ -8,7 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from pianta._types import Floats
+
 Role = Literal["wall", "door", "window", "other"]
 ROLES: tuple[Role, ...] = ("wall", "door", "window", "other")
 

@@ -12,16 +12,14 @@ from pathlib import Path
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from pianta._types import Floats
 from pianta.errors import PlanError
 from pianta.io._files import checked_input, shown
 from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing, Role
-
-Floats = NDArray[np.float64]
 
 MAX_LINES = 1_000_000
 MAX_TEXTS = 50_000

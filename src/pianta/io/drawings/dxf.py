@@ -9,8 +9,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import PlanError
 from pianta.io._files import reason_of, shown
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing, Role
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from ezdxf.entities import DXFGraphic, Insert
     from ezdxf.path import Path as DxfPath
 
-Floats = NDArray[np.float64]
 
 MAX_FILE_BYTES = 64 * 2**20
 MAX_ENTITIES = 300_000

@@ -16,6 +16,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely import LineString, Polygon
 
+from pianta._types import Floats
 from pianta.errors import PlanError, PlanWarning
 from pianta.floor import MAX_ROOM_NAME_LENGTH, Door, Floor, Room
 from pianta.io._faults import join_faults
@@ -25,7 +26,6 @@ from pianta.io.drawings._layers import checked_plan
 if TYPE_CHECKING:
     from ifcopenshell import entity_instance, file
 
-Floats = NDArray[np.float64]
 
 MAX_FILE_BYTES = 256 * 2**20
 MAX_SPACES = 5000

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Colors, Floats
 from pianta.errors import PlanError
 from pianta.io._files import reason_of, shown
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing
@@ -26,8 +27,6 @@ from pianta.io.drawings._layers import DARK, MAX_LINES, DrawnPieces, bezier_poin
 if TYPE_CHECKING:
     from pypdfium2 import PdfDocument, PdfObject, PdfPage, PdfTextPage
 
-Floats = NDArray[np.float64]
-Colors = NDArray[np.uint8]
 Box = tuple[float, float, float, float]
 
 MAX_FILE_BYTES = 128 * 2**20

@@ -14,8 +14,8 @@ from xml.etree.ElementTree import ParseError
 
 import numpy as np
 from defusedxml import DefusedXmlException, ElementTree
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import PlanError, PlanWarning
 from pianta.io._files import reason_of, shown
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing, Role
@@ -33,7 +33,6 @@ from pianta.io.drawings._layers import (
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-Floats = NDArray[np.float64]
 Style = Mapping[str, str]
 
 MAX_FILE_BYTES = 32 * 2**20

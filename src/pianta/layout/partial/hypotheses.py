@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from pianta.layout._canvas import Mask
-from pianta.layout.partial.scene import NEAR, Floats, Scene, Window, grow, shrink
+from pianta._types import Floats, Mask
+from pianta.layout.partial.scene import NEAR, Scene, Window, grow, shrink
 
 # Shortest frontier on a side that may go on, and how far from the outermost cell it may be; metres.
 LEAST_FRONTIER, BAND = 0.3, 1.0

@@ -16,11 +16,12 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon, STRtree
 
+from pianta._types import Floats
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout._outlines import GRID, largest_part, outline_labels
 from pianta.layout.partial.hypotheses import FEATURES, Hypothesis, list_hypotheses
-from pianta.layout.partial.scene import Floats, Sight, View, look_around
+from pianta.layout.partial.scene import Sight, View, look_around
 from pianta.models import MODELS
 
 MODEL_FILE = MODELS / "partial_rooms.json"

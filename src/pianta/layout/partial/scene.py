@@ -11,14 +11,12 @@ from typing import TypeAlias
 import cv2
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from shapely import Polygon
 
+from pianta._types import Floats, Mask
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
-from pianta.layout._canvas import Mask
 
-Floats = NDArray[np.float64]
 Window: TypeAlias = tuple[slice, slice]
 
 # Cells of a scene are this large at least, and a scene has no more than this many along a side; metres, number.

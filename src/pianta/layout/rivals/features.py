@@ -12,10 +12,11 @@ from json import loads
 
 import numpy as np
 
+from pianta._types import Floats, Mask
 from pianta.gridmap import GridMap
 from pianta.layout.parameters import Parameters, check_parameters
 from pianta.layout.rivals.laser import describe_scans, scan_cells
-from pianta.layout.rivals.patches import Floats, Labels, Mask, label_patches, spread_labels
+from pianta.layout.rivals.patches import Labels, label_patches, spread_labels
 from pianta.models import MODELS
 
 PLACES = ("room", "corridor", "doorway")

@@ -7,7 +7,8 @@ from math import tau
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.layout.rivals.patches import Floats, measure_clearance
+from pianta._types import Floats
+from pianta.layout.rivals.patches import measure_clearance
 
 BEAMS = 180
 # Jumps between two neighbouring beams that count as gaps, metres; and as a share of the longer beam.

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Mask = NDArray[np.bool_]
+from pianta._types import Floats, Mask
+
 Labels = NDArray[np.int32]
-Floats = NDArray[np.float64]
 
 
 def measure_clearance(free: Mask, *, chessboard: bool = False) -> Floats:

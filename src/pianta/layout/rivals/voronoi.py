@@ -9,14 +9,12 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats, Indices, Mask
 from pianta.gridmap import GridMap
 from pianta.layout.parameters import Parameters, check_parameters
 from pianta.layout.rivals.cells import MergeRule, merge_cells
-from pianta.layout.rivals.patches import Floats, Labels, Mask, label_patches, measure_clearance, spread_labels
-
-Indices = NDArray[np.intp]
+from pianta.layout.rivals.patches import Labels, label_patches, measure_clearance, spread_labels
 
 # A point of the diagram is as far from one base point as from the other; on the grid at most this many times as far.
 LOPSIDED = 1.5

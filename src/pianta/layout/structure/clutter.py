@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from pianta.layout._canvas import Mask
+from pianta._types import Mask
 
 
 def remove_clutter(free: Mask, *, size_px: float) -> Mask:

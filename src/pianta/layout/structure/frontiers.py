@@ -9,9 +9,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from pianta._types import Floats, Mask
 from pianta.gridmap import GridMap
-from pianta.layout._canvas import Canvas, Mask
-from pianta.layout.structure.necks import Floats
+from pianta.layout._canvas import Canvas
 from pianta.layout.structure.pieces import Labels
 
 # Cells between free and unknown that may be the blurred side of a wall.

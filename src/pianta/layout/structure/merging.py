@@ -11,10 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.layout._canvas import Mask
+from pianta._types import Floats, Indices, Mask
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.necks import Floats
-from pianta.layout.structure.pieces import Borders, Hull, Indices, Labels, Pieces
+from pianta.layout.structure.pieces import Borders, Hull, Labels, Pieces
 from pianta.models import MODELS
 
 # Shares and areas (m²) below these tell no more, and their logarithms stay finite.

@@ -16,9 +16,9 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats, Mask
 from pianta.floor import Door
-from pianta.layout._canvas import Mask
-from pianta.layout.structure.necks import Clearance, Floats, draw_critical_lines, find_saddles, measure_lengths
+from pianta.layout.structure.necks import Clearance, draw_critical_lines, find_saddles, measure_lengths
 from pianta.layout.structure.pieces import Labels, Pieces, find_borders
 
 # A narrow passage is a door where it has this share of the width of the door in the middle of all.

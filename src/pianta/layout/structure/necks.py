@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from pianta._types import Floats, Mask
 from pianta.graphs.components import number_components
-from pianta.layout._canvas import Mask
 
-Floats = NDArray[np.float64]
 Clearance = NDArray[np.float32]
 
 # The basins are found on blocks of so many cells: a ridge of the clearance is no finer.

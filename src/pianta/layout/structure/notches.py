@@ -11,7 +11,8 @@ import numpy as np
 import shapely
 from shapely import Polygon, STRtree
 
-from pianta.layout._outlines import Floats, Polygons
+from pianta._types import Floats
+from pianta.layout._outlines import Polygons
 
 # Sine of the angle by which a corner may miss 90°.
 SKEW = 0.3

@@ -9,9 +9,9 @@ import numpy as np
 import shapely
 from shapely import LineString
 
+from pianta._types import Floats
 from pianta.floor import Door
 from pianta.layout._canvas import Canvas
-from pianta.layout.structure.necks import Floats
 from pianta.layout.structure.pieces import Borders
 
 # A passage is an opening when it is this many times as wide as the one in the middle of all.

@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from pianta.layout._canvas import Mask
-from pianta.layout.structure.necks import Clearance, Floats, measure_lengths
+from pianta._types import Floats, Indices, Mask
+from pianta.layout.structure.necks import Clearance, measure_lengths
 
 Labels = NDArray[np.int32]
-Indices = NDArray[np.intp]
 Hull = NDArray[np.int32]
 
 # Metres beside a border's line at which the pieces beside it are looked for: walls are thinner than twice the last.

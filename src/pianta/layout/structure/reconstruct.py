@@ -12,10 +12,11 @@ import shapely
 from numpy.typing import NDArray
 from shapely import LineString
 
+from pianta._types import Floats, Mask
 from pianta.errors import MapError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
-from pianta.layout._canvas import Canvas, Mask, draw_canvas
+from pianta.layout._canvas import Canvas, draw_canvas
 from pianta.layout._numbering import assemble_floor
 from pianta.layout._outlines import join_outlines, largest_part, outline_labels
 from pianta.layout._voronoi_doors import compute_clearance
@@ -24,7 +25,7 @@ from pianta.layout.structure.clutter import remove_clutter
 from pianta.layout.structure.frontiers import drop_spray, find_frontiers, measure_frontiers
 from pianta.layout.structure.merging import MergeModel, absorb_small_rooms, merge_pieces, read_default_merge_model
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
-from pianta.layout.structure.necks import Clearance, Floats, find_necks
+from pianta.layout.structure.necks import Clearance, find_necks
 from pianta.layout.structure.notches import fill_notches
 from pianta.layout.structure.passages import list_passages
 from pianta.layout.structure.pieces import Borders, Labels, Pieces, cut_into_pieces, find_borders

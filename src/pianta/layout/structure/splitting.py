@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
+from pianta._types import Floats, Indices, Mask
 from pianta.graphs.components import number_components
-from pianta.layout._canvas import Mask
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.necks import Clearance, Floats
-from pianta.layout.structure.pieces import Indices, Labels, look_up
+from pianta.layout.structure.necks import Clearance
+from pianta.layout.structure.pieces import Labels, look_up
 from pianta.layout.structure.wall_lines import STEP, WallLines
 
 Window = tuple[slice, slice]

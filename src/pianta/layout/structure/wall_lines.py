@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from pianta.layout._canvas import Mask
-from pianta.layout.structure.necks import Floats, measure_lengths
-from pianta.layout.structure.pieces import Indices, look_up
+from pianta._types import Floats, Indices, Mask
+from pianta.layout.structure.necks import measure_lengths
+from pianta.layout.structure.pieces import look_up
 
 # Half the length of contour that gives a place of it its tangent, and the step along a line; metres.
 TANGENT, STEP = 0.2, 0.1

@@ -7,10 +7,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.csgraph import connected_components
 
+from pianta._types import Floats, Mask
 from pianta.layout.thesis.faces import Faces
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 def compute_affinity_matrix(faces: Faces, *, sigma: float) -> csr_array:

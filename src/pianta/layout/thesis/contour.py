@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from pianta.layout._canvas import Canvas, Mask
+from pianta._types import Mask
+from pianta.layout._canvas import Canvas
 from pianta.layout.parameters import ThesisParameters
 
 

@@ -10,11 +10,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from pianta.layout._canvas import Canvas, Mask
+from pianta._types import Floats, Indices, Mask
+from pianta.layout._canvas import Canvas
 from pianta.layout.thesis.lines import RepresentativeLine
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 # Intersections nearer than this are one point, so that nearly coincident lines leave no slivers; metres.
 SNAP = 1e-6

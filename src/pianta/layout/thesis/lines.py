@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.layout.parameters import ThesisParameters
 from pianta.layout.thesis.segments import Segments
 
-Floats = NDArray[np.float64]
 Labels = NDArray[np.intp]
 
 # Mean shift stops when no centre moves by more; centres nearer than the second are one cluster (rad).

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from shapely import Polygon
 
+from pianta._types import Mask
 from pianta.errors import MapError
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
-from pianta.layout._canvas import Canvas, Mask, draw_canvas
+from pianta.layout._canvas import Canvas, draw_canvas
 from pianta.layout._numbering import assemble_floor
 from pianta.layout._voronoi_doors import find_doors
 from pianta.layout.parameters import ThesisParameters

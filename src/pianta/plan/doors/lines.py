@@ -10,9 +10,9 @@ import shapely
 from scipy import ndimage
 from shapely import LineString, Point, STRtree
 
+from pianta._types import Floats, Mask
 from pianta.floor import Door, Room
 from pianta.plan.doors.swings import SPREAD, Swing, agree_on_size
-from pianta.plan.sheets.sheet import Floats, Mask
 from pianta.plan.symbols.poses import PlacedSymbol
 from pianta.plan.walls.regions import DOOR, DOOR_CELLS, Regions
 

@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.plan.sheets.sheet import Floats, Mask
+from pianta._types import Floats, Mask
 
 Directions = NDArray[np.int64]
 

@@ -15,11 +15,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats, Mask
 from pianta.plan.doors.quarters import DIRECTIONS, MOST_CLUTTER, RINGS, Quarter, read_quarters
 from pianta.plan.sheets.binarization import Contrast
-from pianta.plan.sheets.sheet import Mask
-
-Floats = NDArray[np.float64]
 
 # Radii that are looked for, pixels, and how much one length of looking grows to the next.
 LEAST_RADIUS, MOST_RADIUS, GROWTH = 7.0, 150.0, 1.2

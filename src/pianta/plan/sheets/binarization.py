@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.plan.sheets.sheet import Colors, Mask
+from pianta._types import Colors, Mask
 
 Greys = NDArray[np.uint8]
 Contrast = NDArray[np.float32]

@@ -8,14 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Colors, Floats, Mask
 from pianta.errors import OptionError, PlanError
 from pianta.io._files import shown
 from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing
 from pianta.plan.sheets.sheet import PlacedText, Sheet
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Colors = NDArray[np.uint8]
 
 DOOR_WIDTH = 0.9  # metres
 DOOR_PX = 32

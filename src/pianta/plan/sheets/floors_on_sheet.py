@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from shapely import LineString
 
+from pianta._types import Floats
 from pianta.errors import MapError
 from pianta.floor import Door, Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.layout.reconstruct import find_rooms
 from pianta.plan.doors.lines import PlanDoors, join_rooms
-from pianta.plan.sheets.sheet import Floats
 from pianta.plan.walls.floor_map import FloorMap
 
 # Parts of a building lie no further apart than this, metres; parts smaller than this share of the largest floor, or

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from pianta._types import Colors
 from pianta.io._files import MAX_CELLS
 from pianta.io.images import (
     IMAGE_SUFFIXES,
@@ -18,7 +19,6 @@ from pianta.io.images import (
     read_colors,
     read_grey,
 )
-from pianta.plan.sheets.sheet import Colors
 
 Kind = Literal["map", "plan"]
 VECTOR_SUFFIXES = (".dxf", ".svg", ".pdf", ".ifc")

@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Colors = NDArray[np.uint8]
+from pianta._types import Colors, Floats, Mask
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pianta._types import Colors, Floats
 from pianta.plan.sheets.binarization import BLACK, measure_contrast, straighten_tones, take_darkest, take_lightest
-from pianta.plan.sheets.sheet import Colors, Floats
 from pianta.plan.symbols.poses import (
     Image,
     PlacedSymbol,

@@ -10,13 +10,12 @@ from typing import Literal
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pianta._types import Colors, Floats
 from pianta.errors import OptionError
 from pianta.gridmap import GridMap
 
-Floats = NDArray[np.float64]
-Colors = NDArray[np.uint8]
 Color = tuple[int, int, int]
 Kind = Literal["door", "window", "object"]
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pianta.plan.sheets.sheet import Floats
+from pianta._types import Floats
 from pianta.plan.symbols.drawings import Kind
 from pianta.plan.symbols.templates import Template
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import cv2
 import numpy as np
 
+from pianta._types import Colors
 from pianta.plan.sheets.binarization import take_darkest, take_lightest
-from pianta.plan.sheets.sheet import Colors
 from pianta.plan.symbols.poses import (
     LEAST_CHROMA,
     PlacedSymbol,

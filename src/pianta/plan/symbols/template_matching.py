@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.plan.sheets.sheet import Floats
+from pianta._types import Floats
 
 Image = NDArray[Any]
 

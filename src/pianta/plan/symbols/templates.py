@@ -12,12 +12,12 @@ from unicodedata import normalize
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import MapError, PlanError
 from pianta.io._files import shown
 from pianta.io.images import read_picture
 from pianta.plan.symbols.drawings import GREEN, RED, SYMBOLS, Color, Kind, draw_symbol, frame_symbol
 
-Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
 # Sides of the templates of a folder, pixels, how many there may be, and the grey levels that something drawn spans.

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from pianta.plan.sheets.sheet import Floats, Mask, PlacedText
+from pianta._types import Floats, Mask
+from pianta.plan.sheets.sheet import PlacedText
 
 FOOT, INCH = 0.3048, 0.0254
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "ft": FOOT, "in": INCH}

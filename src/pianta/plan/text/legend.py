@@ -9,7 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from pianta.plan.sheets.sheet import Floats, PlacedText
+from pianta._types import Floats
+from pianta.plan.sheets.sheet import PlacedText
 
 # Left edges of entries below each other differ by less than this many heights of a line, and their heights by less
 # than this factor; lines follow each other within this many heights, and a name follows its key within so many.

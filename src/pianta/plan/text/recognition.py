@@ -12,8 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Colors, Floats, Mask
 from pianta.plan.sheets.binarization import straighten_tones
-from pianta.plan.sheets.sheet import Colors, Floats, Mask, PlacedText
+from pianta.plan.sheets.sheet import PlacedText
 
 # Texts are looked for on a sheet of at most this many pixels, which is what time allows; small sheets are enlarged up
 # to this many and this much, because the network does not see letters of less than some ten pixels.

@@ -10,9 +10,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.floor import MAX_ROOM_NAME_LENGTH, Floor
 from pianta.gridmap import GridMap
-from pianta.plan.sheets.sheet import Floats, PlacedText
+from pianta.plan.sheets.sheet import PlacedText
 from pianta.plan.text.dimensions import parse_length, parse_size, remove_measures
 from pianta.plan.text.legend import Legend
 

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats, Mask
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.plan.sheets.sheet import Floats, Mask
 from pianta.plan.walls.inside import find_inside, grow_labels
 from pianta.plan.walls.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, Regions
 

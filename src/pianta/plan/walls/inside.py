@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.plan.sheets.sheet import Floats, Mask
+from pianta._types import Floats, Mask
 
 # Only so near to barriers the network sees enough to tell, metres.
 SEEN = 1.5

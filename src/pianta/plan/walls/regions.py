@@ -16,9 +16,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Colors
 from pianta.models import MODELS
 from pianta.plan.sheets.binarization import grade_contrast, straighten_tones, take_darkest, take_lightest
-from pianta.plan.sheets.sheet import Colors
 
 Probabilities = NDArray[np.float32]
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from shapely import Polygon, get_coordinates, unary_union
 from shapely.geometry.base import BaseGeometry
 
+from pianta._types import Colors, Floats
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import UNKNOWN, GridMap
@@ -31,9 +31,6 @@ from pianta.worlds.plans.lettering import (
 from pianta.worlds.plans.look import Canvas, PlanLook
 from pianta.worlds.plans.symbols import mark_furniture, mark_room_symbol, mark_signs, widen_doors
 from pianta.worlds.plans.walls import paint_walls, reach_to_axes
-
-Floats = NDArray[np.float64]
-Colors = NDArray[np.uint8]
 
 # Metres around the building, where its dimensions are written, and where the title and the bar of scale stand.
 MARGIN, DIMENSIONS, STRIP = 1.0, 1.4, 1.8

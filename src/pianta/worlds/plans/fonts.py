@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Colors
 from pianta.errors import OptionError
 
 if TYPE_CHECKING:
@@ -38,8 +38,6 @@ NAMES = {
 }
 # Room around a name inside its walls, and strength of walls, in heights of a capital.
 MARGIN, WALL = 1.0, 0.35
-
-Colors = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,14 @@ from math import cos, radians, sin
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 from shapely import Polygon, maximum_inscribed_circle
 
+from pianta._types import Colors
 from pianta.errors import OptionError
 from pianta.gridmap import GridMap
 from pianta.plan.sheets.sheet import PlacedText
 
-Floats = NDArray[np.float64]
-Colors = NDArray[np.uint8]
 Color = tuple[int, int, int]
 
 DEFAULT_FONT = "DejaVuSans"

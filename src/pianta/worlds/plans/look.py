@@ -7,18 +7,16 @@ from typing import Literal, get_args
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from shapely import Polygon, get_coordinates, get_parts
 from shapely.geometry.base import BaseGeometry
 
+from pianta._types import Colors, Floats
 from pianta.errors import OptionError
 from pianta.gridmap import GridMap
 from pianta.plan.symbols.drawings import SHIFT, Color, Mark, paint_marks, pixel_matrix
 from pianta.worlds.plans.lettering import DEFAULT_FONT
 from pianta.worlds.plans.symbols import DOOR_STYLES, DoorStyle
 
-Floats = NDArray[np.float64]
-Colors = NDArray[np.uint8]
 WallStyle = Literal["thick", "double", "single"]
 WALL_STYLES: tuple[WallStyle, ...] = get_args(WallStyle)
 

@@ -8,15 +8,15 @@ from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from shapely import LineString, Point, Polygon, affinity, box, contains_xy, get_coordinates, unary_union
 from shapely.geometry.base import BaseGeometry
 
+from pianta._types import Floats
 from pianta.floor import Door, Floor, Room
 from pianta.plan.symbols.drawings import SYMBOLS, WALL, Mark
 from pianta.worlds.floors import INNER_WALL, OUTER_WALL
 
-Floats = NDArray[np.float64]
 DoorStyle = Literal["arc", "arc 45", "leaf", "leaf 45", "sliding", "double", "gap"]
 DOOR_STYLES: tuple[DoorStyle, ...] = get_args(DoorStyle)
 SYMBOL_OF_STYLE = {
