@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/generation.md: python docs/draw_generation.py."""
+"""Draw the pictures of docs/methods/generation.md: python docs/draw_generation.py."""
 
 from __future__ import annotations
 

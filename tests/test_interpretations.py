@@ -229,7 +229,7 @@ def test_annotated_buildings_have_the_rooms_doors_and_labels_that_the_authors_pu
 
 
 def test_the_snippets_of_the_page_run_one_after_the_other(tmp_path, monkeypatch):
-    page = (Path(__file__).parents[1] / "docs" / "relations.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[1] / "docs" / "methods" / "relations.md").read_text(encoding="utf-8")
     snippets = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     monkeypatch.chdir(tmp_path)
     save_floor(FLOOR, "floor.geojson")

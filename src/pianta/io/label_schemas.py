@@ -1,7 +1,7 @@
 """labels.yaml: the label schema of a building type that the thesis does not have, such as a hospital or a house.
 
-It has the members `format`, `version`, `building_type` and `labels`; docs/labels.md has an example. A label needs a
-`name` and a `function`; the rest is derived where it is missing.
+It has the members `format`, `version`, `building_type` and `labels`; docs/methods/labels.md has an example. A label
+needs a `name` and a `function`; the rest is derived where it is missing.
 """
 
 from __future__ import annotations
