@@ -29,7 +29,7 @@ from pianta.bench.building_models import (
     list_types,
 )
 from pianta.bench.place_models import PIANTA
-from pianta.labels import LabelSet, Split
+from pianta.labels import LabelConvention, LabelSet
 from pianta.rooms.completion import LABELS
 
 # Section 6.2 takes 500; a fifth of them takes a fifth of the time.
@@ -51,7 +51,7 @@ class BuildingsBench:
     seconds: of the processor, by task and model. The highest score decides.
     """
 
-    split: Split
+    split: LabelConvention
     seed: int
     trees: int
     floors: Sequence[BuildingFloor]
@@ -82,7 +82,7 @@ class BuildingsBench:
 def measure_buildings(
     data: Path,
     *,
-    split: Split = Split.EXPERIMENTS,
+    split: LabelConvention = LabelConvention.EXPERIMENTS,
     trees: int = TREES,
     seed: int = 0,
     track: Callable[[Sequence[str]], Iterable[str]] = iter,
@@ -102,7 +102,7 @@ def measure_buildings(
 def measure_building_types(
     folders: Sequence[Path],
     *,
-    split: Split = Split.EXPERIMENTS,
+    split: LabelConvention = LabelConvention.EXPERIMENTS,
     trees: int = TREES,
     seed: int = 0,
     track: Callable[[Sequence[str]], Iterable[str]] = iter,

@@ -16,7 +16,7 @@ from rich.text import Text
 from pianta import __version__
 from pianta.bench.report import ABSENT, show_figure, start_table
 from pianta.bench.table import Row
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 
 # What was measured on each item, by the name of the part that the items belong to.
 Items: TypeAlias = Mapping[str, Sequence[Row]]
@@ -114,7 +114,7 @@ def save_comparisons(
         ],
         **more,
     }
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 

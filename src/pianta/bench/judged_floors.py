@@ -12,7 +12,7 @@ from pianta._types import Floats
 from pianta.bench.place_models import Opinion, true_labels
 from pianta.evaluation.semantics import LabelPair, pair_backward, pair_forward
 from pianta.floor import Floor
-from pianta.labels import LabelSet, Split
+from pianta.labels import LabelConvention, LabelSet
 from pianta.rooms.completion import LABELS
 
 SCHOOLS, OFFICES, LAYOUTS, TRUE_LAYOUTS = "schools", "offices", "layouts", "true layouts"
@@ -34,7 +34,7 @@ class JudgedFloor:
     found: Floor
     true: Floor
     opinions: Mapping[str, Opinion]
-    split: Split
+    split: LabelConvention
 
     def given(self, model: str, label_set: LabelSet) -> list[str]:
         """The most probable label of each judged room."""

@@ -22,7 +22,7 @@ from pianta.bench.plan_scores import COLUMNS, PlanRead, judge_floors, score_read
 from pianta.bench.plan_sets import DRAWN, KIND_OF_PLAN, TruePlan, draw_true_plan, find_image, list_plans, read_true_plan
 from pianta.bench.table import BenchTable, Figures, Row, measure_row
 from pianta.errors import OptionError, PiantaError, PlanWarning
-from pianta.io._files import reason_of
+from pianta.io._files import one_line_reason
 
 SET_NAMES = ("real", "drawn")
 # Readings of each plan, by whether symbols are handled.
@@ -142,7 +142,7 @@ def measure_plan(
             warnings.simplefilter("ignore")
             plan = draw_true_plan(name) if name in DRAWN else read_true_plan(data or Path(), name)
     except PiantaError as error:
-        return PlanResult(name, KIND_OF_PLAN.get(name, ""), truth_failure=reason_of(error))
+        return PlanResult(name, KIND_OF_PLAN.get(name, ""), truth_failure=one_line_reason(error))
     with TemporaryDirectory() as folder:
         if name in DRAWN:
             file = Path(folder, f"{name}.png")
@@ -209,4 +209,4 @@ def _measure_text(track: Callable[[Sequence[str]], Iterable[str]]) -> tuple[Benc
     try:
         return measure_text(track=track), None
     except (ImportError, PiantaError) as error:
-        return None, reason_of(error)
+        return None, one_line_reason(error)

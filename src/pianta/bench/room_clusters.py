@@ -16,7 +16,7 @@ from sklearn.preprocessing import minmax_scale
 
 from pianta._types import Floats
 from pianta.bench.room_sets import RoomSet
-from pianta.labels import General
+from pianta.labels import GeneralLabel
 from pianta.rooms.thesis_features import GENERAL_FEATURES
 
 MIN_POINTS, EPSILON = 6, 3.0
@@ -97,7 +97,7 @@ def measure_clusters(rooms: RoomSet, clusters: Clusters) -> dict[str, float | No
     named = name_by_majority(corridors, clusters)
     apart = np.where(inside, named, corridors.mean() > 0.5)
     some_outside, some_inside = bool((~inside).any()), bool(inside.any())
-    is_c = rooms.labels == str(General.CORRIDOR)
+    is_c = rooms.labels == str(GeneralLabel.CORRIDOR)
     doorways = rooms.geometry[:, GENERAL_FEATURES.index("doors")]
     return {
         "clusters": len(np.unique(clusters[inside])),

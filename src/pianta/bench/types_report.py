@@ -21,7 +21,7 @@ from pianta.bench.room_clusters import EPSILON, MIN_POINTS, RoomClusters
 from pianta.bench.room_sets import GENERAL_LABELS, RoomSet
 from pianta.bench.type_classifiers import ALGORITHMS, CrossValidation, Transfer
 from pianta.bench.types import BY_AREA, BY_NAME, OF_THESIS, TypesBench, bounds_of_sizes, characterise
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 
 NOTES = (
     "S, M and B are told by a label's name (docs/building-types.md), or by area halfway between those of Table 4.2.",
@@ -183,7 +183,7 @@ def _pad(values: Sequence[float], length: int) -> list[float | None]:
 
 def save_types_bench(bench: TypesBench, path: str | Path) -> None:
     """Write every figure as JSON, shares from 0 to 1, areas in m²; raises PiantaError when it cannot be written."""
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(json.dumps(_as_json(bench), indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
