@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/generation.md: python docs/draw_generation.py."""
+"""Draw the pictures of docs/methods/generation.md: python docs/draw_generation.py."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def plot_graph(
         color, width = (ACCENT, CUT_WIDTH) if is_marked else (SHADE, 1.2)
         ax.plot(*zip(places[one], places[other], strict=True), color=color, linewidth=width, zorder=0)
     for node, label in graph.nodes(data="label"):
-        marker = "s" if SCHOOL.by_name[label].in_r_c() == "CORRIDOR" else "o"
+        marker = "s" if SCHOOL.by_name[label].room_or_corridor() == "CORRIDOR" else "o"
         color = COLORS[clusters[node] % len(COLORS)]
         ax.scatter(*places[node], s=size, marker=marker, color=color, edgecolors="black", linewidths=0.8, zorder=1)
     ax.set_aspect("equal", adjustable="datalim")

@@ -1,4 +1,4 @@
-"""Draw the picture of docs/partial-rooms.md: python docs/draw_partial.py."""
+"""Draw the picture of docs/methods/partial-rooms.md: python docs/draw_partial.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/plans.md: python docs/draw_plans.py."""
+"""Draw the pictures of docs/methods/plans.md: python docs/draw_plans.py."""
 
 from __future__ import annotations
 

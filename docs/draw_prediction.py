@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/prediction.md: python docs/draw_prediction.py."""
+"""Draw the pictures of docs/methods/prediction.md: python docs/draw_prediction.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/realism.md: python docs/draw_realism.py."""
+"""Draw the pictures of docs/methods/realism.md: python docs/draw_realism.py."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import pytest
 import pianta
 
 PACKAGE = Path(pianta.__file__).parent
-# From the top down; docs/house.md says what each one holds.
+# From the top down; docs/reference/house.md says what each one holds.
 LEVELS = (
     ("__init__", "__main__"),
     ("cli",),

@@ -9,8 +9,8 @@ import typer
 
 from pianta.cli.terminal import stdout, track_items
 from pianta.errors import OptionError
-from pianta.io._files import shown
-from pianta.io._folders import check_output_folder, written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_output_folder
 from pianta_bench._options import Data, Json
 
 SET_NAMES = ("school", "office", "synthetic")
@@ -65,7 +65,7 @@ def bench_exploration(
         if folder:
             check_output_folder(folder)
     if json and json.is_dir():
-        raise OptionError(f"JSON file {shown(json)} is a folder, give the name of a file")
+        raise OptionError(f"JSON file {short_repr(json)} is a folder, give the name of a file")
     from pianta_bench.exploration.figures import save_exploration_pictures
     from pianta_bench.exploration.file import save_exploration
     from pianta_bench.exploration.measure import measure_exploration
@@ -85,10 +85,10 @@ def bench_exploration(
     )
     stdout.print(show_comparisons(tabulate_exploration(bench), bench.items))
     if json:
-        with written_together(json.parent) as new:
+        with atomic_folder(json.parent) as new:
             save_exploration(bench, new / json.name)
     if pictures:
-        with written_together(pictures) as new:
+        with atomic_folder(pictures) as new:
             save_exploration_pictures(bench, new)
     if any(row.failure for rows in bench.items.values() for row in rows):
         raise typer.Exit(1)

@@ -10,8 +10,8 @@ from rich.text import Text
 
 from pianta.cli.terminal import stdout, track_items
 from pianta.errors import OptionError
-from pianta.io._files import shown
-from pianta.io._folders import check_output_folder, written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_output_folder
 from pianta_bench._options import Data, Json
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def bench_plans(
         if folder:
             check_output_folder(folder)
     if json and json.is_dir():
-        raise OptionError(f"JSON file {shown(json)} is a folder, give the name of a file")
+        raise OptionError(f"JSON file {short_repr(json)} is a folder, give the name of a file")
     from pianta_bench.plans.file import save_plans
     from pianta_bench.plans.measure import measure_plans
 
@@ -68,7 +68,7 @@ def bench_plans(
     )
     _show(bench)
     if json:
-        with written_together(json.parent) as new:
+        with atomic_folder(json.parent) as new:
             save_plans(bench, new / json.name)
     if bench.failed:
         raise typer.Exit(1)

@@ -11,8 +11,8 @@ import typer
 
 from pianta.cli.terminal import show_examples, stdout, track_items
 from pianta.errors import OptionError
-from pianta.io._files import shown
-from pianta.io._folders import check_output_folder, written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_output_folder
 from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS, check_method
 from pianta_bench import _exploration_cli as bench_exploration
 from pianta_bench import _plans_cli as bench_plans
@@ -117,7 +117,7 @@ def bench_cost(*, method: Methods = None, json: Json = None) -> None:
     growths = measure_cost(methods=methods, track=track_items)
     stdout.print(show_growths(growths))
     if json:
-        with written_together(json.parent) as new:
+        with atomic_folder(json.parent) as new:
             save_growths(growths, new / json.name)
 
 
@@ -139,7 +139,7 @@ def bench_graphs(*, data: Data = None, json: Json = None, pictures: GraphPicture
     tables, items = measure_graphs(folder, pictures=pictures, track=track_items)
     _show(tables, items)
     if json:
-        with written_together(json.parent) as new:
+        with atomic_folder(json.parent) as new:
             save_comparisons("graphs", tables, items, new / json.name)
     _exit_on_failure(items)
 
@@ -182,7 +182,7 @@ def bench_places(
     that have not seen it. A floor that fails does not count; the exit code is
     then 1.
     """
-    from pianta.labels import Split
+    from pianta.labels import LabelConvention
     from pianta_bench.data.folders import find_data
     from pianta_bench.places.figures import save_place_pictures
     from pianta_bench.places.measure import measure_places, save_places
@@ -194,7 +194,7 @@ def bench_places(
     folder = find_data(data)
     if pictures:
         pictures.mkdir(parents=True, exist_ok=True)
-    bench = measure_places(folder, split=Split(split), seed=seed, pictures=pictures, track=track_items)
+    bench = measure_places(folder, split=LabelConvention(split), seed=seed, pictures=pictures, track=track_items)
     _show(tabulate_places(bench), bench.items)
     _save(bench, json, save_places, pictures, save_place_pictures)
     _exit_on_failure(bench.items)
@@ -226,7 +226,7 @@ def bench_buildings(
     buildings are classified, those of your folders. A floor that fails does
     not count; the exit code is then 1.
     """
-    from pianta.labels import Split
+    from pianta.labels import LabelConvention
     from pianta_bench.buildings.figures import save_building_pictures
     from pianta_bench.buildings.measure import measure_building_types, measure_buildings
     from pianta_bench.buildings.tables import list_items, save_buildings, tabulate_buildings
@@ -238,7 +238,7 @@ def bench_buildings(
         raise OptionError("--pictures are of the thesis' two types, leave it out with --types")
     _check_outputs(json, pictures)
     measure = partial(measure_building_types, types) if types else partial(measure_buildings, find_data(data))
-    bench = measure(split=Split(split), trees=trees, seed=seed, track=track_items)
+    bench = measure(split=LabelConvention(split), trees=trees, seed=seed, track=track_items)
     items = list_items(bench)
     _show(tabulate_buildings(bench), items)
     _save(bench, json, save_buildings, pictures, save_building_pictures)
@@ -318,7 +318,7 @@ def bench_partial(
     tables = tabulate_partial(bench)
     stdout.print(show_comparisons(tables, bench.items))
     if json:
-        with written_together(json.parent) as new:
+        with atomic_folder(json.parent) as new:
             save_comparisons("partial", tables, bench.items, new / json.name)
     _exit_on_failure(bench.items)
 
@@ -360,7 +360,7 @@ def _run(
     table = measure(folder, pictures=pictures, track=track_items)
     stdout.print(show_bench_table(table, maps=maps))
     if json:
-        with written_together(json.parent) as new:
+        with atomic_folder(json.parent) as new:
             save_bench_table(table, new / json.name)
     if table.failed:
         raise typer.Exit(1)
@@ -382,10 +382,10 @@ def _save(
 ) -> None:
     """Write the figures and the pictures that are wanted."""
     if json:
-        with written_together(json.parent) as new:
+        with atomic_folder(json.parent) as new:
             save_figures(bench, new / json.name)
     if pictures:
-        with written_together(pictures) as new:
+        with atomic_folder(pictures) as new:
             save_pictures(bench, new)
 
 
@@ -401,4 +401,4 @@ def _check_outputs(json: Path | None, pictures: Path | None) -> None:
         if folder:
             check_output_folder(folder)
     if json and json.is_dir():
-        raise OptionError(f"JSON file {shown(json)} is a folder, give the name of a file")
+        raise OptionError(f"JSON file {short_repr(json)} is a folder, give the name of a file")

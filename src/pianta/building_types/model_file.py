@@ -20,7 +20,7 @@ from pianta.building_types.model import BuildingModel, Learnt, check_types
 from pianta.building_types.typicality import Typicality
 from pianta.errors import ModelError
 from pianta.io._faults import describe_validation, join_faults
-from pianta.io._files import checked_input, reason_of, shown, written_atomically
+from pianta.io._files import atomic_file, check_input_file, one_line_reason, short_repr
 from pianta.labels import LabelSet, standard_building_type
 from pianta.models import MODELS
 from pianta.rooms.completion import LABELS
@@ -54,7 +54,7 @@ def save_building_model(model: BuildingModel, path: str | Path) -> None:
     head = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in content.model_dump(exclude={"floors"}).items()]
     lines = [json.dumps(floor.model_dump(by_alias=True), separators=(",", ":")) for floor in content.floors]
     text = "{\n" + ",\n".join([*head, '"floors": [\n' + ",\n".join(lines) + "\n]"]) + "\n}\n"
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
@@ -64,14 +64,14 @@ def read_building_model(path: str | Path) -> BuildingModel:
     Raises ModelError, in one line, for a file that is no model, one of a newer format or of other features, and one
     whose floors cannot be.
     """
-    file = checked_input(path, "model", ModelError)
+    file = check_input_file(path, "model", ModelError)
     try:
         if file.stat().st_size > MAX_FILE_BYTES:
             raise ModelError(f"it has more than {MAX_FILE_BYTES} bytes, too many for a model")
         content = _read_content(file.read_bytes())
         _check_model(content)
     except (ModelError, OSError) as error:
-        raise ModelError(f"cannot read the model {shown(file)}: {reason_of(error)}") from error
+        raise ModelError(f"cannot read the model {short_repr(file)}: {one_line_reason(error)}") from error
     return BuildingModel(
         known=tuple(floor.describe() for floor in content.floors),
         types=tuple(floor.building_type for floor in content.floors),
@@ -236,13 +236,13 @@ def _check_model(model: _Model) -> None:
     if model.features != names:
         raise ModelError("it was trained on other features of floors than this pianta computes, train it again")
     faults = [
-        f"floor {shown(floor.source)} has {len(floor.features)} features of {len(names)}"
+        f"floor {short_repr(floor.source)} has {len(floor.features)} features of {len(names)}"
         for floor in model.floors
         if len(floor.features) != len(names)
     ]
     strange = sorted({label for floor in model.floors for label in floor.labels} - set(LABELS[label_set]))
     if strange:
-        faults.append(f"its rooms have labels that are not of {label_set}: {join_faults([*map(shown, strange)])}")
+        faults.append(f"its rooms have labels that are not of {label_set}: {join_faults([*map(short_repr, strange)])}")
     if sum(len(floor.labels) ** 2 for floor in model.floors) > MAX_PAIRS:
         faults.append(f"its floors have more than {MAX_PAIRS} pairs of rooms, too many for a model")
     if faults:

@@ -18,7 +18,8 @@ from pianta.errors import LabelError, ModelError
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import LEAST_FLOORS, MAX_ROOMS, TypeFloor, TypeModel
 from pianta.io._faults import describe_validation, join_faults
-from pianta.io._files import checked_input, shown, written_atomically
+from pianta.io._files import atomic_file, check_input_file, short_repr
+from pianta.io.label_schemas import dump_label
 from pianta.labels import Label, LabelSchema, standard_building_type
 
 FORMAT: Final = "pianta type"
@@ -38,8 +39,8 @@ def save_type_model(model: TypeModel, path: str | Path) -> None:
     try:
         _parse_model(content)
     except ModelError as exception:
-        raise ModelError(f"cannot save the model as {shown(path)}: {exception}") from exception
-    with written_atomically(path) as temporary:
+        raise ModelError(f"cannot save the model as {short_repr(path)}: {exception}") from exception
+    with atomic_file(path) as temporary:
         temporary.write_bytes(content)
 
 
@@ -48,18 +49,18 @@ def read_type_model(path: str | Path) -> TypeModel:
 
     Raises ModelError, with every fault in one message, for a file that holds none, and for one of a newer format.
     """
-    file = checked_input(path, "model", ModelError)
+    file = check_input_file(path, "model", ModelError)
     try:
         if (size := file.stat().st_size) > MAX_FILE_BYTES:
             raise ModelError(f"it has {size} bytes, the limit is {MAX_FILE_BYTES}")
         return _parse_model(file.read_bytes())
     except (ModelError, OSError) as exception:
-        raise ModelError(f"cannot read the model {shown(file)}: {exception}") from exception
+        raise ModelError(f"cannot read the model {short_repr(file)}: {exception}") from exception
 
 
 def _check_type(name: str) -> str:
     if standard_building_type(name) != name:
-        raise ValueError(f"the building type {shown(name)} is not in lower case")
+        raise ValueError(f"the building type {short_repr(name)} is not in lower case")
     return name
 
 
@@ -83,7 +84,7 @@ class _Floor(BaseModel):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if faults := self._find_faults():
-            raise ValueError(f"floor {shown(self.source)}: {join_faults(faults)}")
+            raise ValueError(f"floor {short_repr(self.source)}: {join_faults(faults)}")
         return self
 
     def _find_faults(self) -> list[str]:
@@ -134,7 +135,7 @@ class _Model(BaseModel):
     def _check(self) -> Self:
         known = {label.name for label in self.labels}
         faults = [
-            f"floor {shown(floor.source)} has labels {', '.join(unknown)} that the type does not have"
+            f"floor {short_repr(floor.source)} has labels {', '.join(unknown)} that the type does not have"
             for floor in self.floors
             if (unknown := sorted(set(floor.labels) - known))
         ]
@@ -172,10 +173,7 @@ def _dump_model(model: TypeModel) -> bytes:
         "edge_moves": model.edge_moves,
         "door_moves": model.door_moves,
     }
-    labels = [
-        {name: value for name in LABEL_FIELDS if (value := getattr(label, name)) is not None}
-        for label in model.schema.labels
-    ]
+    labels = [dump_label(label) for label in model.schema.labels]
     floors = [
         {
             "source": floor.source,
@@ -192,9 +190,6 @@ def _dump_model(model: TypeModel) -> bytes:
         listed = ",\n".join(f"  {json.dumps(row)}" for row in rows)
         lines.append(f' "{name}": [\n{listed}\n ]')
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
-
-
-LABEL_FIELDS = ("name", "function", "general", "color", "in_experiments", "corridor_in_graphs")
 
 
 def _parse_model(content: bytes) -> TypeModel:
@@ -218,8 +213,8 @@ def _check_version(content: bytes) -> None:
     version = head.get("version")
     major = version.partition(".")[0] if isinstance(version, str) else ""
     if not major.isdecimal():
-        raise ModelError(f"its version is {shown(version)}, give {MAJOR}.{MINOR}")
+        raise ModelError(f"its version is {short_repr(version)}, give {MAJOR}.{MINOR}")
     if int(major[:9]) != MAJOR:
         raise ModelError(
-            f"it has version {shown(version)}, this pianta reads {MAJOR}.x; read it with a pianta of its time"
+            f"it has version {short_repr(version)}, this pianta reads {MAJOR}.x; read it with a pianta of its time"
         )

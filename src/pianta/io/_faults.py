@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from pydantic import ValidationError
 
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 
 MAX_FAULTS_TOLD = 10
 
@@ -26,7 +26,7 @@ def describe_validation(error: ValidationError) -> str:
         if fault["loc"]:
             text = f"{_describe_place(fault['loc'])}: {text}"
             if isinstance(fault["input"], str | int | float | None):
-                text += f", found {shown(fault['input'])}"
+                text += f", found {short_repr(fault['input'])}"
         faults.append(text)
     return join_faults(faults)
 
@@ -34,5 +34,5 @@ def describe_validation(error: ValidationError) -> str:
 def _describe_place(keys: tuple[int | str, ...]) -> str:
     """Path to a value, such as features[3].geometry; odd keys are quoted."""
     plain = (key if isinstance(key, str) and key.isidentifier() and len(key) < 50 else None for key in keys)
-    steps = (f"[{shown(key)}]" if name is None else f".{name}" for key, name in zip(keys, plain, strict=True))
+    steps = (f"[{short_repr(key)}]" if name is None else f".{name}" for key, name in zip(keys, plain, strict=True))
     return "".join(steps).removeprefix(".")

@@ -38,7 +38,7 @@ from shapely.geometry.base import BaseGeometry
 from pianta.errors import FloorError
 from pianta.floor import Door, Floor, Room
 from pianta.io._faults import describe_validation
-from pianta.io._files import MAX_CELLS, checked_input, reason_of, shown, written_atomically
+from pianta.io._files import MAX_CELLS, atomic_file, check_input_file, one_line_reason, short_repr
 
 FORMAT, MAJOR, MINOR = "pianta floor", 2, 2
 MAX_FILE_BYTES = 64 * 2**20
@@ -62,8 +62,8 @@ def save_floor(floor: Floor, path: str | Path) -> None:
         if _parse_floor(content) != floor:
             raise FloorError("it has shapes in three dimensions, give it in two (shapely.force_2d)")
     except (ValueError, TypeError) as exception:
-        raise FloorError(f"cannot save the floor as {shown(path)}: {exception}") from exception
-    with written_atomically(path) as temporary:
+        raise FloorError(f"cannot save the floor as {short_repr(path)}: {exception}") from exception
+    with atomic_file(path) as temporary:
         temporary.write_bytes(content)
 
 
@@ -95,13 +95,13 @@ def read_floor(path: str | Path) -> Floor:
     >>> len(floor)
     19
     """
-    file = checked_input(path, "floor", FloorError)
+    file = check_input_file(path, "floor", FloorError)
     if file.stat().st_size > MAX_FILE_BYTES:
-        raise FloorError(f"floor {shown(file)} has more than {MAX_FILE_BYTES} bytes, too many for a floor")
+        raise FloorError(f"floor {short_repr(file)} has more than {MAX_FILE_BYTES} bytes, too many for a floor")
     try:
         return _parse_floor(file.read_bytes())
     except (FloorError, OSError) as exception:
-        raise FloorError(f"cannot read the floor {shown(file)}: {exception}") from exception
+        raise FloorError(f"cannot read the floor {short_repr(file)}: {exception}") from exception
 
 
 def _dump_floor(floor: Floor) -> bytes:
@@ -328,7 +328,7 @@ def save_label_image(labels: NDArray[np.uint16], path: str | Path) -> None:
     """
     if labels.dtype != np.uint16 or labels.ndim != 2 or labels.size == 0:
         raise FloorError(f"labels are {labels.dtype} of shape {labels.shape}, give a non-empty 2-D uint16 array")
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         Image.fromarray(np.ascontiguousarray(labels)).save(temporary, format="PNG")
 
 
@@ -337,14 +337,14 @@ def read_label_image(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray
 
     Raises FloorError for a file that is no such image or has more than max_cells pixels.
     """
-    file = checked_input(path, "label image", FloorError)
+    file = check_input_file(path, "label image", FloorError)
     try:
         # Image.open has a size limit of its own, which is global.
         with PngImageFile(file) as image:
             return _decode_labels(image, max_cells)
     # Pillow raises whatever a hostile file drives it to.
     except Exception as exception:
-        raise FloorError(f"cannot read the label image {shown(file)}: {reason_of(exception)}") from exception
+        raise FloorError(f"cannot read the label image {short_repr(file)}: {one_line_reason(exception)}") from exception
 
 
 def _decode_labels(image: PngImageFile, max_cells: int) -> NDArray[np.uint16]:

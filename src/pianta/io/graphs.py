@@ -13,7 +13,7 @@ from pydantic_core import from_json
 
 from pianta.errors import BuildingError, FloorError, LabelError
 from pianta.io._faults import describe_validation, join_faults
-from pianta.io._files import checked_input, shown, written_atomically
+from pianta.io._files import atomic_file, check_input_file, short_repr
 from pianta.labels import standard_building_type, standard_name
 
 MAX_FILE_BYTES = 64 * 2**20
@@ -32,8 +32,8 @@ def save_graph(graph: nx.Graph, path: str | Path) -> None:
         if not nx.utils.graphs_equal(_parse_graph(content), graph):
             raise FloorError("it has attributes that node-link JSON cannot hold, such as tuples or a node's `id`")
     except (ValueError, TypeError, RecursionError) as exception:
-        raise FloorError(f"cannot save the graph as {shown(path)}: {exception}") from exception
-    with written_atomically(path) as temporary:
+        raise FloorError(f"cannot save the graph as {short_repr(path)}: {exception}") from exception
+    with atomic_file(path) as temporary:
         temporary.write_bytes(content + b"\n")
 
 
@@ -42,13 +42,13 @@ def read_graph(path: str | Path) -> nx.Graph:
 
     Raises FloorError, with every fault in one message, for a file that holds no such graph.
     """
-    file = checked_input(path, "graph", FloorError)
+    file = check_input_file(path, "graph", FloorError)
     if file.stat().st_size > MAX_FILE_BYTES:
-        raise FloorError(f"graph {shown(file)} has more than {MAX_FILE_BYTES} bytes, too many for a floor")
+        raise FloorError(f"graph {short_repr(file)} has more than {MAX_FILE_BYTES} bytes, too many for a floor")
     try:
         return _parse_graph(file.read_bytes())
     except (FloorError, OSError) as exception:
-        raise FloorError(f"cannot read the graph {shown(file)}: {exception}") from exception
+        raise FloorError(f"cannot read the graph {short_repr(file)}: {exception}") from exception
 
 
 def _refuse_infinity(value: JsonValue) -> JsonValue:
@@ -88,9 +88,10 @@ class _NodeLink(BaseModel):
     def _check_ids(self) -> _NodeLink:
         ids = Counter(node.id for node in self.nodes)
         ends = {end for edge in self.edges for end in (edge.source, edge.target)}
-        faults = [f"node {shown(node)} occurs {count} times" for node, count in ids.items() if count > 1]
+        faults = [f"node {short_repr(node)} occurs {count} times" for node, count in ids.items() if count > 1]
         faults += [
-            f"an edge leads to node {shown(end)}, which does not exist" for end in sorted(ends - ids.keys(), key=str)
+            f"an edge leads to node {short_repr(end)}, which does not exist"
+            for end in sorted(ends - ids.keys(), key=str)
         ]
         if faults:
             raise ValueError(join_faults(faults))
@@ -121,14 +122,14 @@ def read_room_graphs(path: str | Path) -> list[nx.Graph]:
 
     Raises FloorError, with every fault in one message, for a file that holds no such graphs.
     """
-    file = checked_input(path, "file of room graphs", FloorError)
+    file = check_input_file(path, "file of room graphs", FloorError)
     try:
         _check_size(file)
         sample = _Sample.model_validate_json(file.read_bytes())
     except ValidationError as exception:
-        raise FloorError(f"cannot read the room graphs {shown(file)}: {describe_validation(exception)}") from None
+        raise FloorError(f"cannot read the room graphs {short_repr(file)}: {describe_validation(exception)}") from None
     except (FloorError, OSError) as exception:
-        raise FloorError(f"cannot read the room graphs {shown(file)}: {exception}") from exception
+        raise FloorError(f"cannot read the room graphs {short_repr(file)}: {exception}") from exception
     return [part.room_graph(sample.building_type) for part in sample.graphs]
 
 
@@ -141,14 +142,14 @@ def read_room_graph(path: str | Path) -> nx.Graph:
 
     Raises FloorError, in one line, for a file that holds no room graph.
     """
-    file = checked_input(path, "room graph", FloorError)
+    file = check_input_file(path, "room graph", FloorError)
     try:
         graph = _read_any_graph(file)
         _standardise_graph(graph, file)
     except BuildingError as exception:
         raise FloorError(f"{exception}; a room graph may also be graph.json or GraphML") from exception
     except OSError as exception:
-        raise FloorError(f"cannot read the room graph {shown(file)}: {exception}") from exception
+        raise FloorError(f"cannot read the room graph {short_repr(file)}: {exception}") from exception
     graph.graph["source"] = file.name
     return graph
 
@@ -181,7 +182,7 @@ def _read_any_graph(file: Path) -> nx.Graph:
     if "nodes" in names:
         return read_graph(file)
     if "graphs" in names:
-        raise FloorError(f"{shown(file)} holds several room graphs, read them with read_room_graphs")
+        raise FloorError(f"{short_repr(file)} holds several room graphs, read them with read_room_graphs")
     floor = read_building(file)
     graph = floor.graph()
     if floor.given_type is not None:
@@ -202,13 +203,13 @@ def _names_in_json(file: Path) -> frozenset[str]:
 
 def _standardise_graph(graph: nx.Graph, file: Path) -> None:
     """Give each node a label in standard form or None, and the graph its type of building in standard form, if any."""
-    faults = [f"node {shown(node)} has an edge to itself" for node in nx.nodes_with_selfloops(graph)]
+    faults = [f"node {short_repr(node)} has an edge to itself" for node in nx.nodes_with_selfloops(graph)]
     for node, attributes in graph.nodes(data=True):
         label = attributes.setdefault("label", None)
         try:
             attributes["label"] = None if label is None else standard_name(_checked_text(label))
         except LabelError as exception:
-            faults.append(f"the label of node {shown(node)}: {exception}")
+            faults.append(f"the label of node {short_repr(node)}: {exception}")
     building_type = graph.graph.pop("building_type", None)
     try:
         if building_type is not None:
@@ -216,12 +217,12 @@ def _standardise_graph(graph: nx.Graph, file: Path) -> None:
     except LabelError as exception:
         faults.append(f"its building_type: {exception}")
     if faults:
-        raise FloorError(f"graph {shown(file)} is no room graph: {join_faults(faults)}")
+        raise FloorError(f"graph {short_repr(file)} is no room graph: {join_faults(faults)}")
 
 
 def _checked_text(name: object) -> str:
     if not isinstance(name, str):
-        raise LabelError(f"the name {shown(name)} is no text, give a word")
+        raise LabelError(f"the name {short_repr(name)} is no text, give a word")
     return name
 
 
@@ -248,11 +249,13 @@ class _SampledGraph(_Part):
     def _check(self) -> _SampledGraph:
         nodes = Counter(node.id for node in self.nodes)
         pairs = Counter(frozenset(edge) for edge in self.edges)
-        faults = [f"node {shown(node)} occurs {count} times" for node, count in nodes.items() if count > 1]
+        faults = [f"node {short_repr(node)} occurs {count} times" for node, count in nodes.items() if count > 1]
         for pair, count in pairs.items():
             ends = sorted(pair, key=str)
-            told = f"edge {' to '.join(map(shown, ends))}"
-            faults += [f"{told} leads to node {shown(end)}, which does not exist" for end in ends if end not in nodes]
+            told = f"edge {' to '.join(map(short_repr, ends))}"
+            faults += [
+                f"{told} leads to node {short_repr(end)}, which does not exist" for end in ends if end not in nodes
+            ]
             faults += [f"{told} has one end"] if len(ends) == 1 else []
             faults += [f"{told} occurs {count} times"] if count > 1 else []
         if faults:
@@ -275,7 +278,7 @@ class _Sample(_Part):
     @model_validator(mode="after")
     def _check_ids(self) -> _Sample:
         ids = Counter(graph.id for graph in self.graphs)
-        faults = [f"graph {shown(name)} occurs {count} times" for name, count in ids.items() if count > 1]
+        faults = [f"graph {short_repr(name)} occurs {count} times" for name, count in ids.items() if count > 1]
         if faults:
             raise ValueError(join_faults(faults))
         return self

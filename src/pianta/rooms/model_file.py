@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from pianta.errors import ModelError, PiantaError
 from pianta.io._faults import describe_validation
-from pianta.io._files import checked_input, reason_of, shown, written_atomically
+from pianta.io._files import atomic_file, check_input_file, one_line_reason, short_repr
 from pianta.labels import Label, LabelSchema
 from pianta.models import MODELS
 from pianta.rooms.features import CONTEXT_FEATURES
@@ -39,7 +39,7 @@ REMEDY = "train it again with `pianta train places`"
 def check_model_path(path: str | Path) -> None:
     """Raise ModelError, in one line, for the name of a file that is none of a model."""
     if Path(path).suffix.lower() != SUFFIX:
-        raise ModelError(f"model file {shown(path)} does not end in {SUFFIX}, give a name that does")
+        raise ModelError(f"model file {short_repr(path)} does not end in {SUFFIX}, give a name that does")
 
 
 def save_place_model(model: PlaceModel, path: str | Path) -> None:
@@ -56,7 +56,7 @@ def save_place_model(model: PlaceModel, path: str | Path) -> None:
         for name, (dtype, _) in ARRAYS.items()
     }
     content = pack_archive(_describe_model(model).model_dump_json(indent=1), HEADER, arrays)
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_bytes(content)
 
 
@@ -66,7 +66,7 @@ def read_place_model(path: str | Path) -> PlaceModel:
     Raises ModelError, in one line, for a file that is no model, one of a newer or older format or for other features,
     and one whose trees are damaged.
     """
-    file = checked_input(path, "model", ModelError)
+    file = check_input_file(path, "model", ModelError)
     try:
         if file.stat().st_size > MAX_FILE_BYTES:
             raise ModelError(f"it has more than {MAX_FILE_BYTES} bytes, too many for a model")
@@ -74,7 +74,7 @@ def read_place_model(path: str | Path) -> PlaceModel:
             header = _read_header(archive)
             return _build_model(header, archive)
     except (ModelError, OSError) as error:
-        raise ModelError(f"cannot read the model {shown(file)}: {reason_of(error)}") from error
+        raise ModelError(f"cannot read the model {short_repr(file)}: {one_line_reason(error)}") from error
 
 
 @cache
@@ -156,7 +156,7 @@ def _build_model(header: _Header, archive: ModelArchive) -> PlaceModel:
     try:
         schemas = {kind: LabelSchema(kind, labels) for kind, labels in header.schemas.items()}
     except (PiantaError, ValueError) as error:
-        raise ModelError(f"its labels are none: {reason_of(error)}") from None
+        raise ModelError(f"its labels are none: {one_line_reason(error)}") from None
     context = len(CONTEXT_FEATURES)
     around = context + AROUND * len(FUNCTIONS)
     field = {name: getattr(header.field, name) for name in ("temperature", "door_strength", "alike_strength")}
@@ -183,7 +183,7 @@ def _read_forest(archive: ModelArchive, place: str, *, features: int, classes: i
             **{name: archive.read_array(f"{place}.{name}", dtype, axes=axes) for name, (dtype, axes) in ARRAYS.items()}
         )
     except ModelError as error:
-        raise ModelError(f"its trees are damaged: {reason_of(error)}; {REMEDY}") from None
+        raise ModelError(f"its trees are damaged: {one_line_reason(error)}; {REMEDY}") from None
     if forest.features.max() >= features or forest.classes != classes:
         raise ModelError(f"its trees are over other features or labels than its header says; {REMEDY}")
     return forest

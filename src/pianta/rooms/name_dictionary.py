@@ -19,7 +19,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from pianta.errors import LabelError
 from pianta.io._faults import describe_validation
-from pianta.io._files import checked_input, shown
+from pianta.io._files import check_input_file, short_repr
 from pianta.labels import FCES, SCHEMAS, LabelSchema, standard_building_type, standard_name
 
 FORMAT, MAJOR = "pianta room words", 1
@@ -195,11 +195,11 @@ def _labels_of_kind(kind: RoomKind, labels: LabelSchema | None) -> list[str]:
     if labels is None:
         # An office serves a school, and is what an office building is for
         of_types = ((SCHEMAS[of].by_name, names) for of, names in kind.labels.items() if of in SCHEMAS)
-        meant = [{by_name[name].in_f_c_e_s() for name in names if name in by_name} for by_name, names in of_types]
+        meant = [{by_name[name].function_in() for name in names if name in by_name} for by_name, names in of_types]
         others = [functions for functions in meant if kind.function not in functions]
         return sorted(map(str, {kind.function}.union(*others)))
     own = [name for name in kind.labels.get(labels.building_type, ()) if name in labels.by_name]
-    return own or [label.name for label in labels.labels if label.in_f_c_e_s() is kind.function]
+    return own or [label.name for label in labels.labels if label.function_in() is kind.function]
 
 
 @cache
@@ -213,13 +213,13 @@ def read_room_words(path: str | Path) -> RoomWords:
 
     Raises LabelError, with every fault in one message, for a file that is no dictionary.
     """
-    file = checked_input(path, "room words", LabelError)
+    file = check_input_file(path, "room words", LabelError)
     try:
         if file.stat().st_size > MAX_FILE_BYTES:
             raise LabelError(f"it has more than {MAX_FILE_BYTES} bytes, leave out words")
         return read_default_room_words().extended(_parse_words(file.read_bytes()))
     except (LabelError, OSError) as exception:
-        raise LabelError(f"cannot read the room words {shown(file)}: {exception}") from exception
+        raise LabelError(f"cannot read the room words {short_repr(file)}: {exception}") from exception
 
 
 def _upper(value: object) -> object:

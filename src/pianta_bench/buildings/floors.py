@@ -11,10 +11,10 @@ from pathlib import Path
 from pianta.building_types.description import BuildingDescription, describe_building
 from pianta.errors import BuildingWarning, DataError, LabelError, OptionError, PiantaError
 from pianta.io._faults import join_faults
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.io.label_schemas import read_label_schema
-from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split, standard_building_type
+from pianta.labels import SCHEMAS, LabelConvention, LabelSchema, LabelSet, standard_building_type
 from pianta.relational.facts import Fact, Interpretation
 from pianta.relational.interpretation import LABEL, ROOM, atom_of_label, interpret_floor
 from pianta.relational.kernels import ROOM_RELATIONS
@@ -58,19 +58,19 @@ class BuildingFloor:
         }
 
 
-def prepare_floor(drawn: AnnotatedFloor, schema: LabelSchema, split: Split) -> BuildingFloor:
+def prepare_floor(drawn: AnnotatedFloor, schema: LabelSchema, split: LabelConvention) -> BuildingFloor:
     """The floor as all models see it.
 
     Raises LabelError for labels that the schema does not have, and for a floor without rooms.
     """
-    floor = spread_labels(drawn.floor, schema, split=split)
+    floor = spread_labels(drawn.floor, schema, convention=split)
     labels = {label_set: tuple(room.labels[str(label_set)] for room in floor.rooms) for label_set in LABELS}
     descriptions = {label_set: describe_building(floor, label_set) for label_set in LABELS}
     facts = interpret_floor(drawn.unlabelled, relations=ROOM_RELATIONS, label_set=None, name=drawn.item)
     return BuildingFloor(drawn, labels, facts, descriptions)
 
 
-def read_building_floors(data: Path, *, split: Split) -> tuple[list[BuildingFloor], Failed]:
+def read_building_floors(data: Path, *, split: LabelConvention) -> tuple[list[BuildingFloor], Failed]:
     """The schools and offices of the data, and by type those that could not be read.
 
     Raises DataError when there are no floors of a type, or too few buildings.
@@ -88,7 +88,7 @@ def read_building_floors(data: Path, *, split: Split) -> tuple[list[BuildingFloo
     return floors, failed
 
 
-def read_type_folders(folders: Sequence[Path], *, split: Split) -> tuple[list[BuildingFloor], Failed]:
+def read_type_folders(folders: Sequence[Path], *, split: LabelConvention) -> tuple[list[BuildingFloor], Failed]:
     """The floors of folders, each of one building type, and by folder those that could not be read.
 
     The type is that of the schema labels.yaml in the folder; else what the file tells; else the folder's name. Floors
@@ -101,11 +101,11 @@ def read_type_folders(folders: Sequence[Path], *, split: Split) -> tuple[list[Bu
     kinds: dict[str, None] = {}
     for folder in folders:
         if not folder.is_dir():
-            raise OptionError(f"{shown(folder)} is no folder, give a folder of buildings for each building type")
+            raise OptionError(f"{short_repr(folder)} is no folder, give a folder of buildings for each building type")
         schema = _read_schema(folder)
         kind = schema.building_type if schema else _name_type(folder)
         prepare = partial(_prepare_file, folder=folder, kind=kind, schema=schema, split=split)
-        read, failed[shown(folder)] = _read_files(list_buildings([folder]), folder, prepare)
+        read, failed[short_repr(folder)] = _read_files(list_buildings([folder]), folder, prepare)
         kinds |= dict.fromkeys([floor.drawn.kind for floor in read] or [kind])
         floors += read
     floors = _divide_buildings(floors)
@@ -127,7 +127,7 @@ def _name_type(folder: Path) -> str:
         return standard_building_type(folder.resolve().name)
     except LabelError as error:
         raise OptionError(
-            f"the name of folder {shown(folder)} is no building type: {error}, or give {USER_SCHEMA} in the folder"
+            f"the name of folder {short_repr(folder)} is no building type: {error}, or give {USER_SCHEMA} in the folder"
         ) from error
 
 
@@ -139,11 +139,13 @@ def _read_files(
         try:
             read.append(prepare(file))
         except PiantaError as error:
-            failed.append(Row(_name_item(file, folder), {}, reason_of(error)))
+            failed.append(Row(_name_item(file, folder), {}, one_line_reason(error)))
     return read, tuple(failed)
 
 
-def _prepare_file(file: Path, *, folder: Path, kind: str, schema: LabelSchema | None, split: Split) -> BuildingFloor:
+def _prepare_file(
+    file: Path, *, folder: Path, kind: str, schema: LabelSchema | None, split: LabelConvention
+) -> BuildingFloor:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", BuildingWarning)
         floor = read_building(file)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta._types import Floats
-from pianta.labels import LabelSet, Split
+from pianta.labels import LabelConvention, LabelSet
 from pianta.rooms.completion import LABELS
 from pianta_bench.buildings.floors import BuildingFloor, Failed, read_building_floors, read_type_folders
 from pianta_bench.buildings.models import (
@@ -51,7 +51,7 @@ class BuildingsBench:
     seconds: of the processor, by task and model. The highest score decides.
     """
 
-    split: Split
+    split: LabelConvention
     seed: int
     trees: int
     floors: Sequence[BuildingFloor]
@@ -82,7 +82,7 @@ class BuildingsBench:
 def measure_buildings(
     data: Path,
     *,
-    split: Split = Split.EXPERIMENTS,
+    split: LabelConvention = LabelConvention.EXPERIMENTS,
     trees: int = TREES,
     seed: int = 0,
     track: Callable[[Sequence[str]], Iterable[str]] = iter,
@@ -102,7 +102,7 @@ def measure_buildings(
 def measure_building_types(
     folders: Sequence[Path],
     *,
-    split: Split = Split.EXPERIMENTS,
+    split: LabelConvention = LabelConvention.EXPERIMENTS,
     trees: int = TREES,
     seed: int = 0,
     track: Callable[[Sequence[str]], Iterable[str]] = iter,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pianta._types import Floats, Indices
 from pianta.building_types.model import BuildingModel
 from pianta.evaluation.folds import leave_buildings_out
-from pianta.labels import LabelSet, Split
+from pianta.labels import LabelConvention, LabelSet
 from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_machine
 from pianta.rooms.completion import LABELS
 from pianta.rooms.training import vote
@@ -89,7 +89,7 @@ def judge_places_by_relations(floors: Sequence[BuildingFloor]) -> dict[LabelSet,
 
 
 def judge_places_by_pianta(
-    floors: Sequence[BuildingFloor], building: str, *, split: Split, seed: int
+    floors: Sequence[BuildingFloor], building: str, *, split: LabelConvention, seed: int
 ) -> Iterator[tuple[int, Mapping[LabelSet, Floats]]]:
     """Of each floor of a building its place, and probabilities by label set, by pianta's model of all other floors."""
     model = train_on([floor.drawn for floor in floors if floor.drawn.building != building], split=split, seed=seed)

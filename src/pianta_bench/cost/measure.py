@@ -17,7 +17,7 @@ from rich.text import Text
 
 from pianta import __version__
 from pianta.gridmap import UNKNOWN, GridMap
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 from pianta.layout.reconstruct import METHODS
 from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import map_floor
@@ -103,7 +103,7 @@ def save_growths(growths: Sequence[Growth], path: str | Path) -> None:
     """Write every figure as JSON; raises PiantaError when the file cannot be written."""
     figures = [{**asdict(growth), "growth": growth.growth} for growth in growths]
     content = {"pianta": __version__, "bench": "cost", "methods": figures, "notes": NOTES}
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 

@@ -14,7 +14,7 @@ from pianta._types import Floats
 from pianta.errors import BuildingWarning, DataError, PiantaError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import LabelSet, schema_of
 from pianta.rooms.thesis_features import compute_room_features
@@ -83,7 +83,7 @@ def make_of_drawings(
         try:
             made.append(make(AnnotatedFloor(item, kind, f"{kind}/{building}", read_drawing(folder / f"{item}.xml"))))
         except PiantaError as error:
-            failed.append(Row(item, {}, reason_of(error)))
+            failed.append(Row(item, {}, one_line_reason(error)))
     return made, tuple(failed)
 
 
@@ -117,4 +117,6 @@ def read_buildings_of_files(data: Path) -> dict[str, str]:
     try:
         return {record["path"]: record["building"] for record in json.loads(file.read_text(encoding="utf-8"))}
     except (OSError, ValueError, KeyError, TypeError):
-        raise DataError(f"{shown(file)} is no list of files with `path` and `building`, repair or remove it") from None
+        raise DataError(
+            f"{short_repr(file)} is no list of files with `path` and `building`, repair or remove it"
+        ) from None

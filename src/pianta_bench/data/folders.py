@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from pianta.errors import DataError, OptionError
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 
 DATA_VARIABLE = "PIANTA_DATA"
 DEFAULT_DATA = Path("..", "shared", "data")
@@ -35,7 +35,7 @@ def list_maps(folder: Path, ending: str) -> list[str]:
     """
     names = sorted(name.removesuffix(ending) for name in _list_names(folder) if name.endswith(ending))
     if not names:
-        raise DataError(f"no maps with a truth in {shown(folder)}: no file is called *{ending}, {REMEDY}")
+        raise DataError(f"no maps with a truth in {short_repr(folder)}: no file is called *{ending}, {REMEDY}")
     return names
 
 
@@ -49,4 +49,4 @@ def _list_names(folder: Path) -> list[str]:
     try:
         return [file.name for file in folder.iterdir()]
     except (OSError, ValueError) as exception:
-        raise DataError(f"no data in {shown(folder)}: {reason_of(exception)}, {REMEDY}") from None
+        raise DataError(f"no data in {short_repr(folder)}: {one_line_reason(exception)}, {REMEDY}") from None

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pianta.errors import DataError
 from pianta.evaluation.segmentation import drop_small_rooms
 from pianta.gridmap import GridMap
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.images import read_grey
 from pianta.io.maps import read_map
@@ -80,7 +80,9 @@ def choose_sets(names: Sequence[str], data: Path) -> dict[MapSet, list[str]]:
                 raise
     if not found:
         folders = sorted({mapset.folder for mapset in SETS.values()})
-        raise DataError(f"no data in {shown(data)}: none of {', '.join(folders)} has maps with true rooms, {REMEDY}")
+        raise DataError(
+            f"no data in {short_repr(data)}: none of {', '.join(folders)} has maps with true rooms, {REMEDY}"
+        )
     return found
 
 

@@ -12,7 +12,7 @@ from pianta.errors import DataError, LabelError, OptionError, PiantaError
 from pianta.exploration.starts import CORRIDORS
 from pianta.floor import Floor
 from pianta.generation.type_model import LEAST_FLOORS, prepare_room_graph
-from pianta.io._files import reason_of
+from pianta.io._files import one_line_reason
 from pianta.labels import SCHEMAS, standard_name
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta_bench.data.annotated_floors import AnnotatedFloor, make_of_drawings
@@ -86,7 +86,7 @@ def read_buildings(data: Path, kind: str) -> BuildingSet:
             graph.graph["source"] = floor.item
             graphs[floor.item] = prepare_room_graph(graph, SCHEMAS[kind])
         except PiantaError as error:
-            unmodelled.append(Row(floor.item, {}, reason_of(error)))
+            unmodelled.append(Row(floor.item, {}, one_line_reason(error)))
     buildings = []
     for floor in drawn:
         others = [other for other in drawn if other.building != floor.building]

@@ -19,7 +19,7 @@ from pianta.generation.functional_areas import Segmentation
 from pianta.generation.train import train_type
 from pianta.generation.type_model import ModelMixing, TypeModel, learn_type, prepare_room_graph
 from pianta.graphs.metrics import find_corridors, measure_graph
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.graphs import read_room_graphs
 from pianta.labels import SCHOOL
@@ -142,7 +142,7 @@ def read_samples(data: Path, least: int) -> RoomGraphs | None:
     samples = _measure_items(graphs, graphs.__getitem__)
     if len(samples.graphs) < least:
         raise DataError(
-            f"{len(samples.graphs)} graphs of {shown(file)} can be used beside {least} real floors, "
+            f"{len(samples.graphs)} graphs of {short_repr(file)} can be used beside {least} real floors, "
             "give as many at least, or leave the file out"
         )
     return samples

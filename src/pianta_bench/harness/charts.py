@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,5 +20,5 @@ def start_chart(width: float, height: float) -> Figure:
 
 def save_chart(chart: Figure, path: Path, *, dpi: int) -> None:
     """Write a figure as a PNG, the same bytes for the same figure; raises PiantaError when it cannot be written."""
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         chart.savefig(temporary, format="png", dpi=dpi, metadata={"Software": None})

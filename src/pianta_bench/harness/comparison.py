@@ -14,7 +14,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from pianta import __version__
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 from pianta_bench.harness.report import ABSENT, show_figure, start_table
 from pianta_bench.harness.table import Row
 
@@ -114,7 +114,7 @@ def save_comparisons(
         ],
         **more,
     }
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 

@@ -11,7 +11,7 @@ from statistics import fmean, median, stdev
 
 from pianta import __version__
 from pianta.errors import BuildingWarning, MapWarning, PiantaError
-from pianta.io._files import reason_of, written_atomically
+from pianta.io._files import atomic_file, one_line_reason
 
 Figures = Mapping[str, float | None]
 
@@ -144,7 +144,7 @@ def measure_row(item: str, measure: Callable[[str], Iterator[Figures]], *, colum
         # A bench must find out what breaks a method, whatever it is, and go on.
         except Exception as exception:
             kind = "" if isinstance(exception, PiantaError) else f"{type(exception).__name__}: "
-            failure = kind + reason_of(exception)
+            failure = kind + one_line_reason(exception)
     return Row(item, figures, failure, tuple(str(warning.message) for warning in caught))
 
 
@@ -153,7 +153,7 @@ def save_bench_table(table: BenchTable, path: str | Path) -> None:
 
     Raises PiantaError when the file cannot be written.
     """
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(json.dumps(_as_json(table), indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 

@@ -18,7 +18,7 @@ from shapely import Polygon
 from pianta.errors import BuildingWarning, DataError, MapError
 from pianta.floor import Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.maps import read_map
 from pianta.layout._outlines import largest_part, outline_labels
@@ -92,7 +92,7 @@ def list_real_maps(data: Path) -> list[MapOfRun]:
     folders = sorted(file.parent for file in (data / FOLDER).glob(f"*/{STEPS}"))
     found = [entry for folder in folders for entry in _list_steps(folder, data)]
     if not found:
-        raise DataError(f"no partial maps in {shown(data / FOLDER)}: no BUILDING/{STEPS} lists any, {REMEDY}")
+        raise DataError(f"no partial maps in {short_repr(data / FOLDER)}: no BUILDING/{STEPS} lists any, {REMEDY}")
     return found
 
 
@@ -109,7 +109,7 @@ def _list_steps(folder: Path, data: Path) -> Iterator[MapOfRun]:
             elif step is not colored[-1]:
                 yield make(folder / step["file"], folder / colored[-1]["gt"], None)
     except (OSError, ValueError, KeyError, TypeError):
-        raise DataError(f"{shown(file)} is no list of maps with file, run, step and affine, repair it") from None
+        raise DataError(f"{short_repr(file)} is no list of maps with file, run, step and affine, repair it") from None
 
 
 def _check_affine(step: dict[str, Any]) -> tuple[tuple[float, ...], ...]:
@@ -122,7 +122,7 @@ def _check_affine(step: dict[str, Any]) -> tuple[tuple[float, ...], ...]:
 def _outline_colors(truth: Path, grid: GridMap) -> list[Polygon]:
     labels = read_color_truth(truth)
     if labels.shape != grid.shape:
-        raise MapError(f"truth {shown(truth)} has shape {labels.shape}, the map {grid.shape}")
+        raise MapError(f"truth {short_repr(truth)} has shape {labels.shape}, the map {grid.shape}")
     outlines, _ = outline_labels(labels)
     return [
         shapely.transform(outline, lambda xy: np.column_stack(grid.pixel_to_map(xy[:, 1], xy[:, 0])))

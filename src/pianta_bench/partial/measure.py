@@ -17,7 +17,7 @@ from shapely.affinity import rotate
 from pianta.errors import PiantaError
 from pianta.floor import Floor, Room, cells_of_polygon
 from pianta.gridmap import GridMap
-from pianta.io._files import reason_of
+from pianta.io._files import one_line_reason
 from pianta.layout._outlines import GRID
 from pianta.layout.partial.scene import find_main_direction
 from pianta.layout.reconstruct import DEFAULT_METHOD, reconstruct
@@ -109,7 +109,7 @@ def measure_partial(
         # A bench must find out what breaks a prediction, whatever it is, and go on
         except Exception as error:
             kind = "" if isinstance(error, PiantaError) else f"{type(error).__name__}: "
-            failed[run].append(Row(item, {}, kind + reason_of(error)))
+            failed[run].append(Row(item, {}, kind + one_line_reason(error)))
     return PartialBench(method, rooms, failed)
 
 

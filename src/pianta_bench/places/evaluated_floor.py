@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pianta._types import Floats
 from pianta.evaluation.semantics import LabelPair, pair_backward, pair_forward
 from pianta.floor import Floor
-from pianta.labels import LabelSet, Split
+from pianta.labels import LabelConvention, LabelSet
 from pianta.rooms.completion import LABELS
 from pianta_bench.places.models import Opinion, true_labels
 
@@ -34,7 +34,7 @@ class JudgedFloor:
     found: Floor
     true: Floor
     opinions: Mapping[str, Opinion]
-    split: Split
+    split: LabelConvention
 
     def given(self, model: str, label_set: LabelSet) -> list[str]:
         """The most probable label of each judged room."""

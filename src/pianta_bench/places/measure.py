@@ -15,7 +15,7 @@ from pianta.evaluation.semantics import share_of_agreeing
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io.maps import read_map
-from pianta.labels import LabelSet, Split
+from pianta.labels import LabelConvention, LabelSet
 from pianta.layout.reconstruct import reconstruct
 from pianta.plot.floor import save_picture
 from pianta.rooms.completion import LABELS
@@ -45,7 +45,7 @@ TIMED_ROOMS, RUNS = 60, 3
 def measure_places(
     data: Path,
     *,
-    split: Split = Split.EXPERIMENTS,
+    split: LabelConvention = LabelConvention.EXPERIMENTS,
     seed: int = 0,
     pictures: Path | None = None,
     track: Callable[[Sequence[str]], Iterable[str]] = iter,
@@ -78,7 +78,7 @@ class _Run:
     """A bench under way. maps: the building of each map. simulated: by `kind/item`."""
 
     data: Path
-    split: Split
+    split: LabelConvention
     seed: int
     pictures: Path | None
     floors: list[AnnotatedFloor]
@@ -182,7 +182,7 @@ def save_places(bench: PlacesBench, path: Path) -> None:
     save_comparisons("places", tabulate_places(bench), bench.items, path, more=more)
 
 
-def _start(data: Path, *, split: Split, seed: int, pictures: Path | None) -> _Run:
+def _start(data: Path, *, split: LabelConvention, seed: int, pictures: Path | None) -> _Run:
     floors, failed = read_annotated_floors(data)
     buildings = read_buildings_of_files(data)
     maps = {
@@ -204,7 +204,7 @@ def _describe_errors(judged: JudgedFloor) -> dict[str, float | None]:
     }
 
 
-def _show_functions(true: Floor, split: Split) -> Floor:
+def _show_functions(true: Floor, split: LabelConvention) -> Floor:
     """The floor with labels in F/C/E/S."""
     functions = true_labels(true, LabelSet.F_C_E_S, split=split)
     rooms = [replace(room, label=label) for room, label in zip(true.rooms, functions, strict=True)]

@@ -10,7 +10,7 @@ import numpy as np
 
 from pianta._types import Floats
 from pianta.floor import Floor, scale_floor
-from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet, Split
+from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSchema, LabelSet
 from pianta.rooms.completion import LABELS
 from pianta.rooms.model import PlaceModel
 from pianta.rooms.thesis_features import GEOMETRIC, ROOM_FEATURES, compute_room_features
@@ -56,7 +56,7 @@ class Judges:
 
     local: Mapping[str, LocalTrees]
     places: Mapping[str, PlaceModel]
-    split: Split
+    split: LabelConvention
 
     def judge(self, floor: Floor) -> dict[str, Opinion]:
         """What each model says of a floor, and pianta's after each of its steps, by name."""
@@ -82,7 +82,7 @@ def train_judges(
     simulated: Mapping[str, Floor],
     *,
     kind: str,
-    split: Split,
+    split: LabelConvention,
     seed: int,
 ) -> Judges:
     """Train all models on floors: Extra-Trees on those of one type, pianta's model on all.
@@ -101,14 +101,16 @@ def train_judges(
 
 
 def train_on(
-    floors: Sequence[AnnotatedFloor], simulated: Sequence[Floor] = (), *, split: Split, seed: int
+    floors: Sequence[AnnotatedFloor], simulated: Sequence[Floor] = (), *, split: LabelConvention, seed: int
 ) -> PlaceModel:
     """Train pianta's model, its labels divided as a split has them."""
     drawn = [floor.floor for floor in floors]
     return train_rooms(drawn, simulated=simulated, schemas=schemas_of(split), seed=seed)
 
 
-def train_local_trees(floors: Sequence[AnnotatedFloor], *, columns: slice, split: Split, seed: int) -> LocalTrees:
+def train_local_trees(
+    floors: Sequence[AnnotatedFloor], *, columns: slice, split: LabelConvention, seed: int
+) -> LocalTrees:
     """Train Extra-Trees on the rooms of floors, for R/C and for F/C/E/S."""
     from sklearn.ensemble import ExtraTreesClassifier
 
@@ -120,25 +122,25 @@ def train_local_trees(floors: Sequence[AnnotatedFloor], *, columns: slice, split
     return LocalTrees(forests, columns)
 
 
-def true_labels(floor: Floor, label_set: LabelSet, *, split: Split) -> list[str]:
+def true_labels(floor: Floor, label_set: LabelSet, *, split: LabelConvention) -> list[str]:
     """The labels of the rooms of a floor with one known type, in a label set."""
     (kind,) = floor.building_type
-    return SCHEMAS[kind].map_labels((room.label for room in floor.rooms), label_set, split=split)
+    return SCHEMAS[kind].map_labels((room.label for room in floor.rooms), label_set, convention=split)
 
 
-def schemas_of(split: Split) -> dict[str, LabelSchema]:
+def schemas_of(split: LabelConvention) -> dict[str, LabelSchema]:
     """The schemas with labels that lie in F/C/E/S where the split has them, in the experiments' split as well."""
     return {
         kind: LabelSchema(
-            kind, tuple(replace(label, in_experiments=label.in_f_c_e_s(split)) for label in schema.labels)
+            kind, tuple(replace(label, in_experiments=label.function_in(split)) for label in schema.labels)
         )
         for kind, schema in SCHEMAS.items()
     }
 
 
-def both_sets(functions: Floats, split: Split) -> Opinion:
+def both_sets(functions: Floats, split: LabelConvention) -> Opinion:
     """F/C/E/S, and R/C as the split derives it from them."""
-    corridors = (FCES.CONNECTION, FCES.ENTRANCE) if split is Split.FIGURE else (FCES.CONNECTION,)
+    corridors = (FCES.CONNECTION, FCES.ENTRANCE) if split is LabelConvention.FIGURE else (FCES.CONNECTION,)
     columns = [LABELS[LabelSet.F_C_E_S].index(label) for label in corridors]
     corridor = functions[:, columns].sum(axis=1)
     return {LabelSet.R_C: np.column_stack([1 - corridor, corridor]), LabelSet.F_C_E_S: functions}

@@ -15,7 +15,7 @@ from pianta.evaluation.semantics import (
     measure_reliability,
     share_of_agreeing,
 )
-from pianta.labels import LabelSet, Split
+from pianta.labels import LabelConvention, LabelSet
 from pianta.rooms.completion import LABELS
 from pianta_bench.harness.comparison import Cell, ComparisonRow, ComparisonTable
 from pianta_bench.harness.table import Row
@@ -67,7 +67,7 @@ class Cost:
 class PlacesBench:
     """What was measured: judged floors, the figures of every floor by part, and cost, None where no map was read."""
 
-    split: Split
+    split: LabelConvention
     seed: int
     judged: Sequence[JudgedFloor]
     items: dict[str, list[Row]]
@@ -230,5 +230,5 @@ def _accuracy(floor: JudgedFloor, model: str, labels: LabelSet, backward: bool) 
     return share_of_agreeing(floor.pair(model, labels, backward=backward))
 
 
-def _tell_split(split: Split) -> str:
+def _tell_split(split: LabelConvention) -> str:
     return f"Labels are divided as in the thesis' {split} (docs/labels.md)."

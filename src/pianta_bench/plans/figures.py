@@ -13,7 +13,7 @@ from shapely import get_coordinates
 
 from pianta._types import Colors
 from pianta.floor import Floor
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 from pianta.plan.symbols.drawings import BLACK, Color, Mark, paint_marks, pixel_matrix
 from pianta.worlds.plans.lettering import Lettering, WrittenText, write_texts
 from pianta_bench.harness.table import Figures
@@ -35,7 +35,7 @@ def save_plan_picture(plan: TruePlan, found: Floor, figures: Figures, path: str 
     factor = min(LONG_SIDE_PX / max(plan.grid.shape), 3.0)
     picture = paint_plan(plan, found, factor=factor)
     caption = write_caption(plan.name, figures, picture.shape[1])
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         Image.fromarray(np.vstack([caption, picture])).save(temporary, format="PNG")
 
 

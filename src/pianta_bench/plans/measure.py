@@ -15,7 +15,7 @@ from typing import Protocol
 from PIL import Image
 
 from pianta.errors import OptionError, PiantaError, PlanWarning
-from pianta.io._files import reason_of
+from pianta.io._files import one_line_reason
 from pianta_bench.data.annotated_floors import read_buildings_of_files
 from pianta_bench.data.folders import find_data
 from pianta_bench.harness.comparison import Items
@@ -150,7 +150,7 @@ def measure_plan(
             warnings.simplefilter("ignore")
             plan = draw_true_plan(name) if name in DRAWN else read_true_plan(data or Path(), name)
     except PiantaError as error:
-        return PlanResult(name, KIND_OF_PLAN.get(name, ""), truth_failure=reason_of(error))
+        return PlanResult(name, KIND_OF_PLAN.get(name, ""), truth_failure=one_line_reason(error))
     with TemporaryDirectory() as folder:
         if name in DRAWN:
             file = Path(folder, f"{name}.png")
@@ -217,4 +217,4 @@ def _measure_text(track: Callable[[Sequence[str]], Iterable[str]]) -> tuple[Benc
     try:
         return measure_text(track=track), None
     except (ImportError, PiantaError) as error:
-        return None, reason_of(error)
+        return None, one_line_reason(error)

@@ -16,7 +16,7 @@ from pianta._types import Colors
 from pianta.errors import DataError
 from pianta.floor import Floor
 from pianta.gridmap import UNKNOWN, GridMap
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.io.buildings._kinds import Kind, parse_building
 from pianta.io.buildings.thesis_xml import MAX_BEYOND_PX, read_building_xml
 from pianta.io.images import read_colors
@@ -106,7 +106,7 @@ def find_image(data: Path, name: str) -> Path:
     files = [data / PLANS_FOLDER / f"{name}{suffix}" for suffix in IMAGE_SUFFIXES]
     found = next((file for file in files if file.is_file()), None)
     if found is None:
-        raise DataError(f"no image of plan {shown(name)} in {shown(data / PLANS_FOLDER)}, give a PNG or JPEG")
+        raise DataError(f"no image of plan {short_repr(name)} in {short_repr(data / PLANS_FOLDER)}, give a PNG or JPEG")
     return found
 
 
@@ -125,7 +125,7 @@ def read_true_plan(data: Path, name: str) -> TruePlan:
         colors,
         truth,
         grid,
-        KIND_OF_PLAN.get(name) or tell_kind(colors),
+        KIND_OF_PLAN.get(name) or detect_input_kind(colors),
         truth.given_type or "",
         name not in WITHOUT_DOOR_SYMBOLS,
         tuple(find_defects(truth, grid)),
@@ -158,7 +158,7 @@ def find_defects(truth: Floor, grid: GridMap) -> Iterator[str]:
         yield f"{twice:.0%} of its area is in two rooms"
 
 
-def tell_kind(colors: Colors) -> str:
+def detect_input_kind(colors: Colors) -> str:
     """The kind of a plan that nobody has looked at, one of KINDS but OLD.
 
     Paper is what is light, and a screenshot has little of it. Where more than a tenth is coloured the plan is; signs of

@@ -13,7 +13,7 @@ from pianta.errors import DataError
 from pianta.generation.type_model import LEAST_FLOORS, learn_type, prepare_room_graph
 from pianta.graphs.metrics import find_corridors
 from pianta.io.buildings.thesis_xml import read_building_xml
-from pianta.labels import SCHEMAS, LabelSchema, Split
+from pianta.labels import SCHEMAS, LabelConvention, LabelSchema
 from pianta.prediction.unexplored_part import FloorSampler
 from pianta.rooms.training import building_of
 from pianta_bench.data.folders import list_maps
@@ -103,7 +103,7 @@ def read_floors(data: Path, kind: str) -> tuple[dict[str, nx.Graph], Sequence[Ro
         graph = read_building_xml(folder / f"{name}.xml").graph()
         graph.graph["source"] = name
         graphs[name] = prepare_room_graph(graph, SCHEMAS[kind])
-        corridors = find_corridors(graphs[name], SCHEMAS[kind], split=Split.GRAPHS)
+        corridors = find_corridors(graphs[name], SCHEMAS[kind], convention=LabelConvention.GRAPHS)
         yield {"rooms": float(len(graphs[name])), "corridors": float(len(corridors))}
 
     rows = measure_rows(list_maps(folder, ".xml"), read, columns=())

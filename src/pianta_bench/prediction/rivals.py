@@ -14,7 +14,7 @@ from pianta._types import Floats
 from pianta.generation.type_model import TypeModel, count_labels
 from pianta.graphs.metrics import find_corridors
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
-from pianta.labels import LabelSchema, Split
+from pianta.labels import LabelConvention, LabelSchema
 from pianta.prediction.explored_part import ExploredPart
 from pianta.prediction.open_ends import count_known_labels
 
@@ -112,12 +112,16 @@ class Rivals:
         """The open ends at which the most frequent neighbour is a corridor, and its label."""
         labels = self.model.schema.by_name
         guesses = self.guess_ends(explored)
-        return {end: label for end, label in guesses.items() if labels[label].in_r_c(Split.GRAPHS) == "CORRIDOR"}
+        return {
+            end: label
+            for end, label in guesses.items()
+            if labels[label].room_or_corridor(LabelConvention.GRAPHS) == "CORRIDOR"
+        }
 
 
 def take_skeleton(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:
     """The corridors of a floor and the edges between them."""
-    return take_corridors(graph, find_corridors(graph, schema, split=Split.GRAPHS))
+    return take_corridors(graph, find_corridors(graph, schema, convention=LabelConvention.GRAPHS))
 
 
 def take_corridors(graph: nx.Graph, corridors: Collection[Hashable]) -> nx.Graph:

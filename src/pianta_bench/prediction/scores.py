@@ -21,7 +21,7 @@ from pianta.generation.type_model import count_labels
 from pianta.graphs.metrics import find_corridors
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
-from pianta.labels import LabelSchema, LabelSet, Split
+from pianta.labels import LabelConvention, LabelSchema, LabelSet
 from pianta.prediction.explored_part import explore_by_corridors
 from pianta.prediction.prediction import Prediction, predict
 from pianta.prediction.unexplored_part import FloorSampler
@@ -91,7 +91,7 @@ def judge_floor(graph: nx.Graph, sampler: FloorSampler, rivals: Rivals, *, count
 
     graph: as `prepare_room_graph` gives it. count: samples of a prediction.
     """
-    corridors = find_corridors(graph, rivals.model.schema, split=Split.GRAPHS)
+    corridors = find_corridors(graph, rivals.model.schema, convention=LabelConvention.GRAPHS)
     explorations = explore_by_corridors(graph, corridors)
     half = -(-len(explorations) // 2)
     stages = {}
@@ -163,7 +163,7 @@ def score_labels(
 
 def merge_labels(schema: LabelSchema, label_set: LabelSet) -> Floats:
     """Which label of a coarser set each label of a schema is, shape (labels, labels of the set)."""
-    coarse = schema.map_labels(schema.by_name, label_set, split=Split.GRAPHS)
+    coarse = schema.map_labels(schema.by_name, label_set, convention=LabelConvention.GRAPHS)
     names = [*dict.fromkeys(coarse)]
     return np.array([[float(of == name) for name in names] for of in coarse])
 

@@ -15,7 +15,6 @@ from sklearn.neighbors import NearestNeighbors
 from sklearn.preprocessing import minmax_scale
 
 from pianta._types import Floats
-from pianta.labels import General
 from pianta.rooms.thesis_features import GENERAL_FEATURES
 from pianta_bench.types.room_sets import RoomSet
 
@@ -97,7 +96,7 @@ def measure_clusters(rooms: RoomSet, clusters: Clusters) -> dict[str, float | No
     named = name_by_majority(corridors, clusters)
     apart = np.where(inside, named, corridors.mean() > 0.5)
     some_outside, some_inside = bool((~inside).any()), bool(inside.any())
-    is_c = rooms.labels == str(General.CORRIDOR)
+    is_c = rooms.labels == str(GeneralLabel.CORRIDOR)
     doorways = rooms.geometry[:, GENERAL_FEATURES.index("doors")]
     return {
         "clusters": len(np.unique(clusters[inside])),

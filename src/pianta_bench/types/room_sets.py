@@ -15,9 +15,9 @@ from pianta._types import Floats
 from pianta.errors import DataError, LabelError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.io.label_schemas import read_label_schema
-from pianta.labels import General, LabelSchema, LabelSet, schema_of
+from pianta.labels import GeneralLabel, LabelSchema, LabelSet, schema_of
 from pianta.rooms.thesis_features import GENERAL_FEATURES, compute_general_features
 from pianta_bench.data.annotated_floors import AnnotatedFloor, make_of_drawings
 from pianta_bench.data.folders import REMEDY
@@ -26,8 +26,8 @@ from pianta_bench.harness.table import Row
 Labels = NDArray[np.str_]
 
 BUILDING_TYPES = ("house", "school", "office")
-GENERAL_LABELS = tuple(str(label) for label in General)
-CORRIDORS = (str(General.CORRIDOR), str(General.HALL))
+GENERAL_LABELS = tuple(str(label) for label in GeneralLabel)
+CORRIDORS = (str(GeneralLabel.CORRIDOR), str(GeneralLabel.HALL))
 USER_SCHEMA = "labels.yaml"
 # As many as there are folds.
 FEWEST_ROOMS = 10
@@ -75,7 +75,7 @@ def read_room_sets(data: Path) -> tuple[tuple[RoomSet, ...], dict[str, tuple[Row
     folder = data / "buildings"
     types = [name for name in BUILDING_TYPES if (folder / name).is_dir()]
     if not types:
-        places = ", ".join(shown(folder / name) for name in BUILDING_TYPES)
+        places = ", ".join(short_repr(folder / name) for name in BUILDING_TYPES)
         raise DataError(f"no buildings in any of {places}, {REMEDY}")
     sets, failed = [], {}
     for name in types:
@@ -104,7 +104,7 @@ def name_sizes_by_area(rooms: RoomSet, bounds: tuple[float, float]) -> RoomSet:
 
     The counts of neighbours' labels stay those of the files.
     """
-    by_area = np.array([str(General.SMALL), str(General.MEDIUM), str(General.BIG)])
+    by_area = np.array([str(GeneralLabel.SMALL), str(GeneralLabel.MEDIUM), str(GeneralLabel.BIG)])
     sizes = by_area[np.searchsorted(bounds, rooms.geometry[:, GENERAL_FEATURES.index("area")])]
     return replace(rooms, labels=np.where(rooms.corridors, rooms.labels, sizes))
 
@@ -138,7 +138,7 @@ def _check_size(floors: Sequence[RoomSet], failed: Sequence[Row], folder: Path) 
         found = f"{counts.total()} rooms in {buildings} building{'s' * (buildings != 1)}"
         need = f"at least 2 buildings, and {FEWEST_ROOMS} rooms of each of 2 labels of L_general"
         faults = f" ({join_faults([f'{row.item} failed: {row.failure}' for row in failed])})" if failed else ""
-        raise DataError(f"{shown(folder)} has {found}, too few to learn from{faults}, give {need}")
+        raise DataError(f"{short_repr(folder)} has {found}, too few to learn from{faults}, give {need}")
 
 
 def _schema_of_folder(folder: Path) -> Callable[[Sequence[str | None]], list[str]]:

@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pianta import __version__
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 from pianta_bench.harness.comparison import tell_faults
 from pianta_bench.harness.report import show_figure, start_table
 from pianta_bench.types import published as printed
@@ -183,7 +183,7 @@ def _pad(values: Sequence[float], length: int) -> list[float | None]:
 
 def save_types_bench(bench: TypesBench, path: str | Path) -> None:
     """Write every figure as JSON, shares from 0 to 1, areas in m²; raises PiantaError when it cannot be written."""
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(json.dumps(_as_json(bench), indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
