@@ -13,7 +13,7 @@ import pytest
 from pianta.errors import DataError, LabelError, OptionError
 from pianta.floor import Floor
 from pianta.io.label_schemas import save_label_schema
-from pianta.labels import FCES, SCHEMAS, Label, LabelConvention, LabelSchema, LabelSet
+from pianta.labels import FCES, SCHEMAS, GeneralLabel, Label, LabelConvention, LabelSchema, LabelSet
 from pianta.relational.kernels import RoomKernel
 from pianta.rooms.completion import LABELS
 from pianta_bench.buildings import models as building_models

@@ -15,6 +15,7 @@ from sklearn.neighbors import NearestNeighbors
 from sklearn.preprocessing import minmax_scale
 
 from pianta._types import Floats
+from pianta.labels import GeneralLabel
 from pianta.rooms.thesis_features import GENERAL_FEATURES
 from pianta_bench.types.room_sets import RoomSet
 
