@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import stderr, tell_result
+from pianta.cli.terminal import stderr, print_result
 from pianta.errors import BuildingWarning, OptionError
 from pianta.io._files import shown
 from pianta.io._folders import check_output_folder, written_together
@@ -235,15 +235,15 @@ def _tell_exploration(run: Exploration, policy: str, find: str | None, *, writte
     robots = len(run.tracks)
     who = f"{robots} robots" if robots > 1 else "1 robot"
     seen = f"{100 * run.share[-1]:.1f} % of {run.reachable_area:.0f} m²"
-    tell_result(f"{who}, {policy}: {seen} seen in {run.distance[-1]:.0f} m, {run.time[-1] / 60:.0f} min: {run.outcome}")
+    print_result(f"{who}, {policy}: {seen} seen in {run.distance[-1]:.0f} m, {run.time[-1] / 60:.0f} min: {run.outcome}")
     reached = [(share, run.distance_to(share)) for share in SHARES]
     parts = [f"{100 * share:.0f} % after {metres:.0f} m" for share, metres in reached if isfinite(metres)]
     if parts:
-        tell_result(", ".join(parts))
+        print_result(", ".join(parts))
     if find is not None:
-        tell_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
+        print_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
     if written:
-        tell_result(written)
+        print_result(written)
 
 
 def _list_outputs(out: Path | None, animation: str) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import tell_result, track_items
+from pianta.cli.terminal import print_result, track_items
 from pianta.errors import OptionError
 from pianta.io._files import shown
 from pianta.io._folders import check_leftovers, check_output_folder, written_together
@@ -152,9 +152,9 @@ def _tell_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path) 
     known = [floor.graph for floor in model.floors]
     made, copies, repeats = len(buildings), sum(find_copies(buildings, known)), sum(find_repeats(buildings))
     noun = f"building{'s' * (made != 1)} of type {model.building_type}"
-    tell_result(f"{made} {noun}, {_describe_sizes(buildings)}; the {len(known)} of the model {_describe_sizes(known)}")
-    tell_result(f"copies of a floor of the model: {copies}; of another new building: {repeats}")
-    tell_result(f"in {out}: building-*.json, building-*.graphml, {SHEET}")
+    print_result(f"{made} {noun}, {_describe_sizes(buildings)}; the {len(known)} of the model {_describe_sizes(known)}")
+    print_result(f"copies of a floor of the model: {copies}; of another new building: {repeats}")
+    print_result(f"in {out}: building-*.json, building-*.graphml, {SHEET}")
 
 
 def _describe_sizes(graphs: Sequence[nx.Graph]) -> str:

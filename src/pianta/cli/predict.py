@@ -14,7 +14,7 @@ from rich.console import JustifyMethod
 from rich.markup import escape
 from rich.table import Table
 
-from pianta.cli.terminal import stderr, stdout, tell_result
+from pianta.cli.terminal import stderr, stdout, print_result
 from pianta.errors import BuildingWarning, GraphError, LabelError, PiantaError
 from pianta.io._files import shown
 from pianta.io._folders import check_leftovers, check_output_folder, written_together
@@ -89,7 +89,7 @@ def predict_floor(
     if not quiet:
         _tell_prediction(prediction, truth)
         if out is not None:
-            tell_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json")
+            print_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json")
 
 
 def save_outputs(
@@ -142,13 +142,13 @@ def _tell_prediction(prediction: Prediction, truth: WholeFloor | None) -> None:
     """Print the size of the floor, what lies behind each open end, and the unknown rooms by label."""
     explored = prediction.explored
     known, ends = len(explored.known), len(prediction.ends)
-    tell_result(f"{_count(known, 'room')} known, {_count(ends, 'open end')}, {len(prediction.samples)} floors sampled")
+    print_result(f"{_count(known, 'room')} known, {_count(ends, 'open end')}, {len(prediction.samples)} floors sampled")
     size = f"the whole floor: {_describe_spread(prediction.rooms)} rooms"
     if prediction.area:
         size += f", {_describe_spread(prediction.area)} m²"
     if truth:
         size += f"; in truth {len(truth.graph)} rooms" + (f", {truth.area:.0f} m²" if truth.area else "")
-    tell_result(size)
+    print_result(size)
     stdout.print(tabulate_ends(prediction, truth))
     stdout.print(tabulate_unknown(prediction, truth))
 
