@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from pianta import __version__
-from pianta.cli.terminal import show_examples, print_error, print_warnings
+from pianta.cli.terminal import print_error, print_warnings, show_examples
 from pianta.errors import PiantaError
 
 # Verb -> the function of its module that runs it; None for a verb with verbs of its own.

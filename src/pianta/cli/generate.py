@@ -109,7 +109,8 @@ def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: T
     """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none."""
     from pianta.io.graphml import save_graphml
     from pianta.io.graphs import save_graph
-    from pianta.plot.graphs import save_contact_sheet
+    from pianta.plot.figure import save_figure
+    from pianta.plot.graphs import draw_contact_sheet
 
     kept = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
     with written_together(out) as new:
@@ -117,7 +118,7 @@ def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: T
             building.graph.update(source=name, building_type=model.building_type)
             save_graph(building, new / f"{name}.json")
             save_graphml(building, new / f"{name}.graphml")
-        save_contact_sheet(buildings, new / SHEET, schema=model.schema, fixed=kept)
+        save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept), new / SHEET)
 
 
 def read_range(text: str) -> tuple[int, int]:

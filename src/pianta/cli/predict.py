@@ -14,7 +14,7 @@ from rich.console import JustifyMethod
 from rich.markup import escape
 from rich.table import Table
 
-from pianta.cli.terminal import stderr, stdout, print_result
+from pianta.cli.terminal import print_result, stderr, stdout
 from pianta.errors import BuildingWarning, GraphError, LabelError, PiantaError
 from pianta.io._files import shown
 from pianta.io._folders import check_leftovers, check_output_folder, written_together
@@ -97,12 +97,13 @@ def save_outputs(
 ) -> None:
     """Write the prediction, its picture and the samples by name, all or none."""
     from pianta.io.graphs import save_graph
-    from pianta.plot.prediction import save_prediction_picture
+    from pianta.plot.figure import save_figure
+    from pianta.plot.prediction import draw_prediction
     from pianta.prediction.prediction_file import name_rooms, save_prediction
 
     with written_together(out) as new:
         save_prediction(prediction, new / PREDICTION, building_type=model.building_type, truth=truth)
-        save_prediction_picture(prediction, new / PICTURE, truth=truth)
+        save_figure(draw_prediction(prediction, truth=truth), new / PICTURE)
         for name, sample in zip(names, prediction.samples, strict=True):
             graph = name_rooms(sample, prediction)
             graph.graph.update(source=name, building_type=model.building_type)

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from pianta.cli.room_table import tabulate_rooms
-from pianta.cli.terminal import counting_files, describe_floor, stdout, print_error, print_result
+from pianta.cli.terminal import counting_files, describe_floor, print_error, print_result, stdout
 from pianta.floor import Floor
 from pianta.io._files import MAX_CELLS
 from pianta.io._folders import check_output_folder

@@ -315,11 +315,12 @@ def _list_floors(judged: Mapping[str, Judged]) -> list[dict[str, object]]:
 
 
 def _draw_all(judged: Mapping[str, Judged], out: Path) -> None:
-    from pianta.plot.realism import save_realism_picture
+    from pianta.plot.figure import save_figure
+    from pianta.plot.realism import draw_realism
 
     with written_together(out) as new:
         for file, each in zip(name_pictures([*judged]), judged.values(), strict=True):
-            save_realism_picture(each.coarse.floor, each.realism, new / file)
+            save_figure(draw_realism(each.coarse.floor, each.realism), new / file)
 
 
 def _check_outputs(json_file: Path | None, out: Path | None) -> None:
