@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from pianta.bench.data import find_data
 from pianta.errors import DataError
 from pianta.generation.buildings import BuildingSampler, generate_buildings
 from pianta.generation.train import train_type
@@ -19,6 +18,7 @@ from pianta.generation.type_model import TypeFloor, TypeModel
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
 from pianta.plot.graphs import place_nodes, save_contact_sheet
+from pianta_bench.data.folders import find_data
 
 FLOORS, SEED, SHOWN = 16, 6, 18
 # Colours are so few, for a file of a fifth of the size.
