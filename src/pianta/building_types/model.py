@@ -22,7 +22,7 @@ from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
-from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split
+from pianta.labels import SCHEMAS, LabelConvention, LabelSchema, LabelSet
 from pianta.rooms.completion import spread_labels
 from pianta.rooms.training import building_of, check_labels
 
@@ -190,7 +190,7 @@ def train_building_types(
     buildings: Sequence[str] | None = None,
     schemas: Mapping[str, LabelSchema] = SCHEMAS,
     label_set: LabelSet = LabelSet.F_C_E_S,
-    split: Split = Split.EXPERIMENTS,
+    convention: LabelConvention = LabelConvention.EXPERIMENTS,
 ) -> BuildingModel:
     """Train a model of building types.
 
@@ -207,7 +207,7 @@ def train_building_types(
         By building type, its labels.
     label_set
         The labels by which floors are compared: R/C or F/C/E/S.
-    split
+    convention
         Which of the splits of the thesis is taken for these labels.
 
     Returns
@@ -240,7 +240,9 @@ def train_building_types(
         # Buildings of different types are not one, whatever they are called.
         names = [f"{kind}/{name}" for kind, name in zip(types, names, strict=True)]
     _check_examples(floors, types, names, schemas)
-    spread = (spread_labels(floor, schemas[kind], split=split) for floor, kind in zip(floors, types, strict=True))
+    spread = (
+        spread_labels(floor, schemas[kind], convention=convention) for floor, kind in zip(floors, types, strict=True)
+    )
     known = tuple(describe_building(floor, label_set) for floor in spread)
     return BuildingModel(known, tuple(types), tuple(names), label_set)
 

@@ -16,7 +16,7 @@ from pianta.exploration.record import Exploration
 from pianta.exploration.world import World, as_world
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 from pianta.plot.figure import DPI, new_ax, new_figure
 from pianta.plot.floor import BACKGROUND, LONG_SIDE_PX, MIN_ASPECT, plot_scale_bar
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
@@ -179,7 +179,7 @@ def save_animation(
     scans = np.unique(np.append(np.searchsorted(run.distance, distances - 1e-9), len(run.area) - 1))
     writer = writers[WRITERS[file_format]](fps=FRAMES_PER_SECOND)
     # The writers choose the format by the suffix of the file.
-    with written_atomically(path) as temporary, TemporaryDirectory() as folder:
+    with atomic_file(path) as temporary, TemporaryDirectory() as folder:
         file = Path(folder, f"exploration.{file_format}")
         with writer.saving(draw_exploration(run, world, scan=0), str(file), ANIMATION_DPI):
             for scan in [*scans.tolist(), *[scans[-1]] * LAST_FRAMES]:

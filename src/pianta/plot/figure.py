@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 from pianta.plot.styles import DARK_INK
 
 if TYPE_CHECKING:
@@ -84,5 +84,5 @@ def save_figure(figure: Figure, path: str | Path) -> None:
 
     Raises PiantaError if the file cannot be written.
     """
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_bytes(encode_png(figure))

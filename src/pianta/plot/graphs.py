@@ -19,7 +19,7 @@ from pianta._types import Floats, Mask
 from pianta.errors import OptionError
 from pianta.io._files import count_noun
 from pianta.io.buildings._repair import normalize_label
-from pianta.labels import RC, LabelSchema, Split
+from pianta.labels import RC, LabelConvention, LabelSchema
 from pianta.plot.figure import clean_legend, new_ax, new_figure, shorten
 from pianta.plot.floor import EDGE_COLOR, GRAPH_LEVEL, make_node
 from pianta.plot.styles import DARK_INK, NEUTRAL_COLOR, RoomStyle
@@ -352,7 +352,7 @@ def _style_room(name: str | None, schema: LabelSchema) -> RoomStyle:
     label = schema.by_name.get(normalize_label(name) or "")
     if label is None:
         return RoomStyle(NEUTRAL_COLOR)
-    return RoomStyle(label.color, is_corridor=label.in_r_c(Split.GRAPHS) == RC.CORRIDOR)
+    return RoomStyle(label.color, is_corridor=label.room_or_corridor(LabelConvention.GRAPHS) == RC.CORRIDOR)
 
 
 def _frame(ax: Axes, xy: Floats) -> None:
