@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
@@ -19,14 +19,14 @@ from pianta.building_types.machine import TypeMachine
 from pianta.building_types.model import BuildingModel, Learnt, check_types
 from pianta.building_types.typicality import Typicality
 from pianta.errors import ModelError
+from pianta.io._checked import FileFormat, read_checked
 from pianta.io._faults import describe_validation, join_faults
-from pianta.io._files import atomic_file, check_input_file, one_line_reason, short_repr
+from pianta.io._files import atomic_file, short_repr
 from pianta.labels import LabelSet, standard_building_type
 from pianta.models import MODELS
 from pianta.rooms.completion import LABELS
 
-FORMAT: Final = "pianta buildings"
-MAJOR, MINOR = 2, 0
+FORMAT = FileFormat("pianta buildings", 2)
 # The version that has nothing but floors.
 WITHOUT_MACHINE = 1
 DEFAULT_MODEL = MODELS / "building_types.json"
@@ -64,14 +64,7 @@ def read_building_model(path: str | Path) -> BuildingModel:
     Raises ModelError, in one line, for a file that is no model, one of a newer format or of other features, and one
     whose floors cannot be.
     """
-    file = check_input_file(path, "model", ModelError)
-    try:
-        if file.stat().st_size > MAX_FILE_BYTES:
-            raise ModelError(f"it has more than {MAX_FILE_BYTES} bytes, too many for a model")
-        content = _read_content(file.read_bytes())
-        _check_model(content)
-    except (ModelError, OSError) as error:
-        raise ModelError(f"cannot read the model {short_repr(file)}: {one_line_reason(error)}") from error
+    content = read_checked(path, "model", ModelError, _parse_model, max_bytes=MAX_FILE_BYTES)
     return BuildingModel(
         known=tuple(floor.describe() for floor in content.floors),
         types=tuple(floor.building_type for floor in content.floors),
@@ -153,12 +146,9 @@ class _Learnt(_Part):
         return Learnt(TypeMachine(*arrays), Typicality(np.array(self.likenesses)))
 
 
-class _Version(_Part):
-    format: Literal["pianta buildings"]
-    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
-
-
-class _Model(_Version):
+class _Model(_Part):
+    format: str
+    version: str
     label_set: Literal["R/C", "F/C/E/S"]
     features: tuple[str, ...]
     floors: Annotated[tuple[_Floor, ...], Field(max_length=MAX_FLOORS)]
@@ -202,8 +192,7 @@ def _describe_floors(model: BuildingModel) -> _Model:
     )
     return _Model.model_validate(
         {
-            "format": FORMAT,
-            "version": f"{MAJOR}.{MINOR}",
+            **FORMAT.header,
             "label_set": str(model.label_set),
             "features": name_features(model.label_set),
             "floors": floors,
@@ -211,14 +200,11 @@ def _describe_floors(model: BuildingModel) -> _Model:
     )
 
 
-def _read_content(content: bytes) -> _Model:
-    """What a model file holds; what it says of version and features comes before faults of its floors."""
+def _parse_model(content: bytes) -> _Model:
+    """The checked content of a model file; faults of version and features come before those of its floors."""
     try:
-        version = _Version.model_validate_json(content).version
-        major = int(version.partition(".")[0])
-        if major > MAJOR:
-            raise ModelError(f"it has format version {version}, this pianta reads {MAJOR}.x; update pianta")
-        return (_LearntModel if major > WITHOUT_MACHINE else _Model).model_validate_json(content)
+        major, _ = FORMAT.check_version(content, ModelError)
+        model = (_LearntModel if major > WITHOUT_MACHINE else _Model).model_validate_json(content)
     except ValidationError as exception:
         if any(
             fault["type"] == "json_invalid" or not fault["loc"] or fault["loc"] == ("format",)
@@ -227,6 +213,8 @@ def _read_content(content: bytes) -> _Model:
             told = "it is no model of building types, or damaged; make one with `pianta train buildings`"
             raise ModelError(told) from None
         raise ModelError(describe_validation(exception)) from None
+    _check_model(model)
+    return model
 
 
 def _check_model(model: _Model) -> None:

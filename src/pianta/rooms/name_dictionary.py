@@ -13,16 +13,16 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 from pianta.errors import LabelError
-from pianta.io._faults import describe_validation
-from pianta.io._files import check_input_file, short_repr
+from pianta.io._checked import FileFormat, read_checked
+from pianta.io._faults import validation_as
 from pianta.labels import FCES, SCHEMAS, LabelSchema, standard_building_type, standard_name
 
-FORMAT, MAJOR = "pianta room words", 1
+FORMAT = FileFormat("pianta room words", 1)
 MAX_FILE_BYTES = 256 * 2**10
 # What is left for the labels that a name does not speak of, all together: by how well a word was found.
 DOUBT_OF_WHOLE, DOUBT_OF_PART, DOUBT_OF_LIKE = 0.05, 0.15, 0.2
@@ -213,13 +213,8 @@ def read_room_words(path: str | Path) -> RoomWords:
 
     Raises LabelError, with every fault in one message, for a file that is no dictionary.
     """
-    file = check_input_file(path, "room words", LabelError)
-    try:
-        if file.stat().st_size > MAX_FILE_BYTES:
-            raise LabelError(f"it has more than {MAX_FILE_BYTES} bytes, leave out words")
-        return read_default_room_words().extended(_parse_words(file.read_bytes()))
-    except (LabelError, OSError) as exception:
-        raise LabelError(f"cannot read the room words {short_repr(file)}: {exception}") from exception
+    words = read_checked(path, "room words", LabelError, _parse_words, max_bytes=MAX_FILE_BYTES)
+    return read_default_room_words().extended(words)
 
 
 def _upper(value: object) -> object:
@@ -249,18 +244,15 @@ class _Kind(_Part):
 
 
 class _Dictionary(_Part):
-    format: Literal["pianta room words"]
-    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
+    format: str
+    version: str
     kinds: Annotated[list[_Kind], Field(min_length=1)]
 
 
+@validation_as(LabelError)
 def _parse_words(content: bytes) -> RoomWords:
-    try:
-        dictionary = _Dictionary.model_validate_json(content)
-    except ValidationError as exception:
-        raise LabelError(describe_validation(exception)) from None
-    if int(dictionary.version.partition(".")[0]) > MAJOR:
-        raise LabelError(f"it has format version {dictionary.version}, this pianta reads {MAJOR}.x; update pianta")
+    FORMAT.check_version(content, LabelError)
+    dictionary = _Dictionary.model_validate_json(content)
     return RoomWords(
         tuple(
             RoomKind(
