@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from functools import partial
 from io import StringIO
 from math import sqrt
 from pathlib import Path
@@ -34,9 +35,7 @@ class TestResults:
 
         results = Results()
         for item in ("good", "bad"):
-            results.measure(
-                "maps", item, lambda item=item: measure(item), failed={"score": 0.0, "cost": None}, method="m"
-            )
+            results.measure("maps", item, partial(measure, item), failed={"score": 0.0, "cost": None}, method="m")
         common = {"part": "maps", "method": "m"}
         assert results.records == [
             {**common, "item": "good", "metric": "score", "value": 70.0},
@@ -48,8 +47,11 @@ class TestResults:
         assert results.failed
 
     def test_an_error_that_is_not_ours_is_named(self):
+        def measure() -> Iterator[Figures]:
+            yield {"score": 1 / 0}
+
         results = Results()
-        results.measure("maps", "a", lambda: iter([1 / 0]))  # type: ignore[list-item]
+        results.measure("maps", "a", measure)
         assert results.items[0].failure == "ZeroDivisionError: division by zero"
 
     def test_an_interrupted_measurement_ends(self):

@@ -16,7 +16,7 @@ from rich.text import Text
 from pianta import __version__
 from pianta.io._files import atomic_file
 from pianta_bench.harness.records import Results, name_parts
-from pianta_bench.harness.tables import FilledTable
+from pianta_bench.harness.tables import Cell, FilledTable
 
 ABSENT = "–"
 WIDTH = 100  # characters of a terminal; columns that do not fit go below
