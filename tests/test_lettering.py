@@ -7,7 +7,7 @@ from pianta.bench import plan_text
 from pianta.bench.plan_text import measure_text
 from pianta.errors import OptionError
 from pianta.plan.text.recognition import read_texts
-from pianta.worlds.plans.fonts import FONTS, NAMES, letter_rooms
+from pianta.worlds.plans.name_sheets import FONTS, NAMES, letter_rooms
 
 
 def ink_of(sheet, number: int):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pianta.errors import LabelError
 from pianta.labels import FCES, OFFICE, SCHEMAS, SCHOOL, GeneralLabel, Label, LabelSchema
 from pianta.rooms.name_dictionary import find_word, fold_name, prior_of_name, read_default_room_words, read_room_words
-from pianta.worlds.plans.fonts import NAMES
+from pianta.worlds.plans.name_sheets import NAMES
 from tests.mutation import mutated
 
 WORDS = read_default_room_words()

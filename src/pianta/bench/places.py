@@ -32,7 +32,7 @@ from pianta.labels import LabelConvention, LabelSet
 from pianta.layout.reconstruct import reconstruct
 from pianta.plot.floor import save_picture
 from pianta.rooms.completion import LABELS
-from pianta.worlds.simulated_readings import simulate_reading
+from pianta.worlds.simulated_readings import simulate_and_reconstruct
 
 PART_OF_KIND = {"school": SCHOOLS, "office": OFFICES}
 SIMULATED = "simulated"
@@ -93,7 +93,7 @@ class _Run:
         floor = self.floors[number]
 
         def measure(_: str) -> Iterator[Figures]:
-            reading = simulate_reading(floor.floor, seed=self.seed + number)
+            reading = simulate_and_reconstruct(floor.floor, seed=self.seed + number)
             self.simulated[f"{floor.kind}/{floor.item}"] = reading
             yield {"rooms": len(reading.rooms), "true": len(floor.floor.rooms)}
 

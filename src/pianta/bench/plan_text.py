@@ -8,7 +8,7 @@ from itertools import chain
 from pianta.bench.table import BenchTable, Column, Figures, Part, Row, measure_rows
 from pianta.plan.text.recognition import read_texts
 from pianta.plan.text.room_names import name_of_texts
-from pianta.worlds.plans.fonts import FONTS, NAMES, ROTATIONS, letter_rooms
+from pianta.worlds.plans.name_sheets import FONTS, NAMES, ROTATIONS, letter_rooms
 
 # Heights of a capital, pixels.
 CAPITALS = (10, 16, 28)

@@ -201,14 +201,14 @@ def read_schemas(paths: Iterable[Path]) -> Mapping[str, LabelSchema]:
 
 def simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: bool = False) -> list[Floor]:
     """Floors as read from so many simulated maps of each; a map on which nothing is found gives none."""
-    from pianta.worlds.simulated_readings import simulate_reading
+    from pianta.worlds.simulated_readings import simulate_and_reconstruct
 
     runs = [*floors] * maps
     found = []
     names = track_items([floor.source for floor in runs], quiet=quiet)
     for number, (floor, _) in enumerate(zip(runs, names, strict=True)):
         try:
-            found.append(simulate_reading(floor, seed=seed + number))
+            found.append(simulate_and_reconstruct(floor, seed=seed + number))
         except PiantaError as error:
             message = f"building {short_repr(floor.source)} is not learned from in simulation: {error}"
             warnings.warn(BuildingWarning(message), stacklevel=2)

@@ -18,7 +18,7 @@ from shapely import MultiPolygon, Point, Polygon, difference, get_parts
 from pianta.floor import Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.labels import SCHEMAS
-from pianta.layout._outlines import GRID
+from pianta.layout._label_images import SNAP_DISTANCE
 from pianta.plot._figure import encode_png, new_ax, save_png
 from pianta.plot.grid import UNKNOWN_GREY, lay_pixels, paint_grid, plot_grid, plot_ink
 from pianta.plot.styles import CERTAIN_FROM, DARK_INK, RoomStyle, Schemas, color_neighbours, list_labels, style_rooms
@@ -559,7 +559,7 @@ def plot_predictions(floor: Floor, *, ax: Axes | None = None) -> Axes:
     for room in floor.rooms:
         if room.predicted is None:
             continue
-        for part in get_parts(difference(room.predicted, room.polygon, grid_size=GRID)):
+        for part in get_parts(difference(room.predicted, room.polygon, grid_size=SNAP_DISTANCE)):
             if part.area >= LEAST_AREA:
                 look = {"facecolor": "none", "edgecolor": HATCH_COLOR, "hatch": HATCH, "linewidth": 0, "zorder": LEVEL}
                 ax.add_artist(patch_from_polygon(part, **look))
