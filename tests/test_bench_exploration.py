@@ -13,7 +13,7 @@ import pytest
 from pianta.bench import exploration as bench_module
 from pianta.bench import exploration_buildings, exploration_policies, exploration_runs, exploration_scores
 from pianta.bench import exploration_tables as tables
-from pianta.bench.annotated_floors import AnnotatedFloor, make_of_drawings
+from pianta.bench.annotated_floors import AnnotatedFloor, read_annotated_buildings
 from pianta.bench.exploration import ExplorationBench, measure_exploration
 from pianta.bench.exploration_buildings import SETS, SYNTHETIC, make_buildings, read_buildings
 from pianta.bench.exploration_file import save_exploration
@@ -98,13 +98,13 @@ def measured(tiny) -> ExplorationBench:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(exploration_buildings, "LEAST_OTHERS", 1)
         # The names of tiny schools end with a number, as those of the floors of one building.
-        patch.setattr("pianta.bench.exploration_buildings.make_of_drawings", make_apart)
+        patch.setattr("pianta.bench.exploration_buildings.read_annotated_buildings", make_apart)
         return measure_exploration(tiny, sets=["school"], starts=1, resolution=0.25)
 
 
 def make_apart(data: Path, kind: str, make: Callable[[AnnotatedFloor], Made]) -> tuple[list[Made], tuple[Row, ...]]:
-    """make_of_drawings with a building for each drawing."""
-    return make_of_drawings(data, kind, lambda drawn: make(replace(drawn, building=drawn.item)))
+    """read_annotated_buildings with a building for each drawing."""
+    return read_annotated_buildings(data, kind, lambda drawn: make(replace(drawn, building=drawn.item)))
 
 
 def run_of(policy: str, metres: float | None, *, start: int = 0, label: str | None = None) -> Run:

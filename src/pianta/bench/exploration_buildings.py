@@ -8,7 +8,7 @@ from pathlib import Path
 
 import networkx as nx
 
-from pianta.bench.annotated_floors import AnnotatedFloor, make_of_drawings
+from pianta.bench.annotated_floors import AnnotatedFloor, read_annotated_buildings
 from pianta.bench.table import Row
 from pianta.errors import DataError, LabelError, OptionError, PiantaError
 from pianta.exploration.starts import CORRIDORS
@@ -76,7 +76,7 @@ def read_buildings(data: Path, kind: str) -> BuildingSet:
     Floors in several parts, or with labels that the type does not have, are explored, but no model learns from them.
     Raises DataError where there is no floor, or none can be read.
     """
-    drawn, failed = make_of_drawings(data, kind, lambda floor: floor)
+    drawn, failed = read_annotated_buildings(data, kind, lambda floor: floor)
     if not drawn:
         raise DataError(f"no floor of {kind}s can be read, the first: {failed[0].item}, {failed[0].failure}")
     graphs, unmodelled = {}, []

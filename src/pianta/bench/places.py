@@ -24,7 +24,7 @@ from pianta.bench.judged_floors import LAYOUTS, OFFICES, SCHOOLS, TRUE_LAYOUTS, 
 from pianta.bench.place_models import PIANTA, Judges, train_judges, train_on, true_labels
 from pianta.bench.place_tables import Cost, PlacesBench, tabulate_places
 from pianta.bench.table import Figures, Row, measure_row
-from pianta.evaluation.semantics import share_of_agreeing
+from pianta.evaluation.semantics import semantic_accuracy
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io.maps import read_map
@@ -197,7 +197,7 @@ def _describe_errors(judged: JudgedFloor) -> dict[str, float | None]:
     """Wrong rooms, %, by model, label set and, for a reconstructed floor, way of counting."""
     ways = {", FC": False, ", BC": True} if judged.part == LAYOUTS else {"": False}
     return {
-        f"{model}, {label_set}{way}": 100 - 100 * share_of_agreeing(judged.pair(model, label_set, backward=backward))
+        f"{model}, {label_set}{way}": 100 - 100 * semantic_accuracy(judged.pair(model, label_set, backward=backward))
         for model in judged.opinions
         for label_set in LABELS
         for way, backward in ways.items()

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta._types import Floats
-from pianta.bench.annotated_floors import AnnotatedFloor, make_of_drawings
+from pianta.bench.annotated_floors import AnnotatedFloor, read_annotated_buildings
 from pianta.bench.data import REMEDY
 from pianta.bench.table import Row
 from pianta.errors import DataError, LabelError
@@ -79,7 +79,9 @@ def read_room_sets(data: Path) -> tuple[tuple[RoomSet, ...], dict[str, tuple[Row
         raise DataError(f"no buildings in any of {places}, {REMEDY}")
     sets, failed = [], {}
     for name in types:
-        floors, failed[name] = make_of_drawings(data, name, partial(_represent, _schema_of_folder(folder / name)))
+        floors, failed[name] = read_annotated_buildings(
+            data, name, partial(_represent, _schema_of_folder(folder / name))
+        )
         _check_size(floors, failed[name], folder / name)
         sets.append(join_room_sets(name.capitalize(), floors))
     if len(sets) > 1:

@@ -16,7 +16,7 @@ from pianta.plot._figure import new_ax, save_png
 from pianta.plot.floor import DPI, GRAPH_LEVEL, INK, plot_doors, plot_legend, plot_rooms, plot_scale_bar
 from pianta.plot.styles import Schemas
 from pianta.realism.model import Realism
-from pianta.realism.patterns import OffPattern
+from pianta.realism.patterns import UnusualPattern
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -82,7 +82,7 @@ def save_realism_picture(floor: Floor, realism: Realism, path: str | Path, *, sc
 
 
 def plot_strange_floor(
-    floor: Floor, patterns: Sequence[OffPattern], *, ax: Axes | None = None, schemas: Schemas = SCHEMAS
+    floor: Floor, patterns: Sequence[UnusualPattern], *, ax: Axes | None = None, schemas: Schemas = SCHEMAS
 ) -> Axes:
     """Draw a floor with the rooms of patterns that are too frequent marked."""
     from shapely.plotting import patch_from_polygon
@@ -145,7 +145,7 @@ def _plot_strips(realism: Realism, axes: Sequence[Axes]) -> None:
             ax.legend([mark], [""], loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handleheight=1.4)
 
 
-def _hatch(patterns: Sequence[OffPattern]) -> list[str]:
+def _hatch(patterns: Sequence[UnusualPattern]) -> list[str]:
     """The hatch of each pattern; empty for one that is too rare, whose rooms are not strange."""
     hatches = iter(HATCHES)
     return [next(hatches) if pattern.is_frequent else "" for pattern in patterns]
