@@ -15,9 +15,6 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from pianta._types import Floats, Indices
-from pianta.bench.data import find_data
-from pianta.bench.types import measure_types
-from pianta.bench.types_pictures import draw_accuracies, draw_clusters
 from pianta.errors import DataError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
@@ -42,6 +39,9 @@ from pianta.plot.styles import ROOM_COLORS
 from pianta.rooms.label import label_rooms
 from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import make_sample, map_floor
+from pianta_bench.data.folders import find_data
+from pianta_bench.types.figures import draw_accuracies, draw_clusters
+from pianta_bench.types.measure import measure_types
 
 IMAGES = Path(__file__).parent / "images"
 PARAMETERS, STRUCTURE = ThesisParameters(), StructureParameters()

@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/prediction.md: python docs/draw_prediction.py."""
+"""Draw the pictures of docs/methods/prediction.md: python docs/draw_prediction.py."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from draw_generation import FLOORS, make_school
 from draw_pictures import IMAGES
 from PIL import Image
 
-from pianta.bench.data import find_data
 from pianta.errors import DataError
 from pianta.generation.type_model import learn_type
 from pianta.io.buildings.read import list_buildings, read_building
@@ -18,6 +17,7 @@ from pianta.labels import SCHOOL
 from pianta.plot.prediction import save_prediction_picture
 from pianta.prediction.prediction import predict
 from pianta.prediction.whole_floor import explore_floor
+from pianta_bench.data.folders import find_data
 
 SEED, WIDTH = 4, 1300
 # The real school and how many of its corridors are explored; of the made one two are.

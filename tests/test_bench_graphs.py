@@ -12,13 +12,13 @@ import pytest
 from rich.console import Console
 
 from pianta import __version__
-from pianta.bench.comparison import Cell, ComparisonRow, ComparisonTable, save_comparisons, show_comparisons
-from pianta.bench.graphs import NAMES, PRINTED, measure_graphs
-from pianta.bench.table import Row
 from pianta.errors import BuildingWarning, DataError
 from pianta.graphs.centrality import drop_isolated
 from pianta.graphs.metrics import measure_graph
 from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta_bench.graphs.measure import NAMES, PRINTED, measure_graphs
+from pianta_bench.harness.comparison import Cell, ComparisonRow, ComparisonTable, save_comparisons, show_comparisons
+from pianta_bench.harness.table import Row
 from tests.command_line import list_files, run_pianta
 
 SPACE = (

@@ -8,16 +8,27 @@ from types import MappingProxyType
 
 import pytest
 
-from pianta.bench import realism, realism_models, realism_readings
-from pianta.bench.comparison import Cell
-from pianta.bench.place_models import CENTRAL, LOCAL
-from pianta.bench.realism import OFFICES, ONE, SCHOOLS, TWO, WORLDS, RealismBench, measure_realism, tabulate_realism
-from pianta.bench.realism_models import GAUSSIAN, KLOG
-from pianta.bench.realism_pictures import draw_curves, draw_scores
-from pianta.bench.realism_readings import MAPPED, UNLABELLED
 from pianta.errors import DataError, MapError
 from pianta.floor import Floor
 from pianta.labels import LabelSet
+from pianta_bench.harness.comparison import Cell
+from pianta_bench.places.models import CENTRAL, LOCAL
+from pianta_bench.realism import measure as realism
+from pianta_bench.realism import models as realism_models
+from pianta_bench.realism import readings as realism_readings
+from pianta_bench.realism.figures import draw_curves, draw_scores
+from pianta_bench.realism.measure import (
+    OFFICES,
+    ONE,
+    SCHOOLS,
+    TWO,
+    WORLDS,
+    RealismBench,
+    measure_realism,
+    tabulate_realism,
+)
+from pianta_bench.realism.models import GAUSSIAN, KLOG
+from pianta_bench.realism.readings import MAPPED, UNLABELLED
 from tests.command_line import list_files, run_pianta
 from tests.tiny_types import write_types
 

@@ -124,7 +124,7 @@ def test_a_truncated_file(model_file, tmp_path):
 
 def test_a_file_that_is_too_large(model_file, tmp_path, monkeypatch):
     monkeypatch.setattr("pianta.building_types.model_file.MAX_FILE_BYTES", 1000)
-    refuse(model_file, "more than 1000 bytes")
+    refuse(model_file, "the limit is 1000")
 
 
 def test_floors_of_too_many_rooms_together(model_file, monkeypatch):

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from shapely import box
 
 from pianta.floor import Floor, Room
-from pianta.labels import FCES, FCES_COLORS, SCHEMAS, General, Label, LabelSchema
+from pianta.labels import FCES, FCES_COLORS, SCHEMAS, GeneralLabel, Label, LabelSchema
 from pianta.plot.styles import DARK_INK, LIGHT_INK, NEUTRAL_COLOR, RoomStyle, list_labels, style_rooms
 
 SQUARE = box(0, 0, 1, 1)
@@ -130,7 +130,7 @@ def test_a_label_with_two_colours_is_listed_with_each():
 
 
 def test_colours_of_a_schema_of_the_user():
-    ward = Label("WARD", FCES.FUNCTIONAL, General.MEDIUM, "#8c3b2e")
+    ward = Label("WARD", FCES.FUNCTIONAL, GeneralLabel.MEDIUM, "#8c3b2e")
     schemas = {**SCHEMAS, "hospital": LabelSchema("hospital", (ward,))}
     said = {"R/C": "ROOM", "F/C/E/S": "FUNCTIONAL", "hospital": "WARD"}
     floor = Floor((Room(4, SQUARE, "WARD", labels=said),), building_type={"hospital": 1.0})
@@ -143,7 +143,11 @@ def test_colours_of_a_schema_of_the_user():
 def test_given_labels_look_like_those_of_a_model(schema):
     """A model tells the sets above a label too, in the split of the experiments."""
     for label in schema.labels:
-        sets = {"R/C": str(label.in_r_c()), "F/C/E/S": str(label.in_f_c_e_s()), schema.building_type: label.name}
+        sets = {
+            "R/C": str(label.room_or_corridor()),
+            "F/C/E/S": str(label.function_in()),
+            schema.building_type: label.name,
+        }
         of_type = {schema.building_type: 1.0}
         assert style_of(label.name.title(), of_type) == style_of(label.name, of_type, labels=sets)
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.errors import LabelError
-from pianta.labels import FCES, OFFICE, SCHEMAS, SCHOOL, General, Label, LabelSchema
+from pianta.labels import FCES, OFFICE, SCHEMAS, SCHOOL, GeneralLabel, Label, LabelSchema
 from pianta.rooms.name_dictionary import (
     match_phrase,
     normalize_name,
@@ -23,10 +23,10 @@ WORDS = read_default_room_name_dictionary()
 HOUSE = LabelSchema(
     "house",
     (
-        Label("BEDROOM", FCES.FUNCTIONAL, General.MEDIUM, "#000000"),
-        Label("LIVING ROOM", FCES.FUNCTIONAL, General.BIG, "#000000"),
-        Label("BATHROOM", FCES.SERVICE, General.SMALL, "#000000"),
-        Label("HALL", FCES.CONNECTION, General.HALL, "#000000"),
+        Label("BEDROOM", FCES.FUNCTIONAL, GeneralLabel.MEDIUM, "#000000"),
+        Label("LIVING ROOM", FCES.FUNCTIONAL, GeneralLabel.BIG, "#000000"),
+        Label("BATHROOM", FCES.SERVICE, GeneralLabel.SMALL, "#000000"),
+        Label("HALL", FCES.CONNECTION, GeneralLabel.HALL, "#000000"),
     ),
 )
 OWN = {

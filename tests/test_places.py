@@ -10,7 +10,7 @@ from shapely.affinity import rotate, scale, translate
 
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor, Room
-from pianta.labels import FCES, SCHEMAS, SCHOOL, General, Label, LabelSchema
+from pianta.labels import FCES, SCHEMAS, SCHOOL, GeneralLabel, Label, LabelSchema
 from pianta.rooms.label import label_rooms
 from pianta.rooms.model import FUNCTIONS, choose_functions, has_manual_label, keep_manual_label
 from pianta.rooms.training import SIMULATED_WEIGHT, building_name, check_labels, train_rooms
@@ -40,7 +40,7 @@ def test_label_sets_agree_with_each_other(unseen):
     for room in label_rooms(unlabelled(unseen), small_model()).rooms:
         assert list(room.labels) == ["R/C", "F/C/E/S", "school"]
         label = SCHOOL.by_name[room.labels["school"]]
-        assert (label.in_r_c(), label.in_f_c_e_s()) == (room.labels["R/C"], room.labels["F/C/E/S"])
+        assert (label.room_or_corridor(), label.function_in()) == (room.labels["R/C"], room.labels["F/C/E/S"])
         assert room.label == room.labels["school"]
 
 
@@ -50,7 +50,7 @@ def test_probabilities_add_up_level_by_level(unseen):
         assert sum(functions.values()) == pytest.approx(1)
         assert room.label_probabilities["R/C"]["CORRIDOR"] == functions["CONNECTION"]
         for function, probability in functions.items():
-            below = [label.name for label in SCHOOL.labels if label.in_f_c_e_s() == function]
+            below = [label.name for label in SCHOOL.labels if label.function_in() == function]
             assert sum(names[name] for name in below) == pytest.approx(probability)
 
 
@@ -151,7 +151,7 @@ def test_few_floors_with_numbered_names_are_buildings_of_their_own():
 
 @pytest.mark.slow
 def test_a_schema_of_the_user():
-    ward = Label("WARD", FCES.FUNCTIONAL, General.MEDIUM, "#112233")
+    ward = Label("WARD", FCES.FUNCTIONAL, GeneralLabel.MEDIUM, "#112233")
     hospital = LabelSchema("hospital", (ward, SCHOOL.by_name["CORRIDOR"], SCHOOL.by_name["STAIRS"]))
     rename = {"CLASSROOM": "WARD", "CLOSET": "WARD"}
     floors = [

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from PIL import Image
 from shapely import Geometry, LineString, affinity, box
 
-from pianta.bench.annotated_floors import read_annotated_buildings
 from pianta.building_types.description import describe_building
 from pianta.building_types.kernel import BuildingKernel
 from pianta.building_types.model import BuildingTypeModel
@@ -28,6 +27,7 @@ from pianta.realism.measures import (
 from pianta.realism.model import Realism, RealismModel, name_buildings, reference_from_types, train_realism
 from pianta.realism.patterns import MANY, RoomPattern, find_unusual_patterns, list_patterns
 from pianta.rooms.completion import fill_missing_labels
+from pianta_bench.data.annotated_floors import read_annotated_buildings
 from tests.simulated_offices import make_grid_floor, make_offices, make_snake, make_worlds
 
 R_C, F_C_E_S = LabelSet.R_C, LabelSet.F_C_E_S

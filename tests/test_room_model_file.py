@@ -352,7 +352,7 @@ def test_an_archive_that_unpacks_to_too_much(tmp_path, monkeypatch, model_file):
 
 def test_a_file_that_is_too_large(model_file, monkeypatch):
     monkeypatch.setattr("pianta.rooms.model_file.MAX_FILE_BYTES", 1000)
-    refuse(model_file, "more than 1000 bytes")
+    refuse(model_file, "the limit is 1000")
 
 
 @pytest.mark.parametrize("name", ["m.skops", "m", "m.zip"])

@@ -8,13 +8,13 @@ from shapely.affinity import affine_transform
 
 from pianta.building_types.model import BuildingTypeModel, train_building_types
 from pianta.floor import Door, Floor, Room
-from pianta.labels import FCES, SCHEMAS, General, Label, LabelSchema
+from pianta.labels import FCES, SCHEMAS, GeneralLabel, Label, LabelSchema
 
 HOUSE = LabelSchema(
     "house",
     (
-        Label("LIVING ROOM", FCES.FUNCTIONAL, General.BIG, "#2267f2"),
-        Label("BATH", FCES.SERVICE, General.SMALL, "#aa66f2"),
+        Label("LIVING ROOM", FCES.FUNCTIONAL, GeneralLabel.BIG, "#2267f2"),
+        Label("BATH", FCES.SERVICE, GeneralLabel.SMALL, "#aa66f2"),
     ),
 )
 ALL_SCHEMAS = {**SCHEMAS, "house": HOUSE}

@@ -32,9 +32,6 @@ from numpy.typing import NDArray
 from torch import nn
 from torch.nn import functional
 
-from pianta.bench.annotated_floors import read_buildings_of_files
-from pianta.bench.data import find_data
-from pianta.bench.plan_sets import find_image, list_plans, read_true_plan
 from pianta.errors import PiantaError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
@@ -43,6 +40,9 @@ from pianta.io.images import read_picture
 from pianta.plan.walls.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, describe_sheet
 from pianta.worlds.plans.drawing import draw_plan
 from pianta.worlds.plans.look import PlanLook
+from pianta_bench.data.annotated_floors import read_buildings_of_files
+from pianta_bench.data.folders import find_data
+from pianta_bench.plans.plan_sets import find_image, list_plans, read_true_plan
 
 Layers, Regions = NDArray[np.uint8], NDArray[np.uint8]
 Lesson = tuple[Layers, Regions]

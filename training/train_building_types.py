@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import typer
 
-from pianta.bench.annotated_floors import read_annotated_floors
-from pianta.bench.data import find_data
 from pianta.building_types.model import predict_held_out, train_building_types
 from pianta.building_types.model_file import DEFAULT_MODEL, save_building_type_model
+from pianta_bench.data.annotated_floors import read_annotated_floors
+from pianta_bench.data.folders import find_data
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ from pianta.building_types.model_file import read_building_type_model
 from pianta.errors import ModelError
 from pianta.generation.type_model import TypeModel
 from pianta.generation.type_model_file import read_type_model
-from pianta.io._files import checked_input, shown
+from pianta.io._files import check_input_file, short_repr
 from pianta.rooms.model import RoomModel
 from pianta.rooms.model_file import read_room_model
 
@@ -42,7 +42,7 @@ def load_model(path: str | Path) -> RoomModel | BuildingTypeModel | TypeModel:
     >>> import pianta
     >>> model = pianta.load_model("school.json")  # doctest: +SKIP
     """
-    file = checked_input(path, "model", ModelError)
+    file = check_input_file(path, "model", ModelError)
     if zipfile.is_zipfile(file):
         return read_room_model(file)
     kind = _read_format(file)
@@ -50,7 +50,9 @@ def load_model(path: str | Path) -> RoomModel | BuildingTypeModel | TypeModel:
         return read_building_type_model(file)
     if kind == "pianta type":
         return read_type_model(file)
-    raise ModelError(f"cannot read the model {shown(file)}: it is no model of pianta, make one with `pianta train`")
+    raise ModelError(
+        f"cannot read the model {short_repr(file)}: it is no model of pianta, make one with `pianta train`"
+    )
 
 
 def _read_format(file: Path) -> str:

@@ -22,7 +22,7 @@ from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
-from pianta.labels import SCHEMAS, LabelSchema, LabelSet, Split
+from pianta.labels import SCHEMAS, LabelConvention, LabelSchema, LabelSet
 from pianta.rooms.completion import map_labels_upwards
 from pianta.rooms.training import building_name, check_labels, most_probable_type
 
@@ -191,7 +191,7 @@ def train_building_types(
     buildings: Sequence[str] | None = None,
     schemas: Mapping[str, LabelSchema] = SCHEMAS,
     label_set: LabelSet = LabelSet.F_C_E_S,
-    split: Split = Split.EXPERIMENTS,
+    convention: LabelConvention = LabelConvention.EXPERIMENTS,
 ) -> BuildingTypeModel:
     """Train a model of building types.
 
@@ -208,7 +208,7 @@ def train_building_types(
         By building type, its labels.
     label_set
         The labels by which floors are compared: R/C or F/C/E/S.
-    split
+    convention
         Which of the thesis' conventions holds for these labels.
 
     Returns
@@ -241,10 +241,10 @@ def train_building_types(
         # Floors of different types are never of one building, even if the names are equal.
         names = [f"{building_type}/{name}" for building_type, name in zip(types, names, strict=True)]
     _check_training_floors(floors, types, names, schemas)
-    labelled = (
-        map_labels_upwards(floor, schemas[name], split=split) for floor, name in zip(floors, types, strict=True)
+    descriptions = tuple(
+        describe_building(map_labels_upwards(floor, schemas[building_type], convention=convention), label_set)
+        for floor, building_type in zip(floors, types, strict=True)
     )
-    descriptions = tuple(describe_building(floor, label_set) for floor in labelled)
     return BuildingTypeModel(descriptions, tuple(types), tuple(names), label_set)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
@@ -19,14 +19,14 @@ from pianta.building_types.model import BuildingTypeModel, FittedTypes, check_ty
 from pianta.building_types.svm import BuildingTypeSvm
 from pianta.building_types.typicality import Typicality
 from pianta.errors import ModelError
+from pianta.io._checked import FileFormat, read_checked
 from pianta.io._faults import describe_validation, join_faults
-from pianta.io._files import checked_input, reason_of, shown, written_atomically
+from pianta.io._files import atomic_file, short_repr
 from pianta.labels import LabelSet, standard_building_type
 from pianta.models import MODELS
 from pianta.rooms.completion import LABELS
 
-FORMAT: Final = "pianta buildings"
-MAJOR, MINOR = 2, 0
+FORMAT = FileFormat("pianta buildings", 2)
 # The version that has only floors.
 VERSION_WITHOUT_FIT = 1
 DEFAULT_MODEL = MODELS / "building_types.json"
@@ -57,7 +57,7 @@ def save_building_type_model(model: BuildingTypeModel, path: str | Path) -> None
     head = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in content.model_dump(exclude={"floors"}).items()]
     lines = [json.dumps(floor.model_dump(by_alias=True), separators=(",", ":")) for floor in content.floors]
     text = "{\n" + ",\n".join([*head, '"floors": [\n' + ",\n".join(lines) + "\n]"]) + "\n}\n"
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
@@ -67,14 +67,7 @@ def read_building_type_model(path: str | Path) -> BuildingTypeModel:
     Raises ModelError, in one line, for a file that is not a model, has a newer format or other features, or whose
     floors are impossible.
     """
-    file = checked_input(path, "model", ModelError)
-    try:
-        if file.stat().st_size > MAX_FILE_BYTES:
-            raise ModelError(f"it has more than {MAX_FILE_BYTES} bytes, too many for a model")
-        content = _read_content(file.read_bytes())
-        _check_model(content)
-    except (ModelError, OSError) as error:
-        raise ModelError(f"cannot read the model {shown(file)}: {reason_of(error)}") from error
+    content = read_checked(path, "model", ModelError, _parse_model, max_bytes=MAX_FILE_BYTES)
     return BuildingTypeModel(
         training_floors=tuple(floor.describe() for floor in content.floors),
         types=tuple(floor.building_type for floor in content.floors),
@@ -156,12 +149,9 @@ class _Fit(_Part):
         return FittedTypes(BuildingTypeSvm(*arrays), Typicality(np.array(self.likenesses)))
 
 
-class _Version(_Part):
-    format: Literal["pianta buildings"]
-    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
-
-
-class _Model(_Version):
+class _Model(_Part):
+    format: str
+    version: str
     label_set: Literal["R/C", "F/C/E/S"]
     features: tuple[str, ...]
     floors: Annotated[tuple[_Floor, ...], Field(max_length=MAX_FLOORS)]
@@ -205,8 +195,7 @@ def _describe_floors(model: BuildingTypeModel) -> _Model:
     )
     return _Model.model_validate(
         {
-            "format": FORMAT,
-            "version": f"{MAJOR}.{MINOR}",
+            **FORMAT.header,
             "label_set": str(model.label_set),
             "features": name_features(model.label_set),
             "floors": floors,
@@ -214,14 +203,11 @@ def _describe_floors(model: BuildingTypeModel) -> _Model:
     )
 
 
-def _read_content(content: bytes) -> _Model:
-    """The content of a model file; a wrong version is reported before any other fault."""
+def _parse_model(content: bytes) -> _Model:
+    """The checked content of a model file; a wrong version is reported before any other fault."""
     try:
-        version = _Version.model_validate_json(content).version
-        major = int(version.partition(".")[0])
-        if major > MAJOR:
-            raise ModelError(f"it has format version {version}, this pianta reads {MAJOR}.x; update pianta")
-        return (_FittedModel if major > VERSION_WITHOUT_FIT else _Model).model_validate_json(content)
+        major, _ = FORMAT.check_version(content, ModelError)
+        model = (_FittedModel if major > VERSION_WITHOUT_FIT else _Model).model_validate_json(content)
     except ValidationError as exception:
         if any(
             fault["type"] == "json_invalid" or not fault["loc"] or fault["loc"] == ("format",)
@@ -230,6 +216,8 @@ def _read_content(content: bytes) -> _Model:
             reason = "it is no model of building types, or damaged; make one with `pianta train buildings`"
             raise ModelError(reason) from None
         raise ModelError(describe_validation(exception)) from None
+    _check_model(model)
+    return model
 
 
 def _check_model(model: _Model) -> None:
@@ -239,13 +227,13 @@ def _check_model(model: _Model) -> None:
     if model.features != names:
         raise ModelError("it was trained on other features of floors than this pianta computes, train it again")
     faults = [
-        f"floor {shown(floor.source)} has {len(floor.features)} features of {len(names)}"
+        f"floor {short_repr(floor.source)} has {len(floor.features)} features of {len(names)}"
         for floor in model.floors
         if len(floor.features) != len(names)
     ]
     unknown = sorted({label for floor in model.floors for label in floor.labels} - set(LABELS[label_set]))
     if unknown:
-        faults.append(f"its rooms have labels that are not of {label_set}: {join_faults([*map(shown, unknown)])}")
+        faults.append(f"its rooms have labels that are not of {label_set}: {join_faults([*map(short_repr, unknown)])}")
     if sum(len(floor.labels) ** 2 for floor in model.floors) > MAX_PAIRS:
         faults.append(f"its floors have more than {MAX_PAIRS} pairs of rooms, too many for a model")
     if faults:

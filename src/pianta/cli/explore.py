@@ -15,8 +15,8 @@ import typer
 
 from pianta.cli.terminal import stderr, tell_result
 from pianta.errors import BuildingWarning, OptionError
-from pianta.io._files import shown
-from pianta.io._folders import check_output_folder, written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_output_folder
 
 if TYPE_CHECKING:
     from pianta.exploration.record import Exploration
@@ -134,7 +134,7 @@ def read_point(text: str) -> tuple[float, float]:
     except ValueError:
         x = y = float("nan")
     if not (isfinite(x) and isfinite(y)):
-        raise OptionError(f"--start is {shown(text)}, give two numbers such as 1.5,2")
+        raise OptionError(f"--start is {short_repr(text)}, give two numbers such as 1.5,2")
     return x, y
 
 
@@ -174,12 +174,13 @@ def _make_policy(
 
     known = read_type_model(model)
     if world.floor is None:
-        raise OptionError(f"world {shown(name)} has no rooms that a model could tell of, leave out --model")
-    check_model_type(world.floor.given_type, known, f"world {shown(name)}")
+        raise OptionError(f"world {short_repr(name)} has no rooms that a model could tell of, leave out --model")
+    check_model_type(world.floor.given_type, known, f"world {short_repr(name)}")
     labels = {room.label for room in world.floor.rooms if room.label is not None}
     if strange := sorted(label for label in labels if label.upper() not in known.schema.by_name):
         message = (
-            f"labels {', '.join(strange)} of world {shown(name)} are none of the model's, which expects little there"
+            f"labels {', '.join(strange)} of world {short_repr(name)} are not in the model's schema, "
+            "which expects little there"
         )
         warnings.warn(BuildingWarning(message), stacklevel=2)
     return make_policy(policy, sampler=FloorSampler(known), find=find, enough=enough)
@@ -207,7 +208,7 @@ def _save_exploration(run: Exploration, world: World, out: Path | None, animatio
 
     if out is None:
         return
-    with written_together(out) as new:
+    with atomic_folder(out) as new:
         _save_table(run, new / "area.csv")
         save_exploration_picture(run, world, new / "picture.png")
         if animation != "none":

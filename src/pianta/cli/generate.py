@@ -12,8 +12,8 @@ import typer
 
 from pianta.cli.terminal import tell_result, track_items
 from pianta.errors import OptionError
-from pianta.io._files import shown
-from pianta.io._folders import check_leftovers, check_output_folder, written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_leftovers, check_output_folder
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -112,7 +112,7 @@ def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: T
     from pianta.plot.graphs import save_contact_sheet
 
     kept = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
-    with written_together(out) as new:
+    with atomic_folder(out) as new:
         for name, building in zip(names, buildings, strict=True):
             building.graph.update(source=name, building_type=model.building_type)
             save_graph(building, new / f"{name}.json")
@@ -127,7 +127,7 @@ def read_range(text: str) -> tuple[int, int]:
     """
     found = re.fullmatch(r"\s*(\d{1,6})\s*(?:-\s*(\d{1,6})\s*)?", text, re.ASCII)
     if found is None:
-        raise OptionError(f"--rooms is {shown(text)}, give a number such as 40, or two such as 30-50")
+        raise OptionError(f"--rooms is {short_repr(text)}, give a number such as 40, or two such as 30-50")
     return int(found[1]), int(found[2] or found[1])
 
 
@@ -137,7 +137,7 @@ def _read_numbers(texts: Sequence[str], option: str, *, unless_given: int | None
     for text in texts:
         label, equals, number = text.partition("=")
         if (not equals and unless_given is None) or (equals and not re.fullmatch(r"\d{1,6}", number.strip(), re.ASCII)):
-            raise OptionError(f"{option} is {shown(text)}, give a label and a number such as CLASSROOM=12")
+            raise OptionError(f"{option} is {short_repr(text)}, give a label and a number such as CLASSROOM=12")
         key = label.strip().upper()
         if key in numbers:
             raise OptionError(f"{option} gives {key} twice, leave one out")

@@ -16,8 +16,8 @@ from rich.table import Table
 
 from pianta.cli.terminal import stderr, stdout, tell_result
 from pianta.errors import BuildingWarning, GraphError, LabelError, PiantaError
-from pianta.io._files import shown
-from pianta.io._folders import check_leftovers, check_output_folder, written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_leftovers, check_output_folder
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -76,13 +76,13 @@ def predict_floor(
         check_output_folder(out)
         check_leftovers(out, names, stem="sample")
     known, graph = read_type_model(model), read_floor_graph(floor)
-    check_model_type(graph.graph.get("building_type"), known, f"floor {shown(floor)}")
+    check_model_type(graph.graph.get("building_type"), known, f"floor {short_repr(floor)}")
     try:
         truth = None if explored is None else _explore(graph, known, explored)
         with nullcontext() if quiet else stderr.status(f"sampling {count} floors"):
             prediction = predict(truth.part if truth else graph, known, count=count, seed=seed)
     except PiantaError as error:
-        raise type(error)(f"floor {shown(floor)}: {error}{_find_remedy(error, known, explored)}") from error
+        raise type(error)(f"floor {short_repr(floor)}: {error}{_find_remedy(error, known, explored)}") from error
     _warn(graph, truth, known, floor)
     if out is not None:
         save_outputs(prediction, names, known, out, truth=truth)
@@ -100,7 +100,7 @@ def save_outputs(
     from pianta.plot.prediction import save_prediction_picture
     from pianta.prediction.prediction_file import name_rooms, save_prediction
 
-    with written_together(out) as new:
+    with atomic_folder(out) as new:
         save_prediction(prediction, new / PREDICTION, building_type=model.building_type, truth=truth)
         save_prediction_picture(prediction, new / PICTURE, truth=truth)
         for name, sample in zip(names, prediction.samples, strict=True):
@@ -131,10 +131,10 @@ def _warn(graph: nx.Graph, truth: WholeFloor | None, model: TypeModel, floor: Pa
     from pianta.graphs.labelled_graphs import name_some
 
     if alone := [node for node, doors in graph.degree if not doors]:
-        message = f"floor {shown(floor)}: rooms {name_some(alone)} have no door and are left out"
+        message = f"floor {short_repr(floor)}: rooms {name_some(alone)} have no door and are left out"
         warnings.warn(BuildingWarning(message), stacklevel=2)
     if truth and any(find_copies([truth.graph], [known.graph for known in model.floors])):
-        message = f"the model was trained on floor {shown(floor)} too, so this is no test; train one without it"
+        message = f"the model was trained on floor {short_repr(floor)} too, so this is no test; train one without it"
         warnings.warn(BuildingWarning(message), stacklevel=2)
 
 

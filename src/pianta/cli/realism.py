@@ -18,8 +18,8 @@ from pianta.cli.terminal import tell_error, tell_result, track_items
 from pianta.errors import BuildingWarning, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
-from pianta.io._files import shown
-from pianta.io._folders import check_output_folder, written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_output_folder
 from pianta.io.buildings.read import list_buildings, name_sources, read_building
 from pianta.labels import LabelSet, standard_building_type
 
@@ -90,7 +90,7 @@ class Reference:
             ids = [room.id for room in coarse.floor.rooms]
             return Judged(coarse, model.assess_description(told, ids), building is not None)
         except PiantaError as error:
-            raise type(error)(f"floor {shown(file)}: {error}") from error
+            raise type(error)(f"floor {short_repr(file)}: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def judge_floors(
         tell_result(known.about)
     judged = _judge_all(files, known, show=len(files) == 1 or reasons, quiet=quiet)
     if json_file:
-        with written_together(json_file.parent) as new:
+        with atomic_folder(json_file.parent) as new:
             content = {"pianta": __version__, **_describe(known.model), "floors": _list_floors(judged)}
             text = json.dumps(content, indent=1, allow_nan=False) + "\n"
             (new / json_file.name).write_text(text, encoding="utf-8")
@@ -198,7 +198,7 @@ def _learn(
 def _check_classes(reference: Sequence[str], unrealistic: Sequence[str]) -> None:
     """Refuse files that are said to be both realistic and not."""
     real = {file.resolve() for file in list_buildings(reference)}
-    both = [shown(file) for file in list_buildings(unrealistic) if file.resolve() in real]
+    both = [short_repr(file) for file in list_buildings(unrealistic) if file.resolve() in real]
     if both:
         raise OptionError(f"--reference and --unrealistic both give {join_faults(both)}, leave each out of either")
 
@@ -321,7 +321,7 @@ def _list_floors(judged: Mapping[str, Judged]) -> list[dict[str, object]]:
 def _draw_all(judged: Mapping[str, Judged], out: Path) -> None:
     from pianta.plot.realism import save_realism_picture
 
-    with written_together(out) as new:
+    with atomic_folder(out) as new:
         for file, each in zip(name_pictures([*judged]), judged.values(), strict=True):
             save_realism_picture(each.coarse.floor, each.realism, new / file)
 
@@ -332,4 +332,4 @@ def _check_outputs(json_file: Path | None, out: Path | None) -> None:
         if folder:
             check_output_folder(folder)
     if json_file and json_file.is_dir():
-        raise OptionError(f"JSON file {shown(json_file)} is a folder, give the name of a file")
+        raise OptionError(f"JSON file {short_repr(json_file)} is a folder, give the name of a file")

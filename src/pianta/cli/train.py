@@ -16,7 +16,7 @@ from pianta.cli.terminal import show_examples, tell_error, tell_result, track_it
 from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 from pianta.io._folders import check_output_folder
 from pianta.labels import SCHEMAS, LabelSchema
 from pianta.reading._labelling import check_type_name
@@ -210,7 +210,7 @@ def simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: b
         try:
             found.append(simulate_reading(floor, seed=seed + number))
         except PiantaError as error:
-            message = f"building {shown(floor.source)} is not learned from in simulation: {error}"
+            message = f"building {short_repr(floor.source)} is not learned from in simulation: {error}"
             warnings.warn(BuildingWarning(message), stacklevel=2)
     return found
 
@@ -221,11 +221,11 @@ def _check_options(out: Path, building_type: str | None) -> None:
         check_type_name(building_type)
     check_output_folder(out.parent)
     if out.is_dir():
-        raise OptionError(f"model file {shown(out)} is a folder, give the name of a file")
+        raise OptionError(f"model file {short_repr(out)} is a folder, give the name of a file")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as exception:
-        raise OptionError(f"folder {shown(out.parent)} cannot be made: {reason_of(exception)}") from None
+        raise OptionError(f"folder {short_repr(out.parent)} cannot be made: {one_line_reason(exception)}") from None
 
 
 def _read_floors(paths: Sequence[str], building_type: str | None, *, quiet: bool) -> tuple[list[Floor], bool]:
@@ -264,7 +264,7 @@ def _list_usable(floors: Sequence[Floor], schema: LabelSchema) -> tuple[list[Flo
             prepare_room_graph(floor.graph(), schema)
             usable.append(floor)
         except PiantaError as error:
-            faults.append(f"floor {shown(floor.source)} is left out: {error}")
+            faults.append(f"floor {short_repr(floor.source)} is left out: {error}")
     if len(usable) < LEAST_FLOORS:
         rest = f": {join_faults(faults)}" if faults else ""
         raise ModelError(

@@ -14,7 +14,7 @@ from pianta._types import Colors
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
-from pianta.io._files import MAX_CELLS, shown
+from pianta.io._files import MAX_CELLS, short_repr
 from pianta.io.drawings.ifc import read_ifc_plan
 from pianta.io.images import Source, path_of
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
@@ -34,7 +34,7 @@ from pianta.plan.scale import (
 )
 from pianta.plan.sheets.binarization import binarise, measure_contrast
 from pianta.plan.sheets.floors_on_sheet import lay_out_floors
-from pianta.plan.sheets.map_or_plan import may_be_drawing
+from pianta.plan.sheets.map_or_plan import looks_like_drawing
 from pianta.plan.sheets.open_sheet import open_sheet
 from pianta.plan.sheets.sheet import PlacedText, Sheet
 from pianta.plan.symbols.detection import find_symbols, remove_symbols
@@ -165,8 +165,8 @@ def read_plan(
         return _read_ifc(path, {"page=": page, "resolution=": resolution, "symbols=": symbols})
     templates = own_templates() + (read_symbol_folder(symbols) if symbols else ())
     sheet = open_sheet(source, page=page, max_cells=max_cells)
-    if sheet.walls is None and not may_be_drawing(sheet.colors):
-        raise PlanError(NO_DRAWING.format(shown(path)))
+    if sheet.walls is None and not looks_like_drawing(sheet.colors):
+        raise PlanError(NO_DRAWING.format(short_repr(path)))
     # Text tells the names and the scale, and is no wall
     texts = _read_texts(sheet, path) if with_text else sheet.texts or ()
     view = _view_sheet(sheet, texts, resolution=resolution, networks=networks)
@@ -197,7 +197,7 @@ def _read_ifc(path: str | Path, options: Mapping[str, object]) -> PlanReading:
     """The storeys of an IFC; options: those of drawings, which it has no use for."""
     useless = " and ".join(name for name, value in options.items() if value is not None)
     if useless:
-        raise OptionError(f"plan {shown(path)} is an IFC and no drawing, leave out {useless}")
+        raise OptionError(f"plan {short_repr(path)} is an IFC and no drawing, leave out {useless}")
     return PlanReading(tuple(PlanFloor(*storey) for storey in read_storeys(path)), None)
 
 
@@ -243,9 +243,9 @@ def _view_sheet(
 def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:
     """Raise PlanError where there is no floor, and warn where there are several."""
     if not floors:
-        raise PlanError(NO_ROOMS.format(shown(path)))
+        raise PlanError(NO_ROOMS.format(short_repr(path)))
     if len(floors) > 1:
-        told = f"plan {shown(path)} shows {len(floors)} floors, each is read on its own"
+        told = f"plan {short_repr(path)} shows {len(floors)} floors, each is read on its own"
         warnings.warn(PlanWarning(told), stacklevel=3)
 
 
@@ -254,7 +254,7 @@ def _read_texts(sheet: Sheet, path: str | Path) -> tuple[PlacedText, ...]:
     if sheet.texts is not None:
         return sheet.texts
     if not text_reader_available():
-        told = f"plan {shown(path)} is read without its text, install pianta[plan] to read names"
+        told = f"plan {short_repr(path)} is read without its text, install pianta[plan] to read names"
         warnings.warn(PlanWarning(told), stacklevel=3)
         return ()
     return read_texts(sheet.colors)

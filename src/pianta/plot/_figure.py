@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,5 +51,5 @@ def save_png(figure: Figure, path: str | Path) -> None:
 
     Raises PiantaError when the file cannot be written.
     """
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_bytes(encode_png(figure))

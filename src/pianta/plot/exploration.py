@@ -16,7 +16,7 @@ from pianta.exploration.record import Exploration
 from pianta.exploration.world import World, as_world
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 from pianta.plot._figure import new_ax, save_png
 from pianta.plot.floor import BACKGROUND, DPI, INK, LONG_SIDE_PX, plot_scale_bar
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
@@ -184,7 +184,7 @@ def save_animation(
     scans = np.unique(np.append(np.searchsorted(run.distance, ways - 1e-9), len(run.area) - 1))
     writer = writers[WRITERS[kind]](fps=FRAMES_A_SECOND)
     # The writers tell the format by the name of the file.
-    with written_atomically(path) as temporary, TemporaryDirectory() as folder:
+    with atomic_file(path) as temporary, TemporaryDirectory() as folder:
         file = Path(folder, f"exploration.{kind}")
         with writer.saving(draw_exploration(run, world, scan=0), str(file), ANIMATION_DPI):
             for scan in [*scans.tolist(), *[scans[-1]] * LAST_FRAMES]:

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components, shortest_path
 from pianta._types import Floats, Mask
 from pianta.errors import OptionError
 from pianta.io.buildings._repair import normalize_label
-from pianta.labels import RC, LabelSchema, Split
+from pianta.labels import RC, LabelConvention, LabelSchema
 from pianta.plot._figure import new_ax, save_png
 from pianta.plot.floor import DPI, EDGE_COLOR, GRAPH_LEVEL, INK, LONGEST_LABEL
 from pianta.plot.styles import NEUTRAL_COLOR, RoomStyle
@@ -342,7 +342,7 @@ def _style_room(label: str | None, schema: LabelSchema) -> RoomStyle:
     known = schema.by_name.get(normalize_label(label) or "")
     if known is None:
         return RoomStyle(NEUTRAL_COLOR)
-    return RoomStyle(known.color, is_corridor=known.in_r_c(Split.GRAPHS) == RC.CORRIDOR)
+    return RoomStyle(known.color, is_corridor=known.room_or_corridor(LabelConvention.GRAPHS) == RC.CORRIDOR)
 
 
 def _make_node(place: tuple[float, float], style: RoomStyle, *, fixed: bool) -> Patch:

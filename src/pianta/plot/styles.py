@@ -13,7 +13,7 @@ from shapely import STRtree
 
 from pianta.floor import Floor, Room
 from pianta.io.buildings._repair import normalize_label
-from pianta.labels import FCES, FCES_COLORS, RC, SCHEMAS, General, Label, LabelSchema, LabelSet, Split
+from pianta.labels import FCES, FCES_COLORS, RC, SCHEMAS, GeneralLabel, Label, LabelConvention, LabelSchema, LabelSet
 
 # Label schemas by building type.
 Schemas: TypeAlias = Mapping[str, LabelSchema]
@@ -24,11 +24,11 @@ COARSE_COLORS: Mapping[str, str] = MappingProxyType(
         **{str(function): color for function, color in FCES_COLORS.items()},
         RC.ROOM: FCES_COLORS[FCES.FUNCTIONAL],
         RC.CORRIDOR: FCES_COLORS[FCES.CONNECTION],
-        General.CORRIDOR: FCES_COLORS[FCES.CONNECTION],
-        General.HALL: "#bf5719",
-        General.SMALL: "#3fbf04",
-        General.MEDIUM: "#2a90f2",
-        General.BIG: "#2267f2",
+        GeneralLabel.CORRIDOR: FCES_COLORS[FCES.CONNECTION],
+        GeneralLabel.HALL: "#bf5719",
+        GeneralLabel.SMALL: "#3fbf04",
+        GeneralLabel.MEDIUM: "#2a90f2",
+        GeneralLabel.BIG: "#2267f2",
     }
 )
 NEUTRAL_COLOR, DARK_INK, LIGHT_INK = "#ffffff", "#222222", "#ffffff"
@@ -36,7 +36,7 @@ NEUTRAL_COLOR, DARK_INK, LIGHT_INK = "#ffffff", "#222222", "#ffffff"
 OPACITY, PARTIAL_OPACITY = 0.75, 0.4
 # A label below this probability is shown as uncertain.
 CERTAIN_FROM = 0.6
-CORRIDOR_LABELS = frozenset({RC.CORRIDOR, FCES.CONNECTION, General.CORRIDOR, General.HALL})
+CORRIDOR_LABELS = frozenset({RC.CORRIDOR, FCES.CONNECTION, GeneralLabel.CORRIDOR, GeneralLabel.HALL})
 # Paul Tol's "light" scheme, made for areas with dark labels and for colour-blind readers.
 ROOM_COLORS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#ccaadd")
 # Rooms no further apart, m, are neighbours: the thickest wall between two rooms.
@@ -144,7 +144,7 @@ def _coarsen(name: str, room: Room, label: Label | None, schemas: Schemas) -> st
     if LabelSet.F_C_E_S in room.labels or (label is None and name in COARSE_COLORS):
         return room.labels.get(LabelSet.F_C_E_S, name)
     labels = [label] if label else [schema.by_name[name] for schema in schemas.values() if name in schema.by_name]
-    functions = {str(known.in_f_c_e_s(Split.EXPERIMENTS)) for known in labels}
+    functions = {str(known.function_in(LabelConvention.EXPERIMENTS)) for known in labels}
     return functions.pop() if len(functions) == 1 else name
 
 

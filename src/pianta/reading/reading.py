@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.io._files import shown
-from pianta.io._folders import written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder
 from pianta.labels import LabelSchema
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ class Reading:
         _refuse_folders_in_the_way(folders)
         with ExitStack() as together:
             for storey, target in zip(self.storeys, folders, strict=True):
-                self._write(storey, together.enter_context(written_together(target)), walls=walls, graph=graph)
+                self._write(storey, together.enter_context(atomic_folder(target)), walls=walls, graph=graph)
         return folders
 
     def _write(self, storey: StoreyReading, folder: Path, *, walls: bool, graph: bool) -> None:
@@ -195,11 +195,11 @@ def check_output(path: str | Path, folder: str | Path) -> None:
     """Raise OptionError when a result in a folder would replace the file that is read."""
     file = Path(path)
     if file.name in OUTPUTS and file.resolve().parent == Path(folder).resolve():
-        raise OptionError(f"map {shown(file)} would be replaced by a result, give another output folder")
+        raise OptionError(f"map {short_repr(file)} would be replaced by a result, give another output folder")
 
 
 def _refuse_folders_in_the_way(folders: Sequence[Path]) -> None:
     """Raise OptionError when a result has the name of a folder, before any floor takes its place."""
     for target in (folder / name for folder in folders for name in OUTPUTS):
         if target.is_dir():
-            raise OptionError(f"cannot write {shown(target)}: it is a folder, give another output folder")
+            raise OptionError(f"cannot write {short_repr(target)}: it is a folder, give another output folder")

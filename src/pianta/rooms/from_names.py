@@ -65,7 +65,7 @@ def _weigh_names(priors: Sequence[Mapping[str, float] | None], schema: LabelSche
     if schema is None:
         return _Evidence(labels, np.ones((len(rows), 0)))
     # A name speaks for a function as it does for that label of it for which it speaks most.
-    functions = np.array([FUNCTIONS.index(label.in_f_c_e_s()) for label in schema.labels])
+    functions = np.array([FUNCTIONS.index(label.function_in()) for label in schema.labels])
     of_functions = [
         labels[:, functions == number].max(axis=1, initial=LEAST) if (functions == number).any() else np.ones(len(rows))
         for number in range(len(FUNCTIONS))
@@ -90,7 +90,7 @@ class _NamedRoomModel(RoomModel):
 
     def _name(self, context: RoomContext, judged: Floats, building_type: str) -> Floats:
         votes = super()._name(context, judged, building_type)
-        functions = np.array([FUNCTIONS.index(label.in_f_c_e_s()) for label in self.schemas[building_type].labels])
+        functions = np.array([FUNCTIONS.index(label.function_in()) for label in self.schemas[building_type].labels])
         for number in np.unique(functions):
             of_function = functions == number
             total = votes[:, of_function].sum(axis=1, keepdims=True)

@@ -146,7 +146,7 @@ class RoomModel:
         """Probabilities of the labels of a building type, shape (rooms, labels); those of a function sum to its own."""
         schema = self.schemas[building_type]
         votes = self.names[building_type].predict(describe_neighbours(context, judged))
-        functions = np.array([FUNCTIONS.index(label.in_f_c_e_s()) for label in schema.labels])
+        functions = np.array([FUNCTIONS.index(label.function_in()) for label in schema.labels])
         for number in np.unique(functions):
             of_function = functions == number
             # Where no tree thinks of the function, its labels are equally likely.
@@ -196,7 +196,7 @@ def _label_room(room: Room, functions: Floats, chosen: int, names: Floats, schem
     if schema is not None:
         by_name = dict(zip((label.name for label in schema.labels), names.tolist(), strict=True))
         probabilities[schema.building_type] = by_name
-        within = [label.name for label in schema.labels if label.in_f_c_e_s() == function]
+        within = [label.name for label in schema.labels if label.function_in() == function]
         # A schema of few labels may have none for this function.
         if within:
             labels[schema.building_type] = max(within, key=lambda name: by_name[name])

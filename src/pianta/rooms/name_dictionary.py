@@ -13,16 +13,16 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 from pianta.errors import LabelError
-from pianta.io._faults import describe_validation
-from pianta.io._files import checked_input, shown
+from pianta.io._checked import FileFormat, read_checked
+from pianta.io._faults import validation_as
 from pianta.labels import FCES, SCHEMAS, LabelSchema, standard_building_type, standard_name
 
-FORMAT, MAJOR = "pianta room words", 1
+FORMAT = FileFormat("pianta room words", 1)
 MAX_FILE_BYTES = 256 * 2**10
 # What is left for the labels that a name does not speak of, all together: by how well a word was found.
 P_OTHER_EXACT_MATCH, P_OTHER_PART_MATCH, P_OTHER_FUZZY_MATCH = 0.05, 0.15, 0.2
@@ -195,11 +195,11 @@ def _labels_of_kind(kind: RoomNameEntry, labels: LabelSchema | None) -> list[str
     if labels is None:
         # An office serves a school, and is what an office building is for
         of_types = ((SCHEMAS[of].by_name, names) for of, names in kind.labels.items() if of in SCHEMAS)
-        meant = [{by_name[name].in_f_c_e_s() for name in names if name in by_name} for by_name, names in of_types]
+        meant = [{by_name[name].function_in() for name in names if name in by_name} for by_name, names in of_types]
         others = [functions for functions in meant if kind.function not in functions]
         return sorted(map(str, {kind.function}.union(*others)))
     own = [name for name in kind.labels.get(labels.building_type, ()) if name in labels.by_name]
-    return own or [label.name for label in labels.labels if label.in_f_c_e_s() is kind.function]
+    return own or [label.name for label in labels.labels if label.function_in() is kind.function]
 
 
 @cache
@@ -213,13 +213,8 @@ def read_room_name_dictionary(path: str | Path) -> RoomNameDictionary:
 
     Raises LabelError, with every fault in one message, for a file that is no dictionary.
     """
-    file = checked_input(path, "room words", LabelError)
-    try:
-        if file.stat().st_size > MAX_FILE_BYTES:
-            raise LabelError(f"it has more than {MAX_FILE_BYTES} bytes, leave out words")
-        return read_default_room_name_dictionary().extended(_parse_words(file.read_bytes()))
-    except (LabelError, OSError) as exception:
-        raise LabelError(f"cannot read the room words {shown(file)}: {exception}") from exception
+    words = read_checked(path, "room words", LabelError, _parse_words, max_bytes=MAX_FILE_BYTES)
+    return read_default_room_name_dictionary().extended(words)
 
 
 def _upper(value: object) -> object:
@@ -249,18 +244,15 @@ class _Kind(_Part):
 
 
 class _Dictionary(_Part):
-    format: Literal["pianta room words"]
-    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
+    format: str
+    version: str
     kinds: Annotated[list[_Kind], Field(min_length=1)]
 
 
+@validation_as(LabelError)
 def _parse_words(content: bytes) -> RoomNameDictionary:
-    try:
-        dictionary = _Dictionary.model_validate_json(content)
-    except ValidationError as exception:
-        raise LabelError(describe_validation(exception)) from None
-    if int(dictionary.version.partition(".")[0]) > MAJOR:
-        raise LabelError(f"it has format version {dictionary.version}, this pianta reads {MAJOR}.x; update pianta")
+    FORMAT.check_version(content, LabelError)
+    dictionary = _Dictionary.model_validate_json(content)
     return RoomNameDictionary(
         tuple(
             RoomNameEntry(

@@ -44,7 +44,7 @@ LEAST_PX, JUDGED_PX = 16, 2000
 WHITE = 0.05
 
 
-def tell_kind(path: Source, *, max_cells: int = MAX_CELLS) -> Kind:
+def detect_input_kind(path: Source, *, max_cells: int = MAX_CELLS) -> Kind:
     """Whether a file is a robot's map or a plan: by its suffix, images by what they show.
 
     Maps are grey, have few greys, and do not end in free space; plans have paper, colours, or are photos.
@@ -69,7 +69,7 @@ def tell_kind(path: Source, *, max_cells: int = MAX_CELLS) -> Kind:
     return "plan" if (border >= PAPER).mean() > BORDER or frequent < FEW_GREYS else "map"
 
 
-def may_be_drawing(colors: Colors) -> bool:
+def looks_like_drawing(colors: Colors) -> bool:
     """Whether a picture has what drawings have, and blank sheets, noise, photos and pages of text have not.
 
     colors: shape (H, W, 3). It takes no network and no reading of text, which both are slow.

@@ -1,0 +1,1 @@
+"""Table 5.1: buildings as graphs."""
