@@ -16,7 +16,8 @@ from pianta.building_types.model import BuildingTypeModel
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Door, Floor, Room
 from pianta.labels import LabelSet
-from pianta.plot.realism import draw_realism, save_realism_picture
+from pianta.plot.figure import save_figure
+from pianta.plot.realism import draw_realism
 from pianta.realism.classifier import LinearBuildingKernel, RealismClassifier
 from pianta.realism.measures import (
     MAX_MEASURES,
@@ -305,7 +306,7 @@ def test_picture(tmp_path):
     hatched = [patch for patch in figure.axes[0].patches if patch.get_hatch()]
     assert len(hatched) == sum(len(off.rooms) for off in judged.patterns if off.is_frequent) > 0
     for name in ("one.png", "other.png"):
-        save_realism_picture(floor, judged, tmp_path / name)
+        save_figure(draw_realism(floor, judged), tmp_path / name)
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "other.png").read_bytes()
     with Image.open(tmp_path / "one.png") as image:
         assert image.size == tuple(round(side * figure.dpi) for side in figure.get_size_inches())

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pianta import __version__
-from pianta.cli.terminal import tell_error, tell_result, track_items
+from pianta.cli.terminal import print_error, print_result, track_items
 from pianta.errors import BuildingWarning, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
@@ -139,7 +139,7 @@ def judge_floors(
     files = [str(file) for file in list_buildings(floors)]
     known = _learn(reference, unrealistic, building_type, labels, quiet=quiet)
     if not quiet:
-        tell_result(known.about)
+        print_result(known.about)
     judged = _judge_all(files, known, show=len(files) == 1 or reasons, quiet=quiet)
     if json_file:
         with atomic_folder(json_file.parent) as new:
@@ -257,7 +257,7 @@ def _read_floors(paths: Sequence[str], label_set: LabelSet, *, quiet: bool) -> R
             try:
                 floor = replace(read_building(file), source=source)
             except PiantaError as error:
-                tell_error(error)
+                print_error(error)
                 continue
         floors.append(fill_missing_labels(floor, label_set))
         places[source] = Path(file).resolve()
@@ -287,7 +287,7 @@ def _judge_all(files: Sequence[str], known: Reference, *, show: bool, quiet: boo
         except PiantaError as error:
             if len(files) == 1:
                 raise
-            tell_error(error)
+            print_error(error)
             continue
         judged[name] = replace(found, coarse=replace(found.coarse, floor=replace(found.coarse.floor, source=name)))
         if not quiet:
@@ -296,11 +296,11 @@ def _judge_all(files: Sequence[str], known: Reference, *, show: bool, quiet: boo
 
 
 def _tell_judged(name: str, judged: Judged, *, show: bool) -> None:
-    tell_result(f"{name}: {judged.realism.score:.2f}, {judged.realism.verdict}{judged.notes}")
+    print_result(f"{name}: {judged.realism.score:.2f}, {judged.realism.verdict}{judged.notes}")
     if show:
-        tell_result(f"  most like {', '.join(judged.realism.alike)}")
+        print_result(f"  most like {', '.join(judged.realism.alike)}")
         for reason in judged.realism.reasons or ("nothing is unusual",):
-            tell_result(f"  {reason}")
+            print_result(f"  {reason}")
 
 
 def _describe(model: RealismModel) -> dict[str, object]:
@@ -319,11 +319,12 @@ def _list_floors(judged: Mapping[str, Judged]) -> list[dict[str, object]]:
 
 
 def _draw_all(judged: Mapping[str, Judged], out: Path) -> None:
-    from pianta.plot.realism import save_realism_picture
+    from pianta.plot.figure import save_figure
+    from pianta.plot.realism import draw_realism
 
     with atomic_folder(out) as new:
         for file, each in zip(name_pictures([*judged]), judged.values(), strict=True):
-            save_realism_picture(each.coarse.floor, each.realism, new / file)
+            save_figure(draw_realism(each.coarse.floor, each.realism), new / file)
 
 
 def _check_outputs(json_file: Path | None, out: Path | None) -> None:

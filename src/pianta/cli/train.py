@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import show_examples, tell_error, tell_result, track_items
+from pianta.cli.terminal import print_error, print_result, show_examples, track_items
 from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
@@ -245,7 +245,7 @@ def _read_floors(paths: Sequence[str], building_type: str | None, *, quiet: bool
         except PiantaError as error:
             if len(files) == 1:
                 raise
-            tell_error(error)
+            print_error(error)
             continue
         kind = floor.given_type or building_type
         floors.append(replace(floor, source=source, building_type={kind: 1.0} if kind else {}))
@@ -271,14 +271,14 @@ def _list_usable(floors: Sequence[Floor], schema: LabelSchema) -> tuple[list[Flo
             f"a model takes two floors at least, better dozens, and {len(usable)} of {len(floors)} can be used{rest}"
         )
     for fault in faults:
-        tell_error(ModelError(fault))
+        print_error(ModelError(fault))
     return usable, not faults
 
 
 def _tell_type_model(model: TypeModel, out: Path) -> None:
     """Print what a model knows, and how long its chains are."""
     sizes = sorted(int((model.clusters == cluster).sum()) for cluster in range(model.configurations.shape[1]))
-    tell_result(f"trained on {model} of {sizes[0]} to {sizes[-1]}, type {model.building_type}")
+    print_result(f"trained on {model} of {sizes[0]} to {sizes[-1]}, type {model.building_type}")
     mixing = model.mixing
     steps = (
         {"sweeps": mixing.sweeps, "moves of edges": mixing.edge_moves, "moves of doors": mixing.door_moves}
@@ -286,20 +286,20 @@ def _tell_type_model(model: TypeModel, out: Path) -> None:
         else {}
     )
     told = ", ".join(f"{found.iterations} {name} ({found.convergence:.2f})" for name, found in steps.items())
-    tell_result(f"iterations of the chains, and their R-hat: {told}")
+    print_result(f"iterations of the chains, and their R-hat: {told}")
     if slow := [name for name, found in steps.items() if not found.has_mixed]:
-        tell_result(
+        print_result(
             f"the chains of {', '.join(slow)} had not mixed by then, R-hat is 1.1 or above: give more buildings"
         )
-    tell_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")
-    tell_result(f"next: pianta generate {quote(str(out))} -n 24 -o {quote(str(out.with_suffix('')) + '-buildings')}")
+    print_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")
+    print_result(f"next: pianta generate {quote(str(out))} -n 24 -o {quote(str(out.with_suffix('')) + '-buildings')}")
 
 
 def _tell_model(model: RoomModel, out: Path) -> None:
     errors = ", ".join(f"{error:.1%} in {labels}" for labels, error in model.training.errors.items())
-    tell_result(f"trained on {model.training}")
-    tell_result(f"wrong labels on buildings left out: {errors}")
-    tell_result(f"in {out}, {out.stat().st_size / 2**20:.1f} MB")
+    print_result(f"trained on {model.training}")
+    print_result(f"wrong labels on buildings left out: {errors}")
+    print_result(f"in {out}, {out.stat().st_size / 2**20:.1f} MB")
 
 
 def _count(number: int, noun: str) -> str:
@@ -320,11 +320,11 @@ def _tell_building_model(model: BuildingTypeModel, held_out: Sequence[TypePredic
     wrong = sum(kind != right for kind, right in zip(said, model.types, strict=True))
     unknown = sum(not verdict.is_known for verdict in held_out)
     guessed = floors - max(model.types.count(kind) for kind in model.building_types)
-    tell_result(f"trained on {_count(floors, 'floor')}: {', '.join(counts)}")
-    tell_result(f"wrong types of floors whose building was left out: {wrong} of {floors}, {wrong / floors:.1%}")
+    print_result(f"trained on {_count(floors, 'floor')}: {', '.join(counts)}")
+    print_result(f"wrong types of floors whose building was left out: {wrong} of {floors}, {wrong / floors:.1%}")
     if wrong >= guessed:
-        tell_result(
+        print_result(
             f"guessing the commonest type errs on {guessed}: they are too few, or too alike; give more buildings"
         )
-    tell_result(f"called unknown when left out: {unknown} of {floors}, {unknown / floors:.1%}")
-    tell_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")
+    print_result(f"called unknown when left out: {unknown} of {floors}, {unknown / floors:.1%}")
+    print_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")
