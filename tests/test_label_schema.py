@@ -12,7 +12,7 @@ from pianta.io.label_schemas import MAX_FILE_BYTES, read_label_schema, save_labe
 from pianta.labels import FCES, OFFICE, RC, SCHOOL, GeneralLabel, Label, LabelSchema, LabelSet
 from tests.mutation import mutated, refused_in_one_line
 
-PAGE = Path(__file__).parents[1] / "docs" / "labels.md"
+PAGE = Path(__file__).parents[1] / "docs" / "methods" / "labels.md"
 HEADER = "format: pianta labels\nversion: '1.0'\nbuilding_type: hospital\n"
 GENERALS = {
     FCES.FUNCTIONAL: "SMB",

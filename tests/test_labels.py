@@ -28,7 +28,7 @@ from pianta.labels import (
     schema_of,
 )
 
-PAGE = Path(__file__).parents[1] / "docs" / "labels.md"
+PAGE = Path(__file__).parents[1] / "docs" / "methods" / "labels.md"
 
 CONNECTING = {
     "CONNECTION": {"CORRIDOR": "corridor", "LOBBY": "lobby", "HALL": "hall"},

@@ -2,7 +2,7 @@
 
 A schema lists the labels of a building type (Fig. 4.5). Each maps upwards to F/C/E/S, and that to R/C. The thesis
 maps them in three ways (LabelConvention), because its experiments and its graphs depart from its figure. The tables
-are in docs/labels.md; io/label_schemas.py reads the schemas of other building types.
+are in docs/methods/labels.md; io/label_schemas.py reads the schemas of other building types.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Section 3.3 of the thesis finds walls by a threshold, because its plans have thick ones. What people have are lines of
 every weight among furniture, hatching, dimensions and text, which no threshold tells apart; a small U-Net
-(Ronneberger et al., 2015) does, which has seen plans with their true layouts (docs/plans.md).
+(Ronneberger et al., 2015) does, which has seen plans with their true layouts (docs/methods/plans.md).
 """
 
 from __future__ import annotations

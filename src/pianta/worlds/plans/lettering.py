@@ -30,7 +30,7 @@ LINE_SPACING = 1.25
 
 @dataclass(frozen=True)
 class Lettering:
-    """Style of the names. font: one of matplotlib's font files. height_px: of the em. angle: degrees, from x upwards."""
+    """Style of the names. font: a file of matplotlib. height_px: of the em. angle: degrees, counter-clockwise."""
 
     font: str = DEFAULT_FONT
     height_px: int = 14
