@@ -29,12 +29,12 @@ from pianta.bench.plan_sets import (
     THIN,
     WITHOUT_DOOR_SYMBOLS,
     TruePlan,
+    detect_input_kind,
     draw_true_plan,
     find_defects,
     find_image,
     list_plans,
     read_true_plan,
-    tell_kind,
 )
 from pianta.bench.plan_tables import accuracy_of, is_sound, list_faults, tabulate_plans
 from pianta.bench.plans import PlanBench, PlanResult, choose_plans, measure_plans
@@ -223,7 +223,7 @@ def test_kinds_are_told_by_pixels():
     colored[:30] = (240, 170, 90)
     signs[:10, :10], signs[20:30, :10] = (220, 0, 0), (0, 170, 60)
     screen[:80] = (90, 85, 80)
-    kinds = [tell_kind(colors) for colors in (paper, lines, colored, signs, screen)]
+    kinds = [detect_input_kind(colors) for colors in (paper, lines, colored, signs, screen)]
     assert kinds == [THIN, LINES, COLORED, EVACUATION, SCREENSHOT]
 
 

@@ -12,7 +12,7 @@ from PIL import Image
 
 from pianta._types import Colors
 from pianta.errors import MapError
-from pianta.plan.sheets.map_or_plan import may_be_drawing, tell_kind
+from pianta.plan.sheets.map_or_plan import detect_input_kind, looks_like_drawing
 from tests.mutation import mutated, refused_in_one_line
 
 FREE, UNKNOWN = 254, 205
@@ -40,17 +40,17 @@ def with_alpha(greys: NDArray[np.uint8], seen: NDArray[np.bool_]) -> NDArray[np.
 
 def kind_of(pixels: NDArray[np.generic], tmp_path: Path, *, suffix: str = ".png") -> str:
     Image.fromarray(pixels).save(tmp_path / f"a{suffix}")
-    return tell_kind(tmp_path / f"a{suffix}")
+    return detect_input_kind(tmp_path / f"a{suffix}")
 
 
 @pytest.mark.parametrize("name", ["a.dxf", "a.svg", "a.pdf", "a.ifc", "a.gif", "a.webp", "A.DXF"])
 def test_drawings_and_pictures_that_maps_never_are_need_no_look(name):
-    assert tell_kind(name) == "plan"
+    assert detect_input_kind(name) == "plan"
 
 
 @pytest.mark.parametrize("name", ["a.yaml", "a.yml", "a.npz", "a.pgm", "A.PGM", "a.txt", "a", "plan.png/a.yaml"])
 def test_other_files_are_maps_whether_they_exist_or_not(name):
-    assert tell_kind(name) == "map"
+    assert detect_input_kind(name) == "map"
 
 
 @pytest.mark.parametrize("suffix", [".png", ".bmp", ".tif", ".ppm", ".PNG"])
@@ -121,14 +121,14 @@ def test_images_that_cannot_be_read_are_refused_in_one_line(tmp_path, content, f
     if content is not None:
         (tmp_path / "a.png").write_bytes(content)
     with pytest.raises(MapError, match=rf"^image '[^\n]*a\.png' [^\n]*{fault}[^\n]*$"):
-        tell_kind(tmp_path / "a.png")
+        detect_input_kind(tmp_path / "a.png")
 
 
 def test_images_beyond_the_limit_are_refused(tmp_path):
     Image.fromarray(gmapping_map()).save(tmp_path / "a.png")
-    assert tell_kind(tmp_path / "a.png", max_cells=4800) == "map"
+    assert detect_input_kind(tmp_path / "a.png", max_cells=4800) == "map"
     with pytest.raises(MapError, match=r"4800.*4799.*max_cells="):
-        tell_kind(tmp_path / "a.png", max_cells=4799)
+        detect_input_kind(tmp_path / "a.png", max_cells=4799)
 
 
 @pytest.mark.slow
@@ -138,7 +138,7 @@ def test_neither_turning_nor_enlarging_makes_another_kind(tmp_path_factory, turn
     for greys, kind in ((gmapping_map(), "map"), (line_plan(), "plan")):
         turned = np.rot90(greys[::-1] if flipped else greys, turns).repeat(scale, axis=0).repeat(scale, axis=1)
         Image.fromarray(np.ascontiguousarray(turned)).save(path)
-        assert tell_kind(path) == kind
+        assert detect_input_kind(path) == kind
 
 
 @pytest.mark.slow
@@ -148,7 +148,7 @@ def test_only_our_errors_escape_from_mutated_images(tmp_path_factory, data):
     Image.fromarray(gmapping_map()).save(path)
     path.write_bytes(data.draw(mutated(path.read_bytes())))
     with refused_in_one_line():
-        assert tell_kind(path, max_cells=10_000) in ("map", "plan")
+        assert detect_input_kind(path, max_cells=10_000) in ("map", "plan")
 
 
 def smallest(files: list[Path], *, count: int) -> list[Path]:
@@ -163,7 +163,7 @@ def test_real_plans_are_plans(data):
     files = [file for file in files if file.stat().st_size < 300_000]
     chosen = {*smallest(files, count=10), *files[::6], *(folder / "evacuation").glob("*.png")}
     assert len(chosen) >= 12
-    assert {file.name: tell_kind(file) for file in chosen} == {file.name: "plan" for file in chosen}
+    assert {file.name: detect_input_kind(file) for file in chosen} == {file.name: "plan" for file in chosen}
 
 
 @pytest.mark.slow
@@ -176,7 +176,7 @@ def test_real_maps_are_maps(data, folder):
     ]
     chosen = {*smallest(files, count=3), *files[:: len(files) // 2]}
     assert len(chosen) >= 3
-    assert {file.name: tell_kind(file) for file in chosen} == {file.name: "map" for file in chosen}
+    assert {file.name: detect_input_kind(file) for file in chosen} == {file.name: "map" for file in chosen}
 
 
 def rooms_on_paper(width: int = 600, *, line: int = 1) -> Colors:
@@ -211,7 +211,7 @@ def with_floors(colors: Colors, *, every: int, tiles: bool) -> Colors:
 @pytest.mark.parametrize("tiles", [False, True])
 @pytest.mark.parametrize("width", [600, 1500])
 def test_drawings_with_hatched_floors_may_be_plans(width, tiles, every):
-    assert may_be_drawing(with_floors(rooms_on_paper(width, line=width // 150), every=every, tiles=tiles))
+    assert looks_like_drawing(with_floors(rooms_on_paper(width, line=width // 150), every=every, tiles=tiles))
 
 
 @pytest.mark.slow
@@ -229,7 +229,7 @@ def test_drawings_with_hatched_floors_may_be_plans(width, tiles, every):
     ids=["thin", "small", "large", "thick", "blueprint", "coloured", "photographed"],
 )
 def test_drawings_may_be_plans(colors):
-    assert may_be_drawing(colors)
+    assert looks_like_drawing(colors)
 
 
 def blobs() -> Colors:
@@ -272,4 +272,4 @@ NO_DRAWINGS = {
 
 @pytest.mark.parametrize("kind", NO_DRAWINGS)
 def test_blank_sheets_noise_photos_and_text_are_no_drawings(kind):
-    assert not may_be_drawing(NO_DRAWINGS[kind])
+    assert not looks_like_drawing(NO_DRAWINGS[kind])

@@ -125,7 +125,7 @@ def read_true_plan(data: Path, name: str) -> TruePlan:
         colors,
         truth,
         grid,
-        KIND_OF_PLAN.get(name) or tell_kind(colors),
+        KIND_OF_PLAN.get(name) or detect_input_kind(colors),
         truth.given_type or "",
         name not in WITHOUT_DOOR_SYMBOLS,
         tuple(find_defects(truth, grid)),
@@ -158,7 +158,7 @@ def find_defects(truth: Floor, grid: GridMap) -> Iterator[str]:
         yield f"{twice:.0%} of its area is in two rooms"
 
 
-def tell_kind(colors: Colors) -> str:
+def detect_input_kind(colors: Colors) -> str:
     """The kind of a plan that nobody has looked at, one of KINDS but OLD.
 
     Paper is what is light, and a screenshot has little of it. Where more than a tenth is coloured the plan is; signs of

@@ -130,7 +130,7 @@ class Reader:
     def _open(self, path: str | Path) -> list[StoreyReading]:
         """The storeys of a file before they are labelled, one of a map."""
         from pianta.io.images import PICTURE_SUFFIXES, open_image
-        from pianta.plan.sheets.map_or_plan import tell_kind
+        from pianta.plan.sheets.map_or_plan import detect_input_kind
 
         _refuse_folder(path)
         if self.kind is None:
@@ -138,7 +138,7 @@ class Reader:
         is_picture = Path(path).suffix.lower() in PICTURE_SUFFIXES
         # A picture is decoded once, for the question what it is and for what follows.
         image = open_image(path, max_cells=self.max_cells) if is_picture and self.kind is None else None
-        kind = self.kind or tell_kind(image or path)
+        kind = self.kind or detect_input_kind(image or path)
         return self._read_plan(path, image) if kind == "plan" else [self._read_map(path, image)]
 
     def _read_map(self, path: str | Path, image: DecodedImage | None) -> StoreyReading:
