@@ -48,7 +48,7 @@ docs: $(READY)  ## draw the pictures of README and docs again
 clean:
 	rm -rf $(VENV) demo
 
-$(READY): pyproject.toml constraints.txt
+$(READY): pyproject.toml src/pianta_bench/pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	$(BIN)/python -m pip install --quiet --editable ".[dev]" --editable src/pianta_bench
 	touch $@

@@ -1,4 +1,4 @@
-"""Time the graph kernels against GraKeL's, in ratios of processor time on one core (docs/graph-kernels.md).
+"""Time the graph kernels against GraKeL's, in ratios of processor time on one core (docs/methods/graph-kernels.md).
 
 Run: OMP_NUM_THREADS=1 python benchmarks/time_graph_kernels.py [--sample N]. Needs GraKeL (pianta[dev], Python < 3.13);
 about half a minute. Exit code 1 where GraKeL is not as many times slower as the bar says.

@@ -1,4 +1,4 @@
-"""Time the simulator of exploration: scans a second, and seconds for a run (docs/exploration.md).
+"""Time the simulator of exploration: scans a second, and seconds for a run (docs/methods/exploration.md).
 
 Run: OMP_NUM_THREADS=1 python benchmarks/time_simulator.py [--building FILE]. Needs numba (pianta[sim]); about half a
 minute. Exit code 1 where numba does not make 2,000 scans of 360 beams a second.

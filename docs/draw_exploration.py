@@ -1,4 +1,4 @@
-"""Draw the picture of docs/exploration.md: python docs/draw_exploration.py."""
+"""Draw the picture of docs/methods/exploration.md: python docs/draw_exploration.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/generation.md: python docs/draw_generation.py."""
+"""Draw the pictures of docs/methods/generation.md: python docs/draw_generation.py."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from pianta.bench.data import find_data
 from pianta.errors import DataError
 from pianta.generation.buildings import BuildingSampler, generate_buildings
 from pianta.generation.train import train_type
 from pianta.generation.type_model import TypeFloor, TypeModel
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
-from pianta.plot.graphs import place_nodes, save_contact_sheet
+from pianta.plot.figure import save_figure
+from pianta.plot.graphs import draw_contact_sheet, place_nodes
+from pianta_bench.data.folders import find_data
 
 FLOORS, SEED, SHOWN = 16, 6, 18
 # Colours are so few, for a file of a fifth of the size.
@@ -46,7 +47,7 @@ def main() -> None:
         return
     model = train_type([read_building(file) for file in files], schema=SCHOOL)
     sheet = IMAGES / "generation.png"
-    save_contact_sheet(generate_buildings(model, SHOWN, seed=SEED), sheet, schema=SCHOOL)
+    save_figure(draw_contact_sheet(generate_buildings(model, SHOWN, seed=SEED), schema=SCHOOL), sheet)
     with Image.open(sheet) as picture:
         picture.convert("RGB").quantize(PALETTE).save(sheet, optimize=True)
 
@@ -152,7 +153,7 @@ def plot_graph(
         color, width = (ACCENT, CUT_WIDTH) if is_marked else (SHADE, 1.2)
         ax.plot(*zip(places[one], places[other], strict=True), color=color, linewidth=width, zorder=0)
     for node, label in graph.nodes(data="label"):
-        marker = "s" if SCHOOL.by_name[label].in_r_c() == "CORRIDOR" else "o"
+        marker = "s" if SCHOOL.by_name[label].room_or_corridor() == "CORRIDOR" else "o"
         color = COLORS[clusters[node] % len(COLORS)]
         ax.scatter(*places[node], s=size, marker=marker, color=color, edgecolors="black", linewidths=0.8, zorder=1)
     ax.set_aspect("equal", adjustable="datalim")

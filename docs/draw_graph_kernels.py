@@ -1,4 +1,4 @@
-"""Draw the picture of docs/graph-kernels.md: python docs/draw_graph_kernels.py."""
+"""Draw the picture of docs/methods/graph-kernels.md: python docs/draw_graph_kernels.py."""
 
 from __future__ import annotations
 

@@ -10,9 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pianta.bench import building_models, place_models
-from pianta.bench.building_floors import BuildingFloor, read_building_floors, read_type_folders
-from pianta.bench.building_models import (
+from pianta.errors import DataError, LabelError, OptionError
+from pianta.floor import Floor
+from pianta.io.label_schemas import save_label_schema
+from pianta.labels import FCES, SCHEMAS, GeneralLabel, Label, LabelConvention, LabelSchema, LabelSet
+from pianta.relational.kernels import RoomKernel
+from pianta.rooms.completion import LABELS
+from pianta_bench.buildings import models as building_models
+from pianta_bench.buildings.floors import BuildingFloor, read_building_floors, read_type_folders
+from pianta_bench.buildings.measure import BUILDING, FLOOR, BuildingsBench, measure_building_types, measure_buildings
+from pianta_bench.buildings.models import (
     KLOG,
     MODELS,
     compare_floors,
@@ -23,16 +30,10 @@ from pianta.bench.building_models import (
     judge_places_by_trees,
     list_folds,
 )
-from pianta.bench.building_tables import draw_curves, list_items, tabulate_buildings, wrong_floors, wrong_rooms
-from pianta.bench.buildings import BUILDING, FLOOR, BuildingsBench, measure_building_types, measure_buildings
-from pianta.bench.comparison import Cell
-from pianta.bench.place_models import CENTRAL, LOCAL, PIANTA
-from pianta.errors import DataError, LabelError, OptionError
-from pianta.floor import Floor
-from pianta.io.label_schemas import save_label_schema
-from pianta.labels import FCES, SCHEMAS, General, Label, LabelSchema, LabelSet, Split
-from pianta.relational.kernels import RoomKernel
-from pianta.rooms.completion import LABELS
+from pianta_bench.buildings.tables import draw_curves, list_items, tabulate_buildings, wrong_floors, wrong_rooms
+from pianta_bench.harness.comparison import Cell
+from pianta_bench.places import models as place_models
+from pianta_bench.places.models import CENTRAL, LOCAL, PIANTA
 from tests.command_line import list_files, run_pianta
 from tests.tiny_types import write_labelled, write_types
 
@@ -107,7 +108,7 @@ def test_nothing_is_judged_by_who_has_seen_its_building(measured):
 
 @pytest.fixture
 def floors(tiny: Path) -> list[BuildingFloor]:
-    return read_building_floors(tiny, split=Split.EXPERIMENTS)[0]
+    return read_building_floors(tiny, split=LabelConvention.EXPERIMENTS)[0]
 
 
 def with_wrong_labels(floor: BuildingFloor) -> BuildingFloor:
@@ -270,7 +271,7 @@ def test_wrong_floors_are_named(measured):
 @pytest.mark.slow
 def test_votes_of_rooms(tiny):
     """A floor has the type that most of its rooms are given."""
-    floors, _ = read_building_floors(tiny, split=Split.EXPERIMENTS)
+    floors, _ = read_building_floors(tiny, split=LabelConvention.EXPERIMENTS)
     folds = list_folds([floor.drawn.building for floor in floors])
     votes = judge_buildings_by_trees(floors, folds, R_C, model=CENTRAL, trees=10, seed=0)
     np.testing.assert_allclose(votes.sum(axis=1), 1)
@@ -280,7 +281,7 @@ def test_votes_of_rooms(tiny):
 
 @pytest.mark.slow
 def test_gram_matrices_of_floors_tell_labels(tiny):
-    floors, _ = read_building_floors(tiny, split=Split.EXPERIMENTS)
+    floors, _ = read_building_floors(tiny, split=LabelConvention.EXPERIMENTS)
     grams = [compare_floors(floors, label_set)("office/office0") for label_set in (R_C, F_C_E_S)]
     assert [gram.shape for gram in grams] == [(7, 7)] * 2
     np.testing.assert_allclose(np.diag(grams[0]), 1)
@@ -309,11 +310,11 @@ def test_the_split_moves_labels(tiny, trainings):
         write_labelled("school", stretch=1).replace("CLOSET", "GYM")
     )
     labels = {}
-    for split in (Split.EXPERIMENTS, Split.FIGURE):
+    for split in (LabelConvention.EXPERIMENTS, LabelConvention.FIGURE):
         floors, _ = read_building_floors(tiny, split=split)
         labels[split] = floors[3].labels[F_C_E_S]
-    assert labels[Split.EXPERIMENTS].count(FCES.FUNCTIONAL) == 12
-    assert labels[Split.FIGURE].count(FCES.FUNCTIONAL) == 6
+    assert labels[LabelConvention.EXPERIMENTS].count(FCES.FUNCTIONAL) == 12
+    assert labels[LabelConvention.FIGURE].count(FCES.FUNCTIONAL) == 6
 
 
 def test_command(tiny, trainings, tmp_path):
@@ -357,8 +358,8 @@ def folders(tmp_path: Path) -> list[Path]:
         for number in range(3):
             (folder / f"{kind}{number}.xml").write_text(write_labelled(kind, stretch=1 + number / 10))
         made.append(folder)
-    labels = ("C", FCES.CONNECTION, General.CORRIDOR), ("H", FCES.CONNECTION, General.HALL)
-    rooms = ("M", FCES.FUNCTIONAL, General.MEDIUM), ("S", FCES.SERVICE, General.SMALL)
+    labels = ("C", FCES.CONNECTION, GeneralLabel.CORRIDOR), ("H", FCES.CONNECTION, GeneralLabel.HALL)
+    rooms = ("M", FCES.FUNCTIONAL, GeneralLabel.MEDIUM), ("S", FCES.SERVICE, GeneralLabel.SMALL)
     schema = LabelSchema("house", tuple(Label(*label, "#aabbcc") for label in (*labels, *rooms)))
     save_label_schema(schema, made[2] / "labels.yaml")
     return made
@@ -429,7 +430,7 @@ def test_floors_of_one_building_stay_together(folders):
     for number in (1, 2):
         (folders[1] / f"hall-{number}.xml").write_text(write_labelled("office", stretch=2 + number / 10))
     (folders[1] / "tower.xml").write_text(write_labelled("office", stretch=3))
-    floors, _ = read_type_folders(folders, split=Split.EXPERIMENTS)
+    floors, _ = read_type_folders(folders, split=LabelConvention.EXPERIMENTS)
     buildings = [floor.drawn.building for floor in floors]
     assert buildings[:3] == ["school/school0", "school/school1", "school/school2"]
     assert buildings[3:9] == ["office/hall"] * 2 + ["office/office"] * 3 + ["office/tower"]
@@ -442,7 +443,7 @@ def test_a_subfolder_is_a_building(folders):
         (folders[1] / building).mkdir()
         for number, name in enumerate(("first", "ground")):
             (folders[1] / building / f"{name}.xml").write_text(write_labelled("office", stretch=2 + number / 10))
-    floors, _ = read_type_folders(folders[:2], split=Split.EXPERIMENTS)
+    floors, _ = read_type_folders(folders[:2], split=LabelConvention.EXPERIMENTS)
     named = {floor.drawn.item: floor.drawn.building for floor in floors if floor.drawn.kind == "office"}
     assert named == {f"office{number}": "office/office" for number in range(3)} | {
         f"{building}/{name}": f"office/{building}" for building in "abc" for name in ("first", "ground")
@@ -454,7 +455,7 @@ def test_floors_of_a_subfolder_are_not_divided(folders):
     for number in range(3):
         (folders[1] / f"office{number}.xml").rename(folders[1] / "hall" / f"{number}.xml")
     with pytest.raises(DataError, match="office"):
-        read_type_folders(folders[:2], split=Split.EXPERIMENTS)
+        read_type_folders(folders[:2], split=LabelConvention.EXPERIMENTS)
 
 
 @pytest.mark.slow
@@ -463,17 +464,17 @@ def test_files_may_tell_their_type(folders):
     office = write_labelled("office", stretch=1.5)
     office = office.replace("<building>", "<building><building_type><main_type>OFFICE</main_type></building_type>")
     (folders[0] / "office3.xml").write_text(office)
-    floors, _ = read_type_folders(folders[:2], split=Split.EXPERIMENTS)
+    floors, _ = read_type_folders(folders[:2], split=LabelConvention.EXPERIMENTS)
     assert [floor.drawn.kind for floor in floors if floor.drawn.item == "office3"] == ["office"]
     # Who gives a schema means its type.
     save_label_schema(LabelSchema("tower", SCHEMAS["office"].labels), folders[1] / "labels.yaml")
     (folders[0] / "office3.xml").rename(folders[1] / "office3.xml")
-    floors, _ = read_type_folders(folders[:2], split=Split.EXPERIMENTS)
+    floors, _ = read_type_folders(folders[:2], split=LabelConvention.EXPERIMENTS)
     assert [floor.drawn.kind for floor in floors] == ["school"] * 3 + ["tower"] * 4
     for number in range(3):
         (folders[0] / f"school{number}.xml").write_text("<building/>")
     with pytest.raises(DataError, match="school"):
-        read_type_folders(folders[:2], split=Split.EXPERIMENTS)
+        read_type_folders(folders[:2], split=LabelConvention.EXPERIMENTS)
 
 
 def test_a_bad_schema_is_told(folders):
@@ -494,11 +495,11 @@ def test_options_that_make_no_sense(tiny, folders, tmp_path):
 @pytest.mark.slow
 def test_the_data(data):
     """Places of the offices by the relational kernel: the bar is kLog's."""
-    floors, failed = read_building_floors(data, split=Split.EXPERIMENTS)
+    floors, failed = read_building_floors(data, split=LabelConvention.EXPERIMENTS)
     assert failed == {"schools": (), "offices": ()}
     assert len(floors) == 43
     offices = [floor for floor in floors if floor.drawn.kind == "office"]
-    bench = BuildingsBench(Split.EXPERIMENTS, 0, 1, offices, failed, of_thesis=True)
+    bench = BuildingsBench(LabelConvention.EXPERIMENTS, 0, 1, offices, failed, of_thesis=True)
     for label_set, judged in judge_places_by_relations(offices).items():
         bench.places[KLOG, label_set] = judged
     errors = [

@@ -10,17 +10,18 @@ import numpy as np
 import pytest
 from shapely import box
 
-from pianta.bench import place_models, places
-from pianta.bench.annotated_floors import AnnotatedFloor, read_annotated_floors
-from pianta.bench.comparison import Cell
-from pianta.bench.judged_floors import LAYOUTS, TRUE_LAYOUTS, JudgedFloor
-from pianta.bench.place_models import CENTRAL, LOCAL, MAPPED, PIANTA, schemas_of, train_judges
-from pianta.bench.place_tables import PlacesBench, average_confusions, measure_curve, tabulate_places
-from pianta.bench.places import measure_places
 from pianta.errors import DataError, MapError
 from pianta.evaluation.semantics import LabelPair
 from pianta.floor import Floor, Room
-from pianta.labels import FCES, SCHEMAS, LabelSet, Split
+from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSet
+from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_floors
+from pianta_bench.harness.comparison import Cell
+from pianta_bench.places import measure as places
+from pianta_bench.places import models as place_models
+from pianta_bench.places.evaluated_floor import LAYOUTS, TRUE_LAYOUTS, JudgedFloor
+from pianta_bench.places.measure import measure_places
+from pianta_bench.places.models import CENTRAL, LOCAL, MAPPED, PIANTA, schemas_of, train_judges
+from pianta_bench.places.tables import PlacesBench, average_confusions, measure_curve, tabulate_places
 from tests.command_line import list_files, run_pianta
 from tests.tiny_data import OUTLINES, write_building, write_slam
 from tests.tiny_types import write_types
@@ -171,7 +172,7 @@ def test_what_overlaps_nothing_is_wrong_and_not_calibrated():
     labels = (replace(rooms[0], label="CLASSROOM"), replace(rooms[0], id=2, polygon=box(90, 0, 95, 5), label="CLOSET"))
     true = Floor(labels, building_type={"school": 1.0})
     opinions = {"m": {F_C_E_S: np.array([[0.6, 0.4, 0, 0], [0, 1.0, 0, 0]])}}
-    judged = JudgedFloor(LAYOUTS, "x", "school/x", Floor(rooms), true, opinions, Split.EXPERIMENTS)
+    judged = JudgedFloor(LAYOUTS, "x", "school/x", Floor(rooms), true, opinions, LabelConvention.EXPERIMENTS)
     assert judged.pair("m", F_C_E_S) == [LabelPair("FUNCTIONAL", "FUNCTIONAL"), LabelPair("CONNECTION", None)]
     assert judged.pair("m", F_C_E_S, backward=True)[1] == LabelPair(None, "SERVICE")
     curve = measure_curve([judged], "m", F_C_E_S)
@@ -186,23 +187,28 @@ def test_what_overlaps_nothing_is_wrong_and_not_calibrated():
 
 
 def test_splits():
-    figure, experiments = schemas_of(Split.FIGURE), schemas_of(Split.EXPERIMENTS)
-    assert figure["school"].by_name["GYM"].in_f_c_e_s() == FCES.SERVICE
+    figure, experiments = schemas_of(LabelConvention.FIGURE), schemas_of(LabelConvention.EXPERIMENTS)
+    assert figure["school"].by_name["GYM"].function_in() == FCES.SERVICE
     for kind, schema in SCHEMAS.items():
         for label in schema.labels:
-            assert experiments[kind].by_name[label.name].in_f_c_e_s() == label.in_f_c_e_s()
-            assert figure[kind].by_name[label.name].in_f_c_e_s() == label.function
+            assert experiments[kind].by_name[label.name].function_in() == label.function_in()
+            assert figure[kind].by_name[label.name].function_in() == label.function
     four = np.array([[0.1, 0.2, 0.3, 0.4]])
-    corridors = {split: place_models.both_sets(four, split)[R_C] for split in (Split.FIGURE, Split.EXPERIMENTS)}
-    np.testing.assert_allclose(corridors[Split.FIGURE], [[0.5, 0.5]])
-    np.testing.assert_allclose(corridors[Split.EXPERIMENTS], [[0.8, 0.2]])
+    corridors = {
+        split: place_models.both_sets(four, split)[R_C]
+        for split in (LabelConvention.FIGURE, LabelConvention.EXPERIMENTS)
+    }
+    np.testing.assert_allclose(corridors[LabelConvention.FIGURE], [[0.5, 0.5]])
+    np.testing.assert_allclose(corridors[LabelConvention.EXPERIMENTS], [[0.8, 0.2]])
 
 
 @pytest.mark.slow
 def test_real_models(tiny):
     """Extra-Trees see 9 or 11 features, of one type; labels they have not seen have no probability."""
     floors, _ = read_annotated_floors(tiny)
-    judges = train_judges(floors[1:], {"school/school1": floors[1].floor}, kind="school", split=Split.FIGURE, seed=0)
+    judges = train_judges(
+        floors[1:], {"school/school1": floors[1].floor}, kind="school", split=LabelConvention.FIGURE, seed=0
+    )
     forests = {name: model.forests[F_C_E_S] for name, model in judges.local.items()}
     assert {name: forest.n_features_in_ for name, forest in forests.items()} == {LOCAL: 9, CENTRAL: 11}
     assert {len(forest.estimators_) for forest in forests.values()} == {500}

@@ -25,7 +25,7 @@ from pianta.cli.room_table import tabulate_rooms
 from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.io._folders import written_together
+from pianta.io._folders import atomic_folder
 from pianta.io.floors import read_floor, read_label_image
 from pianta.io.graphs import read_graph
 from pianta.io.ros_maps import save_ros_map
@@ -371,7 +371,7 @@ def test_a_failure_in_the_middle_leaves_the_folder_as_it_was(small, tmp_path, mo
     def fail(*_: object, **__: object) -> None:
         raise failure
 
-    monkeypatch.setattr("pianta.plot.floor.save_picture", fail)
+    monkeypatch.setattr("pianta.plot.figure.save_figure", fail)
     out = tmp_path / "out"
     for name, content in older.items():
         out.mkdir(exist_ok=True)
@@ -390,7 +390,7 @@ def test_a_folder_with_the_name_of_an_output_is_in_the_way_of_all(small, tmp_pat
 
 
 def test_files_that_are_written_together_appear_together(tmp_path):
-    with written_together(tmp_path / "new" / "out") as temporary:
+    with atomic_folder(tmp_path / "new" / "out") as temporary:
         (temporary / "one").touch()
         assert list_files(tmp_path).keys() == {f"new/out/{temporary.name}/one"}
     assert list_files(tmp_path).keys() == {"new/out/one"}

@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "src" / "pianta" / "models"
 PAGES = [
     *(ROOT / "README.md", ROOT / "benchmarks" / "README.md", ROOT / "training" / "README.md"),
-    *sorted((ROOT / "docs").glob("*.md")),
+    *sorted((ROOT / "docs").rglob("*.md")),
     *sorted(MODELS.glob("*.md")),
 ]
 SCRIPTS = sorted(file for folder in ("docs", "training", "benchmarks") for file in (ROOT / folder).glob("*.py"))
@@ -84,7 +84,7 @@ def test_files_that_a_page_names_are_there(page):
 
 
 def test_the_page_of_the_house_has_every_folder_in_the_order_of_imports():
-    page = (ROOT / "docs" / "house.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "reference" / "house.md").read_text(encoding="utf-8")
     told = [name.removesuffix(".py") for name in re.findall(r"^\| `([\w.]+)/?` \|", page, re.MULTILINE)]
     there = {path.stem for path in MODELS.parent.iterdir() if path.suffix in {".py", ""}} - {"__pycache__"}
     levels = [name for level in LEVELS for name in level if name in there and not name.startswith("__")]
@@ -92,7 +92,7 @@ def test_the_page_of_the_house_has_every_folder_in_the_order_of_imports():
 
 
 class TestPageOfPython:
-    PAGE = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    PAGE = (ROOT / "docs" / "reference" / "api.md").read_text(encoding="utf-8")
     ROWS = re.findall(r"^\| `(\w+)(?:\((.*?)\))?` \|", PAGE, re.MULTILINE)
 
     def test_lists_every_public_name_once(self):

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from pianta.errors import FloorError, MapError, PiantaError
-from pianta.io._files import check_cell_count, checked_input, reason_of, shown, written_atomically
+from pianta.io._files import atomic_file, check_cell_count, check_input_file, one_line_reason, short_repr
 
 KILLED_WRITER = """
 import os, sys
-from pianta.io._files import written_atomically
-with written_atomically(sys.argv[1]) as temporary:
+from pianta.io._files import atomic_file
+with atomic_file(sys.argv[1]) as temporary:
     temporary.write_text("half")
     os._exit(9)
 """
@@ -23,7 +23,7 @@ with written_atomically(sys.argv[1]) as temporary:
 @pytest.mark.parametrize("kind", [str, Path])
 def test_addresses_are_to_be_downloaded_first(url, kind):
     with pytest.raises(MapError, match="address"):
-        checked_input(kind(url), "map", MapError)
+        check_input_file(kind(url), "map", MapError)
 
 
 def test_unusable_inputs_are_named_in_one_line(tmp_path):
@@ -39,29 +39,29 @@ def test_unusable_inputs_are_named_in_one_line(tmp_path):
     }
     for path, fault in cases.items():
         with pytest.raises(FloorError, match=rf"^floor '[^\n]*' [^\n]*{fault}[^\n]*$"):
-            checked_input(path, "floor", FloorError)
+            check_input_file(path, "floor", FloorError)
 
 
 def test_input_without_permission_is_refused(tmp_path, monkeypatch):
     (tmp_path / "secret").write_text("x")
     monkeypatch.setattr(os, "access", lambda path, mode: mode != os.R_OK)  # root may read everything
     with pytest.raises(MapError, match="read"):
-        checked_input(tmp_path / "secret", "map", MapError)
+        check_input_file(tmp_path / "secret", "map", MapError)
 
 
 def test_relative_input_starts_at_the_folder_and_absolute_does_not(tmp_path):
     file = tmp_path / "file"
     file.write_text("x")
-    assert checked_input("file", "map", MapError, folder=tmp_path) == file
-    assert checked_input(file, "map", MapError, folder=Path("/elsewhere")) == file
+    assert check_input_file("file", "map", MapError, folder=tmp_path) == file
+    assert check_input_file(file, "map", MapError, folder=Path("/elsewhere")) == file
 
 
 def test_home_is_expanded_unless_there_is_a_folder(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("x")
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert checked_input("~/file", "map", MapError) == tmp_path / "file"
+    assert check_input_file("~/file", "map", MapError) == tmp_path / "file"
     with pytest.raises(MapError, match="~/file"):
-        checked_input("~/file", "map", MapError, folder=tmp_path)
+        check_input_file("~/file", "map", MapError, folder=tmp_path)
 
 
 def test_cell_count_above_the_limit_names_size_limit_and_option():
@@ -71,16 +71,16 @@ def test_cell_count_above_the_limit_names_size_limit_and_option():
 
 
 def test_messages_stay_short_and_on_one_line():
-    assert shown(Path("a\nb")) == r"'a\nb'"
-    assert len(shown("x" * 10_000)) < 500
-    assert reason_of(ValueError("two\n lines")) == "two lines"
-    assert reason_of(MemoryError()) == "MemoryError"
+    assert short_repr(Path("a\nb")) == r"'a\nb'"
+    assert len(short_repr("x" * 10_000)) < 500
+    assert one_line_reason(ValueError("two\n lines")) == "two lines"
+    assert one_line_reason(MemoryError()) == "MemoryError"
 
 
 def test_written_file_replaces_the_old_and_leaves_nothing_else(tmp_path):
     target = tmp_path / "out.txt"
     target.write_text("old")
-    with written_atomically(target) as temporary:
+    with atomic_file(target) as temporary:
         assert (temporary.parent, temporary.suffix) == (tmp_path, ".txt")
         temporary.write_text("new")
         assert target.read_text() == "old"
@@ -94,7 +94,7 @@ def test_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path, failure):
     target.write_text("old")
 
     def write() -> None:
-        with written_atomically(target) as temporary:
+        with atomic_file(target) as temporary:
             temporary.write_text("half")
             raise failure("on the way")
 
@@ -112,7 +112,7 @@ def test_killed_writer_is_never_in_the_way(tmp_path):
     killed = subprocess.run([sys.executable, "-c", KILLED_WRITER, str(target)], env=environment, check=False)
     assert killed.returncode == 9
     assert target.read_text() == "old"
-    with written_atomically(target) as temporary:
+    with atomic_file(target) as temporary:
         temporary.write_text("new")
     assert target.read_text() == "new"
 
@@ -132,5 +132,5 @@ def test_unwritable_targets_are_told_in_one_line(tmp_path):
 
 
 def write_text(target: Path) -> None:
-    with written_atomically(target) as temporary:
+    with atomic_file(target) as temporary:
         temporary.write_text("x")

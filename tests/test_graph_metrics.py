@@ -20,7 +20,7 @@ from pianta.graphs.centrality import (
     measure_katz,
 )
 from pianta.graphs.metrics import GRAPH_METRICS, find_corridors, measure_assortativity, measure_graph
-from pianta.labels import SCHOOL, Split
+from pianta.labels import SCHOOL, LabelConvention
 
 
 @st.composite
@@ -141,7 +141,7 @@ def test_corridors_by_the_split_of_the_graphs() -> None:
     for node, label in enumerate(("CLASSROOM", "CORRIDOR", "HALL", "LOBBY", "ENTRANCE", "STAIRS", "WASHROOM")):
         graph.add_node(node, label=label)
     assert find_corridors(graph, SCHOOL) == {1, 2, 3, 4}
-    assert find_corridors(graph, SCHOOL, split=Split.EXPERIMENTS) == {1, 2, 3}
+    assert find_corridors(graph, SCHOOL, convention=LabelConvention.EXPERIMENTS) == {1, 2, 3}
     graph.add_node(7)
     with pytest.raises(LabelError, match="None"):
         find_corridors(graph, SCHOOL)

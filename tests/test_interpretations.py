@@ -12,7 +12,7 @@ from pianta.errors import LabelError, RelationError
 from pianta.floor import Door, Floor, Room
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.floors import save_floor
-from pianta.labels import SCHOOL, LabelSet, Split
+from pianta.labels import SCHOOL, LabelConvention, LabelSet
 from pianta.relational.fact_files import read_interpretations, save_interpretations
 from pianta.relational.facts import FLOOR_SIGNATURES, SELF, Argument, Fact, Interpretation, Signature, find_faults
 from pianta.relational.interpretation import (
@@ -20,9 +20,9 @@ from pianta.relational.interpretation import (
     FLOOR_RELATIONS,
     SYMMETRIC,
     Relation,
-    atom_of_label,
     interpret_floor,
     is_corridor,
+    label_atom,
 )
 
 # Two rooms of 4 m by 5 m above a corridor of 8 m by 2 m with an entrance, and one that nothing leads to.
@@ -75,17 +75,17 @@ def test_every_room_has_every_measure(relation):
 
 
 @pytest.mark.parametrize(
-    ("label_set", "split", "expected"),
+    ("label_set", "convention", "expected"),
     [
-        (LabelSet.R_C, Split.EXPERIMENTS, "lroom lroom lcorridor lroom"),
-        (LabelSet.R_C, Split.FIGURE, "lroom lroom lcorridor lcorridor"),
-        (LabelSet.F_C_E_S, Split.EXPERIMENTS, "lroom lservice lcorridor lentrance"),
-        (LabelSet.GENERAL, Split.EXPERIMENTS, "lm lm lc ls"),
-        (None, Split.EXPERIMENTS, ""),
+        (LabelSet.R_C, LabelConvention.EXPERIMENTS, "lroom lroom lcorridor lroom"),
+        (LabelSet.R_C, LabelConvention.FIGURE, "lroom lroom lcorridor lcorridor"),
+        (LabelSet.F_C_E_S, LabelConvention.EXPERIMENTS, "lroom lservice lcorridor lentrance"),
+        (LabelSet.GENERAL, LabelConvention.EXPERIMENTS, "lm lm lc ls"),
+        (None, LabelConvention.EXPERIMENTS, ""),
     ],
 )
-def test_labels_are_those_of_a_label_set(label_set, split, expected):
-    facts = interpret_floor(FLOOR, label_set=label_set, split=split)
+def test_labels_are_those_of_a_label_set(label_set, convention, expected):
+    facts = interpret_floor(FLOOR, label_set=label_set, convention=convention)
     assert [label for _, label in facts_of(facts, "label")] == expected.split()
 
 
@@ -127,7 +127,7 @@ def test_a_label_that_was_corrected_counts_and_not_what_was_said_before():
 def test_corridors_are_told_when_asked_for():
     facts = interpret_floor(FLOOR, relations=[is_corridor()], label_set=None)
     assert [str(fact) for fact in facts.facts] == ["room(r3)", "room(r1)", "room(r7)", "room(r9)", "iscorr(r7)"]
-    figure = interpret_floor(FLOOR, relations=[is_corridor(split=Split.FIGURE)])
+    figure = interpret_floor(FLOOR, relations=[is_corridor(convention=LabelConvention.FIGURE)])
     assert facts_of(figure, "iscorr") == [("r7",), ("r9",)]
     assert not interpret_floor(FLOOR).facts_of("iscorr")
 
@@ -193,8 +193,8 @@ def test_a_relation_has_one_signature():
 
 
 def test_labels_are_atoms_of_small_letters():
-    assert atom_of_label("SMALL ADMINISTRATIVE") == "lsmalladministrative"
-    assert {atom_of_label(name) for name in ("ROOM", "FUNCTIONAL")} == {"lroom"}
+    assert label_atom("SMALL ADMINISTRATIVE") == "lsmalladministrative"
+    assert {label_atom(name) for name in ("ROOM", "FUNCTIONAL")} == {"lroom"}
 
 
 LABEL_FILES = {LabelSet.TYPE: "all", LabelSet.F_C_E_S: "RCES", LabelSet.R_C: "RC"}
@@ -229,7 +229,7 @@ def test_annotated_buildings_have_the_rooms_doors_and_labels_that_the_authors_pu
 
 
 def test_the_snippets_of_the_page_run_one_after_the_other(tmp_path, monkeypatch):
-    page = (Path(__file__).parents[1] / "docs" / "relations.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[1] / "docs" / "methods" / "relations.md").read_text(encoding="utf-8")
     snippets = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     monkeypatch.chdir(tmp_path)
     save_floor(FLOOR, "floor.geojson")

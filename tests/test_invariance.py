@@ -7,7 +7,7 @@ rooms, and each with the same area, on synthetic maps in every pose; on real map
 
 By the method of the thesis the segments of the probabilistic Hough transform differ with the pixels. On synthetic maps
 numbers of rooms and whole areas then hold, not the wall of every room. On real maps the number of rooms does not hold
-at half the resolution, and not on every one at 17°: docs/layout.md has the figures, and no test claims it.
+at half the resolution, and not on every one at 17°: docs/methods/layout.md has the figures, and no test claims it.
 """
 
 from collections.abc import Callable

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from pianta.errors import LabelError, PiantaError
 from pianta.io.label_schemas import MAX_FILE_BYTES, read_label_schema, save_label_schema
-from pianta.labels import FCES, OFFICE, RC, SCHOOL, General, Label, LabelSchema, LabelSet
+from pianta.labels import FCES, OFFICE, RC, SCHOOL, GeneralLabel, Label, LabelSchema, LabelSet
 from tests.mutation import mutated, refused_in_one_line
 
-PAGE = Path(__file__).parents[1] / "docs" / "labels.md"
+PAGE = Path(__file__).parents[1] / "docs" / "methods" / "labels.md"
 HEADER = "format: pianta labels\nversion: '1.0'\nbuilding_type: hospital\n"
 GENERALS = {
     FCES.FUNCTIONAL: "SMB",
@@ -30,7 +30,7 @@ def labels(draw) -> Label:
     return Label(
         draw(names),
         function,
-        General(draw(st.sampled_from(GENERALS[function]))),
+        GeneralLabel(draw(st.sampled_from(GENERALS[function]))),
         draw(st.from_regex("#[0-9a-fA-F]{6}", fullmatch=True)),
         draw(st.none() | st.sampled_from(FCES)),
         draw(st.none() | st.booleans()),
@@ -72,8 +72,8 @@ def test_round_trip_is_exact_and_stable(path, schema):
 
 
 def test_a_label_a_line_is_written(path):
-    gym = Label("GYM", FCES.SERVICE, General.BIG, "#a81e1e", FCES.FUNCTIONAL)
-    foyer = Label("FOYER È", FCES.ENTRANCE, General.HALL, "#ffffff", corridor_in_graphs=True)
+    gym = Label("GYM", FCES.SERVICE, GeneralLabel.BIG, "#a81e1e", FCES.FUNCTIONAL)
+    foyer = Label("FOYER È", FCES.ENTRANCE, GeneralLabel.HALL, "#ffffff", corridor_in_graphs=True)
     save_label_schema(LabelSchema("Sports Hall", (gym, foyer)), path)
     assert path.read_text(encoding="utf-8") == (
         "format: pianta labels\n"
@@ -97,10 +97,10 @@ def test_what_is_missing_is_derived_from_the_function(path):
     assert schema == LabelSchema(
         "hospital",
         (
-            Label("WARD", FCES.FUNCTIONAL, General.MEDIUM, "#1bddf2"),
-            Label("WAY", FCES.CONNECTION, General.CORRIDOR, "#f28705"),
-            Label("LIFT", FCES.ENTRANCE, General.MEDIUM, "#268080"),
-            Label("LINEN", FCES.SERVICE, General.MEDIUM, "#8c8c8b"),
+            Label("WARD", FCES.FUNCTIONAL, GeneralLabel.MEDIUM, "#1bddf2"),
+            Label("WAY", FCES.CONNECTION, GeneralLabel.CORRIDOR, "#f28705"),
+            Label("LIFT", FCES.ENTRANCE, GeneralLabel.MEDIUM, "#268080"),
+            Label("LINEN", FCES.SERVICE, GeneralLabel.MEDIUM, "#8c8c8b"),
         ),
     )
 
@@ -109,11 +109,11 @@ def test_what_is_missing_is_derived_from_the_function(path):
 @pytest.mark.parametrize(
     ("word", "function", "general"),
     [
-        ("c", "CONNECTION", General.CORRIDOR),
-        ("Hall", "CONNECTION", General.HALL),
-        ("SMALL", "SERVICE", General.SMALL),
-        ("medium", "SERVICE", General.MEDIUM),
-        ("B", "SERVICE", General.BIG),
+        ("c", "CONNECTION", GeneralLabel.CORRIDOR),
+        ("Hall", "CONNECTION", GeneralLabel.HALL),
+        ("SMALL", "SERVICE", GeneralLabel.SMALL),
+        ("medium", "SERVICE", GeneralLabel.MEDIUM),
+        ("B", "SERVICE", GeneralLabel.BIG),
     ],
 )
 def test_sizes_are_letters_or_words(path, key, word, function, general):
@@ -224,7 +224,7 @@ def test_thousands_of_faults_are_told_briefly(path):
 def test_what_a_later_version_has_is_skipped(path):
     text = "labels: [{name: A, function: SERVICE, floors: [1]}]\ncountry: IT"
     path.write_text(HEADER.replace("1.0", "1.3") + text)
-    assert read_label_schema(path).labels == (Label("A", FCES.SERVICE, General.MEDIUM, "#8c8c8b"),)
+    assert read_label_schema(path).labels == (Label("A", FCES.SERVICE, GeneralLabel.MEDIUM, "#8c8c8b"),)
 
 
 def test_missing_files_and_folders_are_told(tmp_path):
@@ -237,8 +237,10 @@ def test_missing_files_and_folders_are_told(tmp_path):
 def test_file_stays_as_it_was_when_saving_fails(tmp_path):
     path = tmp_path / "labels.yaml"
     path.write_text("old")
-    label = Label("A" * 100, FCES.SERVICE, General.SMALL, "#ffffff")
-    giant = tuple(Label(f"{label.name[:90]}{number}", FCES.SERVICE, General.SMALL, "#ffffff") for number in range(2000))
+    label = Label("A" * 100, FCES.SERVICE, GeneralLabel.SMALL, "#ffffff")
+    giant = tuple(
+        Label(f"{label.name[:90]}{number}", FCES.SERVICE, GeneralLabel.SMALL, "#ffffff") for number in range(2000)
+    )
     with pytest.raises(LabelError, match="262144"):
         save_label_schema(LabelSchema("mall", giant), path)
     assert path.read_text() == "old"
@@ -266,15 +268,15 @@ def test_example_of_the_page_is_read(tmp_path, monkeypatch):
     Path("house.yaml").write_text(block_of_page("yaml"), encoding="utf-8")
     house = read_label_schema("house.yaml")
     assert house.building_type == "house"
-    assert house.by_name["LIVING ROOM"] == Label("LIVING ROOM", FCES.FUNCTIONAL, General.BIG, "#8c3b2e")
-    assert house.by_name["BEDROOM"] == Label("BEDROOM", FCES.FUNCTIONAL, General.MEDIUM, "#1bddf2")
-    assert house.by_name["CORRIDOR"] == Label("CORRIDOR", FCES.CONNECTION, General.CORRIDOR, "#f28705")
+    assert house.by_name["LIVING ROOM"] == Label("LIVING ROOM", FCES.FUNCTIONAL, GeneralLabel.BIG, "#8c3b2e")
+    assert house.by_name["BEDROOM"] == Label("BEDROOM", FCES.FUNCTIONAL, GeneralLabel.MEDIUM, "#1bddf2")
+    assert house.by_name["CORRIDOR"] == Label("CORRIDOR", FCES.CONNECTION, GeneralLabel.CORRIDOR, "#f28705")
     assert {label.function for label in house.labels} == set(FCES)
-    assert {label.general for label in house.labels} == set(General)
+    assert {label.general for label in house.labels} == set(GeneralLabel)
     names: dict[str, object] = {}
     exec(block_of_page("python"), names)  # noqa: S102
     assert names["rooms"] == [RC.ROOM, RC.CORRIDOR]
-    assert names["sizes"] == [General.MEDIUM, General.HALL]
+    assert names["sizes"] == [GeneralLabel.MEDIUM, GeneralLabel.HALL]
     save_label_schema(house, "again.yaml")
     assert read_label_schema("again.yaml") == house
     assert house.map_labels(["porch"], LabelSet.R_C) == [RC.ROOM]

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from shapely import box
 
 from pianta.floor import Floor, Room
-from pianta.labels import FCES, FCES_COLORS, SCHEMAS, General, Label, LabelSchema
+from pianta.labels import FCES, FCES_COLORS, SCHEMAS, GeneralLabel, Label, LabelSchema
 from pianta.plot.styles import DARK_INK, LIGHT_INK, NEUTRAL_COLOR, RoomStyle, list_labels, style_rooms
 
 SQUARE = box(0, 0, 1, 1)
@@ -109,9 +109,7 @@ def test_a_floor_with_all_labels_has_the_colours_and_order_of_the_schema(schema)
     names = [label.name for label in schema.labels]
     rooms = [Room(number, SQUARE, name) for number, name in enumerate(reversed(names), start=1)]
     entries = list_labels(Floor(tuple(rooms), building_type={schema.building_type: 1.0}))
-    assert [(entry.label, entry.style.color) for entry in entries] == [
-        (each.name, each.color) for each in schema.labels
-    ]
+    assert [(entry.label, entry.color) for entry in entries] == [(each.name, each.color) for each in schema.labels]
 
 
 def test_the_legend_lists_unknown_labels_by_name_and_rooms_without_one_last():
@@ -125,25 +123,29 @@ def test_the_legend_lists_unknown_labels_by_name_and_rooms_without_one_last():
 def test_a_label_with_two_colours_is_listed_with_each():
     functions = {1: "SERVICE", 2: "FUNCTIONAL", 3: "SERVICE"}
     rooms = tuple(Room(id_, SQUARE, "WARD", {"F/C/E/S": function}) for id_, function in functions.items())
-    entries = {entry.style.color: entry.room_ids for entry in list_labels(Floor(rooms))}
+    entries = {entry.color: entry.room_ids for entry in list_labels(Floor(rooms))}
     assert entries == {FCES_COLORS[FCES.SERVICE]: (1, 3), FCES_COLORS[FCES.FUNCTIONAL]: (2,)}
 
 
 def test_colours_of_a_schema_of_the_user():
-    ward = Label("WARD", FCES.FUNCTIONAL, General.MEDIUM, "#8c3b2e")
+    ward = Label("WARD", FCES.FUNCTIONAL, GeneralLabel.MEDIUM, "#8c3b2e")
     schemas = {**SCHEMAS, "hospital": LabelSchema("hospital", (ward,))}
     said = {"R/C": "ROOM", "F/C/E/S": "FUNCTIONAL", "hospital": "WARD"}
     floor = Floor((Room(4, SQUARE, "WARD", labels=said),), building_type={"hospital": 1.0})
     assert style_rooms(floor)[4].color == FCES_COLORS[FCES.FUNCTIONAL]
     assert style_rooms(floor, schemas)[4].color == "#8c3b2e"
-    assert [entry.style.color for entry in list_labels(floor, schemas)] == ["#8c3b2e"]
+    assert [entry.color for entry in list_labels(floor, schemas)] == ["#8c3b2e"]
 
 
 @pytest.mark.parametrize("schema", SCHEMAS.values())
 def test_given_labels_look_like_those_of_a_model(schema):
     """A model tells the sets above a label too, in the split of the experiments."""
     for label in schema.labels:
-        sets = {"R/C": str(label.in_r_c()), "F/C/E/S": str(label.in_f_c_e_s()), schema.building_type: label.name}
+        sets = {
+            "R/C": str(label.room_or_corridor()),
+            "F/C/E/S": str(label.function_in()),
+            schema.building_type: label.name,
+        }
         of_type = {schema.building_type: 1.0}
         assert style_of(label.name.title(), of_type) == style_of(label.name, of_type, labels=sets)
 

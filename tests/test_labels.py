@@ -20,15 +20,15 @@ from pianta.labels import (
     RC,
     SCHEMAS,
     SCHOOL,
-    General,
+    GeneralLabel,
     Label,
+    LabelConvention,
     LabelSchema,
     LabelSet,
-    Split,
     schema_of,
 )
 
-PAGE = Path(__file__).parents[1] / "docs" / "labels.md"
+PAGE = Path(__file__).parents[1] / "docs" / "methods" / "labels.md"
 
 CONNECTING = {
     "CONNECTION": {"CORRIDOR": "corridor", "LOBBY": "lobby", "HALL": "hall"},
@@ -97,23 +97,25 @@ KLOG_FCES = {
     "service": FCES.SERVICE,
 }
 KLOG_RC = {"room": RC.ROOM, "corridor": RC.CORRIDOR}
-LAMP = Label("LAMP", FCES.SERVICE, General.SMALL, "#ffffff")
+LAMP = Label("LAMP", FCES.SERVICE, GeneralLabel.SMALL, "#ffffff")
 
 
 @pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
 def test_split_of_the_figure_is_the_figure(schema):
     printed = FIGURE[schema.building_type]
     places = {name: function for function, names in printed.items() for name in names}
-    assert {label.name: label.in_f_c_e_s(Split.FIGURE) for label in schema.labels} == places
-    corridors = {name for name in schema.by_name if schema.by_name[name].in_r_c(Split.FIGURE) is RC.CORRIDOR}
+    assert {label.name: label.function_in(LabelConvention.FIGURE) for label in schema.labels} == places
+    corridors = {
+        name for name in schema.by_name if schema.by_name[name].room_or_corridor(LabelConvention.FIGURE) is RC.CORRIDOR
+    }
     assert corridors == {*CONNECTING["CONNECTION"], *CONNECTING["ENTRANCE"]}
 
 
 @pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
-@pytest.mark.parametrize("split", [Split.FIGURE, Split.EXPERIMENTS])
-def test_places_in_r_c_follow_from_those_in_f_c_e_s(schema, split):
-    pairs = {(label.in_f_c_e_s(split), label.in_r_c(split)) for label in schema.labels}
-    entrance = RC.CORRIDOR if split is Split.FIGURE else RC.ROOM
+@pytest.mark.parametrize("convention", [LabelConvention.FIGURE, LabelConvention.EXPERIMENTS])
+def test_places_in_r_c_follow_from_those_in_f_c_e_s(schema, convention):
+    pairs = {(label.function_in(convention), label.room_or_corridor(convention)) for label in schema.labels}
+    entrance = RC.CORRIDOR if convention is LabelConvention.FIGURE else RC.ROOM
     assert pairs == {
         (FCES.FUNCTIONAL, RC.ROOM),
         (FCES.SERVICE, RC.ROOM),
@@ -125,23 +127,25 @@ def test_places_in_r_c_follow_from_those_in_f_c_e_s(schema, split):
 @pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
 def test_corridors_and_halls_are_the_corridors_of_section_4_3_1(schema):
     for label in schema.labels:
-        connects = label.general in (General.CORRIDOR, General.HALL)
-        assert connects is (label.in_r_c(Split.EXPERIMENTS) is RC.CORRIDOR), label
+        connects = label.general in (GeneralLabel.CORRIDOR, GeneralLabel.HALL)
+        assert connects is (label.room_or_corridor(LabelConvention.EXPERIMENTS) is RC.CORRIDOR), label
 
 
 def test_experiments_depart_from_the_figure_in_two_labels():
     departing = [
-        (schema.building_type, label.name, label.in_f_c_e_s(Split.EXPERIMENTS))
+        (schema.building_type, label.name, label.function_in(LabelConvention.EXPERIMENTS))
         for schema in SCHEMAS.values()
         for label in schema.labels
-        if label.in_f_c_e_s(Split.EXPERIMENTS) is not label.in_f_c_e_s(Split.FIGURE)
+        if label.function_in(LabelConvention.EXPERIMENTS) is not label.function_in(LabelConvention.FIGURE)
     ]
     assert departing == [("school", "GYM", FCES.FUNCTIONAL), ("school", "CONFERENCE", FCES.FUNCTIONAL)]
 
 
 def test_corridors_of_the_graphs():
     corridors = {
-        schema.building_type: {label.name for label in schema.labels if label.in_r_c(Split.GRAPHS) is RC.CORRIDOR}
+        schema.building_type: {
+            label.name for label in schema.labels if label.room_or_corridor(LabelConvention.GRAPHS) is RC.CORRIDOR
+        }
         for schema in SCHEMAS.values()
     }
     school = {"CORRIDOR", "HALL", "LOBBY", "ENTRANCE"}
@@ -153,10 +157,15 @@ def test_labels_are_mapped_to_every_set():
     assert SCHOOL.map_labels(names, LabelSet.TYPE) == ["GYM", "SMALL ADMINISTRATIVE", "STAIRS", "HALL"]
     assert SCHOOL.map_labels(names, LabelSet.GENERAL) == ["B", "S", "S", "H"]
     assert SCHOOL.map_labels(names, LabelSet.F_C_E_S) == ["FUNCTIONAL", "SERVICE", "ENTRANCE", "CONNECTION"]
-    assert SCHOOL.map_labels(names, LabelSet.F_C_E_S, split=Split.FIGURE)[0] == "SERVICE"
+    assert SCHOOL.map_labels(names, LabelSet.F_C_E_S, convention=LabelConvention.FIGURE)[0] == "SERVICE"
     assert SCHOOL.map_labels(names, LabelSet.R_C) == ["ROOM", "ROOM", "ROOM", "CORRIDOR"]
-    assert SCHOOL.map_labels(names, LabelSet.R_C, split=Split.FIGURE) == ["ROOM", "ROOM", "CORRIDOR", "CORRIDOR"]
-    assert OFFICE.map_labels(["OPENSPACE"], LabelSet.R_C, split=Split.GRAPHS) == ["CORRIDOR"]
+    assert SCHOOL.map_labels(names, LabelSet.R_C, convention=LabelConvention.FIGURE) == [
+        "ROOM",
+        "ROOM",
+        "CORRIDOR",
+        "CORRIDOR",
+    ]
+    assert OFFICE.map_labels(["OPENSPACE"], LabelSet.R_C, convention=LabelConvention.GRAPHS) == ["CORRIDOR"]
     assert SCHOOL.map_labels([], LabelSet.R_C) == []
 
 
@@ -168,14 +177,14 @@ def test_all_unknown_labels_are_told():
 
 
 def test_a_label_called_none_is_not_a_room_without_label():
-    schema = LabelSchema("house", (Label("none", FCES.SERVICE, General.SMALL, "#ffffff"),))
+    schema = LabelSchema("house", (Label("none", FCES.SERVICE, GeneralLabel.SMALL, "#ffffff"),))
     assert schema.map_labels(["None"], LabelSet.TYPE) == ["NONE"]
     with pytest.raises(LabelError, match="None"):
         schema.map_labels([None], LabelSet.TYPE)
 
 
 def test_names_types_and_colours_take_their_standard_form():
-    label = Label(" coat \t room", FCES.SERVICE, General.SMALL, "#ABCDEF")
+    label = Label(" coat \t room", FCES.SERVICE, GeneralLabel.SMALL, "#ABCDEF")
     schema = LabelSchema(" Old  House", (label,))
     assert (label.name, label.color, schema.building_type) == ("COAT ROOM", "#abcdef", "old house")
 
@@ -183,13 +192,13 @@ def test_names_types_and_colours_take_their_standard_form():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Label(" ", FCES.SERVICE, General.SMALL, "#ffffff"), "name"),
-        (lambda: Label("x" * 101, FCES.SERVICE, General.SMALL, "#ffffff"), "101"),
-        (lambda: Label("A\u202eB", FCES.SERVICE, General.SMALL, "#ffffff"), "printed"),
-        (lambda: Label("A", FCES.SERVICE, General.SMALL, "white"), "white"),
-        (lambda: Label("A", FCES.SERVICE, General.SMALL, "#ffffff\n"), "colour"),
-        (lambda: Label("A", FCES.CONNECTION, General.SMALL, "#ffffff"), "CONNECTION"),
-        (lambda: Label("A", FCES.SERVICE, General.HALL, "#ffffff"), "SERVICE"),
+        (lambda: Label(" ", FCES.SERVICE, GeneralLabel.SMALL, "#ffffff"), "name"),
+        (lambda: Label("x" * 101, FCES.SERVICE, GeneralLabel.SMALL, "#ffffff"), "101"),
+        (lambda: Label("A\u202eB", FCES.SERVICE, GeneralLabel.SMALL, "#ffffff"), "printed"),
+        (lambda: Label("A", FCES.SERVICE, GeneralLabel.SMALL, "white"), "white"),
+        (lambda: Label("A", FCES.SERVICE, GeneralLabel.SMALL, "#ffffff\n"), "colour"),
+        (lambda: Label("A", FCES.CONNECTION, GeneralLabel.SMALL, "#ffffff"), "CONNECTION"),
+        (lambda: Label("A", FCES.SERVICE, GeneralLabel.HALL, "#ffffff"), "SERVICE"),
         (lambda: LabelSchema("", (LAMP,)), "name"),
         (lambda: LabelSchema("house", ()), "house"),
         (lambda: LabelSchema("house", (LAMP, LAMP)), "LAMP"),
@@ -202,7 +211,7 @@ def test_what_is_no_label_and_no_schema_is_refused(make, message):
 
 
 def test_an_entrance_may_be_a_hall_or_a_room():
-    for general in General:
+    for general in GeneralLabel:
         assert Label("A", FCES.ENTRANCE, general, "#ffffff").general is general
 
 
@@ -214,7 +223,7 @@ def test_schemas_are_found_by_building_type():
 
 
 def test_schemas_can_be_copied_and_sent_to_other_processes():
-    assert SCHOOL.by_name["GYM"].general is General.BIG
+    assert SCHOOL.by_name["GYM"].general is GeneralLabel.BIG
     assert pickle.loads(pickle.dumps(SCHOOL)) == SCHOOL  # noqa: S301
     assert copy.deepcopy(OFFICE) == OFFICE
 
@@ -274,8 +283,10 @@ def test_names_and_colours_are_those_of_the_annotators(data, name, schema, missi
 def test_graphs_and_sizes_are_those_of_the_codes(data, schema):
     codes = json.loads((data / "labels" / "label_codes.json").read_text())[schema.building_type]
     corridors = {label["name"]: label["code"] >= 100 for label in codes}
-    assert {name: label.in_r_c(Split.GRAPHS) is RC.CORRIDOR for name, label in schema.by_name.items()} == corridors
-    generals = {"S": General.SMALL, "M": General.MEDIUM, "B": General.BIG, "U": General.BIG}
+    assert {
+        name: label.room_or_corridor(LabelConvention.GRAPHS) is RC.CORRIDOR for name, label in schema.by_name.items()
+    } == corridors
+    generals = {"S": GeneralLabel.SMALL, "M": GeneralLabel.MEDIUM, "B": GeneralLabel.BIG, "U": GeneralLabel.BIG}
     sized = {label["name"]: generals[label["size"]] for label in codes if label["size"] in generals}
     assert {name: schema.by_name[name].general for name in sized} == sized
     assert set(schema.by_name) - set(sized) == {
@@ -303,7 +314,8 @@ def test_experiments_are_those_of_the_facts(data, name, schema):
     wrong = {
         (label, fces[room], rc[room])
         for room, label in of_type.items()
-        if spelled[label].in_f_c_e_s() is not KLOG_FCES[fces[room]] or spelled[label].in_r_c() is not KLOG_RC[rc[room]]
+        if spelled[label].function_in() is not KLOG_FCES[fces[room]]
+        or spelled[label].room_or_corridor() is not KLOG_RC[rc[room]]
     }
     assert not wrong
 
@@ -312,9 +324,12 @@ def table_of_labels(schema: LabelSchema) -> str:
     """The table of a schema in the page; of the splits only what departs from the figure."""
     rows = ["| label | in Fig. 4.5 | F/C/E/S | R/C | general | experiments | graphs |", "|" + " --- |" * 7]
     for label in schema.labels:
-        figure = label.in_f_c_e_s(Split.FIGURE), label.in_r_c(Split.FIGURE)
-        splits = ((label.in_f_c_e_s(split), label.in_r_c(split)) for split in (Split.EXPERIMENTS, Split.GRAPHS))
-        departing = (", ".join(word for word in split if word not in figure) for split in splits)
+        figure = label.function_in(LabelConvention.FIGURE), label.room_or_corridor(LabelConvention.FIGURE)
+        splits = (
+            (label.function_in(convention), label.room_or_corridor(convention))
+            for convention in (LabelConvention.EXPERIMENTS, LabelConvention.GRAPHS)
+        )
+        departing = (", ".join(word for word in convention if word not in figure) for convention in splits)
         printed = FIGURE[schema.building_type][label.function][label.name]
         rows.append(f"| {' | '.join((label.name, printed, *figure, label.general, *departing))} |".replace("  ", " "))
     return "\n".join(rows)

@@ -9,7 +9,7 @@ from pianta.floor import Floor, Room
 from pianta.labels import SCHOOL
 from pianta.rooms.from_names import label_named_rooms
 from pianta.rooms.label import label_rooms
-from pianta.rooms.name_dictionary import RoomKind, RoomWords
+from pianta.rooms.name_dictionary import RoomNameDictionary, RoomNameEntry
 from pianta.worlds.floors import make_floor
 from tests.labelled_floors import label_by_rule, small_model
 
@@ -59,7 +59,7 @@ def test_a_name_outweighs_geometry(plain, name, labels):
     room = room_of(labelled, room_id)
     assert room.labels["school"] in labels
     schema = SCHOOL.by_name[room.labels["school"]]
-    assert (schema.in_r_c(), schema.in_f_c_e_s()) == (room.labels["R/C"], room.labels["F/C/E/S"])
+    assert (schema.room_or_corridor(), schema.function_in()) == (room.labels["R/C"], room.labels["F/C/E/S"])
     assert (room.label, room.name) == (room.labels["school"], name)
 
 
@@ -83,7 +83,7 @@ def test_probabilities_still_add_up_level_by_level(plain):
         assert sum(functions.values()) == pytest.approx(1)
         assert room.label_probabilities["R/C"]["CORRIDOR"] == functions["CONNECTION"]
         for function, probability in functions.items():
-            below = [label.name for label in SCHOOL.labels if label.in_f_c_e_s() == function]
+            below = [label.name for label in SCHOOL.labels if label.function_in() == function]
             assert sum(names[name] for name in below) == pytest.approx(probability)
 
 
@@ -109,7 +109,7 @@ def test_neighbours_hear_of_a_name(plain):
 
 def test_a_dictionary_of_ones_own_is_asked(plain):
     gym = SCHOOL.by_name["GYM"]
-    words = RoomWords((RoomKind(gym.in_f_c_e_s(), {"school": ("GYM",)}, {"xx": ("blorp",)}),))
+    words = RoomNameDictionary((RoomNameEntry(gym.function_in(), {"school": ("GYM",)}, {"xx": ("blorp",)}),))
     room_id = a_classroom(plain)
     floor = named(plain, **{f"room_{room_id}": "Blorp"})
     assert room_of(label_named_rooms(floor, small_model(), words), room_id).label == "GYM"

@@ -209,5 +209,5 @@ def test_any_facts_are_judged(facts):
 
 
 def test_the_page_names_every_signature():
-    page = (Path(__file__).parents[1] / "docs" / "relations.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[1] / "docs" / "methods" / "relations.md").read_text(encoding="utf-8")
     assert [name for name in by_name(FLOOR_SIGNATURES) if f"`{name}" not in page] == []

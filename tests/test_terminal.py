@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.cli.terminal import FLAGS, name_flags
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 
 NAMES = st.text(max_size=40) | st.lists(st.sampled_from([*FLAGS, " ", "'", '"', "\\", "a"]), max_size=8).map("".join)
 
@@ -36,12 +36,12 @@ def test_all_else_stays(message):
 
 @given(NAMES)
 def test_quoted_names_stay(name):
-    assert name_flags(f"map {shown(name)} is damaged") == f"map {shown(name)} is damaged"
+    assert name_flags(f"map {short_repr(name)} is damaged") == f"map {short_repr(name)} is damaged"
 
 
 @given(NAMES, NAMES)
 def test_what_stands_beside_quoted_names_does_not(one, other):
-    quoted, again = shown(one), shown(other)
+    quoted, again = short_repr(one), short_repr(other)
     assert name_flags(f"{quoted} has page=, {again}: kind=") == f"{quoted} has --page, {again}: --as"
 
 

@@ -16,7 +16,7 @@ from pianta.generation.buildings import generate_buildings
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import TypeModel, learn_type
 from pianta.generation.type_model_file import MAX_FILE_BYTES, read_type_model, save_type_model
-from pianta.labels import FCES, General, Label, LabelSchema
+from pianta.labels import FCES, GeneralLabel, Label, LabelSchema
 from tests.generated_types import build_floor, make_schools, small_model
 from tests.mutation import mutated, refused_in_one_line
 
@@ -74,8 +74,8 @@ def test_a_type_of_ones_own(tmp_path):
     house = LabelSchema(
         "house",
         (
-            Label("CORRIDOR", FCES.ENTRANCE, General.CORRIDOR, "#112233", FCES.SERVICE, corridor_in_graphs=True),
-            Label("Bäder", FCES.SERVICE, General.SMALL, "#AABBCC"),
+            Label("CORRIDOR", FCES.ENTRANCE, GeneralLabel.CORRIDOR, "#112233", FCES.SERVICE, corridor_in_graphs=True),
+            Label("Bäder", FCES.SERVICE, GeneralLabel.SMALL, "#AABBCC"),
         ),
     )
     graphs = []

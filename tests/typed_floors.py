@@ -6,15 +6,15 @@ from math import cos, sin
 from shapely import LineString, Polygon, box
 from shapely.affinity import affine_transform
 
-from pianta.building_types.model import BuildingModel, train_building_types
+from pianta.building_types.model import BuildingTypeModel, train_building_types
 from pianta.floor import Door, Floor, Room
-from pianta.labels import FCES, SCHEMAS, General, Label, LabelSchema
+from pianta.labels import FCES, SCHEMAS, GeneralLabel, Label, LabelSchema
 
 HOUSE = LabelSchema(
     "house",
     (
-        Label("LIVING ROOM", FCES.FUNCTIONAL, General.BIG, "#2267f2"),
-        Label("BATH", FCES.SERVICE, General.SMALL, "#aa66f2"),
+        Label("LIVING ROOM", FCES.FUNCTIONAL, GeneralLabel.BIG, "#2267f2"),
+        Label("BATH", FCES.SERVICE, GeneralLabel.SMALL, "#aa66f2"),
     ),
 )
 ALL_SCHEMAS = {**SCHEMAS, "house": HOUSE}
@@ -80,7 +80,7 @@ def typed_floors() -> tuple[Floor, ...]:
 
 
 @cache
-def typed_model() -> BuildingModel:
+def typed_model() -> BuildingTypeModel:
     """A model trained on them."""
     return train_building_types(typed_floors(), schemas=ALL_SCHEMAS)
 

@@ -1,8 +1,8 @@
 """What rooms are for: the hierarchical label schema of the thesis, section 4.3, and L_general of section 4.2.
 
 A schema lists the labels of a building type (Fig. 4.5). Each maps upwards to F/C/E/S, and that to R/C. The thesis
-divides the labels in three ways, by Split, because its experiments and its graphs depart from its figure. The tables
-are in docs/labels.md; io/label_schemas.py reads the schemas of other building types.
+maps them in three ways (LabelConvention), because its experiments and its graphs depart from its figure. The tables
+are in docs/methods/labels.md; io/label_schemas.py reads the schemas of other building types.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class FCES(StrEnum):
     SERVICE = "SERVICE"
 
 
-class General(StrEnum):
+class GeneralLabel(StrEnum):
     """L_general of section 4.2.1: two kinds of connecting rooms, and the size of the others."""
 
     CORRIDOR = "C"
@@ -55,7 +55,7 @@ class LabelSet(StrEnum):
     TYPE = "type"
 
 
-class Split(StrEnum):
+class LabelConvention(StrEnum):
     """Which labels are corridors, and what gyms and conference rooms are.
 
     FIGURE: as Fig. 4.5 prints it: CONNECTION and ENTRANCE are CORRIDOR; a school's gym and conference room are SERVICE.
@@ -126,7 +126,7 @@ class Label:
 
     name: str
     function: FCES
-    general: General
+    general: GeneralLabel
     color: str
     in_experiments: FCES | None = None
     corridor_in_graphs: bool | None = None
@@ -134,24 +134,24 @@ class Label:
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", standard_name(self.name))
         object.__setattr__(self, "color", standard_color(self.color))
-        connects = self.general in (General.CORRIDOR, General.HALL)
+        connects = self.general in (GeneralLabel.CORRIDOR, GeneralLabel.HALL)
         if self.function is not FCES.ENTRANCE and connects is not (self.function is FCES.CONNECTION):
             raise LabelError(
                 f"{self.name} is {self.function} and of size {self.general}; "
                 "give a CONNECTION the size C or H, what is FUNCTIONAL or SERVICE S, M or B"
             )
 
-    def in_f_c_e_s(self, split: Split = Split.EXPERIMENTS) -> FCES:
+    def function_in(self, convention: LabelConvention = LabelConvention.EXPERIMENTS) -> FCES:
         """Its place in F/C/E/S."""
-        return self.function if split is Split.FIGURE else self.in_experiments or self.function
+        return self.function if convention is LabelConvention.FIGURE else self.in_experiments or self.function
 
-    def in_r_c(self, split: Split = Split.EXPERIMENTS) -> RC:
+    def room_or_corridor(self, convention: LabelConvention = LabelConvention.EXPERIMENTS) -> RC:
         """Its place in R/C."""
-        function = self.in_f_c_e_s(split)
+        function = self.function_in(convention)
         corridor = function is FCES.CONNECTION
-        if split is Split.FIGURE:
+        if convention is LabelConvention.FIGURE:
             corridor |= function is FCES.ENTRANCE
-        if split is Split.GRAPHS and self.corridor_in_graphs is not None:
+        if convention is LabelConvention.GRAPHS and self.corridor_in_graphs is not None:
             corridor = self.corridor_in_graphs
         return RC.CORRIDOR if corridor else RC.ROOM
 
@@ -203,7 +203,11 @@ class LabelSchema:
         return {label.name: label for label in self.labels}
 
     def map_labels(
-        self, names: Iterable[str | None], label_set: LabelSet, *, split: Split = Split.EXPERIMENTS
+        self,
+        names: Iterable[str | None],
+        label_set: LabelSet,
+        *,
+        convention: LabelConvention = LabelConvention.EXPERIMENTS,
     ) -> list[str]:
         """Map names of labels to a coarser label set.
 
@@ -213,7 +217,7 @@ class LabelSchema:
             Labels of the schema, in any case. None, a room without a label, is refused.
         label_set
             The set to map to: R/C, F/C/E/S, L_general, or the schema's own.
-        split
+        convention
             Which of the splits of the thesis is taken for R/C and F/C/E/S, where these differ.
 
         Returns
@@ -243,9 +247,9 @@ class LabelSchema:
         labels = [known[name] for name in names]
         match label_set:
             case LabelSet.R_C:
-                return [label.in_r_c(split) for label in labels]
+                return [label.room_or_corridor(convention) for label in labels]
             case LabelSet.F_C_E_S:
-                return [label.in_f_c_e_s(split) for label in labels]
+                return [label.function_in(convention) for label in labels]
             case LabelSet.GENERAL:
                 return [label.general for label in labels]
             case LabelSet.TYPE:
@@ -260,61 +264,61 @@ _F, _C, _E, _S = FCES
 SCHOOL = LabelSchema(
     "school",
     (
-        Label("CLASSROOM", _F, General.MEDIUM, "#1bddf2"),
-        Label("SMALL", _F, General.SMALL, "#3fbf04"),
-        Label("MEDIUM", _F, General.MEDIUM, "#2a90f2"),
-        Label("LAB", _F, General.BIG, "#2267f2"),
-        Label("SMALL ADMINISTRATIVE", _S, General.SMALL, "#beb94e"),
-        Label("MEDIUM ADMINISTRATIVE", _S, General.MEDIUM, "#beb615"),
-        Label("BIG ADMINISTRATIVE", _S, General.BIG, "#716d0d"),
-        Label("GYM", _S, General.BIG, "#a81e1e", in_experiments=_F),
-        Label("KITCHEN", _S, General.BIG, "#b27abe"),
-        Label("CLOSET", _S, General.SMALL, "#bdbdbd"),
-        Label("CONFERENCE", _S, General.BIG, "#a81e1e", in_experiments=_F),
-        Label("MEDIUM SERVICE", _S, General.MEDIUM, "#8c8c8b"),
-        Label("BIG SERVICE", _S, General.BIG, "#585859"),
-        Label("LIBRARY", _S, General.BIG, "#3c3c3c"),
-        Label("BATHROOM", _S, General.SMALL, "#fff87d"),
-        Label("WASHROOM", _S, General.SMALL, "#e8caa7"),
-        Label("CANTEEN", _S, General.BIG, "#282828"),
-        Label("CORRIDOR", _C, General.CORRIDOR, "#f28705"),
-        Label("LOBBY", _C, General.HALL, "#f24738"),
-        Label("HALL", _C, General.HALL, "#bf5719"),
-        Label("ENTRANCE", _E, General.SMALL, "#268080", corridor_in_graphs=True),
-        Label("ELEVATOR", _E, General.SMALL, "#147171"),
-        Label("STAIRS", _E, General.SMALL, "#5bbebe"),
+        Label("CLASSROOM", _F, GeneralLabel.MEDIUM, "#1bddf2"),
+        Label("SMALL", _F, GeneralLabel.SMALL, "#3fbf04"),
+        Label("MEDIUM", _F, GeneralLabel.MEDIUM, "#2a90f2"),
+        Label("LAB", _F, GeneralLabel.BIG, "#2267f2"),
+        Label("SMALL ADMINISTRATIVE", _S, GeneralLabel.SMALL, "#beb94e"),
+        Label("MEDIUM ADMINISTRATIVE", _S, GeneralLabel.MEDIUM, "#beb615"),
+        Label("BIG ADMINISTRATIVE", _S, GeneralLabel.BIG, "#716d0d"),
+        Label("GYM", _S, GeneralLabel.BIG, "#a81e1e", in_experiments=_F),
+        Label("KITCHEN", _S, GeneralLabel.BIG, "#b27abe"),
+        Label("CLOSET", _S, GeneralLabel.SMALL, "#bdbdbd"),
+        Label("CONFERENCE", _S, GeneralLabel.BIG, "#a81e1e", in_experiments=_F),
+        Label("MEDIUM SERVICE", _S, GeneralLabel.MEDIUM, "#8c8c8b"),
+        Label("BIG SERVICE", _S, GeneralLabel.BIG, "#585859"),
+        Label("LIBRARY", _S, GeneralLabel.BIG, "#3c3c3c"),
+        Label("BATHROOM", _S, GeneralLabel.SMALL, "#fff87d"),
+        Label("WASHROOM", _S, GeneralLabel.SMALL, "#e8caa7"),
+        Label("CANTEEN", _S, GeneralLabel.BIG, "#282828"),
+        Label("CORRIDOR", _C, GeneralLabel.CORRIDOR, "#f28705"),
+        Label("LOBBY", _C, GeneralLabel.HALL, "#f24738"),
+        Label("HALL", _C, GeneralLabel.HALL, "#bf5719"),
+        Label("ENTRANCE", _E, GeneralLabel.SMALL, "#268080", corridor_in_graphs=True),
+        Label("ELEVATOR", _E, GeneralLabel.SMALL, "#147171"),
+        Label("STAIRS", _E, GeneralLabel.SMALL, "#5bbebe"),
     ),
 )
 
 OFFICE = LabelSchema(
     "office",
     (
-        Label("CUBICULE", _F, General.SMALL, "#2e7880"),
-        Label("CONFERENCE ROOM", _F, General.MEDIUM, "#3fbf04"),
-        Label("EXECUTIVE OFFICE", _F, General.BIG, "#324872"),
-        Label("OPENSPACE", _F, General.BIG, "#43bf89", corridor_in_graphs=True),
-        Label("CONFERENCE HALL", _F, General.BIG, "#43bf89"),
-        Label("OFFICE", _F, General.MEDIUM, "#1bddf2"),
-        Label("SHARED OFFICE", _F, General.BIG, "#2267f2"),
-        Label("SMALL ADMINISTRATIVE", _S, General.SMALL, "#beb94e"),
-        Label("MEDIUM ADMINISTRATIVE", _S, General.MEDIUM, "#beb615"),
-        Label("BIG ADMINISTRATIVE", _S, General.BIG, "#716d0d"),
-        Label("RECEPTION", _S, General.MEDIUM, "#5f1978"),
-        Label("KITCHEN", _S, General.BIG, "#b27abe"),
-        Label("CLOSET", _S, General.SMALL, "#bdbdbd"),
-        Label("CONVENIENCE STORE", _S, General.MEDIUM, "#a5a5be"),
-        Label("MEDIUM SERVICE", _S, General.MEDIUM, "#8c8c8b"),
-        Label("BIG SERVICE", _S, General.BIG, "#585859"),
-        Label("COLLECTIVE SERVICE ROOM", _S, General.BIG, "#3c3c3c"),
-        Label("BATHROOM", _S, General.SMALL, "#fff87d"),
-        Label("WASHROOM", _S, General.SMALL, "#e8caa7"),
-        Label("CAFETERIA", _S, General.BIG, "#282828"),
-        Label("CORRIDOR", _C, General.CORRIDOR, "#f28705"),
-        Label("LOBBY", _C, General.HALL, "#f24738"),
-        Label("HALL", _C, General.HALL, "#bf5719"),
-        Label("ENTRANCE", _E, General.SMALL, "#268080", corridor_in_graphs=True),
-        Label("ELEVATOR", _E, General.SMALL, "#147171"),
-        Label("STAIRS", _E, General.SMALL, "#5bbebe"),
+        Label("CUBICULE", _F, GeneralLabel.SMALL, "#2e7880"),
+        Label("CONFERENCE ROOM", _F, GeneralLabel.MEDIUM, "#3fbf04"),
+        Label("EXECUTIVE OFFICE", _F, GeneralLabel.BIG, "#324872"),
+        Label("OPENSPACE", _F, GeneralLabel.BIG, "#43bf89", corridor_in_graphs=True),
+        Label("CONFERENCE HALL", _F, GeneralLabel.BIG, "#43bf89"),
+        Label("OFFICE", _F, GeneralLabel.MEDIUM, "#1bddf2"),
+        Label("SHARED OFFICE", _F, GeneralLabel.BIG, "#2267f2"),
+        Label("SMALL ADMINISTRATIVE", _S, GeneralLabel.SMALL, "#beb94e"),
+        Label("MEDIUM ADMINISTRATIVE", _S, GeneralLabel.MEDIUM, "#beb615"),
+        Label("BIG ADMINISTRATIVE", _S, GeneralLabel.BIG, "#716d0d"),
+        Label("RECEPTION", _S, GeneralLabel.MEDIUM, "#5f1978"),
+        Label("KITCHEN", _S, GeneralLabel.BIG, "#b27abe"),
+        Label("CLOSET", _S, GeneralLabel.SMALL, "#bdbdbd"),
+        Label("CONVENIENCE STORE", _S, GeneralLabel.MEDIUM, "#a5a5be"),
+        Label("MEDIUM SERVICE", _S, GeneralLabel.MEDIUM, "#8c8c8b"),
+        Label("BIG SERVICE", _S, GeneralLabel.BIG, "#585859"),
+        Label("COLLECTIVE SERVICE ROOM", _S, GeneralLabel.BIG, "#3c3c3c"),
+        Label("BATHROOM", _S, GeneralLabel.SMALL, "#fff87d"),
+        Label("WASHROOM", _S, GeneralLabel.SMALL, "#e8caa7"),
+        Label("CAFETERIA", _S, GeneralLabel.BIG, "#282828"),
+        Label("CORRIDOR", _C, GeneralLabel.CORRIDOR, "#f28705"),
+        Label("LOBBY", _C, GeneralLabel.HALL, "#f24738"),
+        Label("HALL", _C, GeneralLabel.HALL, "#bf5719"),
+        Label("ENTRANCE", _E, GeneralLabel.SMALL, "#268080", corridor_in_graphs=True),
+        Label("ELEVATOR", _E, GeneralLabel.SMALL, "#147171"),
+        Label("STAIRS", _E, GeneralLabel.SMALL, "#5bbebe"),
     ),
 )
 

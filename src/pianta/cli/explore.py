@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import stderr, tell_result
+from pianta.cli.terminal import print_result, stderr
 from pianta.errors import BuildingWarning, OptionError
-from pianta.io._files import shown
-from pianta.io._folders import check_output_folder, written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_output_folder
 
 if TYPE_CHECKING:
     from pianta.exploration.record import Exploration
@@ -134,7 +134,7 @@ def read_point(text: str) -> tuple[float, float]:
     except ValueError:
         x = y = float("nan")
     if not (isfinite(x) and isfinite(y)):
-        raise OptionError(f"--start is {shown(text)}, give two numbers such as 1.5,2")
+        raise OptionError(f"--start is {short_repr(text)}, give two numbers such as 1.5,2")
     return x, y
 
 
@@ -174,12 +174,13 @@ def _make_policy(
 
     known = read_type_model(model)
     if world.floor is None:
-        raise OptionError(f"world {shown(name)} has no rooms that a model could tell of, leave out --model")
-    check_model_type(world.floor.given_type, known, f"world {shown(name)}")
+        raise OptionError(f"world {short_repr(name)} has no rooms that a model could tell of, leave out --model")
+    check_model_type(world.floor.given_type, known, f"world {short_repr(name)}")
     labels = {room.label for room in world.floor.rooms if room.label is not None}
     if strange := sorted(label for label in labels if label.upper() not in known.schema.by_name):
         message = (
-            f"labels {', '.join(strange)} of world {shown(name)} are none of the model's, which expects little there"
+            f"labels {', '.join(strange)} of world {short_repr(name)} are not in the model's schema, "
+            "which expects little there"
         )
         warnings.warn(BuildingWarning(message), stacklevel=2)
     return make_policy(policy, sampler=FloorSampler(known), find=find, enough=enough)
@@ -203,16 +204,17 @@ def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
 
 def _save_exploration(run: Exploration, world: World, out: Path | None, animation: str) -> None:
     """Write table, picture and animation, all or none."""
-    from pianta.plot.exploration import save_animation, save_exploration_picture
+    from pianta.plot.exploration import draw_exploration, save_animation
+    from pianta.plot.figure import save_figure
 
     if out is None:
         return
-    with written_together(out) as new:
+    with atomic_folder(out) as new:
         _save_table(run, new / "area.csv")
-        save_exploration_picture(run, world, new / "picture.png")
+        save_figure(draw_exploration(run, world), new / "picture.png")
         if animation != "none":
             with stderr.status(f"drawing exploration.{animation}"):
-                save_animation(run, world, new / f"exploration.{animation}", kind=animation)
+                save_animation(run, world, new / f"exploration.{animation}", file_format=animation)
 
 
 def _save_table(run: Exploration, path: Path) -> None:
@@ -235,15 +237,17 @@ def _tell_exploration(run: Exploration, policy: str, find: str | None, *, writte
     robots = len(run.tracks)
     who = f"{robots} robots" if robots > 1 else "1 robot"
     seen = f"{100 * run.share[-1]:.1f} % of {run.reachable_area:.0f} m²"
-    tell_result(f"{who}, {policy}: {seen} seen in {run.distance[-1]:.0f} m, {run.time[-1] / 60:.0f} min: {run.outcome}")
+    print_result(
+        f"{who}, {policy}: {seen} seen in {run.distance[-1]:.0f} m, {run.time[-1] / 60:.0f} min: {run.outcome}"
+    )
     reached = [(share, run.distance_to(share)) for share in SHARES]
     parts = [f"{100 * share:.0f} % after {metres:.0f} m" for share, metres in reached if isfinite(metres)]
     if parts:
-        tell_result(", ".join(parts))
+        print_result(", ".join(parts))
     if find is not None:
-        tell_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
+        print_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
     if written:
-        tell_result(written)
+        print_result(written)
 
 
 def _list_outputs(out: Path | None, animation: str) -> str:

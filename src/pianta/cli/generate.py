@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import tell_result, track_items
+from pianta.cli.terminal import print_result, track_items
 from pianta.errors import OptionError
-from pianta.io._files import shown
-from pianta.io._folders import check_leftovers, check_output_folder, written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_leftovers, check_output_folder
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -109,15 +109,16 @@ def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: T
     """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none."""
     from pianta.io.graphml import save_graphml
     from pianta.io.graphs import save_graph
-    from pianta.plot.graphs import save_contact_sheet
+    from pianta.plot.figure import save_figure
+    from pianta.plot.graphs import draw_contact_sheet
 
     kept = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
-    with written_together(out) as new:
+    with atomic_folder(out) as new:
         for name, building in zip(names, buildings, strict=True):
             building.graph.update(source=name, building_type=model.building_type)
             save_graph(building, new / f"{name}.json")
             save_graphml(building, new / f"{name}.graphml")
-        save_contact_sheet(buildings, new / SHEET, schema=model.schema, fixed=kept)
+        save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept), new / SHEET)
 
 
 def read_range(text: str) -> tuple[int, int]:
@@ -127,7 +128,7 @@ def read_range(text: str) -> tuple[int, int]:
     """
     found = re.fullmatch(r"\s*(\d{1,6})\s*(?:-\s*(\d{1,6})\s*)?", text, re.ASCII)
     if found is None:
-        raise OptionError(f"--rooms is {shown(text)}, give a number such as 40, or two such as 30-50")
+        raise OptionError(f"--rooms is {short_repr(text)}, give a number such as 40, or two such as 30-50")
     return int(found[1]), int(found[2] or found[1])
 
 
@@ -137,7 +138,7 @@ def _read_numbers(texts: Sequence[str], option: str, *, unless_given: int | None
     for text in texts:
         label, equals, number = text.partition("=")
         if (not equals and unless_given is None) or (equals and not re.fullmatch(r"\d{1,6}", number.strip(), re.ASCII)):
-            raise OptionError(f"{option} is {shown(text)}, give a label and a number such as CLASSROOM=12")
+            raise OptionError(f"{option} is {short_repr(text)}, give a label and a number such as CLASSROOM=12")
         key = label.strip().upper()
         if key in numbers:
             raise OptionError(f"{option} gives {key} twice, leave one out")
@@ -152,9 +153,9 @@ def _tell_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path) 
     known = [floor.graph for floor in model.floors]
     made, copies, repeats = len(buildings), sum(find_copies(buildings, known)), sum(find_repeats(buildings))
     noun = f"building{'s' * (made != 1)} of type {model.building_type}"
-    tell_result(f"{made} {noun}, {_describe_sizes(buildings)}; the {len(known)} of the model {_describe_sizes(known)}")
-    tell_result(f"copies of a floor of the model: {copies}; of another new building: {repeats}")
-    tell_result(f"in {out}: building-*.json, building-*.graphml, {SHEET}")
+    print_result(f"{made} {noun}, {_describe_sizes(buildings)}; the {len(known)} of the model {_describe_sizes(known)}")
+    print_result(f"copies of a floor of the model: {copies}; of another new building: {repeats}")
+    print_result(f"in {out}: building-*.json, building-*.graphml, {SHEET}")
 
 
 def _describe_sizes(graphs: Sequence[nx.Graph]) -> str:

@@ -14,10 +14,10 @@ from rich.console import JustifyMethod
 from rich.markup import escape
 from rich.table import Table
 
-from pianta.cli.terminal import stderr, stdout, tell_result
+from pianta.cli.terminal import print_result, stderr, stdout
 from pianta.errors import BuildingWarning, GraphError, LabelError, PiantaError
-from pianta.io._files import shown
-from pianta.io._folders import check_leftovers, check_output_folder, written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_leftovers, check_output_folder
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -76,20 +76,20 @@ def predict_floor(
         check_output_folder(out)
         check_leftovers(out, names, stem="sample")
     known, graph = read_type_model(model), read_floor_graph(floor)
-    check_model_type(graph.graph.get("building_type"), known, f"floor {shown(floor)}")
+    check_model_type(graph.graph.get("building_type"), known, f"floor {short_repr(floor)}")
     try:
         truth = None if explored is None else _explore(graph, known, explored)
         with nullcontext() if quiet else stderr.status(f"sampling {count} floors"):
             prediction = predict(truth.part if truth else graph, known, count=count, seed=seed)
     except PiantaError as error:
-        raise type(error)(f"floor {shown(floor)}: {error}{_find_remedy(error, known, explored)}") from error
+        raise type(error)(f"floor {short_repr(floor)}: {error}{_find_remedy(error, known, explored)}") from error
     _warn(graph, truth, known, floor)
     if out is not None:
         save_outputs(prediction, names, known, out, truth=truth)
     if not quiet:
         _tell_prediction(prediction, truth)
         if out is not None:
-            tell_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json")
+            print_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json")
 
 
 def save_outputs(
@@ -97,12 +97,13 @@ def save_outputs(
 ) -> None:
     """Write the prediction, its picture and the samples by name, all or none."""
     from pianta.io.graphs import save_graph
-    from pianta.plot.prediction import save_prediction_picture
+    from pianta.plot.figure import save_figure
+    from pianta.plot.prediction import draw_prediction
     from pianta.prediction.prediction_file import name_rooms, save_prediction
 
-    with written_together(out) as new:
+    with atomic_folder(out) as new:
         save_prediction(prediction, new / PREDICTION, building_type=model.building_type, truth=truth)
-        save_prediction_picture(prediction, new / PICTURE, truth=truth)
+        save_figure(draw_prediction(prediction, truth=truth), new / PICTURE)
         for name, sample in zip(names, prediction.samples, strict=True):
             graph = name_rooms(sample, prediction)
             graph.graph.update(source=name, building_type=model.building_type)
@@ -131,10 +132,10 @@ def _warn(graph: nx.Graph, truth: WholeFloor | None, model: TypeModel, floor: Pa
     from pianta.graphs.labelled_graphs import name_some
 
     if alone := [node for node, doors in graph.degree if not doors]:
-        message = f"floor {shown(floor)}: rooms {name_some(alone)} have no door and are left out"
+        message = f"floor {short_repr(floor)}: rooms {name_some(alone)} have no door and are left out"
         warnings.warn(BuildingWarning(message), stacklevel=2)
     if truth and any(find_copies([truth.graph], [known.graph for known in model.floors])):
-        message = f"the model was trained on floor {shown(floor)} too, so this is no test; train one without it"
+        message = f"the model was trained on floor {short_repr(floor)} too, so this is no test; train one without it"
         warnings.warn(BuildingWarning(message), stacklevel=2)
 
 
@@ -142,13 +143,13 @@ def _tell_prediction(prediction: Prediction, truth: WholeFloor | None) -> None:
     """Print the size of the floor, what lies behind each open end, and the unknown rooms by label."""
     explored = prediction.explored
     known, ends = len(explored.known), len(prediction.ends)
-    tell_result(f"{_count(known, 'room')} known, {_count(ends, 'open end')}, {len(prediction.samples)} floors sampled")
+    print_result(f"{_count(known, 'room')} known, {_count(ends, 'open end')}, {len(prediction.samples)} floors sampled")
     size = f"the whole floor: {_describe_spread(prediction.rooms)} rooms"
     if prediction.area:
         size += f", {_describe_spread(prediction.area)} m²"
     if truth:
         size += f"; in truth {len(truth.graph)} rooms" + (f", {truth.area:.0f} m²" if truth.area else "")
-    tell_result(size)
+    print_result(size)
     stdout.print(tabulate_ends(prediction, truth))
     stdout.print(tabulate_unknown(prediction, truth))
 

@@ -18,7 +18,7 @@ from pianta._types import Mask
 from pianta.errors import OptionError
 from pianta.floor import Door, Floor, cells_of_polygon
 from pianta.gridmap import FREE, OCCUPIED, GridMap
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 
 Cells = NDArray[np.int_]
 
@@ -148,14 +148,16 @@ def open_world(name: str | Path, *, seed: int = 0) -> World:
     if path.is_dir():
         files = [path / file for file in FLOOR_FILES if (path / file).is_file()]
         if not files:
-            raise OptionError(f"folder {shown(path)} has no {' or '.join(FLOOR_FILES)}, give a file or another folder")
+            raise OptionError(
+                f"folder {short_repr(path)} has no {' or '.join(FLOOR_FILES)}, give a file or another folder"
+            )
         path = files[0]
     if path.suffix.lower() in SUFFIXES:
         return build_world(read_building(path))
     if not path.suffix and not path.exists():
-        raise OptionError(f"world is {shown(name)}, give a file, a folder, or one of {', '.join(KINDS)}")
+        raise OptionError(f"world is {short_repr(name)}, give a file, a folder, or one of {', '.join(KINDS)}")
     if path.suffix.lower() in IMAGE_SUFFIXES:
-        raise OptionError(f"world {shown(name)} is an image without a resolution, give its map.yaml")
+        raise OptionError(f"world {short_repr(name)} is an image without a resolution, give its map.yaml")
     return read_world(read_map(path))
 
 

@@ -15,7 +15,7 @@ from pianta.generation.buildings import Costs, generate_buildings
 from pianta.generation.type_model import TypeFloor, TypeModel, recognize_areas
 from pianta.generation.wishes import Wishes
 from pianta.graphs.labelled_graphs import name_some
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 
 
 def generate(
@@ -91,7 +91,7 @@ def generate(
     """
     check_argument(model, TypeModel, "model", "a model of train_type or load_model")
     if costs not in [*Costs]:
-        raise OptionError(f"costs is {shown(costs)}, give one of {', '.join(Costs)}")
+        raise OptionError(f"costs is {short_repr(costs)}, give one of {', '.join(Costs)}")
     return generate_buildings(
         model,
         count,
@@ -121,7 +121,7 @@ def _take_floor(floor: Floor | nx.Graph | None, model: TypeModel) -> TypeFloor |
     if floor is None:
         return None
     graph = floor.graph() if isinstance(floor, Floor) else floor
-    name = f"floor {shown(graph.graph.get('source', ''))}"
+    name = f"floor {short_repr(graph.graph.get('source', ''))}"
     try:
         known = recognize_areas(graph, model)
     except (GraphError, LabelError) as error:

@@ -12,7 +12,7 @@ from pianta.floor import Floor
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.mixing import find_mixing
 from pianta.generation.type_model import TypeModel, learn_type
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.labels import SCHEMAS, LabelSchema
 
 
@@ -67,7 +67,7 @@ def train_type(
     >>> model.save("school.json")  # doctest: +SKIP
     """
     if areas not in [*Segmentation]:
-        raise OptionError(f"areas is {shown(areas)}, give one of {', '.join(Segmentation)}")
+        raise OptionError(f"areas is {short_repr(areas)}, give one of {', '.join(Segmentation)}")
     if seed < 0:
         raise OptionError(f"seed is {seed}, give 0 or more")
     floors = list(floors)
@@ -93,7 +93,7 @@ def choose_schema(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = 
     untyped = [floor.source for floor in floors if not floor.given_type]
     if untyped:
         others = f", nor do {len(untyped) - 1} more" if len(untyped) > 1 else ""
-        raise ModelError(f"{shown(untyped[0])} does not tell its building type{others}; give it by building_type=")
+        raise ModelError(f"{short_repr(untyped[0])} does not tell its building type{others}; give it by building_type=")
     kinds = sorted({floor.given_type for floor in floors if floor.given_type})
     if not kinds:
         raise ModelError("no floor tells the type of the buildings, give the schema of their labels")
@@ -101,5 +101,5 @@ def choose_schema(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = 
         raise ModelError(f"the buildings are of types {', '.join(kinds)}, and a model is of one; give those of one")
     if kinds[0] not in schemas:
         names = ", ".join(schemas)
-        raise LabelError(f"there is no schema of building type {shown(kinds[0])}, give one by schema=, or {names}")
+        raise LabelError(f"there is no schema of building type {short_repr(kinds[0])}, give one by schema=, or {names}")
     return schemas[kinds[0]]

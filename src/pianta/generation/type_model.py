@@ -26,8 +26,8 @@ from pianta.graphs.centrality import drop_isolated
 from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
 from pianta.io._faults import join_faults
-from pianta.io._files import shown
-from pianta.labels import LabelSchema, Split, standard_name
+from pianta.io._files import short_repr
+from pianta.labels import LabelConvention, LabelSchema, standard_name
 
 Counts: TypeAlias = NDArray[np.int64]
 
@@ -204,7 +204,7 @@ def learn_type(
         try:
             prepared.append(prepare_room_graph(graph, schema))
         except (GraphError, LabelError) as error:
-            faults.append(f"floor {shown(graph.graph.get('source') or number)}: {error}")
+            faults.append(f"floor {short_repr(graph.graph.get('source') or number)}: {error}")
     if faults:
         raise ModelError(join_faults(faults))
     if len(prepared) < LEAST_FLOORS:
@@ -297,5 +297,5 @@ def count_labels(graphs: Iterable[nx.Graph], schema: LabelSchema) -> Counts:
 
 
 def _cut(graph: nx.Graph, schema: LabelSchema, segmentation: Segmentation) -> tuple[Area, ...]:
-    corridors = find_corridors(graph, schema, split=Split.GRAPHS)
+    corridors = find_corridors(graph, schema, convention=LabelConvention.GRAPHS)
     return find_functional_areas(graph, corridors, segmentation=segmentation)

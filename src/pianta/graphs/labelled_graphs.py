@@ -16,7 +16,7 @@ from pianta.graphs.centrality import distances, to_arrays
 from pianta.graphs.shortest_paths import Adjacency
 from pianta.graphs.stable_hash import Codes, hash_name
 from pianta.io._faults import join_faults
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 
 # Nodes or edges that a fault names; a graph without any labels is said in few words.
 MAX_NAMED = 5
@@ -76,7 +76,7 @@ def read_labelled_graphs(
 
 def name_some(items: Sequence[object]) -> str:
     """The first few of nodes or edges, for a message."""
-    return ", ".join(map(shown, items[:MAX_NAMED])) + (", …" if len(items) > MAX_NAMED else "")
+    return ", ".join(map(short_repr, items[:MAX_NAMED])) + (", …" if len(items) > MAX_NAMED else "")
 
 
 def _find_faults(graph: object, number: int, node_label: str | None, edge_label: str | None) -> list[str]:

@@ -16,7 +16,7 @@ from pianta.graphs.centrality import (
     measure_eigenvector,
     measure_katz,
 )
-from pianta.labels import RC, LabelSchema, LabelSet, Split
+from pianta.labels import RC, LabelConvention, LabelSchema, LabelSet
 
 CENTRALITIES: MappingProxyType[str, Callable[[nx.Graph], Centrality]] = MappingProxyType(
     {
@@ -70,12 +70,14 @@ def measure_assortativity(graph: nx.Graph) -> float | None:
     return float(np.corrcoef(both.T)[0, 1])
 
 
-def find_corridors(graph: nx.Graph, schema: LabelSchema, *, split: Split = Split.GRAPHS) -> frozenset[Hashable]:
+def find_corridors(
+    graph: nx.Graph, schema: LabelSchema, *, convention: LabelConvention = LabelConvention.GRAPHS
+) -> frozenset[Hashable]:
     """The nodes of a floor's graph whose label is a CORRIDOR.
 
     Raises LabelError that lists the labels that the schema does not have.
     """
-    kinds = schema.map_labels((label for _, label in graph.nodes(data="label")), LabelSet.R_C, split=split)
+    kinds = schema.map_labels((label for _, label in graph.nodes(data="label")), LabelSet.R_C, convention=convention)
     return frozenset(node for node, kind in zip(graph, kinds, strict=True) if kind == RC.CORRIDOR)
 
 

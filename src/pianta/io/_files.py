@@ -23,18 +23,18 @@ _REPR = Repr()
 _REPR.maxstring = _REPR.maxother = 300
 
 
-def shown(value: object) -> str:
+def short_repr(value: object) -> str:
     """A value as messages show it: quoted, on one line, not endless."""
     return _REPR.repr(str(value) if isinstance(value, Path) else value)
 
 
-def reason_of(exception: BaseException) -> str:
+def one_line_reason(exception: BaseException) -> str:
     """Why something failed, on one line: what the operating system says, the message, or the exception's name."""
     text = getattr(exception, "strerror", None) or str(exception) or type(exception).__name__
     return " ".join(str(text).split())[:300]
 
 
-def checked_input(path: str | Path, what: str, error: type[PiantaError], *, folder: Path | None = None) -> Path:
+def check_input_file(path: str | Path, what: str, error: type[PiantaError], *, folder: Path | None = None) -> Path:
     """Path of a regular file that exists, has content and may be read.
 
     what: the noun by which messages call the file, such as "map".
@@ -43,12 +43,12 @@ def checked_input(path: str | Path, what: str, error: type[PiantaError], *, fold
     Raises error, in one line, for a web address, a missing, empty or unreadable file, a folder and a device.
     """
     if _ADDRESS.match(str(path)):
-        raise error(f"{what} {shown(path)} is an address, download it first and give the file")
+        raise error(f"{what} {short_repr(path)} is an address, download it first and give the file")
     expanded = Path(path).expanduser() if str(path).startswith("~/") else Path(path)
     file = expanded if folder is None else folder / path
     fault = _fault_of_input(file)
     if fault:
-        raise error(f"{what} {shown(file)} {fault}")
+        raise error(f"{what} {short_repr(file)} {fault}")
     return file
 
 
@@ -58,7 +58,7 @@ def _fault_of_input(file: Path) -> str | None:
     except (FileNotFoundError, NotADirectoryError):
         return "does not exist, check the path"
     except (OSError, ValueError) as exception:
-        return f"cannot be opened: {reason_of(exception)}"
+        return f"cannot be opened: {one_line_reason(exception)}"
     if stat.S_ISDIR(status.st_mode):
         return "is a folder, give a file"
     if not stat.S_ISREG(status.st_mode):
@@ -78,8 +78,14 @@ def check_cell_count(sizes: Sequence[int], what: str, *, max_cells: int) -> None
         raise MapError(f"{what} has {size} cells, the limit is {max_cells}; lift it with max_cells=")
 
 
+def check_byte_count(count: int, error: type[PiantaError], *, max_bytes: int) -> None:
+    """Raise error for a file of more than max_bytes; the message follows the name of the file."""
+    if count > max_bytes:
+        raise error(f"it has {count} bytes, the limit is {max_bytes}; give a smaller file")
+
+
 @contextmanager
-def written_atomically(path: str | Path) -> Iterator[Path]:
+def atomic_file(path: str | Path) -> Iterator[Path]:
     """Temporary path, in the folder and with the suffix of `path`, that becomes `path` when the block succeeds.
 
     When the block fails, even by KeyboardInterrupt, `path` stays as it was and the temporary file goes away.
@@ -91,11 +97,16 @@ def written_atomically(path: str | Path) -> Iterator[Path]:
     temporary = path.parent / f".pianta-{token_hex(8)}{path.suffix}"
     try:
         if path.is_dir():
-            raise PiantaError(f"cannot write {shown(path)}: it is a folder, give the name of a file")
+            raise PiantaError(f"cannot write {short_repr(path)}: it is a folder, give the name of a file")
         yield temporary
         temporary.replace(path)
     except OSError as exception:
-        raise PiantaError(f"cannot write {shown(path)}: {reason_of(exception)}") from exception
+        raise PiantaError(f"cannot write {short_repr(path)}: {one_line_reason(exception)}") from exception
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+def count_noun(number: int, noun: str) -> str:
+    """A number with its noun: "1 room", "2 rooms"."""
+    return f"{number} {noun}{'s' * (number != 1)}"

@@ -10,7 +10,7 @@ from secrets import token_hex
 from shutil import rmtree
 
 from pianta.errors import OptionError, PiantaError
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 
 # Older outputs that a message names.
 MAX_LISTED = 3
@@ -25,15 +25,17 @@ def check_output_folder(folder: Path) -> None:
         # The root always exists, and so does "." of a relative path.
         existing = next(path for path in (folder, *folder.parents) if path.exists())
     except (OSError, ValueError) as exception:
-        raise OptionError(f"output folder {shown(folder)} cannot be used: {reason_of(exception)}") from None
+        raise OptionError(f"output folder {short_repr(folder)} cannot be used: {one_line_reason(exception)}") from None
     if not existing.is_dir():
-        raise OptionError(f"output folder {shown(folder)}: {shown(existing)} is a file, give another folder")
+        raise OptionError(f"output folder {short_repr(folder)}: {short_repr(existing)} is a file, give another folder")
     if not os.access(existing, os.W_OK | os.X_OK):
-        raise OptionError(f"output folder {shown(folder)}: {shown(existing)} may not be written, check its permissions")
+        raise OptionError(
+            f"output folder {short_repr(folder)}: {short_repr(existing)} may not be written, check its permissions"
+        )
 
 
 @contextmanager
-def written_together(folder: Path) -> Iterator[Path]:
+def atomic_folder(folder: Path) -> Iterator[Path]:
     """Temporary folder whose files move into `folder` when the block succeeds, over older files of the same names.
 
     When the block fails, even by KeyboardInterrupt, `folder` stays as it was; if there was none, there is none.
@@ -48,11 +50,11 @@ def written_together(folder: Path) -> Iterator[Path]:
         moves = {file: folder / file.name for file in sorted(temporary.iterdir())}
         for target in moves.values():
             if target.is_dir():
-                raise PiantaError(f"cannot write {shown(target)}: it is a folder, give another output folder")
+                raise PiantaError(f"cannot write {short_repr(target)}: it is a folder, give another output folder")
         for file, target in moves.items():
             file.replace(target)
     except OSError as exception:
-        raise PiantaError(f"cannot write into {shown(folder)}: {reason_of(exception)}") from exception
+        raise PiantaError(f"cannot write into {short_repr(folder)}: {one_line_reason(exception)}") from exception
     finally:
         rmtree(temporary, ignore_errors=True)
         for path in made:
@@ -68,4 +70,4 @@ def check_leftovers(out: Path, names: Sequence[str], *, stem: str) -> None:
     found = {file.stem for file in out.glob(f"{stem}-*.*")} - set(names) if out.is_dir() else set()
     if found:
         listed = ", ".join(sorted(found)[:MAX_LISTED]) + (", …" if len(found) > MAX_LISTED else "")
-        raise OptionError(f"folder {shown(out)} has other {stem}s, {listed}; remove them or give another folder")
+        raise OptionError(f"folder {short_repr(out)} has other {stem}s, {listed}; remove them or give another folder")

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import ParseError
 from defusedxml import DefusedXmlException, ElementTree
 
 from pianta.errors import BuildingError
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -19,7 +19,7 @@ MAX_FILE_BYTES = 16 * 2**20
 
 
 def parse_xml(file: Path) -> Element:
-    """The root element of a building that exists, as of checked_input.
+    """The root element of a building that exists, as of check_input_file.
 
     Raises BuildingError, in one line, for a file that is too large, no XML, or declares a document type or entities.
     """
@@ -27,9 +27,9 @@ def parse_xml(file: Path) -> Element:
     try:
         root: Element = ElementTree.parse(file, forbid_dtd=True).getroot()
     except DefusedXmlException:
-        raise BuildingError(f"building {shown(file)} declares a document type or entities, remove them") from None
+        raise BuildingError(f"building {short_repr(file)} declares a document type or entities, remove them") from None
     except (ParseError, ValueError, LookupError, OSError) as exception:
-        told = f"building {shown(file)} is no XML: {reason_of(exception)}"
+        told = f"building {short_repr(file)} is no XML: {one_line_reason(exception)}"
         raise BuildingError(f"{told}; give a drawn building, `pianta read` reads maps") from None
     return root
 
@@ -38,7 +38,7 @@ def check_file_size(file: Path) -> None:
     """Raises BuildingError, in one line, for a file that has more bytes than any drawing of a building."""
     if file.stat().st_size > MAX_FILE_BYTES:
         raise BuildingError(
-            f"building {shown(file)} has more than {MAX_FILE_BYTES} bytes, too many for a building, give one floor"
+            f"building {short_repr(file)} has more than {MAX_FILE_BYTES} bytes, too many for a building, give one floor"
         )
 
 

@@ -8,7 +8,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pianta.errors import OptionError
 from pianta.floor import Floor
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 
 if TYPE_CHECKING:
     from geopandas import GeoDataFrame
@@ -24,7 +24,7 @@ LAYERS = {
 def floor_to_geodataframe(floor: Floor, layer: str) -> GeoDataFrame:
     """A layer of a floor as a GeoDataFrame; see `Floor.to_geodataframe`."""
     if layer not in tuple(LAYERS):
-        raise OptionError(f"layer is {shown(layer)}, give one of {', '.join(LAYERS)}")
+        raise OptionError(f"layer is {short_repr(layer)}, give one of {', '.join(LAYERS)}")
     try:
         from geopandas import GeoDataFrame
     except ImportError:

@@ -21,8 +21,9 @@ import numpy as np
 from defusedxml import DefusedXmlException, ElementTree
 
 from pianta.errors import FloorError
+from pianta.io._checked import read_checked, save_checked
 from pianta.io._faults import join_faults
-from pianta.io._files import checked_input, reason_of, shown, written_atomically
+from pianta.io._files import check_byte_count, one_line_reason, short_repr
 from pianta.io._xml import MAX_FILE_BYTES
 
 NAMESPACE = "http://graphml.graphdrawing.org/xmlns"
@@ -44,13 +45,7 @@ def save_graphml(graph: nx.Graph, path: str | Path) -> None:
     Raises FloorError, with every fault in one message, for other graphs, ids and attributes and for characters that XML
     does not have; PiantaError when the file cannot be written.
     """
-    try:
-        content = _dump_graph(graph)
-        _check_size(len(content))
-    except FloorError as exception:
-        raise FloorError(f"cannot save the graph as {shown(path)}: {exception}") from exception
-    with written_atomically(path) as temporary:
-        temporary.write_bytes(content)
+    save_checked(path, "graph", FloorError, lambda: _dump_graph(graph))
 
 
 def read_graphml(path: str | Path) -> nx.Graph:
@@ -63,17 +58,7 @@ def read_graphml(path: str | Path) -> nx.Graph:
     Raises FloorError, with every fault in one message, for a file that holds no such graph, more than one, or groups of
     nodes, that is larger than 16 MiB, or that declares entities.
     """
-    file = checked_input(path, "graph", FloorError)
-    try:
-        _check_size(file.stat().st_size)
-        return _parse_graph(file.read_bytes())
-    except (FloorError, OSError) as exception:
-        raise FloorError(f"cannot read the graph {shown(file)}: {exception}") from exception
-
-
-def _check_size(size: int) -> None:
-    if size > MAX_FILE_BYTES:
-        raise FloorError(f"it has {size} bytes, the limit is {MAX_FILE_BYTES}; give one floor")
+    return read_checked(path, "graph", FloorError, _parse_graph, max_bytes=MAX_FILE_BYTES)
 
 
 def _dump_graph(graph: nx.Graph) -> bytes:
@@ -86,10 +71,10 @@ def _dump_graph(graph: nx.Graph) -> bytes:
     ids = _texts_of_ids(graph, faults)
     for node, attributes in graph.nodes(data=True):
         element = SubElement(body, "node", id=ids[node])
-        keys.add_attributes(element, "node", attributes, f"node {shown(node)}")
+        keys.add_attributes(element, "node", attributes, f"node {short_repr(node)}")
     for source, target, attributes in graph.edges(data=True):
         element = SubElement(body, "edge", source=ids[source], target=ids[target])
-        keys.add_attributes(element, "edge", attributes, f"edge {shown(source)} to {shown(target)}")
+        keys.add_attributes(element, "edge", attributes, f"edge {short_repr(source)} to {short_repr(target)}")
     if faults:
         raise FloorError(join_faults(faults))
     root = Element("graphml", xmlns=NAMESPACE)
@@ -99,19 +84,21 @@ def _dump_graph(graph: nx.Graph) -> bytes:
     indent(root)
     content: bytes = tostring(root, encoding="utf-8", xml_declaration=True)
     # ElementTree leaves carriage returns in texts as they are, and parsers make line feeds of them.
-    return content.replace(b"\r", b"&#13;") + b"\n"
+    content = content.replace(b"\r", b"&#13;") + b"\n"
+    check_byte_count(len(content), FloorError, max_bytes=MAX_FILE_BYTES)
+    return content
 
 
 def _texts_of_ids(nodes: Iterable[Hashable], faults: list[str]) -> dict[Hashable, str]:
     texts = {node: str(node) for node in nodes}
     strange = [node for node in texts if isinstance(node, bool) or not isinstance(node, str | int | np.integer)]
     faults += [
-        f"node {shown(node)} is neither text nor an integer, rename it (networkx.convert_node_labels_to_integers)"
+        f"node {short_repr(node)} is neither text nor an integer, rename it (networkx.convert_node_labels_to_integers)"
         for node in strange
     ]
-    faults += [f"{count} nodes are {shown(text)} as text, rename one" for text, count in _repeated(texts.values())]
+    faults += [f"{count} nodes are {short_repr(text)} as text, rename one" for text, count in _repeated(texts.values())]
     faults += [
-        fault for node, text in texts.items() for fault in _faults_of_text(text, f"the id of node {shown(node)}")
+        fault for node, text in texts.items() for fault in _faults_of_text(text, f"the id of node {short_repr(node)}")
     ]
     return texts
 
@@ -122,7 +109,7 @@ def _repeated(names: Iterable[str]) -> list[tuple[str, int]]:
 
 def _faults_of_text(text: str, what: str) -> list[str]:
     found = _NOT_IN_XML.search(text)
-    return [f"{what} has the character {shown(found[0])}, which XML does not have, leave it out"] if found else []
+    return [f"{what} has the character {short_repr(found[0])}, which XML does not have, leave it out"] if found else []
 
 
 @dataclass
@@ -135,7 +122,7 @@ class _KeysByType:
     def add_attributes(self, element: Element, scope: str, attributes: Mapping[Hashable, object], what: str) -> None:
         """Give an element its attributes as data; what: the noun by which faults call it."""
         for name, value in attributes.items():
-            place = f"attribute {shown(name)} of {what}"
+            place = f"attribute {short_repr(name)} of {what}"
             if not isinstance(name, str):
                 self.faults.append(f"{place} has a name that is no text, rename it")
             elif value is not None:
@@ -145,7 +132,7 @@ class _KeysByType:
         try:
             type_name, text = _describe_value(value)
         except (ValueError, TypeError, RecursionError) as exception:
-            self.faults.append(f"{place} {reason_of(exception)}")
+            self.faults.append(f"{place} {one_line_reason(exception)}")
             return
         self.faults += _faults_of_text(name, f"the name of {place}") + _faults_of_text(text, place)
         # Not d0, d1, …: Gephi takes d3 for the label, as yEd once had it.
@@ -173,7 +160,7 @@ def _describe_value(value: object) -> tuple[str, str]:
             try:
                 return "string", json.dumps(parts, allow_nan=False, ensure_ascii=False)
             except (ValueError, TypeError, RecursionError) as exception:
-                raise ValueError(f"has no JSON text: {reason_of(exception)}") from None
+                raise ValueError(f"has no JSON text: {one_line_reason(exception)}") from None
         case other:
             raise TypeError(f"is of type {type(other).__name__}, give text, a number or a boolean")
 
@@ -198,21 +185,21 @@ def _parse_xml(content: bytes) -> Element:
     except DefusedXmlException:
         raise FloorError("it declares a document type or entities, remove them") from None
     except (ParseError, ValueError, LookupError) as exception:
-        raise FloorError(f"it is no XML: {reason_of(exception)}") from None
+        raise FloorError(f"it is no XML: {one_line_reason(exception)}") from None
     return root
 
 
 def _find_graph(root: Element) -> Element:
     tag = root.tag.rpartition("}")[2]
     if tag != "graphml":
-        raise FloorError(f"it is XML of another kind (its root is {shown(tag)}), give GraphML")
+        raise FloorError(f"it is XML of another kind (its root is {short_repr(tag)}), give GraphML")
     graphs = root.findall("{*}graph")
     if len(graphs) != 1:
         raise FloorError(f"it has {len(graphs)} graphs, give one")
     (body,) = graphs
     edges = body.get("edgedefault", "undirected")
     if edges != "undirected":
-        raise FloorError(f"its edges are {shown(edges)}, give an undirected graph")
+        raise FloorError(f"its edges are {short_repr(edges)}, give an undirected graph")
     if body.find("{*}hyperedge") is not None:
         raise FloorError("it has edges of many ends (hyperedge), give edges of two")
     if body.find("{*}node/{*}graph") is not None:
@@ -259,16 +246,16 @@ def _parse_value(key: _Key, text: str, what: str, faults: list[str]) -> _Value:
     try:
         return _PARSERS[key.type_name](text)
     except (ValueError, KeyError):
-        faults.append(f"attribute {shown(key.name)} of {what} is {shown(text)}, which is no {key.type_name}")
+        faults.append(f"attribute {short_repr(key.name)} of {what} is {short_repr(text)}, which is no {key.type_name}")
         return ""
 
 
 def _read_keys(root: Element, faults: list[str]) -> dict[str, _Key]:
     elements = root.findall("{*}key")
     ids = [element.get("id", "") for element in elements]
-    faults += [f"key {shown(key)} is declared {count} times" for key, count in _repeated(ids)]
+    faults += [f"key {short_repr(key)} is declared {count} times" for key, count in _repeated(ids)]
     return {
-        key_id: _read_key(element, f"key {shown(key_id)}", faults)
+        key_id: _read_key(element, f"key {short_repr(key_id)}", faults)
         for key_id, element in zip(ids, elements, strict=True)
     }
 
@@ -276,7 +263,7 @@ def _read_keys(root: Element, faults: list[str]) -> dict[str, _Key]:
 def _read_key(element: Element, what: str, faults: list[str]) -> _Key:
     name, type_name = element.get("attr.name"), element.get("attr.type", "string")
     if name is not None and type_name not in _PARSERS:
-        faults.append(f"{what} has type {shown(type_name)}, give one of {', '.join(_PARSERS)}")
+        faults.append(f"{what} has type {short_repr(type_name)}, give one of {', '.join(_PARSERS)}")
         type_name = "string"
     key = _Key(element.get("for", "all"), name, type_name)
     default = element.find("{*}default")
@@ -293,9 +280,9 @@ def _read_attributes(
     for data in element.iterfind("{*}data"):
         key = keys.get(data.get("key", ""))
         if key is None:
-            faults.append(f"{what} has data of key {shown(data.get('key'))}, which is not declared")
+            faults.append(f"{what} has data of key {short_repr(data.get('key'))}, which is not declared")
         elif key.name in attributes:
-            faults.append(f"{what} has attribute {shown(key.name)} twice")
+            faults.append(f"{what} has attribute {short_repr(key.name)} twice")
         elif key.name is not None and not len(data):
             attributes[key.name] = _parse_value(key, data.text or "", what, faults)
     for key in keys.values():
@@ -310,21 +297,21 @@ def _read_attributes(
 def _read_nodes(body: Element, graph: nx.Graph, keys: Mapping[str, _Key], faults: list[str]) -> None:
     elements = body.findall("{*}node")
     texts = [element.get("id", "") for element in elements]
-    faults += [f"{count} nodes have the id {shown(text)}, rename them" for text, count in _repeated(texts)]
+    faults += [f"{count} nodes have the id {short_repr(text)}, rename them" for text, count in _repeated(texts)]
     faults += ["a node has no id, give it one" for element in elements if element.get("id") is None][:1]
     id_of = int if all(map(_INTEGER_ID.fullmatch, texts)) else str
     for text, element in zip(texts, elements, strict=True):
         graph.add_node(id_of(text))
-        graph.nodes[id_of(text)].update(_read_attributes(element, "node", keys, f"node {shown(text)}", faults))
+        graph.nodes[id_of(text)].update(_read_attributes(element, "node", keys, f"node {short_repr(text)}", faults))
 
 
 def _read_edges(body: Element, graph: nx.Graph, keys: Mapping[str, _Key], faults: list[str]) -> None:
     nodes = {str(node): node for node in graph}
     for element in body.iterfind("{*}edge"):
         source, target = (element.get(end, "") for end in ("source", "target"))
-        what = f"edge {shown(source)} to {shown(target)}"
+        what = f"edge {short_repr(source)} to {short_repr(target)}"
         missing = sorted({source, target} - nodes.keys())
-        faults += [f"{what} leads to node {shown(end)}, which does not exist" for end in missing]
+        faults += [f"{what} leads to node {short_repr(end)}, which does not exist" for end in missing]
         if element.get("directed", "false") != "false":
             faults.append(f"{what} is directed, give an undirected graph")
         if missing:

@@ -17,7 +17,7 @@ from PIL import Image, ImageOps, UnidentifiedImageError
 
 from pianta.errors import MapError
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.io._files import MAX_CELLS, check_cell_count, checked_input, reason_of, shown
+from pianta.io._files import MAX_CELLS, check_cell_count, check_input_file, one_line_reason, short_repr
 
 IMAGE_SUFFIXES = (".png", ".pgm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff", ".pbm", ".ppm", ".pnm")
 PICTURE_SUFFIXES = (*IMAGE_SUFFIXES, ".gif", ".webp")
@@ -139,8 +139,8 @@ def _lay_on_paper(image: Image.Image) -> NDArray[np.uint8]:
 def _decode_file(
     path: Source, decode: Callable[[Image.Image], Pixels], max_cells: int, *, formats: tuple[str, ...] = _FORMATS
 ) -> Pixels:
-    file = checked_input(path_of(path), "image", MapError)
-    name = f"image {shown(file)}"
+    file = check_input_file(path_of(path), "image", MapError)
+    name = f"image {short_repr(file)}"
     try:
         with _pillow_without_limits(), _opened(path, file, formats) as image:
             check_cell_count(image.size, name, max_cells=max_cells)
@@ -153,7 +153,7 @@ def _decode_file(
         raise MapError(f"{name} is no image, give a {kinds} or {formats[-1]}") from None
     # Pillow's plug-ins raise whatever a hostile file drives them to.
     except Exception as exception:
-        raise MapError(f"{name} is damaged, save it again: {reason_of(exception)}") from exception
+        raise MapError(f"{name} is damaged, save it again: {one_line_reason(exception)}") from exception
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pianta.errors import MapError
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.io._files import MAX_CELLS, check_cell_count, checked_input, reason_of, shown, written_atomically
+from pianta.io._files import MAX_CELLS, atomic_file, check_cell_count, check_input_file, one_line_reason, short_repr
 from pianta.io.images import IMAGE_SUFFIXES, Source, path_of, read_image_map
 from pianta.io.ros_maps import YAML_SUFFIXES, read_ros_map, save_ros_map
 
@@ -69,16 +69,16 @@ def read_map(
     >>> grid.shape, grid.resolution
     ((334, 646), 0.05)
     """
-    file = checked_input(path_of(path), "map", MapError)
+    file = check_input_file(path_of(path), "map", MapError)
     suffix = file.suffix.lower()
     if suffix not in MAP_SUFFIXES:
-        raise MapError(f"map {shown(file)} is of no known kind, give one of {', '.join(MAP_SUFFIXES)}")
+        raise MapError(f"map {short_repr(file)} is of no known kind, give one of {', '.join(MAP_SUFFIXES)}")
     if suffix in IMAGE_SUFFIXES:
         if resolution is None:
             raise MapError(_describe_missing_resolution(file))
         return read_image_map(path, resolution=resolution, origin=origin or (0.0, 0.0, 0.0), max_cells=max_cells)
     if resolution is not None or origin is not None:
-        raise MapError(f"map {shown(file)} has its own resolution and origin, leave out resolution= and origin=")
+        raise MapError(f"map {short_repr(file)} has its own resolution and origin, leave out resolution= and origin=")
     if suffix == NPZ_SUFFIX:
         return read_npz_map(file, max_cells=max_cells)
     return read_ros_map(file, trust_thresholds=trust_thresholds, max_cells=max_cells)
@@ -86,8 +86,11 @@ def read_map(
 
 def _describe_missing_resolution(image: Path) -> str:
     beside = (image.with_suffix(suffix) for suffix in YAML_SUFFIXES)
-    remedy = next((f"{shown(file)}, which lies beside it" for file in beside if file.is_file()), "its map.yaml")
-    return f"map {shown(image)} is an image without a resolution, give {remedy}, or the metres per cell by resolution="
+    remedy = next((f"{short_repr(file)}, which lies beside it" for file in beside if file.is_file()), "its map.yaml")
+    return (
+        f"map {short_repr(image)} is an image without a resolution, give {remedy}, "
+        "or the metres per cell by resolution="
+    )
 
 
 def read_npz_map(path: str | Path, *, max_cells: int = MAX_CELLS) -> GridMap:
@@ -97,12 +100,14 @@ def read_npz_map(path: str | Path, *, max_cells: int = MAX_CELLS) -> GridMap:
 
     Raises MapError, with every fault in one message.
     """
-    file = checked_input(path, "map", MapError)
+    file = check_input_file(path, "map", MapError)
     try:
         arrays, faults = _read_arrays(file, max_cells)
     # zipfile, zlib and numpy raise whatever a hostile file drives them to.
     except Exception as exception:
-        raise MapError(f"map {shown(file)} is no NumPy archive or damaged: {reason_of(exception)}") from exception
+        raise MapError(
+            f"map {short_repr(file)} is no NumPy archive or damaged: {one_line_reason(exception)}"
+        ) from exception
     # Harmless stand-ins for what could not be read, so that GridMap finds the faults of the rest.
     cells = arrays.get("cells", np.zeros((1, 1), np.int8))
     resolution = arrays.get("resolution", np.ones(1)).item()
@@ -112,7 +117,7 @@ def read_npz_map(path: str | Path, *, max_cells: int = MAX_CELLS) -> GridMap:
     except MapError as error:
         faults.append(str(error).removeprefix("not a map: "))
     if faults:
-        raise MapError(f"map {shown(file)}: " + "; ".join(faults))
+        raise MapError(f"map {short_repr(file)}: " + "; ".join(faults))
     return grid
 
 
@@ -140,7 +145,7 @@ def _check_member(archive: zipfile.ZipFile, key: str, count: int | None, max_cel
         shape, _, dtype = read_header(stream)
     check_cell_count(shape, f"array {key}", max_cells=max_cells)
     if dtype.kind not in "iuf":
-        raise MapError(f"{key} is of type {shown(str(dtype))}, give numbers")
+        raise MapError(f"{key} is of type {short_repr(str(dtype))}, give numbers")
     if count is not None and prod(shape) != count:
         raise MapError(f"{key} holds {prod(shape)} numbers, give {count}")
 
@@ -156,7 +161,7 @@ def save_map(grid: GridMap, path: str | Path) -> None:
     elif suffix in YAML_SUFFIXES:
         save_ros_map(grid, path, mode="trinary" if is_trinary(grid) else "scale")
     else:
-        raise MapError(f"the map cannot be saved as {shown(path)}, give .yaml or .npz")
+        raise MapError(f"the map cannot be saved as {short_repr(path)}, give .yaml or .npz")
 
 
 def is_trinary(grid: GridMap) -> bool:
@@ -170,6 +175,6 @@ def save_npz_map(grid: GridMap, path: str | Path) -> None:
     Raises MapError when the path does not end in .npz and PiantaError when it cannot be written.
     """
     if Path(path).suffix.lower() != NPZ_SUFFIX:
-        raise MapError(f"the map cannot be saved: the path is {shown(path)}, give one that ends in .npz")
-    with written_atomically(path) as temporary, temporary.open("wb") as stream:
+        raise MapError(f"the map cannot be saved: the path is {short_repr(path)}, give one that ends in .npz")
+    with atomic_file(path) as temporary, temporary.open("wb") as stream:
         np.savez_compressed(stream, cells=grid.cells, resolution=grid.resolution, origin=grid.origin)

@@ -18,7 +18,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat,
 
 from pianta.errors import MapError, MapWarning
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.io._files import MAX_CELLS, checked_input, reason_of, shown, written_atomically
+from pianta.io._files import MAX_CELLS, atomic_file, check_input_file, one_line_reason, short_repr
 from pianta.io.images import read_grey
 
 Mode = Literal["trinary", "scale", "raw"]
@@ -80,9 +80,11 @@ def read_ros_map(path: str | Path, *, trust_thresholds: bool = False, max_cells:
 
     Raises MapError, with every fault of the YAML in one message, when the YAML or its image cannot be used.
     """
-    file = checked_input(path, "map", MapError)
+    file = check_input_file(path, "map", MapError)
     description = _read_map_yaml(file)
-    image = checked_input(description.image, f"map {shown(file)}: its image", MapError, folder=file.parent.absolute())
+    image = check_input_file(
+        description.image, f"map {short_repr(file)}: its image", MapError, folder=file.parent.absolute()
+    )
     grey, transparent = read_grey(image, max_cells=max_cells)
     cells = _cells_of_greys(description)[grey]
     if transparent is not None and description.mode != "raw":
@@ -96,14 +98,14 @@ def read_ros_map(path: str | Path, *, trust_thresholds: bool = False, max_cells:
 
 
 def _read_map_yaml(file: Path) -> _MapYaml:
-    name = f"map {shown(file)}"
+    name = f"map {short_repr(file)}"
     if file.stat().st_size > MAX_YAML_BYTES:
         raise MapError(f"{name} has more than {MAX_YAML_BYTES} bytes, give the map.yaml that names the image")
     try:
         # yaml-cpp lets a tab separate, PyYAML does not.
         keys = _PlainLoader(file.read_bytes().replace(b"\t", b" ")).get_data()
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError, OSError) as exception:
-        raise MapError(f"{name} is no YAML: {reason_of(exception)}") from None
+        raise MapError(f"{name} is no YAML: {one_line_reason(exception)}") from None
     if not isinstance(keys, dict):
         raise MapError(f"{name} is no map.yaml, it has no keys; give one with image, resolution, origin …")
     try:
@@ -114,7 +116,7 @@ def _read_map_yaml(file: Path) -> _MapYaml:
 
 
 def _describe_fault(key: str, keys: dict[str, Any]) -> str:
-    state = f"is {shown(keys[key])}" if key in keys else "is missing"
+    state = f"is {short_repr(keys[key])}" if key in keys else "is missing"
     return f"{key} {state}, give {_MapYaml.model_fields[key].description}"
 
 
@@ -154,7 +156,7 @@ def _find_trapped_unknown(
 def _describe_trap(file: Path, description: _MapYaml, trapped: NDArray[np.bool_]) -> str:
     grey = 255 - UNKNOWN_GREY if description.negate else UNKNOWN_GREY
     return (
-        f"map {shown(file)}: free_thresh {description.free_thresh} makes grey {grey} free, which map savers write "
+        f"map {short_repr(file)}: free_thresh {description.free_thresh} makes grey {grey} free, which map savers write "
         f"for unknown; its {np.count_nonzero(trapped)} cells ({trapped.mean():.0%}) are read as unknown, "
         f"keep them free with trust_thresholds=True"
     )
@@ -183,7 +185,7 @@ def save_ros_map(grid: GridMap, path: str | Path, *, mode: Mode = "trinary", ima
         "free_thresh": free_thresh,
     }
     # The inner file takes its place first: a YAML never names an image that is not there.
-    with written_atomically(path) as new_yaml, written_atomically(image_path) as new_image:
+    with atomic_file(path) as new_yaml, atomic_file(image_path) as new_image:
         Image.fromarray(_pixels_of_cells(grid, mode)).save(new_image)
         new_yaml.write_text(yaml.safe_dump(keys, sort_keys=False, default_flow_style=None), encoding="utf-8")
 
@@ -191,11 +193,11 @@ def save_ros_map(grid: GridMap, path: str | Path, *, mode: Mode = "trinary", ima
 def _check_save_options(path: Path, mode: str, image_format: str) -> None:
     faults = []
     if path.suffix.lower() not in YAML_SUFFIXES:
-        faults.append(f"the path is {shown(path)}, give one that ends in .yaml")
+        faults.append(f"the path is {short_repr(path)}, give one that ends in .yaml")
     if mode not in get_args(Mode):
-        faults.append(f"mode is {shown(mode)}, give {', '.join(get_args(Mode))}")
+        faults.append(f"mode is {short_repr(mode)}, give {', '.join(get_args(Mode))}")
     if image_format not in get_args(ImageFormat):
-        faults.append(f"image format is {shown(image_format)}, give {', '.join(get_args(ImageFormat))}")
+        faults.append(f"image format is {short_repr(image_format)}, give {', '.join(get_args(ImageFormat))}")
     elif mode == "scale" and image_format != "png":
         faults.append(f"{image_format} has no transparency for the unknown cells of mode scale, give png")
     if faults:

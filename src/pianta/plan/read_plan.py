@@ -13,7 +13,7 @@ from shapely import unary_union
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
-from pianta.io._files import MAX_CELLS, shown
+from pianta.io._files import MAX_CELLS, short_repr
 from pianta.io.drawings.ifc import read_ifc_plan
 from pianta.io.images import Source, path_of
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
@@ -151,7 +151,7 @@ def read_plan(
     templates = builtin_templates() + (read_symbol_folder(symbols) if symbols else ())
     sheet = open_sheet(source, page=page, max_cells=max_cells)
     if sheet.walls is None and not looks_like_drawing(sheet.colors):
-        raise PlanError(f"plan {shown(path)} looks blank, like noise, like a photo or like text, give a drawing")
+        raise PlanError(f"plan {short_repr(path)} looks blank, like noise, like a photo or like text, give a drawing")
     # Text gives the names and the scale, and would be taken for symbols
     texts = _read_texts(sheet, path) if with_text else sheet.texts or ()
     textless = erase_texts(sheet, texts)
@@ -189,7 +189,7 @@ def _refuse_options(path: str | Path, options: Mapping[str, object]) -> None:
     """Raise OptionError for options of drawings that an IFC has no use for."""
     useless = " and ".join(name for name, value in options.items() if value is not None)
     if useless:
-        raise OptionError(f"plan {shown(path)} is an IFC and no drawing, leave out {useless}")
+        raise OptionError(f"plan {short_repr(path)} is an IFC and no drawing, leave out {useless}")
 
 
 def _read_texts(sheet: Sheet, path: str | Path) -> tuple[PlacedText, ...]:
@@ -197,7 +197,7 @@ def _read_texts(sheet: Sheet, path: str | Path) -> tuple[PlacedText, ...]:
     if sheet.texts is not None:
         return sheet.texts
     if not text_reader_available():
-        message = f"plan {shown(path)} is read without its text, install pianta[plan] to read names"
+        message = f"plan {short_repr(path)} is read without its text, install pianta[plan] to read names"
         warnings.warn(PlanWarning(message), stacklevel=3)
         return ()
     return read_texts(sheet.colors)
@@ -206,9 +206,9 @@ def _read_texts(sheet: Sheet, path: str | Path) -> tuple[PlacedText, ...]:
 def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:
     """Raise PlanError if there is no floor, and warn if there are several."""
     if not floors:
-        raise PlanError(f"plan {shown(path)} shows no rooms, give a plan with walls, or its resolution=")
+        raise PlanError(f"plan {short_repr(path)} shows no rooms, give a plan with walls, or its resolution=")
     if len(floors) > 1:
-        message = f"plan {shown(path)} shows {len(floors)} floors, each is read on its own"
+        message = f"plan {short_repr(path)} shows {len(floors)} floors, each is read on its own"
         warnings.warn(PlanWarning(message), stacklevel=3)
 
 

@@ -18,7 +18,7 @@ from pianta.errors import GraphError, LabelError
 from pianta.generation.type_model import MAX_ROOMS, take_size
 from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
-from pianta.labels import LabelSchema, Split, standard_name
+from pianta.labels import LabelConvention, LabelSchema, standard_name
 
 # Where people come in, in the order of section 8.3.
 STARTS = ("ENTRANCE", "ELEVATOR", "STAIRS")
@@ -79,7 +79,7 @@ def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
         raise LabelError(f"rooms {name_some(unlabelled)} have no label and are not partial, label them")
     named = nx.Graph()
     named.add_nodes_from((node, {"label": label}) for node, label in labels.items() if label is not None)
-    corridors = find_corridors(named, schema, split=Split.GRAPHS)
+    corridors = find_corridors(named, schema, convention=LabelConvention.GRAPHS)
     unknown = {
         node
         for node in joined

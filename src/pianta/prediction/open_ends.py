@@ -21,7 +21,7 @@ from pianta.evaluation.prediction import measure_divergence
 from pianta.generation.functional_areas import Area, Segmentation
 from pianta.generation.type_model import TypeFloor, TypeModel, take_area
 from pianta.graphs.metrics import find_corridors
-from pianta.labels import LabelSchema, Split
+from pianta.labels import LabelConvention, LabelSchema
 from pianta.prediction.explored_part import ExploredPart, explore_by_corridors, read_explored_part
 
 # Width of the kernel over logarithms of the numbers of open corridors and of doors.
@@ -99,7 +99,7 @@ class OpenEnds:
 
     def _explore(self, number: int, floor: TypeFloor) -> None:
         schema = self.model.schema
-        corridors = find_corridors(floor.graph, schema, split=Split.GRAPHS)
+        corridors = find_corridors(floor.graph, schema, convention=LabelConvention.GRAPHS)
         area_of = {node: place for place, area in enumerate(floor.areas) for node in area}
         hubs = [find_hub(floor.graph, area, corridors) for area in floor.areas]
         opened: set[str] = set()

@@ -17,8 +17,8 @@ from pianta.floor import Floor
 from pianta.generation.type_model import TypeModel
 from pianta.graphs.metrics import find_corridors
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
-from pianta.io._files import shown
-from pianta.labels import LabelSchema, Split
+from pianta.io._files import short_repr
+from pianta.labels import LabelConvention, LabelSchema
 from pianta.prediction.explored_part import ExploredPart, read_explored_part
 from pianta.prediction.unexplored_part import FloorSampler, SampledFloor
 
@@ -220,7 +220,7 @@ class Prediction:
         return counts
 
     def _list_corridors(self, graph: nx.Graph) -> set[int]:
-        corridors = find_corridors(graph, self.schema, split=Split.GRAPHS)
+        corridors = find_corridors(graph, self.schema, convention=LabelConvention.GRAPHS)
         return {node for node in graph if node in corridors}
 
     def _tell_end(
@@ -304,7 +304,7 @@ def predict(floor: Floor | nx.Graph, model: TypeModel | FloorSampler, *, count: 
         raise OptionError(f"seed is {seed}, give 0 or more")
     sampler = model if isinstance(model, FloorSampler) else FloorSampler(model)
     if isinstance(floor, Floor):
-        check_model_type(floor.given_type, sampler.model, f"floor {shown(floor.source)}")
+        check_model_type(floor.given_type, sampler.model, f"floor {short_repr(floor.source)}")
     graph = floor.graph() if isinstance(floor, Floor) else floor
     explored = read_explored_part(graph, sampler.model.schema)
     if not explored.open_ends:
@@ -319,8 +319,8 @@ def check_model_type(building_type: str | None, model: TypeModel, name: str) -> 
     Raises ModelError, in one line.
     """
     if building_type is not None and building_type != model.building_type:
-        message = f"{name} is of type {shown(building_type)} and the model of {shown(model.building_type)}"
-        raise ModelError(f"{message}, give a model of type {shown(building_type)}")
+        message = f"{name} is of type {short_repr(building_type)} and the model of {short_repr(model.building_type)}"
+        raise ModelError(f"{message}, give a model of type {short_repr(building_type)}")
 
 
 def share_unseen(sample: SampledFloor, explored: ExploredPart) -> dict[int, list[int]]:

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import networkx as nx
 
-from pianta.io._files import written_atomically
+from pianta.io._files import atomic_file
 from pianta.prediction.prediction import OpenEnd, Prediction, Spread
 from pianta.prediction.unexplored_part import SampledFloor
 from pianta.prediction.whole_floor import WholeFloor
@@ -30,7 +30,7 @@ def save_prediction(
     content = _describe(prediction, building_type)
     if truth is not None:
         content["truth"] = _describe_truth(truth)
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_text(
             json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8"
         )

@@ -22,7 +22,7 @@ from pianta.generation.node_connections import ConnectedBuilding, NodeConnection
 from pianta.generation.type_model import TypeModel, count_labels, take_area, take_size
 from pianta.graphs.graph_hopper import GraphHopper
 from pianta.graphs.metrics import find_corridors
-from pianta.labels import Split
+from pianta.labels import LabelConvention
 from pianta.prediction.explored_part import ExploredPart
 from pianta.prediction.known_areas import AreaPlan, NewArea, plan_areas, segment_known_rooms
 from pianta.prediction.open_ends import DoorExample, OpenEnds, find_hub
@@ -71,7 +71,7 @@ class FloorSampler:
         self.new_areas = [
             NewArea(take_area(floor.graph, area), find_hub(floor.graph, area, corridors), str(cluster))
             for floor in model.floors
-            for corridors in [find_corridors(floor.graph, model.schema, split=Split.GRAPHS)]
+            for corridors in [find_corridors(floor.graph, model.schema, convention=LabelConvention.GRAPHS)]
             for area, cluster in zip(floor.areas, floor.clusters, strict=True)
         ]
         self._firsts = np.cumsum([0, *(len(floor.areas) for floor in model.floors)]).tolist()

@@ -13,7 +13,7 @@ from pianta.errors import OptionError
 from pianta.generation.type_model import prepare_room_graph
 from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
-from pianta.labels import LabelSchema, Split
+from pianta.labels import LabelConvention, LabelSchema
 from pianta.prediction.explored_part import explore_by_corridors
 
 
@@ -61,7 +61,7 @@ def explore_floor(graph: nx.Graph, schema: LabelSchema, *, corridors: int) -> Wh
     if partial := [node for node, is_partial in graph.nodes(data="partial", default=False) if is_partial is True]:
         raise OptionError(f"rooms {name_some(partial)} are partial, so it is no whole floor; predict it as it is")
     prepared = prepare_room_graph(graph, schema)
-    stages = explore_by_corridors(prepared, find_corridors(prepared, schema, split=Split.GRAPHS))
+    stages = explore_by_corridors(prepared, find_corridors(prepared, schema, convention=LabelConvention.GRAPHS))
     if not 1 <= corridors <= len(stages):
         raise OptionError(f"the floor has {len(stages)} corridors, give 1 to {len(stages)} to explore, not {corridors}")
     part = stages[corridors - 1]

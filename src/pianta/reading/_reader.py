@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, get_args
 
 from pianta.errors import MapError, MapWarning, OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.io._files import MAX_CELLS, checked_input, shown
+from pianta.io._files import MAX_CELLS, check_input_file, short_repr
 from pianta.labels import SCHEMAS
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
@@ -21,10 +21,10 @@ from pianta.reading._labelling import Labelling
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 
 if TYPE_CHECKING:
-    from pianta.building_types.model import BuildingModel
+    from pianta.building_types.model import BuildingTypeModel
     from pianta.io.images import DecodedImage
     from pianta.plan.symbols.poses import PlacedSymbol
-    from pianta.rooms.model import PlaceModel
+    from pianta.rooms.model import RoomModel
 
 MAX_LISTED_IDS = 10
 Kind = Literal["map", "plan"]
@@ -43,8 +43,8 @@ class ReadOptions(TypedDict, total=False):
     method: str
     parameters: Parameters | None
     building_type: str | None
-    room_model: PlaceModel | str | Path | None
-    building_model: BuildingModel | str | Path | None
+    room_model: RoomModel | str | Path | None
+    building_model: BuildingTypeModel | str | Path | None
     labels: bool
     previous: Floor | str | Path | None
 
@@ -96,7 +96,7 @@ class Reader:
         # A map or a plan: its rooms, doors and walls (chapter 3)
         storeys = self._open(path)
         if self.previous is not None and len(storeys) > 1:
-            raise OptionError(f"previous= is one floor and plan {shown(path)} shows {len(storeys)}, leave it out")
+            raise OptionError(f"previous= is one floor and plan {short_repr(path)} shows {len(storeys)}, leave it out")
         schemas = self.labelling.schemas if self.labelling else SCHEMAS
         return Reading(Path(path), tuple(self._finish(storey, path) for storey in storeys), schemas)
 
@@ -117,7 +117,7 @@ class Reader:
 
         Without labels, what somebody has said is all that stays.
         """
-        from pianta.rooms.model import keep_given_label
+        from pianta.rooms.model import keep_manual_label
 
         given = self.labelling.building_type if self.labelling else None
         if given is None and self.previous is not None:
@@ -125,7 +125,7 @@ class Reader:
         floor = replace(floor, building_type={given: 1.0} if given else {})
         if self.labelling:
             return self.labelling.label(floor)
-        return replace(floor, rooms=tuple(map(keep_given_label, floor.rooms)))
+        return replace(floor, rooms=tuple(map(keep_manual_label, floor.rooms)))
 
     def _open(self, path: str | Path) -> list[StoreyReading]:
         """The storeys of a file before they are labelled, one of a map."""
@@ -148,7 +148,7 @@ class Reader:
         given = {"page=": self.page, "symbols=": self.symbols}
         useless = " and ".join(name for name, value in given.items() if value is not None)
         if useless:
-            raise OptionError(f"map {shown(path)} is no plan, leave out {useless} or give kind='plan'")
+            raise OptionError(f"map {short_repr(path)} is no plan, leave out {useless} or give kind='plan'")
         grid = read_map(
             image or path,
             resolution=self.resolution,
@@ -158,15 +158,15 @@ class Reader:
         try:
             return StoreyReading(reconstruct(grid, method=self.method, parameters=self.parameters), grid)
         except PiantaError as error:
-            raise type(error)(f"map {shown(path)}: {error}") from error
+            raise type(error)(f"map {short_repr(path)}: {error}") from error
 
     def _read_plan(self, path: str | Path, image: DecodedImage | None) -> list[StoreyReading]:
         from pianta.plan.read_plan import read_plan
 
         if self.trust_thresholds:
-            raise OptionError(f"plan {shown(path)} is no map, leave out trust_thresholds=True or give kind='map'")
+            raise OptionError(f"plan {short_repr(path)} is no map, leave out trust_thresholds=True or give kind='map'")
         if self.parameters is not None:
-            raise OptionError(f"plan {shown(path)} is no map, leave out parameters= or give kind='map'")
+            raise OptionError(f"plan {short_repr(path)} is no map, leave out parameters= or give kind='map'")
         plan = read_plan(
             image or path,
             resolution=self.resolution,
@@ -202,7 +202,7 @@ def _check_options(options: ReadOptions) -> None:
         raise OptionError(f"labels=False makes {' and '.join(useless)} useless, leave either out")
     kind = options.get("kind")
     if kind is not None and kind not in get_args(Kind):
-        raise OptionError(f"kind is {shown(kind)}, give one of {', '.join(get_args(Kind))}, or None")
+        raise OptionError(f"kind is {short_repr(kind)}, give one of {', '.join(get_args(Kind))}, or None")
     resolution = options.get("resolution")
     if resolution is not None and not (isfinite(resolution) and resolution > 0):
         raise OptionError(f"resolution is {resolution}, give positive metres per cell, or per pixel of a plan")
@@ -239,7 +239,7 @@ def _keep_ids(floor: Floor, previous: Floor, path: str | Path) -> Floor:
     floor = keep_room_ids(floor, previous)
     old_ids = {room.id for room in previous.rooms}
     if old_ids.isdisjoint(room.id for room in floor.rooms):
-        message = f"map {shown(path)} has no room in common with the floor of previous=, every room got a new id"
+        message = f"map {short_repr(path)} has no room in common with the floor of previous=, every room got a new id"
         warnings.warn(MapWarning(f"{message}; check that both are of one building"), stacklevel=2)
     return floor
 
@@ -248,9 +248,9 @@ def _describe_matches(symbols: Iterable[PlacedSymbol], folder: Path) -> str:
     """How many symbols were found of each file of a folder."""
     counts = Counter(symbol.name for symbol in symbols if Path(symbol.name).suffix)
     if not counts:
-        return f"symbols: none of {shown(folder)} found, cut them out of a sheet like this one, at its scale"
+        return f"symbols: none of {short_repr(folder)} found, cut them out of a sheet like this one, at its scale"
     named = ", ".join(f"{count} {name}" for name, count in counts.most_common())
-    return f"symbols: {counts.total()} of {shown(folder)} found: {named}"
+    return f"symbols: {counts.total()} of {short_repr(folder)} found: {named}"
 
 
 def _refuse_suffix(path: str | Path) -> None:
@@ -260,8 +260,8 @@ def _refuse_suffix(path: str | Path) -> None:
 
     known = dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES])
     if Path(path).suffix.lower() not in known:
-        file = checked_input(path, "file", MapError)
-        raise MapError(f"file {shown(file)} is of no known kind, give one of {', '.join(known)}")
+        file = check_input_file(path, "file", MapError)
+        raise MapError(f"file {short_repr(file)} is of no known kind, give one of {', '.join(known)}")
 
 
 def _refuse_folder(path: str | Path) -> None:
@@ -272,7 +272,7 @@ def _refuse_folder(path: str | Path) -> None:
         inside = sorted(Path(path).iterdir())
     except (OSError, ValueError):  # no folder; the reader says what it is
         return
-    yamls = [shown(file) for file in inside if file.suffix.lower() in YAML_SUFFIXES]
+    yamls = [short_repr(file) for file in inside if file.suffix.lower() in YAML_SUFFIXES]
     more = " …" if len(yamls) > 3 else ""
     remedy = " or ".join(yamls[:3]) + more if yamls else "the map.yaml or the image of a map"
-    raise MapError(f"map {shown(path)} is a folder, give {remedy}")
+    raise MapError(f"map {short_repr(path)} is a folder, give {remedy}")

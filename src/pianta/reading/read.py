@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Unpack
 
 from pianta.errors import OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.io._files import MAX_CELLS, shown
+from pianta.io._files import MAX_CELLS, short_repr
 from pianta.io._folders import check_output_folder
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD
 
 if TYPE_CHECKING:
-    from pianta.building_types.model import BuildingModel
-    from pianta.rooms.model import PlaceModel
+    from pianta.building_types.model import BuildingTypeModel
+    from pianta.rooms.model import RoomModel
 
 from pianta.reading._reader import Kind, Reader, ReadOptions
 from pianta.reading.reading import Reading, check_output
@@ -56,8 +56,8 @@ def read(
     method: str = DEFAULT_METHOD,
     parameters: Parameters | None = None,
     building_type: str | None = None,
-    room_model: PlaceModel | str | Path | None = None,
-    building_model: BuildingModel | str | Path | None = None,
+    room_model: RoomModel | str | Path | None = None,
+    building_model: BuildingTypeModel | str | Path | None = None,
     labels: bool = True,
     previous: Floor | str | Path | None = None,
 ) -> Reading:
@@ -201,7 +201,7 @@ def read_all(
     map 'nowhere.yaml' does not exist, check the path
     """
     if isinstance(paths, str | Path):
-        raise OptionError(f"paths is {shown(paths)}, give a list of files, or use read for one")
+        raise OptionError(f"paths is {short_repr(paths)}, give a list of files, or use read for one")
     files = list(paths)
     if options.get("previous") is not None and len(files) > 1:
         raise OptionError(f"previous= is one floor and {len(files)} files are given, read each file on its own")

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.io._files import shown
-from pianta.io._folders import written_together
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder
 from pianta.labels import LabelSchema
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ class Reading:
 
     def _repr_png_(self) -> bytes:
         """The floor on its map as a notebook shows it."""
-        from pianta.plot._figure import encode_png
+        from pianta.plot.figure import encode_png
         from pianta.plot.floor import draw_floor
 
         first = self.storeys[0]
@@ -175,31 +175,33 @@ class Reading:
         _refuse_folders_in_the_way(folders)
         with ExitStack() as together:
             for storey, target in zip(self.storeys, folders, strict=True):
-                self._write(storey, together.enter_context(written_together(target)), walls=walls, graph=graph)
+                self._write(storey, together.enter_context(atomic_folder(target)), walls=walls, graph=graph)
         return folders
 
     def _write(self, storey: StoreyReading, folder: Path, *, walls: bool, graph: bool) -> None:
         from pianta.io.floors import save_floor, save_label_image
         from pianta.io.graphs import save_graph
-        from pianta.plot.floor import save_picture
+        from pianta.plot.figure import save_figure
+        from pianta.plot.floor import draw_floor
 
         floor, grid = storey.floor, storey.grid
         geojson, labels, node_link, picture = (folder / name for name in OUTPUTS)
         save_floor(floor, geojson)
         save_label_image(floor.label_image(grid), labels)
         save_graph(floor.graph(), node_link)
-        save_picture(floor, grid, picture, walls=walls, graph=graph, schemas=self.schemas, paper=storey.paper)
+        figure = draw_floor(floor, grid, walls=walls, graph=graph, schemas=self.schemas, paper=storey.paper)
+        save_figure(figure, picture)
 
 
 def check_output(path: str | Path, folder: str | Path) -> None:
     """Raise OptionError when a result in a folder would replace the file that is read."""
     file = Path(path)
     if file.name in OUTPUTS and file.resolve().parent == Path(folder).resolve():
-        raise OptionError(f"map {shown(file)} would be replaced by a result, give another output folder")
+        raise OptionError(f"map {short_repr(file)} would be replaced by a result, give another output folder")
 
 
 def _refuse_folders_in_the_way(folders: Sequence[Path]) -> None:
     """Raise OptionError when a result has the name of a folder, before any floor takes its place."""
     for target in (folder / name for folder in folders for name in OUTPUTS):
         if target.is_dir():
-            raise OptionError(f"cannot write {shown(target)}: it is a folder, give another output folder")
+            raise OptionError(f"cannot write {short_repr(target)}: it is a folder, give another output folder")

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from math import isinf
 from typing import NamedTuple
 
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.relational.facts import Value, write_term
 
 MAX_CLAUSE_TOKENS = 1000
@@ -82,7 +82,7 @@ def _make_token(kind: str, found: str, line: int) -> Token:
         case "mark" | "end":
             return Token("end" if kind == "end" else found, found, line)
     what = "begins what never ends, close it" if kind == "open" else "is not of facts, put text in single quotes"
-    return Token("fault", f"{shown(found[:30])} {what}", line)
+    return Token("fault", f"{short_repr(found[:30])} {what}", line)
 
 
 def _make_atom(quoted: str, line: int) -> Token:
@@ -94,7 +94,7 @@ def _make_atom(quoted: str, line: int) -> Token:
 
 def _make_number(found: str, line: int) -> Token:
     if len(found) > MAX_NUMBER_LENGTH or isinf(float(found)):
-        return Token("fault", f"the number {shown(found[:30])} is too large or has too many digits", line)
+        return Token("fault", f"the number {short_repr(found[:30])} is too large or has too many digits", line)
     is_whole = found.lstrip("+-").isdigit()
     return Token("number", int(found) if is_whole else float(found), line)
 
@@ -109,7 +109,7 @@ def _unescape(match: re.Match[str]) -> str:
         return "'"
     elif letter in _ESCAPED:
         return _ESCAPED[letter]
-    raise ClauseError(f"the escape {shown(match.group())} is none")
+    raise ClauseError(f"the escape {short_repr(match.group())} is none")
 
 
 class Clause:
@@ -159,5 +159,5 @@ class Clause:
         token = self.tokens[self.place]
         value = write_term(token.value) if token.kind in ("atom", "number") else str(token.value)
         if token.kind == "variable":
-            return f"the variable {shown(value)} stands"
-        return f"{shown(value)} stands"
+            return f"the variable {short_repr(value)} stands"
+        return f"{short_repr(value)} stands"

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from pianta.errors import RelationError
 from pianta.io._faults import join_faults
-from pianta.io._files import checked_input, shown, written_atomically
+from pianta.io._files import atomic_file, check_input_file, short_repr
 from pianta.relational._clauses import Clause, ClauseError, Token, split_clauses
 from pianta.relational.facts import (
     FLOOR_SIGNATURES,
@@ -74,14 +74,14 @@ def save_interpretations(
     chosen = default if signatures is None else tuple(signatures)
     faults = _find_faults_of_floors(interpretations, chosen)
     if faults:
-        raise RelationError(f"cannot write {shown(path)}: {join_faults(faults)}")
+        raise RelationError(f"cannot write {short_repr(path)}: {join_faults(faults)}")
     head = [signature.declare(role="r") for signature in chosen] if _is_told(declare, chosen, default) else []
     content = "".join(f"{line}\n" for line in [*head, *_write_facts(interpretations)]).encode()
     if len(content) > MAX_FILE_BYTES:
         raise RelationError(
-            f"cannot write {shown(path)}: more than {MAX_FILE_BYTES} bytes, save fewer floors in a file"
+            f"cannot write {short_repr(path)}: more than {MAX_FILE_BYTES} bytes, save fewer floors in a file"
         )
-    with written_atomically(path) as temporary:
+    with atomic_file(path) as temporary:
         temporary.write_bytes(content)
 
 
@@ -104,15 +104,15 @@ class _Content:
 def _read(
     path: str | Path, signatures: Iterable[Signature] | None
 ) -> tuple[list[Interpretation], tuple[Signature, ...]]:
-    file = checked_input(path, "fact file", RelationError)
+    file = check_input_file(path, "fact file", RelationError)
     if file.stat().st_size > MAX_FILE_BYTES:
-        raise RelationError(f"fact file {shown(file)} has more than {MAX_FILE_BYTES} bytes, split it")
+        raise RelationError(f"fact file {short_repr(file)} has more than {MAX_FILE_BYTES} bytes, split it")
     try:
         content = _parse(file.read_bytes().decode("utf-8-sig"))
     except UnicodeDecodeError as error:
-        raise RelationError(f"fact file {shown(file)} is not UTF-8 at byte {error.start}, convert it") from None
+        raise RelationError(f"fact file {short_repr(file)} is not UTF-8 at byte {error.start}, convert it") from None
     except OSError as error:
-        raise RelationError(f"fact file {shown(file)} cannot be read: {error.strerror}") from None
+        raise RelationError(f"fact file {short_repr(file)} cannot be read: {error.strerror}") from None
     used = (
         _choose_signatures((one.fact for one in content.stated), content.declared.values())
         if signatures is None
@@ -123,10 +123,10 @@ def _read(
     floors = [Interpretation(name, tuple(one.fact for one in of_floor)) for name, of_floor in places.items()]
     faults = content.faults + _find_faults_in(floors, list(places.values()), used, content.unread)
     if not floors and not faults:
-        raise RelationError(f"fact file {shown(file)} has no facts, give interpretation(floor, fact). clauses")
+        raise RelationError(f"fact file {short_repr(file)} has no facts, give interpretation(floor, fact). clauses")
     if faults:
         told = [f"line {line}: {fault}" for line, fault in sorted(faults)]
-        raise RelationError(f"cannot read the facts of {shown(file)}: {join_faults(told)}")
+        raise RelationError(f"cannot read the facts of {short_repr(file)}: {join_faults(told)}")
     return floors, used
 
 
@@ -160,8 +160,8 @@ def _find_undeclared(
         arguments = named[one.fact.relation].arguments if one.fact.relation in named else ()
         for argument, value in zip(arguments, one.fact.arguments, strict=False):
             if argument.is_entity and argument.kind not in declarable:
-                kind, relation = argument.kind, shown(one.fact.relation)
-                fault = f"{relation} is about {shown(kind)}, add signature {kind}(id::self)::extensional"
+                kind, relation = argument.kind, short_repr(one.fact.relation)
+                fault = f"{relation} is about {short_repr(kind)}, add signature {kind}(id::self)::extensional"
                 faults.setdefault(kind, (one.line, fault))
                 called.add(value)
     return [*faults.values()], called
@@ -204,7 +204,7 @@ def _parse_fact(tokens: Sequence[Token]) -> tuple[str, Fact]:
     """The floor and the fact of `interpretation(floor, relation(argument, ...))`."""
     clause = Clause(tokens)
     if tokens[0].value != "interpretation":
-        raise ClauseError(f"{shown(tokens[0].value)} begins a clause, give interpretation(floor, fact)")
+        raise ClauseError(f"{short_repr(tokens[0].value)} begins a clause, give interpretation(floor, fact)")
     clause.take("atom", "interpretation")
     clause.take("(", "(")
     floor = clause.take_atom("the name of a floor")
@@ -235,7 +235,7 @@ def _parse_declaration(tokens: Sequence[Token]) -> Signature:
     clause.take("::", "::")
     level = clause.take_atom("extensional or intensional")
     if level not in ("extensional", "intensional"):
-        raise ClauseError(f"signature {shown(name)} is {shown(level)}, give extensional or intensional")
+        raise ClauseError(f"signature {short_repr(name)} is {short_repr(level)}, give extensional or intensional")
     clause.finish()
     roles = [role for argument, role in parsed if argument.is_entity]
     unordered = len(roles) > 1 and None not in roles and len(set(roles)) == 1
@@ -258,10 +258,10 @@ def _parse_argument(clause: Clause) -> tuple[Argument, str | None]:
 def _find_faults_of_floors(floors: Sequence[Interpretation], signatures: tuple[Signature, ...]) -> list[str]:
     names = [floor.name for floor in floors]
     faults = [] if floors else ["there is no floor, give one or more"]
-    faults += [f"floor {shown(name)} occurs {n} times, rename them" for name, n in Counter(names).items() if n > 1]
-    faults += [f"floor {shown(floor.name)} has no facts, leave it out" for floor in floors if not floor.facts]
+    faults += [f"floor {short_repr(name)} occurs {n} times, rename them" for name, n in Counter(names).items() if n > 1]
+    faults += [f"floor {short_repr(floor.name)} has no facts, leave it out" for floor in floors if not floor.facts]
     return faults + [
-        f"floor {shown(floor.name)}: {fault}" for floor in floors for fault in find_faults(floor, signatures)
+        f"floor {short_repr(floor.name)}: {fault}" for floor in floors for fault in find_faults(floor, signatures)
     ]
 
 

@@ -13,7 +13,7 @@ from pianta.errors import LabelError, RelationError
 from pianta.floor import Floor, Room
 from pianta.graphs.centrality import Centrality, drop_isolated, measure_betweenness, measure_closeness
 from pianta.io._faults import join_faults
-from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, Split
+from pianta.labels import FCES, RC, SCHEMAS, LabelConvention, LabelSchema, LabelSet
 from pianta.relational.facts import (
     FLOOR_SIGNATURES,
     Fact,
@@ -130,14 +130,16 @@ ALIGNED = Relation(_SIGNATURES["aligned"], find_aligned)
 SYMMETRIC = Relation(_SIGNATURES["symmetric"], find_symmetric)
 
 
-def is_corridor(*, split: Split = Split.EXPERIMENTS, schema: LabelSchema | None = None) -> Relation:
+def is_corridor(
+    *, convention: LabelConvention = LabelConvention.EXPERIMENTS, schema: LabelSchema | None = None
+) -> Relation:
     """The relation iscorr: the rooms that are a CORRIDOR in R/C.
 
     It tells of the labels, so that who learns these hides it as well. Options as in interpret_floor.
     """
 
     def find(floor: Floor) -> Found:
-        labels = list_labels(floor, LabelSet.R_C, split=split, schema=schema)
+        labels = list_labels(floor, LabelSet.R_C, convention=convention, schema=schema)
         return [(room_id,) for room_id, label in labels if label == RC.CORRIDOR]
 
     return Relation(_SIGNATURES["iscorr"], find)
@@ -148,15 +150,15 @@ def interpret_floor(
     *,
     relations: Iterable[Relation] = FLOOR_RELATIONS,
     label_set: LabelSet | None = LabelSet.TYPE,
-    split: Split = Split.EXPERIMENTS,
+    convention: LabelConvention = LabelConvention.EXPERIMENTS,
     schema: LabelSchema | None = None,
     name: str | None = None,
 ) -> Interpretation:
     """The facts of a floor: its rooms, `room(r12)`, those of all relations, then the labels, `label(r12,lcorridor)`.
 
-    Measures are in metres. Labels are those of atom_of_label.
+    Measures are in metres. Labels are those of label_atom.
     relations: FLOOR_RELATIONS, and what users add, `(*FLOOR_RELATIONS, ALIGNED, Relation(signature, function))`.
-    label_set, split: which labels; None tells no labels. Rooms without a label have no such fact.
+    label_set, convention: which labels; None tells no labels. Rooms without a label have no such fact.
     schema: where labels lie in the label set; that of the most probable building type when None.
     name: that of the interpretation; the floor's source when None, or "floor".
 
@@ -170,20 +172,24 @@ def interpret_floor(
     for relation in relations:
         facts += _make_facts(relation, floor, rooms)
     if label_set is not None:
-        labels = list_labels(floor, label_set, split=split, schema=schema)
-        facts += [Fact(LABEL.name, (rooms[room_id], atom_of_label(label))) for room_id, label in labels]
+        labels = list_labels(floor, label_set, convention=convention, schema=schema)
+        facts += [Fact(LABEL.name, (rooms[room_id], label_atom(label))) for room_id, label in labels]
     interpretation = Interpretation(name or floor.source or "floor", tuple(facts))
     check_interpretation(interpretation, signatures)
     return interpretation
 
 
-def atom_of_label(label: str) -> str:
+def label_atom(label: str) -> str:
     """A label as the real files write it: BIG SERVICE is lbigservice, FUNCTIONAL is lroom, CONNECTION is lcorridor."""
     return "l" + "".join(_IN_FILES.get(label, label).lower().split())
 
 
 def list_labels(
-    floor: Floor, label_set: LabelSet, *, split: Split = Split.EXPERIMENTS, schema: LabelSchema | None = None
+    floor: Floor,
+    label_set: LabelSet,
+    *,
+    convention: LabelConvention = LabelConvention.EXPERIMENTS,
+    schema: LabelSchema | None = None,
 ) -> list[tuple[int, str]]:
     """Room ids and labels in a label set, of the rooms that have a label; options and errors as in interpret_floor."""
     rooms = [room for room in floor.rooms if room.label is not None]
@@ -191,11 +197,14 @@ def list_labels(
         return [(room.id, str(room.label)) for room in rooms]
     schema = schema or next((SCHEMAS[name] for name in floor.building_types[:1] if name in SCHEMAS), None)
     return [
-        (room.id, str(label)) for room, label in zip(rooms, _map_labels(rooms, label_set, split, schema), strict=True)
+        (room.id, str(label))
+        for room, label in zip(rooms, _map_labels(rooms, label_set, convention, schema), strict=True)
     ]
 
 
-def _map_labels(rooms: Sequence[Room], label_set: LabelSet, split: Split, schema: LabelSchema | None) -> Sequence[str]:
+def _map_labels(
+    rooms: Sequence[Room], label_set: LabelSet, convention: LabelConvention, schema: LabelSchema | None
+) -> Sequence[str]:
     """Labels of rooms in a label set, by the schema; where it lacks a room's label, as the room itself says."""
     known = schema.by_name if schema else {}
     alone = {room.id: room.labels[label_set] for room in rooms if room.label not in known and label_set in room.labels}
@@ -205,7 +214,7 @@ def _map_labels(rooms: Sequence[Room], label_set: LabelSet, split: Split, schema
             f"where {others[0].label!r} of room {others[0].id} lies in {label_set} is unknown without a building type "
             "that has a schema, give schema= or label_set=LabelSet.TYPE"
         )
-    mapped = schema.map_labels([room.label for room in others], label_set, split=split) if schema else []
+    mapped = schema.map_labels([room.label for room in others], label_set, convention=convention) if schema else []
     by_id = alone | dict(zip([room.id for room in others], mapped, strict=True))
     return [by_id[room.id] for room in rooms]
 

@@ -10,9 +10,9 @@ from pianta.errors import LabelError
 from pianta.floor import Floor, Room
 from pianta.io._faults import join_faults
 from pianta.io.buildings._repair import normalize_label
-from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, Split
+from pianta.labels import FCES, RC, SCHEMAS, LabelConvention, LabelSchema, LabelSet
 from pianta.rooms.label import label_rooms
-from pianta.rooms.model import has_given_label
+from pianta.rooms.model import has_manual_label
 
 # The label sets by which buildings are compared.
 LABELS: Mapping[LabelSet, tuple[str, ...]] = MappingProxyType(
@@ -31,7 +31,7 @@ class CoarseFloor:
     found: tuple[int, ...]
 
 
-def complete_labels(
+def fill_missing_labels(
     floor: Floor,
     label_set: LabelSet,
     *,
@@ -62,7 +62,7 @@ def complete_labels(
 
 def _place_given(room: Room, floor: Floor, label_set: LabelSet, schemas: Mapping[str, LabelSchema]) -> str | None:
     """Where the label that somebody gave a room lies in a label set; None for no label, and one that nobody knows."""
-    if not has_given_label(room):
+    if not has_manual_label(room):
         # Labels that say nothing of probabilities are no finding of pianta.
         return None if room.label_probabilities else room.labels.get(str(label_set))
     name = normalize_label(room.label) or ""
@@ -72,7 +72,9 @@ def _place_given(room: Room, floor: Floor, label_set: LabelSet, schemas: Mapping
         return str(RC.CORRIDOR if name == FCES.CONNECTION else RC.ROOM)
     own = [schemas[kind] for kind in floor.building_types if kind in schemas and name in schemas[kind].by_name]
     knowing = own[:1] or [schema for schema in schemas.values() if name in schema.by_name]
-    places = {str(schema.map_labels([name], label_set, split=Split.EXPERIMENTS)[0]) for schema in knowing}
+    places = {
+        str(schema.map_labels([name], label_set, convention=LabelConvention.EXPERIMENTS)[0]) for schema in knowing
+    }
     return places.pop() if len(places) == 1 else None
 
 
@@ -93,14 +95,16 @@ def list_labels(rooms: Iterable[Room], label_set: LabelSet) -> list[str]:
     return [str(label) for label in labels]
 
 
-def spread_labels(floor: Floor, schema: LabelSchema, *, split: Split = Split.EXPERIMENTS) -> Floor:
+def map_labels_upwards(
+    floor: Floor, schema: LabelSchema, *, convention: LabelConvention = LabelConvention.EXPERIMENTS
+) -> Floor:
     """The floor with each room's given label, one of a schema, mapped up to F/C/E/S and R/C.
 
     Raises LabelError that lists the labels that the schema does not have.
     """
     given = [room.label for room in floor.rooms]
     sets = (LabelSet.R_C, LabelSet.F_C_E_S)
-    mapped = zip(*(schema.map_labels(given, label_set, split=split) for label_set in sets), strict=True)
+    mapped = zip(*(schema.map_labels(given, label_set, convention=convention) for label_set in sets), strict=True)
     rooms = [
         replace(room, labels=dict(zip(map(str, sets), map(str, labels), strict=True)))
         for room, labels in zip(floor.rooms, mapped, strict=True)

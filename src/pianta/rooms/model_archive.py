@@ -18,7 +18,7 @@ from numpy.lib import format as npy
 from numpy.typing import DTypeLike, NDArray
 
 from pianta.errors import ModelError
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 
 NO_MODEL = "it is no model of rooms, or damaged; make one with `pianta train places`"
 # Bytes that an archive may unpack to, and members that it may have: older models had a thousand, and are to be told.
@@ -87,16 +87,16 @@ class ModelArchive:
         try:
             member = self._archive.getinfo(name)
             if member.compress_type not in PACKINGS:
-                raise ModelError(f"{shown(name)} is packed by method {member.compress_type}, pack it by deflate")
+                raise ModelError(f"{short_repr(name)} is packed by method {member.compress_type}, pack it by deflate")
             with self._archive.open(member) as stream:
                 # Without a number zipfile would unpack all that is there, whatever the directory says.
                 return stream.read(member.file_size)
         except ModelError:
             raise
         except KeyError:
-            raise ModelError(f"{shown(name)} is missing") from None
+            raise ModelError(f"{short_repr(name)} is missing") from None
         except FAULTS as exception:
-            raise ModelError(f"{shown(name)} is damaged: {reason_of(exception)}") from None
+            raise ModelError(f"{short_repr(name)} is damaged: {one_line_reason(exception)}") from None
 
     def read_array(self, key: str, dtype: DTypeLike, *, axes: int) -> NDArray[Any]:
         """An array of so many axes; it cannot be written to.
@@ -111,11 +111,13 @@ class ModelArchive:
             shape, by_columns, found = npy.read_array_header_1_0(stream)
         # Whatever a header of a stranger provokes in numpy, which reads it as Python.
         except Exception as exception:
-            raise ModelError(f"{shown(key)} is no array: {reason_of(exception)}") from None
+            raise ModelError(f"{short_repr(key)} is no array: {one_line_reason(exception)}") from None
         if found != np.dtype(dtype) or len(shape) != axes or by_columns:
             wanted = f"{np.dtype(dtype)} with {axes} ax{'es' if axes > 1 else 'is'}, by rows"
-            raise ModelError(f"{shown(key)} is {found} of shape {shown(shape)}, give {wanted}")
+            raise ModelError(f"{short_repr(key)} is {found} of shape {short_repr(shape)}, give {wanted}")
         size = len(content) - stream.tell()
         if min(shape) < 0 or max(shape) > size or prod(shape) * found.itemsize != size:
-            raise ModelError(f"{shown(key)} has {size} bytes, its header promises {found} of shape {shown(shape)}")
+            raise ModelError(
+                f"{short_repr(key)} has {size} bytes, its header promises {found} of shape {short_repr(shape)}"
+            )
         return np.frombuffer(content, found, offset=stream.tell()).reshape(shape)

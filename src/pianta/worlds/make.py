@@ -7,7 +7,7 @@ from typing import TypedDict, Unpack
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 
 SAMPLE = "sample"
@@ -61,7 +61,7 @@ def make_world(kind: str = SAMPLE, *, seed: int | None = None, **options: Unpack
     from pianta.worlds.scan import make_sample, map_floor
 
     if kind not in KINDS:
-        raise OptionError(f"kind is {shown(kind)}, give one of {', '.join(KINDS)}")
+        raise OptionError(f"kind is {short_repr(kind)}, give one of {', '.join(KINDS)}")
     if seed is not None and seed < 0:
         raise OptionError(f"seed is {seed}, give 0 or more")
     if kind != SAMPLE:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pydantic_core import from_json
 
 from pianta.errors import BuildingError
-from pianta.io._files import checked_input, reason_of, shown
+from pianta.io._files import check_input_file, one_line_reason, short_repr
 from pianta.io._xml import check_file_size, parse_xml
 
 if TYPE_CHECKING:
@@ -41,11 +41,11 @@ def kind_of_building(path: str | Path) -> Kind:
 
     Raises BuildingError, in one line that names what the file looks like, when it is none of the kinds.
     """
-    file = checked_input(path, "building", BuildingError)
+    file = check_input_file(path, "building", BuildingError)
     kind, looks = _look_at_json(file) if _starts_as_json(file) else _look_at_xml(parse_xml(file))
     if kind is None:
         known = ", ".join(Kind)
-        raise BuildingError(f"building {shown(file)} is {looks}, which pianta cannot read, give one of {known}")
+        raise BuildingError(f"building {short_repr(file)} is {looks}, which pianta cannot read, give one of {known}")
     return kind
 
 
@@ -54,7 +54,7 @@ def parse_building(path: str | Path, kind: Kind) -> tuple[Path, Element]:
 
     Raises BuildingError, in one line that names what the file looks like, when it is of another kind.
     """
-    file = checked_input(path, "building", BuildingError)
+    file = check_input_file(path, "building", BuildingError)
     if _starts_as_json(file):
         found, looks = _look_at_json(file)
     else:
@@ -70,7 +70,7 @@ def read_building_json(path: str | Path, kind: Kind) -> tuple[Path, bytes]:
 
     Raises BuildingError, in one line that names what the file looks like, when it is of another kind.
     """
-    file = checked_input(path, "building", BuildingError)
+    file = check_input_file(path, "building", BuildingError)
     if _starts_as_json(file):
         found, looks = _look_at_json(file)
         if found is kind:
@@ -82,7 +82,7 @@ def read_building_json(path: str | Path, kind: Kind) -> tuple[Path, bytes]:
 
 def _tell_other_kind(file: Path, kind: Kind, found: Kind | None, looks: str) -> str:
     remedy = "read it with read_building" if found else "give another file"
-    return f"building {shown(file)} is {looks} and not {kind}, {remedy}"
+    return f"building {short_repr(file)} is {looks} and not {kind}, {remedy}"
 
 
 def _starts_as_json(file: Path) -> bool:
@@ -93,7 +93,7 @@ def _starts_as_json(file: Path) -> bool:
 def _look_at_xml(root: Element) -> tuple[Kind | None, str]:
     tag = root.tag.rpartition("}")[2]  # behind a namespace
     kind = _KINDS_OF_ROOTS.get(tag.lower())
-    return kind, kind or _FOREIGN_ROOTS.get(tag.lower()) or f"XML of another kind (its root is {shown(tag)})"
+    return kind, kind or _FOREIGN_ROOTS.get(tag.lower()) or f"XML of another kind (its root is {short_repr(tag)})"
 
 
 def _look_at_json(file: Path) -> tuple[Kind | None, str]:
@@ -101,7 +101,7 @@ def _look_at_json(file: Path) -> tuple[Kind | None, str]:
     try:
         content = from_json(file.read_bytes().lstrip(_BLANKS))
     except (ValueError, OSError) as exception:
-        raise BuildingError(f"building {shown(file)} is no JSON: {reason_of(exception)}") from None
+        raise BuildingError(f"building {short_repr(file)} is no JSON: {one_line_reason(exception)}") from None
     names = content.keys() if isinstance(content, dict) else ()
     if {"verts", "room_category"} & set(names):
         return Kind.HOUSE_EXPO, Kind.HOUSE_EXPO
@@ -110,4 +110,4 @@ def _look_at_json(file: Path) -> tuple[Kind | None, str]:
         return (Kind.FLOOR, Kind.FLOOR) if ours else (None, "GeoJSON that pianta did not write")
     if {"nodes", "edges"} <= set(names):
         return None, "a graph"
-    return None, f"JSON of another kind (with {shown(', '.join(names)) if names else 'no names'})"
+    return None, f"JSON of another kind (with {short_repr(', '.join(names)) if names else 'no names'})"

@@ -19,7 +19,7 @@ from shapely import LinearRing, LineString, Point, Polygon, STRtree
 from pianta.errors import BuildingError, BuildingWarning
 from pianta.floor import Door, Floor, Room
 from pianta.io._faults import join_faults
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 
 MAX_ROOMS = 1000
 MAX_CORNERS, MAX_REPAIRED_CORNERS = 2000, 300
@@ -56,14 +56,14 @@ class Findings:
     def raise_faults(self, file: Path) -> None:
         """Raises BuildingError, with every fault in one message, when there is one."""
         if self.faults:
-            raise BuildingError(f"cannot read the building {shown(file)}: {join_faults(self.faults)}")
+            raise BuildingError(f"cannot read the building {short_repr(file)}: {join_faults(self.faults)}")
 
     def tell(self, file: Path) -> None:
         """One BuildingWarning for all that was repaired or stays, at the caller of the reader."""
         told = [f"was repaired: {join_faults(list(self.repairs))}"] if self.repairs else []
         told += [f"has defects that stay: {join_faults(self.remarks)}"] if self.remarks else []
         if told:
-            warnings.warn(f"building {shown(file)} {', and '.join(told)}", BuildingWarning, stacklevel=3)
+            warnings.warn(f"building {short_repr(file)} {', and '.join(told)}", BuildingWarning, stacklevel=3)
 
 
 def name_of_room(number: int, label: str | None) -> str:
@@ -91,7 +91,7 @@ def check_portal_count(count: int, findings: Findings) -> None:
 def refuse_repeated(names: Iterable[str | None], what: str, findings: Findings) -> None:
     """Find names, or other ids as `what` calls them, that more than one room has; rooms without are passed by."""
     repeated = [(name, count) for name, count in Counter(names).items() if name and count > 1]
-    findings.faults += [f"{count} rooms have the {what} {shown(name)}" for name, count in repeated]
+    findings.faults += [f"{count} rooms have the {what} {short_repr(name)}" for name, count in repeated]
 
 
 def polygon_of_corners(corners: NDArray[np.float64], name: str, findings: Findings) -> Polygon:

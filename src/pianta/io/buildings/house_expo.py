@@ -17,7 +17,7 @@ from shapely.geometry.base import BaseGeometry
 from pianta.errors import BuildingError
 from pianta.floor import Floor, Room
 from pianta.io._faults import describe_validation
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.io.buildings._kinds import Kind, read_building_json
 from pianta.io.buildings._repair import MAX_CORNERS, Findings, check_room_count, normalize_label, polygon_of_corners
 
@@ -46,7 +46,7 @@ def read_house_expo(path: str | Path) -> Floor:
     try:
         house = _House.model_validate_json(content.removeprefix(b"\xef\xbb\xbf"))
     except ValidationError as exception:
-        raise BuildingError(f"cannot read the building {shown(file)}: {describe_validation(exception)}") from None
+        raise BuildingError(f"cannot read the building {short_repr(file)}: {describe_validation(exception)}") from None
     findings = Findings()
     boxes = _read_boxes(house, findings)
     outline = polygon_of_corners(np.array(house.verts), "the house", findings)

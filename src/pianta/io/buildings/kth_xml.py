@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.floor import Floor
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.io._xml import parse_number
 from pianta.io.buildings._kinds import Kind, parse_building
 from pianta.io.buildings._repair import (
@@ -80,7 +80,7 @@ def _read_scale(root: Element, findings: Findings) -> float:
     drawn, real = (parse_number(text, limit=MAX_COORDINATE) for text in texts)
     if drawn >= MIN_DISTANCE and real >= MIN_DISTANCE:
         return real / drawn
-    given = "PixelDistance {} and RealDistance {}".format(*map(shown, texts))
+    given = "PixelDistance {} and RealDistance {}".format(*map(short_repr, texts))
     findings.faults.append(f"its Scale has {given}, give two positive numbers")
     return 1.0
 
@@ -114,7 +114,7 @@ def _read_ends(segment: Element, scale: float, name: str, findings: Findings) ->
     texts = {axis: segment.get(axis) for axis in ("x1", "y1", "x2", "y2")}
     numbers = [parse_number(text, limit=MAX_COORDINATE) for text in texts.values()]
     if any(map(isnan, numbers)):
-        given = ", ".join(f"{axis}={shown(text)}" for axis, text in texts.items())
+        given = ", ".join(f"{axis}={short_repr(text)}" for axis, text in texts.items())
         findings.faults.append(f"{name} has a segment {given}, give four numbers up to {MAX_COORDINATE:.0f}")
         return np.zeros((2, 2))
     return np.array(numbers).reshape(2, 2) * (scale, -scale)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pianta.errors import OptionError
 from pianta.floor import Floor
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.io._xml import parse_number
 from pianta.io.buildings._kinds import Kind, parse_building
 from pianta.io.buildings._repair import (
@@ -59,7 +59,7 @@ def read_mit_xml(path: str | Path, *, unit: Literal["foot", "metre"] = "foot") -
     Source of the format: samples of the published files.
     """
     if unit not in METRES:
-        raise OptionError(f"unit is {shown(unit)}, give one of {', '.join(METRES)}")
+        raise OptionError(f"unit is {short_repr(unit)}, give one of {', '.join(METRES)}")
     file, root = parse_building(path, Kind.MIT)
     findings = Findings()
     spaces = _read_spaces(root, METRES[unit], findings)
@@ -110,7 +110,7 @@ def _read_points(number: int, element: Element, findings: Findings) -> NDArray[n
     for point in element.iterfind("contour/point"):
         numbers = [parse_number(point.get(axis), limit=MAX_COORDINATE) for axis in "xy"]
         if any(map(isnan, numbers)):
-            x, y = shown(point.get("x")), shown(point.get("y"))
+            x, y = short_repr(point.get("x")), short_repr(point.get("y"))
             findings.faults.append(f"{name} has a point x={x}, y={y}, give two numbers up to {MAX_COORDINATE:.0f}")
         else:
             points.append(numbers)

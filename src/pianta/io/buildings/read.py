@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from pianta.errors import BuildingError
 from pianta.floor import Floor
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 from pianta.io.buildings._kinds import Kind, kind_of_building
 from pianta.io.buildings.house_expo import read_house_expo
 from pianta.io.buildings.kth_xml import read_kth_xml
@@ -81,7 +81,7 @@ def list_buildings(paths: Iterable[str | Path]) -> list[Path]:
     for path in map(Path, paths):
         files = list(_list_folder(path)) if path.is_dir() else [path]
         if not files:
-            raise BuildingError(f"folder {shown(path)} has no building, give one with {', '.join(SUFFIXES)} files")
+            raise BuildingError(f"folder {short_repr(path)} has no building, give one with {', '.join(SUFFIXES)} files")
         for file in files:
             found.setdefault(file.resolve(), file)
     return list(found.values())
@@ -97,7 +97,7 @@ def _list_folder(folder: Path) -> Iterator[Path]:
 
 
 def _refuse_folder(error: OSError) -> None:
-    raise BuildingError(f"folder {shown(error.filename)} cannot be listed: {reason_of(error)}")
+    raise BuildingError(f"folder {short_repr(error.filename)} cannot be listed: {one_line_reason(error)}")
 
 
 def _is_other_json(path: Path) -> bool:

@@ -19,7 +19,7 @@ from shapely import LineString, get_coordinates
 from pianta.errors import LabelError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.io._xml import parse_number
 from pianta.io.buildings._kinds import Kind, parse_building
 from pianta.io.buildings._repair import (
@@ -102,7 +102,7 @@ def _read_scale(root: Element, faults: list[str]) -> tuple[float, float]:
     drawn, real = (parse_number(text, limit=MAX_COORDINATE_PX) for text in texts[::2])
     if drawn >= MIN_SCALE and real >= MIN_SCALE and texts[1::2] == ["pixel", "cm"]:
         return real / 100 / drawn, drawn
-    faults.append("its scale is {} {} for {} {}, give pixel for cm".format(*map(shown, texts)))
+    faults.append("its scale is {} {} for {} {}, give pixel for cm".format(*map(short_repr, texts)))
     return 1.0, 1.0
 
 
@@ -154,7 +154,7 @@ def _read_points(element: Element | None, frame: GridMap, name: str, faults: lis
     for point in points:
         row, col = (parse_number(point.get(axis), limit=MAX_COORDINATE_PX) for axis in "yx")
         if isnan(row) or isnan(col):
-            x, y = shown(point.get("x")), shown(point.get("y"))
+            x, y = short_repr(point.get("x")), short_repr(point.get("y"))
             faults.append(f"{name} has a point x={x}, y={y}, give two numbers up to {MAX_COORDINATE_PX:.0f}")
         else:
             pixels.append((row, col))

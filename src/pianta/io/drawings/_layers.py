@@ -18,7 +18,7 @@ from scipy.spatial import KDTree
 
 from pianta._types import Floats
 from pianta.errors import PlanError
-from pianta.io._files import checked_input, shown
+from pianta.io._files import check_input_file, short_repr
 from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing, Role
 
 MAX_LINES = 1_000_000
@@ -96,10 +96,10 @@ def _spell_plainly(word: str) -> str:
 
 
 def checked_plan(path: str | Path, *, max_bytes: int) -> Path:
-    """Path of the file of a plan that exists, as of checked_input; PlanError when it has more than max_bytes."""
-    file = checked_input(path, "plan", PlanError)
+    """Path of the file of a plan that exists, as of check_input_file; PlanError when it has more than max_bytes."""
+    file = check_input_file(path, "plan", PlanError)
     if file.stat().st_size > max_bytes:
-        raise PlanError(f"plan {shown(file)} has more than {max_bytes} bytes, too many for a plan, give one floor")
+        raise PlanError(f"plan {short_repr(file)} has more than {max_bytes} bytes, too many for a plan, give one floor")
     return file
 
 
@@ -127,7 +127,7 @@ class DrawnPieces:
             return False
         self.lines += len(points) - 1
         if self.lines > MAX_LINES:
-            raise PlanError(f"plan {shown(self.file)} has more than {MAX_LINES} lines, give one floor")
+            raise PlanError(f"plan {short_repr(self.file)} has more than {MAX_LINES} lines, give one floor")
         self.chains.append(points)
         self.roles.append(role)
         self.widths.append(width if 0 <= width <= MAX_COORDINATE else 0.0)
@@ -147,7 +147,7 @@ class DrawnPieces:
         if text.text.strip() and text.height > 0 and (np.abs(numbers) <= MAX_COORDINATE).all():
             self.texts.append(text)
         if len(self.texts) > MAX_TEXTS:
-            raise PlanError(f"plan {shown(self.file)} has more than {MAX_TEXTS} texts, give one floor")
+            raise PlanError(f"plan {short_repr(self.file)} has more than {MAX_TEXTS} texts, give one floor")
 
     def chains_of(self, role: Role) -> list[Floats]:
         """The chains of a role."""

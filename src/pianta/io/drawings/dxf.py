@@ -12,7 +12,7 @@ import numpy as np
 
 from pianta._types import Floats
 from pianta.errors import PlanError
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing, Role
 from pianta.io.drawings._layers import (
     DARK,
@@ -73,9 +73,13 @@ def read_dxf_plan(path: str | Path) -> PlanDrawing:
         raise
     # ezdxf checks entities when they are used, and raises whatever a hostile file drives it to.
     except Exception as exception:
-        raise PlanError(f"plan {shown(file)} is a damaged DXF, save it again: {reason_of(exception)}") from exception
+        raise PlanError(
+            f"plan {short_repr(file)} is a damaged DXF, save it again: {one_line_reason(exception)}"
+        ) from exception
     if not reader.pieces.lines and not reader.pieces.fills:
-        raise PlanError(f"plan {shown(file)} has no lines in its model space, draw the plan there and not on a layout")
+        raise PlanError(
+            f"plan {short_repr(file)} has no lines in its model space, draw the plan there and not on a layout"
+        )
     return reader.pieces.drawing(reader.doors(), metres_per_unit=METRES.get(units) if isinstance(units, int) else None)
 
 
@@ -84,7 +88,7 @@ def _open_document(file: Path) -> Drawing:
     try:
         import ezdxf  # noqa: F401  # asked for before any work is done
     except ImportError:
-        raise PlanError(f"plan {shown(file)} is a DXF, install pianta[cad] to read it") from None
+        raise PlanError(f"plan {short_repr(file)} is a DXF, install pianta[cad] to read it") from None
     with file.open("rb") as stream:
         start = stream.read(_HEADER_BYTES)
         stream.seek(max(0, file.stat().st_size - _END_BYTES))
@@ -92,14 +96,14 @@ def _open_document(file: Path) -> Drawing:
     # The library would read anything as an empty drawing.
     if start.startswith(b"AC10") or b"SECTION" not in start:
         what = "is a DWG" if start.startswith(b"AC10") else "is no DXF"
-        raise PlanError(f"plan {shown(file)} {what}, save it as DXF")
+        raise PlanError(f"plan {short_repr(file)} {what}, save it as DXF")
     if b"EOF" not in end:
-        raise PlanError(f"plan {shown(file)} is cut off, its last line is not EOF; save it again")
+        raise PlanError(f"plan {short_repr(file)} is cut off, its last line is not EOF; save it again")
     try:
         document = _parse_document(file)
     except Exception as exception:
-        told = f"plan {shown(file)} is no DXF or damaged, save it again as DXF"
-        raise PlanError(f"{told}: {reason_of(exception)}") from exception
+        told = f"plan {short_repr(file)} is no DXF or damaged, save it again as DXF"
+        raise PlanError(f"{told}: {one_line_reason(exception)}") from exception
     if b"$INSUNITS" not in start:
         document.header["$INSUNITS"] = 0  # the library takes metres for granted
     return document
@@ -145,7 +149,9 @@ class _Reader:
         for entity in entities:
             self.entities += 1
             if self.entities > MAX_ENTITIES:
-                raise PlanError(f"plan {shown(self.pieces.file)} draws more than {MAX_ENTITIES} things, give one floor")
+                raise PlanError(
+                    f"plan {short_repr(self.pieces.file)} draws more than {MAX_ENTITIES} things, give one floor"
+                )
             layer = _layer_of(entity, parents)
             if entity.dxf.get("invisible", 0) or self._is_frozen(layer):
                 continue
@@ -157,9 +163,11 @@ class _Reader:
 
     def _read_block(self, insert: Insert, layer: str, parents: tuple[_Block, ...]) -> None:
         if len(parents) == MAX_DEPTH:
-            raise PlanError(f"plan {shown(self.pieces.file)} has blocks more than {MAX_DEPTH} deep, explode some")
+            raise PlanError(f"plan {short_repr(self.pieces.file)} has blocks more than {MAX_DEPTH} deep, explode some")
         if insert.mcount > MAX_ENTITIES:
-            raise PlanError(f"plan {shown(self.pieces.file)} repeats a block {insert.mcount} times, give one floor")
+            raise PlanError(
+                f"plan {short_repr(self.pieces.file)} repeats a block {insert.mcount} times, give one floor"
+            )
         if not self._is_off(layer):
             for attribute in insert.attribs:
                 if not attribute.is_invisible:

@@ -20,7 +20,7 @@ from pianta._types import Floats
 from pianta.errors import PlanError, PlanWarning
 from pianta.floor import MAX_ROOM_NAME_LENGTH, Door, Floor, Room
 from pianta.io._faults import join_faults
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 from pianta.io.drawings._layers import checked_plan
 
 if TYPE_CHECKING:
@@ -83,10 +83,12 @@ def read_ifc_plan(path: str | Path, *, storey: str | None = None) -> list[IfcSto
         raise
     # Entities are checked when they are used, and IfcOpenShell raises whatever a hostile file drives it to.
     except Exception as exception:
-        raise PlanError(f"plan {shown(file)} is a damaged IFC, save it again: {reason_of(exception)}") from exception
+        raise PlanError(
+            f"plan {short_repr(file)} is a damaged IFC, save it again: {one_line_reason(exception)}"
+        ) from exception
     if reader.left_out:
         told = join_faults([f"{count} {what}" for what, count in reader.left_out.items()])
-        warnings.warn(f"plan {shown(file)} has {told}, left out", PlanWarning, stacklevel=2)
+        warnings.warn(f"plan {short_repr(file)} has {told}, left out", PlanWarning, stacklevel=2)
     return storeys
 
 
@@ -94,20 +96,20 @@ def _open_model(file: Path) -> file:
     try:
         import ifcopenshell
     except ImportError:
-        raise PlanError(f"plan {shown(file)} is an IFC, install pianta[bim] to read it") from None
+        raise PlanError(f"plan {short_repr(file)} is an IFC, install pianta[bim] to read it") from None
     with file.open("rb") as stream:
         start = stream.read(200)
         stream.seek(max(0, file.stat().st_size - 200))
         end = stream.read()
     if _START not in start:
-        raise PlanError(f"plan {shown(file)} is no IFC, save it as .ifc (STEP), not zipped and not as XML")
+        raise PlanError(f"plan {short_repr(file)} is no IFC, save it as .ifc (STEP), not zipped and not as XML")
     if _END not in end:
-        raise PlanError(f"plan {shown(file)} is cut off, its last line is not END-ISO-10303-21; save it again")
+        raise PlanError(f"plan {short_repr(file)} is cut off, its last line is not END-ISO-10303-21; save it again")
     try:
         return ifcopenshell.open(file, format=".ifc")
     except Exception as exception:
-        told = f"plan {shown(file)} is no IFC or damaged, save it again as .ifc"
-        raise PlanError(f"{told}: {reason_of(exception)}") from exception
+        told = f"plan {short_repr(file)} is no IFC or damaged, save it again as .ifc"
+        raise PlanError(f"{told}: {one_line_reason(exception)}") from exception
 
 
 @dataclass
@@ -125,8 +127,8 @@ class _Reader:
         if only is not None:
             chosen = {number for number, name in names.items() if name.casefold() == only.strip().casefold()}
             if not chosen:
-                told = ", ".join(map(shown, names.values()))
-                raise PlanError(f"plan {shown(self.path)} has no storey {shown(only)}, it has {told}")
+                told = ", ".join(map(short_repr, names.values()))
+                raise PlanError(f"plan {short_repr(self.path)} has no storey {short_repr(only)}, it has {told}")
             spaces = {number: spaces[number] for number in spaces if number in chosen}
         doors = self._doors_by_storey({space.id(): number for number in spaces for space in spaces[number]})
         storeys = [
@@ -135,16 +137,16 @@ class _Reader:
         ]
         storeys = [storey for storey in storeys if storey.floor.rooms]
         if not storeys:
-            raise PlanError(f"plan {shown(self.path)} has no spaces with a shape, export their geometry with it")
+            raise PlanError(f"plan {short_repr(self.path)} has no spaces with a shape, export their geometry with it")
         return sorted(storeys, key=lambda storey: storey.elevation)
 
     def _spaces_by_storey(self) -> dict[int, list[entity_instance]]:
         """Spaces that are rooms, in the order of the file, by the number of their storey."""
         spaces = _in_order(self.model.by_type("IfcSpace"))
         if len(spaces) > MAX_SPACES:
-            raise PlanError(f"plan {shown(self.path)} has {len(spaces)} spaces, give at most {MAX_SPACES}")
+            raise PlanError(f"plan {short_repr(self.path)} has {len(spaces)} spaces, give at most {MAX_SPACES}")
         if not spaces:
-            raise PlanError(f"plan {shown(self.path)} has no spaces (IfcSpace), export the rooms with it")
+            raise PlanError(f"plan {short_repr(self.path)} has no spaces (IfcSpace), export the rooms with it")
         by_storey: dict[int, list[entity_instance]] = {}
         for space in filter(_is_room, spaces):
             storey = _storey_of(space)
@@ -158,7 +160,7 @@ class _Reader:
         """Doors by the number of the storey of a space that they bound, else of the storey that contains them."""
         doors = _in_order(self.model.by_type("IfcDoor"))
         if len(doors) > MAX_DOORS:
-            raise PlanError(f"plan {shown(self.path)} has {len(doors)} doors, give at most {MAX_DOORS}")
+            raise PlanError(f"plan {short_repr(self.path)} has {len(doors)} doors, give at most {MAX_DOORS}")
         by_storey: dict[int, list[entity_instance]] = {}
         for door in doors:
             bounded = (storey_of_space[space] for space, _ in _bounded_spaces(door) if space in storey_of_space)

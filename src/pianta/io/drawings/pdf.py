@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from pianta._types import Colors, Floats
 from pianta.errors import PlanError
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing
 from pianta.io.drawings._layers import DARK, MAX_LINES, DrawnPieces, bezier_points, checked_plan
 
@@ -71,7 +71,7 @@ def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing |
     try:
         import pypdfium2  # noqa: F401  # asked for before a process is started
     except ImportError:
-        raise PlanError(f"plan {shown(file)} is a PDF, install pianta[pdf] to read it") from None
+        raise PlanError(f"plan {short_repr(file)} is a PDF, install pianta[pdf] to read it") from None
     chosen = "" if page is None else str(page)
     given = [json.dumps(sys.path), str(file), chosen, str(MAX_SECONDS), str(MAX_MEMORY)]
     single = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
@@ -86,7 +86,9 @@ def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing |
     except subprocess.TimeoutExpired:
         raise _too_large(file) from None
     except OSError as exception:
-        raise PlanError(f"plan {shown(file)} cannot be read in a process of its own: {reason_of(exception)}") from None
+        raise PlanError(
+            f"plan {short_repr(file)} cannot be read in a process of its own: {one_line_reason(exception)}"
+        ) from None
     # Below 0 the system has ended it, and PDFium itself where there is no memory
     if child.returncode < 0 or child.returncode == NO_MEMORY:
         raise _too_large(file)
@@ -94,13 +96,13 @@ def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing |
         packed = dict(np.load(BytesIO(child.stdout), allow_pickle=False))
     except (OSError, ValueError, EOFError):
         last = child.stderr.decode(errors="replace").strip().splitlines()[-1:] or ["it said nothing"]
-        raise PlanError(f"plan {shown(file)} cannot be read in a process of its own: {last[0]}") from None
+        raise PlanError(f"plan {short_repr(file)} cannot be read in a process of its own: {last[0]}") from None
     return _unpack(packed, file)
 
 
 def _too_large(file: Path) -> PlanError:
     told = f"takes more than {MAX_SECONDS} s or {MAX_MEMORY / 2**30:.2g} GiB to read"
-    return PlanError(f"plan {shown(file)} {told}, give one floor, or the page as PNG")
+    return PlanError(f"plan {short_repr(file)} {told}, give one floor, or the page as PNG")
 
 
 def answer_parent(path: str, page: str, seconds: str, memory: str) -> None:
@@ -164,7 +166,9 @@ def read_document(file: Path, *, page: int | None = None) -> PlanDrawing | Color
         raise
     # PDFium refuses the parts of a hostile file when they are used.
     except Exception as exception:
-        raise PlanError(f"plan {shown(file)} is a damaged PDF, save it again: {reason_of(exception)}") from exception
+        raise PlanError(
+            f"plan {short_repr(file)} is a damaged PDF, save it again: {one_line_reason(exception)}"
+        ) from exception
     finally:
         document.close()
 
@@ -177,17 +181,17 @@ def _open_document(file: Path) -> PdfDocument:
         return pypdfium2.PdfDocument(file)
     except pypdfium2.PdfiumError as error:
         if error.err_code == raw.FPDF_ERR_PASSWORD:
-            raise PlanError(f"plan {shown(file)} is protected by a password, save it without one") from None
-        told = f"plan {shown(file)} is no PDF or damaged, save it again as PDF"
-        raise PlanError(f"{told}: {reason_of(error)}") from error
+            raise PlanError(f"plan {short_repr(file)} is protected by a password, save it without one") from None
+        told = f"plan {short_repr(file)} is no PDF or damaged, save it again as PDF"
+        raise PlanError(f"{told}: {one_line_reason(error)}") from error
 
 
 def _choose_page(file: Path, count: int, page: int | None) -> int:
     if page is None and count > 1:
-        raise PlanError(f"plan {shown(file)} has {count} pages, say which, page=1 … page={count}")
+        raise PlanError(f"plan {short_repr(file)} has {count} pages, say which, page=1 … page={count}")
     if page is not None and not 1 <= page <= count:
         range_ = "1, its only page" if count == 1 else f"1 … {count}"
-        raise PlanError(f"plan {shown(file)} has no page {page}, give page={range_}")
+        raise PlanError(f"plan {short_repr(file)} has no page {page}, give page={range_}")
     return page or 1
 
 
@@ -238,7 +242,7 @@ class _Reader:
         """Read all paths, and how much of the page images cover, in square points."""
         from pypdfium2 import raw
 
-        told = f"plan {shown(self.pieces.file)} draws more than {MAX_OBJECTS} things, give one floor"
+        told = f"plan {short_repr(self.pieces.file)} draws more than {MAX_OBJECTS} things, give one floor"
         if raw.FPDFPage_CountObjects(page) > MAX_OBJECTS:
             raise PlanError(told)
         for item in page.get_objects(max_depth=MAX_DEPTH):
@@ -270,7 +274,7 @@ class _Reader:
         if not stroked and not filled:
             return
         if self.pieces.lines + raw.FPDFPath_CountSegments(item) > MAX_LINES:
-            raise PlanError(f"plan {shown(self.pieces.file)} has more than {MAX_LINES} lines, give one floor")
+            raise PlanError(f"plan {short_repr(self.pieces.file)} has more than {MAX_LINES} lines, give one floor")
         rings = [(ring @ matrix[:, :2].T + matrix[:, 2]) @ self.turn.T for ring in _rings_of_path(item)]
         if filled:
             self.pieces.add_fill(rings, "other")

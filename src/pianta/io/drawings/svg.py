@@ -17,7 +17,7 @@ from defusedxml import DefusedXmlException, ElementTree
 
 from pianta._types import Floats
 from pianta.errors import PlanError, PlanWarning
-from pianta.io._files import reason_of, shown
+from pianta.io._files import one_line_reason, short_repr
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing, Role
 from pianta.io.drawings._layers import (
     DARK,
@@ -82,9 +82,9 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
         reader.read_element(root, np.array([[1.0, 0, 0], [0, -1, 0]]), {}, (), 0)
     if reader.left_out:
         told = ", ".join(f"{count} {what}{'s' if count > 1 else ''}" for what, count in reader.left_out.items())
-        warnings.warn(f"plan {shown(file)} has {told} that cannot be read, left out", PlanWarning, stacklevel=2)
+        warnings.warn(f"plan {short_repr(file)} has {told} that cannot be read, left out", PlanWarning, stacklevel=2)
     if not reader.pieces.lines and not reader.pieces.fills:
-        raise PlanError(f"plan {shown(file)} draws no lines, give a drawn plan, or a picture as PNG")
+        raise PlanError(f"plan {short_repr(file)} draws no lines, give a drawn plan, or a picture as PNG")
     return reader.pieces.drawing(reader.doors(), metres_per_unit=metres)
 
 
@@ -100,16 +100,20 @@ def _parse_svg(file: Path) -> Element:
     try:
         import svgelements  # noqa: F401  # asked for before any work is done
     except ImportError:
-        raise PlanError(f"plan {shown(file)} is an SVG, install pianta[svg] to read it") from None
+        raise PlanError(f"plan {short_repr(file)} is an SVG, install pianta[svg] to read it") from None
     try:
         root: Element = ElementTree.parse(file, parser=_Parser(forbid_dtd=True)).getroot()
     except DefusedXmlException:
-        raise PlanError(f"plan {shown(file)} declares entities or a document type of its own, remove them") from None
+        raise PlanError(
+            f"plan {short_repr(file)} declares entities or a document type of its own, remove them"
+        ) from None
     except (ParseError, ValueError, LookupError, OSError) as exception:
-        told = f"plan {shown(file)} is no SVG or damaged, save it again as SVG"
-        raise PlanError(f"{told}: {reason_of(exception)}") from None
+        told = f"plan {short_repr(file)} is no SVG or damaged, save it again as SVG"
+        raise PlanError(f"{told}: {one_line_reason(exception)}") from None
     if _local_name(root.tag) != "svg":
-        raise PlanError(f"plan {shown(file)} is no SVG, its outermost element is {shown(_local_name(root.tag))}")
+        raise PlanError(
+            f"plan {short_repr(file)} is no SVG, its outermost element is {short_repr(_local_name(root.tag))}"
+        )
     return root
 
 
@@ -125,7 +129,7 @@ def _refuse_references(root: Element, file: Path) -> None:
             targets += _TARGET.findall(css) + re.findall(r"@import[^;]*", css, re.IGNORECASE)
         for target in map(str.strip, targets):
             if target and not target.startswith(("#", "data:")):
-                told = f"plan {shown(file)} refers to {shown(target)} outside of itself"
+                told = f"plan {short_repr(file)} refers to {short_repr(target)} outside of itself"
                 raise PlanError(f"{told}, remove the reference or embed what it shows")
 
 
@@ -138,7 +142,7 @@ def _metres_per_unit(root: Element, file: Path) -> float | None:
     except ValueError:
         metres = 0.0
     if not (isfinite(metres) and metres > 0):
-        raise PlanError(f"plan {shown(file)} has {METRES_ATTRIBUTE}={shown(given)}, give a positive number")
+        raise PlanError(f"plan {short_repr(file)} has {METRES_ATTRIBUTE}={short_repr(given)}, give a positive number")
     return metres
 
 
@@ -165,9 +169,11 @@ class _Reader:
         """
         self.elements += 1
         if self.elements > MAX_ELEMENTS:
-            raise PlanError(f"plan {shown(self.pieces.file)} draws more than {MAX_ELEMENTS} things, give one floor")
+            raise PlanError(
+                f"plan {short_repr(self.pieces.file)} draws more than {MAX_ELEMENTS} things, give one floor"
+            )
         if depth > MAX_DEPTH:
-            raise PlanError(f"plan {shown(self.pieces.file)} has groups more than {MAX_DEPTH} deep, ungroup some")
+            raise PlanError(f"plan {short_repr(self.pieces.file)} has groups more than {MAX_DEPTH} deep, ungroup some")
         tag = _local_name(element.tag)
         style = self._style_of(element, tag, style)
         if style.get("display") == "none" or _number(style.get("opacity"), 1) == 0:

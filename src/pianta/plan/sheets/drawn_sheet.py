@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pianta._types import Colors, Floats, Mask
 from pianta.errors import OptionError, PlanError
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing
 from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, Sheet
 
@@ -99,7 +99,7 @@ def _extent(drawing: PlanDrawing) -> tuple[Floats, Floats]:
     boxes += [np.array([[outline.min(axis=0), outline.max(axis=0)]]) for outline in drawing.fills]
     bounds = np.concatenate(boxes)
     if not len(bounds):
-        raise PlanError(f"plan {shown(drawing.source)} draws nothing, give one with lines")
+        raise PlanError(f"plan {short_repr(drawing.source)} draws nothing, give one with lines")
     # Named walls are the plan, however many lines a detail beside it has
     is_wall = np.zeros(len(bounds), bool)
     is_wall[: len(drawing.lines)] = drawing.roles == ROLES.index("wall")
@@ -131,7 +131,7 @@ def _px_per_unit(drawing: PlanDrawing, size: Floats, longest_px: int) -> float:
     """Pixels per drawing unit, so that doors have DOOR_PX and the longer side fits."""
     longest = float(size.max())
     if not longest > _POINT:
-        raise PlanError(f"plan {shown(drawing.source)} draws a single point, give one with walls")
+        raise PlanError(f"plan {short_repr(drawing.source)} draws a single point, give one with walls")
     fitting = (longest_px - 2 * MARGIN_PX - 1) / longest
     door = float(np.median(np.linalg.norm(np.diff(drawing.doors, axis=1), axis=2))) if len(drawing.doors) else 0.0
     if drawing.metres_per_unit is not None:

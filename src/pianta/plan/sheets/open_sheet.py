@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from pianta.errors import MapError, PlanError
-from pianta.io._files import MAX_CELLS, checked_input, shown
+from pianta.io._files import MAX_CELLS, check_input_file, short_repr
 from pianta.io.drawings._drawing import PlanDrawing
 from pianta.io.drawings.dxf import read_dxf_plan
 from pianta.io.drawings.pdf import read_pdf_plan
@@ -26,12 +26,14 @@ def open_sheet(path: Source, *, page: int | None = None, max_cells: int = MAX_CE
     page: of a PDF, from 1; needed when it has several. max_cells: pixels that a picture may have.
     Raises PlanError, in one line, for other files, and for a page of another file format.
     """
-    file = checked_input(path_of(path), "plan", PlanError)
+    file = check_input_file(path_of(path), "plan", PlanError)
     suffix = file.suffix.lower()
     if suffix not in SHEET_SUFFIXES:
-        raise PlanError(f"plan {shown(file)} has an unknown format, give one of {', '.join(SHEET_SUFFIXES)} or .ifc")
+        raise PlanError(
+            f"plan {short_repr(file)} has an unknown format, give one of {', '.join(SHEET_SUFFIXES)} or .ifc"
+        )
     if page is not None and suffix != PDF_SUFFIX:
-        raise PlanError(f"page is {page} and plan {shown(file)} is no PDF, leave out page=")
+        raise PlanError(f"page is {page} and plan {short_repr(file)} is no PDF, leave out page=")
     if suffix in DRAWING_READERS:
         return draw_sheet(DRAWING_READERS[suffix](file))
     if suffix == PDF_SUFFIX:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pianta._types import Floats
 from pianta.errors import MapError, PlanError
-from pianta.io._files import shown
+from pianta.io._files import short_repr
 from pianta.io.images import read_picture
 from pianta.plan.symbols.drawings import GREEN, RED, SYMBOLS, Color, SymbolKind, draw_symbol, frame_symbol
 
@@ -85,17 +85,17 @@ def read_symbol_folder(path: str | Path) -> tuple[Template, ...]:
     """
     folder = Path(path)
     if not folder.is_dir():
-        raise PlanError(f"symbols {shown(folder)} is no folder, give a folder of PNGs")
+        raise PlanError(f"symbols {short_repr(folder)} is no folder, give a folder of PNGs")
     try:
         files = sorted(file for file in folder.iterdir() if file.suffix.lower() == ".png")
     except OSError as error:
-        raise PlanError(f"symbols {shown(folder)} cannot be opened, check its permissions") from error
+        raise PlanError(f"symbols {short_repr(folder)} cannot be opened, check its permissions") from error
     if not 1 <= len(files) <= MAX_FILES:
-        raise PlanError(f"symbols {shown(folder)} has {len(files)} PNGs, give 1 to {MAX_FILES}")
+        raise PlanError(f"symbols {short_repr(folder)} has {len(files)} PNGs, give 1 to {MAX_FILES}")
     faults: list[str] = []
     images = {_symbol_name(file): _read_image(file, faults) for file in files}
     if faults:
-        raise PlanError(f"symbols {shown(folder)} cannot be used: " + "; ".join(faults))
+        raise PlanError(f"symbols {short_repr(folder)} cannot be used: " + "; ".join(faults))
     pictures = {name: image for name, image in images.items() if image is not None}
     fills = {name.removeprefix(FILL): image for name, image in pictures.items() if name.startswith(FILL)}
     templates = []
@@ -109,7 +109,7 @@ def read_symbol_folder(path: str | Path) -> tuple[Template, ...]:
         templates.append(Template(f"{name}.png", symbol_kind, image, None if fill is None else _find_bar(fill)))
     faults += [f"{FILL}{suffix}.png fills no door, add door{suffix}.png" for suffix in fills]
     if faults or not templates:
-        raise PlanError(f"symbols {shown(folder)} cannot be used: " + ("; ".join(faults) or "it has no symbols"))
+        raise PlanError(f"symbols {short_repr(folder)} cannot be used: " + ("; ".join(faults) or "it has no symbols"))
     return tuple(templates)
 
 
@@ -135,10 +135,10 @@ def _read_image(file: Path, faults: list[str]) -> Pixels | None:
         return None
     height, width = colors.shape[:2]
     if not MIN_SIDE <= min(height, width) <= max(height, width) <= MAX_SIDE:
-        faults.append(f"{shown(file.name)} has {width} × {height} px, give {MIN_SIDE} to {MAX_SIDE}")
+        faults.append(f"{short_repr(file.name)} has {width} × {height} px, give {MIN_SIDE} to {MAX_SIDE}")
         return None
     if np.ptp(colors.reshape(-1, 3), axis=0).max() < MIN_CONTRAST:
-        faults.append(f"{shown(file.name)} has nothing drawn on it, cut it out again")
+        faults.append(f"{short_repr(file.name)} has nothing drawn on it, cut it out again")
         return None
     grey = bool((colors == colors[:, :, :1]).all())
     return np.asarray(colors[:, :, 0] if grey else colors)

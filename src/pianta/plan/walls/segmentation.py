@@ -2,7 +2,7 @@
 
 Section 3.3 of the thesis finds walls by a threshold, because its plans have thick ones. Other plans have lines of
 every weight among furniture, hatching, dimensions and text, which no threshold separates; a small U-Net (Ronneberger
-et al., 2015), trained on plans with their true layouts, does (docs/plans.md).
+et al., 2015), trained on plans with their true layouts, does (docs/methods/plans.md).
 """
 
 from __future__ import annotations
