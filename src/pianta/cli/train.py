@@ -22,9 +22,9 @@ from pianta.labels import SCHEMAS, LabelSchema
 from pianta.reading._labelling import check_type_name
 
 if TYPE_CHECKING:
-    from pianta.building_types.model import BuildingModel, Verdict
+    from pianta.building_types.model import BuildingTypeModel, TypePrediction
     from pianta.generation.type_model import TypeModel
-    from pianta.rooms.model import PlaceModel
+    from pianta.rooms.model import RoomModel
 
 SEGMENTATIONS = ("corr", "ncut")
 PLACES_EXAMPLES = (
@@ -96,7 +96,7 @@ def train_places(
     that cannot be read does not stop the others; the exit code is then 1.
     """
     from pianta.rooms import training
-    from pianta.rooms.model_file import check_model_path, save_place_model
+    from pianta.rooms.model_file import check_model_path, save_room_model
 
     if not out.is_dir():
         check_model_path(out)
@@ -106,7 +106,7 @@ def train_places(
     training.check_labels(floors, schemas)
     simulated = simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
     model = training.train_rooms(floors, simulated=simulated, schemas=schemas, seed=seed)
-    save_place_model(model, out)
+    save_room_model(model, out)
     if not quiet:
         _tell_model(model, out)
     if not all_read:
@@ -131,15 +131,15 @@ def train_buildings(
     that cannot be read does not stop the others; the exit code is then 1.
     """
     from pianta.building_types import model as building_types
-    from pianta.building_types.model_file import save_building_model
+    from pianta.building_types.model_file import save_building_type_model
 
     _check_options(out, building_type)
     schemas = read_schemas(labels or ())
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     model = building_types.train_building_types(floors, schemas=schemas)
-    save_building_model(model, out)
+    save_building_type_model(model, out)
     if not quiet:
-        _tell_building_model(model, building_types.judge_held_out(model), out)
+        _tell_building_model(model, building_types.predict_held_out(model), out)
     if not all_read:
         raise typer.Exit(1)
 
@@ -295,7 +295,7 @@ def _tell_type_model(model: TypeModel, out: Path) -> None:
     print_result(f"next: pianta generate {quote(str(out))} -n 24 -o {quote(str(out.with_suffix('')) + '-buildings')}")
 
 
-def _tell_model(model: PlaceModel, out: Path) -> None:
+def _tell_model(model: RoomModel, out: Path) -> None:
     errors = ", ".join(f"{error:.1%} in {labels}" for labels, error in model.training.errors.items())
     print_result(f"trained on {model.training}")
     print_result(f"wrong labels on buildings left out: {errors}")
@@ -306,7 +306,7 @@ def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' * (number != 1)}"
 
 
-def _tell_building_model(model: BuildingModel, held_out: Sequence[Verdict], out: Path) -> None:
+def _tell_building_model(model: BuildingTypeModel, held_out: Sequence[TypePrediction], out: Path) -> None:
     """Print what a model knows, and how right it is of each floor when it does not know its building.
 
     held_out: what is said of each floor that it knows, by the model of all other buildings.
@@ -315,10 +315,10 @@ def _tell_building_model(model: BuildingModel, held_out: Sequence[Verdict], out:
     for kind in model.building_types:
         names = [name for name, other in zip(model.buildings, model.types, strict=True) if other == kind]
         counts.append(f"{_count(len(names), 'floor')} of {_count(len(set(names)), 'building')} of type {kind}")
-    floors = len(model.known)
+    floors = len(model.training_floors)
     said = [verdict.likeliest for verdict in held_out]
     wrong = sum(kind != right for kind, right in zip(said, model.types, strict=True))
-    unknown = sum(not verdict.known for verdict in held_out)
+    unknown = sum(not verdict.is_known for verdict in held_out)
     guessed = floors - max(model.types.count(kind) for kind in model.building_types)
     print_result(f"trained on {_count(floors, 'floor')}: {', '.join(counts)}")
     print_result(f"wrong types of floors whose building was left out: {wrong} of {floors}, {wrong / floors:.1%}")
