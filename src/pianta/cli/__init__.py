@@ -18,7 +18,7 @@ from pianta.errors import OptionError, PiantaError
 # Verb -> the function of its module that runs it; None for a verb with sub-verbs.
 VERBS = {
     "read": "read_maps",
-    "realism": "judge_floors",
+    "realism": "assess_floors",
     "generate": "generate",
     "predict": "predict_floor",
     "explore": "explore_world",

@@ -130,8 +130,8 @@ def _warn(graph: nx.Graph, truth: WholeFloor | None, model: TypeModel, floor: Pa
     if alone := [node for node, doors in graph.degree if not doors]:
         messages.append(f"floor {short_repr(floor)}: rooms {name_some(alone)} have no door and are left out")
     if truth and any(find_copies([truth.graph], [training_floor.graph for training_floor in model.floors])):
-        known = f"the model was trained on floor {short_repr(floor)} too"
-        messages.append(f"{known}, so this is no test; train one without it")
+        trained = f"the model was trained on floor {short_repr(floor)} too"
+        messages.append(f"{trained}, so this is no test; train one without it")
     for message in messages:
         warnings.warn(BuildingWarning(message), stacklevel=2)
 

@@ -11,7 +11,7 @@ from pianta.floor import Floor, Room
 
 
 def tabulate_rooms(floor: Floor) -> Table:
-    """Table of the rooms: id, area, doors, neighbours; openings, entrances, name, label and what was seen if any has.
+    """Table of the rooms: id, area, doors, neighbours; openings, entrances, name, label and seen part if any has.
 
     An entrance counts as an entrance only, not as a door or an opening.
     """
