@@ -16,7 +16,7 @@ from pianta.reading._reader import ReadOptions
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plans.drawing import draw_plan
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import small_model
 from tests.hidden_figures import hiding_figures
@@ -24,7 +24,7 @@ from tests.hidden_figures import hiding_figures
 
 def write_map(path: Path, *, length: float = 10.0) -> Path:
     """The map of a corridor with rooms of 5 m on both sides."""
-    map_floor(make_corridor_floor(length=length, room_width=(5, 5))).save(path)
+    simulate_map(make_corridor_floor(length=length, room_width=(5, 5))).save(path)
     return path
 
 
@@ -127,8 +127,12 @@ class TestRead:
             ({"labels": False, "building_type": "school"}, OptionError, "labels=False makes building_type= useless"),
             ({"building_type": "school", "building_model": "m.json"}, OptionError, "makes building_model= useless"),
             ({"building_type": "castle"}, OptionError, "knows no building type 'castle'"),
-            ({"room_model": small_model()}, OptionError, "room_model= is a TypeModel, give a PlaceModel"),
-            ({"building_model": small_model()}, OptionError, "building_model= is a TypeModel, give a BuildingModel"),
+            ({"room_model": small_model()}, OptionError, "room_model= is a TypeModel, give a RoomModel"),
+            (
+                {"building_model": small_model()},
+                OptionError,
+                "building_model= is a TypeModel, give a BuildingTypeModel",
+            ),
             ({"room_model": "nowhere.model"}, ModelError, "'nowhere.model' does not exist"),
             ({"previous": "nowhere"}, FloorError, "'nowhere' does not exist"),
             ({"max_cells": 100}, MapError, "the limit is 100; lift it with max_cells="),

@@ -15,7 +15,7 @@ from pianta.plot.figure import new_ax, new_figure
 from pianta.plot.floor import GRAPH_LEVEL, plot_doors, plot_legend, plot_rooms, plot_scale_bar
 from pianta.plot.styles import DARK_INK, Schemas
 from pianta.realism.model import Realism
-from pianta.realism.patterns import OffPattern
+from pianta.realism.patterns import UnusualPattern
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,7 +81,7 @@ def draw_realism(floor: Floor, realism: Realism, *, schemas: Schemas = SCHEMAS) 
 
 
 def plot_unusual_rooms(
-    floor: Floor, patterns: Sequence[OffPattern], *, ax: Axes | None = None, schemas: Schemas = SCHEMAS
+    floor: Floor, patterns: Sequence[UnusualPattern], *, ax: Axes | None = None, schemas: Schemas = SCHEMAS
 ) -> Axes:
     """Draw a floor with the rooms of patterns that are too frequent marked."""
     from shapely.plotting import patch_from_polygon
@@ -143,7 +143,7 @@ def _plot_strips(realism: Realism, axes: Sequence[Axes]) -> None:
             ax.legend([mark], [""], loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handleheight=1.4)
 
 
-def _hatch(patterns: Sequence[OffPattern]) -> list[str]:
+def _hatch(patterns: Sequence[UnusualPattern]) -> list[str]:
     """The hatch of each pattern; empty if it is too rare, as no room shows that."""
     hatches = iter(HATCHES)
     return [next(hatches) if pattern.is_frequent else "" for pattern in patterns]

@@ -14,7 +14,7 @@ import numpy as np
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.layout.reconstruct import METHODS, check_method
 from pianta.worlds.floors import make_ring_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from pianta_bench.harness.records import Figures, Results, Track
 from pianta_bench.layout.timing import time_reconstruction
 
@@ -48,7 +48,7 @@ def measure(
 def tile_floor(side: int, tiles: int) -> GridMap:
     """A generated floor with a ring corridor and furniture, tiles × tiles times, each in side × side cells."""
     length = side * 0.05 - 13
-    grid = map_floor(make_ring_floor(length=length, width=length), furniture=0.3)
+    grid = simulate_map(make_ring_floor(length=length, width=length), furniture=0.3)
     cells = np.full((side, side), UNKNOWN, np.int8)
     rows, cols = grid.shape
     cells[:rows, :cols] = grid.cells

@@ -16,7 +16,7 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.layout.reconstruct import reconstruct
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from pianta_bench.harness.records import Figures
 
 TRANSFORMS = 5  # whose median is taken
@@ -48,7 +48,7 @@ def time_reconstruction(grid: GridMap, *, method: str) -> tuple[Floor, Figures]:
 def _load_method(method: str) -> None:
     """Run a method once on a small map, since the first run also loads libraries."""
     with suppress(Exception):  # measuring the maps will show it
-        reconstruct(map_floor(make_corridor_floor(length=10, room_width=(5, 5))), method=method)
+        reconstruct(simulate_map(make_corridor_floor(length=10, room_width=(5, 5))), method=method)
 
 
 @contextmanager
