@@ -118,7 +118,7 @@ def read_maps(
     options: ReadOptions = {
         "previous": previous,
         "method": method,
-        "kind": as_kind,
+        "input_kind": as_kind,
         "resolution": resolution,
         "trust_thresholds": trust_thresholds,
         "max_cells": max_cells,
@@ -150,8 +150,8 @@ def _read_one(path: str, out: Path, options: ReadOptions, *, walls: bool, graph:
     folders = reading.save(out, walls=walls, graph=graph)
     for storey, folder in zip(reading.storeys, folders, strict=True) if not quiet else ():
         stdout.print(tabulate_rooms(storey.floor))
-        if storey.known_types:
-            tell_result(f"building: {describe_type(storey.floor, storey.known_types)}")
+        if storey.candidate_types:
+            tell_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
         for line in storey.messages:
             tell_result(line)
         tell_result(f"{describe_floor(storey.floor)}, in {folder}")
@@ -163,7 +163,7 @@ def _tell_one_of_several(result: Reading | Failure, *, quiet: bool) -> bool:
         tell_error(result.error)
         return False
     for storey in () if quiet else result.storeys:
-        kind = f", {name_type(storey.floor)}" if storey.known_types else ""
+        kind = f", {name_type(storey.floor)}" if storey.candidate_types else ""
         folder = (result.folder or Path()) / storey.name
         tell_result("; ".join([f"{describe_floor(storey.floor)}{kind}, in {folder}", *storey.messages]))
     return True
