@@ -12,7 +12,7 @@ from shapely import unary_union
 
 from pianta._types import Colors
 from pianta.errors import OptionError, PlanError, PlanWarning
-from pianta.floor import Floor, scale_floor
+from pianta.floor import DOOR_WIDTH, Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import MAX_CELLS, short_repr
 from pianta.io.drawings.ifc import read_ifc_plan
@@ -21,7 +21,6 @@ from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
 from pianta.plan.doors.lines import PlanDoors, find_doors
 from pianta.plan.doors.swings import Swing, find_swings
 from pianta.plan.scale import (
-    DOOR_WIDTH,
     SURE_BY_DOORS,
     PlanScale,
     agree_on_doors,

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 
 from pianta._types import Colors, Floats, Mask
 from pianta.errors import PlanError
-from pianta.floor import Floor
+from pianta.floor import DOOR_WIDTH, Floor
 from pianta.plan.doors.swings import DoorSize, Swing, agree_on_size
 from pianta.plan.sheets.binarization import measure_contrast
 from pianta.plan.sheets.sheet import PlacedText, Sheet
 from pianta.plan.text.dimensions import parse_scale_bar, scale_from_dimensions
 from pianta.plan.walls.regions import DOOR_CELLS, NETWORKS, find_regions, measure_doubt
 
-DOOR_WIDTH = 0.9  # metres
 # Doors with a swing tell the scale when so many agree, and are so large.
 LEAST_DOORS, LEAST_DOOR_PX = 3, 8.0
 # Of so many nobody doubts that they are doors.

@@ -17,8 +17,7 @@ from scipy.sparse.csgraph import connected_components, shortest_path
 
 from pianta._types import Floats, Mask
 from pianta.errors import OptionError
-from pianta.io.buildings._repair import normalize_label
-from pianta.labels import RC, LabelConvention, LabelSchema
+from pianta.labels import RC, LabelConvention, LabelSchema, normalize_label
 from pianta.plot._figure import new_ax, save_png
 from pianta.plot.floor import DPI, EDGE_COLOR, GRAPH_LEVEL, INK, LONGEST_LABEL
 from pianta.plot.styles import NEUTRAL_COLOR, RoomStyle

@@ -18,7 +18,7 @@ from shapely import LineString, Polygon
 
 from pianta._types import Floats
 from pianta.errors import PlanError, PlanWarning
-from pianta.floor import MAX_ROOM_NAME_LENGTH, Door, Floor, Room
+from pianta.floor import DOOR_WIDTH, MAX_ROOM_NAME_LENGTH, Door, Floor, Room
 from pianta.io._faults import join_faults
 from pianta.io._files import one_line_reason, short_repr
 from pianta.io.drawings._layers import checked_plan
@@ -31,7 +31,6 @@ MAX_FILE_BYTES = 256 * 2**20
 MAX_SPACES = 5000
 MAX_DOORS = 20_000
 MAX_WALL = 1.0  # metres, from the middle of a door to where its room must have begun
-DOOR_WIDTH = 0.9
 
 _LEAST_DEPTH = 0.05  # metres of a room before a door
 _ROUNDING = 1e-4  # metres within which a corner is none

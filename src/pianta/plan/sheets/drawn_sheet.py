@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from pianta._types import Colors, Floats, Mask
 from pianta.errors import OptionError, PlanError
+from pianta.floor import DOOR_WIDTH
 from pianta.io._files import short_repr
 from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing
 from pianta.plan.sheets.sheet import PlacedText, Sheet
 
-DOOR_WIDTH = 0.9  # metres
 DOOR_PX = 32
 LONGEST_PX, MARGIN_PX, LINE_PX = 4000, 24, 2
 UNSCALED_SHARE = 0.5  # of the longest side, where nothing tells the scale
