@@ -247,7 +247,7 @@ def line_in_middle(first: DrawnRoom, second: DrawnRoom, width: float, findings: 
 
 
 def line_along_wall(middle: Floats, first: Polygon, second: Polygon, width: float) -> LineString:
-    """A line of `width` metres through a point, along the wall near it to which its ends are nearest, in both outlines."""
+    """The line of `width` metres through a point, along a wall near it, whose ends are nearest to both outlines."""
     rings = np.array([first.exterior, second.exterior])
     steps = np.concatenate([_directions_of_walls(ring, middle, reach=width / 4) for ring in rings]) * width / 2
     ends = np.stack([middle - steps, middle + steps], axis=1)
