@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -24,7 +25,6 @@ from pianta_bench._options import (
     Data,
     ErrorPictures,
     GenerationPictures,
-    GraphPictures,
     Json,
     Maps,
     Method,
@@ -47,8 +47,13 @@ if TYPE_CHECKING:
     from pianta_bench.harness.table import BenchTable
 
 Bench = TypeVar("Bench")
+# In the order of the help. Each is a folder with a BENCH.
+BENCHES = ("graphs",)
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
+for name in BENCHES:
+    bench = import_module(f"pianta_bench.{name}").BENCH
+    app.command(name, epilog=show_examples(bench.examples))(bench.make_command())
 app.command("exploration", epilog=show_examples(bench_exploration.EXAMPLES))(bench_exploration.bench_exploration)
 app.command("plans", epilog=show_examples(bench_plans.EXAMPLES))(bench_plans.bench_plans)
 
@@ -119,29 +124,6 @@ def bench_cost(*, method: Methods = None, json: Json = None) -> None:
     if json:
         with atomic_folder(json.parent) as new:
             save_growths(growths, new / json.name)
-
-
-@app.command("graphs", epilog=show_examples(["pianta bench graphs", "pianta bench graphs --pictures graphs"]))
-def bench_graphs(*, data: Data = None, json: Json = None, pictures: GraphPictures = None) -> None:
-    """Metrics of schools and offices as graphs (Table 5.1).
-
-    Reads buildings/school/*.xml and buildings/office/*.xml of the data. A
-    building that fails does not count; the exit code is then 1.
-    """
-    from pianta_bench.data.folders import find_data
-    from pianta_bench.graphs.measure import measure_graphs
-    from pianta_bench.harness.comparison import save_comparisons
-
-    _check_outputs(json, pictures)
-    folder = find_data(data)
-    if pictures:
-        pictures.mkdir(parents=True, exist_ok=True)
-    tables, items = measure_graphs(folder, pictures=pictures, track=track_items)
-    _show(tables, items)
-    if json:
-        with atomic_folder(json.parent) as new:
-            save_comparisons("graphs", tables, items, new / json.name)
-    _exit_on_failure(items)
 
 
 @app.command("types", epilog=show_examples(["pianta bench types", "pianta bench types --pictures types"]))
@@ -350,7 +332,7 @@ def _run(
 ) -> None:
     """Measure, print, save; nothing is measured when an option makes no sense."""
     from pianta_bench.data.folders import find_data
-    from pianta_bench.harness.report import show_bench_table
+    from pianta_bench.harness.old_report import show_bench_table
     from pianta_bench.harness.table import save_bench_table
 
     _check_outputs(json, pictures)

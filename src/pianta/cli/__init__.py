@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from pianta import __version__
-from pianta.cli.terminal import show_examples, tell_error, telling_warnings
+from pianta.cli.terminal import print_error, print_warnings, show_examples
 from pianta.errors import OptionError, PiantaError
 
 # Verb -> the function of its module that runs it; None for a verb with verbs of its own.
@@ -72,11 +72,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names can hold what no encoding has
     try:
-        with telling_warnings():
+        with print_warnings():
             app = choose_app(given[0] if given else None)
             app(given, prog_name="pianta")
     except PiantaError as error:
-        tell_error(error)
+        print_error(error)
         sys.exit(2)
 
 

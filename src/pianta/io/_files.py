@@ -105,3 +105,8 @@ def atomic_file(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+def count_noun(number: int, noun: str) -> str:
+    """A number with its noun: "1 room", "2 rooms"."""
+    return f"{number} {noun}{'s' * (number != 1)}"

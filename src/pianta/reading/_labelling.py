@@ -13,9 +13,9 @@ from pianta.floor import Floor, Room
 from pianta.labels import SCHEMAS, LabelSchema, standard_building_type
 
 if TYPE_CHECKING:
-    from pianta.building_types.model import BuildingModel
-    from pianta.rooms.model import PlaceModel
-    from pianta.rooms.name_dictionary import RoomWords
+    from pianta.building_types.model import BuildingTypeModel
+    from pianta.rooms.model import RoomModel
+    from pianta.rooms.name_dictionary import RoomNameDictionary
 
 
 @dataclass(frozen=True)
@@ -25,40 +25,40 @@ class Labelling:
     words: a dictionary of room names; None for pianta's own. building_type: the user's, which is then not predicted.
     """
 
-    rooms: PlaceModel
-    buildings: BuildingModel
-    words: RoomWords | None
+    rooms: RoomModel
+    buildings: BuildingTypeModel
+    words: RoomNameDictionary | None
     building_type: str | None = None
 
     @classmethod
     def make(
         cls,
-        room_model: PlaceModel | str | Path | None,
-        building_model: BuildingModel | str | Path | None,
+        room_model: RoomModel | str | Path | None,
+        building_model: BuildingTypeModel | str | Path | None,
         words: str | Path | None,
         building_type: str | None,
     ) -> Labelling:
         """Read the models from their files; None for those that come with pianta."""
-        from pianta.building_types.model import BuildingModel
-        from pianta.building_types.model_file import read_building_model, read_default_building_model
-        from pianta.rooms.model import PlaceModel
-        from pianta.rooms.model_file import read_default_place_model, read_place_model
-        from pianta.rooms.name_dictionary import read_room_words
+        from pianta.building_types.model import BuildingTypeModel
+        from pianta.building_types.model_file import read_building_type_model, read_default_building_type_model
+        from pianta.rooms.model import RoomModel
+        from pianta.rooms.model_file import read_default_room_model, read_room_model
+        from pianta.rooms.name_dictionary import read_room_name_dictionary
 
         if building_model is not None and building_type is not None:
             raise OptionError("building_type= makes building_model= useless, leave either out")
-        rooms = read_default_place_model() if room_model is None else room_model
-        rooms = read_place_model(rooms) if isinstance(rooms, str | Path) else rooms
-        check_argument(rooms, PlaceModel, "room_model", "a PlaceModel or its file")
+        rooms = read_default_room_model() if room_model is None else room_model
+        rooms = read_room_model(rooms) if isinstance(rooms, str | Path) else rooms
+        check_argument(rooms, RoomModel, "room_model", "a RoomModel or its file")
         if building_type is not None:
             building_type = check_type_name(building_type)
             if building_type not in rooms.building_types:
                 types = ", ".join(rooms.building_types)
                 raise OptionError(f"the model knows no building type {building_type!r}, give one of {types}")
-        buildings = read_default_building_model() if building_model is None else building_model
-        buildings = read_building_model(buildings) if isinstance(buildings, str | Path) else buildings
-        check_argument(buildings, BuildingModel, "building_model", "a BuildingModel or its file")
-        return cls(rooms, buildings, read_room_words(words) if words is not None else None, building_type)
+        buildings = read_default_building_type_model() if building_model is None else building_model
+        buildings = read_building_type_model(buildings) if isinstance(buildings, str | Path) else buildings
+        check_argument(buildings, BuildingTypeModel, "building_model", "a BuildingTypeModel or its file")
+        return cls(rooms, buildings, read_room_name_dictionary(words) if words is not None else None, building_type)
 
     @property
     def schemas(self) -> Mapping[str, LabelSchema]:
@@ -71,26 +71,24 @@ class Labelling:
         return self.buildings.building_types if self.building_type is None else ()
 
     def label(self, floor: Floor) -> Floor:
-        """The floor with the type of its building, and with labels for all rooms that have none from a user.
+        """The floor with the type of its building, and with labels for all rooms without a manual one.
 
         If the floor has a type, that type stays and rooms get its labels. A predicted type gives no labels to rooms:
         a wrong one would give all of them wrong names.
         """
         from pianta.building_types.classify import classify_building
-        from pianta.rooms.completion import complete_labels
+        from pianta.rooms.completion import fill_missing_labels
         from pianta.rooms.from_names import label_named_rooms
-        from pianta.rooms.model import keep_given_label
+        from pianta.rooms.model import keep_manual_label
 
         predicted = label_named_rooms(floor, self.rooms, self.words).rooms
-        user_labelled = map(keep_given_label, floor.rooms)
-        rooms: tuple[Room, ...] = tuple(
-            old if old.label else new for old, new in zip(user_labelled, predicted, strict=True)
-        )
+        manual = map(keep_manual_label, floor.rooms)
+        rooms: tuple[Room, ...] = tuple(old if old.label else new for old, new in zip(manual, predicted, strict=True))
         labelled = replace(floor, rooms=rooms)
         if floor.building_type:
             return labelled
-        # The predicted label replaces a user's label that no schema has.
-        coarse = complete_labels(labelled, self.buildings.label_set, schemas=self.schemas, found=predicted).floor
+        # A manual label that no schema has is replaced by the predicted one.
+        coarse = fill_missing_labels(labelled, self.buildings.label_set, schemas=self.schemas, found=predicted).floor
         return replace(labelled, building_type=classify_building(coarse, self.buildings).building_type)
 
 

@@ -21,10 +21,10 @@ from pianta.reading._labelling import Labelling
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 
 if TYPE_CHECKING:
-    from pianta.building_types.model import BuildingModel
+    from pianta.building_types.model import BuildingTypeModel
     from pianta.io.images import DecodedImage
     from pianta.plan.symbols.poses import PlacedSymbol
-    from pianta.rooms.model import PlaceModel
+    from pianta.rooms.model import RoomModel
 
 MAX_LISTED_IDS = 10
 InputKind = Literal["map", "plan"]
@@ -43,8 +43,8 @@ class ReadOptions(TypedDict, total=False):
     method: str
     parameters: Parameters | None
     building_type: str | None
-    room_model: PlaceModel | str | Path | None
-    building_model: BuildingModel | str | Path | None
+    room_model: RoomModel | str | Path | None
+    building_model: BuildingTypeModel | str | Path | None
     labels: bool
     previous: Floor | str | Path | None
 
@@ -105,7 +105,7 @@ class Reader:
 
         With labels=False only the user's labels stay.
         """
-        from pianta.rooms.model import keep_given_label
+        from pianta.rooms.model import keep_manual_label
 
         building_type = self.labelling.building_type if self.labelling else None
         if building_type is None and self.previous is not None:
@@ -113,7 +113,7 @@ class Reader:
         floor = replace(floor, building_type={building_type: 1.0} if building_type else {})
         if self.labelling:
             return self.labelling.label(floor)
-        return replace(floor, rooms=tuple(map(keep_given_label, floor.rooms)))
+        return replace(floor, rooms=tuple(map(keep_manual_label, floor.rooms)))
 
     def _open(self, path: str | Path) -> list[StoreyReading]:
         """The unlabelled storeys of a file; a map has one."""

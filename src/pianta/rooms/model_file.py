@@ -1,4 +1,4 @@
-"""The file of a PlaceModel: a NumPy archive (.npz) of its trees, with what else it holds in a member pianta.json.
+"""The file of a RoomModel: a NumPy archive (.npz) of its trees, with what else it holds in a member pianta.json.
 
 A model file may come from a stranger. Nothing of it is unpacked before its sizes are known, and no tree before the
 header has been read; there is no pickle in it, and trees are checked before anything walks through them.
@@ -21,7 +21,7 @@ from pianta.labels import Label, LabelSchema
 from pianta.models import MODELS
 from pianta.rooms.features import CONTEXT_FEATURES
 from pianta.rooms.forest import Forest
-from pianta.rooms.model import AROUND, FUNCTIONS, PlaceModel, Training
+from pianta.rooms.model import FUNCTIONS, N_NEIGHBOUR_BLOCKS, RoomModel, Training
 from pianta.rooms.model_archive import NO_MODEL, ModelArchive, pack_archive
 from pianta.rooms.random_field import RandomField
 
@@ -42,8 +42,8 @@ def check_model_path(path: str | Path) -> None:
         raise ModelError(f"model file {short_repr(path)} does not end in {SUFFIX}, give a name that does")
 
 
-def save_place_model(model: PlaceModel, path: str | Path) -> None:
-    """Write a model; read_place_model gives back one that says the same, and the same model gives the same bytes.
+def save_room_model(model: RoomModel, path: str | Path) -> None:
+    """Write a model; read_room_model gives back one that says the same, and the same model gives the same bytes.
 
     Raises ModelError as check_model_path does, PiantaError when the file cannot be written.
     """
@@ -60,8 +60,8 @@ def save_place_model(model: PlaceModel, path: str | Path) -> None:
         temporary.write_bytes(content)
 
 
-def read_place_model(path: str | Path) -> PlaceModel:
-    """Read a model that save_place_model has written.
+def read_room_model(path: str | Path) -> RoomModel:
+    """Read a model that save_room_model has written.
 
     Raises ModelError, in one line, for a file that is no model, one of a newer or older format or for other features,
     and one whose trees are damaged.
@@ -69,15 +69,15 @@ def read_place_model(path: str | Path) -> PlaceModel:
     return read_checked(path, "model", ModelError, _parse_model, max_bytes=MAX_FILE_BYTES)
 
 
-def _parse_model(content: bytes) -> PlaceModel:
+def _parse_model(content: bytes) -> RoomModel:
     with ModelArchive(content) as archive:
         return _build_model(_read_header(archive), archive)
 
 
 @cache
-def read_default_place_model() -> PlaceModel:
+def read_default_room_model() -> RoomModel:
     """The model that comes with pianta; `training` says what it was trained on."""
-    return read_place_model(DEFAULT_MODEL)
+    return read_room_model(DEFAULT_MODEL)
 
 
 class _Part(BaseModel):
@@ -107,7 +107,7 @@ class _Header(_Part):
     training: Training
 
 
-def _describe_model(model: PlaceModel) -> _Header:
+def _describe_model(model: RoomModel) -> _Header:
     field = model.field
     return _Header(
         **FORMAT.header,
@@ -138,15 +138,15 @@ def _read_header(archive: ModelArchive) -> _Header:
     return header
 
 
-def _build_model(header: _Header, archive: ModelArchive) -> PlaceModel:
+def _build_model(header: _Header, archive: ModelArchive) -> RoomModel:
     try:
         schemas = {kind: LabelSchema(kind, labels) for kind, labels in header.schemas.items()}
     except (PiantaError, ValueError) as error:
         raise ModelError(f"its labels are none: {one_line_reason(error)}") from None
     context = len(CONTEXT_FEATURES)
-    around = context + AROUND * len(FUNCTIONS)
+    around = context + N_NEIGHBOUR_BLOCKS * len(FUNCTIONS)
     field = {name: getattr(header.field, name) for name in ("temperature", "door_strength", "alike_strength")}
-    return PlaceModel(
+    return RoomModel(
         first=_read_forest(archive, "first", features=context, classes=len(FUNCTIONS)),
         second=_read_forest(archive, "second", features=around, classes=len(FUNCTIONS)),
         field=RandomField(np.array(header.field.doors), np.array(header.field.alike), **field),

@@ -21,7 +21,7 @@ from pianta.io._files import atomic_file
 from pianta.layout.reconstruct import METHODS
 from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import map_floor
-from pianta_bench.harness.report import start_table
+from pianta_bench.harness.old_report import start_table
 from pianta_bench.layout.scores import time_reconstruction
 
 SIDE_CELLS, TILES = 1000, 4

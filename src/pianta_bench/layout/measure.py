@@ -11,7 +11,8 @@ from pianta.evaluation.coverage import score_layout
 from pianta.evaluation.segmentation import score_labels
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.maps import read_map
-from pianta.plot.floor import save_picture
+from pianta.plot.figure import save_figure
+from pianta.plot.floor import draw_floor
 from pianta_bench.data.folders import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, list_maps
 from pianta_bench.harness.table import BenchTable, Column, Figures, Part, Printed, measure_rows
 from pianta_bench.layout.scores import TIME_NOTE, compare_counts, describe_scores, name_columns, time_reconstruction
@@ -74,4 +75,4 @@ def _measure_map(name: str, *, folder: Path, method: str, pictures: Path | None)
     connected = {"door_precision": 100 * doors.precision, "door_recall": 100 * doors.recall}
     yield {**describe_scores(free, walls, SCORES), **connected, **time}
     if pictures:
-        save_picture(floor, grid, pictures / f"{name}.png")
+        save_figure(draw_floor(floor, grid), pictures / f"{name}.png")

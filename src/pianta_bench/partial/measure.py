@@ -21,7 +21,8 @@ from pianta.io._files import one_line_reason
 from pianta.layout._outlines import GRID
 from pianta.layout.partial.scene import find_main_direction
 from pianta.layout.reconstruct import DEFAULT_METHOD, reconstruct
-from pianta.plot.floor import save_picture
+from pianta.plot.figure import save_figure
+from pianta.plot.floor import draw_floor
 from pianta_bench.harness.comparison import Cell, ComparisonRow, ComparisonTable, Items
 from pianta_bench.harness.table import Figures, Row
 from pianta_bench.partial.maps import SIMULATED, SIMULATED_COUNT, PartialMap, list_real_maps, simulate_world
@@ -105,7 +106,7 @@ def measure_partial(
             floor = reconstruct(replace(known.grid, source=known.item), method=method)
             rooms[run] += judge_rooms(floor, known)
             if pictures:
-                save_picture(floor, known.grid, pictures / f"{known.item.replace('/', '_')}.png")
+                save_figure(draw_floor(floor, known.grid), pictures / f"{known.item.replace('/', '_')}.png")
         # A bench must find out what breaks a prediction, whatever it is, and go on
         except Exception as error:
             kind = "" if isinstance(error, PiantaError) else f"{type(error).__name__}: "

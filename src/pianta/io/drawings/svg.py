@@ -69,7 +69,7 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
     one door, from jamb to jamb by its quarter circle, else by the longer side of its box. Only filled areas that are
     dark or walls are kept.
 
-    Width and height of an SVG are those of the paper, so metres per unit are unknown unless the outermost element has an
+    Width and height of an SVG are those of the paper, so metres per unit are unknown unless its root element has an
     attribute data-metres-per-unit. Clips, masks, markers and style sheets with combined selectors are ignored.
 
     One PlanWarning counts embedded images and damaged shapes; they are left out.

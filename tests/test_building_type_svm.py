@@ -9,7 +9,7 @@ from sklearn.linear_model import LogisticRegression
 from sklearn.svm import SVC
 
 from pianta._types import Floats
-from pianta.building_types.machine import CALIBRATION_COST, COST, TypeMachine, fit_machine
+from pianta.building_types.svm import CALIBRATION_COST, COST, BuildingTypeSvm, fit_type_svm
 from pianta.evaluation.folds import leave_buildings_out
 
 
@@ -37,7 +37,7 @@ def fit_svm(gram: Floats, truth: NDArray[np.intp]) -> SVC:
 def test_it_decides_as_scikit_learn_does(types, seed):
     floors, truth, buildings = make_floors(types, seed=seed)
     gram, new = compare(floors, floors), compare(make_floors(types, seed=seed + 1)[0], floors)
-    said = fit_machine(gram, truth, buildings).decide(new, truth)
+    said = fit_type_svm(gram, truth, buildings).decide(new, truth)
     decided = fit_svm(gram, truth).decision_function(new).reshape(len(new), -1)
     np.testing.assert_allclose(said, decided, rtol=0, atol=1e-10)
 
@@ -56,26 +56,26 @@ def test_it_is_as_sure_as_scikit_learn_is(types, seed):
         of_whom.append(truth[held_out])
     scaling = LogisticRegression(C=CALIBRATION_COST).fit(np.concatenate(decisions), np.concatenate(of_whom))
     sure = scaling.predict_proba(fit_svm(gram, truth).decision_function(new).reshape(len(new), -1))
-    said = fit_machine(gram, truth, buildings).judge(new, truth)
+    said = fit_type_svm(gram, truth, buildings).predict_probabilities(new, truth)
     np.testing.assert_allclose(said, sure, rtol=0, atol=1e-10)
     assert said.sum(axis=1) == pytest.approx(1)
 
 
 def test_two_types_by_hand():
     """Floors of types 0, 1, 0; the second type is what is below 0 in the votes."""
-    machine = TypeMachine(
+    machine = BuildingTypeSvm(
         np.array([[2.0], [-1.0], [0.0]]), np.array([0.5]), np.array([[0.0, 3.0]]), np.array([0, -1.0])
     )
     gram, truth = np.array([[0.5, 0.25, 1.0]]), np.array([0, 1, 0])
     decision = -(2 * 0.5 - 0.25 + 0.5)
     assert machine.decide(gram, truth).tolist() == [[decision]]
-    assert machine.judge(gram, truth)[0, 1] == pytest.approx(1 / (1 + np.exp(-(3 * decision - 1))))
+    assert machine.predict_probabilities(gram, truth)[0, 1] == pytest.approx(1 / (1 + np.exp(-(3 * decision - 1))))
 
 
 def test_three_types_by_hand():
     """A known floor of each type; votes between 0 and 1, 0 and 2, 1 and 2; a tie is for the first."""
     weights = np.array([[4.0, 1.0], [-2.0, 3.0], [-1.0, -3.0]])
-    machine = TypeMachine(weights, np.array([0.0, -0.5, 0.0]), np.eye(3), np.zeros(3))
+    machine = BuildingTypeSvm(weights, np.array([0.0, -0.5, 0.0]), np.eye(3), np.zeros(3))
     gram, truth = np.array([[0.5, 1.0, 1.0]]), np.array([0, 1, 2])
     # 4/2 - 2 = 0 for 0; 1/2 - 1 - 1/2 = -1 for 2; 3 - 3 = 0 for 1.
     won, sums = np.array([1.0, 1.0, 1.0]), np.array([0.0 - 1.0, 0.0, 1.0])
@@ -83,5 +83,5 @@ def test_three_types_by_hand():
 
 
 def test_decisions_that_are_large_are_no_overflow():
-    machine = TypeMachine(np.full((2, 1), 1e6), np.array([1e6]), np.array([[0.0, 1e6]]), np.array([0.0, 1e6]))
-    assert machine.judge(np.ones((1, 2)), np.array([0, 1])).tolist() == [[1.0, 0.0]]
+    machine = BuildingTypeSvm(np.full((2, 1), 1e6), np.array([1e6]), np.array([[0.0, 1e6]]), np.array([0.0, 1e6]))
+    assert machine.predict_probabilities(np.ones((1, 2)), np.array([0, 1])).tolist() == [[1.0, 0.0]]

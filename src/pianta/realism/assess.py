@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pianta._arguments import check_argument
-from pianta.building_types.model_file import read_default_building_model
+from pianta.building_types.model_file import read_default_building_type_model
 from pianta.floor import Floor
 from pianta.labels import LabelSet
-from pianta.realism.model import Realism, RealismModel, learn_realism, realism_of_types
-from pianta.rooms.completion import complete_labels
+from pianta.realism.model import Realism, RealismModel, reference_from_types, train_realism
+from pianta.rooms.completion import fill_missing_labels
 
 
-def judge_realism(floor: Floor, reference: RealismModel | Sequence[Floor] | None = None) -> Realism:
+def assess_realism(floor: Floor, reference: RealismModel | Sequence[Floor] | None = None) -> Realism:
     """Compare a floor with real ones: how typical it is, and what is unusual in it (thesis, section 8.1).
 
     Parameters
     ----------
     floor
-        The floor; rooms that nobody has labelled are labelled by pianta.
+        The floor; rooms without a manual label are labelled by pianta.
     reference
         Real floors of three buildings or more, or a model of them; None for those that come with pianta.
 
@@ -43,19 +43,18 @@ def judge_realism(floor: Floor, reference: RealismModel | Sequence[Floor] | None
     --------
     >>> import pianta
     >>> from shapely import box
-    >>> kinds = ("corridor", "ring", "hall")
-    >>> made = [pianta.make_world(kind, seed=seed)[0] for kind in kinds for seed in range(2)]
+    >>> worlds = [pianta.make_world(name, seed=seed)[0] for name in ("corridor", "ring", "hall") for seed in range(2)]
     >>> rooms_without_doors = pianta.Floor((pianta.Room(1, box(0, 0, 4, 3)), pianta.Room(2, box(4, 0, 8, 3))))
-    >>> pianta.judge_realism(rooms_without_doors, made).verdict
+    >>> pianta.assess_realism(rooms_without_doors, worlds).verdict
     'less typical than any of the 6 reference floors'
     """
     check_argument(floor, Floor, "floor", "a Floor of read or reconstruct")
     check_argument(reference, (RealismModel, list, tuple, type(None)), "reference", "floors, or a model of them")
     if reference is None:
-        model = realism_of_types(read_default_building_model())
+        model = reference_from_types(read_default_building_type_model())
     elif isinstance(reference, RealismModel):
         model = reference
     else:
-        real = [complete_labels(each, LabelSet.R_C).floor for each in reference]
-        model = learn_realism(real, label_set=LabelSet.R_C)
-    return model.judge(complete_labels(floor, model.label_set).floor)
+        real = [fill_missing_labels(each, LabelSet.R_C).floor for each in reference]
+        model = train_realism(real, label_set=LabelSet.R_C)
+    return model.assess(fill_missing_labels(floor, model.label_set).floor)

@@ -21,9 +21,9 @@ from pianta.rooms.features import CONTEXT_FEATURES
 from pianta.rooms.model_file import (
     DEFAULT_MODEL,
     HEADER,
-    read_default_place_model,
-    read_place_model,
-    save_place_model,
+    read_default_room_model,
+    read_room_model,
+    save_room_model,
 )
 from pianta.worlds.floors import make_floor
 from tests.labelled_floors import labelled_floors, small_model
@@ -36,7 +36,7 @@ MAX_DEFAULT_BYTES = 300_000
 @pytest.fixture(scope="module")
 def model_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("model") / "places.npz"
-    save_place_model(small_model(), path)
+    save_room_model(small_model(), path)
     return path
 
 
@@ -71,13 +71,13 @@ def array_of(model_file: Path, name: str) -> NDArray[Any]:
 
 def refuse(path: Path, match: str) -> None:
     with pytest.raises(ModelError, match=match) as caught:
-        read_place_model(path)
+        read_room_model(path)
     assert "\n" not in str(caught.value)
     assert path.name in str(caught.value)
 
 
 def test_round_trip(model_file):
-    read, floor = read_place_model(model_file), labelled_floors()[0]
+    read, floor = read_room_model(model_file), labelled_floors()[0]
     for said, said_before in zip(read.passes(floor).values(), small_model().passes(floor).values(), strict=True):
         assert (said == said_before).all()
     assert read.label(floor) == small_model().label(floor)
@@ -86,12 +86,12 @@ def test_round_trip(model_file):
 
 
 def test_the_same_model_gives_the_same_bytes(model_file, tmp_path):
-    save_place_model(read_place_model(model_file), tmp_path / "again.npz")
+    save_room_model(read_room_model(model_file), tmp_path / "again.npz")
     assert (tmp_path / "again.npz").read_bytes() == model_file.read_bytes()
 
 
 def test_the_default_model_is_as_it_would_be_written_again(tmp_path):
-    save_place_model(read_default_place_model(), tmp_path / "again.npz")
+    save_room_model(read_default_room_model(), tmp_path / "again.npz")
     with zipfile.ZipFile(tmp_path / "again.npz") as again, zipfile.ZipFile(DEFAULT_MODEL) as shipped:
         assert again.namelist() == shipped.namelist()
         assert all(again.read(name) == shipped.read(name) for name in shipped.namelist())
@@ -128,7 +128,7 @@ def test_a_newer_version(model_file, tmp_path):
 
 def test_a_newer_minor_version_is_read(model_file, tmp_path):
     path = rewrite(model_file, tmp_path / "m.npz", header={"version": "2.7", "novelty": True})
-    assert read_place_model(path).training == small_model().training
+    assert read_room_model(path).training == small_model().training
 
 
 @pytest.mark.parametrize(
@@ -283,7 +283,7 @@ def test_a_truncated_file(model_file, tmp_path, share):
 def test_damaged_files_are_refused_or_read(tmp_path, content):
     (tmp_path / "m.npz").write_bytes(content)
     with refused_in_one_line():
-        read_place_model(tmp_path / "m.npz")
+        read_room_model(tmp_path / "m.npz")
 
 
 @pytest.mark.parametrize("content", ["map", "arrays"])
@@ -358,19 +358,19 @@ def test_a_file_that_is_too_large(model_file, monkeypatch):
 @pytest.mark.parametrize("name", ["m.skops", "m", "m.zip"])
 def test_names_that_do_not_end_in_npz(tmp_path, name):
     with pytest.raises(ModelError, match=r"does not end in \.npz, give a name that does"):
-        save_place_model(small_model(), tmp_path / name)
+        save_room_model(small_model(), tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_writing_into_a_folder_that_is_missing(tmp_path):
     with pytest.raises(PiantaError, match="cannot write"):
-        save_place_model(small_model(), tmp_path / "missing" / "m.npz")
+        save_room_model(small_model(), tmp_path / "missing" / "m.npz")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_the_model_that_comes_with_pianta():
     assert DEFAULT_MODEL.stat().st_size <= MAX_DEFAULT_BYTES
-    model = read_default_place_model()
+    model = read_default_room_model()
     assert model.building_types == ("office", "school")
     assert model.training.rooms.keys() == {"office", "school"}
     assert len(model.training.floors) > 40
