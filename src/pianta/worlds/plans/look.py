@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from pianta._types import Colors, Floats
 from pianta.errors import OptionError
 from pianta.gridmap import GridMap
-from pianta.plan.symbols.drawings import SHIFT, Color, Mark, paint_marks, pixel_matrix
+from pianta.plan.symbols.drawings import SUBPIXEL_BITS, Color, Mark, paint_marks, pixel_matrix
 from pianta.worlds.plans.lettering import DEFAULT_FONT
 from pianta.worlds.plans.symbols import DOOR_STYLES, DoorStyle
 
@@ -120,5 +120,5 @@ class Canvas:
             if isinstance(part, Polygon) and not part.is_empty:
                 rings = [get_coordinates(ring) for ring in (part.exterior, *part.interiors)]
                 pixels = [ring @ matrix[:, :2].T + matrix[:, 2] - 0.5 for ring in rings]
-                points = [np.round(ring * 2**SHIFT).astype(np.int32) for ring in pixels]
-                cv2.fillPoly(self.colors, points, color, cv2.LINE_AA, SHIFT)
+                points = [np.round(ring * 2**SUBPIXEL_BITS).astype(np.int32) for ring in pixels]
+                cv2.fillPoly(self.colors, points, color, cv2.LINE_AA, SUBPIXEL_BITS)

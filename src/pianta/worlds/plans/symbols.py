@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pianta._types import Floats
 from pianta.floor import Door, Floor, Room
-from pianta.plan.symbols.drawings import SYMBOLS, WALL, Mark
+from pianta.plan.symbols.drawings import SYMBOLS, WALL_DEPTH, Mark
 from pianta.worlds.floors import INNER_WALL, OUTER_WALL
 
 DoorStyle = Literal["arc", "arc 45", "leaf", "leaf 45", "sliding", "double", "gap"]
@@ -144,7 +144,7 @@ def mark_windows(windows: Sequence[Window], panes: int) -> list[Mark]:
     for window in windows:
         middle, along, across = _frame_of_line(window.line)
         unit = along * WINDOW_WIDTH / 1.5
-        marks += place_marks(symbol.marks, middle - along * WINDOW_WIDTH / 2, unit, across * window.wall / WALL)
+        marks += place_marks(symbol.marks, middle - along * WINDOW_WIDTH / 2, unit, across * window.wall / WALL_DEPTH)
     return marks
 
 
