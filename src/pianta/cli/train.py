@@ -196,26 +196,16 @@ def _read_schemas(paths: Iterable[Path]) -> Mapping[str, LabelSchema]:
     return {**SCHEMAS, **schemas}
 
 
-<<<<<<< HEAD
-def simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: bool = False) -> list[Floor]:
-    """Floors as read from so many simulated maps of each; a map on which nothing is found gives none."""
-    from pianta.worlds.simulated_readings import simulate_and_reconstruct
-=======
 def _simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: bool) -> list[Floor]:
     """Floors as read from a number of simulated maps of each floor; maps without any room are left out."""
     from pianta.worlds.simulated_readings import simulate_and_reconstruct
->>>>>>> main
 
     runs = [*floors] * maps
     readings = []
     names = track_items([floor.source for floor in runs], quiet=quiet)
     for number, (floor, _) in enumerate(zip(runs, names, strict=True)):
         try:
-<<<<<<< HEAD
-            found.append(simulate_and_reconstruct(floor, seed=seed + number))
-=======
             readings.append(simulate_and_reconstruct(floor, seed=seed + number))
->>>>>>> main
         except PiantaError as error:
             message = f"a simulated map of building {short_repr(floor.source)} is left out: {error}"
             warnings.warn(BuildingWarning(message), stacklevel=2)

@@ -20,13 +20,8 @@ EXAMPLES = (
     "pianta world ring -o ring --seed 7 --noise 0.5 --furniture 0.3 --glass-spray",
 )
 
-<<<<<<< HEAD
 Name = Annotated[str, typer.Argument(metavar="NAME", help=f"One of {', '.join(WORLD_NAMES)}.")]
-Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the files; made when there is none.")]
-=======
-FloorType = Annotated[str, typer.Argument(metavar="KIND", help=f"One of {', '.join(KINDS)}.")]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the files; created if necessary.")]
->>>>>>> main
 Seed = Annotated[int | None, typer.Option(min=0, help="Of the building and the noise; 0 unless given.")]
 Resolution = Annotated[float | None, typer.Option(help="Metres per cell; 0.05 unless given.")]
 Noise = Annotated[float | None, typer.Option(help="0 for a clean map … 1 for a bad one; 0 unless given.")]
@@ -36,11 +31,7 @@ Yaw = Annotated[float | None, typer.Option(help="Rotation of the map against the
 
 
 def make_world(
-<<<<<<< HEAD
     name: Name,
-=======
-    floor_type: FloorType,
->>>>>>> main
     *,
     out: Out,
     seed: Seed = None,
@@ -52,24 +43,15 @@ def make_world(
 ) -> None:
     """Make a synthetic building and the map that a robot would make of it.
 
-<<<<<<< HEAD
-    Writes map.yaml and map.png, as ROS has them, and the truth, truth.geojson.
-    The sample is always the same; the other buildings take options.
-=======
     Writes map.yaml and map.png in the format of ROS, and the true floor, truth.geojson.
-    The sample is always the same; the other kinds have options.
->>>>>>> main
+    The sample is always the same; the other buildings have options.
     """
     check_output_folder(out)
     values = {"resolution": resolution, "noise": noise, "furniture": furniture, "yaw": yaw}
     options: dict[str, Any] = {key: value for key, value in values.items() if value is not None}
     if glass_spray:
         options["glass_spray"] = True
-<<<<<<< HEAD
     floor, grid = make.make_world(name, seed=seed, **options)
-=======
-    floor, grid = make.make_world(floor_type, seed=seed, **options)
->>>>>>> main
     with atomic_folder(out) as new:
         save_ros_map(grid, new / "map.yaml")
         save_floor(floor, new / "truth.geojson")
