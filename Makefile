@@ -55,7 +55,7 @@ dist: $(READY)  ## set up, build wheel and sdist into dist, check them, and try 
 clean:
 	rm -rf $(VENV) demo dist site
 
-$(READY): pyproject.toml constraints.txt
+$(READY): pyproject.toml src/pianta_bench/pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	$(BIN)/python -m pip install --quiet --editable ".[dev]" --editable src/pianta_bench
 	touch $@

@@ -7,13 +7,13 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from shapely import total_bounds
 
-from pianta.bench.charts import save_chart
 from pianta.layout.reconstruct import reconstruct
 from pianta.plot.floor import plot_doors, plot_rooms, plot_walls
 from pianta.plot.grid import plot_grid
 from pianta.worlds.floors import make_l_floor
 from pianta.worlds.partial_scan import explore_in_part
 from pianta.worlds.scan import map_floor
+from pianta_bench.harness.charts import save_chart
 
 IMAGES = Path(__file__).parent / "images"
 SEED, DPI, MARGIN = 5, 110, 1.0

@@ -15,9 +15,6 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from pianta._types import Floats, Indices
-from pianta.bench.data import find_data
-from pianta.bench.types import measure_types
-from pianta.bench.types_pictures import draw_accuracies, draw_clusters
 from pianta.errors import DataError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
@@ -37,11 +34,15 @@ from pianta.layout.thesis.contour import compute_map_contour
 from pianta.layout.thesis.faces import Faces, cut_lines, find_faces, label_faces, share_free, share_inside
 from pianta.layout.thesis.lines import RepresentativeLine, cluster_angles, get_representative_lines
 from pianta.layout.thesis.segments import detect_edges, detect_segments
-from pianta.plot.floor import plot_doors, plot_graph, plot_rooms, save_picture
+from pianta.plot.figure import save_figure
+from pianta.plot.floor import draw_floor, plot_doors, plot_graph, plot_rooms
 from pianta.plot.styles import ROOM_COLORS
 from pianta.rooms.label import label_rooms
 from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import make_sample, map_floor
+from pianta_bench.data.folders import find_data
+from pianta_bench.types.figures import draw_accuracies, draw_clusters
+from pianta_bench.types.measure import measure_types
 
 IMAGES = Path(__file__).parent / "images"
 PARAMETERS, STRUCTURE = ThesisParameters(), StructureParameters()
@@ -53,14 +54,14 @@ def main() -> None:
     IMAGES.mkdir(exist_ok=True)
     _, grid = make_sample()
     floor = label_rooms(reconstruct(grid))
-    save_picture(floor, grid, IMAGES / "sample.png")
+    save_figure(draw_floor(floor, grid), IMAGES / "sample.png")
     school = label_rooms(replace(floor, building_type={"school": 1.0}))
-    save_picture(school, grid, IMAGES / "labels.png", graph=True)
+    save_figure(draw_floor(school, grid, graph=True), IMAGES / "labels.png")
     draw_structure(map_floor(make_open_floor(), noise=0.3, furniture=0.2, seed=7), IMAGES / "structure.png")
     draw_steps(grid, IMAGES / "algorithm1.png")
     draw_doors(grid, IMAGES / "doors.png")
     ring = map_floor(make_ring_floor(seed=4), noise=0.3, furniture=0.2, seed=4)
-    save_picture(reconstruct(ring, method="thesis"), ring, IMAGES / "ring.png", walls=True)
+    save_figure(draw_floor(reconstruct(ring, method="thesis"), ring, walls=True), IMAGES / "ring.png")
     draw_types()
 
 

@@ -8,7 +8,6 @@ from tempfile import TemporaryDirectory
 from matplotlib.figure import Figure
 from PIL import Image
 
-from pianta.bench.charts import save_chart
 from pianta.gridmap import GridMap
 from pianta.plan.read_plan import PlanFloor, read_plan
 from pianta.plan.walls.regions import DOOR, OUTSIDE, WALL, find_regions
@@ -16,6 +15,7 @@ from pianta.plot.floor import plot_doors, plot_rooms
 from pianta.plot.grid import plot_ink
 from pianta.worlds.floors import make_l_floor
 from pianta.worlds.plans.drawing import DrawnPlan, draw_plan
+from pianta_bench.harness.charts import save_chart
 
 IMAGES = Path(__file__).parent / "images"
 SEED, DPI = 4, 110

@@ -10,14 +10,15 @@ from draw_generation import FLOORS, make_school
 from draw_pictures import IMAGES
 from PIL import Image
 
-from pianta.bench.data import find_data
 from pianta.errors import DataError
 from pianta.generation.type_model import learn_type
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
-from pianta.plot.prediction import save_prediction_picture
+from pianta.plot.figure import save_figure
+from pianta.plot.prediction import draw_prediction
 from pianta.prediction.prediction import predict
 from pianta.prediction.whole_floor import explore_floor
+from pianta_bench.data.folders import find_data
 
 SEED, WIDTH = 4, 1300
 # The real school and how many of its corridors are explored; of the made one two are.
@@ -42,7 +43,7 @@ def draw_explored(whole: nx.Graph, others: list[nx.Graph], *, corridors: int, pa
     """Predict a floor from its first corridors by a model of others, and draw that beside the truth."""
     truth = explore_floor(whole, SCHOOL, corridors=corridors)
     prediction = predict(truth.part, learn_type(others, SCHOOL), seed=SEED)
-    save_prediction_picture(prediction, path, truth=truth)
+    save_figure(draw_prediction(prediction, truth=truth), path)
     with Image.open(path) as picture:
         smaller = picture.convert("RGB").resize(
             (WIDTH, picture.height * WIDTH // picture.width), Image.Resampling.LANCZOS

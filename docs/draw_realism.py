@@ -8,15 +8,15 @@ from pathlib import Path
 
 from shapely import LineString, Polygon, box
 
-from pianta.bench.charts import save_chart
-from pianta.bench.data import find_data
-from pianta.bench.realism import measure_realism
-from pianta.bench.realism_pictures import draw_scores
 from pianta.cli import main as run_pianta
 from pianta.errors import DataError
 from pianta.floor import Door, Floor, Room
 from pianta.io.floors import save_floor
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
+from pianta_bench.data.folders import find_data
+from pianta_bench.harness.charts import save_chart
+from pianta_bench.realism.figures import draw_scores
+from pianta_bench.realism.measure import measure_realism
 
 IMAGES = Path(__file__).parent / "images"
 SEEDS = range(4)

@@ -11,14 +11,14 @@ import pytest
 from PIL import Image
 from shapely import LineString, Polygon, box
 
-from pianta.bench import rooms
-from pianta.bench.data import find_data, list_maps
-from pianta.bench.layout import measure_layout
-from pianta.bench.segmentation import measure_segmentation
-from pianta.bench.table import Figures, Part, Row, Summary
 from pianta.errors import DataError, MapError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
+from pianta_bench.data.folders import find_data, list_maps
+from pianta_bench.harness.table import Figures, Part, Row, Summary
+from pianta_bench.layout import scores as rooms
+from pianta_bench.layout.measure import measure_layout
+from pianta_bench.segmentation.measure import measure_segmentation
 from tests.tiny_data import ONE_ROOM, OUTLINES, TRUE_FLOOR, show_lines, write_slam, write_survey
 
 TIMES = {"seconds", "transforms"}

@@ -10,9 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pianta.bench import building_models, place_models
-from pianta.bench.building_floors import BuildingFloor, read_building_floors, read_type_folders
-from pianta.bench.building_models import (
+from pianta.errors import DataError, LabelError, OptionError
+from pianta.floor import Floor
+from pianta.io.label_schemas import save_label_schema
+from pianta.labels import FCES, SCHEMAS, GeneralLabel, Label, LabelConvention, LabelSchema, LabelSet
+from pianta.relational.kernels import RoomKernel
+from pianta.rooms.completion import LABELS
+from pianta_bench.buildings import models as building_models
+from pianta_bench.buildings.floors import BuildingFloor, read_building_floors, read_type_folders
+from pianta_bench.buildings.measure import BUILDING, FLOOR, BuildingsBench, measure_building_types, measure_buildings
+from pianta_bench.buildings.models import (
     KLOG,
     MODELS,
     compare_floors,
@@ -23,16 +30,10 @@ from pianta.bench.building_models import (
     judge_places_by_trees,
     list_folds,
 )
-from pianta.bench.building_tables import draw_curves, list_items, tabulate_buildings, wrong_floors, wrong_rooms
-from pianta.bench.buildings import BUILDING, FLOOR, BuildingsBench, measure_building_types, measure_buildings
-from pianta.bench.comparison import Cell
-from pianta.bench.place_models import CENTRAL, LOCAL, PIANTA
-from pianta.errors import DataError, LabelError, OptionError
-from pianta.floor import Floor
-from pianta.io.label_schemas import save_label_schema
-from pianta.labels import FCES, SCHEMAS, GeneralLabel, Label, LabelConvention, LabelSchema, LabelSet
-from pianta.relational.kernels import RoomKernel
-from pianta.rooms.completion import LABELS
+from pianta_bench.buildings.tables import draw_curves, list_items, tabulate_buildings, wrong_floors, wrong_rooms
+from pianta_bench.harness.comparison import Cell
+from pianta_bench.places import models as place_models
+from pianta_bench.places.models import CENTRAL, LOCAL, PIANTA
 from tests.command_line import list_files, run_pianta
 from tests.tiny_types import write_labelled, write_types
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pytest
 
-from pianta.bench import cost
-from pianta.bench.cost import Cost, Growth, measure_cost, tile_floor
+from pianta_bench.cost import measure as cost
+from pianta_bench.cost.measure import Cost, Growth, measure_cost, tile_floor
 from tests.command_line import run_pianta
 
 GROWTH = Growth("thesis", 16, Cost(1_000_000, 50, 0.5, 20.0, 200.0), Cost(16_000_000, 800, 12.0, 30.0, 1200.0))

@@ -10,27 +10,6 @@ from typing import TypeVar
 import numpy as np
 import pytest
 
-from pianta.bench import exploration as bench_module
-from pianta.bench import exploration_buildings, exploration_policies, exploration_runs, exploration_scores
-from pianta.bench import exploration_tables as tables
-from pianta.bench.annotated_floors import AnnotatedFloor, make_of_drawings
-from pianta.bench.exploration import ExplorationBench, measure_exploration
-from pianta.bench.exploration_buildings import SETS, SYNTHETIC, make_buildings, read_buildings
-from pianta.bench.exploration_file import save_exploration
-from pianta.bench.exploration_pictures import average_curves, draw_curves, draw_tracks
-from pianta.bench.exploration_policies import CONTENDERS, NEAREST, Contender, check_policies
-from pianta.bench.exploration_runs import CURVE, FOUND, BuildingRuns, Run, RunSettings, measure_search, name_share
-from pianta.bench.exploration_scores import (
-    average_metres,
-    compare_policies,
-    compare_sums,
-    find_best,
-    pair_searches,
-    pair_share,
-)
-from pianta.bench.exploration_tables import tabulate_bars, tabulate_exploration
-from pianta.bench.table import Row
-from pianta.cli.bench_exploration import SET_NAMES
 from pianta.errors import DataError, OptionError
 from pianta.exploration.classical_policies import NearestFrontier
 from pianta.exploration.explore import explore
@@ -39,6 +18,30 @@ from pianta.exploration.situation import Situation
 from pianta.exploration.world import build_world
 from pianta.floor import Floor
 from pianta.prediction.unexplored_part import FloorSampler
+from pianta_bench._exploration_cli import SET_NAMES
+from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
+from pianta_bench.exploration import buildings as exploration_buildings
+from pianta_bench.exploration import measure as bench_module
+from pianta_bench.exploration import policies as exploration_policies
+from pianta_bench.exploration import runs as exploration_runs
+from pianta_bench.exploration import scores as exploration_scores
+from pianta_bench.exploration import tables
+from pianta_bench.exploration.buildings import SETS, SYNTHETIC, make_buildings, read_buildings
+from pianta_bench.exploration.figures import average_curves, draw_curves, draw_tracks
+from pianta_bench.exploration.file import save_exploration
+from pianta_bench.exploration.measure import ExplorationBench, measure_exploration
+from pianta_bench.exploration.policies import CONTENDERS, NEAREST, Contender, check_policies
+from pianta_bench.exploration.runs import CURVE, FOUND, BuildingRuns, Run, RunSettings, measure_search, name_share
+from pianta_bench.exploration.scores import (
+    average_metres,
+    compare_policies,
+    compare_sums,
+    find_best,
+    pair_searches,
+    pair_share,
+)
+from pianta_bench.exploration.tables import tabulate_bars, tabulate_exploration
+from pianta_bench.harness.table import Row
 from tests.command_line import list_files, run_pianta
 from tests.explored_worlds import two_rooms
 from tests.tiny_data import write_schools
@@ -98,13 +101,13 @@ def measured(tiny) -> ExplorationBench:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(exploration_buildings, "LEAST_OTHERS", 1)
         # The names of tiny schools end with a number, as those of the floors of one building.
-        patch.setattr("pianta.bench.exploration_buildings.make_of_drawings", make_apart)
+        patch.setattr("pianta_bench.exploration.buildings.read_annotated_buildings", make_apart)
         return measure_exploration(tiny, sets=["school"], starts=1, resolution=0.25)
 
 
 def make_apart(data: Path, kind: str, make: Callable[[AnnotatedFloor], Made]) -> tuple[list[Made], tuple[Row, ...]]:
-    """make_of_drawings with a building for each drawing."""
-    return make_of_drawings(data, kind, lambda drawn: make(replace(drawn, building=drawn.item)))
+    """read_annotated_buildings with a building for each drawing."""
+    return read_annotated_buildings(data, kind, lambda drawn: make(replace(drawn, building=drawn.item)))
 
 
 def run_of(policy: str, metres: float | None, *, start: int = 0, label: str | None = None) -> Run:

@@ -13,9 +13,19 @@ import pytest
 from matplotlib.axes import Axes
 from rich.console import Console
 
-from pianta.bench import generation, generation_tables
-from pianta.bench.comparison import ComparisonTable, show_comparisons
-from pianta.bench.generation import (
+from pianta.errors import DataError, OptionError
+from pianta.evaluation.graph_sets import STATISTICS, DiscrepancyRatio, Trial
+from pianta.generation.buildings import generate_buildings
+from pianta.generation.functional_areas import Segmentation
+from pianta.generation.type_model import Mixing, ModelMixing, TypeModel, learn_type
+from pianta.labels import SCHOOL, LabelSchema
+from pianta_bench.generation import measure as generation
+from pianta_bench.generation import tables as generation_tables
+from pianta_bench.generation.clusters import score_gram
+from pianta_bench.generation.costs import STEPS, Clock, time_sampling
+from pianta_bench.generation.figures import draw_areas, draw_buildings, draw_clusters, place_in_plane
+from pianta_bench.generation.file import save_generation
+from pianta_bench.generation.measure import (
     CORR,
     METRICS,
     NCUT,
@@ -28,11 +38,7 @@ from pianta.bench.generation import (
     read_real,
     read_samples,
 )
-from pianta.bench.generation_clusters import score_gram
-from pianta.bench.generation_costs import STEPS, Clock, time_sampling
-from pianta.bench.generation_file import save_generation
-from pianta.bench.generation_pictures import draw_areas, draw_buildings, draw_clusters, place_in_plane
-from pianta.bench.generation_scores import (
+from pianta_bench.generation.scores import (
     CLASSIFIERS,
     Effort,
     draw_halves,
@@ -41,7 +47,7 @@ from pianta.bench.generation_scores import (
     score_halves,
     score_held_out,
 )
-from pianta.bench.generation_tables import (
+from pianta_bench.generation.tables import (
     PRINTED_MADE,
     compare_figures,
     compare_metrics,
@@ -53,12 +59,7 @@ from pianta.bench.generation_tables import (
     tabulate_mixing,
     tabulate_scores,
 )
-from pianta.errors import DataError, OptionError
-from pianta.evaluation.graph_sets import STATISTICS, DiscrepancyRatio, Trial
-from pianta.generation.buildings import generate_buildings
-from pianta.generation.functional_areas import Segmentation
-from pianta.generation.type_model import Mixing, ModelMixing, TypeModel, learn_type
-from pianta.labels import SCHOOL, LabelSchema
+from pianta_bench.harness.comparison import ComparisonTable, show_comparisons
 from tests.command_line import list_files, run_pianta
 from tests.tiny_data import write_schools
 
@@ -250,7 +251,7 @@ def test_all_parts(measured):
 @pytest.mark.slow
 def test_timed_buildings_are_those_of_generate_buildings(measured, monkeypatch):
     monkeypatch.setattr(
-        "pianta.bench.generation_costs.split_batches", lambda count, _: [range(3), range(3, 6), range(6, count)]
+        "pianta_bench.generation.costs.split_batches", lambda count, _: [range(3), range(3, 6), range(6, count)]
     )
     for part in (CORR, NCUT):
         model = measured.models[part].model

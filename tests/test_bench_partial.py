@@ -7,13 +7,20 @@ import numpy as np
 import pytest
 from shapely import box
 
-from pianta.bench import partial as bench
-from pianta.bench.partial import JudgedRoom, draw_rectangle, judge_rooms, measure_iou, measure_partial, measure_unseen
-from pianta.bench.partial_maps import PartialMap, list_real_maps, simulate_drawing, simulate_world
 from pianta.errors import DataError, MapError
 from pianta.floor import Floor, Room
 from pianta.gridmap import FREE, UNKNOWN, GridMap
 from pianta.worlds.floors import make_corridor_floor
+from pianta_bench.partial import measure as bench
+from pianta_bench.partial.maps import PartialMap, list_real_maps, simulate_drawing, simulate_world
+from pianta_bench.partial.measure import (
+    JudgedRoom,
+    draw_rectangle,
+    judge_rooms,
+    measure_iou,
+    measure_partial,
+    measure_unseen,
+)
 from tests.command_line import run_pianta
 
 LAYOUT = """<building><building_type><main_type>SCHOOL</main_type></building_type>

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from pianta.bench.pictures import ERROR_COLOR, UNMATCHED_GREY, paint_comparison
 from pianta.evaluation.segmentation import match_rooms
 from pianta.gridmap import GridMap
+from pianta_bench.segmentation.figures import ERROR_COLOR, UNMATCHED_GREY, paint_comparison
 
 GREY = [UNMATCHED_GREY] * 3
 

@@ -10,17 +10,18 @@ import numpy as np
 import pytest
 from shapely import box
 
-from pianta.bench import place_models, places
-from pianta.bench.annotated_floors import AnnotatedFloor, read_annotated_floors
-from pianta.bench.comparison import Cell
-from pianta.bench.judged_floors import LAYOUTS, TRUE_LAYOUTS, JudgedFloor
-from pianta.bench.place_models import CENTRAL, LOCAL, MAPPED, PIANTA, schemas_of, train_judges
-from pianta.bench.place_tables import PlacesBench, average_confusions, measure_curve, tabulate_places
-from pianta.bench.places import measure_places
 from pianta.errors import DataError, MapError
 from pianta.evaluation.semantics import LabelPair
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSet
+from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_floors
+from pianta_bench.harness.comparison import Cell
+from pianta_bench.places import measure as places
+from pianta_bench.places import models as place_models
+from pianta_bench.places.evaluated_floor import LAYOUTS, TRUE_LAYOUTS, JudgedFloor
+from pianta_bench.places.measure import measure_places
+from pianta_bench.places.models import CENTRAL, LOCAL, MAPPED, PIANTA, schemas_of, train_judges
+from pianta_bench.places.tables import PlacesBench, average_confusions, measure_curve, tabulate_places
 from tests.command_line import list_files, run_pianta
 from tests.tiny_data import OUTLINES, write_building, write_slam
 from tests.tiny_types import write_types

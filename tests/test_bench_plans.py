@@ -14,11 +14,16 @@ from rich.console import Console
 from shapely import LineString, box
 from shapely.affinity import translate
 
-from pianta.bench import plans as plans_module
-from pianta.bench.comparison import ComparisonTable, show_comparisons
-from pianta.bench.plan_pictures import FOUND_DOOR, TRUTH, paint_plan
-from pianta.bench.plan_scores import COLUMNS, judge_floors, merge_floors, move_floor, score_reading
-from pianta.bench.plan_sets import (
+from pianta.errors import DataError, OptionError, PlanError
+from pianta.floor import Door, Floor, Room, scale_floor
+from pianta.gridmap import GridMap
+from pianta_bench._plans_cli import SET_NAMES
+from pianta_bench.harness.comparison import ComparisonTable, show_comparisons
+from pianta_bench.harness.table import BenchTable, Column, Part, Row
+from pianta_bench.plans import measure as plans_module
+from pianta_bench.plans.figures import FOUND_DOOR, TRUTH, paint_plan
+from pianta_bench.plans.measure import PlanBench, PlanResult, choose_plans, measure_plans
+from pianta_bench.plans.plan_sets import (
     COLORED,
     DRAWN,
     EVACUATION,
@@ -36,13 +41,8 @@ from pianta.bench.plan_sets import (
     list_plans,
     read_true_plan,
 )
-from pianta.bench.plan_tables import accuracy_of, is_sound, list_faults, tabulate_plans
-from pianta.bench.plans import PlanBench, PlanResult, choose_plans, measure_plans
-from pianta.bench.table import BenchTable, Column, Part, Row
-from pianta.cli.bench_plans import SET_NAMES
-from pianta.errors import DataError, OptionError, PlanError
-from pianta.floor import Door, Floor, Room, scale_floor
-from pianta.gridmap import GridMap
+from pianta_bench.plans.scores import COLUMNS, judge_floors, merge_floors, move_floor, score_reading
+from pianta_bench.plans.tables import accuracy_of, is_sound, list_faults, tabulate_plans
 from tests.command_line import list_files, run_pianta
 from tests.tiny_data import write_school
 
@@ -284,7 +284,7 @@ def table_of_names(*exact: float) -> BenchTable:
 
 def test_how_names_are_read_stands_beside_the_drawn_plans(tmp_path, monkeypatch):
     monkeypatch.setattr(plans_module, "DRAWN", {"drawn-thick": DRAWN["drawn-thick"]})
-    monkeypatch.setattr("pianta.bench.plan_text.measure_text", lambda *, track: table_of_names(9, 7))
+    monkeypatch.setattr("pianta_bench.plans.text.measure_text", lambda *, track: table_of_names(9, 7))
     monkeypatch.setattr(plans_module, "_default_reader", lambda _: find_nothing)
     outcome = run_pianta("bench", "plans", "--set", "drawn", "--json", tmp_path / "figures.json")
     assert outcome.code == 0
@@ -301,7 +301,7 @@ def test_names_that_cannot_be_read_are_told(monkeypatch):
         raise ImportError(msg)
 
     monkeypatch.setattr(plans_module, "DRAWN", {"drawn-thick": DRAWN["drawn-thick"]})
-    monkeypatch.setattr("pianta.bench.plan_text.measure_text", fail)
+    monkeypatch.setattr("pianta_bench.plans.text.measure_text", fail)
     bench = measure_plans(sets=["drawn"], read=find_nothing)
     assert bench.text is None
     assert list(list_faults(bench)) == ["Names on drawn plans were not read: no rapidocr"]

@@ -11,12 +11,18 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from pianta.bench.comparison import ComparisonTable, show_comparisons
-from pianta.bench.prediction import PredictionBench, TypeOfFloors, list_others, measure_prediction, read_floors
-from pianta.bench.prediction_file import save_prediction
-from pianta.bench.prediction_pictures import choose_floors, save_prediction_pictures
-from pianta.bench.prediction_rivals import BLIND, KNOWN, LOCAL, Rivals
-from pianta.bench.prediction_scores import (
+from pianta.errors import DataError
+from pianta.generation.type_model import TypeModel
+from pianta.labels import SCHOOL, LabelSet
+from pianta.prediction.explored_part import hide_rooms, read_explored_part
+from pianta.prediction.prediction import Prediction
+from pianta.prediction.unexplored_part import SampledFloor
+from pianta_bench.harness.comparison import ComparisonTable, show_comparisons
+from pianta_bench.prediction.figures import choose_floors, save_prediction_pictures
+from pianta_bench.prediction.file import save_prediction
+from pianta_bench.prediction.measure import PredictionBench, TypeOfFloors, list_others, measure_prediction, read_floors
+from pianta_bench.prediction.rivals import BLIND, KNOWN, LOCAL, Rivals
+from pianta_bench.prediction.scores import (
     MEAN,
     ORACLE,
     PREDICTED,
@@ -28,7 +34,7 @@ from pianta.bench.prediction_scores import (
     judge_stage,
     merge_labels,
 )
-from pianta.bench.prediction_tables import (
+from pianta_bench.prediction.tables import (
     ALL,
     HALF,
     measure_gain,
@@ -41,12 +47,6 @@ from pianta.bench.prediction_tables import (
     tabulate_time,
     wrap_names,
 )
-from pianta.errors import DataError
-from pianta.generation.type_model import TypeModel
-from pianta.labels import SCHOOL, LabelSet
-from pianta.prediction.explored_part import hide_rooms, read_explored_part
-from pianta.prediction.prediction import Prediction
-from pianta.prediction.unexplored_part import SampledFloor
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import WINGS, join_wings, small_model
 from tests.tiny_data import write_school, write_schools
@@ -331,7 +331,7 @@ def test_no_floor_of_its_building_is_in_its_model(tiny, monkeypatch):
             asked.append(model)
             super().__init__(model)
 
-    monkeypatch.setattr("pianta.bench.prediction.Rivals", Watched)
+    monkeypatch.setattr("pianta_bench.prediction.measure.Rivals", Watched)
     measure_prediction(tiny, count=1)
     assert [floor.source for floor in asked[1].floors] == ["ash", "fir", "oak"]
     assert len(asked) == 9

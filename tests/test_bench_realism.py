@@ -8,16 +8,27 @@ from types import MappingProxyType
 
 import pytest
 
-from pianta.bench import realism, realism_models, realism_readings
-from pianta.bench.comparison import Cell
-from pianta.bench.place_models import CENTRAL, LOCAL
-from pianta.bench.realism import OFFICES, ONE, SCHOOLS, TWO, WORLDS, RealismBench, measure_realism, tabulate_realism
-from pianta.bench.realism_models import GAUSSIAN, KLOG
-from pianta.bench.realism_pictures import draw_curves, draw_scores
-from pianta.bench.realism_readings import MAPPED, UNLABELLED
 from pianta.errors import DataError, MapError
 from pianta.floor import Floor
 from pianta.labels import LabelSet
+from pianta_bench.harness.comparison import Cell
+from pianta_bench.places.models import CENTRAL, LOCAL
+from pianta_bench.realism import measure as realism
+from pianta_bench.realism import models as realism_models
+from pianta_bench.realism import readings as realism_readings
+from pianta_bench.realism.figures import draw_curves, draw_scores
+from pianta_bench.realism.measure import (
+    OFFICES,
+    ONE,
+    SCHOOLS,
+    TWO,
+    WORLDS,
+    RealismBench,
+    measure_realism,
+    tabulate_realism,
+)
+from pianta_bench.realism.models import GAUSSIAN, KLOG
+from pianta_bench.realism.readings import MAPPED, UNLABELLED
 from tests.command_line import list_files, run_pianta
 from tests.tiny_types import write_types
 
@@ -123,9 +134,9 @@ def test_views(measured):
         assert floor.views[MAPPED, R_C] == floor.views[UNLABELLED, R_C]
     cells = {row.name: [cell.mean for cell in row.cells] for row in tabulate_realism(measured)[2].rows}
     assert cells["two classes: errors"][0] == 0
-    untypical = [floor.realism[R_C].is_unlike for floor in offices]
+    untypical = [floor.realism[R_C].is_atypical for floor in offices]
     assert cells["offices called so"][0] == 100 * sum(untypical) / 5
-    untypical = [floor.views[UNLABELLED, R_C].is_unlike for floor in worlds]
+    untypical = [floor.views[UNLABELLED, R_C].is_atypical for floor in worlds]
     assert cells["worlds called simulated by one class"][1] == 100 * sum(untypical) / 4
 
 

@@ -8,15 +8,16 @@ import pytest
 from PIL import Image
 from shapely import box
 
-from pianta.bench import rooms, sets
-from pianta.bench.data import SET_NAMES
-from pianta.bench.segmentation import measure_segmentation
-from pianta.bench.sets import SETS, choose_sets
-from pianta.bench.table import Figures, save_bench_table
 from pianta.errors import DataError, OptionError
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.io.maps import read_map
+from pianta_bench.data import map_sets as sets
+from pianta_bench.data.folders import SET_NAMES
+from pianta_bench.data.map_sets import SETS, choose_sets
+from pianta_bench.harness.table import Figures, save_bench_table
+from pianta_bench.layout import scores as rooms
+from pianta_bench.segmentation.measure import measure_segmentation
 from tests.tiny_data import (
     ONE_ROOM,
     ROOMS,

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from pianta.bench.table import (
+from pianta.errors import PiantaError
+from pianta_bench.harness.table import (
     BenchTable,
     Column,
     Figures,
@@ -16,7 +17,6 @@ from pianta.bench.table import (
     measure_rows,
     save_bench_table,
 )
-from pianta.errors import PiantaError
 from tests.tiny_data import show_lines
 
 SCORE, COST = Column("score", "score", "%", failed=0.0), Column("cost", "cost", "s", digits=2)

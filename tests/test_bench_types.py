@@ -7,9 +7,9 @@ import pytest
 from PIL import Image
 
 from pianta import __version__
-from pianta.bench.room_sets import RoomSet, read_room_sets
-from pianta.bench.types import bounds_of_sizes, characterise, measure_types
-from pianta.bench.types_pictures import PICTURES
+from pianta_bench.types.figures import PICTURES
+from pianta_bench.types.measure import bounds_of_sizes, characterise, measure_types
+from pianta_bench.types.room_sets import RoomSet, read_room_sets
 from tests.command_line import list_files, run_pianta
 from tests.tiny_types import write_types
 

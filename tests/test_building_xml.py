@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from PIL import Image
 from shapely import LineString, Polygon, box, get_coordinates
 
-from pianta.bench.survey_truth import read_survey_truth
 from pianta.errors import BuildingError, BuildingWarning
 from pianta.evaluation.segmentation import score_labels
 from pianta.floor import Door, Floor
@@ -24,6 +23,7 @@ from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.floors import save_floor
 from pianta.io.images import read_image_map
 from pianta.labels import OFFICE, schema_of
+from pianta_bench.data.survey_truth import read_survey_truth
 from tests.mutation import mutated
 
 Corners = Sequence[tuple[object, object]]

@@ -10,10 +10,10 @@ import pytest
 from rich.console import Console
 
 from pianta import __version__
-from pianta.bench import rooms
-from pianta.bench.data import SET_NAMES
 from pianta.errors import MapError
 from pianta.layout.reconstruct import METHODS
+from pianta_bench.data.folders import SET_NAMES
+from pianta_bench.layout import scores as rooms
 from tests.command_line import list_files, run_pianta
 from tests.tiny_data import TRUE_FLOOR, write_all_sets
 
@@ -108,8 +108,8 @@ def test_all_methods_are_measured_on_all_sets_unless_some_are_named(tiny, tmp_pa
 
 
 def test_rows_of_the_maps_are_shown_for_several_methods_on_request(tiny, monkeypatch):
-    monkeypatch.setattr("pianta.cli.bench.METHODS", ("thesis", "other"))
-    monkeypatch.setattr("pianta.cli.bench.check_method", lambda _: None)
+    monkeypatch.setattr("pianta_bench.cli.METHODS", ("thesis", "other"))
+    monkeypatch.setattr("pianta_bench.cli.check_method", lambda _: None)
     arguments = "bench", "segmentation", "--data", tiny, "--set", "clutter"
     assert not rows_of(run_pianta(*arguments).out, "a", "b")
     assert len(rows_of(run_pianta(*arguments, "--maps").out, "a", "b")) == 4

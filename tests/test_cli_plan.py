@@ -223,7 +223,7 @@ def test_floors_of_a_plan_are_written_all_or_none(tmp_path: Path, monkeypatch: p
             raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr("pianta.plot.floor.save_picture", fail_at_second)
+        patched.setattr("pianta.plot.figure.save_figure", fail_at_second)
         result = run_pianta(*read)
     assert result.code == 2
     assert re.search("floor-2.*No space left", result.err)

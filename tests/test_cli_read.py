@@ -371,7 +371,7 @@ def test_a_failure_in_the_middle_leaves_the_folder_as_it_was(small, tmp_path, mo
     def fail(*_: object, **__: object) -> None:
         raise failure
 
-    monkeypatch.setattr("pianta.plot.floor.save_picture", fail)
+    monkeypatch.setattr("pianta.plot.figure.save_figure", fail)
     out = tmp_path / "out"
     for name, content in older.items():
         out.mkdir(exist_ok=True)

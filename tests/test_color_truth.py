@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pianta.bench.color_truth import label_colors, read_color_truth
 from pianta.errors import MapError
+from pianta_bench.data.color_truth import label_colors, read_color_truth
 
 
 def draw_colors() -> np.ndarray:

@@ -14,7 +14,6 @@ PACKAGE = Path(pianta.__file__).parent
 LEVELS = (
     ("__init__", "__main__"),
     ("cli",),
-    ("bench",),
     ("reading",),
     ("plot",),
     ("model_files",),
@@ -100,3 +99,12 @@ def test_every_folder_says_what_it_holds(name: str) -> None:
     docstring = ast.get_docstring(ast.parse((folder / "__init__.py").read_text(encoding="utf-8")))
     assert docstring
     assert len(docstring) > 20
+
+
+def test_the_library_does_not_need_the_benches() -> None:
+    importing = [
+        str(file.relative_to(PACKAGE))
+        for file in sorted(PACKAGE.rglob("*.py"))
+        if "pianta_bench" in file.read_text(encoding="utf-8")
+    ]
+    assert importing == []

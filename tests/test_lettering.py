@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from pianta.bench import plan_text
-from pianta.bench.plan_text import measure_text
 from pianta.errors import OptionError
 from pianta.plan.text.recognition import read_texts
 from pianta.worlds.plans.fonts import FONTS, NAMES, letter_rooms
+from pianta_bench.plans import text as plan_text
+from pianta_bench.plans.text import measure_text
 
 
 def ink_of(sheet, number: int):

@@ -3,14 +3,14 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from pianta.bench.room_clusters import (
+from pianta_bench.types.clusters import (
     find_bend,
     find_room_clusters,
     measure_clusters,
     measure_distances,
     name_by_majority,
 )
-from pianta.bench.room_sets import RoomSet
+from pianta_bench.types.room_sets import RoomSet
 
 
 def make_rooms(areas: Sequence[float], doors: Sequence[float], labels: str) -> RoomSet:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from shapely import LineString, box
 
-from pianta.bench.room_sets import RoomSet, join_room_sets, name_sizes_by_area, read_room_sets, represent_floor
 from pianta.errors import DataError, LabelError
 from pianta.floor import Door, Floor, Room
+from pianta_bench.types.room_sets import RoomSet, join_room_sets, name_sizes_by_area, read_room_sets, represent_floor
 from tests.tiny_types import write_types
 
 

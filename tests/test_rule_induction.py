@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pianta.bench.rule_induction import Condition, Rule, RuleInduction
+from pianta_bench.types.rule_induction import Condition, Rule, RuleInduction
 
 
 def test_a_threshold_between_two_classes_is_one_rule():

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from shapely import Polygon, box
 
-from pianta.bench.survey_truth import label_free_rooms, label_patches, read_survey_truth
 from pianta.errors import FloorError
 from pianta.evaluation.coverage import Scores, score_layout
 from pianta.evaluation.segmentation import drop_small_rooms, keep_rooms_at, label_rest, match_rooms, score_labels
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
+from pianta_bench.data.survey_truth import label_free_rooms, label_patches, read_survey_truth
 
 label_images = arrays(np.uint16, (6, 7), elements=st.integers(0, 5))
 masks = arrays(np.bool_, (6, 7))

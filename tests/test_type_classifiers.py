@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
-from pianta.bench import printed_types as printed
-from pianta.bench.room_sets import RoomSet
-from pianta.bench.type_classifiers import (
+from pianta_bench.types import published as printed
+from pianta_bench.types.classifiers import (
     ALGORITHMS,
     CrossValidation,
     cross_validate,
@@ -12,6 +11,7 @@ from pianta.bench.type_classifiers import (
     share_misled,
     share_rows,
 )
+from pianta_bench.types.room_sets import RoomSet
 
 
 def make_rooms(scale: float = 1.0, *, rooms: int = 60, buildings: int = 6) -> RoomSet:

@@ -9,9 +9,9 @@ from PIL import Image
 from rich.console import Console
 from shapely import Polygon, box
 
-from pianta.bench.report import show_bench_table
-from pianta.bench.table import BenchTable
 from pianta.floor import Floor, Room
+from pianta_bench.harness.old_report import show_bench_table
+from pianta_bench.harness.table import BenchTable
 
 # A room of 4 m × 3 m and one of 2 m × 3 m, with a wall of 0.2 m between them, in a map of 8 m × 5 m.
 SIZE = (8.0, 5.0)

@@ -20,8 +20,6 @@ from sklearn.neural_network import MLPRegressor
 from sklearn.preprocessing import StandardScaler
 
 from pianta._types import Floats
-from pianta.bench.data import find_data
-from pianta.bench.exploration_buildings import ExploredBuilding, read_buildings
 from pianta.exploration.classical_policies import InformationGain, NearestFrontier
 from pianta.exploration.expectations import RoomExpectations
 from pianta.exploration.explore import explore
@@ -34,6 +32,8 @@ from pianta.generation.type_model import learn_type
 from pianta.gridmap import UNKNOWN
 from pianta.labels import SCHEMAS
 from pianta.prediction.unexplored_part import FloorSampler
+from pianta_bench.data.folders import find_data
+from pianta_bench.exploration.buildings import ExploredBuilding, read_buildings
 
 RESOLUTION, EVERY, STOP, LESSONS = 0.2, 3, 0.98, 120_000
 HIDDEN = (24, 12)

@@ -26,15 +26,15 @@ from shapely import Polygon, intersection
 from shapely import area as area_of
 from sklearn.neural_network import MLPRegressor
 
-from pianta.bench.annotated_floors import read_drawing
-from pianta.bench.data import find_data
-from pianta.bench.partial_maps import PartialMap, simulate_drawing, simulate_world
 from pianta.errors import PiantaError
 from pianta.floor import Floor
 from pianta.layout.partial.hypotheses import FEATURES, list_hypotheses
 from pianta.layout.partial.predict import MODEL_FILE, PartialModel
 from pianta.layout.partial.scene import Sight, grow, look_around
 from pianta.layout.reconstruct import find_rooms
+from pianta_bench.data.annotated_floors import read_drawing
+from pianta_bench.data.folders import find_data
+from pianta_bench.partial.maps import PartialMap, simulate_drawing, simulate_world
 
 FOLDS, ROUNDS, WORLDS = 4, 3, 16
 # Perceptrons that are averaged, and cells of the hidden layer of each; weight of the penalty.

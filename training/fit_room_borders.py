@@ -23,8 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.linear_model import LogisticRegression
 
-from pianta.bench.data import find_data
-from pianta.bench.sets import TrueMap, choose_sets
 from pianta.evaluation.coverage import Scores
 from pianta.evaluation.segmentation import drop_small_rooms, score_labels
 from pianta.layout.parameters import StructureParameters
@@ -40,6 +38,8 @@ from pianta.layout.structure.merging import (
 )
 from pianta.layout.structure.pieces import Borders, Pieces
 from pianta.layout.structure.reconstruct import cut_space, reconstruct_structure
+from pianta_bench.data.folders import find_data
+from pianta_bench.data.map_sets import TrueMap, choose_sets
 
 SETS = ("survey", "furniture", "schools", "clutter")
 FOLDS, ROUNDS = 5, 3

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import stderr, tell_result
+from pianta.cli.terminal import print_result, stderr
 from pianta.errors import BuildingWarning, OptionError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
@@ -204,16 +204,17 @@ def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
 
 def _save_exploration(run: Exploration, world: World, out: Path | None, animation: str) -> None:
     """Write table, picture and animation, all or none."""
-    from pianta.plot.exploration import save_animation, save_exploration_picture
+    from pianta.plot.exploration import draw_exploration, save_animation
+    from pianta.plot.figure import save_figure
 
     if out is None:
         return
     with atomic_folder(out) as new:
         _save_table(run, new / "area.csv")
-        save_exploration_picture(run, world, new / "picture.png")
+        save_figure(draw_exploration(run, world), new / "picture.png")
         if animation != "none":
             with stderr.status(f"drawing exploration.{animation}"):
-                save_animation(run, world, new / f"exploration.{animation}", kind=animation)
+                save_animation(run, world, new / f"exploration.{animation}", file_format=animation)
 
 
 def _save_table(run: Exploration, path: Path) -> None:
@@ -236,15 +237,17 @@ def _tell_exploration(run: Exploration, policy: str, find: str | None, *, writte
     robots = len(run.tracks)
     who = f"{robots} robots" if robots > 1 else "1 robot"
     seen = f"{100 * run.share[-1]:.1f} % of {run.reachable_area:.0f} m²"
-    tell_result(f"{who}, {policy}: {seen} seen in {run.distance[-1]:.0f} m, {run.time[-1] / 60:.0f} min: {run.outcome}")
+    print_result(
+        f"{who}, {policy}: {seen} seen in {run.distance[-1]:.0f} m, {run.time[-1] / 60:.0f} min: {run.outcome}"
+    )
     reached = [(share, run.distance_to(share)) for share in SHARES]
     parts = [f"{100 * share:.0f} % after {metres:.0f} m" for share, metres in reached if isfinite(metres)]
     if parts:
-        tell_result(", ".join(parts))
+        print_result(", ".join(parts))
     if find is not None:
-        tell_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
+        print_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
     if written:
-        tell_result(written)
+        print_result(written)
 
 
 def _list_outputs(out: Path | None, animation: str) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import tell_result, track_items
+from pianta.cli.terminal import print_result, track_items
 from pianta.errors import OptionError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_leftovers, check_output_folder
@@ -109,7 +109,8 @@ def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: T
     """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none."""
     from pianta.io.graphml import save_graphml
     from pianta.io.graphs import save_graph
-    from pianta.plot.graphs import save_contact_sheet
+    from pianta.plot.figure import save_figure
+    from pianta.plot.graphs import draw_contact_sheet
 
     kept = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
     with atomic_folder(out) as new:
@@ -117,7 +118,7 @@ def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: T
             building.graph.update(source=name, building_type=model.building_type)
             save_graph(building, new / f"{name}.json")
             save_graphml(building, new / f"{name}.graphml")
-        save_contact_sheet(buildings, new / SHEET, schema=model.schema, fixed=kept)
+        save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept), new / SHEET)
 
 
 def read_range(text: str) -> tuple[int, int]:
@@ -152,9 +153,9 @@ def _tell_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path) 
     known = [floor.graph for floor in model.floors]
     made, copies, repeats = len(buildings), sum(find_copies(buildings, known)), sum(find_repeats(buildings))
     noun = f"building{'s' * (made != 1)} of type {model.building_type}"
-    tell_result(f"{made} {noun}, {_describe_sizes(buildings)}; the {len(known)} of the model {_describe_sizes(known)}")
-    tell_result(f"copies of a floor of the model: {copies}; of another new building: {repeats}")
-    tell_result(f"in {out}: building-*.json, building-*.graphml, {SHEET}")
+    print_result(f"{made} {noun}, {_describe_sizes(buildings)}; the {len(known)} of the model {_describe_sizes(known)}")
+    print_result(f"copies of a floor of the model: {copies}; of another new building: {repeats}")
+    print_result(f"in {out}: building-*.json, building-*.graphml, {SHEET}")
 
 
 def _describe_sizes(graphs: Sequence[nx.Graph]) -> str:

@@ -14,7 +14,7 @@ from rich.console import JustifyMethod
 from rich.markup import escape
 from rich.table import Table
 
-from pianta.cli.terminal import stderr, stdout, tell_result
+from pianta.cli.terminal import print_result, stderr, stdout
 from pianta.errors import BuildingWarning, GraphError, LabelError, PiantaError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_leftovers, check_output_folder
@@ -89,7 +89,7 @@ def predict_floor(
     if not quiet:
         _tell_prediction(prediction, truth)
         if out is not None:
-            tell_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json")
+            print_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json")
 
 
 def save_outputs(
@@ -97,12 +97,13 @@ def save_outputs(
 ) -> None:
     """Write the prediction, its picture and the samples by name, all or none."""
     from pianta.io.graphs import save_graph
-    from pianta.plot.prediction import save_prediction_picture
+    from pianta.plot.figure import save_figure
+    from pianta.plot.prediction import draw_prediction
     from pianta.prediction.prediction_file import name_rooms, save_prediction
 
     with atomic_folder(out) as new:
         save_prediction(prediction, new / PREDICTION, building_type=model.building_type, truth=truth)
-        save_prediction_picture(prediction, new / PICTURE, truth=truth)
+        save_figure(draw_prediction(prediction, truth=truth), new / PICTURE)
         for name, sample in zip(names, prediction.samples, strict=True):
             graph = name_rooms(sample, prediction)
             graph.graph.update(source=name, building_type=model.building_type)
@@ -142,13 +143,13 @@ def _tell_prediction(prediction: Prediction, truth: WholeFloor | None) -> None:
     """Print the size of the floor, what lies behind each open end, and the unknown rooms by label."""
     explored = prediction.explored
     known, ends = len(explored.known), len(prediction.ends)
-    tell_result(f"{_count(known, 'room')} known, {_count(ends, 'open end')}, {len(prediction.samples)} floors sampled")
+    print_result(f"{_count(known, 'room')} known, {_count(ends, 'open end')}, {len(prediction.samples)} floors sampled")
     size = f"the whole floor: {_describe_spread(prediction.rooms)} rooms"
     if prediction.area:
         size += f", {_describe_spread(prediction.area)} m²"
     if truth:
         size += f"; in truth {len(truth.graph)} rooms" + (f", {truth.area:.0f} m²" if truth.area else "")
-    tell_result(size)
+    print_result(size)
     stdout.print(tabulate_ends(prediction, truth))
     stdout.print(tabulate_unknown(prediction, truth))
 

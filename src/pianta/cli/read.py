@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from pianta.cli.room_table import tabulate_rooms
-from pianta.cli.terminal import counting_files, describe_floor, stdout, tell_error, tell_result
+from pianta.cli.terminal import counting_files, describe_floor, print_error, print_result, stdout
 from pianta.floor import Floor
 from pianta.io._files import MAX_CELLS
 from pianta.io._folders import check_output_folder
@@ -137,7 +137,7 @@ def read_maps(
         results = read_all(maps, out=out, walls=walls, graph=graph, jobs=jobs, progress=progress, **options)
         read_count = sum([_tell_one_of_several(result, quiet=quiet) for result in results])
     if not quiet:
-        tell_result(f"{read_count} of {len(maps)} files read")
+        print_result(f"{read_count} of {len(maps)} files read")
     if read_count < len(maps):
         raise typer.Exit(1)
 
@@ -151,21 +151,21 @@ def _read_one(path: str, out: Path, options: ReadOptions, *, walls: bool, graph:
     for storey, folder in zip(reading.storeys, folders, strict=True) if not quiet else ():
         stdout.print(tabulate_rooms(storey.floor))
         if storey.known_types:
-            tell_result(f"building: {describe_type(storey.floor, storey.known_types)}")
+            print_result(f"building: {describe_type(storey.floor, storey.known_types)}")
         for line in storey.messages:
-            tell_result(line)
-        tell_result(f"{describe_floor(storey.floor)}, in {folder}")
+            print_result(line)
+        print_result(f"{describe_floor(storey.floor)}, in {folder}")
 
 
 def _tell_one_of_several(result: Reading | Failure, *, quiet: bool) -> bool:
     """Print a line for each storey, or why a file was not read; whether it was read."""
     if isinstance(result, Failure):
-        tell_error(result.error)
+        print_error(result.error)
         return False
     for storey in () if quiet else result.storeys:
         kind = f", {name_type(storey.floor)}" if storey.known_types else ""
         folder = (result.folder or Path()) / storey.name
-        tell_result("; ".join([f"{describe_floor(storey.floor)}{kind}, in {folder}", *storey.messages]))
+        print_result("; ".join([f"{describe_floor(storey.floor)}{kind}, in {folder}", *storey.messages]))
     return True
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pianta import __version__
-from pianta.cli.terminal import tell_error, tell_result, track_items
+from pianta.cli.terminal import print_error, print_result, track_items
 from pianta.errors import BuildingWarning, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "pianta realism world.xml --reference offices",
     "pianta realism worlds/*.xml --reference offices -o judged",
-    "pianta realism world.xml --reference offices --unlike other_worlds --json world.json",
+    "pianta realism world.xml --reference offices --unrealistic other_worlds --json world.json",
     "pianta realism building/floor.geojson --type office",
 )
 LABEL_SETS = (LabelSet.R_C, LabelSet.F_C_E_S)
@@ -44,7 +44,7 @@ ReferenceFolders = Annotated[
         help="Real floors, files or folders of them, may be repeated; those that come with pianta unless given.",
     ),
 ]
-Unlike = Annotated[
+Unrealistic = Annotated[
     list[str] | None,
     typer.Option(metavar="BUILDINGS", help="Floors known to be unrealistic, may be repeated; none are needed."),
 ]
@@ -77,18 +77,18 @@ class Reference:
     about: str
     failed: bool = False
 
-    def judge(self, file: str) -> Judged:
+    def assess(self, file: str) -> Judged:
         """Judge the floor of a file; by the others when the file, or one of the same floor, is in the reference."""
         from pianta.building_types.description import describe_building
-        from pianta.rooms.completion import complete_labels
+        from pianta.rooms.completion import fill_missing_labels
 
-        coarse = complete_labels(read_building(file), self.model.label_set)
+        coarse = fill_missing_labels(read_building(file), self.model.label_set)
         try:
             told = describe_building(coarse.floor, self.model.label_set)
             building = self.buildings.get(Path(file).resolve()) or self.model.find_building(told)
             model = self.model if building is None else self.model.leave_out(building)
             ids = [room.id for room in coarse.floor.rooms]
-            return Judged(coarse, model.judge_description(told, ids), building is not None)
+            return Judged(coarse, model.assess_description(told, ids), building is not None)
         except PiantaError as error:
             raise type(error)(f"floor {short_repr(file)}: {error}") from error
 
@@ -114,7 +114,7 @@ def judge_floors(
     floors: Floors,
     *,
     reference: ReferenceFolders = None,
-    unlike: Unlike = None,
+    unrealistic: Unrealistic = None,
     building_type: Type = None,
     labels: Labels = None,
     json_file: Json = None,
@@ -126,7 +126,7 @@ def judge_floors(
 
     The score of a floor is its typicality: the share of the reference floors
     that are less like the others than it is. It is 0 for a floor that is less
-    so than any of them, and 0.5 for the median real floor. With --unlike the
+    so than any of them, and 0.5 for the median real floor. With --unrealistic the
     score is the probability that the floor is realistic.
 
     Floors are layout XML, KTH XML, MIT XML, HouseExpo JSON or floor.geojson of
@@ -137,9 +137,9 @@ def judge_floors(
     """
     _check_outputs(json_file, out)
     files = [str(file) for file in list_buildings(floors)]
-    known = _learn(reference, unlike, building_type, labels, quiet=quiet)
+    known = _learn(reference, unrealistic, building_type, labels, quiet=quiet)
     if not quiet:
-        tell_result(known.about)
+        print_result(known.about)
     judged = _judge_all(files, known, show=len(files) == 1 or reasons, quiet=quiet)
     if json_file:
         with atomic_folder(json_file.parent) as new:
@@ -171,46 +171,50 @@ def name_pictures(names: Sequence[str]) -> list[str]:
 
 def _learn(
     reference: Sequence[str] | None,
-    unlike: Sequence[str] | None,
+    unrealistic: Sequence[str] | None,
     types: Sequence[str] | None,
     labels: str | None,
     *,
     quiet: bool,
 ) -> Reference:
-    from pianta.realism.model import learn_realism
+    from pianta.realism.model import train_realism
 
     label_set = _read_label_set(labels)
     if not reference:
-        return _take_known(unlike, types, label_set)
+        return _use_default(unrealistic, types, label_set)
     if types:
         raise OptionError("--reference makes --type useless, leave either out")
-    _check_classes(reference, unlike or ())
+    _check_classes(reference, unrealistic or ())
     label_set = label_set or LabelSet.R_C
-    real, others = (_read_floors(paths, label_set, quiet=quiet) for paths in (reference, unlike or ()))
-    model = learn_realism(real.floors, label_set=label_set, unlike=others.floors)
-    known = zip(model.known, model.buildings, strict=True)
-    unlike_known = zip(model.unlike, model.unlike_buildings, strict=True)
-    buildings = {others.places[description.source]: building for description, building in unlike_known}
+    real, others = (_read_floors(paths, label_set, quiet=quiet) for paths in (reference, unrealistic or ()))
+    model = train_realism(real.floors, label_set=label_set, unrealistic=others.floors)
+    known = zip(model.reference_floors, model.buildings, strict=True)
+    unrealistic_pairs = zip(model.unrealistic_floors, model.unrealistic_buildings, strict=True)
+    buildings = {others.places[description.source]: building for description, building in unrealistic_pairs}
     buildings |= {real.places[description.source]: building for description, building in known}
     return Reference(model, buildings, _tell_reference(model, real, others), real.failed or others.failed)
 
 
-def _check_classes(reference: Sequence[str], unlike: Sequence[str]) -> None:
+def _check_classes(reference: Sequence[str], unrealistic: Sequence[str]) -> None:
     """Refuse files that are said to be both realistic and not."""
     real = {file.resolve() for file in list_buildings(reference)}
-    both = [short_repr(file) for file in list_buildings(unlike) if file.resolve() in real]
+    both = [short_repr(file) for file in list_buildings(unrealistic) if file.resolve() in real]
     if both:
-        raise OptionError(f"--reference and --unlike both give {join_faults(both)}, leave each out of either")
+        raise OptionError(f"--reference and --unrealistic both give {join_faults(both)}, leave each out of either")
 
 
-def _take_known(unlike: Sequence[str] | None, types: Sequence[str] | None, label_set: LabelSet | None) -> Reference:
+def _use_default(
+    unrealistic: Sequence[str] | None, types: Sequence[str] | None, label_set: LabelSet | None
+) -> Reference:
     """The floors that come with pianta, those of some types."""
-    from pianta.building_types.model_file import read_default_building_model
-    from pianta.realism.model import realism_of_types
+    from pianta.building_types.model_file import read_default_building_type_model
+    from pianta.realism.model import reference_from_types
 
-    if unlike:
-        raise OptionError("--unlike needs --reference, give the folder of real floors")
-    model = realism_of_types(read_default_building_model(), [standard_building_type(name) for name in types or ()])
+    if unrealistic:
+        raise OptionError("--unrealistic needs --reference, give the folder of real floors")
+    model = reference_from_types(
+        read_default_building_type_model(), [standard_building_type(name) for name in types or ()]
+    )
     if label_set not in (None, model.label_set):
         raise OptionError(f"the floors that come with pianta have labels of {model.label_set}, give --reference")
     kinds = f" of type {' and '.join(types)}" if types else ""
@@ -242,7 +246,7 @@ class ReferenceFloors:
 
 def _read_floors(paths: Sequence[str], label_set: LabelSet, *, quiet: bool) -> ReferenceFloors:
     """Read floors; of defects in their files only the number is told, as a reference is given many times."""
-    from pianta.rooms.completion import complete_labels
+    from pianta.rooms.completion import fill_missing_labels
 
     files = [str(file) for file in list_buildings(paths)]
     floors: list[CoarseFloor] = []
@@ -253,9 +257,9 @@ def _read_floors(paths: Sequence[str], label_set: LabelSet, *, quiet: bool) -> R
             try:
                 floor = replace(read_building(file), source=source)
             except PiantaError as error:
-                tell_error(error)
+                print_error(error)
                 continue
-        floors.append(complete_labels(floor, label_set))
+        floors.append(fill_missing_labels(floor, label_set))
         places[source] = Path(file).resolve()
         repaired += bool(caught)
     if files and not floors:
@@ -266,8 +270,8 @@ def _read_floors(paths: Sequence[str], label_set: LabelSet, *, quiet: bool) -> R
 
 def _tell_reference(model: RealismModel, *read: ReferenceFloors) -> str:
     """What the reference is, in a line."""
-    counts = f"{len(model.known)} floors of {len(set(model.buildings))} buildings"
-    against = f" against {len(model.unlike)} unrealistic floors" if model.unlike else ""
+    counts = f"{len(model.reference_floors)} floors of {len(set(model.buildings))} buildings"
+    against = f" against {len(model.unrealistic_floors)} unrealistic floors" if model.unrealistic_floors else ""
     repaired, found = sum(floors.repaired for floors in read), sum(floors.found for floors in read)
     notes = [f"labels {model.label_set}", *[f"{found} of them by pianta"] * bool(found)]
     notes += [f"{repaired} files with defects"] * bool(repaired)
@@ -279,11 +283,11 @@ def _judge_all(files: Sequence[str], known: Reference, *, show: bool, quiet: boo
     judged = {}
     for file, name in zip(track_items(files, quiet=quiet), name_sources(files), strict=True):
         try:
-            found = known.judge(file)
+            found = known.assess(file)
         except PiantaError as error:
             if len(files) == 1:
                 raise
-            tell_error(error)
+            print_error(error)
             continue
         judged[name] = replace(found, coarse=replace(found.coarse, floor=replace(found.coarse.floor, source=name)))
         if not quiet:
@@ -292,18 +296,18 @@ def _judge_all(files: Sequence[str], known: Reference, *, show: bool, quiet: boo
 
 
 def _tell_judged(name: str, judged: Judged, *, show: bool) -> None:
-    tell_result(f"{name}: {judged.realism.score:.2f}, {judged.realism.verdict}{judged.notes}")
+    print_result(f"{name}: {judged.realism.score:.2f}, {judged.realism.verdict}{judged.notes}")
     if show:
-        tell_result(f"  most like {', '.join(judged.realism.alike)}")
+        print_result(f"  most like {', '.join(judged.realism.alike)}")
         for reason in judged.realism.reasons or ("nothing is unusual",):
-            tell_result(f"  {reason}")
+            print_result(f"  {reason}")
 
 
 def _describe(model: RealismModel) -> dict[str, object]:
     return {
         "label_set": str(model.label_set),
-        "reference": [floor.source for floor in model.known],
-        "unlike": [floor.source for floor in model.unlike],
+        "reference": [floor.source for floor in model.reference_floors],
+        "unrealistic": [floor.source for floor in model.unrealistic_floors],
     }
 
 
@@ -315,11 +319,12 @@ def _list_floors(judged: Mapping[str, Judged]) -> list[dict[str, object]]:
 
 
 def _draw_all(judged: Mapping[str, Judged], out: Path) -> None:
-    from pianta.plot.realism import save_realism_picture
+    from pianta.plot.figure import save_figure
+    from pianta.plot.realism import draw_realism
 
     with atomic_folder(out) as new:
         for file, each in zip(name_pictures([*judged]), judged.values(), strict=True):
-            save_realism_picture(each.coarse.floor, each.realism, new / file)
+            save_figure(draw_realism(each.coarse.floor, each.realism), new / file)
 
 
 def _check_outputs(json_file: Path | None, out: Path | None) -> None:

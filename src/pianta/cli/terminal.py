@@ -56,7 +56,7 @@ stdout = Console()
 stderr = Console(stderr=True)
 
 
-def tell_result(line: str) -> None:
+def print_result(line: str) -> None:
     """Print a line on stdout; above the progress bar, when there is one in the same terminal."""
     # typer.echo keeps the stream that it saw first, and would write into the bar.
     sys.stdout.write(f"{line}\n")
@@ -78,7 +78,7 @@ def name_flags(message: str) -> str:
     return _ARGUMENT.sub(name_flag, message)
 
 
-def tell_error(error: Exception) -> None:
+def print_error(error: Exception) -> None:
     """Print an error as one line on stderr."""
     stderr.print(Text.assemble(("error: ", "bold red"), name_flags(str(error))), soft_wrap=True)
 
@@ -89,12 +89,12 @@ def show_examples(commands: Sequence[str]) -> str:
 
 
 @contextmanager
-def telling_warnings() -> Iterator[None]:
+def print_warnings() -> Iterator[None]:
     """A block in which each of pianta's warnings is one line on stderr; those of others stay what they are."""
     with warnings.catch_warnings():
         show_other = warnings.showwarning
 
-        def tell_warning(  # noqa: PLR0917 - Python's own signature
+        def print_warning(  # noqa: PLR0917 - Python's own signature
             message: Warning | str,
             category: type[Warning],
             filename: str,
@@ -107,7 +107,7 @@ def telling_warnings() -> Iterator[None]:
             else:
                 show_other(message, category, filename, lineno, file, line)
 
-        warnings.showwarning = tell_warning
+        warnings.showwarning = print_warning
         for own in OWN_WARNINGS:
             warnings.simplefilter("always", own)
         yield

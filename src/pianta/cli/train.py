@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import show_examples, tell_error, tell_result, track_items
+from pianta.cli.terminal import print_error, print_result, show_examples, track_items
 from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
@@ -22,9 +22,9 @@ from pianta.labels import SCHEMAS, LabelSchema
 from pianta.reading._labelling import check_type_name
 
 if TYPE_CHECKING:
-    from pianta.building_types.model import BuildingModel, Verdict
+    from pianta.building_types.model import BuildingTypeModel, TypePrediction
     from pianta.generation.type_model import TypeModel
-    from pianta.rooms.model import PlaceModel
+    from pianta.rooms.model import RoomModel
 
 SEGMENTATIONS = ("corr", "ncut")
 PLACES_EXAMPLES = (
@@ -96,7 +96,7 @@ def train_places(
     that cannot be read does not stop the others; the exit code is then 1.
     """
     from pianta.rooms import training
-    from pianta.rooms.model_file import check_model_path, save_place_model
+    from pianta.rooms.model_file import check_model_path, save_room_model
 
     if not out.is_dir():
         check_model_path(out)
@@ -106,7 +106,7 @@ def train_places(
     training.check_labels(floors, schemas)
     simulated = simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
     model = training.train_rooms(floors, simulated=simulated, schemas=schemas, seed=seed)
-    save_place_model(model, out)
+    save_room_model(model, out)
     if not quiet:
         _tell_model(model, out)
     if not all_read:
@@ -131,15 +131,15 @@ def train_buildings(
     that cannot be read does not stop the others; the exit code is then 1.
     """
     from pianta.building_types import model as building_types
-    from pianta.building_types.model_file import save_building_model
+    from pianta.building_types.model_file import save_building_type_model
 
     _check_options(out, building_type)
     schemas = read_schemas(labels or ())
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     model = building_types.train_building_types(floors, schemas=schemas)
-    save_building_model(model, out)
+    save_building_type_model(model, out)
     if not quiet:
-        _tell_building_model(model, building_types.judge_held_out(model), out)
+        _tell_building_model(model, building_types.predict_held_out(model), out)
     if not all_read:
         raise typer.Exit(1)
 
@@ -245,7 +245,7 @@ def _read_floors(paths: Sequence[str], building_type: str | None, *, quiet: bool
         except PiantaError as error:
             if len(files) == 1:
                 raise
-            tell_error(error)
+            print_error(error)
             continue
         kind = floor.given_type or building_type
         floors.append(replace(floor, source=source, building_type={kind: 1.0} if kind else {}))
@@ -271,14 +271,14 @@ def _list_usable(floors: Sequence[Floor], schema: LabelSchema) -> tuple[list[Flo
             f"a model takes two floors at least, better dozens, and {len(usable)} of {len(floors)} can be used{rest}"
         )
     for fault in faults:
-        tell_error(ModelError(fault))
+        print_error(ModelError(fault))
     return usable, not faults
 
 
 def _tell_type_model(model: TypeModel, out: Path) -> None:
     """Print what a model knows, and how long its chains are."""
     sizes = sorted(int((model.clusters == cluster).sum()) for cluster in range(model.configurations.shape[1]))
-    tell_result(f"trained on {model} of {sizes[0]} to {sizes[-1]}, type {model.building_type}")
+    print_result(f"trained on {model} of {sizes[0]} to {sizes[-1]}, type {model.building_type}")
     mixing = model.mixing
     steps = (
         {"sweeps": mixing.sweeps, "moves of edges": mixing.edge_moves, "moves of doors": mixing.door_moves}
@@ -286,27 +286,27 @@ def _tell_type_model(model: TypeModel, out: Path) -> None:
         else {}
     )
     told = ", ".join(f"{found.iterations} {name} ({found.convergence:.2f})" for name, found in steps.items())
-    tell_result(f"iterations of the chains, and their R-hat: {told}")
+    print_result(f"iterations of the chains, and their R-hat: {told}")
     if slow := [name for name, found in steps.items() if not found.has_mixed]:
-        tell_result(
+        print_result(
             f"the chains of {', '.join(slow)} had not mixed by then, R-hat is 1.1 or above: give more buildings"
         )
-    tell_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")
-    tell_result(f"next: pianta generate {quote(str(out))} -n 24 -o {quote(str(out.with_suffix('')) + '-buildings')}")
+    print_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")
+    print_result(f"next: pianta generate {quote(str(out))} -n 24 -o {quote(str(out.with_suffix('')) + '-buildings')}")
 
 
-def _tell_model(model: PlaceModel, out: Path) -> None:
+def _tell_model(model: RoomModel, out: Path) -> None:
     errors = ", ".join(f"{error:.1%} in {labels}" for labels, error in model.training.errors.items())
-    tell_result(f"trained on {model.training}")
-    tell_result(f"wrong labels on buildings left out: {errors}")
-    tell_result(f"in {out}, {out.stat().st_size / 2**20:.1f} MB")
+    print_result(f"trained on {model.training}")
+    print_result(f"wrong labels on buildings left out: {errors}")
+    print_result(f"in {out}, {out.stat().st_size / 2**20:.1f} MB")
 
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' * (number != 1)}"
 
 
-def _tell_building_model(model: BuildingModel, held_out: Sequence[Verdict], out: Path) -> None:
+def _tell_building_model(model: BuildingTypeModel, held_out: Sequence[TypePrediction], out: Path) -> None:
     """Print what a model knows, and how right it is of each floor when it does not know its building.
 
     held_out: what is said of each floor that it knows, by the model of all other buildings.
@@ -315,16 +315,16 @@ def _tell_building_model(model: BuildingModel, held_out: Sequence[Verdict], out:
     for kind in model.building_types:
         names = [name for name, other in zip(model.buildings, model.types, strict=True) if other == kind]
         counts.append(f"{_count(len(names), 'floor')} of {_count(len(set(names)), 'building')} of type {kind}")
-    floors = len(model.known)
+    floors = len(model.training_floors)
     said = [verdict.likeliest for verdict in held_out]
     wrong = sum(kind != right for kind, right in zip(said, model.types, strict=True))
-    unknown = sum(not verdict.known for verdict in held_out)
+    unknown = sum(not verdict.is_known for verdict in held_out)
     guessed = floors - max(model.types.count(kind) for kind in model.building_types)
-    tell_result(f"trained on {_count(floors, 'floor')}: {', '.join(counts)}")
-    tell_result(f"wrong types of floors whose building was left out: {wrong} of {floors}, {wrong / floors:.1%}")
+    print_result(f"trained on {_count(floors, 'floor')}: {', '.join(counts)}")
+    print_result(f"wrong types of floors whose building was left out: {wrong} of {floors}, {wrong / floors:.1%}")
     if wrong >= guessed:
-        tell_result(
+        print_result(
             f"guessing the commonest type errs on {guessed}: they are too few, or too alike; give more buildings"
         )
-    tell_result(f"called unknown when left out: {unknown} of {floors}, {unknown / floors:.1%}")
-    tell_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")
+    print_result(f"called unknown when left out: {unknown} of {floors}, {unknown / floors:.1%}")
+    print_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")

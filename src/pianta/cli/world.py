@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pianta.cli.terminal import describe_floor, tell_result
+from pianta.cli.terminal import describe_floor, print_result
 from pianta.io._folders import atomic_folder, check_output_folder
 from pianta.io.floors import save_floor
 from pianta.io.ros_maps import save_ros_map
@@ -55,5 +55,5 @@ def make_world(
     with atomic_folder(out) as new:
         save_ros_map(grid, new / "map.yaml")
         save_floor(floor, new / "truth.geojson")
-    tell_result(f"{describe_floor(floor)}, in {out}")
-    tell_result(f"next: pianta read {quote(str(out / 'map.yaml'))} -o {quote(str(out / 'read'))}")
+    print_result(f"{describe_floor(floor)}, in {out}")
+    print_result(f"next: pianta read {quote(str(out / 'map.yaml'))} -o {quote(str(out / 'read'))}")

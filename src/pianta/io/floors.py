@@ -27,7 +27,6 @@ from pydantic import (
     Field,
     FiniteFloat,
     Tag,
-    ValidationError,
     ValidationInfo,
     field_validator,
     model_validator,
@@ -37,10 +36,11 @@ from shapely.geometry.base import BaseGeometry
 
 from pianta.errors import FloorError
 from pianta.floor import Door, Floor, Room
-from pianta.io._faults import describe_validation
+from pianta.io._checked import FileFormat, read_checked, save_checked
+from pianta.io._faults import validation_as
 from pianta.io._files import MAX_CELLS, atomic_file, check_input_file, one_line_reason, short_repr
 
-FORMAT, MAJOR, MINOR = "pianta floor", 2, 2
+FORMAT = FileFormat("pianta floor", 2, 2)
 MAX_FILE_BYTES = 64 * 2**20
 MAX_COORDINATE = 1e8
 # Files of version 1 have label -> probability; what they say is of the label set of the building's type.
@@ -57,14 +57,7 @@ def save_floor(floor: Floor, path: str | Path) -> None:
     The same floor gives the same bytes.
     Raises FloorError for a floor that read_floor would refuse, and PiantaError when the file cannot be written.
     """
-    try:
-        content = _dump_floor(floor)
-        if _parse_floor(content) != floor:
-            raise FloorError("it has shapes in three dimensions, give it in two (shapely.force_2d)")
-    except (ValueError, TypeError) as exception:
-        raise FloorError(f"cannot save the floor as {short_repr(path)}: {exception}") from exception
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(content)
+    save_checked(path, "floor", FloorError, lambda: _dump_floor(floor))
 
 
 def read_floor(path: str | Path) -> Floor:
@@ -95,20 +88,13 @@ def read_floor(path: str | Path) -> Floor:
     >>> len(floor)
     19
     """
-    file = check_input_file(path, "floor", FloorError)
-    if file.stat().st_size > MAX_FILE_BYTES:
-        raise FloorError(f"floor {short_repr(file)} has more than {MAX_FILE_BYTES} bytes, too many for a floor")
-    try:
-        return _parse_floor(file.read_bytes())
-    except (FloorError, OSError) as exception:
-        raise FloorError(f"cannot read the floor {short_repr(file)}: {exception}") from exception
+    return read_checked(path, "floor", FloorError, _parse_floor, max_bytes=MAX_FILE_BYTES)
 
 
 def _dump_floor(floor: Floor) -> bytes:
     header = {
         "type": "FeatureCollection",
-        "format": FORMAT,
-        "version": f"{MAJOR}.{MINOR}",
+        **FORMAT.header,
         "frame": "map",
         "units": "metres",
         "source": floor.source,
@@ -116,7 +102,10 @@ def _dump_floor(floor: Floor) -> bytes:
         "last_id": int(floor.last_id),
     }
     features = ",\n".join(map(_dump_strictly, _features_of_floor(floor)))
-    return f'{_dump_strictly(header)[:-1]}, "features": [\n{features}\n]}}\n'.encode()
+    content = f'{_dump_strictly(header)[:-1]}, "features": [\n{features}\n]}}\n'.encode()
+    if _parse_floor(content) != floor:
+        raise FloorError("it has shapes in three dimensions, give it in two (shapely.force_2d)")
+    return content
 
 
 def _dump_strictly(value: object) -> str:
@@ -284,13 +273,6 @@ _Feature = Annotated[
 ]
 
 
-class _Version(_Part):
-    """What a file of every version has."""
-
-    format: Literal["pianta floor"]
-    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
-
-
 class _Collection(_Part):
     type: Literal["FeatureCollection"]
     frame: Literal["map"]
@@ -301,15 +283,10 @@ class _Collection(_Part):
     features: list[_Feature]
 
 
+@validation_as(FloorError)
 def _parse_floor(content: bytes) -> Floor:
-    try:
-        version = _Version.model_validate_json(content).version
-        major = int(version.partition(".")[0])
-        if major > MAJOR:
-            raise FloorError(f"it has format version {version}, this pianta reads up to {MAJOR}.x; update pianta")
-        collection = _Collection.model_validate_json(content, context={"major": major})
-    except ValidationError as exception:
-        raise FloorError(describe_validation(exception)) from None
+    major, _ = FORMAT.check_version(content, FloorError)
+    collection = _Collection.model_validate_json(content, context={"major": major})
     features = collection.features
     return Floor(
         rooms=tuple(feature.room for feature in features if isinstance(feature, _RoomFeature)),

@@ -12,9 +12,9 @@ from pianta.floor import Floor, Room
 from pianta.labels import SCHEMAS, LabelSchema, standard_building_type
 
 if TYPE_CHECKING:
-    from pianta.building_types.model import BuildingModel
-    from pianta.rooms.model import PlaceModel
-    from pianta.rooms.name_dictionary import RoomWords
+    from pianta.building_types.model import BuildingTypeModel
+    from pianta.rooms.model import RoomModel
+    from pianta.rooms.name_dictionary import RoomNameDictionary
 
 
 @dataclass(frozen=True)
@@ -25,40 +25,40 @@ class Labelling:
     None for those of pianta. building_type: the one that is given, which is then not predicted.
     """
 
-    rooms: PlaceModel
-    buildings: BuildingModel
-    words: RoomWords | None
+    rooms: RoomModel
+    buildings: BuildingTypeModel
+    words: RoomNameDictionary | None
     building_type: str | None = None
 
     @classmethod
     def make(
         cls,
-        room_model: PlaceModel | str | Path | None,
-        building_model: BuildingModel | str | Path | None,
+        room_model: RoomModel | str | Path | None,
+        building_model: BuildingTypeModel | str | Path | None,
         words: str | Path | None,
         building_type: str | None,
     ) -> Labelling:
         """Read the models from their files, or those that come with pianta for None."""
-        from pianta.building_types.model import BuildingModel
-        from pianta.building_types.model_file import read_building_model, read_default_building_model
-        from pianta.rooms.model import PlaceModel
-        from pianta.rooms.model_file import read_default_place_model, read_place_model
-        from pianta.rooms.name_dictionary import read_room_words
+        from pianta.building_types.model import BuildingTypeModel
+        from pianta.building_types.model_file import read_building_type_model, read_default_building_type_model
+        from pianta.rooms.model import RoomModel
+        from pianta.rooms.model_file import read_default_room_model, read_room_model
+        from pianta.rooms.name_dictionary import read_room_name_dictionary
 
         if building_model is not None and building_type is not None:
             raise OptionError("building_type= makes building_model= useless, leave either out")
-        rooms = read_default_place_model() if room_model is None else room_model
-        rooms = read_place_model(rooms) if isinstance(rooms, str | Path) else rooms
-        _check_model("room_model", rooms, PlaceModel)
+        rooms = read_default_room_model() if room_model is None else room_model
+        rooms = read_room_model(rooms) if isinstance(rooms, str | Path) else rooms
+        _check_model("room_model", rooms, RoomModel)
         if building_type is not None:
             building_type = check_type_name(building_type)
             if building_type not in rooms.building_types:
                 known = ", ".join(rooms.building_types)
                 raise OptionError(f"the model knows no building type {building_type!r}, give one of {known}")
-        buildings = read_default_building_model() if building_model is None else building_model
-        buildings = read_building_model(buildings) if isinstance(buildings, str | Path) else buildings
-        _check_model("building_model", buildings, BuildingModel)
-        return cls(rooms, buildings, read_room_words(words) if words is not None else None, building_type)
+        buildings = read_default_building_type_model() if building_model is None else building_model
+        buildings = read_building_type_model(buildings) if isinstance(buildings, str | Path) else buildings
+        _check_model("building_model", buildings, BuildingTypeModel)
+        return cls(rooms, buildings, read_room_name_dictionary(words) if words is not None else None, building_type)
 
     @property
     def schemas(self) -> Mapping[str, LabelSchema]:
@@ -77,18 +77,18 @@ class Labelling:
         rooms no labels: where it is wrong, it would name all of them wrongly.
         """
         from pianta.building_types.classify import classify_building
-        from pianta.rooms.completion import complete_labels
+        from pianta.rooms.completion import fill_missing_labels
         from pianta.rooms.from_names import label_named_rooms
-        from pianta.rooms.model import keep_given_label
+        from pianta.rooms.model import keep_manual_label
 
         found = label_named_rooms(floor, self.rooms, self.words).rooms
-        given = map(keep_given_label, floor.rooms)
+        given = map(keep_manual_label, floor.rooms)
         rooms: tuple[Room, ...] = tuple(old if old.label else new for old, new in zip(given, found, strict=True))
         labelled = replace(floor, rooms=rooms)
         if floor.building_type:
             return labelled
         # What is found of a room stands for a given label that no schema has.
-        coarse = complete_labels(labelled, self.buildings.label_set, schemas=self.schemas, found=found).floor
+        coarse = fill_missing_labels(labelled, self.buildings.label_set, schemas=self.schemas, found=found).floor
         return replace(labelled, building_type=classify_building(coarse, self.buildings).building_type)
 
 

@@ -21,10 +21,10 @@ from pianta.reading._labelling import Labelling
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 
 if TYPE_CHECKING:
-    from pianta.building_types.model import BuildingModel
+    from pianta.building_types.model import BuildingTypeModel
     from pianta.io.images import DecodedImage
     from pianta.plan.symbols.poses import PlacedSymbol
-    from pianta.rooms.model import PlaceModel
+    from pianta.rooms.model import RoomModel
 
 MAX_LISTED_IDS = 10
 Kind = Literal["map", "plan"]
@@ -43,8 +43,8 @@ class ReadOptions(TypedDict, total=False):
     method: str
     parameters: Parameters | None
     building_type: str | None
-    room_model: PlaceModel | str | Path | None
-    building_model: BuildingModel | str | Path | None
+    room_model: RoomModel | str | Path | None
+    building_model: BuildingTypeModel | str | Path | None
     labels: bool
     previous: Floor | str | Path | None
 
@@ -117,7 +117,7 @@ class Reader:
 
         Without labels, what somebody has said is all that stays.
         """
-        from pianta.rooms.model import keep_given_label
+        from pianta.rooms.model import keep_manual_label
 
         given = self.labelling.building_type if self.labelling else None
         if given is None and self.previous is not None:
@@ -125,7 +125,7 @@ class Reader:
         floor = replace(floor, building_type={given: 1.0} if given else {})
         if self.labelling:
             return self.labelling.label(floor)
-        return replace(floor, rooms=tuple(map(keep_given_label, floor.rooms)))
+        return replace(floor, rooms=tuple(map(keep_manual_label, floor.rooms)))
 
     def _open(self, path: str | Path) -> list[StoreyReading]:
         """The storeys of a file before they are labelled, one of a map."""

@@ -18,8 +18,8 @@ from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD
 
 if TYPE_CHECKING:
-    from pianta.building_types.model import BuildingModel
-    from pianta.rooms.model import PlaceModel
+    from pianta.building_types.model import BuildingTypeModel
+    from pianta.rooms.model import RoomModel
 
 from pianta.reading._reader import Kind, Reader, ReadOptions
 from pianta.reading.reading import Reading, check_output
@@ -56,8 +56,8 @@ def read(
     method: str = DEFAULT_METHOD,
     parameters: Parameters | None = None,
     building_type: str | None = None,
-    room_model: PlaceModel | str | Path | None = None,
-    building_model: BuildingModel | str | Path | None = None,
+    room_model: RoomModel | str | Path | None = None,
+    building_model: BuildingTypeModel | str | Path | None = None,
     labels: bool = True,
     previous: Floor | str | Path | None = None,
 ) -> Reading:

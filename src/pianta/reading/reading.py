@@ -144,7 +144,7 @@ class Reading:
 
     def _repr_png_(self) -> bytes:
         """The floor on its map as a notebook shows it."""
-        from pianta.plot._figure import encode_png
+        from pianta.plot.figure import encode_png
         from pianta.plot.floor import draw_floor
 
         first = self.storeys[0]
@@ -181,14 +181,16 @@ class Reading:
     def _write(self, storey: StoreyReading, folder: Path, *, walls: bool, graph: bool) -> None:
         from pianta.io.floors import save_floor, save_label_image
         from pianta.io.graphs import save_graph
-        from pianta.plot.floor import save_picture
+        from pianta.plot.figure import save_figure
+        from pianta.plot.floor import draw_floor
 
         floor, grid = storey.floor, storey.grid
         geojson, labels, node_link, picture = (folder / name for name in OUTPUTS)
         save_floor(floor, geojson)
         save_label_image(floor.label_image(grid), labels)
         save_graph(floor.graph(), node_link)
-        save_picture(floor, grid, picture, walls=walls, graph=graph, schemas=self.schemas, paper=storey.paper)
+        figure = draw_floor(floor, grid, walls=walls, graph=graph, schemas=self.schemas, paper=storey.paper)
+        save_figure(figure, picture)
 
 
 def check_output(path: str | Path, folder: str | Path) -> None:

@@ -1,1 +1,0 @@
-"""The tables of the thesis, one file per table, and what methods cost."""

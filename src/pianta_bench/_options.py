@@ -1,0 +1,94 @@
+"""Options of the verb bench."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pianta.layout.reconstruct import METHODS
+from pianta_bench.data.folders import SET_NAMES
+
+PLACE_SPLITS = ("experiments", "figure")
+
+Data = Annotated[
+    Path | None, typer.Option(help="Folder of the data; $PIANTA_DATA, or ../shared/data, unless given.", metavar="DIR")
+]
+Method = Annotated[str, typer.Option(help=f"How rooms are found: {', '.join(METHODS)}.")]
+Json = Annotated[
+    Path | None, typer.Option("--json", help="File for every figure and its map, as JSON.", metavar="FILE")
+]
+Pictures = Annotated[Path | None, typer.Option(help="Folder for a picture of every floor found.", metavar="DIR")]
+Methods = Annotated[
+    list[str] | None,
+    typer.Option("--method", help=f"How rooms are found, may be repeated: {', '.join(METHODS)}; all unless given."),
+]
+Sets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        help=f"Which maps, may be repeated: {', '.join(SET_NAMES)}; all in the data unless given.",
+        metavar="NAME",
+    ),
+]
+Maps = Annotated[bool, typer.Option("--maps", help="Print the rows of the maps; always done for a single method.")]
+ErrorPictures = Annotated[
+    Path | None,
+    typer.Option(
+        "--pictures", help="Folder for METHOD/SET/NAME.png, true rooms beside found ones, errors marked.", metavar="DIR"
+    ),
+]
+GraphPictures = Annotated[
+    Path | None,
+    typer.Option("--pictures", help="Folder for graphs.png, every metric of every building.", metavar="DIR"),
+]
+TypesPictures = Annotated[
+    Path | None,
+    typer.Option(
+        "--pictures", help="Folder for accuracy, k_distance, clusters and cluster_scores, as .png.", metavar="DIR"
+    ),
+]
+PlacePictures = Annotated[
+    Path | None,
+    typer.Option(
+        "--pictures",
+        help="Folder for reliability.png, confusion.png, and NAME.png and NAME_true.png of each map.",
+        metavar="DIR",
+    ),
+]
+RealismPictures = Annotated[
+    Path | None, typer.Option("--pictures", help="Folder for scores.png and curves.png (Fig. 8.4).", metavar="DIR")
+]
+GenerationPictures = Annotated[
+    Path | None,
+    typer.Option(
+        "--pictures",
+        help="Folder for heatmap, areas, buildings (Figs. 7.5, 7.7, 7.9) and sheets real, corr, ncut, as .png.",
+        metavar="DIR",
+    ),
+]
+PredictionPictures = Annotated[
+    Path | None,
+    typer.Option("--pictures", help="Folder for KIND_NAME_CORRIDORS.png of a few floors (Fig. 8.9).", metavar="DIR"),
+]
+Samples = Annotated[int, typer.Option("--count", "-n", help="Samples of each prediction.", min=1, max=10000)]
+Buildings = Annotated[
+    int,
+    typer.Option(
+        "--count", "-n", help="Buildings to generate with each model, as many as are real or more.", min=1, max=10000
+    ),
+]
+PlaceSplit = Annotated[
+    str, typer.Option(help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5).")
+]
+Seed = Annotated[int, typer.Option(help="Of folds, of classifiers, and of simulated maps.", min=0, max=2**31)]
+
+CurvePictures = Annotated[
+    Path | None, typer.Option("--pictures", help="Folder for places.png and buildings.png, the curves.", metavar="DIR")
+]
+BuildingTypes = Annotated[
+    list[Path] | None,
+    typer.Option("--types", help="Folder of buildings of one type; repeat it for each type.", metavar="DIR"),
+]
+Trees = Annotated[int, typer.Option(help="Of each forest of Extra-Trees; the thesis has 500.", min=1, max=10000)]

@@ -1,0 +1,1 @@
+"""Table 6.1: rooms and whole buildings."""

@@ -1,0 +1,386 @@
+"""The verb bench: the tables of the thesis, measured again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import typer
+
+from pianta.cli.terminal import show_examples, stdout, track_items
+from pianta.errors import OptionError
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_output_folder
+from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS, check_method
+from pianta_bench import _exploration_cli as bench_exploration
+from pianta_bench import _plans_cli as bench_plans
+from pianta_bench._options import (
+    PLACE_SPLITS,
+    Buildings,
+    BuildingTypes,
+    CurvePictures,
+    Data,
+    ErrorPictures,
+    GenerationPictures,
+    Json,
+    Maps,
+    Method,
+    Methods,
+    Pictures,
+    PlacePictures,
+    PlaceSplit,
+    PredictionPictures,
+    RealismPictures,
+    Samples,
+    Seed,
+    Sets,
+    Trees,
+    TypesPictures,
+)
+from pianta_bench.data.folders import check_set
+
+if TYPE_CHECKING:
+    from pianta_bench.harness.comparison import ComparisonTable, Items
+    from pianta_bench.harness.table import BenchTable
+
+Bench = TypeVar("Bench")
+# In the order of the help. Each is a folder with a BENCH.
+BENCHES = ("graphs",)
+
+app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
+for name in BENCHES:
+    bench = import_module(f"pianta_bench.{name}").BENCH
+    app.command(name, epilog=show_examples(bench.examples))(bench.make_command())
+app.command("exploration", epilog=show_examples(bench_exploration.EXAMPLES))(bench_exploration.bench_exploration)
+app.command("plans", epilog=show_examples(bench_plans.EXAMPLES))(bench_plans.bench_plans)
+
+
+@app.command("layout", epilog=show_examples(["pianta bench layout", "pianta bench layout --pictures layouts"]))
+def bench_layout(*, data: Data = None, method: Method = "thesis", json: Json = None, pictures: Pictures = None) -> None:
+    """Layouts of schools against the true ones (Table 3.1a).
+
+    Reads slam/NAME.png and slam/NAME_gt.xml of the data. A map that fails
+    counts as 0; the exit code is then 1.
+    """
+    from pianta_bench.layout.measure import measure_layout
+
+    check_method(method)
+    _run(partial(measure_layout, method=method), data, json, pictures, maps=True)
+
+
+@app.command(
+    "segmentation",
+    epilog=show_examples(
+        [
+            "pianta bench segmentation --json figures.json",
+            "pianta bench segmentation --method thesis --set survey --set clutter --pictures errors",
+        ]
+    ),
+)
+def bench_segmentation(
+    *,
+    data: Data = None,
+    method: Methods = None,
+    set_: Sets = None,
+    maps: Maps = False,
+    json: Json = None,
+    pictures: ErrorPictures = None,
+) -> None:
+    """Rooms of all methods on real and simulated maps (Table 3.1b and more).
+
+    Reads the sets of maps that are in the data: the survey without and with
+    furniture, real clutter, closed doors, schools, and a map that grows. A
+    map that fails counts as 0; the exit code is then 1.
+    """
+    from pianta_bench.segmentation.measure import measure_segmentation
+
+    methods = tuple(dict.fromkeys(method or METHODS))
+    for name in methods:
+        check_method(name)
+    for name in set_ or ():
+        check_set(name)
+    measure = partial(measure_segmentation, methods=methods, sets=set_ or ())
+    _run(measure, data, json, pictures, maps=maps or len(methods) == 1)
+
+
+@app.command("cost", epilog=show_examples(["pianta bench cost --method thesis"]))
+def bench_cost(*, method: Methods = None, json: Json = None) -> None:
+    """Time and memory for sixteen floors on one map, against one of them.
+
+    The floors are made, no data are needed: a map of 1000 x 1000 cells, and
+    one of 4000 x 4000 with sixteen copies of it.
+    """
+    methods = tuple(dict.fromkeys(method or METHODS))
+    for name in methods:
+        check_method(name)
+    _check_outputs(json, None)
+    from pianta_bench.cost.measure import measure_cost, save_growths, show_growths
+
+    growths = measure_cost(methods=methods, track=track_items)
+    stdout.print(show_growths(growths))
+    if json:
+        with atomic_folder(json.parent) as new:
+            save_growths(growths, new / json.name)
+
+
+@app.command("types", epilog=show_examples(["pianta bench types", "pianta bench types --pictures types"]))
+def bench_types(*, data: Data = None, seed: Seed = 0, json: Json = None, pictures: TypesPictures = None) -> None:
+    """Types of buildings: classifiers and clusters of rooms (Tables 4.2 to 4.4).
+
+    Reads buildings/school/*.xml and buildings/office/*.xml of the data, and
+    buildings/house/*.xml with labels.yaml when there are any. A building that
+    fails does not count; the exit code is then 1.
+    """
+    _check_outputs(json, pictures)
+    from pianta_bench.data.folders import find_data
+    from pianta_bench.types.figures import save_types_pictures
+    from pianta_bench.types.measure import measure_types
+    from pianta_bench.types.tables import save_types_bench, show_types_bench
+
+    bench = measure_types(find_data(data), seed=seed, track=track_items)
+    stdout.print(show_types_bench(bench))
+    _save(bench, json, save_types_bench, pictures, save_types_pictures)
+    _exit_on_failure(bench.failed)
+
+
+@app.command(
+    "places", epilog=show_examples(["pianta bench places", "pianta bench places --json places.json --pictures places"])
+)
+def bench_places(
+    *,
+    data: Data = None,
+    split: PlaceSplit = "experiments",
+    seed: Seed = 0,
+    json: Json = None,
+    pictures: PlacePictures = None,
+) -> None:
+    """What rooms are for (Table 6.1, Tables 5.2 to 5.4), calibration and cost.
+
+    Reads buildings/school/*.xml and buildings/office/*.xml of the data, and
+    slam/NAME.png with slam/NAME_gt.xml. Each building is labelled by models
+    that have not seen it. A floor that fails does not count; the exit code is
+    then 1.
+    """
+    from pianta.labels import LabelConvention
+    from pianta_bench.data.folders import find_data
+    from pianta_bench.places.figures import save_place_pictures
+    from pianta_bench.places.measure import measure_places, save_places
+    from pianta_bench.places.tables import tabulate_places
+
+    if split not in PLACE_SPLITS:
+        raise OptionError(f"split is {split!r}, give one of {', '.join(PLACE_SPLITS)}")
+    _check_outputs(json, pictures)
+    folder = find_data(data)
+    if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
+    bench = measure_places(folder, split=LabelConvention(split), seed=seed, pictures=pictures, track=track_items)
+    _show(tabulate_places(bench), bench.items)
+    _save(bench, json, save_places, pictures, save_place_pictures)
+    _exit_on_failure(bench.items)
+
+
+@app.command(
+    "buildings",
+    epilog=show_examples(
+        [
+            "pianta bench buildings --json buildings.json --pictures buildings",
+            "pianta bench buildings --types dorms --types offices --types labs",
+        ]
+    ),
+)
+def bench_buildings(
+    *,
+    data: Data = None,
+    types: BuildingTypes = None,
+    split: PlaceSplit = "experiments",
+    trees: Trees = 100,
+    seed: Seed = 0,
+    json: Json = None,
+    pictures: CurvePictures = None,
+) -> None:
+    """Rooms and whole buildings (Table 6.1, Figs. 6.2 and 6.3).
+
+    Reads buildings/school/*.xml and buildings/office/*.xml of the data. Each
+    building is judged by models that have not seen it. With --types only
+    buildings are classified, those of your folders. A floor that fails does
+    not count; the exit code is then 1.
+    """
+    from pianta.labels import LabelConvention
+    from pianta_bench.buildings.figures import save_building_pictures
+    from pianta_bench.buildings.measure import measure_building_types, measure_buildings
+    from pianta_bench.buildings.tables import list_items, save_buildings, tabulate_buildings
+    from pianta_bench.data.folders import find_data
+
+    if split not in PLACE_SPLITS:
+        raise OptionError(f"split is {split!r}, give one of {', '.join(PLACE_SPLITS)}")
+    if types and pictures:
+        raise OptionError("--pictures are of the thesis' two types, leave it out with --types")
+    _check_outputs(json, pictures)
+    measure = partial(measure_building_types, types) if types else partial(measure_buildings, find_data(data))
+    bench = measure(split=LabelConvention(split), trees=trees, seed=seed, track=track_items)
+    items = list_items(bench)
+    _show(tabulate_buildings(bench), items)
+    _save(bench, json, save_buildings, pictures, save_building_pictures)
+    _exit_on_failure(items)
+
+
+@app.command("realism", epilog=show_examples(["pianta bench realism", "pianta bench realism --pictures realism"]))
+def bench_realism(*, data: Data = None, seed: Seed = 0, json: Json = None, pictures: RealismPictures = None) -> None:
+    """Real offices and simulated ones told apart (Table 8.2, Fig. 8.4).
+
+    Reads buildings/office/*.xml and buildings/robocup/*.xml of the data, and
+    buildings/school/*.xml when there are any, which are judged as if they were
+    offices. A floor that fails does not count; the exit code is then 1.
+    """
+    _check_outputs(json, pictures)
+    from pianta_bench.data.folders import find_data
+    from pianta_bench.realism.figures import save_realism_pictures
+    from pianta_bench.realism.measure import measure_realism, save_realism, tabulate_realism
+
+    bench = measure_realism(find_data(data), seed=seed, track=track_items)
+    _show(tabulate_realism(bench), bench.items)
+    _save(bench, json, save_realism, pictures, save_realism_pictures)
+    _exit_on_failure(bench.items)
+
+
+@app.command(
+    "generation",
+    epilog=show_examples(["pianta bench generation", "pianta bench generation --json new.json --pictures new"]),
+)
+def bench_generation(
+    *,
+    data: Data = None,
+    count: Buildings = 200,
+    seed: Seed = 0,
+    json: Json = None,
+    pictures: GenerationPictures = None,
+) -> None:
+    """Models of schools and new ones made by them (chapter 7, Tables 7.1, 7.2).
+
+    Reads buildings/school/*.xml of the data, and sampled/corr_table7_1.json
+    when it is there, the thesis' own new schools. A school that fails does
+    not count; the exit code is then 1.
+    """
+    _check_outputs(json, pictures)
+    from pianta_bench.data.folders import find_data
+    from pianta_bench.generation.figures import save_generation_pictures
+    from pianta_bench.generation.file import save_generation
+    from pianta_bench.generation.measure import measure_generation
+    from pianta_bench.generation.tables import tabulate_generation
+
+    bench = measure_generation(find_data(data), seed=seed, count=count, track=track_items)
+    _show(tabulate_generation(bench), bench.items)
+    _save(bench, json, save_generation, pictures, save_generation_pictures)
+    _exit_on_failure(bench.items)
+
+
+@app.command("partial", epilog=show_examples(["pianta bench partial", "pianta bench partial --pictures partial"]))
+def bench_partial(
+    *, data: Data = None, method: Method = DEFAULT_METHOD, json: Json = None, pictures: Pictures = None
+) -> None:
+    """Rooms that were seen in part, predicted as a whole (section 8.2).
+
+    Reads partial/*/steps.json and its maps of the data with the whole
+    buildings, and simulates some more. A map that fails does not count; the
+    exit code is then 1.
+    """
+    check_method(method)
+    _check_outputs(json, pictures)
+    from pianta_bench.data.folders import find_data
+    from pianta_bench.harness.comparison import save_comparisons, show_comparisons
+    from pianta_bench.partial.measure import measure_partial, tabulate_partial
+
+    folder = find_data(data)
+    if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
+    bench = measure_partial(folder, method=method, pictures=pictures, track=track_items)
+    tables = tabulate_partial(bench)
+    stdout.print(show_comparisons(tables, bench.items))
+    if json:
+        with atomic_folder(json.parent) as new:
+            save_comparisons("partial", tables, bench.items, new / json.name)
+    _exit_on_failure(bench.items)
+
+
+@app.command("prediction", epilog=show_examples(["pianta bench prediction --json new.json --pictures new"]))
+def bench_prediction(
+    *, data: Data = None, count: Samples = 100, seed: Seed = 0, json: Json = None, pictures: PredictionPictures = None
+) -> None:
+    """What lies beyond the explored part of a floor, predicted (section 8.3).
+
+    Reads buildings/school/*.xml and buildings/office/*.xml of the data. Each is
+    predicted by all others. What fails does not count; the exit code is then 1.
+    """
+    _check_outputs(json, pictures)
+    from pianta_bench.data.folders import find_data
+    from pianta_bench.prediction.figures import save_prediction_pictures
+    from pianta_bench.prediction.file import save_prediction
+    from pianta_bench.prediction.measure import measure_prediction
+    from pianta_bench.prediction.tables import tabulate_prediction
+
+    bench = measure_prediction(find_data(data), count=count, seed=seed, track=track_items)
+    _show(tabulate_prediction(bench), bench.items)
+    _save(bench, json, save_prediction, pictures, save_prediction_pictures)
+    _exit_on_failure(bench.items)
+
+
+def _run(
+    measure: Callable[..., BenchTable], data: Path | None, json: Path | None, pictures: Path | None, *, maps: bool
+) -> None:
+    """Measure, print, save; nothing is measured when an option makes no sense."""
+    from pianta_bench.data.folders import find_data
+    from pianta_bench.harness.old_report import show_bench_table
+    from pianta_bench.harness.table import save_bench_table
+
+    _check_outputs(json, pictures)
+    folder = find_data(data)
+    if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
+    table = measure(folder, pictures=pictures, track=track_items)
+    stdout.print(show_bench_table(table, maps=maps))
+    if json:
+        with atomic_folder(json.parent) as new:
+            save_bench_table(table, new / json.name)
+    if table.failed:
+        raise typer.Exit(1)
+
+
+def _show(tables: Sequence[ComparisonTable], items: Items) -> None:
+    """Print the tables, and what failed."""
+    from pianta_bench.harness.comparison import show_comparisons
+
+    stdout.print(show_comparisons(tables, items))
+
+
+def _save(
+    bench: Bench,
+    json: Path | None,
+    save_figures: Callable[[Bench, Path], None],
+    pictures: Path | None,
+    save_pictures: Callable[[Bench, Path], None],
+) -> None:
+    """Write the figures and the pictures that are wanted."""
+    if json:
+        with atomic_folder(json.parent) as new:
+            save_figures(bench, new / json.name)
+    if pictures:
+        with atomic_folder(pictures) as new:
+            save_pictures(bench, new)
+
+
+def _exit_on_failure(items: Items) -> None:
+    """Leave with the code 1 when an item failed."""
+    if any(row.failure for rows in items.values() for row in rows):
+        raise typer.Exit(1)
+
+
+def _check_outputs(json: Path | None, pictures: Path | None) -> None:
+    """Refuse, before the long run, a JSON file or a folder of pictures that cannot be written."""
+    for folder in (json and json.parent, pictures):
+        if folder:
+            check_output_folder(folder)
+    if json and json.is_dir():
+        raise OptionError(f"JSON file {short_repr(json)} is a folder, give the name of a file")

@@ -1,0 +1,1 @@
+"""Sections 8.3 and 8.4: how far robots drive."""

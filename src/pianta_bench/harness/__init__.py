@@ -1,0 +1,1 @@
+"""What all benches share: records, tables, reports, the command line."""

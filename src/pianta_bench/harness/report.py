@@ -1,0 +1,129 @@
+"""What a bench shows and writes: tables in a terminal, and every figure as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict
+from math import isfinite
+from pathlib import Path
+
+from rich import box
+from rich.console import Group, RenderableType
+from rich.table import Table as TextTable
+from rich.text import Text
+
+from pianta import __version__
+from pianta.io._files import atomic_file
+from pianta_bench.harness.records import Results, name_parts
+from pianta_bench.harness.tables import Cell, FilledTable
+
+ABSENT = "–"
+WIDTH = 100  # characters of a terminal; columns that do not fit go below
+
+
+def show_tables(tables: Sequence[FilledTable], results: Results) -> Group:
+    """The tables in at most WIDTH characters, mean ± sd, then which items failed and why.
+
+    A column has no "thesis" beside it where nothing was published.
+    """
+    lines: list[RenderableType] = []
+    for table in tables:
+        has_sd = any(cell.sd is not None for cells in table.rows.values() for cell in cells.values())
+        subtitle = ", ".join(["mean ± sd"] * has_sd + [table.unit] * bool(table.unit))
+        lines += [Text(table.title, style="bold"), *[Text(subtitle)] * bool(subtitle), Text()]
+        for block in _fit_columns(table):
+            lines += [block, Text()]
+        lines += [*map(Text, table.notes), *[Text()] * bool(table.notes)]
+    return Group(*lines, *_show_faults(results))
+
+
+def save_results(bench: str, tables: Sequence[FilledTable], results: Results, path: str | Path) -> None:
+    """Write every cell, every record with the item that it belongs to, and what failed, as JSON.
+
+    Raises PiantaError if the file cannot be written.
+    """
+    content = {
+        "pianta": __version__,
+        "bench": bench,
+        "options": results.options,
+        "tables": [_table_as_json(table) for table in tables],
+        "items": [asdict(item) for item in results.items],
+        "records": results.records,
+        **results.details,
+    }
+    with atomic_file(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def show_figure(figure: float | None, digits: int) -> str:
+    """A figure with `digits` behind the point, none for a whole number; ABSENT for None, nan and infinity."""
+    if figure is None or not isfinite(figure):
+        return ABSENT
+    return str(figure) if isinstance(figure, int) else f"{figure:.{digits}f}"
+
+
+def _table_as_json(table: FilledTable) -> dict[str, object]:
+    cells = [
+        {"row": row, "column": column, **asdict(cell)}
+        for row, columns in table.rows.items()
+        for column, cell in columns.items()
+    ]
+    return {"title": table.title, "unit": table.unit, "cells": cells, "notes": table.notes}
+
+
+def _fit_columns(table: FilledTable) -> Iterator[RenderableType]:
+    """Tables of as many columns each as WIDTH holds, all with the names of the rows."""
+    name_width = max(map(len, table.rows), default=0)
+    block: list[tuple[str, list[str]]] = []
+    for column in table.columns:
+        more = _column_pair(table, column)
+        width = sum(max(map(len, (*heading.split("\n"), *cells))) + 1 for heading, cells in [*block, *more])
+        if block and name_width + width > WIDTH:
+            yield _draw_block(table, block)
+            block = []
+        block += more
+    yield _draw_block(table, block)
+
+
+def _column_pair(table: FilledTable, column: str) -> list[tuple[str, list[str]]]:
+    """Headings and texts of the column measured here, and of the published one where there is one."""
+    cells = [columns[column] for columns in table.rows.values()]
+    measured = [_show_cell(cell.mean, cell.sd, cell.digits) for cell in cells]
+    if not _has_published(cell for columns in table.rows.values() for cell in columns.values()):
+        return [(column, measured)]
+    pair = [(f"{column}\nhere", measured)]
+    if _has_published(cells):
+        published = [_show_cell(cell.published_mean, cell.published_sd, cell.digits) for cell in cells]
+        pair.append((f"{column}\nthesis", published))
+    return pair
+
+
+def _has_published(cells: Iterable[Cell]) -> bool:
+    return any(cell.published_mean is not None for cell in cells)
+
+
+def _draw_block(table: FilledTable, columns: list[tuple[str, list[str]]]) -> RenderableType:
+    drawn = TextTable(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
+    drawn.add_column("", overflow="fold")
+    for heading, _ in columns:
+        drawn.add_column(heading, justify="right", no_wrap=True)
+    for name, *cells in zip(table.rows, *(cells for _, cells in columns), strict=True):
+        drawn.add_row(Text(name), *cells)
+    return drawn
+
+
+def _show_cell(mean: float | None, sd: float | None, digits: int) -> str:
+    return show_figure(mean, digits) + (f" ± {show_figure(sd, digits)}" if mean is not None and sd is not None else "")
+
+
+def _show_faults(results: Results) -> Iterator[RenderableType]:
+    """A line for each item that failed, and one for each part with warnings."""
+    for part in name_parts(results.items):
+        items = [item for item in results.items if item.part == part]
+        for item in items:
+            if item.failure:
+                yield Text.assemble((f"{item.item} failed", "red"), f" ({part}): {item.failure}")
+        warned = sum(bool(item.warnings) for item in items)
+        if warned:
+            yield Text(f"Warnings on {warned} of {len(items)} {part}; --json lists them.")

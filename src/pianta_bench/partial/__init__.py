@@ -1,0 +1,1 @@
+"""Section 8.2: rooms that were seen in part."""

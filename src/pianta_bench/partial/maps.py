@@ -1,0 +1,171 @@
+"""Maps that show a building in part, with all its true rooms: the real ones of data/partial, and simulated ones."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely import Polygon
+
+from pianta.errors import BuildingWarning, DataError, MapError
+from pianta.floor import Floor, scale_floor
+from pianta.gridmap import UNKNOWN, GridMap
+from pianta.io._files import short_repr
+from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.io.maps import read_map
+from pianta.layout._outlines import largest_part, outline_labels
+from pianta.worlds.floors import FLOOR_MAKERS, INNER_WALL, make_floor
+from pianta.worlds.partial_scan import explore_in_part
+from pianta.worlds.scan import map_floor
+from pianta.worlds.simulated_readings import ASPECT_SPREAD, RESOLUTION, SIZE_SPREAD, leave_walls
+from pianta_bench.data.color_truth import read_color_truth
+from pianta_bench.data.folders import REMEDY, SLAM_RESOLUTION
+
+FOLDER, STEPS, SIMULATED = "partial", "steps.json", "simulated"
+# Coloured truths show what is visible: the last one of a run is taken for the whole. Cells of these maps, m.
+COLORED_RUN, COLORED_RESOLUTION = "r", 0.05
+# What simulated robots did: share of the doors, reach of the lidar, m, and how often they entered a room.
+SHARES, REACHES, ENTERED = (0.15, 0.9), (8.0, 12.0, 20.0, 30.0, 40.0), (0.1, 0.9)
+MOST_NOISE, MOST_FURNITURE, MOST_YAW = 0.7, 0.8, 0.8
+# Simulated worlds of the bench; the model was fitted on others.
+SIMULATED_COUNT, FIRST_SEED = 24, 40_000
+
+
+@dataclass(frozen=True, eq=False)
+class PartialMap:
+    """A map that shows a building in part. rooms: all true ones, to the middle of their walls, map frame."""
+
+    item: str
+    grid: GridMap
+    rooms: Sequence[Polygon]
+
+
+@dataclass(frozen=True)
+class MapOfRun:
+    """Where a real partial map and its truth are.
+
+    affine: shape (2, 3), from x, y of the layout XML to col, row of the map; None where the truth is a picture.
+    """
+
+    item: str
+    run: str
+    image: Path
+    truth: Path
+    affine: tuple[tuple[float, ...], ...] | None
+
+    def read(self) -> PartialMap:
+        """The map and its true rooms; raises PiantaError when one cannot be read."""
+        resolution = SLAM_RESOLUTION if self.affine else COLORED_RESOLUTION
+        grid = read_map(self.image, resolution=resolution)
+        rooms = self._read_layout(grid) if self.affine else _outline_colors(self.truth, grid)
+        return PartialMap(self.item, grid, rooms)
+
+    def _read_layout(self, grid: GridMap) -> list[Polygon]:
+        # In a grid of one cell of a metre x is the column and y = 1 - row
+        pixels = GridMap(np.array([[UNKNOWN]]), 1.0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", BuildingWarning)
+            drawn = read_building_xml(self.truth, grid=pixels)
+        affine = np.array(self.affine)
+
+        def move(xy: NDArray[np.float64]) -> NDArray[np.float64]:
+            col, row = affine @ np.stack([xy[:, 0], 1 - xy[:, 1], np.ones(len(xy))])
+            return np.column_stack(grid.pixel_to_map(row, col))
+
+        return [largest_part(shapely.transform(room.polygon, move)) for room in drawn.rooms]
+
+
+def list_real_maps(data: Path) -> list[MapOfRun]:
+    """The maps of data/partial of which the whole building is known, by building, run and step.
+
+    Of a run with coloured truths the last map is left out: what it does not show nobody knows.
+    Raises DataError when there is none, or its list of steps is none.
+    """
+    folders = sorted(file.parent for file in (data / FOLDER).glob(f"*/{STEPS}"))
+    found = [entry for folder in folders for entry in _list_steps(folder, data)]
+    if not found:
+        raise DataError(f"no partial maps in {short_repr(data / FOLDER)}: no BUILDING/{STEPS} lists any, {REMEDY}")
+    return found
+
+
+def _list_steps(folder: Path, data: Path) -> Iterator[MapOfRun]:
+    file = folder / STEPS
+    layout = data / "buildings" / "school" / f"{folder.name}.xml"
+    try:
+        steps = sorted(json.loads(file.read_text(encoding="utf-8")), key=lambda step: (step["run"], step["step"]))
+        colored = [step for step in steps if step["run"] == COLORED_RUN]
+        for step in steps:
+            make = partial(MapOfRun, f"{folder.name}/{Path(step['file']).stem}", f"{folder.name} {step['run']}")
+            if step["run"] != COLORED_RUN:
+                yield make(folder / step["file"], layout, _check_affine(step))
+            elif step is not colored[-1]:
+                yield make(folder / step["file"], folder / colored[-1]["gt"], None)
+    except (OSError, ValueError, KeyError, TypeError):
+        raise DataError(f"{short_repr(file)} is no list of maps with file, run, step and affine, repair it") from None
+
+
+def _check_affine(step: dict[str, Any]) -> tuple[tuple[float, ...], ...]:
+    affine = np.array(step["affine"], float)
+    if affine.shape != (2, 3) or not np.isfinite(affine).all():
+        raise ValueError("no affine map")
+    return tuple(tuple(row) for row in affine.tolist())
+
+
+def _outline_colors(truth: Path, grid: GridMap) -> list[Polygon]:
+    labels = read_color_truth(truth)
+    if labels.shape != grid.shape:
+        raise MapError(f"truth {short_repr(truth)} has shape {labels.shape}, the map {grid.shape}")
+    outlines, _ = outline_labels(labels)
+    return [
+        shapely.transform(outline, lambda xy: np.column_stack(grid.pixel_to_map(xy[:, 1], xy[:, 0])))
+        for outline in outlines
+    ]
+
+
+def simulate_world(number: int, *, first_seed: int = FIRST_SEED) -> PartialMap:
+    """A made-up floor that a robot has explored in part."""
+    seed = first_seed + number
+    rng = np.random.default_rng(seed)
+    kind = (*FLOOR_MAKERS,)[number % len(FLOOR_MAKERS)]
+    floor = make_floor(kind, seed=seed)
+    noise, furniture, yaw = _draw_surroundings(rng)
+    grid = map_floor(floor, noise=noise, furniture=furniture, yaw=yaw, seed=seed)
+    rooms = [room.polygon.buffer(INNER_WALL / 2, join_style="mitre") for room in floor.rooms]
+    return PartialMap(f"{kind}-{seed}", _explore(floor, grid, rng, seed), rooms)
+
+
+def simulate_drawing(floor: Floor, *, seed: int) -> PartialMap:
+    """A drawn floor, stretched a little at random, that a robot has explored in part.
+
+    Raises MapError for a floor that cannot be mapped.
+    """
+    rng = np.random.default_rng(seed)
+    size, aspect = np.exp(rng.normal(0, (SIZE_SPREAD, ASPECT_SPREAD)))
+    drawn = scale_floor(floor, size * aspect, size / aspect)
+    inner = tuple(door for door in drawn.doors if not door.is_entrance)
+    walled = replace(drawn, rooms=tuple(map(leave_walls, drawn.rooms)), doors=inner)
+    noise, furniture, yaw = _draw_surroundings(rng)
+    grid = map_floor(walled, resolution=RESOLUTION, noise=noise, furniture=furniture, yaw=yaw, seed=seed)
+    return PartialMap(
+        f"{floor.source}-{seed}", _explore(walled, grid, rng, seed), [room.polygon for room in drawn.rooms]
+    )
+
+
+def _draw_surroundings(rng: np.random.Generator) -> tuple[float, float, float]:
+    """Noise, furniture and yaw: half of the buildings are empty, and half of the robots start along the walls."""
+    yaw = float(rng.choice([0.0, rng.uniform(-MOST_YAW, MOST_YAW)]))
+    furniture = float(rng.choice([0.0, rng.uniform(0, MOST_FURNITURE)]))
+    return MOST_NOISE * rng.random(), furniture, yaw
+
+
+def _explore(floor: Floor, grid: GridMap, rng: np.random.Generator, seed: int) -> GridMap:
+    reach, share, entered = float(rng.choice(REACHES)), rng.uniform(*SHARES), rng.uniform(*ENTERED)
+    return explore_in_part(floor, grid, share=share, reach=reach, entered=entered, seed=seed)

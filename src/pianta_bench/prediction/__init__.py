@@ -1,0 +1,1 @@
+"""Section 8.3: the unexplored part of a floor."""

@@ -1,0 +1,1 @@
+"""Table 8.2: real and simulated offices."""

@@ -1,0 +1,98 @@
+"""The models that bench realism compares with pianta's: each scores floors of a building that it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta._types import Floats
+from pianta.building_types.description import BuildingDescription, describe_building
+from pianta.building_types.kernel import BuildingKernel
+from pianta.evaluation.folds import leave_buildings_out
+from pianta.labels import LabelSet
+from pianta.realism.classifier import RealismClassifier
+from pianta.relational.classifiers import RelationalTypeClassifier
+from pianta.rooms.completion import LABELS
+from pianta_bench.data.annotated_floors import AnnotatedFloor
+from pianta_bench.places.models import ALL_FEATURES, CENTRAL, LOCAL, WITHOUT_CENTRALITY
+
+KLOG, GAUSSIAN = "kLog-style", "pianta, Gaussian features"
+REAL, SIMULATED = "real", "simulated"
+
+
+@dataclass(frozen=True, eq=False)
+class Fold:
+    """The task to score floors by others.
+
+    known: floors of other buildings. real: which of them are. asked: the floors of one building.
+    seed, trees: of Extra-Trees.
+    """
+
+    known: Sequence[AnnotatedFloor]
+    real: NDArray[np.bool_]
+    asked: Sequence[AnnotatedFloor]
+    label_set: LabelSet
+    seed: int
+    trees: int
+
+
+def score_by_trees(fold: Fold, columns: slice) -> list[float]:
+    """Share of the rooms that Extra-Trees take for rooms of real floors; they see columns of V_n and the label."""
+    from sklearn.ensemble import ExtraTreesClassifier
+
+    features = [_list_features(floor, columns, fold.label_set) for floor in fold.known]
+    truth = np.repeat(fold.real, [len(of_floor) for of_floor in features])
+    forest = ExtraTreesClassifier(fold.trees, random_state=fold.seed).fit(np.concatenate(features), truth)
+    return [float(forest.predict(_list_features(floor, columns, fold.label_set)).mean()) for floor in fold.asked]
+
+
+def score_by_relations(fold: Fold) -> list[float]:
+    """Decision values of an SVM on NSPDK over graphs of facts; above 0 for what is real."""
+    classifier = RelationalTypeClassifier(label_set=fold.label_set)
+    classifier.fit([floor.floor for floor in fold.known], [REAL if is_real else SIMULATED for is_real in fold.real])
+    decided = classifier.decide([floor.floor for floor in fold.asked])
+    real, simulated = (classifier.types_.index(name) for name in (REAL, SIMULATED))
+    return [float(row[real] - row[simulated]) for row in decided]
+
+
+def score_by_gaussian(fold: Fold) -> list[float]:
+    """Probability of being real, where features of floors are compared as in the one class."""
+    known = [describe_drawn(floor, fold.label_set) for floor in fold.known]
+    buildings = [floor.building for floor in fold.known]
+    classifier = RealismClassifier(kernel=BuildingKernel).fit(known, fold.real.tolist(), buildings)
+    return [classifier.predict_probability(describe_drawn(floor, fold.label_set)) for floor in fold.asked]
+
+
+SCORERS: Mapping[str, Callable[[Fold], list[float]]] = MappingProxyType(
+    {
+        LOCAL: lambda fold: score_by_trees(fold, WITHOUT_CENTRALITY),
+        CENTRAL: lambda fold: score_by_trees(fold, ALL_FEATURES),
+        KLOG: score_by_relations,
+        GAUSSIAN: score_by_gaussian,
+    }
+)
+
+
+def score_left_out(
+    model: str, floors: Sequence[AnnotatedFloor], real: NDArray[np.bool_], label_set: LabelSet, *, seed: int, trees: int
+) -> list[float]:
+    """The score of each floor by a model of SCORERS that has not seen its building."""
+    scores = np.zeros(len(floors))
+    for seen, held_out in leave_buildings_out([floor.building for floor in floors]):
+        known, asked = ([floors[place] for place in places] for places in (seen, held_out))
+        scores[held_out] = SCORERS[model](Fold(known, real[seen], asked, label_set, seed, trees))
+    return list(map(float, scores))
+
+
+def describe_drawn(floor: AnnotatedFloor, label_set: LabelSet) -> BuildingDescription:
+    """The description of a floor whose rooms have labels in the label set."""
+    return describe_building(floor.floor, label_set)
+
+
+def _list_features(floor: AnnotatedFloor, columns: slice, label_set: LabelSet) -> Floats:
+    labels = np.array([room.labels[str(label_set)] for room in floor.floor.rooms])
+    return np.column_stack([floor.features[:, columns], labels[:, None] == np.array(LABELS[label_set])])

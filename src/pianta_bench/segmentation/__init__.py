@@ -1,0 +1,1 @@
+"""Table 3.1b and more: rooms on real and simulated maps."""

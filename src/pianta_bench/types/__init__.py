@@ -1,0 +1,1 @@
+"""Tables 4.2 to 4.4: types of buildings by their rooms."""

@@ -1,0 +1,153 @@
+"""Figs. 4.3 and 4.4 of a TypesBench: accuracies, K-distances, clusters, and what labels say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from statistics import fmean, stdev
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pianta_bench.harness.charts import save_chart, start_chart
+from pianta_bench.types import published as printed
+from pianta_bench.types.classifiers import ALGORITHMS, CrossValidation
+from pianta_bench.types.clusters import EPSILON, MIN_POINTS, OUTLIER, SCALES, RoomClusters
+from pianta_bench.types.measure import BY_AREA, BY_NAME, OF_THESIS, TypesBench
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Paul Tol's "bright" and "muted" schemes, for colour-blind readers; black is left to the outliers.
+ALGORITHM_COLORS = ("#4477aa", "#66ccee", "#228833", "#ccbb44")
+CLUSTER_COLORS = ("#cc6677", "#332288", "#ddcc77", "#117733", "#88ccee", "#882255", "#44aa99", "#999933", "#aa4499")
+INK, ACCENT = "#303030", "#b5123b"
+DPI = 110
+# Sets of rooms end in a few that are far larger than all others; the axes leave them out.
+SEEN_SHARE = 0.98
+
+
+def save_types_pictures(bench: TypesBench, folder: Path) -> None:
+    """Write accuracy.png, k_distance.png, clusters.png and cluster_scores.png into a folder.
+
+    Raises PiantaError when one cannot be written.
+    """
+    for name, draw in PICTURES.items():
+        save_chart(draw(bench), folder / name, dpi=DPI)
+
+
+def draw_accuracies(bench: TypesBench) -> Figure:
+    """Bars of the algorithms and their standard deviations over folds, with the thesis' means (Fig. 4.3)."""
+    figure = start_chart(9.5, 4)
+    captions = {BY_NAME: "S, M, B by the label's name", BY_AREA: "S, M, B by area"}
+    axes = figure.subplots(1, 2, sharey=True)
+    for ax, (sizes, validations) in zip(axes, bench.validations.items(), strict=True):
+        shown = [each for each in validations if (each.representation, each.divided) == OF_THESIS]
+        _plot_accuracies(shown, ax=ax)
+        ax.set_title(captions[sizes], fontsize=11)
+    axes[0].set_ylabel("accuracy, %")
+    handles, names = axes[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=9)
+    return figure
+
+
+def draw_distances(bench: TypesBench) -> Figure:
+    """The K-distance plot of each set, and ε, by which ε is chosen (section 4.2.4)."""
+    figure = start_chart(3.4 * len(SCALES), 3.6)
+    for ax, scale in zip(figure.subplots(1, len(SCALES), sharey=True), SCALES, strict=True):
+        for color, each in zip(ALGORITHM_COLORS, _of_scale(bench.clusters, scale), strict=False):
+            ranks = np.linspace(0, 100, len(each.distances))
+            ax.plot(ranks, each.distances, color=color, linewidth=1.6, label=f"{each.rooms}, bends at {each.bend:.1f}")
+        ax.axhline(EPSILON, color=ACCENT, linestyle="--", linewidth=1, label=f"ε = {EPSILON:g}")
+        ax.set(xlabel="rooms, %", ylim=(0, 4 * EPSILON), xlim=(0, 100))
+        ax.set_title(scale, fontsize=11)
+        ax.legend(frameon=False, fontsize=8, loc="upper left")
+        _clear(ax)
+    figure.axes[0].set_ylabel(f"distance to the {MIN_POINTS}th room")
+    return figure
+
+
+def draw_clusters(bench: TypesBench) -> Figure:
+    """Clusters on the first two principal components, a column a set, a row a scale; outliers black (Fig. 4.4a-d)."""
+    count = len(bench.sets)
+    figure = start_chart(3.5 * count, 3.0 * len(SCALES))
+    rows = figure.subplots(len(SCALES), count, squeeze=False)
+    for axes, scale in zip(rows, SCALES, strict=True):
+        for ax, each in zip(axes, _of_scale(bench.clusters, scale), strict=True):
+            _plot_clusters(each, ax=ax)
+        axes[0].set_ylabel(scale, fontsize=11)
+    figure.supxlabel("first principal component (down: the second), without the farthest rooms", fontsize=9)
+    return figure
+
+
+def draw_cluster_scores(bench: TypesBench) -> Figure:
+    """Homogeneity and completeness over L_general, and homogeneity over R/C (Fig. 4.4f)."""
+    scores = {"homogeneity": "homogeneity", "completeness": "completeness", "homogeneity_r_c": "homogeneity, R/C"}
+    figure = start_chart(3.4 * len(SCALES), 3.4)
+    for ax, scale in zip(figure.subplots(1, len(SCALES), sharey=True), SCALES, strict=True):
+        clusters = _of_scale(bench.clusters, scale)
+        for place, (key, name) in enumerate(scores.items()):
+            values = [each.figures[key] or 0.0 for each in clusters]
+            places = np.arange(len(clusters)) + (place - 1) * 0.27
+            bars = ax.bar(places, values, 0.25, color=ALGORITHM_COLORS[place], label=name)
+            ax.bar_label(bars, fmt="%.2f", fontsize=7, padding=1)
+        ax.axhline(printed.HOMOGENEITY_R_C, color=ACCENT, linestyle="--", linewidth=1, label="thesis, R/C (H, S, O)")
+        ax.set_xticks(range(len(clusters)), [each.rooms for each in clusters])
+        ax.set(ylim=(0, 1))
+        ax.set_title(scale, fontsize=11)
+        _clear(ax)
+    handles, names = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=9)
+    return figure
+
+
+PICTURES: MappingProxyType[str, Callable[[TypesBench], Figure]] = MappingProxyType(
+    {
+        "accuracy.png": draw_accuracies,
+        "k_distance.png": draw_distances,
+        "clusters.png": draw_clusters,
+        "cluster_scores.png": draw_cluster_scores,
+    }
+)
+
+
+def _plot_accuracies(validations: Sequence[CrossValidation], *, ax: Axes) -> None:
+    for place, (name, color) in enumerate(zip(ALGORITHMS, ALGORITHM_COLORS, strict=True)):
+        folds = [each.accuracies[name] for each in validations]
+        places = np.arange(len(folds)) + (place - 1.5) * 0.19
+        heights, errors = ([100 * of(each) for each in folds] for of in (fmean, stdev))
+        ax.bar(places, heights, 0.18, yerr=errors, color=color, ecolor=INK, capsize=2, label=name)
+    names = []
+    for place, each in enumerate(validations):
+        mean, _ = printed.ACCURACIES[each.rooms if "+" not in each.rooms else "H+S+O"]
+        label = None if place else "thesis, mean of the four"
+        ax.plot([place - 0.42, place + 0.42], [mean, mean], color=ACCENT, linewidth=2, label=label)
+        union = "\n(thesis: H+S+O)" if "+" in each.rooms and each.rooms != "H+S+O" else ""
+        names.append(f"{each.rooms}{union}\n{100 * each.mean:.1f}, thesis {mean}")
+    ax.set_xticks(range(len(names)), names, fontsize=9)
+    ax.set(ylim=(0, 100))
+    _clear(ax)
+
+
+def _plot_clusters(each: RoomClusters, *, ax: Axes) -> None:
+    low, high = (np.quantile(each.plane, share, axis=0) for share in (1 - SEEN_SHARE, SEEN_SHARE))
+    margin = 0.1 * (high - low)
+    outside = each.clusters == OUTLIER
+    first, second = each.plane.T
+    ax.scatter(first[outside], second[outside], s=5, color="black", linewidths=0)
+    colors = np.array(CLUSTER_COLORS)[each.clusters[~outside] % len(CLUSTER_COLORS)]
+    ax.scatter(first[~outside], second[~outside], s=5, color=colors, linewidths=0)
+    ax.set(xlim=(low[0] - margin[0], high[0] + margin[0]), ylim=(low[1] - margin[1], high[1] + margin[1]))
+    share = 100 * (each.figures["outliers"] or 0.0)
+    ax.set_title(f"{each.rooms}: {each.figures['clusters']} clusters, {share:.0f} % outliers", fontsize=10)
+    ax.tick_params(labelsize=7)
+
+
+def _of_scale(clusters: Sequence[RoomClusters], scale: str) -> list[RoomClusters]:
+    return [each for each in clusters if each.scale == scale]
+
+
+def _clear(ax: Axes) -> None:
+    ax.spines[["top", "right"]].set_visible(False)

@@ -1,0 +1,164 @@
+"""RoomSet: the rooms of all buildings of a type, as chapter 4 represents them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta._types import Floats
+from pianta.errors import DataError, LabelError
+from pianta.floor import Floor
+from pianta.io._faults import join_faults
+from pianta.io._files import short_repr
+from pianta.io.label_schemas import read_label_schema
+from pianta.labels import GeneralLabel, LabelSchema, LabelSet, schema_of
+from pianta.rooms.thesis_features import GENERAL_FEATURES, compute_general_features
+from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
+from pianta_bench.data.folders import REMEDY
+from pianta_bench.harness.table import Row
+
+Labels = NDArray[np.str_]
+
+BUILDING_TYPES = ("house", "school", "office")
+GENERAL_LABELS = tuple(str(label) for label in GeneralLabel)
+CORRIDORS = (str(GeneralLabel.CORRIDOR), str(GeneralLabel.HALL))
+USER_SCHEMA = "labels.yaml"
+# As many as there are folds.
+FEWEST_ROOMS = 10
+
+
+@dataclass(frozen=True)
+class RoomSet:
+    """Rooms of a type of building, or of several.
+
+    name: House, School, Office, or the initials of several, such as S+O.
+    geometry: area (m²), doorways, axes ratio, shape (rooms, 3).
+    neighbours: how many of a room's doorways lead to rooms of each label of GENERAL_LABELS, shape (rooms, 5).
+    labels: of L_general, shape (rooms,). buildings: the building of each room, shape (rooms,).
+    names: how many rooms each label of the files has, by its label of L_general.
+    """
+
+    name: str
+    geometry: Floats
+    neighbours: Floats
+    labels: Labels
+    buildings: Labels
+    names: Mapping[tuple[str, str], int]
+
+    @property
+    def corridors(self) -> NDArray[np.bool_]:
+        """Which rooms are CORRIDOR, which C and H are; the others are ROOM (section 4.3.1); shape (rooms,)."""
+        return np.isin(self.labels, CORRIDORS)
+
+    def with_neighbours(self) -> Floats:
+        """Geometry and neighbours, shape (rooms, 8)."""
+        return np.hstack([self.geometry, self.neighbours])
+
+
+def read_room_sets(data: Path) -> tuple[tuple[RoomSet, ...], dict[str, tuple[Row, ...]]]:
+    """The sets of types that data/buildings has, and their union when there are several (section 4.2.3).
+
+    Beside them, by type, the floors that could not be read or have labels that the schema does not have: no set has
+    their rooms.
+
+    A house set is the user's: data/buildings/house with layout XMLs, and their schema in labels.yaml unless the
+    labels are already those of L_general.
+
+    Raises DataError when there is none, or one that is too small to learn from, LabelError for a schema that is none.
+    """
+    folder = data / "buildings"
+    types = [name for name in BUILDING_TYPES if (folder / name).is_dir()]
+    if not types:
+        places = ", ".join(short_repr(folder / name) for name in BUILDING_TYPES)
+        raise DataError(f"no buildings in any of {places}, {REMEDY}")
+    sets, failed = [], {}
+    for name in types:
+        floors, failed[name] = read_annotated_buildings(
+            data, name, partial(_represent, _schema_of_folder(folder / name))
+        )
+        _check_size(floors, failed[name], folder / name)
+        sets.append(join_room_sets(name.capitalize(), floors))
+    if len(sets) > 1:
+        sets.append(join_room_sets("+".join(rooms.name[0] for rooms in sets), sets))
+    return tuple(sets), failed
+
+
+def join_room_sets(name: str, sets: Sequence[RoomSet]) -> RoomSet:
+    """The union of sets."""
+    return RoomSet(
+        name,
+        np.concatenate([rooms.geometry for rooms in sets]),
+        np.concatenate([rooms.neighbours for rooms in sets]),
+        np.concatenate([rooms.labels for rooms in sets]),
+        np.concatenate([rooms.buildings for rooms in sets]),
+        sum((Counter(rooms.names) for rooms in sets), Counter()),
+    )
+
+
+def name_sizes_by_area(rooms: RoomSet, bounds: tuple[float, float]) -> RoomSet:
+    """The set with S, M and B given by area, up to the first bound, up to the second, above, m²; C and H as they are.
+
+    The counts of neighbours' labels stay those of the files.
+    """
+    by_area = np.array([str(GeneralLabel.SMALL), str(GeneralLabel.MEDIUM), str(GeneralLabel.BIG)])
+    sizes = by_area[np.searchsorted(bounds, rooms.geometry[:, GENERAL_FEATURES.index("area")])]
+    return replace(rooms, labels=np.where(rooms.corridors, rooms.labels, sizes))
+
+
+def represent_floor(floor: Floor, labels: Sequence[str]) -> tuple[Floats, Floats]:
+    """Geometry and neighbours of the rooms of a floor, whose labels are of L_general, as a RoomSet has them."""
+    label_of = {room.id: label for room, label in zip(floor.rooms, labels, strict=True)}
+    row_of = {room.id: row for row, room in enumerate(floor.rooms)}
+    neighbours = np.zeros((len(labels), len(GENERAL_LABELS)))
+    for door in floor.doors:
+        if not door.is_entrance:
+            for one, other in (door.room_ids, door.room_ids[::-1]):
+                neighbours[row_of[one], GENERAL_LABELS.index(label_of[other])] += 1
+    return compute_general_features(floor), neighbours
+
+
+def _represent(generalise: Callable[[Sequence[str | None]], list[str]], drawn: AnnotatedFloor) -> RoomSet:
+    """The rooms of one floor."""
+    floor = drawn.floor
+    labels = generalise([room.label for room in floor.rooms])
+    names = Counter(zip(labels, (str(room.label) for room in floor.rooms), strict=True))
+    buildings = np.full(len(labels), drawn.building)
+    return RoomSet(drawn.item, *represent_floor(floor, labels), np.array(labels, str), buildings, names)
+
+
+def _check_size(floors: Sequence[RoomSet], failed: Sequence[Row], folder: Path) -> None:
+    """Refuse a set that cannot be divided into folds, and say which of its floors failed."""
+    counts = Counter(label for floor in floors for label in floor.labels.tolist())
+    buildings = len({building for floor in floors for building in floor.buildings.tolist()})
+    if sum(count >= FEWEST_ROOMS for count in counts.values()) < 2 or buildings < 2:
+        found = f"{counts.total()} rooms in {buildings} building{'s' * (buildings != 1)}"
+        need = f"at least 2 buildings, and {FEWEST_ROOMS} rooms of each of 2 labels of L_general"
+        faults = f" ({join_faults([f'{row.item} failed: {row.failure}' for row in failed])})" if failed else ""
+        raise DataError(f"{short_repr(folder)} has {found}, too few to learn from{faults}, give {need}")
+
+
+def _schema_of_folder(folder: Path) -> Callable[[Sequence[str | None]], list[str]]:
+    """Maps labels of files to L_general: by the user's schema, else by that of the type, else they are so already."""
+    if (folder / USER_SCHEMA).is_file():
+        return _by_schema(read_label_schema(folder / USER_SCHEMA))
+    return _check_general if folder.name == "house" else _by_schema(schema_of(folder.name))
+
+
+def _by_schema(schema: LabelSchema) -> Callable[[Sequence[str | None]], list[str]]:
+    return lambda names: [str(label) for label in schema.map_labels(names, LabelSet.GENERAL)]
+
+
+def _check_general(names: Sequence[str | None]) -> list[str]:
+    strange = sorted({str(name) for name in names} - {*GENERAL_LABELS})
+    if strange:
+        told = ", ".join(strange)
+        raise LabelError(
+            f"labels {told} are none of {', '.join(GENERAL_LABELS)}, give the schema of houses as {USER_SCHEMA}"
+        )
+    return [str(name) for name in names]
