@@ -38,6 +38,7 @@ REMOTE = re.compile(
 
 
 def main() -> int:
+    """Build the site; the exit code is that of Sphinx, or 1 for pages that would load something from elsewhere."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "site").resolve()
     source, html = folder / "source", folder / "html"
     shutil.rmtree(folder, ignore_errors=True)
@@ -51,6 +52,7 @@ def main() -> int:
 
 
 def copy_pages(source: Path) -> None:
+    """Copy all pages into the folder that Sphinx reads, with their links adapted."""
     shutil.copytree(DOCS, source, ignore=shutil.ignore_patterns("*.py[cod]", "__pycache__", "draw_*.py"))
     for page, place in ELSEWHERE.items():
         if page != ROOT / "README.md":
@@ -64,10 +66,12 @@ def copy_pages(source: Path) -> None:
         adapted = adapt_links(text, pages.get(place, place), place)
         if path == source / "reference" / "models" / "index.md":
             adapted += list_pages(sorted(card.stem for card in MODELS.glob("*.md") if card.name != "README.md"))
-        path.write_text(adapted, encoding="utf-8")
+        # A figure stays on one line with its deviation.
+        path.write_text(adapted.replace(" ± ", "\u00a0±\u00a0"), encoding="utf-8")
 
 
 def list_pages(names: list[str]) -> str:
+    """A hidden table of contents, in MyST."""
     return "\n".join(["", "```{toctree}", ":hidden:", *names, "```", ""])
 
 

@@ -4,7 +4,7 @@ from importlib.metadata import version as installed_version
 
 project = "pianta"
 author = "The pianta authors"
-copyright = author  # noqa: A001 - the name that Sphinx reads
+copyright = author
 release = version = installed_version("pianta")
 
 extensions = [
