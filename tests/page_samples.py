@@ -7,7 +7,7 @@ from PIL import Image
 
 import pianta
 from pianta.plan.symbols.drawings import draw_symbol
-from pianta.worlds.floors import make_l_floor
+from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plans.drawing import draw_plan
 from tests.labelled_floors import labelled_floors
 from tests.typed_floors import make_office
@@ -29,10 +29,10 @@ def make_page_samples(folder: Path) -> None:
 
 
 def draw_page_plan(path: Path) -> None:
-    """A plan with names in its rooms."""
-    floor = make_l_floor(seed=4)
+    """A small plan with names in its rooms, which is quickly read."""
+    floor = make_corridor_floor(seed=4, length=14.0)
     texts = {room.id: NAMES[room.id % len(NAMES)] for room in floor.rooms[1:]}
-    Image.fromarray(draw_plan(floor, seed=4, style="double", px_per_metre=30, texts=texts).colors).save(path)
+    Image.fromarray(draw_plan(floor, seed=4, style="double", px_per_metre=24, texts=texts).colors).save(path)
 
 
 def save_buildings(folder: Path) -> None:

@@ -87,7 +87,7 @@ def test_commands_and_python_run(page, samples, tmp_path):
         elif language == "python":
             # Blocks of a page share their names.
             python += code
-            run(sys.executable, "-W", "error", "-c", python, folder=tmp_path)
+            run(sys.executable, "-c", python, folder=tmp_path)
         else:
             for command in code.splitlines():
                 if not is_set_up(command):
