@@ -26,6 +26,7 @@ ADDED = {"PKG-INFO", ".gitignore", "pyproject.toml"}
 
 
 def main() -> int:
+    """Build, check and try; the exit code is 1 if a check fails."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     shutil.rmtree(DIST, ignore_errors=True)
     run(sys.executable, "-m", "build", "--outdir", DIST, ROOT)
@@ -52,6 +53,7 @@ def run(*command: object, **options: object) -> str:
 
 
 def check_size(path: Path) -> list[str]:
+    """A line if a file is too large."""
     megabytes = path.stat().st_size / 1e6
     print(f"{path.name}: {megabytes:.1f} MB")  # noqa: T201
     return [f"{path.name} has {megabytes:.1f} MB, {MAX_MEGABYTES} are allowed"] * (megabytes > MAX_MEGABYTES)
@@ -80,17 +82,20 @@ def check_sdist(path: Path) -> list[str]:
 
 
 def show_contents(path: Path, names: set[str]) -> None:
+    """Print the number of files by folder."""
     counts = Counter("/".join(PurePosixPath(name).parts[:2]) for name in names)
     lines = [f"  {count:4} {folder}" for folder, count in sorted(counts.items())]
     print(f"{path.name}: {len(names)} files", *lines, sep="\n", flush=True)  # noqa: T201
 
 
 def compare(path: Path, names: set[str], expected: set[str]) -> list[str]:
+    """A line for each file that is missing or not expected."""
     lacks = [f"{path.name} lacks {name}" for name in sorted(expected - names)]
     return lacks + [f"{path.name} has {name}, which git does not know" for name in sorted(names - expected)]
 
 
 def list_tracked(folder: str = ".") -> list[str]:
+    """The files of a folder that git knows."""
     listed = subprocess.run(["git", "ls-files", folder], cwd=ROOT, check=True, text=True, stdout=subprocess.PIPE)  # noqa: S603, S607
     return listed.stdout.splitlines()
 
