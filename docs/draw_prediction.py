@@ -16,7 +16,7 @@ from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
 from pianta.plot.prediction import save_prediction_picture
 from pianta.prediction.prediction import predict
-from pianta.prediction.whole_floor import explore_floor
+from pianta.prediction.revealed_floor import reveal_corridors
 from pianta_bench.data.folders import find_data
 
 SEED, WIDTH = 4, 1300
@@ -40,7 +40,7 @@ def main() -> None:
 
 def draw_explored(whole: nx.Graph, others: list[nx.Graph], *, corridors: int, path: Path) -> None:
     """Predict a floor from its first corridors by a model of others, and draw that beside the truth."""
-    truth = explore_floor(whole, SCHOOL, corridors=corridors)
+    truth = reveal_corridors(whole, SCHOOL, corridors=corridors)
     prediction = predict(truth.part, learn_type(others, SCHOOL), seed=SEED)
     save_prediction_picture(prediction, path, truth=truth)
     with Image.open(path) as picture:

@@ -192,13 +192,13 @@ class TestExplore:
     def test_a_floor_with_a_policy_by_its_name(self, policy):
         run = pianta.explore(two_rooms(), policy, lidar=SHORT_SIGHTED)
         assert run.outcome == "done"
-        assert run.seen.keys() == {1, 2}
+        assert run.recognised_at.keys() == {1, 2}
         assert run.share[-1] > 0.999
         assert run.decisions > 0
 
     def test_looks_for_a_label(self):
         run = pianta.explore(two_rooms(), find="stairs", lidar=SHORT_SIGHTED, starts=[(1, 1)])
-        assert (run.outcome, run.found) == ("found STAIRS", 2)
+        assert (run.outcome, run.found_room) == ("found STAIRS", 2)
 
     def test_a_map(self):
         """A square of 2 × 2 m without a wall is seen at once."""

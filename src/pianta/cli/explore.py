@@ -19,8 +19,8 @@ from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 
 if TYPE_CHECKING:
+    from pianta.exploration.policy_input import Policy
     from pianta.exploration.record import Exploration
-    from pianta.exploration.situation import Policy
     from pianta.exploration.world import World
 
 PREDICTED = "predicted"
@@ -191,7 +191,7 @@ def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
     """A progress bar on stderr, where that is a terminal, and the function that moves it to a share."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-    from pianta.exploration.kernels import has_numba
+    from pianta.exploration.beams import has_numba
 
     if not has_numba() and not quiet:
         stderr.print("without numba this takes long; install it with: pip install 'pianta[sim]'", markup=False)
@@ -242,7 +242,7 @@ def _tell_exploration(run: Exploration, policy: str, find: str | None, *, writte
     if parts:
         tell_result(", ".join(parts))
     if find is not None:
-        tell_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
+        tell_result(f"{find.upper()} is room {run.found_room}" if run.found_room else f"no {find.upper()} was found")
     if written:
         tell_result(written)
 

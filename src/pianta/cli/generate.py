@@ -84,16 +84,16 @@ def generate(
     check_output_folder(out)
     names = [f"building-{number:0{max(3, len(str(count)))}}" for number in range(1, count + 1)]
     check_leftovers(out, names, stem="building")
-    wished = _read_numbers(at_least or (), "--at-least", unless_given=1), _read_numbers(at_most or (), "--at-most")
+    limits = _read_numbers(at_least or (), "--at-least", unless_given=1), _read_numbers(at_most or (), "--at-most")
     size = None if rooms is None else read_range(rooms)
     known = read_type_model(model)
     buildings = generation.generate(
         known,
         count,
         rooms=size,
-        at_least=wished[0],
-        at_most=wished[1],
-        like=None if like is None else read_floor_graph(like),
+        at_least=limits[0],
+        at_most=limits[1],
+        similar_to=None if like is None else read_floor_graph(like),
         keep=None if keep is None else read_floor_graph(keep),
         costs=costs,
         seed=seed,

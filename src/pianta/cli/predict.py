@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from pianta.generation.type_model import TypeModel
-    from pianta.prediction.prediction import OpenEnd, Prediction, Spread
-    from pianta.prediction.whole_floor import WholeFloor
+    from pianta.prediction.prediction import OpenEnd, Prediction, SampleInterval
+    from pianta.prediction.revealed_floor import RevealedFloor
 
 EXAMPLES = (
     "pianta predict explored school.json",
@@ -93,7 +93,7 @@ def predict_floor(
 
 
 def save_outputs(
-    prediction: Prediction, names: Sequence[str], model: TypeModel, out: Path, *, truth: WholeFloor | None = None
+    prediction: Prediction, names: Sequence[str], model: TypeModel, out: Path, *, truth: RevealedFloor | None = None
 ) -> None:
     """Write the prediction, its picture and the samples by name, all or none."""
     from pianta.io.graphs import save_graph
@@ -109,10 +109,10 @@ def save_outputs(
             save_graph(graph, new / f"{name}.json")
 
 
-def _explore(graph: nx.Graph, model: TypeModel, corridors: int) -> WholeFloor:
-    from pianta.prediction.whole_floor import explore_floor
+def _explore(graph: nx.Graph, model: TypeModel, corridors: int) -> RevealedFloor:
+    from pianta.prediction.revealed_floor import reveal_corridors
 
-    return explore_floor(graph, model.schema, corridors=corridors)
+    return reveal_corridors(graph, model.schema, corridors=corridors)
 
 
 def _find_remedy(error: PiantaError, model: TypeModel, explored: int | None) -> str:
@@ -125,7 +125,7 @@ def _find_remedy(error: PiantaError, model: TypeModel, explored: int | None) -> 
     return "; give a smaller --explored" if is_whole else ""
 
 
-def _warn(graph: nx.Graph, truth: WholeFloor | None, model: TypeModel, floor: Path) -> None:
+def _warn(graph: nx.Graph, truth: RevealedFloor | None, model: TypeModel, floor: Path) -> None:
     """Tell of rooms that do not count, and of a truth that the model has seen."""
     from pianta.evaluation.graph_sets import find_copies
     from pianta.graphs.labelled_graphs import name_some
@@ -138,10 +138,10 @@ def _warn(graph: nx.Graph, truth: WholeFloor | None, model: TypeModel, floor: Pa
         warnings.warn(BuildingWarning(message), stacklevel=2)
 
 
-def _tell_prediction(prediction: Prediction, truth: WholeFloor | None) -> None:
+def _tell_prediction(prediction: Prediction, truth: RevealedFloor | None) -> None:
     """Print the size of the floor, what lies behind each open end, and the unknown rooms by label."""
     explored = prediction.explored
-    known, ends = len(explored.known), len(prediction.ends)
+    known, ends = len(explored.known_graph), len(prediction.ends)
     tell_result(f"{_count(known, 'room')} known, {_count(ends, 'open end')}, {len(prediction.samples)} floors sampled")
     size = f"the whole floor: {_describe_spread(prediction.rooms)} rooms"
     if prediction.area:
@@ -153,7 +153,7 @@ def _tell_prediction(prediction: Prediction, truth: WholeFloor | None) -> None:
     stdout.print(tabulate_unknown(prediction, truth))
 
 
-def tabulate_ends(prediction: Prediction, truth: WholeFloor | None = None) -> Table:
+def tabulate_ends(prediction: Prediction, truth: RevealedFloor | None = None) -> Table:
     """Table of the open ends: where, the most probable labels, how many rooms lie nearest to it and of which area."""
     rooms = dict(prediction.explored.graph.nodes(data="room"))
     labels = {rooms[node]: label for node, label in prediction.explored.graph.nodes(data="label")}
@@ -171,7 +171,7 @@ def tabulate_ends(prediction: Prediction, truth: WholeFloor | None = None) -> Ta
     return _make_table(columns, words=("open end", "of", "behind", "true"))
 
 
-def tabulate_unknown(prediction: Prediction, truth: WholeFloor | None = None) -> Table:
+def tabulate_unknown(prediction: Prediction, truth: RevealedFloor | None = None) -> Table:
     """Table of the unknown rooms that are expected, by label."""
     true = truth.counts if truth else {}
     names = [*prediction.counts, *(label for label in true if label not in prediction.counts)]
@@ -202,7 +202,7 @@ def _describe_labels(end: OpenEnd) -> str:
     return ", ".join(shares[:MOST_PROBABLE]) or "nothing"
 
 
-def _describe_spread(spread: Spread, *, digits: int = 0) -> str:
+def _describe_spread(spread: SampleInterval, *, digits: int = 0) -> str:
     return f"{spread.mean:.{digits}f} ({spread.low:.0f}–{spread.high:.0f})"
 
 

@@ -17,8 +17,8 @@ from pianta.plot._figure import new_ax, save_png
 from pianta.plot.floor import DPI, INK
 from pianta.plot.graphs import HALF_SIDE, list_handles, place_nodes, plot_room_graph
 from pianta.prediction.prediction import Prediction
+from pianta.prediction.revealed_floor import RevealedFloor
 from pianta.prediction.unexplored_part import SampledFloor
-from pianta.prediction.whole_floor import WholeFloor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,7 +46,7 @@ SKELETON_SHARE, LEGEND_COLUMNS, LONGEST_NAME = 0.45, 6, 6
 FONT_SIZE, SMALL, TINY = 10, 7.5, 5.5
 
 
-def draw_prediction(prediction: Prediction, *, truth: WholeFloor | None = None) -> Figure:
+def draw_prediction(prediction: Prediction, *, truth: RevealedFloor | None = None) -> Figure:
     """Picture of a prediction: what is known, a sample, the corridors, and bars of labels, over a legend.
 
     truth: the whole floor, which is drawn in the place of what is known of it, with that shaded.
@@ -70,7 +70,7 @@ def draw_prediction(prediction: Prediction, *, truth: WholeFloor | None = None) 
     return figure
 
 
-def save_prediction_picture(prediction: Prediction, path: str | Path, *, truth: WholeFloor | None = None) -> None:
+def save_prediction_picture(prediction: Prediction, path: str | Path, *, truth: RevealedFloor | None = None) -> None:
     """Write the picture of draw_prediction as a PNG, the same bytes for the same prediction.
 
     Raises PiantaError when the file cannot be written.
@@ -79,7 +79,7 @@ def save_prediction_picture(prediction: Prediction, path: str | Path, *, truth: 
     save_png(figure, path)
 
 
-def plot_explored(prediction: Prediction, *, ax: Axes | None = None, truth: WholeFloor | None = None) -> Axes:
+def plot_explored(prediction: Prediction, *, ax: Axes | None = None, truth: RevealedFloor | None = None) -> Axes:
     """Draw what is known of a floor, shaded; open corridors in a red frame, and `?` for rooms behind unopened doors.
 
     Corridors have their names, as in `plot_skeleton`.
@@ -115,14 +115,14 @@ def plot_explored(prediction: Prediction, *, ax: Axes | None = None, truth: Whol
     open_ends = [names[node] if truth else node for node in explored.open]
     corridors = {names[node] if truth else node: names[node] for node in explored.corridors}
     if truth:
-        known: list[Hashable] = [names[node] for node in explored.known]
+        known: list[Hashable] = [names[node] for node in explored.known_graph]
         plot_known_part(truth.graph, known, ax=ax, schema=prediction.schema, open_ends=open_ends, names=corridors)
         _add_title(ax, f"the floor: {_count(len(truth.graph), 'room')}, {len(known)} of them known (grey)")
     else:
         plot_known_part(
-            explored.graph, explored.known, ax=ax, schema=prediction.schema, open_ends=open_ends, names=corridors
+            explored.graph, explored.known_graph, ax=ax, schema=prediction.schema, open_ends=open_ends, names=corridors
         )
-        seen = f"{_count(len(explored.known), 'room')} known (grey)"
+        seen = f"{_count(len(explored.known_graph), 'room')} known (grey)"
         _add_title(ax, f"explored: {seen}, {_count(explored.open_ends, 'open end')} (red, ?)")
     return ax
 
@@ -146,8 +146,8 @@ def choose_sample(prediction: Prediction) -> SampledFloor:
 def plot_sample(sample: SampledFloor, prediction: Prediction, *, ax: Axes | None = None) -> Axes:
     """Draw a sample, what is known shaded, open corridors in a red frame."""
     ax = new_ax(ax)
-    open_ends = [sample.known[node] for node in prediction.explored.open]
-    plot_known_part(sample.graph, sample.known.values(), ax=ax, schema=prediction.schema, open_ends=open_ends)
+    open_ends = [sample.known_nodes[node] for node in prediction.explored.open]
+    plot_known_part(sample.graph, sample.known_nodes.values(), ax=ax, schema=prediction.schema, open_ends=open_ends)
     of = f"one of {len(prediction.samples)} samples, of middle size: {_count(len(sample.graph), 'room')}"
     _add_title(ax, f"{of} ({prediction.rooms.low:.0f}–{prediction.rooms.high:.0f} expected)")
     return ax
