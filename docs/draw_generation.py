@@ -17,7 +17,8 @@ from pianta.generation.train import train_type
 from pianta.generation.type_model import TypeFloor, TypeModel
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
-from pianta.plot.graphs import place_nodes, save_contact_sheet
+from pianta.plot.figure import save_figure
+from pianta.plot.graphs import draw_contact_sheet, place_nodes
 from pianta_bench.data.folders import find_data
 
 FLOORS, SEED, SHOWN = 16, 6, 18
@@ -46,7 +47,7 @@ def main() -> None:
         return
     model = train_type([read_building(file) for file in files], schema=SCHOOL)
     sheet = IMAGES / "generation.png"
-    save_contact_sheet(generate_buildings(model, SHOWN, seed=SEED), sheet, schema=SCHOOL)
+    save_figure(draw_contact_sheet(generate_buildings(model, SHOWN, seed=SEED), schema=SCHOOL), sheet)
     with Image.open(sheet) as picture:
         picture.convert("RGB").quantize(PALETTE).save(sheet, optimize=True)
 

@@ -14,7 +14,8 @@ from pianta.errors import DataError
 from pianta.generation.type_model import learn_type
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
-from pianta.plot.prediction import save_prediction_picture
+from pianta.plot.figure import save_figure
+from pianta.plot.prediction import draw_prediction
 from pianta.prediction.prediction import predict
 from pianta.prediction.revealed_floor import reveal_corridors
 from pianta_bench.data.folders import find_data
@@ -42,7 +43,7 @@ def draw_explored(whole: nx.Graph, others: list[nx.Graph], *, corridors: int, pa
     """Predict a floor from its first corridors by a model of others, and draw that beside the truth."""
     truth = reveal_corridors(whole, SCHOOL, corridors=corridors)
     prediction = predict(truth.part, learn_type(others, SCHOOL), seed=SEED)
-    save_prediction_picture(prediction, path, truth=truth)
+    save_figure(draw_prediction(prediction, truth=truth), path)
     with Image.open(path) as picture:
         smaller = picture.convert("RGB").resize(
             (WIDTH, picture.height * WIDTH // picture.width), Image.Resampling.LANCZOS

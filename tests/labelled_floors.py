@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from pianta.floor import Floor
-from pianta.rooms.model import PlaceModel
+from pianta.rooms.model import RoomModel
 from pianta.rooms.training import train_rooms
 from pianta.worlds.floors import make_floor
 
@@ -38,6 +38,6 @@ def labelled_floors() -> tuple[Floor, ...]:
 
 
 @cache
-def small_model() -> PlaceModel:
+def small_model() -> RoomModel:
     """A model trained on them."""
     return train_rooms(labelled_floors())

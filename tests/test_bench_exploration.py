@@ -19,7 +19,7 @@ from pianta.exploration.world import build_world
 from pianta.floor import Floor
 from pianta.prediction.unexplored_part import FloorSampler
 from pianta_bench._exploration_cli import SET_NAMES
-from pianta_bench.data.annotated_floors import AnnotatedFloor, make_of_drawings
+from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
 from pianta_bench.exploration import buildings as exploration_buildings
 from pianta_bench.exploration import measure as bench_module
 from pianta_bench.exploration import policies as exploration_policies
@@ -101,13 +101,13 @@ def measured(tiny) -> ExplorationBench:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(exploration_buildings, "LEAST_OTHERS", 1)
         # The names of tiny schools end with a number, as those of the floors of one building.
-        patch.setattr("pianta_bench.exploration.buildings.make_of_drawings", make_apart)
+        patch.setattr("pianta_bench.exploration.buildings.read_annotated_buildings", make_apart)
         return measure_exploration(tiny, sets=["school"], starts=1, resolution=0.25)
 
 
 def make_apart(data: Path, kind: str, make: Callable[[AnnotatedFloor], Made]) -> tuple[list[Made], tuple[Row, ...]]:
-    """make_of_drawings with a building for each drawing."""
-    return make_of_drawings(data, kind, lambda drawn: make(replace(drawn, building=drawn.item)))
+    """read_annotated_buildings with a building for each drawing."""
+    return read_annotated_buildings(data, kind, lambda drawn: make(replace(drawn, building=drawn.item)))
 
 
 def run_of(policy: str, metres: float | None, *, start: int = 0, label: str | None = None) -> Run:

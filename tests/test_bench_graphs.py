@@ -1,7 +1,6 @@
-"""`pianta bench graphs`: the comparison tables, Table 5.1 on made buildings, and against networkx on real ones."""
+"""`pianta bench graphs`: Table 5.1 on generated buildings, and against networkx on real ones."""
 
 import json
-from io import StringIO
 from math import sqrt
 from pathlib import Path
 from statistics import fmean, stdev
@@ -9,16 +8,16 @@ from statistics import fmean, stdev
 import networkx as nx
 import numpy as np
 import pytest
-from rich.console import Console
 
-from pianta import __version__
 from pianta.errors import BuildingWarning, DataError
 from pianta.graphs.centrality import drop_isolated
 from pianta.graphs.metrics import measure_graph
 from pianta.io.buildings.thesis_xml import read_building_xml
-from pianta_bench.graphs.measure import NAMES, PRINTED, measure_graphs
-from pianta_bench.harness.comparison import Cell, ComparisonRow, ComparisonTable, save_comparisons, show_comparisons
-from pianta_bench.harness.table import Row
+from pianta_bench.graphs.figures import save_figures
+from pianta_bench.graphs.measure import measure
+from pianta_bench.graphs.tables import LABELS, tabulate
+from pianta_bench.harness.records import Results
+from pianta_bench.harness.tables import Cell, read_published
 from tests.command_line import list_files, run_pianta
 
 SPACE = (
@@ -68,101 +67,43 @@ def combs(tmp_path: Path) -> Path:
     return tmp_path / "data"
 
 
-def show(*tables: ComparisonTable, items: dict[str, tuple[Row, ...]] | None = None) -> list[str]:
-    console = Console(file=StringIO(), width=100)
-    console.print(show_comparisons(tables, items))
-    assert isinstance(console.file, StringIO)
-    return [line.rstrip() for line in console.file.getvalue().splitlines()]
-
-
-def test_a_cell_is_over_the_figures_that_there_are() -> None:
-    assert Cell.over([1.0, None, 4.0], (2.0, None)) == Cell(2.5, sqrt(4.5), 2.0, None, 2)
-    assert Cell.over([3, None]) == Cell(3, None, None, None, 1)
-    assert Cell.over([None]) == Cell(None, count=0)
-
-
-def test_a_table_as_people_read_it() -> None:
-    first = ComparisonRow("accuracy", (Cell(91.25, 2.0, 90.0, 1.5), Cell(50.0)))
-    second = ComparisonRow("kappa", (Cell(0.5, None, None, None), Cell(None)), digits=3)
-    table = ComparisonTable("Table 0", ("schools", "offices"), (first, second), ("A note.",), unit="%")
-    rows = (Row("x", {}, failure="no doors"), Row("y", {}, warned=("odd",)), Row("z", {}))
-    assert show(table, items={"schools": rows}) == [
-        "Table 0",
-        "mean ± sd, %",
-        "",
-        "            schools    schools offices",
-        "               here     thesis    here",
-        "──────────────────────────────────────",
-        "accuracy 91.2 ± 2.0 90.0 ± 1.5    50.0",
-        "kappa         0.500          –       –",
-        "",
-        "A note.",
-        "",
-        "x failed (schools), not counted: no doors",
-        "Warnings on 1 of 3 schools; --json lists them.",
-    ]
-
-
-def test_columns_that_do_not_fit_go_below() -> None:
-    row = ComparisonRow("of twelve", tuple(Cell(place + 0.25, 0.5, place, 0.5) for place in range(12)))
-    lines = show(ComparisonTable("Wide", tuple(f"column {place}" for place in range(12)), (row,)))
-    assert max(map(len, lines)) <= 100
-    blocks = [line.split() for line in lines if line.startswith("of twelve")]
-    assert len(blocks) == 3
-    shown = [word for words in blocks for word in words[2:] if word not in ("±", "0.5")]
-    assert shown == [f"{figure:.1f}" for place in range(12) for figure in (place + 0.25, place)]
-
-
-def test_a_row_needs_a_cell_for_each_column() -> None:
-    with pytest.raises(ValueError, match="short"):
-        ComparisonTable("T", ("a", "b"), (ComparisonRow("short", (Cell(1.0),)),))
-
-
-def test_saved_tables(tmp_path: Path) -> None:
-    table = ComparisonTable("T", ("a",), (ComparisonRow("r", (Cell(1.0, None, 2.0, 0.5, 1),)),), ("n",), "%")
-    rows = (Row("x", {"r": 1.0}, warned=("odd",)), Row("y", {"r": None}, "broken"))
-    save_comparisons("test", (table,), {"a": rows}, tmp_path / "new.json")
-    cell = {"mean": 1.0, "sd": None, "printed_mean": 2.0, "printed_sd": 0.5, "count": 1}
-    assert json.loads((tmp_path / "new.json").read_text()) == {
-        "pianta": __version__,
-        "bench": "test",
-        "tables": [{"title": "T", "unit": "%", "cells": [{"name": "r", "column": "a", **cell}], "notes": ["n"]}],
-        "items": [
-            {"part": "a", "item": "x", "failure": None, "warnings": ["odd"], "figures": {"r": 1.0}},
-            {"part": "a", "item": "y", "failure": "broken", "warnings": [], "figures": {"r": None}},
-        ],
-    }
+def figures_of(results: Results, item: str) -> dict[str, float | None]:
+    return {record["metric"]: record["value"] for record in results.select(item=item)}
 
 
 def test_table_5_1_of_combs(combs: Path) -> None:
-    (table,), items = measure_graphs(combs)
-    cells = {row.name: row.cells for row in table.rows}
-    assert tuple(cells) == tuple(NAMES.values())
+    results = measure(combs)
+    (table,) = tabulate(results)
+    assert table.columns == ("schools", "offices")
+    assert tuple(table.rows) == tuple(LABELS.values())
+    cells = {name: [cells[column] for column in table.columns] for name, cells in table.rows.items()}
     # 4 and 7 rooms without the isolated ones; the entrance of the second is a corridor, its stairs are not.
-    assert cells["nodes"] == (Cell(5.5, sqrt(4.5), 35.24, 18.33, 2), Cell(3, None, 45.15, 16.22, 1))
+    assert cells["nodes"] == [Cell(5.5, sqrt(4.5), 35.24, 18.33, 2, 2), Cell(3, None, 45.15, 16.22, 1, 2)]
     assert [cell.mean for cell in cells["nodes R"]] == [4, 2]
     assert [cell.mean for cell in cells["nodes C"]] == [1.5, 1]
     assert [cell.mean for cell in cells["edges"]] == [4.5, 2]
     assert [cell.mean for cell in cells["betw-cen C"]] == pytest.approx([(0.5 + 0.25) / 2, 0.5])
     assert cells["sum of 2^-d"][1].mean == pytest.approx((0.75 + 1 + 0.75) / 3)
-    assert [row.item for row in items["schools"]] == ["a", "b"]
-    assert items["schools"][1].figures["diameter"] == 2
+    assert [item.item for item in results.items if item.part == "schools"] == ["a", "b"]
+    assert figures_of(results, "a")["diameter"] == 2
 
 
 def test_command(combs: Path, tmp_path: Path) -> None:
-    write_comb(combs / "buildings" / "school" / "strange.xml", "CLASSROOM", "DUNGEON")
+    write_comb(combs / "buildings" / "school" / "unknown.xml", "CLASSROOM", "DUNGEON")
     json_file, pictures = tmp_path / "new" / "figures.json", tmp_path / "pictures"
     outcome = run_pianta("bench", "graphs", "--data", combs, "--json", json_file, "--pictures", pictures)
     assert (outcome.code, outcome.err) == (1, "")
-    assert "strange failed (schools), not counted: " in outcome.out
+    assert "unknown failed (schools): " in outcome.out
     assert "DUNGEON" in outcome.out
     assert "Buildings: schools 2 (thesis 50), offices 1 (thesis 20)." in outcome.out
     row = next(line for line in outcome.out.splitlines() if line.startswith("nodes R"))
     assert " ".join(row.split()) == "nodes R 4.00 ± 1.41 27.84 ± 15.05 2.00 34.25 ± 12.94"
-    figures = {item["item"]: item["figures"] for item in json.loads(json_file.read_text())["items"]}
-    assert [figures[name]["nodes"] for name in ("a", "b", "c", "strange")] == [4, 7, 3, None]
+    content = json.loads(json_file.read_text())
+    nodes = {record["item"]: record["value"] for record in content["records"] if record["metric"] == "nodes"}
+    assert nodes == {"a": 4, "b": 7, "c": 3}
+    assert [item["item"] for item in content["items"] if item["failure"]] == ["unknown"]
     assert list(list_files(pictures)) == ["graphs.png"]
-    (combs / "buildings" / "school" / "strange.xml").unlink()
+    (combs / "buildings" / "school" / "unknown.xml").unlink()
     assert run_pianta("bench", "graphs", "--data", combs).code == 0
 
 
@@ -171,7 +112,7 @@ def test_the_picture_is_the_same_each_time(combs: Path, tmp_path: Path) -> None:
     files = []
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
-        measure_graphs(combs, pictures=tmp_path / name)
+        save_figures(measure(combs), tmp_path / name)
         files.append((tmp_path / name / "graphs.png").read_bytes())
     assert files[0] == files[1]
 
@@ -179,7 +120,7 @@ def test_the_picture_is_the_same_each_time(combs: Path, tmp_path: Path) -> None:
 def test_without_offices(combs: Path) -> None:
     (combs / "buildings" / "office" / "c.xml").unlink()
     with pytest.raises(DataError, match=r"\boffice\b"):
-        measure_graphs(combs)
+        measure(combs)
 
 
 def load_csv(path: Path) -> tuple[nx.Graph, set[int]]:
@@ -199,8 +140,7 @@ def list_csvs(data: Path) -> list[tuple[str, str]]:
 @pytest.mark.filterwarnings(f"ignore::{BuildingWarning.__module__}.{BuildingWarning.__name__}")
 def test_the_matrices_are_the_graphs_of_the_layouts(data: Path) -> None:
     compared = 0
-    _, items = measure_graphs(data)
-    figures = {row.item: row.figures for rows in items.values() for row in rows}
+    results = measure(data)
     for kind, name in list_csvs(data):
         layout = data / "buildings" / kind / f"{name}.xml"
         if not layout.exists():
@@ -209,7 +149,7 @@ def test_the_matrices_are_the_graphs_of_the_layouts(data: Path) -> None:
         ours = drop_isolated(read_building_xml(layout).graph())
         assert nx.faster_could_be_isomorphic(graph, ours), name
         measured = measure_graph(graph, corridors)
-        assert measured == pytest.approx({key: figures[name][key] for key in measured}), name
+        assert measured == pytest.approx({key: figures_of(results, name)[key] for key in measured}), name
         compared += 1
     assert compared > 40
 
@@ -217,22 +157,24 @@ def test_the_matrices_are_the_graphs_of_the_layouts(data: Path) -> None:
 @pytest.mark.slow
 def test_each_row_is_what_networkx_says(data: Path) -> None:
     """Table 5.1 once more, from the matrices, by networkx alone."""
-    (table,), items = measure_graphs(data)
-    assert not any(row.failure for rows in items.values() for row in rows)
-    layouts = {row.item for rows in items.values() for row in rows}
-    for column, kind in enumerate(("school", "office")):
+    results = measure(data)
+    (table,) = tabulate(results)
+    assert not results.failed
+    layouts = {item.item for item in results.items}
+    for kind in ("school", "office"):
         graphs = [
             load_csv(data / "adjacency" / kind / f"{name}.csv")
             for of, name in list_csvs(data)
             if of == kind and name in layouts
         ]
         measured = [measure_by_networkx(*graph) for graph in graphs]
-        for row in table.rows:
-            if row.name in measured[0]:
-                figures = [building[row.name] for building in measured if building[row.name] is not None]
-                cell = row.cells[column]
-                assert (cell.mean, cell.sd) == pytest.approx((fmean(figures), stdev(figures)), abs=1e-5), row.name
-    assert set(measured[0]) == {NAMES[key] for key in PRINTED} | {"edges"}
+        for name, cells in table.rows.items():
+            if name in measured[0]:
+                figures = [building[name] for building in measured if building[name] is not None]
+                cell = cells[f"{kind}s"]
+                assert (cell.mean, cell.sd) == pytest.approx((fmean(figures), stdev(figures)), abs=1e-5), name
+    published = {record["metric"] for record in read_published("table_5_1.csv")}
+    assert set(measured[0]) == {LABELS[metric] for metric in published} | {"edges"}
 
 
 def measure_by_networkx(graph: nx.Graph, corridors: set[int]) -> dict[str, float]:

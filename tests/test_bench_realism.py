@@ -87,7 +87,7 @@ def maps() -> Iterator[None]:
         return floor
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(realism_readings, "simulate_reading", read)
+        patch.setattr(realism_readings, "simulate_and_reconstruct", read)
         yield
 
 
@@ -134,9 +134,9 @@ def test_views(measured):
         assert floor.views[MAPPED, R_C] == floor.views[UNLABELLED, R_C]
     cells = {row.name: [cell.mean for cell in row.cells] for row in tabulate_realism(measured)[2].rows}
     assert cells["two classes: errors"][0] == 0
-    untypical = [floor.realism[R_C].is_unlike for floor in offices]
+    untypical = [floor.realism[R_C].is_atypical for floor in offices]
     assert cells["offices called so"][0] == 100 * sum(untypical) / 5
-    untypical = [floor.views[UNLABELLED, R_C].is_unlike for floor in worlds]
+    untypical = [floor.views[UNLABELLED, R_C].is_atypical for floor in worlds]
     assert cells["worlds called simulated by one class"][1] == 100 * sum(untypical) / 4
 
 

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from shapely import box
 
 from pianta.building_types.description import (
-    LEAST_SHARE,
+    MIN_SHARE,
+    ONE_SIDE_SHARE,
+    SEVERAL_SIDES_SHARE,
     BuildingDescription,
     describe_building,
     name_features,
@@ -19,7 +21,8 @@ from pianta.building_types.description import (
 from pianta.errors import LabelError
 from pianta.floor import Floor, Room
 from pianta.labels import SCHEMAS, LabelSet
-from pianta.rooms.completion import spread_labels
+from pianta.rooms.completion import map_labels_upwards
+from pianta.rooms.features import CONTEXT_FEATURES, describe_rooms
 from tests.typed_floors import ALL_SCHEMAS, build, hang_door, make_house, move, typed_floors
 
 LABEL_SETS = (LabelSet.R_C, LabelSet.F_C_E_S)
@@ -29,11 +32,13 @@ def small_school() -> Floor:
     """A corridor of 12 m by 2 m, on its long side two rooms of 4 m by 3 m and a closet of 4 m by 1 m."""
     rooms = [("CORRIDOR", box(0, 0, 12, 2)), ("CLASSROOM", box(0, 2, 4, 5)), ("CLASSROOM", box(4, 2, 8, 5))]
     doors = [hang_door(1, 2 + i, 1 + 4 * i, 2) for i in range(3)]
-    return spread_labels(build("school", "s.xml", [*rooms, ("CLOSET", box(8, 2, 12, 3))], doors), SCHEMAS["school"])
+    return map_labels_upwards(
+        build("school", "s.xml", [*rooms, ("CLOSET", box(8, 2, 12, 3))], doors), SCHEMAS["school"]
+    )
 
 
 def spread(floor: Floor) -> Floor:
-    return spread_labels(floor, ALL_SCHEMAS[floor.building_types[0]])
+    return map_labels_upwards(floor, ALL_SCHEMAS[floor.building_types[0]])
 
 
 def feature(description: BuildingDescription, label_set: LabelSet, name: str) -> float:
@@ -49,7 +54,7 @@ def test_labels_are_spread_upwards():
 
 def test_unknown_labels_cannot_be_spread():
     with pytest.raises(LabelError, match="POOL"):
-        spread_labels(Floor((Room(1, box(0, 0, 1, 1), label="POOL"),)), SCHEMAS["school"])
+        map_labels_upwards(Floor((Room(1, box(0, 0, 1, 1), label="POOL"),)), SCHEMAS["school"])
 
 
 def test_a_small_school():
@@ -63,10 +68,10 @@ def test_a_small_school():
     assert of["largest_share"] == pytest.approx(log(24 / 52), abs=1e-5)
     assert of["concentration"] == pytest.approx(log((24**2 + 2 * 12**2 + 4**2) / 52**2), abs=1e-5)
     assert of["FUNCTIONAL share"] == 0.5
-    assert of["FUNCTIONAL area_share"] == pytest.approx(log(24 / 52 + LEAST_SHARE), abs=1e-5)
+    assert of["FUNCTIONAL area_share"] == pytest.approx(log(24 / 52 + MIN_SHARE), abs=1e-5)
     assert of["CONNECTION size"] == pytest.approx(log(24 / 12), abs=1e-5)
     assert of["ENTRANCE share"] == 0
-    assert of["ENTRANCE area_share"] == pytest.approx(log(LEAST_SHARE), abs=1e-5)
+    assert of["ENTRANCE area_share"] == pytest.approx(log(MIN_SHARE), abs=1e-5)
     assert of["ENTRANCE size"] == 0
     # Three rooms behind the corridor, each a leaf; the corridor lies between 3 pairs of rooms, of 2 · 3 in order.
     assert of["mean leaves"] == 3 / 4
@@ -125,7 +130,11 @@ def test_turned_scaled_and_shifted_floors_are_described_alike(floor, turn, scale
     # Façades are found by buffers, whose round corners are polygons that do not turn with the floor.
     assert_allclose(moved.features, said.features, atol=5e-3)
     assert_allclose(moved.sizes, said.sizes, atol=1e-4)
-    assert (moved.labels, moved.sides, moved.doors) == (said.labels, said.sides, said.doors)
+    assert (moved.labels, moved.doors) == (said.labels, said.doors)
+    # The number of sides depends on thresholds: a façade within the same tolerance of one may be on either side of it.
+    facade = describe_rooms(floor).features[:, [CONTEXT_FEATURES.index("facade")]]
+    clear = (np.abs(facade - (ONE_SIDE_SHARE, SEVERAL_SIDES_SHARE)) > 5e-3).all(axis=1)
+    assert_array_equal(np.array(moved.sides)[clear], np.array(said.sides)[clear])
 
 
 @pytest.mark.slow

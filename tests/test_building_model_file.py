@@ -16,14 +16,14 @@ from pianta.building_types.model import train_building_types
 from pianta.building_types.model_file import (
     DEFAULT_MODEL,
     MAX_ROOMS,
-    read_building_model,
-    read_default_building_model,
-    save_building_model,
+    read_building_type_model,
+    read_default_building_type_model,
+    save_building_type_model,
 )
 from pianta.errors import ModelError, PiantaError
 from pianta.io.buildings.read import read_building
 from pianta.labels import SCHEMAS, LabelSet
-from pianta.rooms.completion import LABELS, spread_labels
+from pianta.rooms.completion import LABELS, map_labels_upwards
 from tests.mutation import mutated, refused_in_one_line
 from tests.typed_floors import ALL_SCHEMAS, typed_floors, typed_model
 
@@ -33,13 +33,13 @@ MAX_DEFAULT_BYTES = 100_000
 @pytest.fixture(scope="module")
 def model_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("model") / "types.json"
-    save_building_model(typed_model(), path)
+    save_building_type_model(typed_model(), path)
     return path
 
 
 def refuse(path: Path, match: str) -> None:
     with pytest.raises(ModelError, match=match) as caught:
-        read_building_model(path)
+        read_building_type_model(path)
     assert "\n" not in str(caught.value)
     assert path.name in str(caught.value)
 
@@ -56,17 +56,17 @@ def rewrite(model_file: Path, path: Path, change: Callable[[dict[str, Any]], obj
 @pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
 def test_round_trip(tmp_path, label_set):
     model = train_building_types(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
-    save_building_model(model, tmp_path / "m.json")
-    read = read_building_model(tmp_path / "m.json")
+    save_building_type_model(model, tmp_path / "m.json")
+    read = read_building_type_model(tmp_path / "m.json")
     assert (read.types, read.buildings, read.label_set) == (model.types, model.buildings, label_set)
-    for one, other in zip(read.known, model.known, strict=True):
+    for one, other in zip(read.training_floors, model.training_floors, strict=True):
         assert (one.features == other.features).all()
         assert replace(one, features=other.features).__dict__ == other.__dict__
-        assert read.judge_description(other) == model.judge_description(other)
+        assert read.predict_description(other) == model.predict_description(other)
 
 
 def test_the_same_model_gives_the_same_bytes(model_file, tmp_path):
-    save_building_model(read_building_model(model_file), tmp_path / "again.json")
+    save_building_type_model(read_building_type_model(model_file), tmp_path / "again.json")
     assert (tmp_path / "again.json").read_bytes() == model_file.read_bytes()
 
 
@@ -79,25 +79,27 @@ def test_a_line_for_each_floor(model_file):
 
 def test_it_replaces_an_older_file(tmp_path):
     (tmp_path / "m.json").write_text("older")
-    save_building_model(typed_model(), tmp_path / "m.json")
-    assert read_building_model(tmp_path / "m.json").types == typed_model().types
+    save_building_type_model(typed_model(), tmp_path / "m.json")
+    assert read_building_type_model(tmp_path / "m.json").types == typed_model().types
     assert [file.name for file in tmp_path.iterdir()] == ["m.json"]
 
 
 def test_writing_into_a_folder_that_is_missing(tmp_path):
     with pytest.raises(PiantaError, match="cannot write"):
-        save_building_model(typed_model(), tmp_path / "missing" / "m.json")
+        save_building_type_model(typed_model(), tmp_path / "missing" / "m.json")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_model_that_could_not_be_read_is_not_written(tmp_path):
     model = typed_model()
-    large = replace(model.known[0], labels=("SERVICE",) * (MAX_ROOMS + 1))
+    large = replace(model.training_floors[0], labels=("SERVICE",) * (MAX_ROOMS + 1))
     with pytest.raises(ModelError, match=r"cannot be saved: labels: .*at most 1000") as caught:
-        save_building_model(replace(model, known=(large, *model.known[1:])), tmp_path / "m.json")
+        save_building_type_model(
+            replace(model, training_floors=(large, *model.training_floors[1:])), tmp_path / "m.json"
+        )
     assert "\n" not in str(caught.value)
     with pytest.raises(ModelError, match="cannot be saved: 1 building type is given"):
-        save_building_model(replace(model, types=("school",) * len(model.types)), tmp_path / "m.json")
+        save_building_type_model(replace(model, types=("school",) * len(model.types)), tmp_path / "m.json")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -122,7 +124,7 @@ def test_a_truncated_file(model_file, tmp_path):
 
 def test_a_file_that_is_too_large(model_file, tmp_path, monkeypatch):
     monkeypatch.setattr("pianta.building_types.model_file.MAX_FILE_BYTES", 1000)
-    refuse(model_file, "more than 1000 bytes")
+    refuse(model_file, "the limit is 1000")
 
 
 def test_floors_of_too_many_rooms_together(model_file, monkeypatch):
@@ -132,7 +134,7 @@ def test_floors_of_too_many_rooms_together(model_file, monkeypatch):
 
 def test_a_newer_minor_version_is_read(model_file, tmp_path):
     path = rewrite(model_file, tmp_path / "m.json", lambda content: content.update(version="2.9", novelty=True))
-    assert read_building_model(path).types == typed_model().types
+    assert read_building_type_model(path).types == typed_model().types
 
 
 def make_older(content: dict[str, Any]) -> None:
@@ -142,26 +144,28 @@ def make_older(content: dict[str, Any]) -> None:
 
 
 def test_an_older_version_is_learnt_from_again(model_file, tmp_path):
-    model = read_building_model(rewrite(model_file, tmp_path / "m.json", make_older))
-    assert model.given is None
-    for known in typed_model().known[::4]:
-        assert model.judge_description(known) == typed_model().judge_description(known)
-    save_building_model(model, tmp_path / "new.json")
+    model = read_building_type_model(rewrite(model_file, tmp_path / "m.json", make_older))
+    assert model.stored_fit is None
+    for known in typed_model().training_floors[::4]:
+        assert model.predict_description(known) == typed_model().predict_description(known)
+    save_building_type_model(model, tmp_path / "new.json")
     assert (tmp_path / "new.json").read_bytes() == model_file.read_bytes()
 
 
 def test_what_is_learnt_comes_with_the_file(model_file, monkeypatch):
-    monkeypatch.setattr("pianta.building_types.model.fit_machine", None)
-    monkeypatch.setattr("pianta.building_types.model.learn_typicality", None)
-    said = read_building_model(model_file).judge_description(typed_model().known[0])
-    assert said == typed_model().judge_description(typed_model().known[0])
+    monkeypatch.setattr("pianta.building_types.model.fit_type_svm", None)
+    monkeypatch.setattr("pianta.building_types.model.fit_typicality", None)
+    said = read_building_type_model(model_file).predict_description(typed_model().training_floors[0])
+    assert said == typed_model().predict_description(typed_model().training_floors[0])
 
 
 def test_what_a_model_without_a_building_says_is_learnt_again(model_file):
-    model = read_building_model(model_file).leave_out(np.array([0, 1]))
+    model = read_building_type_model(model_file).leave_out(np.array([0, 1]))
     others = typed_model().leave_out(np.array([0, 1]))
-    assert model.given is None
-    assert model.judge_description(typed_model().known[0]) == others.judge_description(typed_model().known[0])
+    assert model.stored_fit is None
+    assert model.predict_description(typed_model().training_floors[0]) == others.predict_description(
+        typed_model().training_floors[0]
+    )
 
 
 FLOORS = len(typed_floors())
@@ -196,7 +200,7 @@ def test_nothing_learnt(model_file, tmp_path):
 
 def test_types_in_any_case(model_file, tmp_path):
     path = rewrite(model_file, tmp_path / "m.json", lambda content: content["floors"][0].update(type=" School "))
-    assert read_building_model(path).types == typed_model().types
+    assert read_building_type_model(path).types == typed_model().types
 
 
 @pytest.mark.parametrize(
@@ -219,7 +223,7 @@ def test_contents_that_make_no_sense(model_file, tmp_path, changed, match):
     refuse(rewrite(model_file, tmp_path / "m.json", lambda content: content.update(changed)), match)
 
 
-ROOMS = len(typed_model().known[0].labels)
+ROOMS = len(typed_model().training_floors[0].labels)
 NUMBERS = len(name_features(LabelSet.F_C_E_S))
 
 
@@ -274,7 +278,7 @@ def test_damaged_files_are_refused_or_read(tmp_path, content):
     path = tmp_path / "m.json"
     path.write_bytes(content)
     with refused_in_one_line():
-        read_building_model(path)
+        read_building_type_model(path)
 
 
 @pytest.mark.slow
@@ -302,29 +306,29 @@ def test_what_is_read_can_judge(tmp_path, features, rooms, random):
     names = list(name_features(LabelSet.F_C_E_S))
     content = {"format": "pianta buildings", "version": "1.0", "label_set": "F/C/E/S", "features": names}
     (tmp_path / "m.json").write_text(json.dumps(content | {"floors": floors}))
-    model = read_building_model(tmp_path / "m.json")
-    for known in typed_model().known[::5]:
-        verdict = model.judge_description(known)
+    model = read_building_type_model(tmp_path / "m.json")
+    for known in typed_model().training_floors[::5]:
+        verdict = model.predict_description(known)
         assert sum(verdict.probabilities.values()) == pytest.approx(1)
         assert 0 <= verdict.typicality <= 1
 
 
 def test_the_model_that_comes_with_pianta():
     assert DEFAULT_MODEL.stat().st_size <= MAX_DEFAULT_BYTES
-    model = read_default_building_model()
-    assert model is read_default_building_model()
+    model = read_default_building_type_model()
+    assert model is read_default_building_type_model()
     assert model.building_types == ("office", "school")
     assert model.label_set is LabelSet.F_C_E_S
-    assert (len(model.known), len(set(model.buildings))) == (43, 35)
+    assert (len(model.training_floors), len(set(model.buildings))) == (43, 35)
     assert [model.types.count(kind) for kind in model.building_types] == [11, 32]
 
 
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_the_model_that_comes_with_pianta_is_of_the_data(data):
-    model = read_default_building_model()
+    model = read_default_building_type_model()
     for place in (0, 20, 40):
-        known, kind = model.known[place], model.types[place]
-        floor = spread_labels(read_building(data / "buildings" / kind / known.source), SCHEMAS[kind])
+        known, kind = model.training_floors[place], model.types[place]
+        floor = map_labels_upwards(read_building(data / "buildings" / kind / known.source), SCHEMAS[kind])
         said = describe_building(floor, model.label_set)
         assert said.features == pytest.approx(known.features, abs=1e-3)
         assert (said.labels, said.sides, said.doors) == (known.labels, known.sides, known.doors)

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 from shapely import box
 
-from pianta.building_types.classify import classify_building, judge_building
+from pianta.building_types.classify import classify_building, predict_building_type
 from pianta.building_types.description import describe_building
-from pianta.building_types.kernel import DISTANCE, RADIUS, BuildingKernel, recall_patterns, stack_patterns
-from pianta.building_types.model import Verdict, check_types, judge_held_out, train_building_types
-from pianta.building_types.model_file import read_default_building_model
+from pianta.building_types.kernel import DISTANCE, RADIUS, BuildingKernel, cached_patterns, stack_patterns
+from pianta.building_types.model import TypePrediction, check_types, predict_held_out, train_building_types
+from pianta.building_types.model_file import read_default_building_type_model
 from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor, Room
@@ -23,7 +23,7 @@ from pianta.graphs.feature_counts import compare_counts, merge_counts
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
 from pianta.io.buildings.read import read_building
 from pianta.labels import LabelSet
-from pianta.rooms.completion import complete_labels, spread_labels
+from pianta.rooms.completion import fill_missing_labels, map_labels_upwards
 from pianta.rooms.label import label_rooms
 from tests.typed_floors import (
     ALL_SCHEMAS,
@@ -43,19 +43,19 @@ NEW = {
 
 
 def spread(floor: Floor) -> Floor:
-    return spread_labels(floor, ALL_SCHEMAS[floor.building_types[0]])
+    return map_labels_upwards(floor, ALL_SCHEMAS[floor.building_types[0]])
 
 
-def best(verdict: Verdict) -> str:
+def best(verdict: TypePrediction) -> str:
     return verdict.likeliest
 
 
 def test_three_types_are_told_apart():
     assert typed_model().building_types == ("house", "office", "school")
     for kind, floor in NEW.items():
-        verdict = typed_model().judge(spread(floor))
+        verdict = typed_model().predict(spread(floor))
         assert best(verdict) == kind
-        assert verdict.known
+        assert verdict.is_known
         assert sum(verdict.probabilities.values()) == pytest.approx(1)
         assert all(source.startswith(kind) for source in verdict.alike)
 
@@ -63,18 +63,18 @@ def test_three_types_are_told_apart():
 def test_two_types_are_told_apart():
     model = train_building_types([floor for floor in typed_floors() if floor.building_types != ("house",)])
     assert model.building_types == ("office", "school")
-    assert [best(model.judge(spread(NEW[kind]))) for kind in ("office", "school")] == ["office", "school"]
+    assert [best(model.predict(spread(NEW[kind]))) for kind in ("office", "school")] == ["office", "school"]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
 def test_held_out_buildings_are_judged_by_what_has_not_seen_them(label_set):
     model = train_building_types(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
-    verdicts = judge_held_out(model)
+    verdicts = predict_held_out(model)
     assert [best(verdict) for verdict in verdicts] == list(model.types)
     for verdict, own in zip(verdicts, model.buildings, strict=True):
         assert own not in {
-            model.buildings[[known.source for known in model.known].index(name)] for name in verdict.alike
+            model.buildings[[known.source for known in model.training_floors].index(name)] for name in verdict.alike
         }
 
 
@@ -84,14 +84,14 @@ def test_leaving_out_gives_the_model_of_the_others():
     others = train_building_types(floors[2:], schemas=ALL_SCHEMAS)
     floor = spread(NEW["school"])
     assert typed_model().buildings[:2] == ("school a", "school a")
-    assert typed_model().leave_out(np.array([0, 1])).judge(floor) == others.judge(floor)
+    assert typed_model().leave_out(np.array([0, 1])).predict(floor) == others.predict(floor)
 
 
 @pytest.mark.slow
 def test_only_one_building_of_a_type_left():
     """What leaves a building out of two has one, which cannot be left out of the calibration."""
     model = train_building_types([*typed_floors()[1:3], *typed_floors()[6:9]])
-    assert [best(verdict) for verdict in judge_held_out(model)][2:] == ["office"] * 3
+    assert [best(verdict) for verdict in predict_held_out(model)][2:] == ["office"] * 3
 
 
 @pytest.mark.slow
@@ -106,18 +106,18 @@ def test_verdicts_do_not_depend_on_turn_scale_or_order(kind, turn, scale, random
     floor = spread(move(NEW[kind], turn=turn, scale=scale, shift=(7.0, -3.0)))
     rooms = list(floor.rooms)
     random.shuffle(rooms)
-    said, before = typed_model().judge(replace(floor, rooms=tuple(rooms))), typed_model().judge(spread(NEW[kind]))
+    said, before = typed_model().predict(replace(floor, rooms=tuple(rooms))), typed_model().predict(spread(NEW[kind]))
     assert said.probabilities == pytest.approx(before.probabilities, abs=0.02)
-    assert (best(said), said.known) == (best(before), before.known)
+    assert (best(said), said.is_known) == (best(before), before.is_known)
 
 
 @pytest.mark.slow
 def test_the_order_of_training_does_not_count():
     reordered = train_building_types(typed_floors()[::-1], schemas=ALL_SCHEMAS)
     for floor in map(spread, NEW.values()):
-        one, other = typed_model().judge(floor), reordered.judge(floor)
+        one, other = typed_model().predict(floor), reordered.predict(floor)
         assert other.probabilities == pytest.approx(one.probabilities, abs=1e-3)
-        assert (other.typicality, other.known) == (one.typicality, one.known)
+        assert (other.typicality, other.is_known) == (one.typicality, one.is_known)
 
 
 def lone_room(label: str = "FUNCTIONAL") -> Floor:
@@ -125,8 +125,8 @@ def lone_room(label: str = "FUNCTIONAL") -> Floor:
 
 
 def test_a_hall_alone_is_of_no_known_type():
-    verdict = typed_model().judge(lone_room())
-    assert (verdict.typicality, verdict.known) == (0, False)
+    verdict = typed_model().predict(lone_room())
+    assert (verdict.typicality, verdict.is_known) == (0, False)
     assert classify_building(lone_room(), typed_model()).building_type == {}
 
 
@@ -139,7 +139,7 @@ def test_the_classified_floor_differs_in_its_type_alone():
 
 def test_rooms_without_labels_are_labelled_for_it():
     bare = Floor(tuple(replace(room, label=None, labels={}) for room in NEW["school"].rooms), NEW["school"].doors)
-    assert judge_building(bare, typed_model()) == typed_model().judge(label_rooms(bare))
+    assert predict_building_type(bare, typed_model()) == typed_model().predict(label_rooms(bare))
     assert {room.label for room in classify_building(bare, typed_model()).rooms} == {None}
 
 
@@ -147,24 +147,26 @@ def test_labels_that_are_there_are_used():
     """A school all of whose rooms are called SERVICE is not as described by what label_rooms says."""
     rooms = tuple(replace(room, label="SERVICE", labels={"F/C/E/S": "SERVICE"}) for room in NEW["school"].rooms)
     floor = replace(NEW["school"], rooms=rooms)
-    assert judge_building(floor, typed_model()) == typed_model().judge(floor)
-    assert judge_building(floor, typed_model()).typicality < typed_model().judge(spread(NEW["school"])).typicality
+    assert predict_building_type(floor, typed_model()) == typed_model().predict(floor)
+    assert (
+        predict_building_type(floor, typed_model()).typicality < typed_model().predict(spread(NEW["school"])).typicality
+    )
 
 
 def test_labels_of_the_type_are_mapped_upwards():
     """The rooms are CLASSROOM, CORRIDOR and CLOSET, which nobody has said to be FUNCTIONAL, CONNECTION and SERVICE."""
-    assert judge_building(NEW["school"], typed_model()) == typed_model().judge(spread(NEW["school"]))
+    assert predict_building_type(NEW["school"], typed_model()) == typed_model().predict(spread(NEW["school"]))
 
 
 def test_a_floor_without_rooms():
     assert classify_building(Floor((), building_type={}), typed_model()) == Floor(())
     with pytest.raises(LabelError, match="no rooms"):
-        judge_building(Floor(()), typed_model())
+        predict_building_type(Floor(()), typed_model())
 
 
 @pytest.mark.parametrize("floor", [lone_room(), lone_room("CONNECTION"), spread(make_house(2)), spread(make_house(3))])
 def test_floors_of_few_rooms_and_without_corridors_are_judged(floor):
-    verdict = judge_building(floor, typed_model())
+    verdict = predict_building_type(floor, typed_model())
     assert sum(verdict.probabilities.values()) == pytest.approx(1)
     assert 0 <= verdict.typicality <= 1
 
@@ -184,7 +186,7 @@ def test_buildings_that_are_given():
 def test_floors_without_rooms_are_passed_by():
     empty = Floor((), building_type={"school": 1.0}, source="empty.xml")
     model = train_building_types([empty, *typed_floors()], schemas=ALL_SCHEMAS)
-    assert [known.source for known in model.known] == [floor.source for floor in typed_floors()]
+    assert [known.source for known in model.training_floors] == [floor.source for floor in typed_floors()]
 
 
 @pytest.mark.parametrize(
@@ -265,9 +267,9 @@ def test_patterns_are_those_of_the_graph_kernel():
         graph.add_nodes_from((place, {"label": name}) for place, name in enumerate(names))
         graphs.append(graph)
     kernel = NeighborhoodPairs(radius=RADIUS, distance=DISTANCE).fit(graphs[:9])
-    recall_patterns(named[4:7])
+    cached_patterns(named[4:7])
     known, new = (
-        [merge_counts(stack_patterns(blocks)) for blocks in zip(*recall_patterns(part), strict=True)]
+        [merge_counts(stack_patterns(blocks)) for blocks in zip(*cached_patterns(part), strict=True)]
         for part in (named[:9], named[9:])
     )
     np.testing.assert_array_equal(compare_counts(known, known), kernel.compare())
@@ -275,7 +277,7 @@ def test_patterns_are_those_of_the_graph_kernel():
 
 
 def test_features_are_compared_by_a_gaussian():
-    known = typed_model().known
+    known = typed_model().training_floors
     features = np.array([floor.features for floor in known])
     scaled = (features - features.mean(axis=0)) / np.where(features.std(axis=0) < 1e-6, np.inf, features.std(axis=0))
     apart = cdist(scaled, scaled, "sqeuclidean") / features.shape[1]
@@ -286,25 +288,27 @@ def test_features_are_compared_by_a_gaussian():
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_real_floors_are_judged_as_what_they_are(data):
-    model = read_default_building_model()
+    model = read_default_building_type_model()
     for name in ("school/bronxville.xml", "office/off2.xml"):
         floor = spread(read_building(data / "buildings" / name))
-        verdict = model.judge(floor)
+        verdict = model.predict(floor)
         assert best(verdict) == name.partition("/")[0]
-        assert verdict.known
+        assert verdict.is_known
         assert verdict.alike[0] == name.partition("/")[2]
 
 
 @pytest.mark.slow
 def test_known_floors_that_are_left_out():
     """Four of 43 are wrong and four unknown on the platform that they were measured on."""
-    model = read_default_building_model()
-    verdicts = judge_held_out(model)
+    model = read_default_building_type_model()
+    verdicts = predict_held_out(model)
     wrong = [
-        known.source for known, kind, said in zip(model.known, model.types, verdicts, strict=True) if best(said) != kind
+        known.source
+        for known, kind, said in zip(model.training_floors, model.types, verdicts, strict=True)
+        if best(said) != kind
     ]
     assert len(wrong) <= 5
-    assert sum(not said.known for said in verdicts) <= 4
+    assert sum(not said.is_known for said in verdicts) <= 4
 
 
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
@@ -319,11 +323,11 @@ def test_buildings_of_two_types_with_the_same_names_are_four():
     kept = [floor for floor in floors if floor.building_types[0] != "house" and floor.source in ("a.xml", "b.xml")]
     model = train_building_types(kept, schemas=ALL_SCHEMAS)
     assert set(model.buildings) == {"school/a", "school/b", "office/a", "office/b"}
-    assert len(judge_held_out(model)) == len(kept)
+    assert len(predict_held_out(model)) == len(kept)
 
 
 def test_what_all_known_floors_have_alike_does_not_make_others_unlike():
-    known = typed_model().known
+    known = typed_model().training_floors
     alike = [replace(each, features=np.r_[each.features, 0.5]) for each in known]
     other = replace(alike[0], features=np.r_[known[0].features, 0.9])
     assert BuildingKernel().fit(alike[1:]).compare([other]) == pytest.approx(
@@ -337,6 +341,6 @@ def test_the_labels_that_are_missing_are_found_and_the_others_stay():
     said = {"F/C/E/S": "SERVICE"}
     labelled = [replace(room, label="SERVICE", labels=said, label_probabilities={"F/C/E/S": {}}) for room in rooms[1:]]
     floor = Floor((replace(rooms[0], label=None), *labelled), NEW["school"].doors)
-    completed = complete_labels(floor, LabelSet.F_C_E_S)
+    completed = fill_missing_labels(floor, LabelSet.F_C_E_S)
     assert [room.label for room in completed.floor.rooms[1:]] == ["SERVICE"] * len(labelled)
     assert completed.floor.rooms[0].label is not None

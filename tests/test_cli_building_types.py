@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from pianta.building_types.model import train_building_types
-from pianta.building_types.model_file import read_building_model, save_building_model
+from pianta.building_types.model_file import read_building_type_model, save_building_type_model
 from pianta.floor import Floor
 from pianta.io.floors import read_floor, save_floor
 from pianta.io.ros_maps import save_ros_map
 from pianta.labels import LabelSet
-from pianta.rooms.model import PlaceModel
-from pianta.worlds.scan import map_floor
-from pianta.worlds.simulated_readings import simulate_reading
+from pianta.rooms.model import RoomModel
+from pianta.worlds.scan import simulate_map
+from pianta.worlds.simulated_readings import simulate_and_reconstruct
 from tests.command_line import list_files, run_pianta
 from tests.labelled_floors import small_model
 from tests.typed_floors import ALL_SCHEMAS, make_house, make_office, make_school, typed_floors
@@ -43,9 +43,9 @@ def buildings(tmp_path_factory):
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     """A model of floors as they are found on maps."""
-    found = [simulate_reading(floor, seed=seed) for seed, floor in enumerate(typed_floors())]
+    found = [simulate_and_reconstruct(floor, seed=seed) for seed, floor in enumerate(typed_floors())]
     path = tmp_path_factory.mktemp("model") / "types.json"
-    save_building_model(train_building_types(found, schemas=ALL_SCHEMAS, label_set=LabelSet.R_C), path)
+    save_building_type_model(train_building_types(found, schemas=ALL_SCHEMAS, label_set=LabelSet.R_C), path)
     return path
 
 
@@ -53,7 +53,7 @@ def map_of(floor: Floor, folder: Path) -> Path:
     """A map of a floor with walls of 20 cm."""
     folder.mkdir(exist_ok=True)
     rooms = tuple(replace(room, polygon=room.polygon.buffer(-0.1, join_style="mitre")) for room in floor.rooms)
-    save_ros_map(map_floor(replace(floor, rooms=rooms)), folder / "map.yaml")
+    save_ros_map(simulate_map(replace(floor, rooms=rooms)), folder / "map.yaml")
     return folder / "map.yaml"
 
 
@@ -85,7 +85,7 @@ def test_train_on_three_types(buildings, tmp_path):
     assert wrong == "wrong types of floors whose building was left out: 0 of 16, 0.0%"
     assert re.fullmatch(r"called unknown when left out: \d+ of 16, \d+\.\d%", unknown)
     assert re.fullmatch(rf"in {re.escape(str(out_file))}, \d+ KB", place)
-    assert read_building_model(out_file).building_types == ("house", "office", "school")
+    assert read_building_type_model(out_file).building_types == ("house", "office", "school")
     assert list(tmp_path.iterdir()) == [out_file]
 
 
@@ -102,7 +102,7 @@ def test_the_type_of_files_that_do_not_tell_theirs(buildings, tmp_path):
         save_as(replace(floor, building_type={}), tmp_path / f"{'abc'[number]}.geojson")
     options = ("--labels", buildings / "house.yaml", "--type", " House ", "-o", tmp_path / "types.json", "-q")
     assert run_pianta("train", "buildings", buildings / "school", tmp_path, *options) == (0, "", "")
-    assert read_building_model(tmp_path / "types.json").building_types == ("house", "school")
+    assert read_building_type_model(tmp_path / "types.json").building_types == ("house", "school")
 
 
 @pytest.mark.slow
@@ -232,7 +232,7 @@ def test_nothing_is_said_where_the_type_is_not_asked_for(maps, tmp_path, options
 def test_a_given_type_stays_and_a_guessed_one_does_not(maps, tmp_path):
     folder = tmp_path / "out"
     for old, told in [
-        ({"office": 1.0}, "building: office, as somebody has said"),
+        ({"office": 1.0}, "building: office, as given by a user"),
         ({"office": 0.9, "school": 0.1}, None),
     ]:
         assert run_pianta("read", maps["school"], "-o", folder, "-q") == (0, "", "")
@@ -281,9 +281,9 @@ def test_reading_options_that_make_no_sense(maps, tmp_path, options, told):
 
 @pytest.mark.slow
 def test_models_of_rooms_and_of_buildings_are_not_mixed_up(maps, model, tmp_path):
-    from pianta.rooms.model_file import save_place_model
+    from pianta.rooms.model_file import save_room_model
 
-    save_place_model(small_model(), tmp_path / "places.npz")
+    save_room_model(small_model(), tmp_path / "places.npz")
     code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--building-model", tmp_path / "places.npz")
     assert (code, "pianta train buildings" in err) == (2, True)
     code, _, err = run_pianta("read", maps["school"], "-o", tmp_path, "--model", model)
@@ -317,13 +317,13 @@ def test_the_model_of_places_that_is_given_is_the_only_one_asked(maps, tmp_path,
     ward, *others = floor.rooms
     save_floor(replace(floor, rooms=(replace(ward, label="WARD"), *others)), folder / "floor.geojson")
     asked: list[Floor] = []
-    label = PlaceModel.label
+    label = RoomModel.label
 
-    def count(model: PlaceModel, floor: Floor) -> Floor:
+    def count(model: RoomModel, floor: Floor) -> Floor:
         asked.append(floor)
         return label(model, floor)
 
-    monkeypatch.setattr(PlaceModel, "label", count)
+    monkeypatch.setattr(RoomModel, "label", count)
     assert run_pianta("read", maps["school"], "--previous", folder, "-o", folder, "-q") == (0, "", "")
     assert len(asked) == 1
     assert read_floor(folder / "floor.geojson").rooms[0].label == "WARD"

@@ -26,13 +26,13 @@ from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.io._folders import atomic_folder
-from pianta.io.floors import read_floor, read_label_image
+from pianta.io.floors import read_floor
 from pianta.io.graphs import read_graph
 from pianta.io.ros_maps import save_ros_map
 from pianta.layout.reconstruct import METHODS
 from pianta.reading.read import name_folders
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.command_line import list_files, run_pianta
 
 OUTPUTS = {"floor.geojson", "rooms.png", "graph.json", "picture.png"}
@@ -59,7 +59,7 @@ def sample_out(sample: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The map.yaml of a corridor with four rooms."""
     path = tmp_path_factory.mktemp("small") / "small.yaml"
-    save_ros_map(map_floor(make_corridor_floor(length=10, room_width=(5, 5))), path)
+    save_ros_map(simulate_map(make_corridor_floor(length=10, room_width=(5, 5))), path)
     return path
 
 
@@ -180,7 +180,7 @@ def test_the_outputs_belong_together(sample, sample_out):
     ids = {room.id for room in floor.rooms}
     assert len(ids) > 10
     grid = make_sample()[1]
-    labels = read_label_image(sample_out / "rooms.png")
+    labels = np.array(Image.open(sample_out / "rooms.png"))
     assert labels.shape == grid.shape
     assert set(np.unique(labels)) == ids | {0}
     assert (labels == floor.label_image(grid)).all()
@@ -260,7 +260,7 @@ def test_walls_and_graph_change_the_picture_only(sample, sample_out, tmp_path):
 
 @pytest.mark.slow
 def test_an_image_is_read_with_a_resolution(tmp_path):
-    grid = map_floor(make_corridor_floor(length=10, room_width=(5, 5)))
+    grid = simulate_map(make_corridor_floor(length=10, room_width=(5, 5)))
     greys = np.select([grid.free, grid.occupied], [254, 0], 205).astype(np.uint8)
     Image.fromarray(greys).save(tmp_path / "scan.png")
     code, _, err = run_pianta("read", tmp_path / "scan.png", "-o", tmp_path / "out")
@@ -371,7 +371,7 @@ def test_a_failure_in_the_middle_leaves_the_folder_as_it_was(small, tmp_path, mo
     def fail(*_: object, **__: object) -> None:
         raise failure
 
-    monkeypatch.setattr("pianta.plot.floor.save_picture", fail)
+    monkeypatch.setattr("pianta.plot.figure.save_figure", fail)
     out = tmp_path / "out"
     for name, content in older.items():
         out.mkdir(exist_ok=True)

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from pianta.building_types import model_file as building_model_file
 from pianta.building_types.description import describe_building
-from pianta.building_types.model import BuildingModel
+from pianta.building_types.model import BuildingTypeModel
 from pianta.cli.realism import name_pictures
 from pianta.floor import Floor
 from pianta.io.floors import save_floor
 from pianta.labels import OFFICE, LabelSet
-from pianta.rooms.completion import spread_labels
+from pianta.rooms.completion import map_labels_upwards
 from tests.command_line import list_files, run_pianta
 from tests.simulated_offices import make_offices, make_snake, make_worlds
 
@@ -57,7 +57,7 @@ def test_one_floor(offices, maze, tmp_path):
     assert any(line.startswith("  often a ROOM that leads to 2 ROOMs and no CORRIDOR: ") for line in reasons)
     content = json.loads((tmp_path / "new" / "m.json").read_text())
     assert content["label_set"] == "R/C"
-    assert (len(content["reference"]), content["unlike"]) == (8, [])
+    assert (len(content["reference"]), content["unrealistic"]) == (8, [])
     (floor,) = content["floors"]
     assert (floor["floor"], floor["score"], floor["probability"], floor["left_out"]) == ("maze.geojson", 0, None, False)
     told = [f"  {off['reason']}" for off in (*floor["measures"], *floor["patterns"])]
@@ -67,7 +67,7 @@ def test_one_floor(offices, maze, tmp_path):
 
 @pytest.mark.slow
 def test_several_floors_with_two_classes(offices, worlds, tmp_path):
-    arguments = worlds, "--reference", offices, "--unlike", worlds, "-o", tmp_path / "judged"
+    arguments = worlds, "--reference", offices, "--unrealistic", worlds, "-o", tmp_path / "judged"
     code, out, err = run_pianta("realism", *arguments)
     assert (code, err) == (0, "")
     first, *others = out.splitlines()
@@ -134,11 +134,11 @@ def test_labels_by_pianta_are_told(offices, maze, tmp_path):
 
 @pytest.mark.slow
 def test_floors_that_come_with_pianta(maze, monkeypatch, tmp_path):
-    known = [spread_labels(label_as_office(floor), OFFICE) for floor in make_offices()]
+    known = [map_labels_upwards(label_as_office(floor), OFFICE) for floor in make_offices()]
     described = tuple(describe_building(floor, LabelSet.F_C_E_S) for floor in known)
     types = ("office",) * 4 + ("school",) * 4
-    model = BuildingModel(described, types, tuple(each.source for each in described), LabelSet.F_C_E_S)
-    monkeypatch.setattr(building_model_file, "read_default_building_model", lambda: model)
+    model = BuildingTypeModel(described, types, tuple(each.source for each in described), LabelSet.F_C_E_S)
+    monkeypatch.setattr(building_model_file, "read_default_building_type_model", lambda: model)
     save_floor(label_as_office(make_snake(4, 4)), tmp_path / "maze.geojson")
     code, out, err = run_pianta("realism", tmp_path / "maze.geojson", "--type", "Office")
     assert (code, err) == (0, "")
@@ -155,7 +155,7 @@ def test_floors_that_come_with_pianta(maze, monkeypatch, tmp_path):
     for arguments, told in (
         (("--labels", "R/C"), "F/C/E/S"),
         (("--type", "church"), "church"),
-        (("--unlike", tmp_path), "--reference"),
+        (("--unrealistic", tmp_path), "--reference"),
     ):
         code, out, err = run_pianta("realism", maze, *arguments)
         assert (code, out, err.count("\n")) == (2, "", 1)
@@ -206,8 +206,8 @@ def test_pictures_have_different_names_on_any_disk(names):
 
 
 def test_a_file_is_realistic_or_not(offices, worlds, maze):
-    arguments = "--reference", offices, "--reference", worlds / "grid 5x4.geojson", "--unlike", worlds
+    arguments = "--reference", offices, "--reference", worlds / "grid 5x4.geojson", "--unrealistic", worlds
     code, out, err = run_pianta("realism", maze, *arguments)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert err.startswith("error: ")
-    assert all(word in err for word in ("--reference", "--unlike", "grid 5x4.geojson"))
+    assert all(word in err for word in ("--reference", "--unrealistic", "grid 5x4.geojson"))

@@ -13,10 +13,10 @@ from pianta.io.floors import read_floor, save_floor
 from pianta.io.graphs import read_graph
 from pianta.io.ros_maps import save_ros_map
 from pianta.labels import SCHOOL
-from pianta.rooms.model_file import read_place_model, save_place_model
-from pianta.rooms.training import building_of
+from pianta.rooms.model_file import read_room_model, save_room_model
+from pianta.rooms.training import building_name
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.command_line import list_files, run_pianta
 from tests.labelled_floors import labelled_floors, small_model
 
@@ -44,14 +44,14 @@ def buildings(tmp_path_factory):
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     path = tmp_path_factory.mktemp("model") / "small.npz"
-    save_place_model(small_model(), path)
+    save_room_model(small_model(), path)
     return path
 
 
 @pytest.fixture(scope="module")
 def small_map(tmp_path_factory):
     path = tmp_path_factory.mktemp("map") / "map.yaml"
-    save_ros_map(map_floor(make_corridor_floor(seed=3)), path)
+    save_ros_map(simulate_map(make_corridor_floor(seed=3)), path)
     return path
 
 
@@ -61,7 +61,7 @@ def test_train_on_a_folder(buildings, tmp_path):
     assert (code, err) == (0, "")
     assert "trained on 6 floors: 148 rooms of type school" in out
     assert "wrong labels on buildings left out:" in out
-    assert read_place_model(tmp_path / "m.npz").building_types == ("school",)
+    assert read_room_model(tmp_path / "m.npz").building_types == ("school",)
     assert list(tmp_path.iterdir()) == [tmp_path / "m.npz"]
 
 
@@ -78,7 +78,7 @@ def test_train_with_a_schema_and_simulated_maps(buildings, tmp_path):
     code, out, err = run_pianta("train", "places", *files, *options, "-o", tmp_path / "m.npz")
     assert (code, err) == (0, "")
     assert "3 floors, and 3 simulated maps of them" in out
-    assert read_place_model(tmp_path / "m.npz").building_types == ("hospital",)
+    assert read_room_model(tmp_path / "m.npz").building_types == ("hospital",)
 
 
 def test_unknown_labels_are_listed_and_nothing_is_written(buildings, tmp_path):
@@ -112,7 +112,7 @@ def test_floors_are_named_by_their_files(tmp_path):
         save_as(floor, tmp_path / "maps" / f"{name}.geojson")
     assert run_pianta("train", "places", tmp_path / "maps", "-o", tmp_path / "m.npz", "-q")[0] == 0
     names = ("St. Anna 1", "St. Anna 2", "b1-1", "b1-2", "b2", "c")
-    assert read_place_model(tmp_path / "m.npz").training.floors == tuple(f"{name}.geojson" for name in names)
+    assert read_room_model(tmp_path / "m.npz").training.floors == tuple(f"{name}.geojson" for name in names)
 
 
 @pytest.mark.slow
@@ -123,9 +123,9 @@ def test_all_names_have_their_folder_as_soon_as_one_repeats(tmp_path):
         save_as(floor, tmp_path / f"{place}.geojson")
     folders = [tmp_path / name for name in "abc"]
     assert run_pianta("train", "places", *folders, "-o", tmp_path / "m.npz", "-q")[0] == 0
-    sources = read_place_model(tmp_path / "m.npz").training.floors
+    sources = read_room_model(tmp_path / "m.npz").training.floors
     assert sources == tuple(f"{place}.geojson" for place in places)
-    assert [building_of(source) for source in sources[:3]] == ["a/house", "a/house", "b/house"]
+    assert [building_name(source) for source in sources[:3]] == ["a/house", "a/house", "b/house"]
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_types_in_any_case(buildings, tmp_path):
         save_as(floor, tmp_path / f"{'ab'[number]}.geojson", building_type={})
     options = ("--type", " SCHOOL ", "-o", tmp_path / "m.npz", "-q")
     assert run_pianta("train", "places", tmp_path / "a.geojson", tmp_path / "b.geojson", *options) == (0, "", "")
-    assert read_place_model(tmp_path / "m.npz").building_types == ("school",)
+    assert read_room_model(tmp_path / "m.npz").building_types == ("school",)
 
 
 def test_a_type_without_a_name(buildings, tmp_path):
@@ -163,7 +163,7 @@ def test_faults_are_told_once_and_before_simulation(tmp_path, monkeypatch):
     save_as(first, tmp_path / "a.geojson", rooms=bare)
     for number, floor in enumerate(others):
         save_as(floor, tmp_path / f"b{number}.geojson")
-    monkeypatch.setattr("pianta.worlds.simulated_readings.simulate_reading", None)
+    monkeypatch.setattr("pianta.worlds.simulated_readings.simulate_and_reconstruct", None)
     code, out, err = run_pianta("train", "places", tmp_path, "--simulate", 2, "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
     assert err.count("a.geojson") == 1

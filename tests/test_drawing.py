@@ -19,6 +19,7 @@ from shapely import LineString, Point, box, unary_union
 from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.plot.figure import save_figure
 from pianta.plot.floor import (
     DOOR_COLOR,
     ENTRANCE_COLOR,
@@ -30,12 +31,11 @@ from pianta.plot.floor import (
     plot_rooms,
     plot_scale_bar,
     plot_walls,
-    save_picture,
 )
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY, plot_grid
 from pianta.plot.styles import DARK_INK, LIGHT_INK, ROOM_COLORS, style_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 
 TWO_ROOMS = Floor(
     rooms=(Room(1, box(0, 0, 4, 3)), Room(2, box(4.1, 0, 8, 3), partial=True)),
@@ -346,7 +346,7 @@ def test_walls_and_graph_are_drawn_on_request_only():
 @pytest.mark.parametrize("yaw", [0, 0.5])
 def test_picture_is_cropped_to_the_building_with_little_of_the_spray(glass_spray, yaw):
     floor = make_floor("ring", seed=0)
-    ax = draw_floor(floor, map_floor(floor, margin=40, glass_spray=glass_spray, yaw=yaw)).axes[0]
+    ax = draw_floor(floor, simulate_map(floor, margin=40, glass_spray=glass_spray, yaw=yaw)).axes[0]
     shown = box(ax.get_xlim()[0], ax.get_ylim()[0], ax.get_xlim()[1], ax.get_ylim()[1])
     building = unary_union([room.polygon for room in floor.rooms])
     assert shown.contains(building.buffer(0.5))
@@ -375,7 +375,7 @@ def test_a_floor_without_rooms_is_a_picture_of_the_map(cell, resolution):
 @pytest.mark.parametrize("size", [(1, 1), (300, 1), (1, 300), (30, 20)])
 def test_the_long_side_has_1600_pixels_and_the_short_one_a_quarter_at_least(tmp_path, size):
     floor = Floor((Room(1, box(0, 0, *size)),))
-    save_picture(floor, GridMap(np.zeros((1, 1), np.int8), 0.05), tmp_path / "picture.png")
+    save_figure(draw_floor(floor, GridMap(np.zeros((1, 1), np.int8), 0.05)), tmp_path / "picture.png")
     with Image.open(tmp_path / "picture.png") as picture:
         short, long = sorted(picture.size)
         assert 1599 <= long <= 1600
@@ -387,7 +387,7 @@ def test_the_long_side_has_1600_pixels_and_the_short_one_a_quarter_at_least(tmp_
 @pytest.mark.parametrize("floor", [TWO_ROOMS, LABELLED])
 def test_the_same_floor_gives_the_same_bytes(tmp_path, floor):
     for name in ("one.png", "two.png"):
-        save_picture(floor, AROUND_TWO_ROOMS, tmp_path / name, walls=True, graph=True)
+        save_figure(draw_floor(floor, AROUND_TWO_ROOMS, walls=True, graph=True), tmp_path / name)
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
 
 
@@ -399,5 +399,5 @@ def test_a_picture_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "write_bytes", fail)
     with pytest.raises(PiantaError, match=r"^cannot write .*picture\.png': No space left on device$"):
-        save_picture(TWO_ROOMS, AROUND_TWO_ROOMS, tmp_path / "picture.png")
+        save_figure(draw_floor(TWO_ROOMS, AROUND_TWO_ROOMS), tmp_path / "picture.png")
     assert not list(tmp_path.iterdir())

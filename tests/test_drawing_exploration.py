@@ -15,8 +15,8 @@ from pianta.plot.exploration import (
     plot_area,
     plot_exploration,
     save_animation,
-    save_exploration_picture,
 )
+from pianta.plot.figure import save_figure
 from tests.explored_worlds import two_room_world
 
 
@@ -66,7 +66,7 @@ def test_the_curve_is_the_share_over_the_metres(run):
 @pytest.mark.slow
 def test_the_picture_is_the_same_for_the_same_run(world, run, tmp_path):
     for name in ("one.png", "two.png"):
-        save_exploration_picture(run, world, tmp_path / name)
+        save_figure(draw_exploration(run, world), tmp_path / name)
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
     with Image.open(tmp_path / "one.png") as image:
         assert image.size[0] == 1600
@@ -93,4 +93,4 @@ def test_an_animation_that_cannot_be_made_is_refused(monkeypatch):
 
 def test_a_folder_that_is_none_is_an_error_in_one_line(world, run, tmp_path):
     with pytest.raises(PiantaError, match="cannot"):
-        save_exploration_picture(run, world, tmp_path / "nowhere" / "picture.png")
+        save_figure(draw_exploration(run, world), tmp_path / "nowhere" / "picture.png")

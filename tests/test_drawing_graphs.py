@@ -24,6 +24,7 @@ from pianta.graphs.centrality import drop_isolated
 from pianta.graphs.metrics import find_corridors
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import OFFICE, SCHOOL
+from pianta.plot.figure import save_figure
 from pianta.plot.graphs import (
     MAX_SHEET,
     RADIUS,
@@ -32,7 +33,6 @@ from pianta.plot.graphs import (
     draw_contact_sheet,
     place_nodes,
     plot_room_graph,
-    save_contact_sheet,
 )
 from pianta.plot.styles import RoomStyle
 
@@ -267,7 +267,7 @@ def test_of_too_many_buildings_the_first_are_drawn_and_the_heading_says_so(headi
     ("count", "options", "message"),
     [
         (0, {}, "there is no building to draw, give one at least"),
-        (1, {"columns": 0}, "a sheet of 0 columns has no place for a building, give 1 at least"),
+        (1, {"columns": 0}, "a sheet of 0 columns has no space for a building, give 1 at least"),
         (2, {"titles": ["a"]}, "there are 1 titles for 2 buildings, give one for each"),
         (1, {"fixed": []}, "there are 0 sets of fixed rooms for 1 buildings, give one for each"),
     ],
@@ -280,11 +280,12 @@ def test_what_makes_no_sheet_is_refused(count, options, message):
 
 WRITE = """
 import sys, networkx as nx
-from pianta.plot.graphs import save_contact_sheet
+from pianta.plot.figure import save_figure
+from pianta.plot.graphs import draw_contact_sheet
 from pianta.labels import SCHOOL
 graph = nx.Graph([("hall", f"room {number}") for number in range(9)] + [("hall", "b"), ("b", "c"), ("c", "room 1")])
 nx.set_node_attributes(graph, {"hall": "HALL", "b": "CORRIDOR", "c": "LAB", "room 1": "GYM"}, "label")
-save_contact_sheet([graph], sys.argv[1], schema=SCHOOL)
+save_figure(draw_contact_sheet([graph], schema=SCHOOL), sys.argv[1])
 """
 
 
@@ -300,11 +301,11 @@ def test_the_same_graphs_have_the_same_bytes_under_every_hash_seed(tmp_path):
 
 
 def test_a_sheet_that_cannot_be_written_is_told_in_one_line(tmp_path):
-    path = tmp_path / "missing" / "sheet.png"
+    sheet, path = draw_contact_sheet([SMALL_SCHOOL], schema=SCHOOL), tmp_path / "missing" / "sheet.png"
     with pytest.raises(PiantaError, match=r"^cannot write '.*sheet\.png': .*$"):
-        save_contact_sheet([SMALL_SCHOOL], path, schema=SCHOOL)
+        save_figure(sheet, path)
     with pytest.raises(PiantaError, match="it is a folder"):
-        save_contact_sheet([SMALL_SCHOOL], tmp_path, schema=SCHOOL)
+        save_figure(sheet, tmp_path)
     assert [*tmp_path.iterdir()] == []
 
 

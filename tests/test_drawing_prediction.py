@@ -11,12 +11,13 @@ from matplotlib.patches import Circle, PathPatch
 
 from pianta.errors import PiantaError
 from pianta.generation.type_model import learn_type
+from pianta.plot.figure import save_figure
 from pianta.plot.graphs import place_nodes
 from pianta.plot.prediction import (
     AVERAGE_COLOR,
     OPEN_COLOR,
-    OVERLAY,
     PREDICTED_COLOR,
+    SHADE_COLOR,
     TRUE_COLOR,
     choose_sample,
     draw_prediction,
@@ -25,7 +26,6 @@ from pianta.plot.prediction import (
     plot_label_shares,
     plot_sample,
     plot_skeleton,
-    save_prediction_picture,
 )
 from pianta.prediction.explored_part import ExploredPart
 from pianta.prediction.prediction import Prediction, predict
@@ -48,7 +48,9 @@ def ax():
 
 
 def shade_of(ax) -> list[PathPatch]:
-    return [patch for patch in ax.patches if isinstance(patch, PathPatch) and to_hex(patch.get_facecolor()) == OVERLAY]
+    return [
+        patch for patch in ax.patches if isinstance(patch, PathPatch) and to_hex(patch.get_facecolor()) == SHADE_COLOR
+    ]
 
 
 def covers(ax, place) -> bool:
@@ -188,10 +190,10 @@ class TestPicture:
     def test_the_same_prediction_has_the_same_bytes(self, tmp_path):
         prediction, truth = predicted()
         for name in ("one.png", "other.png"):
-            save_prediction_picture(prediction, tmp_path / name, truth=truth)
+            save_figure(draw_prediction(prediction, truth=truth), tmp_path / name)
         assert (tmp_path / "one.png").read_bytes() == (tmp_path / "other.png").read_bytes()
 
     @pytest.mark.slow
     def test_a_file_that_cannot_be_written_is_told(self, tmp_path):
         with pytest.raises(PiantaError, match="missing"):
-            save_prediction_picture(predicted()[0], tmp_path / "missing" / "picture.png")
+            save_figure(draw_prediction(predicted()[0]), tmp_path / "missing" / "picture.png")

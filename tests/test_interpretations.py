@@ -20,9 +20,9 @@ from pianta.relational.interpretation import (
     FLOOR_RELATIONS,
     SYMMETRIC,
     Relation,
-    atom_of_label,
     interpret_floor,
     is_corridor,
+    label_atom,
 )
 
 # Two rooms of 4 m by 5 m above a corridor of 8 m by 2 m with an entrance, and one that nothing leads to.
@@ -193,8 +193,8 @@ def test_a_relation_has_one_signature():
 
 
 def test_labels_are_atoms_of_small_letters():
-    assert atom_of_label("SMALL ADMINISTRATIVE") == "lsmalladministrative"
-    assert {atom_of_label(name) for name in ("ROOM", "FUNCTIONAL")} == {"lroom"}
+    assert label_atom("SMALL ADMINISTRATIVE") == "lsmalladministrative"
+    assert {label_atom(name) for name in ("ROOM", "FUNCTIONAL")} == {"lroom"}
 
 
 LABEL_FILES = {LabelSet.TYPE: "all", LabelSet.F_C_E_S: "RCES", LabelSet.R_C: "RC"}

@@ -109,9 +109,7 @@ def test_a_floor_with_all_labels_has_the_colours_and_order_of_the_schema(schema)
     names = [label.name for label in schema.labels]
     rooms = [Room(number, SQUARE, name) for number, name in enumerate(reversed(names), start=1)]
     entries = list_labels(Floor(tuple(rooms), building_type={schema.building_type: 1.0}))
-    assert [(entry.label, entry.style.color) for entry in entries] == [
-        (each.name, each.color) for each in schema.labels
-    ]
+    assert [(entry.label, entry.color) for entry in entries] == [(each.name, each.color) for each in schema.labels]
 
 
 def test_the_legend_lists_unknown_labels_by_name_and_rooms_without_one_last():
@@ -125,7 +123,7 @@ def test_the_legend_lists_unknown_labels_by_name_and_rooms_without_one_last():
 def test_a_label_with_two_colours_is_listed_with_each():
     functions = {1: "SERVICE", 2: "FUNCTIONAL", 3: "SERVICE"}
     rooms = tuple(Room(id_, SQUARE, "WARD", {"F/C/E/S": function}) for id_, function in functions.items())
-    entries = {entry.style.color: entry.room_ids for entry in list_labels(Floor(rooms))}
+    entries = {entry.color: entry.room_ids for entry in list_labels(Floor(rooms))}
     assert entries == {FCES_COLORS[FCES.SERVICE]: (1, 3), FCES_COLORS[FCES.FUNCTIONAL]: (2,)}
 
 
@@ -136,7 +134,7 @@ def test_colours_of_a_schema_of_the_user():
     floor = Floor((Room(4, SQUARE, "WARD", labels=said),), building_type={"hospital": 1.0})
     assert style_rooms(floor)[4].color == FCES_COLORS[FCES.FUNCTIONAL]
     assert style_rooms(floor, schemas)[4].color == "#8c3b2e"
-    assert [entry.style.color for entry in list_labels(floor, schemas)] == ["#8c3b2e"]
+    assert [entry.color for entry in list_labels(floor, schemas)] == ["#8c3b2e"]
 
 
 @pytest.mark.parametrize("schema", SCHEMAS.values())

@@ -9,10 +9,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import pianta
-from pianta.building_types.model import BuildingModel
+from pianta.building_types.model import BuildingTypeModel
 from pianta.errors import ModelError
 from pianta.generation.type_model import TypeModel
-from pianta.rooms.model import PlaceModel
+from pianta.rooms.model import RoomModel
 from pianta.rooms.model_file import DEFAULT_MODEL
 from tests.generated_types import small_model
 from tests.typed_floors import typed_model
@@ -29,13 +29,13 @@ def test_a_model_of_one_type(tmp_path):
 def test_a_model_of_building_types(tmp_path):
     typed_model().save(tmp_path / "types.json")
     model = pianta.load_model(str(tmp_path / "types.json"))
-    assert isinstance(model, BuildingModel)
+    assert isinstance(model, BuildingTypeModel)
     assert model.building_types == typed_model().building_types == ("house", "office", "school")
 
 
 def test_the_model_of_rooms_that_comes_with_pianta():
     model = pianta.load_model(DEFAULT_MODEL)
-    assert isinstance(model, PlaceModel)
+    assert isinstance(model, RoomModel)
     assert model.building_types == ("office", "school")
 
 

@@ -9,11 +9,17 @@ from hypothesis import strategies as st
 
 from pianta.errors import LabelError
 from pianta.labels import FCES, OFFICE, SCHEMAS, SCHOOL, GeneralLabel, Label, LabelSchema
-from pianta.rooms.name_dictionary import find_word, fold_name, prior_of_name, read_default_room_words, read_room_words
-from pianta.worlds.plans.fonts import NAMES
+from pianta.rooms.name_dictionary import (
+    match_phrase,
+    normalize_name,
+    read_default_room_name_dictionary,
+    read_room_name_dictionary,
+    room_name_prior,
+)
+from pianta.worlds.plans.name_sheets import NAMES
 from tests.mutation import mutated
 
-WORDS = read_default_room_words()
+WORDS = read_default_room_name_dictionary()
 HOUSE = LabelSchema(
     "house",
     (
@@ -31,7 +37,7 @@ OWN = {
 
 
 def likely(name: str, schema: LabelSchema | None) -> set[str]:
-    prior = prior_of_name(name, schema, WORDS)
+    prior = room_name_prior(name, schema, WORDS)
     assert prior is not None
     assert sum(prior.values()) == pytest.approx(1)
     most = max(prior.values())
@@ -68,7 +74,7 @@ def likely(name: str, schema: LabelSchema | None) -> set[str]:
     ],
 )
 def test_words_are_found(name, word):
-    found = find_word(name, WORDS)
+    found = match_phrase(name, WORDS)
     assert (found.phrase if found else None) == word
 
 
@@ -100,20 +106,20 @@ def test_names_in_all_languages_say_the_label(schema, names, labels):
 
 
 def test_printed_names_of_the_synthetic_set_are_nearly_all_known():
-    unknown = [name for names in NAMES.values() for name in names if find_word(name, WORDS) is None]
+    unknown = [name for names in NAMES.values() for name in names if match_phrase(name, WORDS) is None]
     assert unknown == ["Attività", "SALLE 101"]
 
 
 def test_a_word_of_two_languages_stays_undecided():
     """Aula is a classroom in Italian, Spanish and Portuguese, and a hall in German."""
-    prior = prior_of_name("Aula", SCHOOL, WORDS)
+    prior = room_name_prior("Aula", SCHOOL, WORDS)
     assert prior is not None
     assert prior["CLASSROOM"] > prior["HALL"] > 0.2
 
 
 def test_unknown_names_say_nothing_and_a_worse_found_word_says_less():
-    assert prior_of_name("Luperto", SCHOOL, WORDS) is None
-    whole, part, like = (prior_of_name(name, OFFICE, WORDS) for name in ("Kitchen", "Lunchkitchen", "Kitchem"))
+    assert room_name_prior("Luperto", SCHOOL, WORDS) is None
+    whole, part, like = (room_name_prior(name, OFFICE, WORDS) for name in ("Kitchen", "Lunchkitchen", "Kitchem"))
     assert whole is not None
     assert part is not None
     assert like is not None
@@ -123,7 +129,7 @@ def test_unknown_names_say_nothing_and_a_worse_found_word_says_less():
 def test_a_type_without_labels_for_a_word_takes_those_of_its_function():
     assert likely("Classroom", HOUSE) == {"BEDROOM", "LIVING ROOM"}
     assert likely("Kitchen", HOUSE) == {"BATHROOM"}
-    assert prior_of_name("Stairs", HOUSE, WORDS) is None
+    assert room_name_prior("Stairs", HOUSE, WORDS) is None
 
 
 def test_every_word_of_the_dictionary_says_a_label_of_each_schema():
@@ -142,28 +148,28 @@ def test_every_word_of_the_dictionary_says_a_label_of_each_schema():
     ("text", "folded"), [("Bücherei  2", "bucherei 2"), ("W.-C.", "w c"), ("Boy’s", "boys"), ("…", "")]
 )
 def test_folding(text, folded):
-    assert fold_name(text) == folded
+    assert normalize_name(text) == folded
 
 
 @given(st.text(max_size=30))
 def test_any_name_is_looked_up_without_fault(name):
-    prior = prior_of_name(name, SCHOOL, WORDS)
+    prior = room_name_prior(name, SCHOOL, WORDS)
     assert prior is None or (set(prior) == set(SCHOOL.by_name) and sum(prior.values()) == pytest.approx(1))
-    assert fold_name(fold_name(name)) == fold_name(name)
+    assert normalize_name(normalize_name(name)) == normalize_name(name)
 
 
 def test_users_add_words_and_theirs_come_first(tmp_path):
     path = tmp_path / "words.json"
     path.write_text(json.dumps(OWN))
-    words = read_room_words(path)
-    prior = prior_of_name("Slaapkamer", HOUSE, words)
+    words = read_room_name_dictionary(path)
+    prior = room_name_prior("Slaapkamer", HOUSE, words)
     assert prior is not None
     assert prior["BEDROOM"] > 0.9
-    gym = prior_of_name("Gym", None, words)
+    gym = room_name_prior("Gym", None, words)
     assert gym is not None
     assert gym["FUNCTIONAL"] > 0.9
     assert likely("Kitchen", OFFICE) == {"KITCHEN"}
-    assert prior_of_name("Kitchen", OFFICE, words) == prior_of_name("Kitchen", OFFICE, WORDS)
+    assert room_name_prior("Kitchen", OFFICE, words) == room_name_prior("Kitchen", OFFICE, WORDS)
 
 
 def broken(**changes: object) -> str:
@@ -190,7 +196,7 @@ def test_a_faulty_dictionary_is_refused_in_one_line(tmp_path, content, told):
     path = tmp_path / "words.json"
     path.write_text(content)
     with pytest.raises(LabelError) as caught:
-        read_room_words(path)
+        read_room_name_dictionary(path)
     assert told in str(caught.value)
     assert path.name in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -201,15 +207,15 @@ def test_a_damaged_dictionary_gives_one_line_or_is_read(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("words") / "words.json"
     path.write_bytes(data.draw(mutated(json.dumps(OWN).encode())))
     with suppress(LabelError):
-        read_room_words(path)
+        read_room_name_dictionary(path)
 
 
 def test_where_the_type_is_unknown_a_name_means_what_it_does_in_any():
     """An office serves a school, and is what an office building is for."""
-    office = prior_of_name("Office", None, WORDS)
+    office = room_name_prior("Office", None, WORDS)
     assert office is not None
     assert office["SERVICE"] == pytest.approx(office["FUNCTIONAL"])
     assert office["SERVICE"] > 10 * office["ENTRANCE"]
-    classroom = prior_of_name("Classroom", None, WORDS)
+    classroom = room_name_prior("Classroom", None, WORDS)
     assert classroom is not None
     assert classroom["FUNCTIONAL"] > 10 * classroom["SERVICE"]

@@ -9,7 +9,7 @@ from pianta.floor import Floor, Room
 from pianta.labels import SCHOOL
 from pianta.rooms.from_names import label_named_rooms
 from pianta.rooms.label import label_rooms
-from pianta.rooms.name_dictionary import RoomKind, RoomWords
+from pianta.rooms.name_dictionary import RoomNameDictionary, RoomNameEntry
 from pianta.worlds.floors import make_floor
 from tests.labelled_floors import label_by_rule, small_model
 
@@ -109,7 +109,7 @@ def test_neighbours_hear_of_a_name(plain):
 
 def test_a_dictionary_of_ones_own_is_asked(plain):
     gym = SCHOOL.by_name["GYM"]
-    words = RoomWords((RoomKind(gym.function_in(), {"school": ("GYM",)}, {"xx": ("blorp",)}),))
+    words = RoomNameDictionary((RoomNameEntry(gym.function_in(), {"school": ("GYM",)}, {"xx": ("blorp",)}),))
     room_id = a_classroom(plain)
     floor = named(plain, **{f"room_{room_id}": "Blorp"})
     assert room_of(label_named_rooms(floor, small_model(), words), room_id).label == "GYM"

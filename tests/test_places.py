@@ -12,10 +12,10 @@ from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, SCHEMAS, SCHOOL, GeneralLabel, Label, LabelSchema
 from pianta.rooms.label import label_rooms
-from pianta.rooms.model import FUNCTIONS, choose_functions, has_given_label, keep_given_label
-from pianta.rooms.training import SIMULATED_WEIGHT, building_of, check_labels, train_rooms
+from pianta.rooms.model import FUNCTIONS, choose_functions, has_manual_label, keep_manual_label
+from pianta.rooms.training import SIMULATED_WEIGHT, building_name, check_labels, train_rooms
 from pianta.worlds.floors import make_floor
-from pianta.worlds.simulated_readings import simulate_reading
+from pianta.worlds.simulated_readings import simulate_and_reconstruct
 from tests.labelled_floors import label_by_rule, labelled_floors, small_model
 
 
@@ -145,7 +145,7 @@ def test_one_building_is_too_few():
 
 @pytest.mark.slow
 def test_few_floors_with_numbered_names_are_buildings_of_their_own():
-    assert [building_of(floor.source) for floor in labelled_floors()[:2]] == ["corridor house"] * 2
+    assert [building_name(floor.source) for floor in labelled_floors()[:2]] == ["corridor house"] * 2
     assert train_rooms(labelled_floors()[:2]).training.rooms["school"] > 20
 
 
@@ -184,33 +184,33 @@ def test_a_schema_of_the_user():
     ],
 )
 def test_building_of_a_file(source, building):
-    assert building_of(source) == building
+    assert building_name(source) == building
 
 
 @pytest.mark.slow
 def test_simulated_reading_keeps_labels():
     floor = labelled_floors()[0]
-    read = simulate_reading(floor, seed=1)
+    read = simulate_and_reconstruct(floor, seed=1)
     assert abs(len(read.rooms) - len(floor.rooms)) <= 2
     assert read.building_type == floor.building_type
     assert read.source == floor.source
     corridors = [room for room in read.rooms if room.label == "CORRIDOR"]
     assert max(read.rooms, key=lambda room: read.graph().degree(room.id)) in corridors
-    assert simulate_reading(floor, seed=1) == read
-    assert simulate_reading(floor, seed=2) != read
+    assert simulate_and_reconstruct(floor, seed=1) == read
+    assert simulate_and_reconstruct(floor, seed=2) != read
 
 
 def test_labels_that_somebody_gave():
     room = Room(1, box(0, 0, 4, 3))
     said = {"R/C": {"ROOM": 0.9, "CORRIDOR": 0.1}}
     by_model = replace(room, label="GYM", labels={"R/C": "ROOM", "school": "GYM"}, label_probabilities=said)
-    assert not has_given_label(room)
-    assert not has_given_label(by_model)
-    assert has_given_label(replace(room, label="GYM"))
+    assert not has_manual_label(room)
+    assert not has_manual_label(by_model)
+    assert has_manual_label(replace(room, label="GYM"))
     corrected = replace(by_model, label="LIBRARY")
-    assert has_given_label(corrected)
-    assert keep_given_label(corrected) == replace(room, label="LIBRARY")
-    assert keep_given_label(by_model) == room
+    assert has_manual_label(corrected)
+    assert keep_manual_label(corrected) == replace(room, label="LIBRARY")
+    assert keep_manual_label(by_model) == room
 
 
 def test_floors_without_a_type_are_named():

@@ -238,7 +238,9 @@ def test_what_cannot_be_predicted():
             predict(graph, SAMPLER)
     with pytest.raises(GraphError, match="no room of it is known"):
         predict(nx.Graph(), SAMPLER)
-    with pytest.raises(OptionError, match=r"^the model has areas by ncut, prediction needs areas by corr; train it with these$"):
+    with pytest.raises(
+        OptionError, match=r"^the model has areas by ncut, prediction needs areas by corr; train it with these$"
+    ):
         predict(explore("a", 0), small_model(Segmentation.NCUT))
     for count in (0, MAX_SAMPLES + 1):
         with pytest.raises(OptionError, match=rf"^{count} samples are wanted, give 1 to 10000$"):

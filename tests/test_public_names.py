@@ -18,24 +18,24 @@ from numpydoc.validate import validate
 
 import pianta
 from pianta import errors, plot
-from pianta.building_types.model import BuildingModel
+from pianta.building_types.model import BuildingTypeModel
 from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
 from pianta.plan.read_plan import PlanFloor, PlanReading
-from pianta.plan.scale import PlanScale
+from pianta.plan.sheets.sheet import PlanScale
 from pianta.prediction.prediction import OpenEnd, SampleInterval
 from pianta.reading.reading import StoreyReading
 from pianta.realism.model import Realism
-from pianta.rooms.model import PlaceModel
+from pianta.rooms.model import RoomModel
 from tests.hidden_figures import hiding_figures
 
 SOURCE = Path(pianta.__file__)
 # What public functions give back, and is not itself a public name.
 RESULTS = (
-    BuildingModel,
+    BuildingTypeModel,
     Exploration,
     OpenEnd,
-    PlaceModel,
+    RoomModel,
     PlanFloor,
     PlanReading,
     PlanScale,

@@ -16,7 +16,7 @@ from pianta.reading._reader import ReadOptions
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plans.drawing import draw_plan
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import small_model
 from tests.hidden_figures import hiding_figures
@@ -24,7 +24,7 @@ from tests.hidden_figures import hiding_figures
 
 def write_map(path: Path, *, length: float = 10.0) -> Path:
     """The map of a corridor with rooms of 5 m on both sides."""
-    map_floor(make_corridor_floor(length=length, room_width=(5, 5))).save(path)
+    simulate_map(make_corridor_floor(length=length, room_width=(5, 5))).save(path)
     return path
 
 
@@ -119,16 +119,20 @@ class TestRead:
     @pytest.mark.parametrize(
         ("options", "error", "told"),
         [
-            ({"kind": "photo"}, OptionError, "kind is 'photo', give one of map, plan, or None"),
-            ({"kind": "map", "page": 3}, OptionError, "leave out page= or give kind='plan'"),
-            ({"symbols": "symbols"}, OptionError, "leave out symbols= or give kind='plan'"),
+            ({"input_kind": "photo"}, OptionError, "input_kind is 'photo', give one of map, plan, or None"),
+            ({"input_kind": "map", "page": 3}, OptionError, "leave out page= or give input_kind='plan'"),
+            ({"symbols": "symbols"}, OptionError, "leave out symbols= or give input_kind='plan'"),
             ({"method": "magic"}, OptionError, "method is 'magic', give one of structure, thesis"),
             ({"parameters": pianta.ThesisParameters()}, OptionError, "give StructureParameters"),
             ({"labels": False, "building_type": "school"}, OptionError, "labels=False makes building_type= useless"),
             ({"building_type": "school", "building_model": "m.json"}, OptionError, "makes building_model= useless"),
             ({"building_type": "castle"}, OptionError, "knows no building type 'castle'"),
-            ({"room_model": small_model()}, OptionError, "room_model= is a TypeModel, give a PlaceModel"),
-            ({"building_model": small_model()}, OptionError, "building_model= is a TypeModel, give a BuildingModel"),
+            ({"room_model": small_model()}, OptionError, "room_model= is a TypeModel, give a RoomModel"),
+            (
+                {"building_model": small_model()},
+                OptionError,
+                "building_model= is a TypeModel, give a BuildingTypeModel",
+            ),
             ({"room_model": "nowhere.model"}, ModelError, "'nowhere.model' does not exist"),
             ({"previous": "nowhere"}, FloorError, "'nowhere' does not exist"),
             ({"max_cells": 100}, MapError, "the limit is 100; lift it with max_cells="),
@@ -147,7 +151,7 @@ class TestRead:
             pianta.read(path, labels=False)
 
     def test_parameters_are_not_for_plans(self, plan):
-        with pytest.raises(OptionError, match="is no map, leave out parameters= or give kind='map'"):
+        with pytest.raises(OptionError, match="is no map, leave out parameters= or give input_kind='map'"):
             pianta.read(plan, parameters=pianta.StructureParameters())
 
     def test_reads_a_plan(self, plan, monkeypatch):
@@ -282,6 +286,6 @@ class TestReadAll:
         picture = tmp_path / "rooms" / "rooms.png"
         picture.parent.mkdir()
         Image.fromarray(np.full((20, 30), 254, np.uint8)).save(picture)
-        (failure,) = pianta.read_all([picture], out=tmp_path, kind="map", resolution=0.05)
+        (failure,) = pianta.read_all([picture], out=tmp_path, input_kind="map", resolution=0.05)
         assert isinstance(failure, pianta.Failure)
         assert "would be replaced by a result" in str(failure.error)

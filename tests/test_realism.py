@@ -12,22 +12,23 @@ from shapely import Geometry, LineString, affinity, box
 
 from pianta.building_types.description import describe_building
 from pianta.building_types.kernel import BuildingKernel
-from pianta.building_types.model import BuildingModel
+from pianta.building_types.model import BuildingTypeModel
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Door, Floor, Room
 from pianta.labels import LabelSet
-from pianta.plot.realism import draw_realism, save_realism_picture
+from pianta.plot.figure import save_figure
+from pianta.plot.realism import draw_realism
 from pianta.realism.classifier import LinearBuildingKernel, RealismClassifier
 from pianta.realism.measures import (
-    MEASURES_TOLD,
-    find_off_measures,
+    MAX_MEASURES,
+    find_unusual_measures,
     list_measures,
     measure_description,
 )
-from pianta.realism.model import Realism, RealismModel, learn_realism, name_buildings, realism_of_types
-from pianta.realism.patterns import MANY, RoomPattern, find_off_patterns, list_patterns
-from pianta.rooms.completion import complete_labels
-from pianta_bench.data.annotated_floors import make_of_drawings
+from pianta.realism.model import Realism, RealismModel, name_buildings, reference_from_types, train_realism
+from pianta.realism.patterns import MANY, RoomPattern, find_unusual_patterns, list_patterns
+from pianta.rooms.completion import fill_missing_labels
+from pianta_bench.data.annotated_floors import read_annotated_buildings
 from tests.simulated_offices import make_grid_floor, make_offices, make_snake, make_worlds
 
 R_C, F_C_E_S = LabelSet.R_C, LabelSet.F_C_E_S
@@ -43,12 +44,12 @@ def join_row(labels: str, *pairs: tuple[int, int], label: str = "label") -> Floo
 
 @cache
 def one_class() -> RealismModel:
-    return learn_realism(make_offices(), label_set=R_C)
+    return train_realism(make_offices(), label_set=R_C)
 
 
 @cache
 def two_classes() -> RealismModel:
-    return learn_realism(make_offices(), label_set=R_C, unlike=make_worlds())
+    return train_realism(make_offices(), label_set=R_C, unrealistic=make_worlds())
 
 
 def make_realism(typicality: float, probability: float | None = None) -> Realism:
@@ -74,20 +75,20 @@ def test_off_patterns_by_hand():
     through = RoomPattern("ROOM", (("ROOM", 2),))
     alone = RoomPattern("ROOM", ())
     known = [[ROOM_AT_CORRIDOR] * 9 + [through], [ROOM_AT_CORRIDOR] * 8 + [through] * 2]
-    found = find_off_patterns([through] * 9 + [alone], known, [*range(11, 21)])
+    found = find_unusual_patterns([through] * 9 + [alone], known, [*range(11, 21)])
     assert [(off.pattern, off.is_frequent) for off in found] == [(through, True), (ROOM_AT_CORRIDOR, False)]
     often, seldom = found
     assert often.rooms == (*range(11, 20),)
     assert often.usual == pytest.approx((0.1, 0.2))
     # Poisson's deviance of 9 where 1.5 are expected, and of 0 where 8.5 are.
-    assert often.strangeness == pytest.approx(2 * (9 * np.log(6) - 7.5))
-    assert seldom.strangeness == pytest.approx(17)
+    assert often.deviation == pytest.approx(2 * (9 * np.log(6) - 7.5))
+    assert seldom.deviation == pytest.approx(17)
     assert str(often) == (
         "often a ROOM that leads to 2 ROOMs and no CORRIDOR: 90% of the rooms, usually 11% to 20% "
         "(rooms 11 12 13 14 15 16 17 18 19)"
     )
     assert str(seldom) == "seldom a ROOM that leads to 1 CORRIDOR only: 0% of the rooms, usually 80% to 90%"
-    assert find_off_patterns(known[0], known, [*range(10)]) == ()
+    assert find_unusual_patterns(known[0], known, [*range(10)]) == ()
 
 
 def test_measures_by_hand():
@@ -108,22 +109,22 @@ def test_off_measures_by_hand():
     keys = [measure.key for measure in list_measures(R_C)]
     known: list[dict[str, float | None]] = [dict.fromkeys(keys, 10.0 + number) for number in range(5)]
     usual = dict.fromkeys(keys, 12.0)
-    assert find_off_measures(usual, known, R_C) == ()
+    assert find_unusual_measures(usual, known, R_C) == ()
     # 5 and 95 % of 10 … 14 are 10.2 and 13.8; a tenth of that range more is not off yet.
-    assert find_off_measures(usual | {"diameter": 14.1}, known, R_C) == ()
-    (off,) = find_off_measures(usual | {"diameter": 19.2, "path_length": 18.0}, known, R_C)
-    assert off.strangeness == pytest.approx(2)
+    assert find_unusual_measures(usual | {"diameter": 14.1}, known, R_C) == ()
+    (off,) = find_unusual_measures(usual | {"diameter": 19.2, "path_length": 18.0}, known, R_C)
+    assert off.deviation == pytest.approx(2)
     assert [*off.usual] == [10, 11, 12, 13, 14]
     assert str(off) == (
         "the longest way leads through many doors: doors on the longest way 19.2, usually 10.2 to 13.8 (median 12)"
     )
-    (low,) = find_off_measures(usual | {"diameter": 1.0}, known, R_C)
+    (low,) = find_unusual_measures(usual | {"diameter": 1.0}, known, R_C)
     assert low.meaning == "the longest way leads through few doors"
-    all_off = find_off_measures(dict.fromkeys(keys, 99.0), known, R_C)
-    assert len(all_off) == len({each.measure.family for each in all_off}) == MEASURES_TOLD
-    assert find_off_measures(dict.fromkeys(keys), known, R_C) == ()
+    all_off = find_unusual_measures(dict.fromkeys(keys, 99.0), known, R_C)
+    assert len(all_off) == len({each.measure.family for each in all_off}) == MAX_MEASURES
+    assert find_unusual_measures(dict.fromkeys(keys), known, R_C) == ()
     rare = [floor | {"diameter": None} for floor in known[:3]] + known[3:]
-    assert find_off_measures(usual | {"diameter": 99.0}, rare, R_C) == ()
+    assert find_unusual_measures(usual | {"diameter": 99.0}, rare, R_C) == ()
 
 
 @pytest.mark.parametrize(
@@ -148,8 +149,8 @@ def test_verdicts(typicality, words):
 @pytest.mark.slow
 def test_one_class_ranks_worlds_below_offices():
     model = one_class()
-    worlds = [model.judge(world) for world in make_worlds()]
-    offices = [model.leave_out(floor.source).judge(floor) for floor in make_offices()]
+    worlds = [model.assess(world) for world in make_worlds()]
+    offices = [model.leave_out(floor.source).assess(floor) for floor in make_offices()]
     assert max(world.likeness for world in worlds) < min(office.likeness for office in offices)
     assert {world.typicality for world in worlds} == {0}
     assert np.median([office.typicality for office in offices]) > 0.2
@@ -157,7 +158,7 @@ def test_one_class_ranks_worlds_below_offices():
 
 
 def test_reasons_name_what_is_off():
-    judged = one_class().judge(make_snake(5, 4))
+    judged = one_class().assess(make_snake(5, 4))
     assert {"paths", "betweenness"} <= {off.measure.family for off in judged.measures}
     often = next(off for off in judged.patterns if off.is_frequent)
     assert often.pattern == RoomPattern("ROOM", (("ROOM", 2),))
@@ -170,16 +171,16 @@ def test_reasons_name_what_is_off():
 def test_two_classes_tell_left_out_floors_apart():
     model = two_classes()
     for floor in make_offices()[::3]:
-        assert (model.leave_out(floor.source).judge(floor).probability or 0) > 0.5
+        assert (model.leave_out(floor.source).assess(floor).probability or 0) > 0.5
     for world in make_worlds():
-        assert (model.leave_out(world.source).judge(world).probability or 1) < 0.5
+        assert (model.leave_out(world.source).assess(world).probability or 1) < 0.5
 
 
 def test_features_of_a_floor_unlike_all_are_on_a_side():
     """Twice as far from the mean is twice the decision, where a Gaussian has forgotten it."""
     known = [describe_building(floor, R_C) for floor in make_offices()]
     linear, gaussian = (kernel().fit(known) for kernel in (LinearBuildingKernel, BuildingKernel))
-    far = [replace(known[0], features=linear.means_ + factor * linear.spreads_) for factor in (20, 40)]
+    far = [replace(known[0], features=linear.means_ + factor * linear.deviations_) for factor in (20, 40)]
     one, two = linear.compare_features(far)
     np.testing.assert_allclose(two, 2 * one)
     np.testing.assert_allclose(gaussian.compare_features(far), 0, atol=1e-12)
@@ -191,7 +192,9 @@ def test_classes_count_the_same_however_many_floors_they_have():
     said = RealismClassifier().fit(descriptions, [True] * 3 + [False] * 3, names)
     opposite = RealismClassifier().fit(descriptions, [False] * 3 + [True] * 3, names)
     for description in descriptions:
-        assert said.judge(description) + opposite.judge(description) == pytest.approx(1, abs=1e-4)
+        assert said.predict_probability(description) + opposite.predict_probability(description) == pytest.approx(
+            1, abs=1e-4
+        )
 
 
 @pytest.mark.slow
@@ -214,7 +217,7 @@ def test_pose_scale_and_order_change_nothing(floor, factor, angle, shift, random
     random.shuffle(rooms)
     random.shuffle(doors)
     model = one_class().leave_out(floor.source)
-    expected, moved = model.judge(floor), model.judge(Floor(tuple(rooms), tuple(doors)))
+    expected, moved = model.assess(floor), model.assess(Floor(tuple(rooms), tuple(doors)))
     assert moved.typicality == expected.typicality
     assert moved.likeness == pytest.approx(expected.likeness, abs=1e-4)
     assert moved.patterns == expected.patterns
@@ -223,8 +226,8 @@ def test_pose_scale_and_order_change_nothing(floor, factor, angle, shift, random
 
 @pytest.mark.slow
 def test_order_of_the_reference_changes_nothing():
-    turned = learn_realism(make_offices()[::-1], label_set=R_C, unlike=make_worlds()[::-1])
-    judged, expected = (model.judge(make_snake(4, 4)) for model in (turned, two_classes()))
+    turned = train_realism(make_offices()[::-1], label_set=R_C, unrealistic=make_worlds()[::-1])
+    judged, expected = (model.assess(make_snake(4, 4)) for model in (turned, two_classes()))
     assert judged.likeness == pytest.approx(expected.likeness)
     assert judged.probability == pytest.approx(expected.probability, abs=1e-3)
     assert judged.reasons == expected.reasons
@@ -233,17 +236,17 @@ def test_order_of_the_reference_changes_nothing():
 def test_too_few_buildings():
     offices, worlds = make_offices(), make_worlds()
     with pytest.raises(ModelError, match="reference"):
-        learn_realism(offices[:2], label_set=R_C)
+        train_realism(offices[:2], label_set=R_C)
     with pytest.raises(ModelError, match="reference"):
-        learn_realism(offices[:3], buildings=["a", "a", "b"], label_set=R_C)
+        train_realism(offices[:3], buildings=["a", "a", "b"], label_set=R_C)
     with pytest.raises(ModelError, match="unrealistic"):
-        learn_realism(offices, label_set=R_C, unlike=worlds[:1])
+        train_realism(offices, label_set=R_C, unrealistic=worlds[:1])
     with pytest.raises(ModelError, match="reference"):
-        learn_realism(offices[:3], label_set=R_C).leave_out(offices[0].source)
+        train_realism(offices[:3], label_set=R_C).leave_out(offices[0].source)
     empty = Floor((), source="empty")
-    assert learn_realism([*offices, empty], label_set=R_C).buildings == one_class().buildings
+    assert train_realism([*offices, empty], label_set=R_C).buildings == one_class().buildings
     with pytest.raises(LabelError, match="rooms"):
-        one_class().judge(empty)
+        one_class().assess(empty)
 
 
 def test_names_of_buildings():
@@ -255,12 +258,12 @@ def test_names_of_buildings():
 def test_floors_of_a_building_model():
     known = tuple(describe_building(floor, R_C) for floor in (*make_offices(), *make_worlds()))
     types = ("office",) * 8 + ("maze",) * 3
-    model = BuildingModel(known, types, tuple(each.source for each in known), R_C)
-    offices = realism_of_types(model, ["office"])
-    assert offices.judge(make_snake(4, 4)) == one_class().judge(make_snake(4, 4))
-    assert len(realism_of_types(model).known) == 11
+    model = BuildingTypeModel(known, types, tuple(each.source for each in known), R_C)
+    offices = reference_from_types(model, ["office"])
+    assert offices.assess(make_snake(4, 4)) == one_class().assess(make_snake(4, 4))
+    assert len(reference_from_types(model).reference_floors) == 11
     with pytest.raises(ModelError, match="church"):
-        realism_of_types(model, ["church", "office"])
+        reference_from_types(model, ["church", "office"])
 
 
 def test_given_labels():
@@ -275,35 +278,35 @@ def test_given_labels():
         Room(6, box(5, 0, 6, 1), labels={"R/C": "CORRIDOR"}),
         Room(7, box(6, 0, 7, 1), label="ROOM", labels={"R/C": "ROOM"}, label_probabilities=found),
     )
-    coarse = complete_labels(Floor(rooms), R_C)
+    coarse = fill_missing_labels(Floor(rooms), R_C)
     kinds = ["CORRIDOR", "ROOM", "CORRIDOR", "ROOM", "CORRIDOR", "CORRIDOR", "ROOM"]
     assert [room.label for room in coarse.floor.rooms] == kinds
     assert [dict(room.labels) for room in coarse.floor.rooms] == [{"R/C": kind} for kind in kinds]
     assert coarse.found == (7,)
     floor = Floor(rooms[:2], building_type={"office": 1.0})
-    assert [room.label for room in complete_labels(floor, F_C_E_S).floor.rooms] == ["CONNECTION", "FUNCTIONAL"]
+    assert [room.label for room in fill_missing_labels(floor, F_C_E_S).floor.rooms] == ["CONNECTION", "FUNCTIONAL"]
 
 
 def test_labels_that_nobody_has_given():
     floor = make_offices()[0]
     strange = replace(floor, rooms=tuple(replace(room, label="WARD" if room.id > 1 else None) for room in floor.rooms))
-    coarse = complete_labels(strange, R_C)
+    coarse = fill_missing_labels(strange, R_C)
     assert coarse.found == tuple(room.id for room in floor.rooms)
     assert coarse.floor.rooms[0].label == "CORRIDOR"
     assert {room.label for room in coarse.floor.rooms[1:]} == {"ROOM"}
-    assert complete_labels(floor, R_C).found == ()
+    assert fill_missing_labels(floor, R_C).found == ()
 
 
 def test_picture(tmp_path):
-    floor = complete_labels(make_grid_floor(4, 4), R_C).floor
-    judged = one_class().judge(floor)
+    floor = fill_missing_labels(make_grid_floor(4, 4), R_C).floor
+    judged = one_class().assess(floor)
     figure = draw_realism(floor, judged)
     # The floor, its legend, and a strip for the likeness and for each reason.
     assert len(figure.axes) == 3 + len(judged.reasons)
     hatched = [patch for patch in figure.axes[0].patches if patch.get_hatch()]
     assert len(hatched) == sum(len(off.rooms) for off in judged.patterns if off.is_frequent) > 0
     for name in ("one.png", "other.png"):
-        save_realism_picture(floor, judged, tmp_path / name)
+        save_figure(draw_realism(floor, judged), tmp_path / name)
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "other.png").read_bytes()
     with Image.open(tmp_path / "one.png") as image:
         assert image.size == tuple(round(side * figure.dpi) for side in figure.get_size_inches())
@@ -313,19 +316,19 @@ def test_picture(tmp_path):
 @pytest.mark.parametrize("label_set", [R_C, F_C_E_S])
 def test_robocup_worlds_are_told_from_offices(data, label_set):
     def describe(drawn):
-        floor = complete_labels(replace(drawn.floor, source=drawn.item), label_set).floor
+        floor = fill_missing_labels(replace(drawn.floor, source=drawn.item), label_set).floor
         return drawn.building, describe_building(floor, label_set), [room.id for room in floor.rooms]
 
     (offices, failed), (worlds, failed_worlds) = (
-        make_of_drawings(data, kind, describe) for kind in ("office", "robocup")
+        read_annotated_buildings(data, kind, describe) for kind in ("office", "robocup")
     )
     assert (len(offices), len(worlds), failed, failed_worlds) == (11, 5, (), ())
     names, known, _ = zip(*offices, strict=True)
-    unlike_names, unlike, _ = zip(*worlds, strict=True)
-    two = RealismModel(known, names, label_set, unlike, unlike_names)
-    one = replace(two, unlike=(), unlike_buildings=())
+    unrealistic_names, unrealistic_floors, _ = zip(*worlds, strict=True)
+    two = RealismModel(known, names, label_set, unrealistic_floors, unrealistic_names)
+    one = replace(two, unrealistic_floors=(), unrealistic_buildings=())
     of_offices, of_worlds = (
-        [one.leave_out(name).judge_description(floor, ids) for name, floor, ids in part] for part in (offices, worlds)
+        [one.leave_out(name).assess_description(floor, ids) for name, floor, ids in part] for part in (offices, worlds)
     )
     assert max(world.likeness for world in of_worlds) < np.median([office.likeness for office in of_offices])
     assert max(world.typicality for world in of_worlds) < 0.1
@@ -333,6 +336,6 @@ def test_robocup_worlds_are_told_from_offices(data, label_set):
     # Of the offices those that are least like the others, by two classes.
     least = np.argsort([office.likeness for office in of_offices])[:3]
     for name, floor, ids in [*(offices[place] for place in least), *worlds]:
-        said = two.leave_out(name).judge_description(floor, ids).probability
+        said = two.leave_out(name).assess_description(floor, ids).probability
         assert said is not None
         assert (said > 0.5) is (floor in known)

@@ -11,10 +11,10 @@ from shapely import box
 
 from pianta.errors import ModelError, OptionError, RelationError
 from pianta.floor import Floor, Room
-from pianta.relational.classifiers import RelationalBuildings, RelationalPlaces, tell_floors
+from pianta.relational.classifiers import RelationalRoomClassifier, RelationalTypeClassifier, to_interpretations
 from pianta.relational.fact_files import read_interpretations, read_signatures, save_interpretations
 from pianta.relational.facts import LISTING_SIGNATURES, Fact, Interpretation
-from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_machine
+from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_svm
 
 
 def tell_row(name: str, rooms: int, *, first: str = "r", labelled: bool = True, kind: str = "school") -> Interpretation:
@@ -30,14 +30,14 @@ def tell_row(name: str, rooms: int, *, first: str = "r", labelled: bool = True, 
 
 
 def test_rooms_are_known_by_those_around():
-    places = RelationalPlaces().fit([tell_row("a", 4), tell_row("b", 6)])
+    places = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
     assert places.labels_ == {"label": ("lcorridor", "lstairs")}
     new = tell_row("c", 5, first="s", labelled=False)
     assert places.predict([new]) == {"label": [["lstairs", *["lcorridor"] * 3, "lstairs"]]}
 
 
 def test_labels_are_hidden_from_those_who_judge():
-    places = RelationalPlaces().fit([tell_row("a", 4), tell_row("b", 6)])
+    places = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
     new = tell_row("c", 5)
     wrong = replace(
         new, facts=(*new.without("label").facts, Fact("label", ("r0", "lcorridor")), Fact("iscorr", ("r0",)))
@@ -50,7 +50,7 @@ def test_two_label_sets_share_a_matrix():
     floors = [tell_row("a", 4, labelled=False), tell_row("b", 6, labelled=False)]
     ends = [["E", *["M"] * 2, "E"], ["E", *["M"] * 4, "E"]]
     three = [["E", "N", "N", "E"], ["E", "N", "M", "M", "N", "E"]]
-    places = RelationalPlaces().fit(floors, {"ends": ends, "three": three})
+    places = RelationalRoomClassifier().fit(floors, {"ends": ends, "three": three})
     assert places.predict(floors) == {"ends": ends, "three": three}
     decided = places.decide(floors)
     assert [values.shape for values in decided["ends"]] == [(4, 2), (6, 2)]
@@ -66,17 +66,17 @@ def test_floors_are_learnt_from_as_facts_are():
         return Floor(tuple(rooms), building_type={"office": 1.0}, source=f"{width}")
 
     floors = [draw(3), draw(3.5), draw(4)]
-    places = RelationalPlaces().fit(floors[:2])
+    places = RelationalRoomClassifier().fit(floors[:2])
     assert places.predict(floors[2:]) == {"label": [["lcorridor", "loffice", "loffice"]]}
-    told = tell_floors(floors[:2])
-    assert RelationalPlaces().fit(told).predict(floors[2:]) == places.predict(floors[2:])
+    told = to_interpretations(floors[:2])
+    assert RelationalRoomClassifier().fit(told).predict(floors[2:]) == places.predict(floors[2:])
 
 
 def test_fact_files(tmp_path: Path):
     file = tmp_path / "facts.pl"
     save_interpretations(file, [tell_row("a", 4, kind=""), tell_row("b", 6, kind=""), tell_row("c", 5, kind="")])
     floors = read_interpretations(file)
-    places = RelationalPlaces(RoomKernel(signatures=read_signatures(file))).fit(floors[:2])
+    places = RelationalRoomClassifier(RoomKernel(signatures=read_signatures(file))).fit(floors[:2])
     assert places.predict(floors[2:])["label"] == [["lstairs", *["lcorridor"] * 3, "lstairs"]]
 
 
@@ -97,7 +97,7 @@ def test_entities_of_another_name():
         facts = tell_row(name, count, kind="").facts
         return Interpretation(name, tuple(replace(f, relation="space") if f.relation == "room" else f for f in facts))
 
-    places = RelationalPlaces(RoomKernel(signatures=LISTING_SIGNATURES)).fit([tell("a", 4), tell("b", 6)])
+    places = RelationalRoomClassifier(RoomKernel(signatures=LISTING_SIGNATURES)).fit([tell("a", 4), tell("b", 6)])
     assert places.predict([tell("c", 3)])["label"] == [["lstairs", "lcorridor", "lstairs"]]
 
 
@@ -107,7 +107,7 @@ def test_files_of_the_data(data):
     if not file.is_file():
         pytest.skip(f"no {file}")
     floors = read_interpretations(file)
-    places = RelationalPlaces(RoomKernel(signatures=read_signatures(file))).fit(floors[1:])
+    places = RelationalRoomClassifier(RoomKernel(signatures=read_signatures(file))).fit(floors[1:])
     truth = [str(fact.arguments[1]) for fact in floors[0].facts_of("label")]
     given = dict(zip(places.kernel.list_rooms(floors[0]), places.predict(floors[:1])["label"][0], strict=True))
     wrong = sum(given[fact.arguments[0]] != fact.arguments[1] for fact in floors[0].facts_of("label"))
@@ -133,18 +133,18 @@ def test_floors_are_known_by_their_patterns():
         return Interpretation(name, (*facts, *(Fact("connected", (ids[0], room)) for room in ids[1:])))
 
     floors = [*(tell_row("", n, labelled=False) for n in (4, 5, 6)), *(star("", n) for n in (4, 5, 6))]
-    buildings = RelationalBuildings().fit(floors)
+    buildings = RelationalTypeClassifier().fit(floors)
     assert buildings.types_ == ("office", "school")
     new = [star("", 7), tell_row("", 7, labelled=False)]
     assert buildings.predict(new) == ["office", "school"]
     # Nobody may look at the type.
     assert buildings.predict([star("", 7, "school")]) == ["office"]
-    assert RelationalBuildings().fit(floors, ["x", "x", "x", "y", "y", "y"]).predict(new) == ["y", "x"]
+    assert RelationalTypeClassifier().fit(floors, ["x", "x", "x", "y", "y", "y"]).predict(new) == ["y", "x"]
 
 
 def test_decisions_of_labels_not_learnt_are_the_lowest():
     gram = np.eye(2)
-    machine = fit_machine(gram, ["a", "c"])
+    machine = fit_svm(gram, ["a", "c"])
     decided = decide(machine, gram, ["a", "b", "c"])
     assert decided.argmax(axis=1).tolist() == [0, 2]
     assert decided.argmin(axis=1).tolist() == [1, 1]
@@ -153,12 +153,12 @@ def test_decisions_of_labels_not_learnt_are_the_lowest():
 def test_a_label_told_twice_is_one():
     row = tell_row("a", 4)
     twice = replace(row, facts=(*row.facts, *row.facts_of("label")))
-    places = RelationalPlaces().fit([twice])
-    assert places.predict([row]) == RelationalPlaces().fit([row]).predict([row])
+    places = RelationalRoomClassifier().fit([twice])
+    assert places.predict([row]) == RelationalRoomClassifier().fit([row]).predict([row])
 
 
 def test_nothing_to_predict():
-    places = RelationalPlaces().fit([tell_row("a", 4), tell_row("b", 6)])
+    places = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
     empty = Interpretation("e", (Fact("buildingtype", ("school",)),))
     assert places.predict([]) == {"label": []}
     assert places.predict([empty]) == {"label": [[]]}
@@ -167,7 +167,7 @@ def test_nothing_to_predict():
         (3, 2),
         (0, 2),
     ]
-    buildings = RelationalBuildings().fit([tell_row("a", 4), tell_row("b", 5, kind="office")])
+    buildings = RelationalTypeClassifier().fit([tell_row("a", 4), tell_row("b", 5, kind="office")])
     assert buildings.predict([]) == []
     assert buildings.decide([]).shape == (0, 2)
 
@@ -176,7 +176,7 @@ def test_nothing_to_predict():
 def test_facts_of_wrong_arity(fact):
     rows = [tell_row("a", 4), tell_row("b", 6, kind="office")]
     wrong = replace(rows[0], facts=(*rows[0].facts, fact))
-    for classifier in (RelationalPlaces(), RelationalBuildings()):
+    for classifier in (RelationalRoomClassifier(), RelationalTypeClassifier()):
         with pytest.raises(RelationError, match="argument"):
             classifier.fit([wrong, rows[1]])
         with pytest.raises(RelationError, match="argument"):
@@ -186,24 +186,24 @@ def test_facts_of_wrong_arity(fact):
 def test_bad_input():
     row = tell_row("a", 4)
     with pytest.raises(ModelError, match="r0"):
-        RelationalPlaces().fit([row.without("label")])
+        RelationalRoomClassifier().fit([row.without("label")])
     with pytest.raises(ModelError, match="labels"):
-        RelationalPlaces().fit([row], {"x": [["a"]]})
+        RelationalRoomClassifier().fit([row], {"x": [["a"]]})
     with pytest.raises(ModelError, match="labels"):
-        RelationalPlaces().fit([row], {"x": [["a"] * 4]})
+        RelationalRoomClassifier().fit([row], {"x": [["a"] * 4]})
     with pytest.raises(ModelError, match="fit"):
-        RelationalPlaces().predict([row])
+        RelationalRoomClassifier().predict([row])
     with pytest.raises(OptionError, match="colour"):
-        RelationalPlaces(RoomKernel(target="colour"))
+        RelationalRoomClassifier(RoomKernel(target="colour"))
     with pytest.raises(OptionError, match="entity"):
         RoomKernel(target="buildingtype")
     with pytest.raises(RelationError, match="signature"):
-        RelationalPlaces(RoomKernel(signatures=LISTING_SIGNATURES)).fit([row])
+        RelationalRoomClassifier(RoomKernel(signatures=LISTING_SIGNATURES)).fit([row])
     with pytest.raises(ModelError, match="buildingtype"):
-        RelationalBuildings().fit([row.without("buildingtype")])
+        RelationalTypeClassifier().fit([row.without("buildingtype")])
     with pytest.raises(ModelError, match="lstairs, lcorridor"):
-        RelationalPlaces().fit([replace(row, facts=(*row.facts, Fact("label", ("r0", "lcorridor"))))])
+        RelationalRoomClassifier().fit([replace(row, facts=(*row.facts, Fact("label", ("r0", "lcorridor"))))])
     with pytest.raises(ModelError, match="types"):
-        RelationalBuildings().fit([row, row], ["x"])
+        RelationalTypeClassifier().fit([row, row], ["x"])
     with pytest.raises(ModelError, match="fit"):
         FloorKernel().compare([row])

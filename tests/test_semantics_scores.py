@@ -12,7 +12,7 @@ from pianta.evaluation.semantics import (
     measure_reliability,
     pair_backward,
     pair_forward,
-    share_of_agreeing,
+    semantic_accuracy,
 )
 
 # A corridor above two rooms, 10 m × 2 m and twice 5 m × 4 m.
@@ -23,7 +23,7 @@ TRUE_LABELS = ["C", "F", "S"]
 def score(rooms: list[Polygon], labels: list[str]) -> tuple[float, float]:
     """SemanticAccuracy_FC and SemanticAccuracy_BC against the truth (eqs. 5.1 and 5.2)."""
     ways = pair_forward, pair_backward
-    forward, backward = (share_of_agreeing(pair(rooms, labels, TRUTH, TRUE_LABELS)) for pair in ways)
+    forward, backward = (semantic_accuracy(pair(rooms, labels, TRUTH, TRUE_LABELS)) for pair in ways)
     return forward, backward
 
 

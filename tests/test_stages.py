@@ -17,10 +17,10 @@ from pianta.exploration.lidar import Lidar
 from pianta.generation import mixing
 from pianta.generation.buildings import BuildingSampler
 from pianta.labels import LabelSet
-from pianta.realism.model import learn_realism
-from pianta.rooms.completion import complete_labels
+from pianta.realism.model import train_realism
+from pianta.rooms.completion import fill_missing_labels
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.explored_worlds import two_rooms
 from tests.generated_types import SCHOOL, make_schools, make_wing, small_model
 from tests.test_cli_generate import draw_floor
@@ -43,7 +43,7 @@ class TestMakeWorld:
     def test_every_kind(self, kind):
         floor, grid = pianta.make_world(kind, seed=3, resolution=0.2, noise=0.3)
         assert floor == make_floor(kind, seed=3)
-        assert (grid.cells == map_floor(floor, seed=3, resolution=0.2, noise=0.3).cells).all()
+        assert (grid.cells == simulate_map(floor, seed=3, resolution=0.2, noise=0.3).cells).all()
 
     def test_the_seed_is_0_unless_given(self):
         assert pianta.make_world("hall")[0] == pianta.make_world("hall", seed=0)[0]
@@ -51,7 +51,7 @@ class TestMakeWorld:
     @pytest.mark.parametrize(
         ("arguments", "options", "told"),
         [
-            (["castle"], {}, "kind is 'castle', give one of sample, corridor, l, ring, hall"),
+            (["castle"], {}, "name is 'castle', give one of sample, corridor, l, ring, hall"),
             ([], {"seed": 0}, "the sample is always the same"),
             (["sample"], {"noise": 0.5}, "the sample is always the same"),
             (["ring"], {"seed": -1}, "seed is -1, give 0 or more"),
@@ -67,21 +67,21 @@ class TestJudgeRealism:
     MADE = tuple(make_floor(kind, seed=seed) for kind in ("corridor", "ring", "hall") for seed in range(2))
 
     def test_takes_floors_or_their_model(self):
-        model = learn_realism(
-            [complete_labels(floor, LabelSet.R_C).floor for floor in self.MADE], label_set=LabelSet.R_C
+        model = train_realism(
+            [fill_missing_labels(floor, LabelSet.R_C).floor for floor in self.MADE], label_set=LabelSet.R_C
         )
-        of_floors, of_model = (pianta.judge_realism(two_rooms(), reference) for reference in (self.MADE, model))
+        of_floors, of_model = (pianta.assess_realism(two_rooms(), reference) for reference in (self.MADE, model))
         assert of_floors == of_model
         assert of_floors.score == 0
         assert len(of_floors.usual) == 6
 
     def test_refuses_few_buildings(self):
         with pytest.raises(ModelError, match="1 reference buildings are too few, give 3 at least"):
-            pianta.judge_realism(two_rooms(), self.MADE[:1])
+            pianta.assess_realism(two_rooms(), self.MADE[:1])
 
     def test_refuses_a_floor_without_rooms(self):
         with pytest.raises(LabelError):
-            pianta.judge_realism(Floor(()), self.MADE)
+            pianta.assess_realism(Floor(()), self.MADE)
 
 
 class TestGenerate:
@@ -260,7 +260,7 @@ def public(name: str) -> Any:
         (lambda floor: public("classify_building")(floor, "types.json"), "model="),
         (lambda floor: public("generate")("school.json", 3), "model="),
         (lambda floor: public("predict")(floor, "school.json"), "model="),
-        (lambda floor: public("judge_realism")(floor, "offices"), "reference="),
+        (lambda floor: public("assess_realism")(floor, "offices"), "reference="),
     ],
 )
 def test_a_path_in_the_place_of_what_it_holds_is_named(call: Callable[[Any], object], argument: str) -> None:

@@ -11,8 +11,8 @@ from pianta.evaluation.two_sample import (
     STRUCTURE_METRICS,
     TwoSampleScores,
     describe_structure,
-    tell_by_kernel,
-    tell_by_trees,
+    forest_two_sample_test,
+    kernel_two_sample_test,
 )
 from pianta.graphs.metrics import find_corridors
 from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
@@ -69,22 +69,24 @@ def test_names_change_nothing(graph, seed):
 def test_a_kernel_tells_other_labels_always(kernel):
     real, generated = ([make_path(label * size) for size in range(3, 9)] for label in ("AB", "CD"))
     expected = TwoSampleScores((1, 1), (1, 1))
-    assert tell_by_kernel(real, [*generated, *generated], kernel, repeats=2, seed=0) == expected
+    assert kernel_two_sample_test(real, [*generated, *generated], kernel, repeats=2, seed=0) == expected
     assert not hasattr(kernel, "fitted_")
 
 
 @pytest.mark.slow
 def test_trees_tell_other_features_always():
     real, generated = np.arange(12.0).reshape(6, 2), 100 + np.arange(20.0).reshape(10, 2)
-    assert tell_by_trees(real, generated, repeats=2, seed=0, trees=10) == TwoSampleScores((1, 1), (1, 1))
+    assert forest_two_sample_test(real, generated, repeats=2, seed=0, trees=10) == TwoSampleScores((1, 1), (1, 1))
 
 
 @pytest.mark.slow
 def test_who_knows_nothing_names_the_larger_set():
     # Left out alone, each graph is in the smaller set. In a pair, one of two is named rightly.
     expected = TwoSampleScores((0, 0, 0), (0.5, 0.5, 0.5))
-    assert tell_by_kernel([make_path("AB")] * 5, [make_path("BA")] * 7, KERNELS[0], repeats=3, seed=0) == expected
-    assert tell_by_trees(np.ones((5, 2)), np.ones((7, 2)), repeats=3, seed=0, trees=10) == expected
+    assert (
+        kernel_two_sample_test([make_path("AB")] * 5, [make_path("BA")] * 7, KERNELS[0], repeats=3, seed=0) == expected
+    )
+    assert forest_two_sample_test(np.ones((5, 2)), np.ones((7, 2)), repeats=3, seed=0, trees=10) == expected
 
 
 @pytest.mark.slow
@@ -92,7 +94,7 @@ def test_who_knows_nothing_names_the_larger_set():
 def test_a_kernel_tells_one_source_half_of_the_time(kernel):
     # One set of so few real graphs is off by chance.
     sources = [[make_plan(12, seed=100 * source + graph) for graph in range(60)] for source in range(20)]
-    told = [tell_by_kernel(plans[:20], plans[20:], kernel, repeats=2, seed=0) for plans in sources]
+    told = [kernel_two_sample_test(plans[:20], plans[20:], kernel, repeats=2, seed=0) for plans in sources]
     pair_out = np.mean([scores.pair_out for scores in told])
     assert pair_out == pytest.approx(0.5, abs=0.04)
     assert np.mean([scores.one_out for scores in told]) < pair_out
@@ -101,14 +103,14 @@ def test_a_kernel_tells_one_source_half_of_the_time(kernel):
 @pytest.mark.slow
 def test_trees_tell_one_source_half_of_the_time():
     sources = np.random.default_rng(0).normal(size=(20, 30, 3))
-    told = [tell_by_trees(rows[:10], rows[10:], repeats=1, seed=0, trees=10) for rows in sources]
+    told = [forest_two_sample_test(rows[:10], rows[10:], repeats=1, seed=0, trees=10) for rows in sources]
     assert np.mean([scores.pair_out for scores in told]) == pytest.approx(0.5, abs=0.06)
 
 
 @pytest.mark.slow
 def test_copies_are_told_less_than_half_of_the_time():
     real = [make_plan(12, seed=seed) for seed in range(20)]
-    scores = tell_by_kernel(real, [rename(graph, seed=1) for graph in real], KERNELS[0], repeats=5, seed=0)
+    scores = kernel_two_sample_test(real, [rename(graph, seed=1) for graph in real], KERNELS[0], repeats=5, seed=0)
     assert max(scores.pair_out) < 0.25
 
 
@@ -116,7 +118,7 @@ def test_copies_are_told_less_than_half_of_the_time():
 def test_each_repeat_draws_other_graphs():
     # Four of the generated graphs are told, four are copies.
     real, others = ([make_path(label * size) for size in range(1, 5)] for label in ("AB", "CD"))
-    tell = [tell_by_kernel(real, [*real, *others], KERNELS[0], repeats=20, seed=seed) for seed in (0, 0, 1)]
+    tell = [kernel_two_sample_test(real, [*real, *others], KERNELS[0], repeats=20, seed=seed) for seed in (0, 0, 1)]
     assert len(set(tell[0].pair_out)) > 2
     assert len(set(tell[0].one_out)) > 2
     assert tell[0] == tell[1] != tell[2]
@@ -125,7 +127,7 @@ def test_each_repeat_draws_other_graphs():
 @pytest.mark.slow
 def test_a_seed_grows_the_same_trees():
     features = np.random.default_rng(0).normal(size=(30, 3))
-    tell = [tell_by_trees(features[:10], features[10:], repeats=4, seed=seed, trees=5) for seed in (0, 0, 1)]
+    tell = [forest_two_sample_test(features[:10], features[10:], repeats=4, seed=seed, trees=5) for seed in (0, 0, 1)]
     assert tell[0] == tell[1] != tell[2]
 
 
@@ -133,26 +135,26 @@ def test_a_seed_grows_the_same_trees():
 def test_each_part_grows_other_trees():
     # The same graphs are left out in each repeat.
     features = np.random.default_rng(0).normal(size=(20, 3))
-    assert len(set(tell_by_trees(features[:10], features[10:], repeats=5, seed=0, trees=1).one_out)) > 1
+    assert len(set(forest_two_sample_test(features[:10], features[10:], repeats=5, seed=0, trees=1).one_out)) > 1
 
 
 def test_a_cost_that_hardly_punishes_is_a_classifier_that_knows_nothing():
     real, generated = ([make_plan(9, seed=seed) for seed in seeds] for seeds in (range(8), range(8, 16)))
-    assert tell_by_kernel(real, generated, KERNELS[0], repeats=1, seed=0, cost=1e-6).one_out == (0,)
+    assert kernel_two_sample_test(real, generated, KERNELS[0], repeats=1, seed=0, cost=1e-6).one_out == (0,)
 
 
 def test_sets_that_are_too_small():
     paths = [make_path("AB")] * 3
     with pytest.raises(GraphError, match="real"):
-        tell_by_kernel(paths[:1], paths, KERNELS[0], seed=0)
+        kernel_two_sample_test(paths[:1], paths, KERNELS[0], seed=0)
     with pytest.raises(GraphError, match="generated"):
-        tell_by_trees(np.ones((3, 1)), np.ones((2, 1)), seed=0)
+        forest_two_sample_test(np.ones((3, 1)), np.ones((2, 1)), seed=0)
 
 
 @pytest.mark.parametrize("shapes", [((3, 2), (3, 1)), ((3,), (3,)), ((3, 2), (3,))])
 def test_features_of_other_lengths(shapes):
     with pytest.raises(OptionError, match="length"):
-        tell_by_trees(*map(np.ones, shapes), seed=0)
+        forest_two_sample_test(*map(np.ones, shapes), seed=0)
 
 
 @pytest.mark.slow
@@ -160,10 +162,12 @@ def test_features_of_other_lengths(shapes):
 def test_the_samples_of_the_thesis_beside_real_schools(data):
     real, samples = read_schools(data), read_samples(data)
     kernels = NeighborhoodPairs(radius=2, distance=4), WeisfeilerLehman(iterations=5)
-    told = [np.mean(tell_by_kernel(real, samples, kernel, seed=0).pair_out) for kernel in kernels]
+    told = [np.mean(kernel_two_sample_test(real, samples, kernel, seed=0).pair_out) for kernel in kernels]
     assert told == pytest.approx([0.44, 0.40], abs=0.06)
     features = [
         np.array([describe_structure(graph, find_corridors(graph, SCHOOL)) for graph in graphs])
         for graphs in (real, samples)
     ]
-    assert np.mean(tell_by_trees(*features, seed=0, repeats=2, trees=20).pair_out) == pytest.approx(0.6, abs=0.1)
+    assert np.mean(forest_two_sample_test(*features, seed=0, repeats=2, trees=20).pair_out) == pytest.approx(
+        0.6, abs=0.1
+    )

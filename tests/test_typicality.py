@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from pianta.building_types.description import BuildingDescription
 from pianta.building_types.kernel import BuildingKernel
-from pianta.building_types.typicality import Typicality, learn_typicality, measure_likeness
+from pianta.building_types.typicality import Typicality, fit_typicality, measure_likeness
 
 
 def test_likeness_is_the_mean_of_the_three_most_alike():
@@ -31,14 +31,14 @@ def describe(numbers: tuple[float, ...], *labels: str) -> BuildingDescription:
 def test_floors_of_a_building_are_not_compared():
     twin = describe((0.0, 1.0), "ROOM", "CORRIDOR")
     others = [describe((n * 1.0, -n * n * 1.0), *["CORRIDOR"] * n, "ROOM") for n in (2, 3, 5)]
-    apart = learn_typicality([twin, twin, *others], "abcde").likenesses
-    together = learn_typicality([twin, twin, *others], "aabcd").likenesses
+    apart = fit_typicality([twin, twin, *others], "abcde").likenesses
+    together = fit_typicality([twin, twin, *others], "aabcd").likenesses
     assert apart.mean() > together.mean() + 0.1
 
 
 def test_a_known_floor_is_compared_as_a_new_one_is():
     known = [describe((float(n), float(n * n)), *["ROOM"] * (n + 1), "CORRIDOR") for n in range(4)]
-    learnt = learn_typicality(known, "abcd").likenesses
+    learnt = fit_typicality(known, "abcd").likenesses
     as_new = [measure_likeness(BuildingKernel().fit(known[:n] + known[n + 1 :]).compare([known[n]])) for n in range(4)]
     assert_allclose(learnt, np.sort(np.ravel(as_new)))
 

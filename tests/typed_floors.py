@@ -6,7 +6,7 @@ from math import cos, sin
 from shapely import LineString, Polygon, box
 from shapely.affinity import affine_transform
 
-from pianta.building_types.model import BuildingModel, train_building_types
+from pianta.building_types.model import BuildingTypeModel, train_building_types
 from pianta.floor import Door, Floor, Room
 from pianta.labels import FCES, SCHEMAS, GeneralLabel, Label, LabelSchema
 
@@ -80,7 +80,7 @@ def typed_floors() -> tuple[Floor, ...]:
 
 
 @cache
-def typed_model() -> BuildingModel:
+def typed_model() -> BuildingTypeModel:
     """A model trained on them."""
     return train_building_types(typed_floors(), schemas=ALL_SCHEMAS)
 

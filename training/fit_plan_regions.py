@@ -37,15 +37,15 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.images import read_picture
-from pianta.plan.walls.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, describe_sheet
+from pianta.plan.walls.segmentation import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, input_layers
 from pianta.worlds.plans.drawing import draw_plan
 from pianta.worlds.plans.look import PlanLook
 from pianta_bench.data.annotated_floors import read_buildings_of_files
 from pianta_bench.data.folders import find_data
 from pianta_bench.plans.plan_sets import find_image, list_plans, read_true_plan
 
-Layers, Regions = NDArray[np.uint8], NDArray[np.uint8]
-Lesson = tuple[Layers, Regions]
+Layers, ClassMap = NDArray[np.uint8], NDArray[np.uint8]
+Lesson = tuple[Layers, ClassMap]
 
 CHANNELS = (16, 32, 48, 64, 96, 128)
 SIDE, BATCH, RATE = 288, 5, 3e-3
@@ -113,7 +113,7 @@ def teach(colors: NDArray[np.uint8], floors: list[Floor], grid: GridMap) -> Less
     Walls are the outlines of the rooms, doors their lines, whatever the ink there.
     """
     cell = 0.9 / grid.resolution / DOOR_CELLS
-    layers = (describe_sheet(colors, cell_px=cell) * 255).astype(np.uint8)
+    layers = (input_layers(colors, cell_px=cell) * 255).astype(np.uint8)
     regions = np.full(layers.shape[1:], OUTSIDE, np.uint8)
 
     def points(shape: shapely.Geometry) -> NDArray[np.int32]:
@@ -132,27 +132,27 @@ def teach(colors: NDArray[np.uint8], floors: list[Floor], grid: GridMap) -> Less
 
 def read_lessons(data: Path, fold: int) -> tuple[list[Lesson], list[Lesson], list[str]]:
     """Lessons of real plans and of drawn ones, without the buildings of a fold, and the buildings that they show."""
-    building_of = {Path(file).stem: building for file, building in read_buildings_of_files(data).items()}
+    building_name = {Path(file).stem: building for file, building in read_buildings_of_files(data).items()}
     drawings = sorted((data / "buildings").glob("[so]*/*.xml"))
     files = [*list_plans(data), *(file.stem for file in drawings)]
-    buildings = sorted({building_of.get(name, name) for name in files})
+    buildings = sorted({building_name.get(name, name) for name in files})
     chosen = [name for name in buildings if fold_of(name, buildings) != fold]
     real, seen = [], set[str]()
     images: dict[bytes, list[Any]] = {}
     for name in list_plans(data):
         plan = read_true_plan(data, name)
-        if building_of.get(name, name) in chosen and plan.kind != SCREENSHOT:
+        if building_name.get(name, name) in chosen and plan.kind != SCREENSHOT:
             # Two floors of a building can have the same image, and each truth has one of them.
             images.setdefault(find_image(data, name).read_bytes(), []).append((name, plan))
     for plans in images.values():
         name, plan = plans[0]
         real.append(teach(read_picture(find_image(data, name)), [other.truth for _, other in plans], plan.grid))
-        seen.add(building_of.get(name, name))
+        seen.add(building_name.get(name, name))
     rng = np.random.default_rng(5)
     drawn = []
     for file in drawings:
-        if building_of.get(file.stem, file.stem) in chosen:
-            seen.add(building_of.get(file.stem, file.stem))
+        if building_name.get(file.stem, file.stem) in chosen:
+            seen.add(building_name.get(file.stem, file.stem))
             drawn += [lesson for _ in range(DRAWINGS) if (lesson := draw_lesson(read_building_xml(file), rng))]
     return real, drawn, sorted(seen)
 

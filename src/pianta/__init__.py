@@ -7,7 +7,7 @@ All other modules are internal, unless a page of the documentation shows them, a
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 if TYPE_CHECKING:
     from pianta import errors, plot
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pianta.prediction.prediction import Prediction, predict
     from pianta.reading.read import Failure, read, read_all
     from pianta.reading.reading import Reading
-    from pianta.realism.judge import judge_realism
+    from pianta.realism.assess import assess_realism
     from pianta.rooms.label import label_rooms
     from pianta.rooms.training import train_rooms
     from pianta.worlds.make import make_world
@@ -48,11 +48,11 @@ __all__ = [
     "Room",
     "StructureParameters",
     "ThesisParameters",
+    "assess_realism",
     "classify_building",
     "errors",
     "explore",
     "generate",
-    "judge_realism",
     "label_rooms",
     "load_model",
     "make_world",
@@ -87,7 +87,7 @@ _MODULES = {
     "errors": "errors",
     "explore": "exploration.explore",
     "generate": "generation.generate",
-    "judge_realism": "realism.judge",
+    "assess_realism": "realism.assess",
     "label_rooms": "rooms.label",
     "load_model": "model_files",
     "make_world": "worlds.make",

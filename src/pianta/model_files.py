@@ -6,20 +6,20 @@ import json
 import zipfile
 from pathlib import Path
 
-from pianta.building_types.model import BuildingModel
-from pianta.building_types.model_file import read_building_model
+from pianta.building_types.model import BuildingTypeModel
+from pianta.building_types.model_file import read_building_type_model
 from pianta.errors import ModelError
 from pianta.generation.type_model import TypeModel
 from pianta.generation.type_model_file import read_type_model
 from pianta.io._files import check_input_file, short_repr
-from pianta.rooms.model import PlaceModel
-from pianta.rooms.model_file import read_place_model
+from pianta.rooms.model import RoomModel
+from pianta.rooms.model_file import read_room_model
 
 # A model is refused beyond this by its own reader; here it bounds what is parsed to see its kind. Bytes.
 MAX_FILE_BYTES = 64 * 2**20
 
 
-def load_model(path: str | Path) -> PlaceModel | BuildingModel | TypeModel:
+def load_model(path: str | Path) -> RoomModel | BuildingTypeModel | TypeModel:
     """Load a model that pianta has trained: of rooms, of building types, or of one building type.
 
     Parameters
@@ -29,7 +29,7 @@ def load_model(path: str | Path) -> PlaceModel | BuildingModel | TypeModel:
 
     Returns
     -------
-    PlaceModel, BuildingModel or TypeModel
+    RoomModel, BuildingTypeModel or TypeModel
         For `label_rooms`, `classify_building`, or `generate` and `predict`.
 
     Raises
@@ -44,10 +44,10 @@ def load_model(path: str | Path) -> PlaceModel | BuildingModel | TypeModel:
     """
     file = check_input_file(path, "model", ModelError)
     if zipfile.is_zipfile(file):
-        return read_place_model(file)
+        return read_room_model(file)
     kind = _read_format(file)
     if kind == "pianta buildings":
-        return read_building_model(file)
+        return read_building_type_model(file)
     if kind == "pianta type":
         return read_type_model(file)
     raise ModelError(

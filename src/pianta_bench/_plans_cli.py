@@ -77,7 +77,7 @@ def bench_plans(
 def _show(bench: PlanBench) -> None:
     """Print the tables, and what failed."""
     from pianta_bench.harness.comparison import show_comparisons
-    from pianta_bench.harness.report import show_bench_table
+    from pianta_bench.harness.old_report import show_bench_table
     from pianta_bench.plans.tables import list_faults, tabulate_plans
 
     stdout.print(show_comparisons(tabulate_plans(bench)))

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pianta._arguments import check_argument
-from pianta.building_types.model import BuildingModel, Verdict
+from pianta.building_types.model import BuildingTypeModel, TypePrediction
 from pianta.floor import Floor
-from pianta.rooms.completion import complete_labels
+from pianta.rooms.completion import fill_missing_labels
 
 
-def classify_building(floor: Floor, model: BuildingModel | None = None) -> Floor:
-    """Say what kind of building a floor belongs to, or that it is unlike all that the model knows.
+def classify_building(floor: Floor, model: BuildingTypeModel | None = None) -> Floor:
+    """Predict the building type of a floor, or find that it is unlike all floors that the model was trained on.
 
-    Rooms are compared by the labels that somebody gave them, else by those of `label_rooms`.
+    Rooms are compared by their manual labels; rooms without one, by the labels of `label_rooms`.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def classify_building(floor: Floor, model: BuildingModel | None = None) -> Floor
     Returns
     -------
     Floor
-        The floor with `building_type`, type -> probability, in place of what it had; empty where the floor is unlike
+        The floor with `building_type`, type -> probability, replacing what it had; empty if the floor is unlike
         all types, or has no rooms. The labels of the rooms stay as they are.
 
     References
@@ -40,21 +40,18 @@ def classify_building(floor: Floor, model: BuildingModel | None = None) -> Floor
     >>> sorted(pianta.classify_building(floor).building_type)
     ['office', 'school']
     """
-    return replace(floor, building_type=_find_type(judge_building(floor, model)) if floor.rooms else {})
+    prediction = predict_building_type(floor, model) if floor.rooms else None
+    return replace(floor, building_type=dict(prediction.probabilities) if prediction and prediction.is_known else {})
 
 
-def judge_building(floor: Floor, model: BuildingModel | None = None) -> Verdict:
-    """What a model says of the building of a floor; model and labels as in classify_building.
+def predict_building_type(floor: Floor, model: BuildingTypeModel | None = None) -> TypePrediction:
+    """The prediction behind `classify_building`, with typicality and the most similar training floors.
 
     Raises LabelError for a floor without rooms.
     """
     check_argument(floor, Floor, "floor", "a Floor of read or reconstruct")
-    check_argument(model, (BuildingModel, type(None)), "model", "a model of train_building_types or load_model")
-    from pianta.building_types.model_file import read_default_building_model
+    check_argument(model, (BuildingTypeModel, type(None)), "model", "a model of train_building_types or load_model")
+    from pianta.building_types.model_file import read_default_building_type_model
 
-    model = model or read_default_building_model()
-    return model.judge(complete_labels(floor, model.label_set).floor)
-
-
-def _find_type(verdict: Verdict) -> dict[str, float]:
-    return dict(verdict.probabilities) if verdict.known else {}
+    model = model or read_default_building_type_model()
+    return model.predict(fill_missing_labels(floor, model.label_set).floor)

@@ -1,7 +1,7 @@
-"""What a floor is like as one object: numbers about how it is made up, and the graph of its rooms; free of scale.
+"""A floor as one object: numbers about its composition, and the graph of its rooms; both independent of scale.
 
 Section 6.2.2 of the thesis gives kLog the labels, the geometry and the doors of all rooms of a floor. Here these become
-two views of it: features that tell of all rooms together, and a graph whose local patterns NSPDK compares.
+features of the whole floor, and a graph whose local patterns NSPDK compares.
 """
 
 from __future__ import annotations
@@ -18,17 +18,19 @@ from pianta.labels import FCES, RC, LabelSet
 from pianta.rooms.completion import LABELS, list_labels
 from pianta.rooms.features import CONTEXT_FEATURES, RoomContext, describe_rooms
 
-CONNECTING = (str(RC.CORRIDOR), str(FCES.CONNECTION))
-# Means of these features of rooms: over all rooms, and over the corridors of a floor.
-OF_ROOMS = ("facade", "facade_sides", "wall_neighbours", "door_span", "leaves", "betweenness", "size_to_commonest")
-OF_CORRIDORS = ("elongation", "rectangularity", "neighbour_facade_mean")
-OF_SIZES = ("rooms", "largest_share", "concentration")
-OF_LABELS = ("share", "area_share", "size")
-# From these shares of its outline at the facade on, a room has windows to one side, or to more.
-ONE_SIDE, MORE_SIDES = 0.02, 0.3
-# Logarithms of shares begin here.
-LEAST_SHARE = 1e-3
-# Numbers are rounded, for a model to be the same when it comes back from its file, which is to be small.
+CONNECTING_LABELS = (str(RC.CORRIDOR), str(FCES.CONNECTION))
+# Room features whose mean over all rooms of a floor is a feature of the floor; over its corridors.
+ROOM_MEANS = ("facade", "facade_sides", "wall_neighbours", "door_span", "leaves", "betweenness", "size_to_commonest")
+CORRIDOR_MEANS = ("elongation", "rectangularity", "neighbour_facade_mean")
+SIZE_FEATURES = ("rooms", "largest_share", "concentration")
+LABEL_FEATURES = ("share", "area_share", "size")
+# Shares of the outline at the façade: above the first a room has windows to one side, above the second to more.
+# Chosen by hand.
+ONE_SIDE_SHARE = 0.02
+SEVERAL_SIDES_SHARE = 0.3
+# Added to shares of area before the logarithm, so that 0 has one.
+MIN_SHARE = 1e-3
+# Decimals of all numbers, so that a model stays the same when it is read from its (small) file.
 DECIMALS = 5
 
 
@@ -37,10 +39,11 @@ class BuildingDescription:
     """A floor as one object.
 
     source: the file of the floor.
-    features: what `name_features` lists for the label set.
-    labels: of each room, in that set. sizes: area over that of the median room, logarithms. sides: 0 for a room that is
-    not at the facade, 1, or 2 for one with windows to several sides. All have one entry for each of the n rooms.
-    doors: pairs of rooms that a door or opening joins, by their places, the smaller one first.
+    features: those of `name_features` for the label set.
+    labels: of the n rooms, in that set, shape (n,).
+    sizes: logarithm of the area over that of the median room, shape (n,).
+    sides: number of sides with windows: 0, 1, or 2 for several, shape (n,).
+    doors: pairs of rooms (indices, the smaller first) that a door or opening joins.
     """
 
     source: str
@@ -51,62 +54,65 @@ class BuildingDescription:
     doors: tuple[tuple[int, int], ...]
 
     def name_rooms(self, bounds: Floats) -> tuple[str, ...]:
-        """What tells rooms apart in patterns: label, size between bounds, and sides at the facade.
-
-        bounds: of sizes, ascending.
-        """
+        """Node labels for patterns: the label, the size class between ascending bounds, and the sides with windows."""
         classes = np.searchsorted(bounds, self.sizes).tolist()
         rooms = zip(self.labels, classes, self.sides, strict=True)
         return tuple(f"{label} size {size} sides {sides}" for label, size, sides in rooms)
 
 
+def list_described_labels(label_set: LabelSet) -> tuple[str, ...]:
+    """The labels that have features of their own; of R/C only one, as the other follows from it."""
+    return LABELS[label_set][1:] if label_set is LabelSet.R_C else LABELS[label_set]
+
+
 def name_features(label_set: LabelSet) -> tuple[str, ...]:
     """The names of the features of a description, in order.
 
-    Numbers of rooms, shares and sizes are logarithms; a size compares the medians of the rooms of a label and of all.
+    Numbers of rooms, shares and sizes are logarithms; a size compares the median room of a label with that of all.
     """
-    kinds = LABELS[label_set][1:] if label_set is LabelSet.R_C else LABELS[label_set]
     return (
-        *(f"mean {name}" for name in OF_ROOMS),
-        *(f"corridors' {name}" for name in OF_CORRIDORS),
-        *OF_SIZES,
-        *(f"{kind} {of}" for kind in kinds for of in OF_LABELS),
+        *(f"mean {name}" for name in ROOM_MEANS),
+        *(f"corridors' {name}" for name in CORRIDOR_MEANS),
+        *SIZE_FEATURES,
+        *(f"{label} {feature}" for label in list_described_labels(label_set) for feature in LABEL_FEATURES),
     )
 
 
 def describe_building(floor: Floor, label_set: LabelSet) -> BuildingDescription:
     """Describe a floor whose rooms have labels in a label set, R/C or F/C/E/S.
 
-    Nothing in it depends on scale, turn, shift or the order of rooms, but for the order of its own entries.
+    Independent of scale, rotation, translation and the order of rooms, except for the order of its own entries.
     Raises LabelError for rooms without such a label, and for a floor without rooms.
     """
     labels = list_labels(floor.rooms, label_set)
     if not labels:
-        raise LabelError("the floor has no rooms, nothing can be said of the building")
+        raise LabelError("the floor has no rooms, so its building type cannot be predicted")
     context = describe_rooms(floor)
     columns = dict(zip(CONTEXT_FEATURES, context.features.T, strict=True))
-    windows = columns["facade"]
-    pairs = np.argwhere(np.triu(context.doors) > 0)
+    facade = columns["facade"]
+    sides = (facade > ONE_SIDE_SHARE).astype(int) + (facade > SEVERAL_SIDES_SHARE)
     return BuildingDescription(
         source=floor.source,
-        features=_measure(context, np.array(labels), label_set),
+        features=_measure_features(context, columns, np.array(labels), label_set),
         labels=tuple(labels),
         sizes=tuple(columns["size_to_median"].round(DECIMALS).tolist()),
-        sides=tuple(((windows > ONE_SIDE).astype(int) + (windows > MORE_SIDES)).tolist()),
-        doors=tuple((int(one), int(other)) for one, other in pairs),
+        sides=tuple(sides.tolist()),
+        doors=tuple((int(one), int(other)) for one, other in np.argwhere(np.triu(context.doors) > 0)),
     )
 
 
-def _measure(context: RoomContext, labels: NDArray[np.str_], label_set: LabelSet) -> Floats:
-    columns = dict(zip(CONTEXT_FEATURES, context.features.T, strict=True))
+def _measure_features(
+    context: RoomContext, columns: dict[str, Floats], labels: NDArray[np.str_], label_set: LabelSet
+) -> Floats:
+    """The features of `name_features`; columns: the room features by name."""
     shares = context.area / context.area.sum()
-    corridors = np.isin(labels, CONNECTING)
-    measured = [*(columns[name].mean() for name in OF_ROOMS)]
-    # A floor without corridors is as if all of its rooms were some.
-    measured += [columns[name][corridors if corridors.any() else slice(None)].mean() for name in OF_CORRIDORS]
-    measured += [np.log(len(labels)), np.log(shares.max()), np.log((shares**2).sum())]
-    for kind in LABELS[label_set][1:] if label_set is LabelSet.R_C else LABELS[label_set]:
-        of_kind = labels == kind
-        size = np.median(context.area[of_kind]) / np.median(context.area) if of_kind.any() else 1.0
-        measured += [of_kind.mean(), np.log(shares[of_kind].sum() + LEAST_SHARE), np.log(size)]
-    return np.array(measured).round(DECIMALS)
+    corridors = np.isin(labels, CONNECTING_LABELS)
+    features = [columns[name].mean() for name in ROOM_MEANS]
+    # On a floor without corridors, all rooms count as corridors.
+    features += [columns[name][corridors if corridors.any() else slice(None)].mean() for name in CORRIDOR_MEANS]
+    features += [np.log(len(labels)), np.log(shares.max()), np.log((shares**2).sum())]
+    for label in list_described_labels(label_set):
+        is_label = labels == label
+        size = np.median(context.area[is_label]) / np.median(context.area) if is_label.any() else 1.0
+        features += [is_label.mean(), np.log(shares[is_label].sum() + MIN_SHARE), np.log(size)]
+    return np.array(features).round(DECIMALS)

@@ -1,7 +1,7 @@
-"""The file of a BuildingModel: JSON with the floors that it knows, a line for each, and what is learnt from them.
+"""The file of a BuildingTypeModel: JSON with its training floors, a line for each, and what is fitted to them.
 
-A model file may come from a stranger. All of it is numbers and names, which are checked before they are used. Version 1
-had the floors alone: what is learnt from them is then learnt again where it is used.
+A model file may be hostile. All of it is numbers and names, which are checked before they are used. Files of version 1
+have only the floors: the model is then fitted when it is first used.
 """
 
 from __future__ import annotations
@@ -9,48 +9,51 @@ from __future__ import annotations
 import json
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
 from pianta.building_types.description import BuildingDescription, name_features
-from pianta.building_types.machine import TypeMachine
-from pianta.building_types.model import BuildingModel, Learnt, check_types
+from pianta.building_types.model import BuildingTypeModel, FittedTypes, check_types
+from pianta.building_types.svm import BuildingTypeSvm
 from pianta.building_types.typicality import Typicality
 from pianta.errors import ModelError
+from pianta.io._checked import FileFormat, read_checked
 from pianta.io._faults import describe_validation, join_faults
-from pianta.io._files import atomic_file, check_input_file, one_line_reason, short_repr
+from pianta.io._files import atomic_file, short_repr
 from pianta.labels import LabelSet, standard_building_type
 from pianta.models import MODELS
 from pianta.rooms.completion import LABELS
 
-FORMAT: Final = "pianta buildings"
-MAJOR, MINOR = 2, 0
-# The version that has nothing but floors.
-WITHOUT_MACHINE = 1
+FORMAT = FileFormat("pianta buildings", 2)
+# The version that has only floors.
+VERSION_WITHOUT_FIT = 1
 DEFAULT_MODEL = MODELS / "building_types.json"
-MAX_FILE_BYTES, MAX_FLOORS, MAX_ROOMS = 16 * 2**20, 1000, 1000
-# The work that patterns are grows with the square of the rooms of a floor; this is 6000 floors of 40 rooms.
+# Limits far above any real model, against files that would exhaust time or memory.
+MAX_FILE_BYTES = 16 * 2**20
+MAX_FLOORS = 1000
+MAX_ROOMS = 1000
+# Pairs of rooms of one floor, over all floors: counting patterns takes time in proportion. 6000 floors of 40 rooms.
 MAX_PAIRS = 10_000_000
-# No number of a floor is near this.
-LARGEST = 1e6
+# Absolute value of any number of a floor.
+MAX_NUMBER = 1e6
 
 
-def save_building_model(model: BuildingModel, path: str | Path) -> None:
-    """Write a model; read_building_model gives back one that says the same, and the same model gives the same bytes.
+def save_building_type_model(model: BuildingTypeModel, path: str | Path) -> None:
+    """Write a model; what is read again predicts the same, and the same model always gives the same bytes.
 
-    Raises ModelError for a model that read_building_model would refuse, PiantaError when the file cannot be written.
+    Raises ModelError for a model that read_building_type_model would refuse, PiantaError if it cannot be written.
     """
     try:
         floors = _describe_floors(model)
-        # Nothing can be learnt from floors of one type.
+        # Checked first, as nothing can be fitted to floors of one type.
         _check_model(floors)
-        content = _LearntModel(**dict(floors), learnt=_describe_learnt(model.learnt))
+        content = _FittedModel(**dict(floors), learnt=_describe_fit(model.fitted))
         _check_model(content)
     except (ModelError, ValidationError) as error:
-        told = describe_validation(error) if isinstance(error, ValidationError) else error
-        raise ModelError(f"the model cannot be saved: {told}") from None
+        reason = describe_validation(error) if isinstance(error, ValidationError) else error
+        raise ModelError(f"the model cannot be saved: {reason}") from None
     head = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in content.model_dump(exclude={"floors"}).items()]
     lines = [json.dumps(floor.model_dump(by_alias=True), separators=(",", ":")) for floor in content.floors]
     text = "{\n" + ",\n".join([*head, '"floors": [\n' + ",\n".join(lines) + "\n]"]) + "\n}\n"
@@ -58,33 +61,26 @@ def save_building_model(model: BuildingModel, path: str | Path) -> None:
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
-def read_building_model(path: str | Path) -> BuildingModel:
-    """Read a model that save_building_model has written.
+def read_building_type_model(path: str | Path) -> BuildingTypeModel:
+    """Read a model that save_building_type_model has written.
 
-    Raises ModelError, in one line, for a file that is no model, one of a newer format or of other features, and one
-    whose floors cannot be.
+    Raises ModelError, in one line, for a file that is not a model, has a newer format or other features, or whose
+    floors are impossible.
     """
-    file = check_input_file(path, "model", ModelError)
-    try:
-        if file.stat().st_size > MAX_FILE_BYTES:
-            raise ModelError(f"it has more than {MAX_FILE_BYTES} bytes, too many for a model")
-        content = _read_content(file.read_bytes())
-        _check_model(content)
-    except (ModelError, OSError) as error:
-        raise ModelError(f"cannot read the model {short_repr(file)}: {one_line_reason(error)}") from error
-    return BuildingModel(
-        known=tuple(floor.describe() for floor in content.floors),
+    content = read_checked(path, "model", ModelError, _parse_model, max_bytes=MAX_FILE_BYTES)
+    return BuildingTypeModel(
+        training_floors=tuple(floor.describe() for floor in content.floors),
         types=tuple(floor.building_type for floor in content.floors),
         buildings=tuple(floor.building for floor in content.floors),
         label_set=LabelSet(content.label_set),
-        given=content.learnt.describe() if isinstance(content, _LearntModel) else None,
+        stored_fit=content.learnt.describe() if isinstance(content, _FittedModel) else None,
     )
 
 
 @cache
-def read_default_building_model() -> BuildingModel:
-    """The model that comes with pianta; `known` says of which floors it is."""
-    return read_building_model(DEFAULT_MODEL)
+def read_default_building_type_model() -> BuildingTypeModel:
+    """The model that comes with pianta."""
+    return read_building_type_model(DEFAULT_MODEL)
 
 
 class _Part(BaseModel):
@@ -92,7 +88,7 @@ class _Part(BaseModel):
 
 
 _Name = Annotated[str, Field(max_length=1000)]
-_Number = Annotated[FiniteFloat, Field(ge=-LARGEST, le=LARGEST)]
+_Number = Annotated[FiniteFloat, Field(ge=-MAX_NUMBER, le=MAX_NUMBER)]
 _Rooms = Field(min_length=1, max_length=MAX_ROOMS)
 
 
@@ -123,7 +119,7 @@ class _Floor(_Part):
 _Numbers = tuple[_Number, ...]
 
 
-class _Learnt(_Part):
+class _Fit(_Part):
     weights: tuple[_Numbers, ...]
     intercepts: _Numbers
     slopes: tuple[_Numbers, ...]
@@ -131,7 +127,7 @@ class _Learnt(_Part):
     likenesses: _Numbers
 
     def check(self, floors: int, types: int) -> str | None:
-        """What does not fit these numbers of floors and types; None if all fits."""
+        """What contradicts these numbers of floors and types; None if nothing does."""
         shapes = {
             "weights": (floors, types - 1),
             "intercepts": (types * (types - 1) // 2,),
@@ -142,68 +138,64 @@ class _Learnt(_Part):
         faults = [
             f"{name} are not {' × '.join(map(str, shape))}"
             for name, shape in shapes.items()
-            if _shape_of(getattr(self, name)) != shape
+            if _find_shape(getattr(self, name)) != shape
         ]
         if list(self.likenesses) != sorted(self.likenesses):
             faults.append("likenesses do not ascend")
         return join_faults(faults) if faults else None
 
-    def describe(self) -> Learnt:
+    def describe(self) -> FittedTypes:
         arrays = (np.array(each) for each in (self.weights, self.intercepts, self.slopes, self.offsets))
-        return Learnt(TypeMachine(*arrays), Typicality(np.array(self.likenesses)))
+        return FittedTypes(BuildingTypeSvm(*arrays), Typicality(np.array(self.likenesses)))
 
 
-class _Version(_Part):
-    format: Literal["pianta buildings"]
-    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
-
-
-class _Model(_Version):
+class _Model(_Part):
+    format: str
+    version: str
     label_set: Literal["R/C", "F/C/E/S"]
     features: tuple[str, ...]
     floors: Annotated[tuple[_Floor, ...], Field(max_length=MAX_FLOORS)]
 
 
-class _LearntModel(_Model):
-    learnt: _Learnt
+class _FittedModel(_Model):
+    learnt: _Fit
 
 
-def _shape_of(numbers: tuple[object, ...]) -> tuple[int, ...] | None:
-    """The shape of an array, None where its rows are not of one length."""
+def _find_shape(numbers: tuple[object, ...]) -> tuple[int, ...] | None:
+    """The shape of an array, None if its rows differ in length."""
     lengths = {len(row) for row in numbers if isinstance(row, tuple)}
     return (len(numbers), *lengths) if len(lengths) <= 1 else None
 
 
-def _describe_learnt(learnt: Learnt) -> _Learnt:
-    machine = learnt.machine
-    return _Learnt(
-        weights=tuple(map(tuple, machine.weights.tolist())),
-        intercepts=tuple(machine.intercepts.tolist()),
-        slopes=tuple(map(tuple, machine.slopes.tolist())),
-        offsets=tuple(machine.offsets.tolist()),
-        likenesses=tuple(learnt.typicality.likenesses.tolist()),
+def _describe_fit(fitted: FittedTypes) -> _Fit:
+    svm = fitted.svm
+    return _Fit(
+        weights=tuple(map(tuple, svm.weights.tolist())),
+        intercepts=tuple(svm.intercepts.tolist()),
+        slopes=tuple(map(tuple, svm.slopes.tolist())),
+        offsets=tuple(svm.offsets.tolist()),
+        likenesses=tuple(fitted.typicality.likenesses.tolist()),
     )
 
 
-def _describe_floors(model: BuildingModel) -> _Model:
-    """What a model has but for what is learnt."""
+def _describe_floors(model: BuildingTypeModel) -> _Model:
+    """The content of a model file, except what is fitted."""
     floors = tuple(
         _Floor(
-            source=known.source,
-            building_type=kind,
+            source=floor.source,
+            building_type=building_type,
             building=building,
-            features=tuple(known.features.tolist()),
-            labels=known.labels,
-            sizes=known.sizes,
-            sides=known.sides,
-            doors=known.doors,
+            features=tuple(floor.features.tolist()),
+            labels=floor.labels,
+            sizes=floor.sizes,
+            sides=floor.sides,
+            doors=floor.doors,
         )
-        for known, kind, building in zip(model.known, model.types, model.buildings, strict=True)
+        for floor, building_type, building in zip(model.training_floors, model.types, model.buildings, strict=True)
     )
     return _Model.model_validate(
         {
-            "format": FORMAT,
-            "version": f"{MAJOR}.{MINOR}",
+            **FORMAT.header,
             "label_set": str(model.label_set),
             "features": name_features(model.label_set),
             "floors": floors,
@@ -211,26 +203,25 @@ def _describe_floors(model: BuildingModel) -> _Model:
     )
 
 
-def _read_content(content: bytes) -> _Model:
-    """What a model file holds; what it says of version and features comes before faults of its floors."""
+def _parse_model(content: bytes) -> _Model:
+    """The checked content of a model file; a wrong version is reported before any other fault."""
     try:
-        version = _Version.model_validate_json(content).version
-        major = int(version.partition(".")[0])
-        if major > MAJOR:
-            raise ModelError(f"it has format version {version}, this pianta reads {MAJOR}.x; update pianta")
-        return (_LearntModel if major > WITHOUT_MACHINE else _Model).model_validate_json(content)
+        major, _ = FORMAT.check_version(content, ModelError)
+        model = (_FittedModel if major > VERSION_WITHOUT_FIT else _Model).model_validate_json(content)
     except ValidationError as exception:
         if any(
             fault["type"] == "json_invalid" or not fault["loc"] or fault["loc"] == ("format",)
             for fault in exception.errors()
         ):
-            told = "it is no model of building types, or damaged; make one with `pianta train buildings`"
-            raise ModelError(told) from None
+            reason = "it is no model of building types, or damaged; make one with `pianta train buildings`"
+            raise ModelError(reason) from None
         raise ModelError(describe_validation(exception)) from None
+    _check_model(model)
+    return model
 
 
 def _check_model(model: _Model) -> None:
-    """Raise ModelError for a model of other features or labels, of too much work, or that tells no types apart."""
+    """Raise ModelError for other features or labels, too many rooms, fewer than two types, or a fit of other floors."""
     label_set = LabelSet(model.label_set)
     names = name_features(label_set)
     if model.features != names:
@@ -240,20 +231,15 @@ def _check_model(model: _Model) -> None:
         for floor in model.floors
         if len(floor.features) != len(names)
     ]
-    strange = sorted({label for floor in model.floors for label in floor.labels} - set(LABELS[label_set]))
-    if strange:
-        faults.append(f"its rooms have labels that are not of {label_set}: {join_faults([*map(short_repr, strange)])}")
+    unknown = sorted({label for floor in model.floors for label in floor.labels} - set(LABELS[label_set]))
+    if unknown:
+        faults.append(f"its rooms have labels that are not of {label_set}: {join_faults([*map(short_repr, unknown)])}")
     if sum(len(floor.labels) ** 2 for floor in model.floors) > MAX_PAIRS:
         faults.append(f"its floors have more than {MAX_PAIRS} pairs of rooms, too many for a model")
     if faults:
         raise ModelError(join_faults(faults))
     check_types([floor.building_type for floor in model.floors], [floor.building for floor in model.floors])
-    if isinstance(model, _LearntModel):
-        _check_learnt(model)
-
-
-def _check_learnt(model: _LearntModel) -> None:
-    types = len({floor.building_type for floor in model.floors})
-    fault = model.learnt.check(len(model.floors), types)
-    if fault:
-        raise ModelError(f"what it has learnt does not fit its floors: {fault}; train it again")
+    if isinstance(model, _FittedModel):
+        types = len({floor.building_type for floor in model.floors})
+        if fault := model.learnt.check(len(model.floors), types):
+            raise ModelError(f"what it has learnt does not fit its floors: {fault}; train it again")

@@ -70,7 +70,7 @@ def pair_backward(
     return [LabelPair(given, true) for given, true in zip(given_of, true_labels, strict=True)]
 
 
-def share_of_agreeing(pairs: Sequence[LabelPair]) -> float:
+def semantic_accuracy(pairs: Sequence[LabelPair]) -> float:
     """Share of the pairs that agree, 1 of none: SemanticAccuracy of section 5.3."""
     return sum(pair.agree for pair in pairs) / len(pairs) if pairs else 1.0
 

@@ -67,7 +67,7 @@ def describe_structure(graph: nx.Graph, corridors: Collection[Hashable]) -> Floa
     return np.array([measured[name] or 0.0 for name in STRUCTURE_METRICS])
 
 
-def tell_by_kernel(
+def kernel_two_sample_test(
     real: Sequence[nx.Graph],
     generated: Sequence[nx.Graph],
     kernel: ExplicitKernel,
@@ -95,13 +95,13 @@ def tell_by_kernel(
     return _score(guess, len(real), len(generated), repeats=repeats, random=np.random.default_rng(seed))
 
 
-def tell_by_trees(
+def forest_two_sample_test(
     real: Floats, generated: Floats, *, seed: int, repeats: int = REPEATS, trees: int = TREES
 ) -> TwoSampleScores:
     """Scores of Extra-Trees on features, shapes (real, features) and (generated, features), as `describe_structure`.
 
     In each repeat as many generated graphs are drawn as there are real ones; `trees` grow for each part left out.
-    Raises OptionError for arrays that are not of such shapes, GraphError as `tell_by_kernel` does.
+    Raises OptionError for arrays that are not of such shapes, GraphError as `kernel_two_sample_test` does.
     """
     from sklearn.ensemble import ExtraTreesClassifier
 

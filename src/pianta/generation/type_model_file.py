@@ -9,21 +9,21 @@ from __future__ import annotations
 import json
 from collections import Counter
 from pathlib import Path
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Self
 
 import networkx as nx
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from pianta.errors import LabelError, ModelError
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import MAX_ROOMS, MIN_FLOORS, TypeFloor, TypeModel
-from pianta.io._faults import describe_validation, join_faults
-from pianta.io._files import atomic_file, check_input_file, short_repr
+from pianta.io._checked import FileFormat, read_checked, save_checked
+from pianta.io._faults import join_faults, validation_as
+from pianta.io._files import short_repr
 from pianta.io.label_schemas import dump_label
 from pianta.labels import Label, LabelSchema, standard_building_type
 
-FORMAT: Final = "pianta type"
-MAJOR, MINOR = 1, 1
+FORMAT = FileFormat("pianta type", 1, 1)
 # Limits against files that use too much memory or time.
 MAX_FILE_BYTES = 16 * 2**20
 MAX_FLOORS = 1000
@@ -39,13 +39,7 @@ def save_type_model(model: TypeModel, path: str | Path) -> None:
 
     Raises ModelError for a model that read_type_model would reject, PiantaError if the file cannot be written.
     """
-    content = _dump_model(model)
-    try:
-        _parse_model(content)
-    except ModelError as exception:
-        raise ModelError(f"cannot save the model as {short_repr(path)}: {exception}") from exception
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(content)
+    save_checked(path, "model", ModelError, lambda: _dump_model(model))
 
 
 def read_type_model(path: str | Path) -> TypeModel:
@@ -53,13 +47,7 @@ def read_type_model(path: str | Path) -> TypeModel:
 
     Raises ModelError, with all faults in one message, for an invalid file and for one of a newer format.
     """
-    file = check_input_file(path, "model", ModelError)
-    try:
-        if (size := file.stat().st_size) > MAX_FILE_BYTES:
-            raise ModelError(f"it has {size} bytes, the limit is {MAX_FILE_BYTES}")
-        return _parse_model(file.read_bytes())
-    except (ModelError, OSError) as exception:
-        raise ModelError(f"cannot read the model {short_repr(file)}: {exception}") from exception
+    return read_checked(path, "model", ModelError, _parse_model, max_bytes=MAX_FILE_BYTES)
 
 
 def _check_type(name: str) -> str:
@@ -125,8 +113,6 @@ class _Floor(BaseModel):
 class _Model(BaseModel):
     model_config = ConfigDict(strict=True)
 
-    format: Literal["pianta type"]
-    version: str
     building_type: Annotated[str, AfterValidator(_check_type)]
     segmentation: Annotated[Segmentation, Field(strict=False)]
     sweeps: _Iterations
@@ -169,8 +155,7 @@ class _Model(BaseModel):
 
 def _dump_model(model: TypeModel) -> bytes:
     head = {
-        "format": FORMAT,
-        "version": f"{MAJOR}.{MINOR}",
+        **FORMAT.header,
         "building_type": model.building_type,
         "segmentation": model.segmentation,
         "sweeps": model.sweeps,
@@ -193,32 +178,15 @@ def _dump_model(model: TypeModel) -> bytes:
     for name, rows in (("labels", labels), ("floors", floors)):
         listed = ",\n".join(f"  {json.dumps(row)}" for row in rows)
         lines.append(f' "{name}": [\n{listed}\n ]')
-    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+    content = ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+    _parse_model(content)
+    return content
 
 
+@validation_as(ModelError)
 def _parse_model(content: bytes) -> TypeModel:
+    FORMAT.check_version(content, ModelError)
     try:
-        _check_version(content)
         return _Model.model_validate_json(content).to_model()
-    except ValidationError as exception:
-        raise ModelError(describe_validation(exception)) from None
     except LabelError as exception:
         raise ModelError(str(exception)) from None
-
-
-def _check_version(content: bytes) -> None:
-    """Raise ModelError for a file of a newer format, before its content is checked."""
-    try:
-        head = json.loads(content)
-    except (ValueError, RecursionError) as exception:
-        raise ModelError(f"it is no JSON: {exception}") from None
-    if not isinstance(head, dict) or head.get("format") != FORMAT:
-        raise ModelError(f"it is no model of a building type: its `format` is not {FORMAT!r}")
-    version = head.get("version")
-    major = version.partition(".")[0] if isinstance(version, str) else ""
-    if not major.isdecimal():
-        raise ModelError(f"its version is {short_repr(version)}, give {MAJOR}.{MINOR}")
-    if int(major[:9]) != MAJOR:
-        raise ModelError(
-            f"it has version {short_repr(version)}, this pianta reads {MAJOR}.x; use the pianta that wrote it"
-        )

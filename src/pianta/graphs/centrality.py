@@ -29,10 +29,10 @@ def measure_betweenness(graph: nx.Graph) -> Centrality:
     Each pair of other nodes counts once and the sum is divided by (n - 1)(n - 2), which makes a half of what is usual:
     the centre of a star has 0.5. The thesis prints the sum without a divisor; Table 5.1 has it divided.
     """
-    return _by_node(graph, betweenness_of(find_shortest_paths(to_arrays(graph))))
+    return _by_node(graph, betweenness_from_paths(find_shortest_paths(to_arrays(graph))))
 
 
-def betweenness_of(paths: ShortestPaths) -> NDArray[np.float64]:
+def betweenness_from_paths(paths: ShortestPaths) -> NDArray[np.float64]:
     """`measure_betweenness` of a graph, shape (n,), given its shortest paths."""
     n = len(paths.distances)
     return np.asarray(paths.measure_betweenness() / max(2 * (n - 1) * (n - 2), 1))
@@ -43,10 +43,10 @@ def measure_closeness(graph: nx.Graph) -> Centrality:
 
     The thesis prints decay centrality instead (`measure_decay`), which Table 5.1 does not have.
     """
-    return _by_node(graph, closeness_of(distances(graph)))
+    return _by_node(graph, closeness_from_distances(distances(graph)))
 
 
-def closeness_of(lengths: NDArray[np.float64]) -> NDArray[np.float64]:
+def closeness_from_distances(lengths: NDArray[np.float64]) -> NDArray[np.float64]:
     """`measure_closeness` of a graph, shape (n,), given its `distances`."""
     joined = np.isfinite(lengths)
     others = joined.sum(axis=1) - 1.0

@@ -78,6 +78,12 @@ def check_cell_count(sizes: Sequence[int], what: str, *, max_cells: int) -> None
         raise MapError(f"{what} has {size} cells, the limit is {max_cells}; lift it with max_cells=")
 
 
+def check_byte_count(count: int, error: type[PiantaError], *, max_bytes: int) -> None:
+    """Raise error for a file of more than max_bytes; the message follows the name of the file."""
+    if count > max_bytes:
+        raise error(f"it has {count} bytes, the limit is {max_bytes}; give a smaller file")
+
+
 @contextmanager
 def atomic_file(path: str | Path) -> Iterator[Path]:
     """Temporary path, in the folder and with the suffix of `path`, that becomes `path` when the block succeeds.
@@ -99,3 +105,8 @@ def atomic_file(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+def count_noun(number: int, noun: str) -> str:
+    """A number with its noun: "1 room", "2 rooms"."""
+    return f"{number} {noun}{'s' * (number != 1)}"

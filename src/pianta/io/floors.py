@@ -19,7 +19,6 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from PIL.PngImagePlugin import PngImageFile
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -27,7 +26,6 @@ from pydantic import (
     Field,
     FiniteFloat,
     Tag,
-    ValidationError,
     ValidationInfo,
     field_validator,
     model_validator,
@@ -37,10 +35,11 @@ from shapely.geometry.base import BaseGeometry
 
 from pianta.errors import FloorError
 from pianta.floor import Door, Floor, Room
-from pianta.io._faults import describe_validation
-from pianta.io._files import MAX_CELLS, atomic_file, check_input_file, one_line_reason, short_repr
+from pianta.io._checked import FileFormat, read_checked, save_checked
+from pianta.io._faults import validation_as
+from pianta.io._files import atomic_file
 
-FORMAT, MAJOR, MINOR = "pianta floor", 2, 2
+FORMAT = FileFormat("pianta floor", 2, 2)
 MAX_FILE_BYTES = 64 * 2**20
 MAX_COORDINATE = 1e8
 # Files of version 1 have label -> probability; what they say is of the label set of the building's type.
@@ -57,14 +56,7 @@ def save_floor(floor: Floor, path: str | Path) -> None:
     The same floor gives the same bytes.
     Raises FloorError for a floor that read_floor would refuse, and PiantaError when the file cannot be written.
     """
-    try:
-        content = _dump_floor(floor)
-        if _parse_floor(content) != floor:
-            raise FloorError("it has shapes in three dimensions, give it in two (shapely.force_2d)")
-    except (ValueError, TypeError) as exception:
-        raise FloorError(f"cannot save the floor as {short_repr(path)}: {exception}") from exception
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(content)
+    save_checked(path, "floor", FloorError, lambda: _dump_floor(floor))
 
 
 def read_floor(path: str | Path) -> Floor:
@@ -95,20 +87,13 @@ def read_floor(path: str | Path) -> Floor:
     >>> len(floor)
     19
     """
-    file = check_input_file(path, "floor", FloorError)
-    if file.stat().st_size > MAX_FILE_BYTES:
-        raise FloorError(f"floor {short_repr(file)} has more than {MAX_FILE_BYTES} bytes, too many for a floor")
-    try:
-        return _parse_floor(file.read_bytes())
-    except (FloorError, OSError) as exception:
-        raise FloorError(f"cannot read the floor {short_repr(file)}: {exception}") from exception
+    return read_checked(path, "floor", FloorError, _parse_floor, max_bytes=MAX_FILE_BYTES)
 
 
 def _dump_floor(floor: Floor) -> bytes:
     header = {
         "type": "FeatureCollection",
-        "format": FORMAT,
-        "version": f"{MAJOR}.{MINOR}",
+        **FORMAT.header,
         "frame": "map",
         "units": "metres",
         "source": floor.source,
@@ -116,7 +101,10 @@ def _dump_floor(floor: Floor) -> bytes:
         "last_id": int(floor.last_id),
     }
     features = ",\n".join(map(_dump_strictly, _features_of_floor(floor)))
-    return f'{_dump_strictly(header)[:-1]}, "features": [\n{features}\n]}}\n'.encode()
+    content = f'{_dump_strictly(header)[:-1]}, "features": [\n{features}\n]}}\n'.encode()
+    if _parse_floor(content) != floor:
+        raise FloorError("it has shapes in three dimensions, give it in two (shapely.force_2d)")
+    return content
 
 
 def _dump_strictly(value: object) -> str:
@@ -284,13 +272,6 @@ _Feature = Annotated[
 ]
 
 
-class _Version(_Part):
-    """What a file of every version has."""
-
-    format: Literal["pianta floor"]
-    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
-
-
 class _Collection(_Part):
     type: Literal["FeatureCollection"]
     frame: Literal["map"]
@@ -301,15 +282,10 @@ class _Collection(_Part):
     features: list[_Feature]
 
 
+@validation_as(FloorError)
 def _parse_floor(content: bytes) -> Floor:
-    try:
-        version = _Version.model_validate_json(content).version
-        major = int(version.partition(".")[0])
-        if major > MAJOR:
-            raise FloorError(f"it has format version {version}, this pianta reads up to {MAJOR}.x; update pianta")
-        collection = _Collection.model_validate_json(content, context={"major": major})
-    except ValidationError as exception:
-        raise FloorError(describe_validation(exception)) from None
+    major, _ = FORMAT.check_version(content, FloorError)
+    collection = _Collection.model_validate_json(content, context={"major": major})
     features = collection.features
     return Floor(
         rooms=tuple(feature.room for feature in features if isinstance(feature, _RoomFeature)),
@@ -330,27 +306,3 @@ def save_label_image(labels: NDArray[np.uint16], path: str | Path) -> None:
         raise FloorError(f"labels are {labels.dtype} of shape {labels.shape}, give a non-empty 2-D uint16 array")
     with atomic_file(path) as temporary:
         Image.fromarray(np.ascontiguousarray(labels)).save(temporary, format="PNG")
-
-
-def read_label_image(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint16]:
-    """Labels of a PNG of 16-bit grey, shape (H, W).
-
-    Raises FloorError for a file that is no such image or has more than max_cells pixels.
-    """
-    file = check_input_file(path, "label image", FloorError)
-    try:
-        # Image.open has a size limit of its own, which is global.
-        with PngImageFile(file) as image:
-            return _decode_labels(image, max_cells)
-    # Pillow raises whatever a hostile file drives it to.
-    except Exception as exception:
-        raise FloorError(f"cannot read the label image {short_repr(file)}: {one_line_reason(exception)}") from exception
-
-
-def _decode_labels(image: PngImageFile, max_cells: int) -> NDArray[np.uint16]:
-    width, height = image.size
-    if width * height > max_cells:
-        raise FloorError(f"it has {width} × {height} pixels, the limit is {max_cells}; raise it with max_cells=")
-    if image.mode != "I;16":
-        raise FloorError(f"its pixels are of mode {image.mode}, give a PNG of 16-bit grey")
-    return np.array(image, np.uint16)

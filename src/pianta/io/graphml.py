@@ -21,8 +21,9 @@ import numpy as np
 from defusedxml import DefusedXmlException, ElementTree
 
 from pianta.errors import FloorError
+from pianta.io._checked import read_checked, save_checked
 from pianta.io._faults import join_faults
-from pianta.io._files import atomic_file, check_input_file, one_line_reason, short_repr
+from pianta.io._files import check_byte_count, one_line_reason, short_repr
 from pianta.io._xml import MAX_FILE_BYTES
 
 NAMESPACE = "http://graphml.graphdrawing.org/xmlns"
@@ -44,13 +45,7 @@ def save_graphml(graph: nx.Graph, path: str | Path) -> None:
     Raises FloorError, with every fault in one message, for other graphs, ids and attributes and for characters that XML
     does not have; PiantaError when the file cannot be written.
     """
-    try:
-        content = _dump_graph(graph)
-        _check_size(len(content))
-    except FloorError as exception:
-        raise FloorError(f"cannot save the graph as {short_repr(path)}: {exception}") from exception
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(content)
+    save_checked(path, "graph", FloorError, lambda: _dump_graph(graph))
 
 
 def read_graphml(path: str | Path) -> nx.Graph:
@@ -63,17 +58,7 @@ def read_graphml(path: str | Path) -> nx.Graph:
     Raises FloorError, with every fault in one message, for a file that holds no such graph, more than one, or groups of
     nodes, that is larger than 16 MiB, or that declares entities.
     """
-    file = check_input_file(path, "graph", FloorError)
-    try:
-        _check_size(file.stat().st_size)
-        return _parse_graph(file.read_bytes())
-    except (FloorError, OSError) as exception:
-        raise FloorError(f"cannot read the graph {short_repr(file)}: {exception}") from exception
-
-
-def _check_size(size: int) -> None:
-    if size > MAX_FILE_BYTES:
-        raise FloorError(f"it has {size} bytes, the limit is {MAX_FILE_BYTES}; give one floor")
+    return read_checked(path, "graph", FloorError, _parse_graph, max_bytes=MAX_FILE_BYTES)
 
 
 def _dump_graph(graph: nx.Graph) -> bytes:
@@ -99,7 +84,9 @@ def _dump_graph(graph: nx.Graph) -> bytes:
     indent(root)
     content: bytes = tostring(root, encoding="utf-8", xml_declaration=True)
     # ElementTree leaves carriage returns in texts as they are, and parsers make line feeds of them.
-    return content.replace(b"\r", b"&#13;") + b"\n"
+    content = content.replace(b"\r", b"&#13;") + b"\n"
+    check_byte_count(len(content), FloorError, max_bytes=MAX_FILE_BYTES)
+    return content
 
 
 def _texts_of_ids(nodes: Iterable[Hashable], faults: list[str]) -> dict[Hashable, str]:

@@ -8,16 +8,17 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import networkx as nx
-from pydantic import AfterValidator, BaseModel, ConfigDict, JsonValue, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, JsonValue, model_validator
 from pydantic_core import from_json
 
 from pianta.errors import BuildingError, FloorError, LabelError
-from pianta.io._faults import describe_validation, join_faults
-from pianta.io._files import atomic_file, check_input_file, short_repr
+from pianta.io._checked import read_checked, save_checked
+from pianta.io._faults import join_faults, validation_as
+from pianta.io._files import check_input_file, short_repr
 from pianta.labels import standard_building_type, standard_name
 
 MAX_FILE_BYTES = 64 * 2**20
-# What `pianta read` writes into a folder.
+# The floor in a folder that `pianta read` has written.
 FLOOR_FILE = "floor.geojson"
 
 
@@ -27,32 +28,26 @@ def save_graph(graph: nx.Graph, path: str | Path) -> None:
     Raises FloorError for attributes that JSON does not have (NaN, tuples, objects), PiantaError when the file cannot be
     written.
     """
-    try:
-        content = json.dumps(nx.node_link_data(graph, edges="edges"), indent=1, allow_nan=False).encode()
-        if not nx.utils.graphs_equal(_parse_graph(content), graph):
-            raise FloorError("it has attributes that node-link JSON cannot hold, such as tuples or a node's `id`")
-    except (ValueError, TypeError, RecursionError) as exception:
-        raise FloorError(f"cannot save the graph as {short_repr(path)}: {exception}") from exception
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(content + b"\n")
+    save_checked(path, "graph", FloorError, lambda: _dump_graph(graph))
 
 
 def read_graph(path: str | Path) -> nx.Graph:
     """Read an undirected graph without parallel edges from node-link JSON; `networkx.node_link_graph` does the same.
 
-    Raises FloorError, with every fault in one message, for a file that holds no such graph.
+    Raises FloorError, with every fault in one message, for a file that holds no graph of this form.
     """
-    file = check_input_file(path, "graph", FloorError)
-    if file.stat().st_size > MAX_FILE_BYTES:
-        raise FloorError(f"graph {short_repr(file)} has more than {MAX_FILE_BYTES} bytes, too many for a floor")
-    try:
-        return _parse_graph(file.read_bytes())
-    except (FloorError, OSError) as exception:
-        raise FloorError(f"cannot read the graph {short_repr(file)}: {exception}") from exception
+    return read_checked(path, "graph", FloorError, _parse_graph, max_bytes=MAX_FILE_BYTES)
+
+
+def _dump_graph(graph: nx.Graph) -> bytes:
+    content = json.dumps(nx.node_link_data(graph, edges="edges"), indent=1, allow_nan=False).encode()
+    if not nx.utils.graphs_equal(_parse_graph(content), graph):
+        raise FloorError("it has attributes that node-link JSON cannot hold, such as tuples or a node's `id`")
+    return content + b"\n"
 
 
 def _refuse_infinity(value: JsonValue) -> JsonValue:
-    """The value; pydantic takes NaN, and 1e999 for infinity, which JSON does not have."""
+    """Raise ValueError for NaN and infinity (1e999), which pydantic accepts and JSON does not have."""
     json.dumps(value, allow_nan=False)
     return value
 
@@ -98,11 +93,9 @@ class _NodeLink(BaseModel):
         return self
 
 
+@validation_as(FloorError)
 def _parse_graph(content: bytes) -> nx.Graph:
-    try:
-        node_link = _NodeLink.model_validate_json(content)
-    except ValidationError as exception:
-        raise FloorError(describe_validation(exception)) from None
+    node_link = _NodeLink.model_validate_json(content)
     graph = nx.Graph()
     graph.graph.update(node_link.graph)
     graph.add_nodes_from((node.id, node.__pydantic_extra__) for node in node_link.nodes)
@@ -117,28 +110,22 @@ def read_room_graphs(path: str | Path) -> list[nx.Graph]:
     """Read the graphs of a file of sampled graphs, those of chapter 7 of the thesis.
 
     The file is JSON with building_type, source and graphs; a graph has id, nodes (id and label) and edges (pairs of
-    ids of nodes). Labels come in standard form; the graph attributes are `source`, the id of the graph, and
-    `building_type`. What else the file holds is skipped.
+    ids of nodes). Labels are in standard form; the graph attributes are `source`, the id of the graph, and
+    `building_type`. Other members are skipped.
 
-    Raises FloorError, with every fault in one message, for a file that holds no such graphs.
+    Raises FloorError, with every fault in one message, for a file that holds no room graphs.
     """
-    file = check_input_file(path, "file of room graphs", FloorError)
-    try:
-        _check_size(file)
-        sample = _Sample.model_validate_json(file.read_bytes())
-    except ValidationError as exception:
-        raise FloorError(f"cannot read the room graphs {short_repr(file)}: {describe_validation(exception)}") from None
-    except (FloorError, OSError) as exception:
-        raise FloorError(f"cannot read the room graphs {short_repr(file)}: {exception}") from exception
+    parse = validation_as(FloorError)(_Sample.model_validate_json)
+    sample = read_checked(path, "file of room graphs", FloorError, parse, max_bytes=MAX_FILE_BYTES)
     return [part.room_graph(sample.building_type) for part in sample.graphs]
 
 
 def read_room_graph(path: str | Path) -> nx.Graph:
-    """Read the room graph of a building: from graph.json, GraphML, or what read_building reads, told by the content.
+    """Read the room graph of a building from graph.json, GraphML, or a file that read_building reads.
 
-    Nodes keep their ids and attributes; `label` comes in standard form, None where the file has none. The graph
-    attribute `source` is the name of the file; there is a `building_type`, in lower case, where the graph has one or
-    the floor has a given type. Warnings are those of read_building.
+    The content decides which of them it is. Nodes keep their ids and attributes; `label` is in standard form, None if
+    the file has none. The graph attribute `source` is the name of the file; `building_type`, in lower case, exists if
+    the graph has one or the floor has a given type. Warnings are those of read_building.
 
     Raises FloorError, in one line, for a file that holds no room graph.
     """
@@ -163,14 +150,8 @@ def read_floor_graph(path: str | Path) -> nx.Graph:
     return read_room_graph(file / FLOOR_FILE if file.is_dir() else file)
 
 
-def _check_size(file: Path) -> None:
-    size = file.stat().st_size
-    if size > MAX_FILE_BYTES:
-        raise FloorError(f"it has {size} bytes, the limit is {MAX_FILE_BYTES}; give fewer graphs")
-
-
 def _read_any_graph(file: Path) -> nx.Graph:
-    # Whoever writes a graph need not wait for the readers of other formats.
+    # Imported late: writing a graph needs none of the other readers.
     from pianta.io.buildings.read import read_building
     from pianta.io.graphml import read_graphml
 
@@ -191,7 +172,7 @@ def _read_any_graph(file: Path) -> nx.Graph:
 
 
 def _names_in_json(file: Path) -> frozenset[str]:
-    """The names of a JSON object; none for what is no JSON or too large, of which the reader of buildings tells."""
+    """The member names of a JSON object; empty for a file that is too large or no JSON, which read_building refuses."""
     if file.stat().st_size > MAX_FILE_BYTES:
         return frozenset()
     try:
@@ -202,7 +183,7 @@ def _names_in_json(file: Path) -> frozenset[str]:
 
 
 def _standardise_graph(graph: nx.Graph, file: Path) -> None:
-    """Give each node a label in standard form or None, and the graph its type of building in standard form, if any."""
+    """Set each node's label, or None, and the graph's building type, if any, in standard form."""
     faults = [f"node {short_repr(node)} has an edge to itself" for node in nx.nodes_with_selfloops(graph)]
     for node, attributes in graph.nodes(data=True):
         label = attributes.setdefault("label", None)
@@ -230,7 +211,7 @@ _Id = int | str
 
 
 class _Part(BaseModel):
-    """A part of the file; what is not named here is skipped."""
+    """An object in the file; members without a field are skipped."""
 
     model_config = ConfigDict(defer_build=True, strict=True, frozen=True)
 
@@ -252,12 +233,12 @@ class _SampledGraph(_Part):
         faults = [f"node {short_repr(node)} occurs {count} times" for node, count in nodes.items() if count > 1]
         for pair, count in pairs.items():
             ends = sorted(pair, key=str)
-            told = f"edge {' to '.join(map(short_repr, ends))}"
+            edge = f"edge {' to '.join(map(short_repr, ends))}"
             faults += [
-                f"{told} leads to node {short_repr(end)}, which does not exist" for end in ends if end not in nodes
+                f"{edge} leads to node {short_repr(end)}, which does not exist" for end in ends if end not in nodes
             ]
-            faults += [f"{told} has one end"] if len(ends) == 1 else []
-            faults += [f"{told} occurs {count} times"] if count > 1 else []
+            faults += [f"{edge} has one end"] if len(ends) == 1 else []
+            faults += [f"{edge} occurs {count} times"] if count > 1 else []
         if faults:
             raise ValueError(join_faults(faults))
         return self

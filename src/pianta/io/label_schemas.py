@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import yaml
 from pydantic import (
@@ -17,15 +17,14 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
-    Field,
-    ValidationError,
     ValidationInfo,
     model_validator,
 )
 
 from pianta.errors import LabelError
-from pianta.io._faults import describe_validation
-from pianta.io._files import atomic_file, check_input_file, one_line_reason, short_repr
+from pianta.io._checked import FileFormat, read_checked, save_checked
+from pianta.io._faults import validation_as
+from pianta.io._files import check_byte_count, one_line_reason, short_repr
 from pianta.labels import (
     FCES,
     FCES_COLORS,
@@ -37,7 +36,7 @@ from pianta.labels import (
     standard_name,
 )
 
-FORMAT, MAJOR, MINOR = "pianta labels", 1, 0
+FORMAT = FileFormat("pianta labels", 1)
 MAX_FILE_BYTES = 256 * 2**10
 
 
@@ -46,23 +45,7 @@ def save_label_schema(schema: LabelSchema, path: str | Path) -> None:
 
     Raises LabelError for a schema that read_label_schema would refuse, and PiantaError when the file cannot be written.
     """
-    keys = {
-        "format": FORMAT,
-        "version": f"{MAJOR}.{MINOR}",
-        "building_type": schema.building_type,
-        "labels": [dump_label(label) for label in schema.labels],
-    }
-    # Flow style only for what has no parts of its own: a label a line.
-    text = yaml.safe_dump(keys, sort_keys=False, default_flow_style=None, allow_unicode=True, width=10_000)
-    content = text.encode()
-    try:
-        _check_size(len(content))
-        if _parse_schema(content) != schema:
-            raise LabelError("it does not read back as it is")
-    except LabelError as exception:
-        raise LabelError(f"cannot save the label schema as {short_repr(path)}: {exception}") from exception
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(content)
+    save_checked(path, "label schema", LabelError, lambda: _dump_schema(schema))
 
 
 def read_label_schema(path: str | Path) -> LabelSchema:
@@ -72,17 +55,22 @@ def read_label_schema(path: str | Path) -> LabelSchema:
 
     Raises LabelError, with every fault in one message, for a file that is no schema and for one of a newer format.
     """
-    file = check_input_file(path, "label schema", LabelError)
-    try:
-        _check_size(file.stat().st_size)
-        return _parse_schema(file.read_bytes())
-    except (LabelError, OSError) as exception:
-        raise LabelError(f"cannot read the label schema {short_repr(file)}: {exception}") from exception
+    return read_checked(path, "label schema", LabelError, _parse_schema, max_bytes=MAX_FILE_BYTES)
 
 
-def _check_size(size: int) -> None:
-    if size > MAX_FILE_BYTES:
-        raise LabelError(f"it has {size} bytes, the limit is {MAX_FILE_BYTES}; leave out labels")
+def _dump_schema(schema: LabelSchema) -> bytes:
+    keys = {
+        **FORMAT.header,
+        "building_type": schema.building_type,
+        "labels": [dump_label(label) for label in schema.labels],
+    }
+    # Flow style for the innermost collections only: a label a line.
+    text = yaml.safe_dump(keys, sort_keys=False, default_flow_style=None, allow_unicode=True, width=10_000)
+    content = text.encode()
+    check_byte_count(len(content), LabelError, max_bytes=MAX_FILE_BYTES)
+    if _parse_schema(content) != schema:
+        raise LabelError("it does not read back as it is")
+    return content
 
 
 def dump_label(label: Label) -> dict[str, str | bool]:
@@ -198,13 +186,6 @@ class _LabelPart(_Part):
         return self
 
 
-class _Version(BaseModel):
-    """What a file of every version has."""
-
-    format: Literal["pianta labels"]
-    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
-
-
 class _SchemaPart(_Part):
     format: str
     version: str
@@ -216,6 +197,7 @@ class _SchemaPart(_Part):
         return LabelSchema(self.building_type, tuple(part.label for part in self.labels))
 
 
+@validation_as(LabelError)
 def _parse_schema(content: bytes) -> LabelSchema:
     try:
         keys = _PlainLoader(content).get_single_data()
@@ -223,10 +205,5 @@ def _parse_schema(content: bytes) -> LabelSchema:
         raise LabelError(f"it is no YAML: {one_line_reason(exception)}") from None
     if not isinstance(keys, dict):
         raise LabelError("it has no keys, give format, version, building_type and labels")
-    try:
-        major, minor = map(int, _Version.model_validate(keys).version.split("."))
-        if major > MAJOR:
-            raise LabelError(f"it has format version {major}.{minor}, this pianta reads {MAJOR}.x; update pianta")
-        return _SchemaPart.model_validate(keys, context=_Reading(minor > MINOR)).label_schema
-    except ValidationError as exception:
-        raise LabelError(describe_validation(exception)) from None
+    _, minor = FORMAT.check_version(keys, LabelError)
+    return _SchemaPart.model_validate(keys, context=_Reading(minor > FORMAT.minor)).label_schema

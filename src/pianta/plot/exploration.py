@@ -1,4 +1,4 @@
-"""Pictures of explorations: the map that robots made, their tracks, the frontiers left, and the area over the way."""
+"""Pictures of explorations: the map that robots made, their tracks, the frontiers left, and the area over distance."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from pianta.exploration.world import World, as_world
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.io._files import atomic_file
-from pianta.plot._figure import new_ax, save_png
-from pianta.plot.floor import BACKGROUND, DPI, INK, LONG_SIDE_PX, plot_scale_bar
+from pianta.plot.figure import DPI, new_ax, new_figure
+from pianta.plot.floor import BACKGROUND, LONG_SIDE_PX, MIN_ASPECT, plot_scale_bar
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
+from pianta.plot.styles import DARK_INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,32 +29,37 @@ if TYPE_CHECKING:
 # Paul Tol's "bright" scheme, for lines.
 TRACK_COLORS = ("#4477aa", "#aa3377", "#228833", "#ccbb44", "#66ccee", "#ee6677")
 FRONTIER_COLOR = "#ee7733"
-# Free space that nobody has seen yet.
-UNSEEN_GREY = 243
-# Inches: the curve below the map, and what is left of it and below it for its labels.
-CURVE_HEIGHT, LEFT, BELOW = 1.3, 0.55, 0.45
+# Free space that is not explored yet.
+UNEXPLORED_GREY = 243
+# Inches: height of the curve below the map; space for its labels, left of it and below it.
+CURVE_HEIGHT = 1.3
+LEFT = 0.55
+BELOW = 0.45
 FONT_SIZE = 7
-# The short side of the map is at least this share of the long one.
-MIN_ASPECT = 0.25
-ANIMATION_DPI, FRAMES_A_SECOND, MAX_FRAMES, LAST_FRAMES = 100, 10, 80, 10
 
+ANIMATION_DPI = 100
+FRAMES_PER_SECOND = 10
+MAX_FRAMES = 80
+# How often the last picture is repeated at the end.
+LAST_FRAMES = 10
+# Writer of matplotlib by file format.
 WRITERS = {"gif": "pillow", "mp4": "ffmpeg"}
 
 
 def plot_exploration(
     run: Exploration, world: World | Floor | GridMap | str | Path, *, ax: Axes | None = None, scan: int | None = None
 ) -> Axes:
-    """Draw what robots knew at a scan: the map, frontiers in orange, and their tracks so far.
+    """Draw the map that robots had at a scan, with frontiers in orange and the tracks so far.
 
-    What is free and was not seen by then is pale. A disc is a start, a ring where a robot is. Axes are metres from the
-    lower left corner of the grid.
+    Free space that was not explored by then is pale. A disc is where a robot started, a ring where it is. Axes are
+    metres from the lower left corner of the grid.
 
     Parameters
     ----------
     run
-        Of `explore`.
+        The result of `explore`.
     world
-        The world that was explored, as `explore` takes it.
+        The explored world, as `explore` accepts it.
     ax
         Where to draw; a new figure if None.
     scan
@@ -62,7 +68,7 @@ def plot_exploration(
     Returns
     -------
     Axes
-        The ax that was drawn on; nothing is shown.
+        The ax with the drawing; nothing is shown.
 
     Examples
     --------
@@ -77,11 +83,13 @@ def plot_exploration(
     scan = len(run.area) - 1 if scan is None else scan
     colors = _color_cells(run, world, scan)
     height, width = colors.shape[:2]
-    # The frame of the picture is that of the grid, which may be turned against the map frame.
+    # The picture shows the frame of the grid, which may be rotated against the map frame.
     extent = (0, width * world.resolution, 0, height * world.resolution)
     ax.imshow(colors, extent=extent, interpolation="antialiased", zorder=0)
-    for number, track in enumerate(_tracks_until(run, scan)):
-        rows, cols = world.grid.map_to_pixel(track[:, 0], track[:, 1])
+    moved = run.robot[: scan + 1]
+    for number, track in enumerate(run.tracks):
+        xy = track[: np.count_nonzero(moved == number), :2]
+        rows, cols = world.grid.map_to_pixel(*xy.T)
         x, y = cols * world.resolution, (height - rows) * world.resolution
         color = TRACK_COLORS[number % len(TRACK_COLORS)]
         ax.plot(x, y, color=color, linewidth=0.9, zorder=2)
@@ -92,12 +100,12 @@ def plot_exploration(
 
 
 def plot_area(run: Exploration, *, ax: Axes | None = None, scan: int | None = None) -> Axes:
-    """Draw the share of the reachable area, in %, over the metres of all robots, up to a scan.
+    """Draw the explored share of the reachable area, in %, over the metres of all robots, up to a scan.
 
     Parameters
     ----------
     run
-        Of `explore`.
+        The result of `explore`.
     ax
         Where to draw; a new figure if None.
     scan
@@ -106,7 +114,7 @@ def plot_area(run: Exploration, *, ax: Axes | None = None, scan: int | None = No
     Returns
     -------
     Axes
-        The ax that was drawn on; nothing is shown.
+        The ax with the drawing; nothing is shown.
 
     Examples
     --------
@@ -122,70 +130,57 @@ def plot_area(run: Exploration, *, ax: Axes | None = None, scan: int | None = No
     ax.set(xlim=(0, max(run.distance[-1], 1)), ylim=(0, 102), yticks=(0, 50, 90, 100))
     ax.set_xlabel("driven, m", fontsize=FONT_SIZE, labelpad=1)
     ax.set_ylabel(f"% of {run.reachable_area:.0f} m²", fontsize=FONT_SIZE, labelpad=1)
-    ax.tick_params(labelsize=FONT_SIZE, color=INK)
+    ax.tick_params(labelsize=FONT_SIZE, color=DARK_INK)
     ax.grid(visible=True, linewidth=0.3)
     ax.spines[["top", "right"]].set_visible(False)
     return ax
 
 
 def draw_exploration(run: Exploration, world: World, *, scan: int | None = None) -> Figure:
-    """Picture of an exploration at a scan, by default the last: the map with the tracks, and below it the area seen."""
-    from matplotlib.figure import Figure
-
+    """Picture of an exploration at a scan, by default the last: the map with the tracks, and below it the area."""
     height, width = world.blocked.shape
     sides = np.maximum(np.array([width, height]) / max(width, height), MIN_ASPECT) * LONG_SIDE_PX / DPI
     size = (sides[0], sides[1] + CURVE_HEIGHT + BELOW)
-    figure = Figure(figsize=size, dpi=DPI, facecolor="white")
+    figure = new_figure(*size)
     share = (CURVE_HEIGHT + BELOW) / size[1]
     ax = figure.add_axes((0, share, 1, 1 - share), facecolor=BACKGROUND)
     ax.set_axis_off()
     plot_exploration(run, world, ax=ax, scan=scan)
     plot_scale_bar(ax=ax)
-    inches = LEFT, BELOW, size[0] - LEFT - 0.15, CURVE_HEIGHT - 0.1
-    curve = figure.add_axes((inches[0] / size[0], inches[1] / size[1], inches[2] / size[0], inches[3] / size[1]))
+    curve_width, curve_height = size[0] - LEFT - 0.15, CURVE_HEIGHT - 0.1
+    curve = figure.add_axes((LEFT / size[0], BELOW / size[1], curve_width / size[0], curve_height / size[1]))
     plot_area(run, ax=curve, scan=scan)
     return figure
 
 
-def save_exploration_picture(run: Exploration, world: World, path: str | Path) -> None:
-    """Write the picture of draw_exploration as a PNG, the same bytes for the same run.
-
-    Raises PiantaError when the file cannot be written.
-    """
-    figure = draw_exploration(run, world)
-    save_png(figure, path)
-
-
-def check_animation(kind: str) -> None:
-    """Refuse an animation that cannot be written here: MP4 needs the program ffmpeg.
-
-    Raises OptionError, in one line.
-    """
+def check_animation(file_format: str) -> None:
+    """Raise OptionError for an animation that cannot be written here: MP4 needs the program ffmpeg."""
     from matplotlib.animation import writers
 
-    if kind not in WRITERS:
-        raise OptionError(f"animation is {kind!r}, give gif, mp4 or none")
-    if not writers.is_available(WRITERS[kind]):
-        raise OptionError(f"an animation as {kind} needs {WRITERS[kind]}, which is not installed; give gif")
+    if file_format not in WRITERS:
+        raise OptionError(f"animation is {file_format!r}, give gif, mp4 or none")
+    writer = WRITERS[file_format]
+    if not writers.is_available(writer):
+        raise OptionError(f"an animation as {file_format} needs {writer}, which is not installed; give gif")
 
 
 def save_animation(
-    run: Exploration, world: World, path: str | Path, *, kind: str = "gif", frames: int = MAX_FRAMES
+    run: Exploration, world: World, path: str | Path, *, file_format: str = "gif", frames: int = MAX_FRAMES
 ) -> None:
-    """Write an exploration as a moving picture, in steps of the same way, 10 a second; it rests at the end.
+    """Write an exploration as an animation with frames at equal distances, which rests at the end.
 
-    kind: "gif" or "mp4". frames: at most so many.
-    Raises OptionError as check_animation does, and PiantaError when the file cannot be written.
+    file_format: "gif" or "mp4". frames: how many at most.
+    Raises OptionError as check_animation does, and PiantaError if the file cannot be written.
     """
     from matplotlib.animation import writers
 
-    check_animation(kind)
-    ways = np.linspace(0, run.distance[-1], frames)
-    scans = np.unique(np.append(np.searchsorted(run.distance, ways - 1e-9), len(run.area) - 1))
-    writer = writers[WRITERS[kind]](fps=FRAMES_A_SECOND)
-    # The writers tell the format by the name of the file.
+    check_animation(file_format)
+    distances = np.linspace(0, run.distance[-1], frames)
+    scans = np.unique(np.append(np.searchsorted(run.distance, distances - 1e-9), len(run.area) - 1))
+    writer = writers[WRITERS[file_format]](fps=FRAMES_PER_SECOND)
+    # The writers choose the format by the suffix of the file.
     with atomic_file(path) as temporary, TemporaryDirectory() as folder:
-        file = Path(folder, f"exploration.{kind}")
+        file = Path(folder, f"exploration.{file_format}")
         with writer.saving(draw_exploration(run, world, scan=0), str(file), ANIMATION_DPI):
             for scan in [*scans.tolist(), *[scans[-1]] * LAST_FRAMES]:
                 writer.fig = draw_exploration(run, world, scan=scan)
@@ -194,17 +189,11 @@ def save_animation(
 
 
 def _color_cells(run: Exploration, world: World, scan: int) -> NDArray[np.uint8]:
-    """Colours of cells, shape (H, W, 3), as they were known at a scan."""
-    known = np.where((run.scan_of_cell >= 0) & (run.scan_of_cell <= scan), run.map.cells, UNKNOWN)
-    greys = np.where(world.blocked, UNKNOWN_GREY, UNSEEN_GREY).astype(np.uint8)
-    greys[known == FREE] = FREE_GREY
-    greys[known == OCCUPIED] = OCCUPIED_GREY
+    """Colours of cells, RGB of shape (H, W, 3), as robots had mapped them at a scan."""
+    cells = np.where((run.scan_of_cell >= 0) & (run.scan_of_cell <= scan), run.map.cells, UNKNOWN)
+    greys = np.where(world.blocked, UNKNOWN_GREY, UNEXPLORED_GREY).astype(np.uint8)
+    greys[cells == FREE] = FREE_GREY
+    greys[cells == OCCUPIED] = OCCUPIED_GREY
     colors = np.repeat(greys[:, :, None], 3, axis=2)
-    colors[border_cells(known)] = tuple(bytes.fromhex(FRONTIER_COLOR[1:]))
+    colors[border_cells(cells)] = tuple(bytes.fromhex(FRONTIER_COLOR[1:]))
     return colors
-
-
-def _tracks_until(run: Exploration, scan: int) -> list[NDArray[np.float64]]:
-    """The tracks, x, y, heading, shape (N, 3) each, up to a scan of all robots."""
-    made = run.robot[: scan + 1]
-    return [track[: np.count_nonzero(made == number)] for number, track in enumerate(run.tracks)]

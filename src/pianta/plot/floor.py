@@ -1,26 +1,26 @@
-"""Pictures of grids and floors: each plot_ function draws one thing on a matplotlib ax, in metres of the map frame.
+"""Pictures of floors: each plot_ function draws one thing on a matplotlib ax, in metres of the map frame.
 
-matplotlib is imported when something is drawn, and pyplot never: no window, no state shared between pictures.
+matplotlib is imported when something is drawn; pyplot only for a new ax that a user asks for.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import ceil, hypot, log10, pi, sqrt
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely import MultiPolygon, Point, Polygon, difference, get_parts
 
+from pianta._types import Floats
 from pianta.floor import Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.labels import SCHEMAS
-from pianta.layout._outlines import GRID
-from pianta.plot._figure import encode_png, new_ax, save_png
-from pianta.plot.grid import UNKNOWN_GREY, lay_pixels, paint_grid, plot_grid, plot_ink
+from pianta.layout._label_images import SNAP_DISTANCE
+from pianta.plot.figure import DPI, clean_legend, encode_png, make_square, new_ax, new_figure, shorten
+from pianta.plot.grid import UNKNOWN_GREY, add_background, paint_grid, plot_grid, plot_ink
 from pianta.plot.styles import CERTAIN_FROM, DARK_INK, RoomStyle, Schemas, color_neighbours, list_labels, style_rooms
 
 if TYPE_CHECKING:
@@ -29,34 +29,63 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-PARTIAL_COLOR, EDGE_COLOR, INK = "#cccccc", "#555555", DARK_INK
-DOOR_COLOR, ENTRANCE_COLOR, WALL_COLOR = "#aa1133", "#117733", "#3355bb"
+DOOR_COLOR = "#aa1133"
+ENTRANCE_COLOR = "#117733"
+WALL_COLOR = "#3355bb"
+EDGE_COLOR = "#555555"
+# Fill, hatch and predicted outline of partial rooms.
+PARTIAL_COLOR = "#cccccc"
+HATCH_COLOR = "#999999"
+OUTLINE_COLOR = "#777777"
 BACKGROUND = f"#{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}{UNKNOWN_GREY:02x}"
+# Hatch of the predicted part of a room, and dashes of its outline, in line widths.
+HATCH = "\\\\"
+DASHES = (0, (4, 2.5))
 
-LONG_SIDE_PX, DPI = 1600, 200
-# Larger maps are sampled to find their extent.
-SAMPLED_SIDE = 400
-# The short side of the picture is at least this share of the long one.
+LONG_SIDE_PX = 1600
+# Least ratio of the short side of a picture to its long side.
 MIN_ASPECT = 0.25
-# Shares of the longest side of what is seen: the margin around it, and the strip for the scale bar below.
-MARGIN, STRIP = 0.02, 0.05
-# Share of the free cells that is seen, on x and on y; the rest may be spray through windows.
-SEEN_SHARE = 0.99
-# An id lies in a circle of this share of the radius that its room offers, and its font size is within these shares of
-# the floor's longest side. It stands on the centroid where that offers this share of the largest circle in the room.
-ID_IN_CIRCLE, ID_SIZES, WIDE_ENOUGH = 0.7, (0.012, 0.026), 0.75
-# A label in the legend is cut to this many characters; the ids of its rooms are given when there are few of them.
-LONGEST_LABEL, FEW_ROOMS = 30, 3
+# Margin around the building and strip for the scale bar below it, per long side of the building.
+MARGIN = 0.02
+STRIP = 0.05
+# Cells on the longer side of a map from which its extent is found; larger maps are sampled.
+SAMPLED_SIDE = 400
+# The picture shows free cells between this quantile of x and of y and its complement; beyond may be spray of windows.
+FREE_CELLS_QUANTILE = 0.99
+# Radius of an id per radius of the largest circle around it in its room.
+ID_IN_CIRCLE = 0.7
+# Least and largest font size of an id, per longest side of the floor.
+ID_SIZES = (0.012, 0.026)
+# An id stands on the centroid if the circle around that has this share of the radius of the largest circle.
+WIDE_ENOUGH = 0.75
+# Width and height of a digit of DejaVu Sans Bold, per font size.
+DIGIT_SIZE = (0.7, 0.73)
+# Radius of a graph's node, per radius of the id in it.
+NODE_RIM = 1.2
+# The legend gives the ids of the rooms of a label if they are no more than these.
+FEW_ROOMS = 3
 LEGEND_FONT_SIZE = 8
-# Width and height of a digit of DejaVu Sans Bold, per font size; radius of a graph's node, per circle around its id.
-DIGIT, NODE_RIM = (0.7, 0.73), 1.2
+# Smaller predicted parts of a room are its walls, m².
+MIN_PREDICTED_AREA = 0.05
+PREDICTION_LEVEL = 0.5
 ROOM_LEVEL, WALL_LEVEL, GRAPH_LEVEL, DOOR_LEVEL, TEXT_LEVEL = range(1, 6)
-HATCH_COLOR, OUTLINE_COLOR = "#999999", "#777777"
-HATCH, DASHES, WIDTH = "\\\\", (0, (4, 2.5)), 0.9
-# Below the rooms and above the map.
-LEVEL = 0.5
-# Smaller bits beyond what was seen are the walls, m².
-LEAST_AREA = 0.05
+
+
+class Layers(TypedDict, total=False):
+    """What draw_floor draws besides rooms and doors; each as in plot_floor."""
+
+    walls: bool
+    graph: bool
+    schemas: Schemas
+    paper: NDArray[np.uint8] | None
+
+
+class IdPosition(NamedTuple):
+    """Where the id of a room stands, metres of the map frame, and the font size with which it fits there, metres."""
+
+    x: float
+    y: float
+    size: float
 
 
 def plot_floor(
@@ -76,7 +105,7 @@ def plot_floor(
     floor
         The floor, metres of the map frame.
     grid
-        The map below it; None for none.
+        The map below it, if any.
     ax
         Where to draw; a new figure if None.
     walls, graph
@@ -84,12 +113,12 @@ def plot_floor(
     schemas
         By building type, the labels whose colours are known.
     paper
-        The sheet of a plan, RGB of shape (H, W, 3) on the cells of the grid, whose ink is drawn over the rooms.
+        The sheet of a plan, RGB of shape (H, W, 3) on the cells of the grid; its ink is drawn over the rooms.
 
     Returns
     -------
     Axes
-        The ax that was drawn on; nothing is shown.
+        The ax with the drawing; nothing is shown.
 
     Examples
     --------
@@ -102,42 +131,33 @@ def plot_floor(
         plot_grid(grid, ax=ax)
     _plot_layers(floor, grid, ax, walls=walls, graph=graph, schemas=schemas, paper=paper)
     if floor.rooms or grid is not None:
-        left, bottom, right, top = _frame_building(floor, grid)
+        left, bottom, right, top = _find_extent(floor, grid)
         ax.set(xlim=(left, right), ylim=(bottom, top))
     return ax
 
 
-def draw_floor(
-    floor: Floor,
-    grid: GridMap,
-    *,
-    walls: bool = False,
-    graph: bool = False,
-    schemas: Schemas = SCHEMAS,
-    paper: NDArray[np.uint8] | None = None,
-) -> Figure:
+def draw_floor(floor: Floor, grid: GridMap, **layers: Unpack[Layers]) -> Figure:
     """Picture of a floor on its map, cropped to the building: rooms with their ids, doors, and a scale bar.
 
-    When any room has a label, rooms have the colours of their labels, and a legend is below or right of the building.
-    walls: the representative lines too. graph: the topological graph too.
-    schemas: by building type, the labels whose colours are known. paper: the sheet of a plan, the colours of the
-    cells of the grid, whose ink is drawn over the rooms.
+    The building has a long side of 1600 pixels. If any room has a label, rooms have the colours of their labels, and
+    the picture is larger by a legend below or right of the building.
     """
-    from matplotlib.figure import Figure
-
-    left, bottom, right, top = _frame_building(floor, grid)
+    left, bottom, right, top = _find_extent(floor, grid)
     inches = LONG_SIDE_PX / DPI / max(right - left, top - bottom)
     size = ((right - left) * inches, (top - bottom) * inches)
-    figure = Figure(figsize=size, dpi=DPI, facecolor=BACKGROUND)
+    figure = new_figure(*size, color=BACKGROUND)
     ax = figure.add_axes((0, 0, 1, 1))
     ax.set_axis_off()
     ax.set(xlim=(left, right), ylim=(bottom, top))
-    _plot_layers(floor, grid, ax, walls=walls, graph=graph, schemas=schemas, paper=paper)
+    _plot_layers(floor, grid, ax, **layers)
     ax.set(xlim=(left, right), ylim=(bottom, top))
     plot_scale_bar(ax=ax)
-    lift = _add_legend(floor, figure, graph=graph, schemas=schemas) if _has_labels(floor) else 0.0
+    legend_height = 0.0
+    if _has_labels(floor):
+        samples = _list_samples(floor, layers.get("schemas", SCHEMAS), graph=layers.get("graph", False))
+        legend_height = _add_legend(figure, samples)
     pixels = (round(size[0] * DPI), round(size[1] * DPI))
-    lay_pixels(paint_grid(grid, (left, bottom, right, top), pixels), figure, bottom=round(lift * DPI))
+    add_background(paint_grid(grid, (left, bottom, right, top), pixels), figure, bottom=round(legend_height * DPI))
     return figure
 
 
@@ -146,12 +166,12 @@ def _plot_layers(
     grid: GridMap | None,
     ax: Axes,
     *,
-    walls: bool,
-    graph: bool,
-    schemas: Schemas,
-    paper: NDArray[np.uint8] | None,
+    walls: bool = False,
+    graph: bool = False,
+    schemas: Schemas = SCHEMAS,
+    paper: NDArray[np.uint8] | None = None,
 ) -> None:
-    """What lies on the map of a floor."""
+    """Draw everything above the map of a floor."""
     labels = _has_labels(floor)
     plot_rooms(floor, ax=ax, labels=labels, schemas=schemas)
     if paper is not None and grid is not None:
@@ -169,32 +189,13 @@ def _has_labels(floor: Floor) -> bool:
 
 def render_floor(floor: Floor) -> bytes:
     """The floor as a PNG, without a map below it."""
-    left, bottom, right, top = _frame_building(floor, None)
-    nothing = GridMap(np.full((1, 1), UNKNOWN, np.int8), max(right - left, top - bottom), (left, bottom, 0.0))
-    return encode_png(draw_floor(floor, nothing))
-
-
-def save_picture(
-    floor: Floor,
-    grid: GridMap,
-    path: str | Path,
-    *,
-    walls: bool = False,
-    graph: bool = False,
-    schemas: Schemas = SCHEMAS,
-    paper: NDArray[np.uint8] | None = None,
-) -> None:
-    """Write the picture of draw_floor as a PNG, the same bytes for the same floor.
-
-    The building has a long side of 1600 pixels; a legend makes the picture larger.
-    Raises PiantaError when the file cannot be written.
-    """
-    figure = draw_floor(floor, grid, walls=walls, graph=graph, schemas=schemas, paper=paper)
-    save_png(figure, path)
+    left, bottom, right, top = _find_extent(floor, None)
+    empty = GridMap(np.full((1, 1), UNKNOWN, np.int8), max(right - left, top - bottom), (left, bottom, 0.0))
+    return encode_png(draw_floor(floor, empty))
 
 
 def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
-    """Draw the rooms with their ids, and what is predicted of partial ones.
+    """Draw the rooms with their ids, and the predicted extent of partial rooms.
 
     Neighbours have different colours; partial rooms are grey and hatched.
 
@@ -205,7 +206,7 @@ def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, sc
     ax
         Where to draw; a new figure if None.
     labels
-        Use the colours of the labels instead; partial rooms are light and hatched, and a `?` follows the id where the
+        Use the colours of the labels instead; partial rooms are light and hatched, and a `?` follows the id if the
         label has a probability below 0.6.
     schemas
         By building type, the labels whose colours are known.
@@ -213,7 +214,7 @@ def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, sc
     Returns
     -------
     Axes
-        The ax that was drawn on; nothing is shown.
+        The ax with the drawing; nothing is shown.
 
     Examples
     --------
@@ -231,7 +232,7 @@ def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, sc
         face = (style.color, style.opacity)
         patch = patch_from_polygon(room.polygon, facecolor=face, **edge, linewidth=0.6, zorder=ROOM_LEVEL)
         ax.add_artist(patch)
-    plot_predictions(floor, ax=ax)
+    _plot_predictions(floor, ax)
     _plot_ids(floor, styles, ax)
     _extend_view(floor, ax)
     return ax
@@ -250,7 +251,7 @@ def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     Axes
-        The ax that was drawn on; nothing is shown.
+        The ax with the drawing; nothing is shown.
 
     Examples
     --------
@@ -269,7 +270,7 @@ def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
             stroke.set_linestyle((0, (0.8, 0.5)))
         ax.add_line(stroke)
         if door.is_entrance:
-            # Whoever cannot tell the two colours apart sees the shape.
+            # The diamond is for readers who cannot distinguish the two colours.
             middle = door.line.interpolate(0.5, normalized=True)
             ax.plot(*middle.xy, marker="D", markersize=7, color=color, markeredgecolor="white", zorder=DOOR_LEVEL)
     return ax
@@ -288,7 +289,7 @@ def plot_walls(floor: Floor, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     Axes
-        The ax that was drawn on; nothing is shown.
+        The ax with the drawing; nothing is shown.
 
     Examples
     --------
@@ -319,7 +320,7 @@ def plot_graph(floor: Floor, *, ax: Axes | None = None, labels: bool = False, sc
     Returns
     -------
     Axes
-        The ax that was drawn on; nothing is shown.
+        The ax with the drawing; nothing is shown.
 
     References
     ----------
@@ -333,24 +334,37 @@ def plot_graph(floor: Floor, *, ax: Axes | None = None, labels: bool = False, sc
     """
     ax = new_ax(ax)
     styles = style_rooms(floor, schemas) if labels else {}
-    places = _place_ids(floor, styles)
+    positions = _position_ids(floor, styles)
     for first, second, door in floor.graph().edges(data=True):
-        stops = (places[first][:2], (door["x"], door["y"]), places[second][:2])
-        ax.plot(*zip(*stops, strict=True), color=INK, linewidth=0.9, zorder=GRAPH_LEVEL)
-    for room_id, place in places.items():
+        path = (positions[first][:2], (door["x"], door["y"]), positions[second][:2])
+        ax.plot(*zip(*path, strict=True), color=DARK_INK, linewidth=0.9, zorder=GRAPH_LEVEL)
+    for room_id, (x, y, size) in positions.items():
         style = styles.get(room_id, RoomStyle("#ffffff"))
-        radius = NODE_RIM * _radius_of_id(floor, style) * place[2]
-        ax.add_artist(_make_node(place[:2], radius, style))
+        radius = NODE_RIM * _radius_of_id(floor, style) * size
+        # A square has the area of a circle.
+        half_side = sqrt(pi) / 2 * radius
+        ax.add_artist(make_node((x, y), style, radius, half_side, edgecolor=style.ink, linewidth=0.9))
     return ax
 
 
-def plot_legend(floor: Floor, *, ax: Axes | None = None, graph: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
-    """Draw the labels that rooms have, in the upper left of an ax: colour, number of rooms, and their ids when few.
+def make_node(
+    center: tuple[float, float], style: RoomStyle, radius: float, half_side: float, *, edgecolor: str, linewidth: float
+) -> Patch:
+    """The node of a room in a graph: a square for a corridor, a circle for any other room."""
+    from matplotlib.patches import Circle
 
-    Below them stands what else is drawn of labels: uncertain ones, partial rooms, and with graph the shapes of nodes.
+    look: dict[str, Any] = {"facecolor": style.fill, "edgecolor": edgecolor, "linewidth": linewidth}
+    look["zorder"] = GRAPH_LEVEL
+    return make_square(center, half_side, look) if style.is_corridor else Circle(center, radius, **look)
+
+
+def plot_legend(floor: Floor, *, ax: Axes | None = None, graph: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
+    """Draw the labels that rooms have, in the upper left of an ax: colour, number of rooms, and their ids if few.
+
+    Below them stand the other marks of labels: uncertain ones, partial rooms, and with graph the shapes of nodes.
     """
     ax = new_ax(ax)
-    _draw_legend(floor, ax, columns=1, graph=graph, schemas=schemas)
+    _plot_samples(_list_samples(floor, schemas, graph=graph), ax)
     return ax
 
 
@@ -362,47 +376,46 @@ def plot_scale_bar(*, ax: Axes) -> Axes:
     length = _round_length((right - left) / 4)
     margin = MARGIN * max(right - left, top - bottom)
     x, y = left + margin, bottom + margin
-    bar = Line2D([x, x + length], [y, y], color=INK, linewidth=1.5, marker="|", markeredgewidth=1.5, zorder=TEXT_LEVEL)
-    ax.add_line(bar)
-    ax.text(x + length + margin / 2, y, f"{length:g} m", color=INK, fontsize=9, va="center_baseline", zorder=TEXT_LEVEL)
+    line: dict[str, Any] = {
+        "color": DARK_INK,
+        "linewidth": 1.5,
+        "marker": "|",
+        "markeredgewidth": 1.5,
+        "zorder": TEXT_LEVEL,
+    }
+    ax.add_line(Line2D([x, x + length], [y, y], **line))
+    text: dict[str, Any] = {"color": DARK_INK, "fontsize": 9, "va": "center_baseline", "zorder": TEXT_LEVEL}
+    ax.text(x + length + margin / 2, y, f"{length:g} m", **text)
     return ax
 
 
-def _sample_labels(floor: Floor, schemas: Schemas) -> list[tuple[Artist, str]]:
-    """For each label of the floor a handle of the legend and its text."""
-    from matplotlib.patches import Patch
-
-    samples: list[tuple[Artist, str]] = []
-    for entry in list_labels(floor, schemas):
-        name = "no label" if entry.label is None else " ".join(entry.label.split())
-        name = name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}…"
-        ids = entry.room_ids
-        which = f" ({' '.join(map(str, ids))})" if len(ids) <= FEW_ROOMS else ""
-        handle = Patch(facecolor=entry.style.fill, edgecolor=EDGE_COLOR, linewidth=0.6)
-        samples.append((handle, f"{len(ids)} × {name}{which}"))
-    return samples
-
-
-def _sample_marks(floor: Floor, schemas: Schemas, *, graph: bool) -> list[tuple[Artist, str]]:
-    """Handles of the legend and texts for what else than colours the picture says of labels, where it occurs."""
+def _list_samples(floor: Floor, schemas: Schemas, *, graph: bool) -> list[tuple[Artist, str]]:
+    """Handles and texts of a legend: one for each label of the floor, then one for each other mark that occurs."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     samples: list[tuple[Artist, str]] = []
+    for label, color, ids in list_labels(floor, schemas):
+        name = "no label" if label is None else shorten(" ".join(label.split()))
+        listed = f" ({' '.join(map(str, ids))})" if len(ids) <= FEW_ROOMS else ""
+        handle = Patch(facecolor=RoomStyle(color).fill, edgecolor=EDGE_COLOR, linewidth=0.6)
+        samples.append((handle, f"{len(ids)} × {name}{listed}"))
     if any(style.is_uncertain for style in style_rooms(floor, schemas).values()):
-        samples.append((Line2D([], [], linestyle="", marker="$?$", color=INK), f"probability below {CERTAIN_FROM:g}"))
+        mark = Line2D([], [], linestyle="", marker="$?$", color=DARK_INK)
+        samples.append((mark, f"probability below {CERTAIN_FROM:g}"))
     if any(room.predicted for room in floor.rooms):
-        samples.append(sample_prediction())
+        outline: dict[str, Any] = {"edgecolor": HATCH_COLOR, "linestyle": (0, (2, 1.5)), "linewidth": 0.6}
+        samples.append((Patch(facecolor="none", hatch=2 * HATCH, **outline), "predicted"))
     if any(room.partial for room in floor.rooms):
         samples.append((Patch(facecolor="white", edgecolor=HATCH_COLOR, hatch="////", linewidth=0.6), "seen in part"))
     for marker, name in (("s", "corridor"), ("o", "room")) if graph else ():
-        node = Line2D([], [], linestyle="", marker=marker, markersize=7, color=INK, markerfacecolor="white")
+        node = Line2D([], [], linestyle="", marker=marker, markersize=7, color=DARK_INK, markerfacecolor="white")
         samples.append((node, name))
     return samples
 
 
-def _add_legend(floor: Floor, figure: Figure, *, graph: bool, schemas: Schemas) -> float:
-    """Make a figure of a building larger by a strip with the legend: below what is wide, right of what is tall.
+def _add_legend(figure: Figure, samples: Sequence[tuple[Artist, str]]) -> float:
+    """Enlarge the figure of a building by a strip with the legend: below a wide building, right of a tall one.
 
     Returns how far the building has moved up, inches.
     """
@@ -410,27 +423,26 @@ def _add_legend(floor: Floor, figure: Figure, *, graph: bool, schemas: Schemas) 
     width, height = figure.get_size_inches()
     margin = MARGIN * LONG_SIDE_PX / DPI
     strip = figure.add_axes((0, 0, 1, 1))
-    column_width, column_height = _draw_legend(floor, strip, columns=1, graph=graph, schemas=schemas)
+    column_width, column_height = _plot_samples(samples, strip)
     if width >= height:
         columns = max(1, int((width - 2 * margin) / column_width))
-        _, tall = _draw_legend(floor, strip, columns=columns, graph=graph, schemas=schemas)
-        below, right, corner = tall + margin, 0.0, (margin, tall + margin)
+        _, legend_height = _plot_samples(samples, strip, columns=columns)
+        below, right, corner = legend_height + margin, 0.0, (margin, legend_height + margin)
     else:
         columns = ceil(column_height / (height - 2 * margin))
-        wide, _ = _draw_legend(floor, strip, columns=columns, graph=graph, schemas=schemas)
-        below, right, corner = 0.0, wide + margin, (width, height - margin)
-    whole = width + right, height + below
-    figure.set_size_inches(whole)
-    building.set_position((0, below / whole[1], width / whole[0], height / whole[1]))
-    strip.set_position((corner[0] / whole[0], 0, 1 - corner[0] / whole[0], corner[1] / whole[1]))
+        legend_width, _ = _plot_samples(samples, strip, columns=columns)
+        below, right, corner = 0.0, legend_width + margin, (width, height - margin)
+    total_width, total_height = width + right, height + below
+    figure.set_size_inches(total_width, total_height)
+    building.set_position((0, below / total_height, width / total_width, height / total_height))
+    strip.set_position((corner[0] / total_width, 0, 1 - corner[0] / total_width, corner[1] / total_height))
     return below
 
 
-def _draw_legend(floor: Floor, ax: Axes, *, columns: int, graph: bool, schemas: Schemas) -> tuple[float, float]:
-    """Draw the legend on an ax and give its width and height, inches."""
+def _plot_samples(samples: Sequence[tuple[Artist, str]], ax: Axes, *, columns: int = 1) -> tuple[float, float]:
+    """Draw a legend on an ax, in place of an older one; its width and height, inches."""
     from matplotlib.font_manager import FontProperties
 
-    samples = _sample_labels(floor, schemas) + _sample_marks(floor, schemas, graph=graph)
     ax.set_axis_off()
     legend = ax.legend(
         handles=[handle for handle, _ in samples],
@@ -443,8 +455,7 @@ def _draw_legend(floor: Floor, ax: Axes, *, columns: int, graph: bool, schemas: 
         handleheight=1,
         prop=FontProperties(family="DejaVu Sans", size=LEGEND_FONT_SIZE),
     )
-    for text in legend.get_texts():
-        text.set(color=INK, parse_math=False)
+    clean_legend(legend)
     extent = legend.get_window_extent()
     return extent.width / DPI, extent.height / DPI
 
@@ -452,7 +463,7 @@ def _draw_legend(floor: Floor, ax: Axes, *, columns: int, graph: bool, schemas: 
 def _extend_view(floor: Floor, ax: Axes) -> None:
     """Let an ax show all rooms, unless its limits are set.
 
-    Axes.add_patch does so too, and takes longer for it than to draw the patches.
+    Axes.add_patch would do so too, but takes longer than drawing the patches.
     """
     if floor.rooms:
         ax.update_datalim(np.reshape(shapely.total_bounds([room.polygon for room in floor.rooms]), (2, 2)))
@@ -460,20 +471,9 @@ def _extend_view(floor: Floor, ax: Axes) -> None:
 
 
 def _style_by_neighbours(rooms: Sequence[Room]) -> dict[int, RoomStyle]:
-    """Styles of rooms by their ids without labels: neighbours differ in colour, partial rooms are grey."""
+    """Styles of rooms by their ids, without labels: neighbours differ in colour, partial rooms are grey."""
     colors = zip(rooms, color_neighbours(rooms), strict=True)
     return {room.id: RoomStyle(PARTIAL_COLOR if room.partial else color) for room, color in colors}
-
-
-def _make_node(place: tuple[float, float], radius: float, style: RoomStyle) -> Patch:
-    """A circle, or a square of the same area."""
-    from matplotlib.patches import Circle, Rectangle
-
-    look: dict[str, Any] = {"facecolor": style.fill, "edgecolor": style.ink, "linewidth": 0.9, "zorder": GRAPH_LEVEL}
-    if not style.is_corridor:
-        return Circle(place, radius, **look)
-    half = sqrt(pi) / 2 * radius
-    return Rectangle((place[0] - half, place[1] - half), 2 * half, 2 * half, **look)
 
 
 def _plot_ids(floor: Floor, styles: Mapping[int, RoomStyle], ax: Axes) -> None:
@@ -483,7 +483,7 @@ def _plot_ids(floor: Floor, styles: Mapping[int, RoomStyle], ax: Axes) -> None:
     from matplotlib.transforms import Affine2D
 
     bold = FontProperties(family="DejaVu Sans", weight="bold")
-    for room_id, (x, y, size) in _place_ids(floor, styles).items():
+    for room_id, (x, y, size) in _position_ids(floor, styles).items():
         style = styles[room_id]
         # An outline in metres, not a text in points: it stays in its room at any zoom.
         digits = TextPath((0, 0), f"{room_id}?" if style.is_uncertain else f"{room_id}", size=size, prop=bold)
@@ -492,20 +492,20 @@ def _plot_ids(floor: Floor, styles: Mapping[int, RoomStyle], ax: Axes) -> None:
         ax.add_artist(PathPatch(centred, facecolor=style.ink, linewidth=0, zorder=TEXT_LEVEL))
 
 
-def _place_ids(floor: Floor, styles: Mapping[int, RoomStyle]) -> dict[int, tuple[float, float, float]]:
-    """For each room x, y (m) of its id, and the font size (m) with which the id fits there."""
+def _position_ids(floor: Floor, styles: Mapping[int, RoomStyle]) -> dict[int, IdPosition]:
+    """The position of the id of each room."""
     left, bottom, right, top = MultiPolygon([room.polygon for room in floor.rooms]).bounds
-    least, most = (share * max(right - left, top - bottom) for share in ID_SIZES)
-    places = {}
+    smallest, largest = (share * max(right - left, top - bottom) for share in ID_SIZES)
+    positions = {}
     for room in floor.rooms:
-        place, radius = _find_wide_place(room.polygon)
+        point, radius = _find_wide_point(room.polygon)
         fitting = ID_IN_CIRCLE * radius / _radius_of_id(floor, styles.get(room.id))
-        places[room.id] = place.x, place.y, min(max(fitting, least), most)
-    return places
+        positions[room.id] = IdPosition(point.x, point.y, min(max(fitting, smallest), largest))
+    return positions
 
 
-def _find_wide_place(polygon: Polygon) -> tuple[Point, float]:
-    """A place in the polygon with much room around it, and how much, m: the centroid where that is good enough."""
+def _find_wide_point(polygon: Polygon) -> tuple[Point, float]:
+    """A point of the polygon far from its boundary, the centroid if that is far enough; and its distance, m."""
     largest = shapely.maximum_inscribed_circle(polygon)
     centroid = polygon.centroid
     clearance = polygon.boundary.distance(centroid)
@@ -515,9 +515,9 @@ def _find_wide_place(polygon: Polygon) -> tuple[Point, float]:
 
 
 def _radius_of_id(floor: Floor, style: RoomStyle | None = None) -> float:
-    """Radius of a circle around any id of the floor in a style, per font size."""
+    """Radius of a circle around the longest id of the floor in a style, per font size."""
     digits = max(len(str(room.id)) for room in floor.rooms) + (style is not None and style.is_uncertain)
-    width, height = DIGIT
+    width, height = DIGIT_SIZE
     return hypot(digits * width, height) / 2
 
 
@@ -527,19 +527,19 @@ def _round_length(longest: float) -> float:
     return power * max(step for step in (1, 2, 5) if step * power <= longest)
 
 
-def _frame_building(floor: Floor, grid: GridMap | None) -> NDArray[np.float64]:
+def _find_extent(floor: Floor, grid: GridMap | None) -> Floats:
     """Left, bottom, right and top (m) of the picture: rooms and free cells, a margin, and a strip below."""
     rooms = [shapely.get_coordinates(room.predicted or room.polygon) for room in floor.rooms]
-    seen = np.concatenate([*([] if grid is None else [_find_extent_of_free(grid)]), *rooms])
-    low, high = seen.min(axis=0), seen.max(axis=0)
+    xy = np.concatenate([*([] if grid is None else [_find_extent_of_free(grid)]), *rooms])
+    low, high = xy.min(axis=0), xy.max(axis=0)
     longest = (high - low).max()
     half = np.maximum(high - low, MIN_ASPECT * longest) / 2 + MARGIN * longest
     middle = (low + high) / 2
     return np.concatenate([middle - half - (0, STRIP * longest), middle + half])
 
 
-def _find_extent_of_free(grid: GridMap) -> NDArray[np.float64]:
-    """Least and largest x, y (m), shape (2, 2), of nearly all free cells; corners of the whole grid when none is."""
+def _find_extent_of_free(grid: GridMap) -> Floats:
+    """Least and largest x, y (m), shape (2, 2), of nearly all free cells; of the whole grid if no cell is free."""
     step = -(-max(grid.shape) // SAMPLED_SIDE)
     rows, cols = np.nonzero(grid.free[::step, ::step])
     if not rows.size:
@@ -548,29 +548,19 @@ def _find_extent_of_free(grid: GridMap) -> NDArray[np.float64]:
     xy = np.column_stack(grid.pixel_to_map(rows * step + 0.5, cols * step + 0.5))
     # Half a cell more, so that even a single cell has an extent.
     margin = np.array([[-0.5], [0.5]]) * grid.resolution
-    return np.asarray(np.quantile(xy, (1 - SEEN_SHARE, SEEN_SHARE), axis=0) + margin)
+    return np.asarray(np.quantile(xy, (1 - FREE_CELLS_QUANTILE, FREE_CELLS_QUANTILE), axis=0) + margin)
 
 
-def plot_predictions(floor: Floor, *, ax: Axes | None = None) -> Axes:
-    """Draw what is predicted of partial rooms: what was not seen hatched, around the whole a dashed outline."""
+def _plot_predictions(floor: Floor, ax: Axes) -> None:
+    """Draw the predicted extent of partial rooms: a dashed outline, and a hatch where the room was not observed."""
     from shapely.plotting import patch_from_polygon
 
-    ax = new_ax(ax)
     for room in floor.rooms:
         if room.predicted is None:
             continue
-        for part in get_parts(difference(room.predicted, room.polygon, grid_size=GRID)):
-            if part.area >= LEAST_AREA:
-                look = {"facecolor": "none", "edgecolor": HATCH_COLOR, "hatch": HATCH, "linewidth": 0, "zorder": LEVEL}
-                ax.add_artist(patch_from_polygon(part, **look))
-        outline = {"facecolor": "none", "edgecolor": OUTLINE_COLOR, "linestyle": DASHES, "linewidth": WIDTH}
-        ax.add_artist(patch_from_polygon(room.predicted, **outline, zorder=LEVEL))
-    return ax
-
-
-def sample_prediction() -> tuple[Patch, str]:
-    """Handle of a legend for predictions, and its text."""
-    from matplotlib.patches import Patch
-
-    handle = Patch(facecolor="none", edgecolor=HATCH_COLOR, hatch=2 * HATCH, linestyle=(0, (2, 1.5)), linewidth=0.6)
-    return handle, "predicted"
+        for part in get_parts(difference(room.predicted, room.polygon, grid_size=SNAP_DISTANCE)):
+            if part.area >= MIN_PREDICTED_AREA:
+                hatch = {"facecolor": "none", "edgecolor": HATCH_COLOR, "hatch": HATCH, "linewidth": 0}
+                ax.add_artist(patch_from_polygon(part, **hatch, zorder=PREDICTION_LEVEL))
+        outline = {"facecolor": "none", "edgecolor": OUTLINE_COLOR, "linestyle": DASHES, "linewidth": 0.9}
+        ax.add_artist(patch_from_polygon(room.predicted, **outline, zorder=PREDICTION_LEVEL))

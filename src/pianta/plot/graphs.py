@@ -1,13 +1,13 @@
 """Pictures of buildings as graphs, in the style of Figs. 7.10 to 7.12: squares for corridors, circles for rooms.
 
-Nothing here has a place on a map: nodes lie where the drawing is clear.
+Nodes have no positions on a map: they lie where the drawing is clear. All lengths in a drawing are in lengths of its
+shortest edges. The numbers of the layout were chosen by hand.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Iterator, Sequence
 from itertools import product
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import networkx as nx
@@ -17,41 +17,66 @@ from scipy.sparse.csgraph import connected_components, shortest_path
 
 from pianta._types import Floats, Mask
 from pianta.errors import OptionError
-from pianta.io.buildings._repair import normalize_label
-from pianta.labels import RC, LabelConvention, LabelSchema
-from pianta.plot._figure import new_ax, save_png
-from pianta.plot.floor import DPI, EDGE_COLOR, GRAPH_LEVEL, INK, LONGEST_LABEL
-from pianta.plot.styles import NEUTRAL_COLOR, RoomStyle
+from pianta.io._files import count_noun
+from pianta.labels import RC, LabelConvention, LabelSchema, normalize_label
+from pianta.plot.figure import clean_legend, new_ax, new_figure, shorten
+from pianta.plot.floor import EDGE_COLOR, GRAPH_LEVEL, make_node
+from pianta.plot.styles import DARK_INK, NEUTRAL_COLOR, RoomStyle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
 
+# Radius of a room and half the side of a corridor, which have the same area.
+RADIUS = 0.36
+HALF_SIDE = 0.32
+# Space around the drawing, and its least height, so that the nodes of small buildings are not too large.
+MARGIN = 0.6
+LEAST_HEIGHT = 7.0
+# Least distances between two nodes, and between a node and an edge of other nodes.
+NODE_GAP = 0.95
+EDGE_GAP = 0.5
+# Length that each room takes on the circle around its corridor.
+ROOM_ARC = 0.9
+# Distance between components of a graph.
+COMPONENT_GAP = 1.5
+# Steps of stress majorization, and those after a swap of two nodes.
+STEPS = 100
+STEPS_AFTER_SWAP = 8
+# Swaps of nodes, and the crossings of edges that are considered for each.
+MAX_SWAPS = 10
+CROSSINGS_PER_SWAP = 3
+# Steps that push nodes apart.
+PUSHES = 60
+# A drawing is rotated by one of these many equal angles below a half turn, of those whose picture is at most this much
+# larger than the smallest.
+ROTATIONS = 36
+LARGER_ROTATED = 1.15
+# Nodes never start at equal positions: offset of each, and the angle between two offsets (the golden angle).
+OFFSET = 1e-3
+GOLDEN_ANGLE = 2.399963
+# Widths of lines, points: outlines of nodes and of fixed nodes, edges, and edges between corridors.
+OUTLINE = 0.6
+THICK_OUTLINE = 1.6
+EDGE = 0.6
+SPINE = 1.8
 
-# A sheet has no more buildings.
+# A sheet shows at most this number of buildings.
 MAX_SHEET = 24
-# All lengths in a drawing are in lengths of its shortest edges.
-# Radius of a room and half the side of a corridor, which have the same area; around the drawing; its least height.
-RADIUS, HALF_SIDE, MARGIN, LEAST_HEIGHT = 0.36, 0.32, 0.6, 7.0
-# Nodes are no closer to each other, and to edges of others.
-NODE_GAP, EDGE_GAP = 0.95, 0.5
-# Of the circle around a corridor each room has so much; parts of a building are so far apart.
-ROOM_ARC, PART_GAP = 0.9, 1.5
-# Steps of stress majorization, and after a swap of two nodes; swaps; crossings looked at for a swap; pushes apart.
-STEPS, STEPS_OF_SWAP, MAX_SWAPS, CROSSINGS_A_SWAP, PUSHES = 100, 8, 10, 3, 60
-# A drawing is turned by multiples of a half turn over so many; it may need so many times the least scale.
-TURNS, LARGER_TURNED = 36, 1.15
-# Nodes never start at the same place: offset of the first, and the angle between two, the golden one.
-OFFSET, GOLDEN_ANGLE = 1e-3, 2.399963
-OUTLINE, THICK_OUTLINE, EDGE, SPINE = 0.6, 1.6, 0.6, 1.8
-# Inches: width and height of a building, its title, a row of the legend, the sheet's title.
-CELL_WIDTH, CELL_HEIGHT, TITLE_HEIGHT, LEGEND_ROW, HEADING = 3.0, 2.4, 0.4, 0.22, 0.4
-# Of a column of the legend; between two buildings.
-LEGEND_WIDTH, CELL_GAP = 2.5, 0.2
-COLUMNS, FONT_SIZE = 6, 10
-OTHER_LABELS, FIXED = "other or no label", "kept"
+COLUMNS = 6
+# Inches: size of a building with its title, height of the title, and space between two buildings.
+CELL_WIDTH = 3.0
+CELL_HEIGHT = 2.4
+TITLE_HEIGHT = 0.4
+CELL_GAP = 0.2
+# Inches: height of the heading of the sheet; height of a row and width of a column of the legend.
+HEADING = 0.4
+LEGEND_ROW = 0.22
+LEGEND_WIDTH = 2.5
+FONT_SIZE = 10
+OTHER_LABELS = "other or no label"
+FIXED = "kept"
 
 
 def plot_room_graph(
@@ -64,18 +89,18 @@ def plot_room_graph(
     Parameters
     ----------
     graph
-        Undirected, of any number of parts, also of none; the `label` of a node may be missing.
+        Undirected, connected or not, or without nodes; the `label` of a node may be missing.
     ax
         Where to draw, in lengths of the shortest edges; a new figure if None.
     schema
-        The labels; rooms with labels that it does not have are white.
+        The labels and their colours; rooms with other labels are white.
     fixed
         Nodes with a thick outline.
 
     Returns
     -------
     Axes
-        The ax that was drawn on; nothing is shown.
+        The ax with the drawing; nothing is shown.
 
     References
     ----------
@@ -94,14 +119,15 @@ def plot_room_graph(
 
     ax = new_ax(ax)
     styles = {node: _style_room(label, schema) for node, label in graph.nodes(data="label")}
-    places = place_nodes(graph)
+    positions = place_nodes(graph)
     edges = [(first, second) for first, second in graph.edges if first != second]
-    lines = [[places[first], places[second]] for first, second in edges]
+    lines = [[positions[first], positions[second]] for first, second in edges]
     widths = [SPINE if styles[first].is_corridor and styles[second].is_corridor else EDGE for first, second in edges]
     ax.add_collection(LineCollection(lines, linewidths=widths, colors=EDGE_COLOR, zorder=GRAPH_LEVEL - 0.5))
-    for node, place in places.items():
-        ax.add_patch(_make_node(place, styles[node], fixed=node in fixed))
-    _frame(ax, np.array([*places.values()]).reshape(-1, 2))
+    for node, center in positions.items():
+        width = THICK_OUTLINE if node in fixed else OUTLINE
+        ax.add_patch(make_node(center, styles[node], RADIUS, HALF_SIDE, edgecolor=DARK_INK, linewidth=width))
+    _frame(ax, np.array([*positions.values()]).reshape(-1, 2))
     return ax
 
 
@@ -114,110 +140,90 @@ def draw_contact_sheet(
     columns: int = COLUMNS,
     fixed: Sequence[Collection[Hashable]] | None = None,
 ) -> Figure:
-    """Picture of many buildings as graphs side by side, over a legend of the labels that they have.
+    """Picture of several buildings as graphs side by side, over a legend of their labels.
 
-    Of more than MAX_SHEET buildings it has the first, and says so above. titles: one a building, its number and the
-    count of its rooms unless given. heading: above all. fixed: for each building, as in plot_room_graph.
+    Of more than MAX_SHEET buildings it shows the first, and the heading says so. titles: of each building, by default
+    its number and its count of rooms. heading: above all. fixed: for each building, as in plot_room_graph.
 
-    Raises OptionError without any building, with less than a column, and with more or less titles than buildings.
+    Raises OptionError without any building, for less than one column, and for other numbers of titles or fixed sets.
     """
     _check_sheet(graphs, titles, fixed, columns)
-    shown = graphs[:MAX_SHEET]
-    fixed = fixed or [()] * len(shown)
-    counts = [f"{len(graph)} room{'s' * (len(graph) != 1)}" for graph in shown]
-    titles = titles or [f"{number}: {count}" for number, count in enumerate(counts, 1)]
-    cut = f"{MAX_SHEET} of {len(graphs)}" if len(graphs) > MAX_SHEET else None
-    handles = list_handles(shown, schema, fixed=any(map(len, fixed[:MAX_SHEET])))
-    figure, axes = _start_sheet(len(shown), columns, handles, ": ".join(part for part in (heading, cut) if part))
-    for ax, graph, nodes, title in zip(axes, shown, fixed, titles, strict=False):
+    drawn_graphs = graphs[:MAX_SHEET]
+    fixed = fixed or [()] * len(drawn_graphs)
+    titles = titles or [f"{number}: {count_noun(len(graph), 'room')}" for number, graph in enumerate(drawn_graphs, 1)]
+    count = f"{MAX_SHEET} of {len(graphs)}" if len(graphs) > MAX_SHEET else None
+    handles = list_handles(drawn_graphs, schema, fixed=any(map(len, fixed[:MAX_SHEET])))
+    figure, axes = _start_sheet(len(drawn_graphs), columns, handles, ": ".join(filter(None, (heading, count))))
+    for ax, graph, nodes, title in zip(axes, drawn_graphs, fixed, titles, strict=False):
         plot_room_graph(graph, ax=ax, schema=schema, fixed=nodes)
-        ax.set_title(_cut(title), fontsize=FONT_SIZE, color=INK, pad=3, parse_math=False)
+        ax.set_title(shorten(title), fontsize=FONT_SIZE, color=DARK_INK, pad=3, parse_math=False)
     return figure
 
 
-def save_contact_sheet(
-    graphs: Sequence[nx.Graph],
-    path: str | Path,
-    *,
-    schema: LabelSchema,
-    titles: Sequence[str] | None = None,
-    heading: str | None = None,
-    columns: int = COLUMNS,
-    fixed: Sequence[Collection[Hashable]] | None = None,
-) -> None:
-    """Write the picture of draw_contact_sheet as a PNG, the same bytes for the same graphs.
-
-    Raises OptionError as draw_contact_sheet does, and PiantaError when the file cannot be written.
-    """
-    figure = draw_contact_sheet(graphs, schema=schema, titles=titles, heading=heading, columns=columns, fixed=fixed)
-    save_png(figure, path)
-
-
 def place_nodes(graph: nx.Graph) -> dict[Hashable, tuple[float, float]]:
-    """x, y of each node in a drawing, in lengths of its shortest edges: rooms around their corridors, parts apart.
+    """x, y of each node in a drawing: rooms around their corridors, components side by side.
 
-    Nodes lie so that their distances are those of the shortest paths as far as they can (stress majorization, Gansner,
-    Koren and North 2004), where a corridor has the longer edges the more rooms it has.
+    Distances of nodes approximate the lengths of the shortest paths between them (stress majorization, Gansner, Koren
+    and North 2004); edges of a corridor are longer the more rooms it has.
     """
     if not len(graph):
         return {}
     joined = nx.to_numpy_array(graph, weight=None) > 0
     np.fill_diagonal(joined, 0)
-    count, part_of = connected_components(joined, directed=False)
-    members = [np.flatnonzero(part_of == part) for part in range(count)]
-    parts = [_place_part(joined[np.ix_(nodes, nodes)]) for nodes in members]
+    count, component_of_node = connected_components(joined, directed=False)
+    members = [np.flatnonzero(component_of_node == component) for component in range(count)]
+    components = [_place_component(joined[np.ix_(nodes, nodes)]) for nodes in members]
     xy = np.empty((len(graph), 2))
-    for nodes, part, corner in zip(members, parts, _pack_parts(parts), strict=True):
-        xy[nodes] = part + corner
+    for nodes, component, corner in zip(members, components, _pack_components(components), strict=True):
+        xy[nodes] = component + corner
     return {node: (float(x), float(y)) for node, (x, y) in zip(graph, xy, strict=True)}
 
 
-def _place_part(joined: Mask) -> Floats:
-    """Places of connected nodes, shape (n, 2), from 0 upwards."""
+def _place_component(joined: Mask) -> Floats:
+    """Positions of connected nodes, shape (n, 2), from 0 upwards."""
     if len(joined) == 1:
         return np.zeros((1, 2))
     edges = np.argwhere(np.triu(joined))
     wanted = _wanted_distances(joined)
-    tried = [_majorize(start, wanted, STEPS) for start in _start_places(joined, wanted)]
-    xy = min(tried, key=lambda places: (len(_find_crossings(places, edges)), _stress(places, wanted)))
-    return _turn(_push_apart(_uncross(xy, edges, wanted), edges))
+    candidates = [_majorize(start, wanted, STEPS) for start in _start_positions(joined, wanted)]
+    xy = min(candidates, key=lambda candidate: (len(_find_crossings(candidate, edges)), _stress(candidate, wanted)))
+    return _rotate(_push_apart(_uncross(xy, edges, wanted), edges))
 
 
-def _turn(xy: Floats) -> Floats:
-    """Places turned so that the drawing is large in a picture, from 0 upwards."""
-    angles = np.linspace(0, np.pi, TURNS, endpoint=False)
-    turned = [xy @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]]) for a in angles]
-    sides = np.ptp(turned, axis=1)
+def _rotate(xy: Floats) -> Floats:
+    """Positions rotated so that the drawing is large in a picture and rather wide than tall, from 0 upwards."""
+    angles = np.linspace(0, np.pi, ROTATIONS, endpoint=False)
+    rotated = [xy @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]]) for a in angles]
+    sides = np.ptp(rotated, axis=1)
     sizes = (sides / (CELL_WIDTH, CELL_HEIGHT)).max(axis=1)
-    # A long building lies rather than climbs.
-    flattest = np.where(sizes <= LARGER_TURNED * sizes.min(), sides[:, 1], np.inf).argmin()
-    return np.asarray(turned[flattest] - turned[flattest].min(axis=0))
+    flattest = np.where(sizes <= LARGER_ROTATED * sizes.min(), sides[:, 1], np.inf).argmin()
+    return np.asarray(rotated[flattest] - rotated[flattest].min(axis=0))
 
 
 def _wanted_distances(joined: Mask) -> Floats:
-    """Lengths of shortest paths, shape (n, n), where an edge leads out of the circles of rooms around both its ends."""
+    """Lengths of shortest paths, shape (n, n); an edge is as long as the circles of rooms around its ends need."""
     degrees = joined.sum(axis=1)
     circles = np.where(degrees > 1, ROOM_ARC * degrees / (2 * np.pi), 0)
     lengths = np.maximum(circles[:, None] + circles, 1)
     return np.asarray(shortest_path(np.where(joined, lengths, 0), directed=False))
 
 
-def _start_places(joined: Mask, wanted: Floats) -> Iterator[Floats]:
-    """Where nodes start: all by classical scaling, and those with two neighbours so, the others on their neighbour."""
+def _start_positions(joined: Mask, wanted: Floats) -> Iterator[Floats]:
+    """Two starts: all nodes by classical scaling; or only inner nodes, each other node beside its neighbour."""
     angles = GOLDEN_ANGLE * np.arange(len(joined))
     offsets = OFFSET * np.column_stack([np.cos(angles), np.sin(angles)])
     yield _scale(wanted) + offsets
     inner = joined.sum(axis=1) > 1
     if inner.sum() > 2:
-        among = wanted[np.ix_(inner, inner)]
+        wanted_inner = wanted[np.ix_(inner, inner)]
         xy = np.zeros((len(joined), 2))
-        xy[inner] = _majorize(_scale(among) + offsets[inner], among, STEPS)
+        xy[inner] = _majorize(_scale(wanted_inner) + offsets[inner], wanted_inner, STEPS)
         xy[~inner] = xy[joined[~inner].argmax(axis=1)]
         yield xy + offsets
 
 
 def _scale(wanted: Floats) -> Floats:
-    """Classical scaling: places, shape (n, 2), from distances."""
+    """Classical scaling: positions, shape (n, 2), from distances."""
     squares = wanted**2
     centred = squares.mean(axis=0) + squares.mean(axis=1)[:, None] - squares.mean() - squares
     values, vectors = np.linalg.eigh(centred / 2)
@@ -225,9 +231,9 @@ def _scale(wanted: Floats) -> Floats:
 
 
 def _majorize(xy: Floats, wanted: Floats, steps: int) -> Floats:
-    """Places after steps towards wanted distances; a pair of nodes counts by 1 / distance²."""
+    """Positions after steps towards wanted distances; a pair of nodes has the weight 1 / distance²."""
     count = len(xy)
-    weights = _weigh(wanted)
+    weights = _pair_weights(wanted)
     inverse = np.linalg.inv(np.diag(weights.sum(axis=1)) - weights + 1 / count) - 1 / count
     pulls = weights * wanted
     for _ in range(steps):
@@ -239,12 +245,12 @@ def _majorize(xy: Floats, wanted: Floats, steps: int) -> Floats:
 
 
 def _stress(xy: Floats, wanted: Floats) -> float:
-    return float((_weigh(wanted) * (_distances(xy) - wanted) ** 2).sum())
+    return float((_pair_weights(wanted) * (_distances(xy) - wanted) ** 2).sum())
 
 
-def _weigh(wanted: Floats) -> Floats:
-    off = ~np.eye(len(wanted), dtype=bool)
-    return np.asarray(np.divide(1, wanted**2, out=np.zeros_like(wanted), where=off))
+def _pair_weights(wanted: Floats) -> Floats:
+    off_diagonal = ~np.eye(len(wanted), dtype=bool)
+    return np.asarray(np.divide(1, wanted**2, out=np.zeros_like(wanted), where=off_diagonal))
 
 
 def _distances(xy: Floats) -> Floats:
@@ -256,41 +262,41 @@ def _find_crossings(xy: Floats, edges: NDArray[np.intp]) -> NDArray[np.intp]:
     first, second = xy[edges].transpose(1, 0, 2)
     along = (second - first)[:, None]
 
-    def find_side(of: Floats) -> Mask:
-        """For edge i and a point of edge j whether it lies left of i."""
-        to = of - first[:, None]
-        return np.asarray(along[..., 0] * to[..., 1] > along[..., 1] * to[..., 0])
+    def find_side(points: Floats) -> Mask:
+        """For edge i and the point of edge j whether it lies left of i."""
+        offsets = points - first[:, None]
+        return np.asarray(along[..., 0] * offsets[..., 1] > along[..., 1] * offsets[..., 0])
 
-    parted = find_side(first) != find_side(second)
+    separated = find_side(first) != find_side(second)
     common = (edges[:, None, :, None] == edges[:, None, :]).any(axis=(2, 3))
-    return np.argwhere(np.triu(parted & parted.T & ~common))
+    return np.argwhere(np.triu(separated & separated.T & ~common))
 
 
 def _uncross(xy: Floats, edges: NDArray[np.intp], wanted: Floats) -> Floats:
-    """Places after swaps of nodes at the ends of edges that cross, as long as a swap makes fewer cross."""
+    """Positions after swaps of nodes at the ends of crossing edges, while a swap reduces the crossings."""
     crossings = _find_crossings(xy, edges)
     for _ in range(MAX_SWAPS):
         swapped = []
-        for one, other in crossings[:CROSSINGS_A_SWAP]:
+        for one, other in crossings[:CROSSINGS_PER_SWAP]:
             for pair in product(edges[one], edges[other]):
-                places = xy.copy()
-                places[[*pair]] = xy[[*reversed(pair)]]
-                swapped.append(_majorize(places, wanted, STEPS_OF_SWAP))
-        fewest = min(swapped, key=lambda places: len(_find_crossings(places, edges)), default=xy)
-        left = _find_crossings(fewest, edges)
-        if len(left) >= len(crossings):
+                candidate = xy.copy()
+                candidate[[*pair]] = xy[[*reversed(pair)]]
+                swapped.append(_majorize(candidate, wanted, STEPS_AFTER_SWAP))
+        best = min(swapped, key=lambda candidate: len(_find_crossings(candidate, edges)), default=xy)
+        remaining = _find_crossings(best, edges)
+        if len(remaining) >= len(crossings):
             break
-        xy, crossings = fewest, left
+        xy, crossings = best, remaining
     return xy
 
 
 def _push_apart(xy: Floats, edges: NDArray[np.intp]) -> Floats:
-    """Places where no node touches another or an edge of others, as far as pushes lead."""
+    """Positions after pushes, so that nodes touch neither each other nor edges of other nodes, if possible."""
     xy = xy.copy()
     nodes = np.arange(len(xy))
-    strangers = (edges[:, :1] != nodes) & (edges[:, 1:] != nodes)
+    unrelated = (edges[:, :1] != nodes) & (edges[:, 1:] != nodes)
     for _ in range(PUSHES):
-        push = _push_nodes(xy) + _push_from_edges(xy, edges, strangers)
+        push = _push_nodes(xy) + _push_from_edges(xy, edges, unrelated)
         if np.abs(push).max(initial=0) < 1e-3:
             break
         xy += push
@@ -300,63 +306,56 @@ def _push_apart(xy: Floats, edges: NDArray[np.intp]) -> Floats:
 
 
 def _push_nodes(xy: Floats) -> Floats:
-    """Half of what nodes lack of their distance, shape (n, 2)."""
+    """Moves of nodes by half of the distance that they lack to each other, shape (n, 2)."""
     distances = np.maximum(_distances(xy), 1e-9)
     shares = np.maximum(NODE_GAP / distances - 1, 0) / 2
     np.fill_diagonal(shares, 0)
     return np.asarray(((xy[:, None] - xy) * shares[..., None]).sum(axis=1))
 
 
-def _push_from_edges(xy: Floats, edges: NDArray[np.intp], strangers: Mask) -> Floats:
-    """Half of what nodes lack of a distance to edges, shape (n, 2), the edge the other half."""
+def _push_from_edges(xy: Floats, edges: NDArray[np.intp], unrelated: Mask) -> Floats:
+    """Moves of nodes by half of the distance that they lack to edges, shape (n, 2); edges move by the other half.
+
+    unrelated: for edge i and node j whether j is no end of i.
+    """
     first, second = xy[edges].transpose(1, 0, 2)
     along = second - first
     share = ((xy - first[:, None]) * along[:, None]).sum(axis=-1) / np.maximum((along**2).sum(axis=-1), 1e-9)[:, None]
     away = xy - (first[:, None] + np.clip(share, 0, 1)[..., None] * along[:, None])
     distances = np.hypot(away[..., 0], away[..., 1])
-    lack = np.where(strangers & (share > 0) & (share < 1), np.maximum(EDGE_GAP - distances, 0) / 2, 0)
-    of_node = away * (lack / np.maximum(distances, 1e-9))[..., None]
-    push = of_node.sum(axis=0)
-    np.add.at(push, edges, -of_node.sum(axis=1)[:, None] / 2)
+    lack = np.where(unrelated & (share > 0) & (share < 1), np.maximum(EDGE_GAP - distances, 0) / 2, 0)
+    pushes = away * (lack / np.maximum(distances, 1e-9))[..., None]
+    push = pushes.sum(axis=0)
+    np.add.at(push, edges, -pushes.sum(axis=1)[:, None] / 2)
     return np.asarray(push)
 
 
-def _pack_parts(parts: Sequence[Floats]) -> list[Floats]:
-    """For each part of a building its lower left corner, in rows of about the shape of a picture, the largest first."""
-    sizes = [part.max(axis=0) + PART_GAP for part in parts]
+def _pack_components(components: Sequence[Floats]) -> list[Floats]:
+    """The lower left corner of each component, in rows of about the shape of a picture, the largest first."""
+    sizes = [component.max(axis=0) + COMPONENT_GAP for component in components]
     area = sum(float(size.prod()) for size in sizes)
-    widest = max([np.sqrt(area * CELL_WIDTH / CELL_HEIGHT), *(size[0] for size in sizes)], default=0)
-    corners: list[Floats] = [np.zeros(2)] * len(parts)
-    x, top, row = 0.0, 0.0, 0.0
-    for index in sorted(range(len(parts)), key=lambda index: (-sizes[index].prod(), index)):
-        wide, high = sizes[index]
-        if x and x + wide > widest * (1 + 1e-9):
-            x, top, row = 0.0, top - row, 0.0
-        row = max(row, high)
-        corners[index] = np.array([x, top - high])
-        x += wide
+    row_width = max([np.sqrt(area * CELL_WIDTH / CELL_HEIGHT), *(size[0] for size in sizes)], default=0)
+    corners: list[Floats] = [np.zeros(2)] * len(components)
+    x, top, row_height = 0.0, 0.0, 0.0
+    for index in sorted(range(len(components)), key=lambda index: (-sizes[index].prod(), index)):
+        width, height = sizes[index]
+        if x and x + width > row_width * (1 + 1e-9):
+            x, top, row_height = 0.0, top - row_height, 0.0
+        row_height = max(row_height, height)
+        corners[index] = np.array([x, top - height])
+        x += width
     return corners
 
 
-def _style_room(label: str | None, schema: LabelSchema) -> RoomStyle:
-    known = schema.by_name.get(normalize_label(label) or "")
-    if known is None:
+def _style_room(name: str | None, schema: LabelSchema) -> RoomStyle:
+    label = schema.by_name.get(normalize_label(name) or "")
+    if label is None:
         return RoomStyle(NEUTRAL_COLOR)
-    return RoomStyle(known.color, is_corridor=known.room_or_corridor(LabelConvention.GRAPHS) == RC.CORRIDOR)
-
-
-def _make_node(place: tuple[float, float], style: RoomStyle, *, fixed: bool) -> Patch:
-    from matplotlib.patches import Circle, Rectangle
-
-    width = THICK_OUTLINE if fixed else OUTLINE
-    look: dict[str, Any] = {"facecolor": style.fill, "edgecolor": INK, "linewidth": width, "zorder": GRAPH_LEVEL}
-    if not style.is_corridor:
-        return Circle(place, RADIUS, **look)
-    return Rectangle((place[0] - HALF_SIDE, place[1] - HALF_SIDE), 2 * HALF_SIDE, 2 * HALF_SIDE, **look)
+    return RoomStyle(label.color, is_corridor=label.room_or_corridor(LabelConvention.GRAPHS) == RC.CORRIDOR)
 
 
 def _frame(ax: Axes, xy: Floats) -> None:
-    """Show all nodes in all of the ax, and few of them not too large."""
+    """Show all nodes, large, but not larger than with LEAST_HEIGHT."""
     low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else np.zeros((2, 2))
     half = (high - low) / 2 + MARGIN
     wide_per_high = ax.bbox.width / ax.bbox.height
@@ -368,9 +367,9 @@ def _frame(ax: Axes, xy: Floats) -> None:
 
 
 def list_handles(graphs: Sequence[nx.Graph], schema: LabelSchema, *, fixed: bool) -> list[Line2D]:
-    """Entries of a legend: the labels that rooms have, in the order of the schema, then those it does not have."""
+    """Entries of a legend: the labels of rooms in the order of the schema, then one for all other labels."""
     names = {normalize_label(label) for graph in graphs for _, label in graph.nodes(data="label")}
-    handles = [_make_handle(_cut(name), _style_room(name, schema)) for name in schema.by_name if name in names]
+    handles = [_make_handle(shorten(name), _style_room(name, schema)) for name in schema.by_name if name in names]
     if names.difference(schema.by_name):
         handles.append(_make_handle(OTHER_LABELS, RoomStyle(NEUTRAL_COLOR)))
     if fixed:
@@ -382,28 +381,27 @@ def _make_handle(text: str, style: RoomStyle, *, fixed: bool = False) -> Line2D:
     from matplotlib.lines import Line2D
 
     marker, width = "s" if style.is_corridor else "o", THICK_OUTLINE if fixed else OUTLINE
-    look: dict[str, Any] = {"markerfacecolor": style.fill, "markeredgecolor": INK, "markeredgewidth": width}
+    look: dict[str, Any] = {"markerfacecolor": style.fill, "markeredgecolor": DARK_INK, "markeredgewidth": width}
     return Line2D([], [], linestyle="none", marker=marker, markersize=9, label=text, **look)
 
 
 def _start_sheet(count: int, columns: int, handles: Sequence[Line2D], heading: str) -> tuple[Figure, list[Axes]]:
-    """A figure with a heading and a legend, and so many axes in columns between them, each with place for a title."""
-    from matplotlib.figure import Figure
-
+    """A figure with a heading and a legend, and between them axes in columns, each with space for a title."""
     columns = min(columns, count)
     width = CELL_WIDTH * columns
     legend_columns = min(int(width / LEGEND_WIDTH), max(len(handles), 1))
     above, below = HEADING if heading else 0.0, LEGEND_ROW * (-(-len(handles) // legend_columns) + 1)
     height = above - (-count // columns) * CELL_HEIGHT + below
-    figure = Figure(figsize=(width, height), dpi=DPI, facecolor="white")
-    figure.text(0.1 / width, 1 - 0.1 / height, heading, fontsize=1.4 * FONT_SIZE, color=INK, va="top", parse_math=False)
-    legend = figure.legend(handles=handles, loc="lower center", ncols=legend_columns, frameon=False, fontsize=FONT_SIZE)
-    for text in legend.get_texts():
-        text.set(color=INK, parse_math=False)
+    figure = new_figure(width, height)
+    text: dict[str, Any] = {"fontsize": 1.4 * FONT_SIZE, "color": DARK_INK, "va": "top", "parse_math": False}
+    figure.text(0.1 / width, 1 - 0.1 / height, heading, **text)
+    clean_legend(
+        figure.legend(handles=handles, loc="lower center", ncols=legend_columns, frameon=False, fontsize=FONT_SIZE)
+    )
     share = ((CELL_WIDTH - CELL_GAP) / width, (CELL_HEIGHT - TITLE_HEIGHT) / height)
     corners = (
         ((column * CELL_WIDTH + CELL_GAP / 2) / width, 1 - (above + (row + 1) * CELL_HEIGHT) / height)
-        for row, column in (divmod(place, columns) for place in range(count))
+        for row, column in (divmod(index, columns) for index in range(count))
     )
     return figure, [figure.add_axes((*corner, *share)) for corner in corners]
 
@@ -414,11 +412,7 @@ def _check_sheet(
     if not graphs:
         raise OptionError("there is no building to draw, give one at least")
     if columns < 1:
-        raise OptionError(f"a sheet of {columns} columns has no place for a building, give 1 at least")
-    for what, given in (("titles", titles), ("sets of fixed rooms", fixed)):
-        if given is not None and len(given) != len(graphs):
-            raise OptionError(f"there are {len(given)} {what} for {len(graphs)} buildings, give one for each")
-
-
-def _cut(text: str) -> str:
-    return text if len(text) <= LONGEST_LABEL else f"{text[: LONGEST_LABEL - 1]}…"
+        raise OptionError(f"a sheet of {columns} columns has no space for a building, give 1 at least")
+    for name, values in (("titles", titles), ("sets of fixed rooms", fixed)):
+        if values is not None and len(values) != len(graphs):
+            raise OptionError(f"there are {len(values)} {name} for {len(graphs)} buildings, give one for each")

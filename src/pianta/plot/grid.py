@@ -11,19 +11,21 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from pianta.gridmap import FREE_AT_MOST, OCCUPIED_AT_LEAST, GridMap
-from pianta.plot._figure import new_ax
+from pianta.plot.figure import new_ax
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.backend_bases import RendererBase
     from matplotlib.figure import Figure
 
-FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = 255, 228, 110
-# Larger maps are averaged down for the picture.
+FREE_GREY = 255
+UNKNOWN_GREY = 228
+OCCUPIED_GREY = 110
+# Cells on the longer side of an image; larger maps are averaged down.
 MAX_IMAGE_SIDE_PX = 4096
-# The longer side of a map in a notebook.
+# The same for a map in a notebook.
 MAX_RENDERED_SIDE_PX = 1000
-# Ink covers the colours of rooms with this much of its darkness.
+# Opacity of black ink over the colours of rooms.
 INK_OPACITY = 0.75
 # Above the rooms, below the walls.
 INK_LEVEL = 1.5
@@ -42,7 +44,7 @@ def plot_grid(grid: GridMap, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     Axes
-        The ax that was drawn on; nothing is shown.
+        The ax with the drawing; nothing is shown.
 
     Examples
     --------
@@ -51,15 +53,15 @@ def plot_grid(grid: GridMap, *, ax: Axes | None = None) -> Axes:
     >>> ax = pianta.plot.plot_grid(grid)
     """
     ax = new_ax(ax)
-    _place_image(Image.fromarray(shade_cells(grid.cells)), "RGB", grid, ax, level=0)
+    _add_image(Image.fromarray(shade_cells(grid.cells)), "RGB", grid, ax, level=0)
     return ax
 
 
 def plot_ink(paper: NDArray[np.uint8], grid: GridMap, *, ax: Axes | None = None) -> Axes:
-    """Draw what is dark on the sheet of a plan, shape (H, W, 3), over what lies below, where its grid lies."""
+    """Draw the dark pixels of a plan's sheet, RGB of shape (H, W, 3) on the cells of the grid, over what lies below."""
     ax = new_ax(ax)
     opacity = ((255 - paper.min(axis=2)) * INK_OPACITY).astype(np.uint8)
-    _place_image(Image.fromarray(np.dstack([paper, opacity])), "RGBA", grid, ax, level=INK_LEVEL)
+    _add_image(Image.fromarray(np.dstack([paper, opacity])), "RGBA", grid, ax, level=INK_LEVEL)
     return ax
 
 
@@ -79,7 +81,7 @@ def shade_cells(cells: NDArray[np.int8]) -> NDArray[np.uint8]:
 
 
 def paint_grid(grid: GridMap, view: tuple[float, float, float, float], size: tuple[int, int]) -> NDArray[np.uint8]:
-    """The map as pixels of a picture, RGBA, shape (height, width, 4): much faster than matplotlib resamples it.
+    """The map as pixels of a picture, RGBA, shape (height, width, 4), much faster than by matplotlib.
 
     view: left, bottom, right and top of the picture, metres of the map frame. size: its width and height, pixels.
     """
@@ -87,16 +89,16 @@ def paint_grid(grid: GridMap, view: tuple[float, float, float, float], size: tup
     width, height = size
     corners = np.array([[0, 0], [width, 0], [0, height]], np.float32)
     rows, cols = grid.map_to_pixel([left, right, left], [top, top, bottom])
-    cells, factor = grid.cells, 1
-    step = np.hypot(rows[1] - rows[0], cols[1] - cols[0]) / width
-    greys = shade_cells(cells)
+    # Cells per pixel.
+    step, factor = np.hypot(rows[1] - rows[0], cols[1] - cols[0]) / width, 1
+    greys = shade_cells(grid.cells)
     if step >= 2:
         # Each pixel of the picture is the mean of the cells below it.
         factor = int(step)
         greys = np.asarray(Image.fromarray(greys).reduce(factor))
     # From centres of pixels to centres of cells.
-    places = (np.column_stack([cols, rows]) / factor).astype(np.float32)
-    to_cells = cv2.getAffineTransform(corners - np.float32(0.5), places - np.float32(0.5))
+    targets = (np.column_stack([cols, rows]) / factor).astype(np.float32)
+    to_cells = cv2.getAffineTransform(corners - np.float32(0.5), targets - np.float32(0.5))
     painted = cv2.warpAffine(
         greys,
         to_cells,
@@ -108,17 +110,17 @@ def paint_grid(grid: GridMap, view: tuple[float, float, float, float], size: tup
     return np.asarray(cv2.cvtColor(painted, cv2.COLOR_GRAY2RGBA))
 
 
-def lay_pixels(pixels: NDArray[np.uint8], figure: Figure, *, bottom: int) -> None:
-    """Lay pixels, RGBA, under all else in a figure, from the left and so many pixels above its lower side."""
+def add_background(pixels: NDArray[np.uint8], figure: Figure, *, bottom: int) -> None:
+    """Add pixels, RGBA, below all else in a figure, at its left side and `bottom` pixels above its lower side."""
     from matplotlib.artist import Artist
     from matplotlib.backends.backend_agg import RendererAgg
 
     class Pixels(Artist):
-        """Pixels as they are, which Figure.figimage would resample."""
+        """Pixels that are not resampled, as Figure.figimage would do."""
 
         def draw(self, renderer: RendererBase) -> None:
             if isinstance(renderer, RendererAgg):
-                # Opaque, and the first that is drawn: copied, not blended.
+                # They are opaque and drawn first, so they can be copied instead of blended.
                 canvas = np.asarray(renderer.buffer_rgba())  # type: ignore[no-untyped-call]
                 height, width = (min(sides) for sides in zip(pixels.shape, canvas.shape[:2], strict=False))
                 top = max(canvas.shape[0] - bottom - height, 0)
@@ -128,12 +130,13 @@ def lay_pixels(pixels: NDArray[np.uint8], figure: Figure, *, bottom: int) -> Non
             renderer.draw_image(context, 0, bottom, pixels[::-1])
             context.restore()
 
-    laid = Pixels()
-    laid.set_zorder(-1)
-    figure.add_artist(laid)
+    background = Pixels()
+    background.set_zorder(-1)
+    figure.add_artist(background)
 
 
-def _place_image(image: Image.Image, mode: str, grid: GridMap, ax: Axes, *, level: float) -> None:
+def _add_image(image: Image.Image, mode: str, grid: GridMap, ax: Axes, *, level: float) -> None:
+    """Draw an image with a pixel a cell where its grid lies in the map frame."""
     from matplotlib.transforms import Affine2D
 
     factor = -(-max(grid.shape) // MAX_IMAGE_SIDE_PX)
@@ -141,5 +144,5 @@ def _place_image(image: Image.Image, mode: str, grid: GridMap, ax: Axes, *, leve
     height, width = (side * factor * grid.resolution for side in pixels.shape[:2])
     top = grid.shape[0] * grid.resolution
     x0, y0, yaw = grid.origin
-    placed = Affine2D().rotate(yaw).translate(x0, y0) + ax.transData
-    ax.imshow(pixels, extent=(0, width, top - height, top), transform=placed, zorder=level)
+    transform = Affine2D().rotate(yaw).translate(x0, y0) + ax.transData
+    ax.imshow(pixels, extent=(0, width, top - height, top), transform=transform, zorder=level)

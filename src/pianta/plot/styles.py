@@ -6,19 +6,29 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from shapely import STRtree
 
 from pianta.floor import Floor, Room
-from pianta.io.buildings._repair import normalize_label
-from pianta.labels import FCES, FCES_COLORS, RC, SCHEMAS, GeneralLabel, Label, LabelConvention, LabelSchema, LabelSet
+from pianta.labels import (
+    FCES,
+    FCES_COLORS,
+    RC,
+    SCHEMAS,
+    GeneralLabel,
+    Label,
+    LabelConvention,
+    LabelSchema,
+    LabelSet,
+    normalize_label,
+)
 
 # Label schemas by building type.
 Schemas: TypeAlias = Mapping[str, LabelSchema]
 
-# Labels that a coarse label set has, as the colours of the schema of schools show them.
+# Colours of the labels of coarse label sets, after those of the schema of schools.
 COARSE_COLORS: Mapping[str, str] = MappingProxyType(
     {
         **{str(function): color for function, color in FCES_COLORS.items()},
@@ -31,15 +41,19 @@ COARSE_COLORS: Mapping[str, str] = MappingProxyType(
         GeneralLabel.BIG: "#2267f2",
     }
 )
-NEUTRAL_COLOR, DARK_INK, LIGHT_INK = "#ffffff", "#222222", "#ffffff"
-# A fill lets this share of its colour through on white, so that the map is seen; that of a partial room less.
-OPACITY, PARTIAL_OPACITY = 0.75, 0.4
-# A label below this probability is shown as uncertain.
+# Fill of rooms without a known label.
+NEUTRAL_COLOR = "#ffffff"
+DARK_INK = "#222222"
+LIGHT_INK = "#ffffff"
+# Opacity of fills, so that the map shows through; of partial rooms it is lower.
+OPACITY = 0.75
+PARTIAL_OPACITY = 0.4
+# Labels of lower probability are marked as uncertain; chosen by hand.
 CERTAIN_FROM = 0.6
 CORRIDOR_LABELS = frozenset({RC.CORRIDOR, FCES.CONNECTION, GeneralLabel.CORRIDOR, GeneralLabel.HALL})
 # Paul Tol's "light" scheme, made for areas with dark labels and for colour-blind readers.
 ROOM_COLORS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#ccaadd")
-# Rooms no further apart, m, are neighbours: the thickest wall between two rooms.
+# Rooms no farther apart are neighbours, m: the thickest wall between two rooms.
 NEIGHBOUR_DISTANCE = 0.5
 
 
@@ -47,10 +61,10 @@ NEIGHBOUR_DISTANCE = 0.5
 class RoomStyle:
     """How a room with its label is drawn.
 
-    color: #rrggbb of the label, of its function where no schema knows it, white if unknown.
-    opacity: with which the colour covers what lies below.
-    is_corridor: whether it is a square in the graph.
-    is_uncertain: whether its label has a probability below 0.6.
+    color: #rrggbb of the label; of its function if no schema has the label; white if that is unknown too.
+    opacity: of the colour over the map.
+    is_corridor: whether its node in a graph is a square.
+    is_uncertain: whether its label has a probability below CERTAIN_FROM.
     """
 
     color: str
@@ -61,12 +75,12 @@ class RoomStyle:
     @property
     def fill(self) -> str:
         """The colour as it looks on white."""
-        parts = (round(255 + self.opacity * (part - 255)) for part in bytes.fromhex(self.color[1:]))
-        return f"#{bytes(parts).hex()}"
+        channels = (round(255 + self.opacity * (channel - 255)) for channel in bytes.fromhex(self.color[1:]))
+        return f"#{bytes(channels).hex()}"
 
     @property
     def ink(self) -> str:
-        """The colour, dark or white, that is read best on the fill."""
+        """The colour of text, dark or white, with the better contrast to the fill."""
         luminance = _luminance(self.fill)
         # Contrast as WCAG 2 defines it.
         dark = (luminance + 0.05) / (_luminance(DARK_INK) + 0.05)
@@ -74,57 +88,53 @@ class RoomStyle:
         return DARK_INK if dark >= light else LIGHT_INK
 
 
-@dataclass(frozen=True)
-class LegendEntry:
-    """A label of a floor: its name as in its schema, None for rooms without one; its style; the ids of its rooms."""
+class LegendEntry(NamedTuple):
+    """A label of a floor, None for rooms without one; its colour; the ids of its rooms."""
 
     label: str | None
-    style: RoomStyle
+    color: str
     room_ids: tuple[int, ...]
 
 
 def style_rooms(floor: Floor, schemas: Schemas = SCHEMAS) -> dict[int, RoomStyle]:
     """The style of each room by its id, in the colours and shapes of the thesis (Figs. 5.2 and 5.3)."""
-    of_floor = _schemas_of(floor, schemas)
-    return {room.id: _style_room(room, of_floor, schemas) for room in floor.rooms}
+    floor_schemas = _list_schemas(floor, schemas)
+    return {room.id: _style_room(room, floor_schemas, schemas) for room in floor.rooms}
 
 
 def list_labels(floor: Floor, schemas: Schemas = SCHEMAS) -> list[LegendEntry]:
-    """The labels that rooms of a floor have: in the schema's order, then others by name, rooms without one last."""
-    of_floor = _schemas_of(floor, schemas)
-    order = {label.name: number for schema in of_floor for number, label in enumerate(schema.labels)}
+    """The labels of a floor: in the order of the schemas, then other labels by name, then rooms without a label."""
+    floor_schemas = _list_schemas(floor, schemas)
+    order = {label.name: index for schema in floor_schemas for index, label in enumerate(schema.labels)}
     styles = style_rooms(floor, schemas)
-    rooms_of: defaultdict[tuple[str | None, str], list[int]] = defaultdict(list)
+    room_ids: defaultdict[tuple[str | None, str], list[int]] = defaultdict(list)
     for room in floor.rooms:
-        known = _find_label(room, of_floor)
-        rooms_of[known.name if known else room.label, styles[room.id].color].append(room.id)
-    entries = [LegendEntry(label, RoomStyle(color), tuple(sorted(ids))) for (label, color), ids in rooms_of.items()]
-    return sorted(
-        entries,
-        key=lambda entry: (
-            entry.label is None,
-            order.get(entry.label or "", len(order)),
-            entry.label or "",
-            entry.style.color,
-        ),
-    )
+        label = _find_label(room, floor_schemas)
+        room_ids[label.name if label else room.label, styles[room.id].color].append(room.id)
+    entries = [LegendEntry(label, color, tuple(sorted(ids))) for (label, color), ids in room_ids.items()]
+
+    def rank(entry: LegendEntry) -> tuple[bool, int, str, str]:
+        name = entry.label or ""
+        return entry.label is None, order.get(name, len(order)), name, entry.color
+
+    return sorted(entries, key=rank)
 
 
-def _schemas_of(floor: Floor, schemas: Schemas) -> list[LabelSchema]:
-    """Schemas of the floor's building types, the most probable first, then of the label sets that rooms have."""
+def _list_schemas(floor: Floor, schemas: Schemas) -> list[LabelSchema]:
+    """Schemas of the floor's building types, the most probable first, then of the label sets of its rooms."""
     label_sets = sorted({label_set.lower() for room in floor.rooms for label_set in room.labels})
     names = dict.fromkeys([*floor.building_types, *label_sets])
     return [schemas[name] for name in names if name in schemas]
 
 
-def _find_label(room: Room, of_floor: list[LabelSchema]) -> Label | None:
-    """The label of a room in the first schema that has it, in whatever case somebody gave it."""
+def _find_label(room: Room, floor_schemas: list[LabelSchema]) -> Label | None:
+    """The label of a room in the first schema that has it, in any case of letters."""
     name = normalize_label(room.label)
-    return next((schema.by_name[name] for schema in of_floor if name in schema.by_name), None) if name else None
+    return next((schema.by_name[name] for schema in floor_schemas if name in schema.by_name), None) if name else None
 
 
-def _style_room(room: Room, of_floor: list[LabelSchema], schemas: Schemas) -> RoomStyle:
-    name, label = normalize_label(room.label) or "", _find_label(room, of_floor)
+def _style_room(room: Room, floor_schemas: list[LabelSchema], schemas: Schemas) -> RoomStyle:
+    name, label = normalize_label(room.label) or "", _find_label(room, floor_schemas)
     coarse = _coarsen(name, room, label, schemas)
     color = label.color if label else COARSE_COLORS.get(coarse, NEUTRAL_COLOR)
     probability = room.label_probability
@@ -137,32 +147,33 @@ def _style_room(room: Room, of_floor: list[LabelSchema], schemas: Schemas) -> Ro
 
 
 def _coarsen(name: str, room: Room, label: Label | None, schemas: Schemas) -> str:
-    """Where a room lies in a coarse label set: as it says, else in that of the experiments, where label_rooms puts it.
+    """The coarse label of a room: its own in F/C/E/S, else that of its label in the convention of the experiments.
 
-    name: of its label, in capitals; what no schema of its floor knows has the function that it has in all others.
+    name: its normalized label. If no schema of its floor has the label, it gets the function that it has in all other
+    schemas; the name itself if they disagree or none has it.
     """
     if LabelSet.F_C_E_S in room.labels or (label is None and name in COARSE_COLORS):
         return room.labels.get(LabelSet.F_C_E_S, name)
     labels = [label] if label else [schema.by_name[name] for schema in schemas.values() if name in schema.by_name]
-    functions = {str(known.function_in(LabelConvention.EXPERIMENTS)) for known in labels}
+    functions = {str(each.function_in(LabelConvention.EXPERIMENTS)) for each in labels}
     return functions.pop() if len(functions) == 1 else name
 
 
 def _luminance(color: str) -> float:
     """Relative luminance of #rrggbb, 0 to 1 (WCAG 2)."""
-    shares = [part / 255 for part in bytes.fromhex(color[1:])]
-    linear = [share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4 for share in shares]
-    return sum(weight * part for weight, part in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+    channels = [channel / 255 for channel in bytes.fromhex(color[1:])]
+    linear = [value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4 for value in channels]
+    return sum(weight * value for weight, value in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
 
 
 def color_neighbours(rooms: Sequence[Room]) -> list[str]:
-    """A colour for each room: the least used that no neighbour has; rooms with the most neighbours choose first."""
+    """A colour for each room: the least used that no neighbour has; rooms with the most neighbours come first."""
     polygons = np.array([room.polygon for room in rooms], dtype=object)
     first, second = STRtree(polygons).query(polygons, predicate="dwithin", distance=NEIGHBOUR_DISTANCE)
     neighbours = [second[first == index] for index in range(len(rooms))]
     colors = [""] * len(rooms)
     for index in sorted(range(len(rooms)), key=lambda index: -len(neighbours[index])):
-        near = {colors[other] for other in neighbours[index]}
-        used = Counter(colors)
-        colors[index] = min(ROOM_COLORS, key=lambda color: (color in near, used[color]))
+        nearby = {colors[other] for other in neighbours[index]}
+        counts = Counter(colors)
+        colors[index] = min(ROOM_COLORS, key=lambda color: (color in nearby, counts[color]))
     return colors

@@ -1,6 +1,6 @@
-"""Measures of a floor that people can read, and which of them are off: not what is usual among reference floors.
+"""Measures of a floor that people understand, and which of them are unusual among reference floors.
 
-The metrics of section 5.1 of the thesis, and numbers of a BuildingDescription.
+They are the metrics of section 5.1 of the thesis, and features of a BuildingDescription.
 """
 
 from __future__ import annotations
@@ -11,29 +11,34 @@ from dataclasses import dataclass
 import networkx as nx
 import numpy as np
 
-from pianta.building_types.description import CONNECTING, LEAST_SHARE, BuildingDescription, name_features
+from pianta.building_types.description import (
+    CONNECTING_LABELS,
+    MIN_SHARE,
+    BuildingDescription,
+    list_described_labels,
+    name_features,
+)
 from pianta.graphs.metrics import measure_graph
 from pianta.labels import LabelSet
-from pianta.rooms.completion import LABELS
 
-# The usual range is that of nine tenths of the reference floors.
+# Quantiles that bound the usual range: nine tenths of the reference floors.
 USUAL = (0.05, 0.95)
-# What is off lies outside of it, by this share of its width at least.
-OUTSIDE = 0.1
-# A range is no narrower than this share of the median.
-LEAST_RANGE = 0.02
-# So many measures are told, the farthest from the usual ones first.
-MEASURES_TOLD = 5
+# An unusual value is outside by at least this share of the width of the range; chosen by hand, as is MIN_RANGE.
+MARGIN = 0.1
+# The least width of a range, as a share of the median.
+MIN_RANGE = 0.02
+# Unusual measures that are reported, those with the largest deviation.
+MAX_MEASURES = 5
 
 
 @dataclass(frozen=True)
 class Measure:
     """A number of a floor.
 
-    key: of GRAPH_METRICS, or the name of a feature of a description. name: in words.
-    family: measures of one family say much the same.
-    high, low: what it means when the number is larger or smaller than usual.
-    digits: shown behind the point; None for a share, which is shown in percent.
+    key: one of GRAPH_METRICS, or the name of a feature of a description. name: in words.
+    family: measures of one family mean much the same; only one of them is reported.
+    high, low: the meaning of a larger, or smaller, value than usual.
+    digits: decimals to show; None for a share, which is shown in percent.
     """
 
     key: str
@@ -45,16 +50,16 @@ class Measure:
 
 
 @dataclass(frozen=True)
-class OffMeasure:
-    """A measure whose value on a floor is not usual.
+class UnusualMeasure:
+    """A measure whose value on a floor is outside the usual range.
 
-    usual: the values of the reference floors, ascending. strangeness: from their median, in widths of the usual range.
+    usual: the values of the reference floors, ascending. deviation: from their median, in widths of the usual range.
     """
 
     measure: Measure
     value: float
     usual: tuple[float, ...]
-    strangeness: float
+    deviation: float
 
     @property
     def median(self) -> float:
@@ -63,25 +68,31 @@ class OffMeasure:
 
     @property
     def usual_range(self) -> tuple[float, float]:
-        """Bounds within which nine tenths of the reference floors are."""
+        """The bounds of nine tenths of the reference floors."""
         low, high = np.quantile(self.usual, USUAL)
         return float(low), float(high)
 
     @property
     def meaning(self) -> str:
-        """What the value tells."""
+        """What the value means, in words."""
         return self.measure.high if self.value > self.median else self.measure.low
 
     def as_json(self) -> dict[str, object]:
-        """All of it, as JSON can hold it."""
-        of_measure = {"measure": self.measure.key, "name": self.measure.name, "value": self.value, "usual": self.usual}
-        return of_measure | {"strangeness": self.strangeness, "reason": str(self)}
+        """All attributes, as values that JSON can hold."""
+        return {
+            "measure": self.measure.key,
+            "name": self.measure.name,
+            "value": self.value,
+            "usual": self.usual,
+            "deviation": self.deviation,
+            "reason": str(self),
+        }
 
     def __str__(self) -> str:
-        low, high = (show_value(bound, self.measure.digits) for bound in self.usual_range)
-        value, median = (show_value(number, self.measure.digits) for number in (self.value, self.median))
-        usually = f"{low} to {high} (median {median})" if low != high else low
-        return f"{self.meaning}: {self.measure.name} {value}, usually {usually}"
+        low, high = (format_value(bound, self.measure.digits) for bound in self.usual_range)
+        value, median = (format_value(number, self.measure.digits) for number in (self.value, self.median))
+        usual = f"{low} to {high} (median {median})" if low != high else low
+        return f"{self.meaning}: {self.measure.name} {value}, usually {usual}"
 
 
 GRAPH_MEASURES: tuple[Measure, ...] = (
@@ -145,19 +156,18 @@ GRAPH_MEASURES: tuple[Measure, ...] = (
     Measure("closeness", "mean closeness", "closeness", "all is near to all", "all is far from all"),
     Measure("closeness_r", "closeness of rooms", "closeness", "rooms are near to all", "rooms are far from all"),
     Measure(
-        "closeness_c",
-        "closeness of corridors",
-        "closeness",
-        "corridors are near to all",
-        "corridors are far from all",
+        "closeness_c", "closeness of corridors", "closeness", "corridors are near to all", "corridors are far from all"
     ),
     *(
-        Measure(f"{key}{of}", f"{name}{whose}", "importance", f"{who} matter much", f"{who} matter little")
-        for key, name in (("eigenvector", "eigenvector centrality"), ("katz", "Katz centrality"))
-        for of, whose, who in (
-            ("_r", " of rooms", "single rooms"),
-            ("_c", " of corridors", "single corridors"),
+        Measure(
+            f"{key}_{part[0]}",
+            f"{name} of {part}",
+            "importance",
+            f"single {part} matter much",
+            f"single {part} matter little",
         )
+        for key, name in (("eigenvector", "eigenvector centrality"), ("katz", "Katz centrality"))
+        for part in ("rooms", "corridors")
     ),
 )
 FEATURE_MEASURES: tuple[Measure, ...] = (
@@ -222,68 +232,73 @@ FEATURE_MEASURES: tuple[Measure, ...] = (
 
 def list_measures(label_set: LabelSet) -> tuple[Measure, ...]:
     """The measures of floors whose rooms have labels of a set."""
-    kinds = LABELS[label_set][1:] if label_set is LabelSet.R_C else LABELS[label_set]
-    of_labels = (
+    labels = [
         measure
-        for kind in kinds
+        for label in list_described_labels(label_set)
         for measure in (
-            Measure(f"{kind} share", f"{kind} among rooms", kind, f"much is {kind}", f"little is {kind}", None),
+            Measure(f"{label} share", f"{label} among rooms", label, f"much is {label}", f"little is {label}", None),
             Measure(
-                f"{kind} area_share", f"area of {kind}", kind, f"much area is {kind}", f"little area is {kind}", None
+                f"{label} area_share",
+                f"area of {label}",
+                label,
+                f"much area is {label}",
+                f"little area is {label}",
+                None,
             ),
         )
-    )
-    return (*GRAPH_MEASURES, *FEATURE_MEASURES, *of_labels)
+    ]
+    return (*GRAPH_MEASURES, *FEATURE_MEASURES, *labels)
 
 
 def measure_description(description: BuildingDescription, label_set: LabelSet) -> dict[str, float | None]:
-    """The values of all measures of a floor, by their keys; None for what it does not have."""
+    """The values of all measures of a floor, by their keys; None if undefined."""
     graph = nx.Graph(description.doors)
     graph.add_nodes_from(range(len(description.labels)))
-    corridors = [place for place, label in enumerate(description.labels) if label in CONNECTING]
+    corridors = [room for room, label in enumerate(description.labels) if label in CONNECTING_LABELS]
     values: dict[str, float | None] = dict(measure_graph(graph, corridors))
     for name, feature in zip(name_features(label_set), description.features.tolist(), strict=True):
         values[name] = _undo_logarithm(name, feature)
     return {measure.key: values[measure.key] for measure in list_measures(label_set)}
 
 
-def find_off_measures(
-    values: Mapping[str, float | None], known: Sequence[Mapping[str, float | None]], label_set: LabelSet
-) -> tuple[OffMeasure, ...]:
-    """The measures outside their usual range, one of a family, the farthest from the median first.
+def find_unusual_measures(
+    values: Mapping[str, float | None], reference: Sequence[Mapping[str, float | None]], label_set: LabelSet
+) -> tuple[UnusualMeasure, ...]:
+    """The measures outside their usual range, one of each family, the largest deviation first.
 
-    values, known: as measure_description gives them, of the floor and of each reference floor.
+    values, reference: what measure_description gives for the floor and for each reference floor.
     """
-    off = sorted(_list_off_measures(values, known, label_set), key=lambda found: -found.strangeness)
-    of_families: dict[str, OffMeasure] = {}
-    for found in off:
-        of_families.setdefault(found.measure.family, found)
-    return tuple(of_families.values())[:MEASURES_TOLD]
+    unusual = sorted(_list_unusual_measures(values, reference, label_set), key=lambda each: -each.deviation)
+    by_family: dict[str, UnusualMeasure] = {}
+    for each in unusual:
+        by_family.setdefault(each.measure.family, each)
+    return tuple(by_family.values())[:MAX_MEASURES]
 
 
-def show_value(value: float, digits: int | None) -> str:
-    """A number of a measure, in percent when it is a share; of what is counted, one digit where that tells more."""
+def format_value(value: float, digits: int | None) -> str:
+    """A value in words: a share in percent; a count with one decimal unless it is a whole number."""
     if digits is None:
         return f"{value:.0%}"
     return f"{value:.{digits}f}" if digits or round(value, 1) == round(value) else f"{value:.1f}"
 
 
-def _list_off_measures(
-    values: Mapping[str, float | None], known: Sequence[Mapping[str, float | None]], label_set: LabelSet
-) -> Iterator[OffMeasure]:
+def _list_unusual_measures(
+    values: Mapping[str, float | None], reference: Sequence[Mapping[str, float | None]], label_set: LabelSet
+) -> Iterator[UnusualMeasure]:
+    """Measures outside their usual range; one that fewer than half of the reference floors have is not compared."""
     for measure in list_measures(label_set):
         value = values[measure.key]
-        usual = sorted(number for floor in known if (number := floor[measure.key]) is not None)
-        if value is None or 2 * len(usual) < len(known):
+        usual = sorted(number for floor in reference if (number := floor[measure.key]) is not None)
+        if value is None or 2 * len(usual) < len(reference):
             continue
         low, median, high = np.quantile(usual, (USUAL[0], 0.5, USUAL[1])).tolist()
-        width = max(high - low, LEAST_RANGE * abs(median), LEAST_SHARE)
-        if not low - OUTSIDE * width <= value <= high + OUTSIDE * width:
-            yield OffMeasure(measure, value, tuple(usual), abs(value - median) / width)
+        width = max(high - low, MIN_RANGE * abs(median), MIN_SHARE)
+        if not low - MARGIN * width <= value <= high + MARGIN * width:
+            yield UnusualMeasure(measure, value, tuple(usual), abs(value - median) / width)
 
 
 def _undo_logarithm(name: str, feature: float) -> float:
-    """Shares of area are logarithms in a description, and begin at LEAST_SHARE where they may be 0."""
+    """The share of area behind a feature that is its logarithm; other features as they are."""
     if name == "largest_share":
         return float(np.exp(feature))
-    return max(float(np.exp(feature)) - LEAST_SHARE, 0.0) if name.endswith(" area_share") else feature
+    return max(float(np.exp(feature)) - MIN_SHARE, 0.0) if name.endswith(" area_share") else feature

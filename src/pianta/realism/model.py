@@ -1,55 +1,55 @@
-"""Realism of an environment: whether it is built like real ones (thesis, section 8.1), and why not.
+"""Realism of a floor: whether it is built like real ones (thesis, section 8.1), and why not.
 
-The thesis learns to tell real floors from simulated ones. Here the real ones alone are enough (typicality); where
-unrealistic ones are known too, a classifier says how probable it is that a floor is realistic.
+The thesis trains a classifier of real and simulated floors. Here real floors alone are enough (typicality); with
+unrealistic floors too, a classifier gives the probability that a floor is realistic.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from pianta.building_types.description import BuildingDescription, describe_building
 from pianta.building_types.kernel import BuildingKernel
-from pianta.building_types.model import BuildingModel
-from pianta.building_types.typicality import Typicality, find_most_alike, learn_typicality, measure_likeness
+from pianta.building_types.model import BuildingTypeModel
+from pianta.building_types.typicality import Typicality, find_most_similar, fit_typicality, measure_likeness
 from pianta.errors import ModelError
 from pianta.floor import Floor
 from pianta.labels import LabelSet
 from pianta.realism.classifier import RealismClassifier
-from pianta.realism.measures import OffMeasure, find_off_measures, measure_description
-from pianta.realism.patterns import OffPattern, RoomPattern, find_off_patterns, list_patterns
-from pianta.rooms.training import FOLDS, building_of
+from pianta.realism.measures import UnusualMeasure, find_unusual_measures, measure_description
+from pianta.realism.patterns import RoomPattern, UnusualPattern, find_unusual_patterns, list_patterns
+from pianta.rooms.training import FOLDS, building_name
 
-LEAST_BUILDINGS, LEAST_UNLIKE = 3, 2
-# Between these shares of the reference floors that are less typical, a floor is typical.
-LOW, HIGH = 0.25, 0.75
-# Where no more than this share of the reference floors is less typical, a floor is not built like them.
-UNLIKE = 0.1
+MIN_BUILDINGS = 3
+MIN_UNREALISTIC_BUILDINGS = 2
+# Between these shares of less typical reference floors a floor counts as typical: half of the reference.
+TYPICAL = (0.25, 0.75)
+# Up to this share of less typical reference floors, a floor is not built like them: 10 % false alarms.
+MAX_ATYPICAL = 0.1
 
 
 @dataclass(frozen=True)
 class Realism:
-    """What a model says of a floor.
+    """How realistic a floor is.
 
     Attributes
     ----------
     likeness
-        Mean likeness to the three reference floors that it is most like, from 0 to 1.
+        Mean similarity to the three most similar reference floors, from 0 to 1.
     usual
-        The likeness of each reference floor to those of other buildings, ascending.
+        The same of each reference floor, compared with those of other buildings; ascending.
     typicality
-        The share of reference floors that are less like the others than this floor: 0 when all are more so, 0.5 for
-        the median one.
+        The share of reference floors with a lower likeness: 0 if all are more typical, 0.5 for the median.
     probability
-        That it is realistic; None for a model that knows no unrealistic floors.
+        That the floor is realistic; None for a model without unrealistic floors.
     alike
-        Sources of the reference floors that it is most like.
+        Sources of the most similar reference floors.
     measures, patterns
-        What is off, the worst first.
+        What is unusual, the most unusual first.
     """
 
     likeness: float
@@ -57,38 +57,38 @@ class Realism:
     typicality: float
     probability: float | None
     alike: tuple[str, ...]
-    measures: tuple[OffMeasure, ...]
-    patterns: tuple[OffPattern, ...]
+    measures: tuple[UnusualMeasure, ...]
+    patterns: tuple[UnusualPattern, ...]
 
     @property
     def score(self) -> float:
-        """From 0 to 1: the probability where there is one, else the typicality."""
+        """From 0 to 1: the probability; the typicality if there is none."""
         return self.typicality if self.probability is None else self.probability
 
     @property
-    def is_unlike(self) -> bool:
-        """Whether it is not built like the reference floors, by its typicality."""
-        return self.typicality <= UNLIKE
+    def is_atypical(self) -> bool:
+        """Whether, by its typicality, the floor is not built like the reference floors."""
+        return self.typicality <= MAX_ATYPICAL
 
     @property
     def verdict(self) -> str:
         """The score in words."""
-        typical = self._compare()
+        typical = self._describe_typicality()
         if self.probability is None:
             return typical
         realistic = self.probability >= 0.5
         side = "realistic" if realistic else "not realistic"
-        # Two classes put every floor on a side, a single room as well.
-        joined = ", but " if realistic and self.is_unlike else "; "
+        # A classifier puts every floor in a class, even a single room.
+        joined = ", but " if realistic and self.is_atypical else "; "
         return f"{side}, probability {self.probability:.2f} of being so{joined}{typical}"
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """In words what is off."""
+        """What is unusual, in words."""
         return (*map(str, self.measures), *map(str, self.patterns))
 
     def as_json(self) -> dict[str, object]:
-        """All of it, as JSON can hold it.
+        """All attributes, as values that JSON can hold.
 
         Returns
         -------
@@ -107,155 +107,160 @@ class Realism:
             "patterns": [pattern.as_json() for pattern in self.patterns],
         }
 
-    def _compare(self) -> str:
+    def _describe_typicality(self) -> str:
         floors = f"{len(self.usual)} reference floors"
         if self.typicality <= 0:
             return f"less typical than any of the {floors}"
         if self.typicality >= 1:
             return f"more typical than any of the {floors}"
-        if self.typicality < LOW:
+        if self.typicality < TYPICAL[0]:
             return f"less typical than {1 - self.typicality:.0%} of the {floors}"
-        if self.typicality > HIGH:
+        if self.typicality > TYPICAL[1]:
             return f"more typical than {self.typicality:.0%} of the {floors}"
         return f"typical, {self.typicality:.0%} of the {floors} are less so"
 
 
 @dataclass(frozen=True, eq=False)
 class RealismModel:
-    """A model of what is realistic: it is the floors that it knows.
+    """A reference of real floors, and optionally of unrealistic ones.
 
-    known: real floors, by rooms that have labels of label_set. buildings: of each, which are floors of one building.
-    unlike, unlike_buildings: the same of unrealistic floors, none for a model of one class.
-    Raises ModelError for fewer than three buildings, and for a single unrealistic one.
+    reference_floors: descriptions of real floors in `label_set`. buildings: of each; floors of one building share it.
+    unrealistic_floors, unrealistic_buildings: the same for unrealistic floors; empty for a one-class model.
+    Raises ModelError for fewer than three real buildings, and for a single unrealistic one.
     """
 
-    known: tuple[BuildingDescription, ...]
+    reference_floors: tuple[BuildingDescription, ...]
     buildings: tuple[str, ...]
     label_set: LabelSet
-    unlike: tuple[BuildingDescription, ...] = ()
-    unlike_buildings: tuple[str, ...] = ()
+    unrealistic_floors: tuple[BuildingDescription, ...] = ()
+    unrealistic_buildings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        count, count_unlike = len(set(self.buildings)), len(set(self.unlike_buildings))
-        if count < LEAST_BUILDINGS:
-            raise ModelError(f"{count} reference buildings are too few, give {LEAST_BUILDINGS} at least, better dozens")
-        if self.unlike and count_unlike < LEAST_UNLIKE:
-            raise ModelError(f"{count_unlike} unrealistic building is too few, give {LEAST_UNLIKE} at least or none")
+        real, unrealistic = len(set(self.buildings)), len(set(self.unrealistic_buildings))
+        if real < MIN_BUILDINGS:
+            raise ModelError(f"{real} reference buildings are too few, give {MIN_BUILDINGS} at least, better dozens")
+        if self.unrealistic_floors and unrealistic < MIN_UNREALISTIC_BUILDINGS:
+            remedy = f"give {MIN_UNREALISTIC_BUILDINGS} at least or none"
+            raise ModelError(f"{unrealistic} unrealistic building is too few, {remedy}")
 
-    def judge(self, floor: Floor) -> Realism:
-        """Whether a floor is built like the known ones.
+    def assess(self, floor: Floor) -> Realism:
+        """Compare a floor with the reference.
 
         Raises LabelError for rooms without a label of the label set, and for a floor without rooms.
         """
-        return self.judge_description(describe_building(floor, self.label_set), [room.id for room in floor.rooms])
+        return self.assess_description(describe_building(floor, self.label_set), [room.id for room in floor.rooms])
 
-    def judge_description(self, description: BuildingDescription, room_ids: Sequence[int]) -> Realism:
-        """As `judge`, for a floor that is described in the label set of the model; room_ids: of its rooms."""
+    def assess_description(self, description: BuildingDescription, room_ids: Sequence[int]) -> Realism:
+        """As `assess`, for a description in the label set of the model; room_ids: of its rooms."""
         gram = self._kernel.compare([description])
         likeness = measure_likeness(gram)
+        values = measure_description(description, self.label_set)
         return Realism(
             likeness=float(likeness[0]),
             usual=tuple(self._typicality.likenesses.tolist()),
             typicality=float(self._typicality.rank(likeness)[0]),
-            probability=self._classifier.judge(description) if self.unlike else None,
-            alike=find_most_alike(gram, self.known),
-            measures=find_off_measures(
-                measure_description(description, self.label_set), self._measured, self.label_set
-            ),
-            patterns=find_off_patterns(list_patterns(description), self._patterns, room_ids),
+            probability=self._classifier.predict_probability(description) if self.unrealistic_floors else None,
+            alike=find_most_similar(gram, self.reference_floors),
+            measures=find_unusual_measures(values, self._measures, self.label_set),
+            patterns=find_unusual_patterns(list_patterns(description), self._patterns, room_ids),
         )
 
-    def find_building(self, told: BuildingDescription) -> str | None:
-        """The building of a known floor, realistic or not, that is the same but for its source; None for no such."""
-        pairs = zip((*self.known, *self.unlike), (*self.buildings, *self.unlike_buildings), strict=True)
-        return next((building for each, building in pairs if _is_same(told, each)), None)
+    def find_building(self, description: BuildingDescription) -> str | None:
+        """The building of a floor of the model, realistic or not, with the same description; None if there is none."""
+        same = (name for floor, name in zip(*self._all_floors, strict=True) if _is_same(description, floor))
+        return next(same, None)
 
     def leave_out(self, building: str) -> RealismModel:
-        """The model of all floors that it knows but those of a building; raises ModelError where too few are left."""
-        kept = [place for place, name in enumerate(self.buildings) if name != building]
-        kept_unlike = [place for place, name in enumerate(self.unlike_buildings) if name != building]
-        return replace(
-            self,
-            known=tuple(self.known[place] for place in kept),
-            buildings=tuple(self.buildings[place] for place in kept),
-            unlike=tuple(self.unlike[place] for place in kept_unlike),
-            unlike_buildings=tuple(self.unlike_buildings[place] for place in kept_unlike),
-        )
+        """The model without the floors of a building; raises ModelError if too few are left."""
+        floors, buildings = _drop_building(self.reference_floors, self.buildings, building)
+        others, other_buildings = _drop_building(self.unrealistic_floors, self.unrealistic_buildings, building)
+        return RealismModel(floors, buildings, self.label_set, others, other_buildings)
+
+    @property
+    def _all_floors(self) -> tuple[tuple[BuildingDescription, ...], tuple[str, ...]]:
+        """Real and unrealistic floors, and the building of each."""
+        floors = (*self.reference_floors, *self.unrealistic_floors)
+        return floors, (*self.buildings, *self.unrealistic_buildings)
 
     @cached_property
     def _kernel(self) -> BuildingKernel:
-        return BuildingKernel().fit(self.known)
+        return BuildingKernel().fit(self.reference_floors)
 
     @cached_property
     def _typicality(self) -> Typicality:
-        return learn_typicality(self.known, self.buildings)
+        return fit_typicality(self.reference_floors, self.buildings)
 
     @cached_property
     def _classifier(self) -> RealismClassifier:
-        realistic = [True] * len(self.known) + [False] * len(self.unlike)
-        floors, buildings = (*self.known, *self.unlike), (*self.buildings, *self.unlike_buildings)
+        realistic = [True] * len(self.reference_floors) + [False] * len(self.unrealistic_floors)
+        floors, buildings = self._all_floors
         return RealismClassifier().fit(floors, realistic, buildings)
 
     @cached_property
-    def _measured(self) -> list[dict[str, float | None]]:
-        return [measure_description(description, self.label_set) for description in self.known]
+    def _measures(self) -> list[dict[str, float | None]]:
+        return [measure_description(description, self.label_set) for description in self.reference_floors]
 
     @cached_property
     def _patterns(self) -> list[list[RoomPattern]]:
-        return [list_patterns(description) for description in self.known]
+        return [list_patterns(description) for description in self.reference_floors]
 
 
-def learn_realism(
+def train_realism(
     floors: Sequence[Floor],
     *,
     label_set: LabelSet,
     buildings: Sequence[str] | None = None,
-    unlike: Sequence[Floor] = (),
-    unlike_buildings: Sequence[str] | None = None,
+    unrealistic: Sequence[Floor] = (),
+    unrealistic_buildings: Sequence[str] | None = None,
 ) -> RealismModel:
-    """Learn what is realistic from real floors, and from unrealistic ones where there are any.
+    """Make a model of real floors, and of unrealistic ones if there are any.
 
-    floors, unlike: with labels in the label set, R/C or F/C/E/S; those without rooms are left out.
-    buildings: of which building each floor is; by name_buildings unless given.
+    floors, unrealistic: with labels in the label set, R/C or F/C/E/S; those without rooms are skipped.
+    buildings: the building of each floor; None to derive it from the sources by name_buildings.
     Raises LabelError for rooms without such a label, and ModelError as RealismModel does.
     """
-    names, unlike_names = (
-        list(given) if given is not None else name_buildings([floor.source for floor in of_class])
-        for given, of_class in ((buildings, floors), (unlike_buildings, unlike))
-    )
-    known, known_buildings = _describe(floors, names, label_set)
-    others, others_buildings = _describe(unlike, unlike_names, label_set)
-    return RealismModel(known, known_buildings, label_set, others, others_buildings)
+    real = _describe(floors, buildings, label_set)
+    return RealismModel(*real, label_set, *_describe(unrealistic, unrealistic_buildings, label_set))
 
 
-def realism_of_types(model: BuildingModel, types: Sequence[str] = ()) -> RealismModel:
-    """The floors of some types that a model of building types knows, as what is realistic; of all types unless given.
+def reference_from_types(model: BuildingTypeModel, types: Sequence[str] = ()) -> RealismModel:
+    """The training floors of a model of building types as a reference: those of some types, or of all.
 
-    Raises ModelError for types that it does not know, and as RealismModel does.
+    Raises ModelError for types that the model does not have, and as RealismModel does.
     """
     unknown = sorted(set(types) - set(model.building_types))
     if unknown:
         raise ModelError(
             f"no building of type {', '.join(unknown)} is known, give of {', '.join(model.building_types)}"
         )
-    kept = [place for place, kind in enumerate(model.types) if not types or kind in types]
-    known = tuple(model.known[place] for place in kept)
-    return RealismModel(known, tuple(model.buildings[place] for place in kept), model.label_set)
+    chosen = [i for i, name in enumerate(model.types) if not types or name in types]
+    floors = tuple(model.training_floors[i] for i in chosen)
+    return RealismModel(floors, tuple(model.buildings[i] for i in chosen), model.label_set)
 
 
 def name_buildings(sources: Sequence[str]) -> list[str]:
-    """The building of each floor, by building_of; where these were fewer than five, each floor is one."""
-    names = [building_of(source) for source in sources]
+    """The building of each floor by its file name; if that gives fewer than five buildings, each floor is one."""
+    names = [building_name(source) for source in sources]
     return names if len(set(names)) >= FOLDS else [*sources]
 
 
 def _is_same(one: BuildingDescription, other: BuildingDescription) -> bool:
-    told, known = ((each.labels, each.sizes, each.sides, each.doors) for each in (one, other))
-    return told == known and np.array_equal(one.features, other.features)
+    """Whether two descriptions are equal except for their source."""
+    rooms, other_rooms = ((each.labels, each.sizes, each.sides, each.doors) for each in (one, other))
+    return rooms == other_rooms and np.array_equal(one.features, other.features)
+
+
+def _drop_building(
+    floors: Sequence[BuildingDescription], buildings: Sequence[str], building: str
+) -> tuple[tuple[BuildingDescription, ...], tuple[str, ...]]:
+    others = [i for i, name in enumerate(buildings) if name != building]
+    return tuple(floors[i] for i in others), tuple(buildings[i] for i in others)
 
 
 def _describe(
-    floors: Sequence[Floor], buildings: Sequence[str], label_set: LabelSet
+    floors: Sequence[Floor], buildings: Sequence[str] | None, label_set: LabelSet
 ) -> tuple[tuple[BuildingDescription, ...], tuple[str, ...]]:
-    pairs = [(floor, name) for floor, name in zip(floors, buildings, strict=True) if floor.rooms]
+    """Descriptions of the floors that have rooms, and their buildings."""
+    names = name_buildings([floor.source for floor in floors]) if buildings is None else buildings
+    pairs = [(floor, name) for floor, name in zip(floors, names, strict=True) if floor.rooms]
     return tuple(describe_building(floor, label_set) for floor, _ in pairs), tuple(name for _, name in pairs)

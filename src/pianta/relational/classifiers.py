@@ -21,7 +21,7 @@ from pianta.relational.kernels import (
     FloorKernel,
     RoomKernel,
     decide,
-    fit_machine,
+    fit_svm,
 )
 
 # Of each floor, a label for each room.
@@ -30,7 +30,7 @@ TARGET = "buildingtype"
 _RELATIONS = (*ROOM_RELATIONS, *(each for each in FLOOR_RELATIONS if each.signature.name == TARGET))
 
 
-class RelationalPlaces:
+class RelationalRoomClassifier:
     """A classifier of rooms on a kernel of rooms: fit to labelled floors, then predict those of others.
 
     Floors are Floor, told by ROOM_RELATIONS, or Interpretation, such as read_interpretations gives; the labels to be
@@ -46,7 +46,7 @@ class RelationalPlaces:
 
     def fit(
         self, floors: Sequence[Floor | Interpretation], labels: Mapping[str, Labels] | None = None
-    ) -> RelationalPlaces:
+    ) -> RelationalRoomClassifier:
         """Learn the labels of all label sets from one Gram matrix.
 
         labels: by the name of a label set, of each floor those of its rooms in order. Where none are given, those that
@@ -54,7 +54,7 @@ class RelationalPlaces:
         Raises ModelError for rooms without a label or with several, and for fewer than two labels, RelationError as
         RoomKernel.
         """
-        told = tell_floors(floors)
+        told = to_interpretations(floors)
         self.kernel.check(told)
         rooms = [self.kernel.list_rooms(each) for each in told]
         given = {self.kernel.target: self._read_labels(told)} if labels is None else labels
@@ -66,7 +66,7 @@ class RelationalPlaces:
                 )
         gram = self.kernel.fit(told).compare()
         joined = {name: [label for each in of_floors for label in each] for name, of_floors in given.items()}
-        self.machines_ = {name: fit_machine(gram, each, cost=self.cost) for name, each in joined.items()}
+        self.machines_ = {name: fit_svm(gram, each, cost=self.cost) for name, each in joined.items()}
         self.labels_ = {name: tuple(sorted(set(each))) for name, each in joined.items()}
         return self
 
@@ -75,7 +75,7 @@ class RelationalPlaces:
 
         Raises ModelError before `fit`, RelationError as RoomKernel.
         """
-        told = tell_floors(floors)
+        told = to_interpretations(floors)
         gram = self.kernel.compare(told)
         ends = np.cumsum([0, *(len(self.kernel.list_rooms(each)) for each in told)])
         decided = {name: decide(machine, gram, self.labels_[name]) for name, machine in self.machines_.items()}
@@ -118,7 +118,7 @@ class RelationalPlaces:
         return {room: [*labels] for room, labels in found.items()}
 
 
-def tell_floors(
+def to_interpretations(
     floors: Sequence[Floor | Interpretation], *, label_set: LabelSet = LabelSet.TYPE
 ) -> list[Interpretation]:
     """Floors as interpretations, by ROOM_RELATIONS with labels of a label set; interpretations as they are."""
@@ -128,7 +128,7 @@ def tell_floors(
     ]
 
 
-class RelationalBuildings:
+class RelationalTypeClassifier:
     """A classifier of floors by type of building on a kernel of floors: fit to known floors, then predict others.
 
     Floors are Floor, told by ROOM_RELATIONS and their labels in label_set, or Interpretation, such as
@@ -145,7 +145,9 @@ class RelationalBuildings:
         self.label_set = label_set
         self.cost = cost
 
-    def fit(self, floors: Sequence[Floor | Interpretation], types: Sequence[str] | None = None) -> RelationalBuildings:
+    def fit(
+        self, floors: Sequence[Floor | Interpretation], types: Sequence[str] | None = None
+    ) -> RelationalTypeClassifier:
         """Learn the types of floors; those that their own facts tell where none are given.
 
         Raises ModelError for floors without a type and fewer than two types, RelationError as FloorKernel, LabelError
@@ -157,7 +159,7 @@ class RelationalBuildings:
         if len(given) != len(told):
             raise ModelError(f"{len(given)} types are given for {len(told)} floors, give one each")
         gram = self.kernel.fit(told).compare()
-        self.machine_ = fit_machine(gram, given, cost=self.cost)
+        self.machine_ = fit_svm(gram, given, cost=self.cost)
         self.types_ = tuple(sorted(set(given)))
         return self
 

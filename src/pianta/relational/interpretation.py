@@ -156,7 +156,7 @@ def interpret_floor(
 ) -> Interpretation:
     """The facts of a floor: its rooms, `room(r12)`, those of all relations, then the labels, `label(r12,lcorridor)`.
 
-    Measures are in metres. Labels are those of atom_of_label.
+    Measures are in metres. Labels are those of label_atom.
     relations: FLOOR_RELATIONS, and what users add, `(*FLOOR_RELATIONS, ALIGNED, Relation(signature, function))`.
     label_set, convention: which labels; None tells no labels. Rooms without a label have no such fact.
     schema: where labels lie in the label set; that of the most probable building type when None.
@@ -173,13 +173,13 @@ def interpret_floor(
         facts += _make_facts(relation, floor, rooms)
     if label_set is not None:
         labels = list_labels(floor, label_set, convention=convention, schema=schema)
-        facts += [Fact(LABEL.name, (rooms[room_id], atom_of_label(label))) for room_id, label in labels]
+        facts += [Fact(LABEL.name, (rooms[room_id], label_atom(label))) for room_id, label in labels]
     interpretation = Interpretation(name or floor.source or "floor", tuple(facts))
     check_interpretation(interpretation, signatures)
     return interpretation
 
 
-def atom_of_label(label: str) -> str:
+def label_atom(label: str) -> str:
     """A label as the real files write it: BIG SERVICE is lbigservice, FUNCTIONAL is lroom, CONNECTION is lcorridor."""
     return "l" + "".join(_IN_FILES.get(label, label).lower().split())
 

@@ -143,7 +143,7 @@ class RoomKernel(RelationalKernel):
         return self.pairs.count_rooted_features(graphs, [self.list_rooms(each) for each in interpretations])
 
 
-def fit_machine(gram: Floats, truth: Sequence[str], *, cost: float = COST) -> SVC:
+def fit_svm(gram: Floats, truth: Sequence[str], *, cost: float = COST) -> SVC:
     """A support vector machine on a Gram matrix, shape (n, n), and the label of each.
 
     Raises ModelError for fewer than two labels.

@@ -9,10 +9,9 @@ from types import MappingProxyType
 from pianta.errors import LabelError
 from pianta.floor import Floor, Room
 from pianta.io._faults import join_faults
-from pianta.io.buildings._repair import normalize_label
-from pianta.labels import FCES, RC, SCHEMAS, LabelConvention, LabelSchema, LabelSet
+from pianta.labels import FCES, RC, SCHEMAS, LabelConvention, LabelSchema, LabelSet, normalize_label
 from pianta.rooms.label import label_rooms
-from pianta.rooms.model import has_given_label
+from pianta.rooms.model import has_manual_label
 
 # The label sets by which buildings are compared.
 LABELS: Mapping[LabelSet, tuple[str, ...]] = MappingProxyType(
@@ -31,7 +30,7 @@ class CoarseFloor:
     found: tuple[int, ...]
 
 
-def complete_labels(
+def fill_missing_labels(
     floor: Floor,
     label_set: LabelSet,
     *,
@@ -62,7 +61,7 @@ def complete_labels(
 
 def _place_given(room: Room, floor: Floor, label_set: LabelSet, schemas: Mapping[str, LabelSchema]) -> str | None:
     """Where the label that somebody gave a room lies in a label set; None for no label, and one that nobody knows."""
-    if not has_given_label(room):
+    if not has_manual_label(room):
         # Labels that say nothing of probabilities are no finding of pianta.
         return None if room.label_probabilities else room.labels.get(str(label_set))
     name = normalize_label(room.label) or ""
@@ -95,7 +94,7 @@ def list_labels(rooms: Iterable[Room], label_set: LabelSet) -> list[str]:
     return [str(label) for label in labels]
 
 
-def spread_labels(
+def map_labels_upwards(
     floor: Floor, schema: LabelSchema, *, convention: LabelConvention = LabelConvention.EXPERIMENTS
 ) -> Floor:
     """The floor with each room's given label, one of a schema, mapped up to F/C/E/S and R/C.

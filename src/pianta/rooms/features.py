@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pianta._types import Floats
 from pianta.floor import Floor
-from pianta.graphs.centrality import betweenness_of, closeness_of, measure_katz, to_arrays
+from pianta.graphs.centrality import betweenness_from_paths, closeness_from_distances, measure_katz, to_arrays
 from pianta.graphs.shortest_paths import ShortestPaths, find_shortest_paths
 from pianta.rooms._outlines import draw_outlines, measure_unit
 from pianta.rooms._shapes import (
@@ -33,7 +33,7 @@ from pianta.rooms._shapes import (
 from pianta.rooms._surroundings import find_alike, measure_facades, measure_sizes, measure_walls, share_walls
 
 # What is told of the rooms behind the doors of a room: the largest, the smallest and the mean of these.
-OF_NEIGHBOURS = ("degree", "betweenness", "elongation", "facade", "alike_share", "compactness")
+NEIGHBOUR_FEATURES = ("degree", "betweenness", "elongation", "facade", "alike_share", "compactness")
 CONTEXT_FEATURES: tuple[str, ...] = (
     *("compactness", "spread", "elongation", "rectangularity", "convexity"),
     *("doors", "openings", "door_span", "door_to_end"),
@@ -45,7 +45,7 @@ CONTEXT_FEATURES: tuple[str, ...] = (
     *("within_2", "within_2_share", "within_3_share", "hops_to_hub", "parts", "cut_off", "cut_off_share"),
     *("leaves", "leaves_share", "small_leaves", "siblings", "siblings_alike", "siblings_alike_share"),
     *("main_wall", "main_end"),
-    *(f"neighbour_{name}_{of}" for name in ("size", *OF_NEIGHBOURS) for of in ("max", "min", "mean")),
+    *(f"neighbour_{name}_{of}" for name in ("size", *NEIGHBOUR_FEATURES) for of in ("max", "min", "mean")),
 )
 # Katz centrality needs less than one over the largest eigenvalue, which a corridor with 100 rooms exceeds with 0.1.
 KATZ_SHARE = 0.5
@@ -118,7 +118,7 @@ def measure_topology(graph: nx.Graph, doors: Floats, paths: ShortestPaths) -> di
     """The role of a room in the graph: centralities, what is near it in doors, and what it alone leads to."""
     n, hops = len(doors), paths.distances
     degree = doors.sum(axis=1)
-    betweenness = betweenness_of(paths)
+    betweenness = betweenness_from_paths(paths)
     farthest = np.where(np.isinf(hops), 0, hops).max(axis=1)
     hubs = betweenness >= betweenness.max() * (1 - SAME)
     to_hub = hops[:, hubs].min(axis=1)
@@ -126,7 +126,7 @@ def measure_topology(graph: nx.Graph, doors: Floats, paths: ShortestPaths) -> di
     return {
         "degree": degree,
         "mean_degree": np.full(n, degree.mean()),
-        "closeness": closeness_of(hops),
+        "closeness": closeness_from_distances(hops),
         "betweenness": betweenness,
         "katz": _measure_katz(graph, doors),
         "eccentricity": farthest,
@@ -179,7 +179,7 @@ def measure_neighbours(doors: Floats, area: Floats, measured: Mapping[str, Float
     """The largest, the smallest and the mean of features of the rooms behind doors, sizes relative to the own."""
     size = np.log(area)
     found = _summarise("size", doors, size[None] - size[:, None])
-    for name in OF_NEIGHBOURS:
+    for name in NEIGHBOUR_FEATURES:
         found |= _summarise(name, doors, np.broadcast_to(measured[name], doors.shape))
     return found
 

@@ -17,33 +17,33 @@ from pianta.floor import Floor
 from pianta.labels import LabelSchema
 from pianta.rooms.features import RoomContext
 from pianta.rooms.label import label_rooms
-from pianta.rooms.model import FUNCTIONS, PlaceModel, describe_neighbours, find_neighbourhood
-from pianta.rooms.name_dictionary import RoomWords, prior_of_name, read_default_room_words
+from pianta.rooms.model import FUNCTIONS, RoomModel, describe_neighbours, find_neighbourhood
+from pianta.rooms.name_dictionary import RoomNameDictionary, read_default_room_name_dictionary, room_name_prior
 
 # Of a room with a name that says something, trees leave every label at least this probability: a forest is surer of
 # itself than of rooms unlike those that it was grown on, and what is printed in a room is seldom wrong.
 LEAST = 0.05
 
 
-def label_named_rooms(floor: Floor, model: PlaceModel | None = None, words: RoomWords | None = None) -> Floor:
+def label_named_rooms(floor: Floor, model: RoomModel | None = None, words: RoomNameDictionary | None = None) -> Floor:
     """The floor with a label for each room, as label_rooms gives them, with what the rooms' names say.
 
     model: the one that comes with pianta unless given. words: the dictionary that comes with pianta unless given.
     Where no room has a name that the dictionary knows, it is label_rooms.
     """
-    from pianta.rooms.model_file import read_default_place_model
+    from pianta.rooms.model_file import read_default_room_model
 
-    model = model or read_default_place_model()
+    model = model or read_default_room_model()
     known = next((name for name in floor.building_types if name in model.names), None)
     schema = None if known is None else model.schemas[known]
     if not any(room.name for room in floor.rooms):
         return label_rooms(floor, model)
-    words = words or read_default_room_words()
-    priors = [prior_of_name(room.name, schema, words) if room.name else None for room in floor.rooms]
+    words = words or read_default_room_name_dictionary()
+    priors = [room_name_prior(room.name, schema, words) if room.name else None for room in floor.rooms]
     if not any(priors):
         return label_rooms(floor, model)
-    parts = {part.name: getattr(model, part.name) for part in fields(PlaceModel)}
-    return _NamedPlaceModel(**parts, evidence=_weigh_names(priors, schema)).label(floor)
+    parts = {part.name: getattr(model, part.name) for part in fields(RoomModel)}
+    return _NamedRoomModel(**parts, evidence=_weigh_names(priors, schema)).label(floor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ def _weigh_names(priors: Sequence[Mapping[str, float] | None], schema: LabelSche
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class _NamedPlaceModel(PlaceModel):
+class _NamedRoomModel(RoomModel):
     """A place model for one floor, whose rooms have names."""
 
     evidence: _Evidence

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pianta._arguments import check_argument
 from pianta.floor import Floor
-from pianta.rooms.model import PlaceModel
+from pianta.rooms.model import RoomModel
 
 
-def label_rooms(floor: Floor, model: PlaceModel | None = None) -> Floor:
+def label_rooms(floor: Floor, model: RoomModel | None = None) -> Floor:
     """Say what each room of a floor is for.
 
     Labels are in the sets "R/C" and "F/C/E/S" (the split of the thesis' experiments), and in that of the most probable
@@ -38,7 +38,7 @@ def label_rooms(floor: Floor, model: PlaceModel | None = None) -> Floor:
     [9]
     """
     check_argument(floor, Floor, "floor", "a Floor of read or reconstruct")
-    check_argument(model, (PlaceModel, type(None)), "model", "a model of train_rooms or load_model")
-    from pianta.rooms.model_file import read_default_place_model
+    check_argument(model, (RoomModel, type(None)), "model", "a model of train_rooms or load_model")
+    from pianta.rooms.model_file import read_default_room_model
 
-    return (model or read_default_place_model()).label(floor)
+    return (model or read_default_room_model()).label(floor)

@@ -25,7 +25,7 @@ from pianta.rooms.random_field import Neighbourhood, RandomField
 FUNCTIONS = tuple(FCES)
 CONNECTION = FUNCTIONS.index(FCES.CONNECTION)
 # Columns for each label that describe_neighbours adds to the context of a room.
-AROUND = 9
+N_NEIGHBOUR_BLOCKS = 9
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Training:
 
 
 @dataclass(frozen=True, eq=False)
-class PlaceModel:
+class RoomModel:
     """A trained model of what rooms are for.
 
     Attributes
@@ -92,9 +92,9 @@ class PlaceModel:
         PiantaError
             The file cannot be written.
         """
-        from pianta.rooms.model_file import save_place_model
+        from pianta.rooms.model_file import save_room_model
 
-        save_place_model(self, path)
+        save_room_model(self, path)
 
     def passes(self, floor: Floor) -> dict[str, Floats]:
         """Give the probabilities of F/C/E/S after each step.
@@ -160,7 +160,7 @@ class PlaceModel:
         return tuple(sorted(self.names))
 
 
-def has_given_label(room: Room) -> bool:
+def has_manual_label(room: Room) -> bool:
     """Whether its label is not one that `label_rooms` gave it: somebody has said or corrected it.
 
     What the model says has a probability, and is the finest of the room's labels.
@@ -169,9 +169,9 @@ def has_given_label(room: Room) -> bool:
     return room.label is not None and room.label not in said_by_model
 
 
-def keep_given_label(room: Room) -> Room:
+def keep_manual_label(room: Room) -> Room:
     """The room with nothing but the label that somebody gave it, or with no label at all."""
-    return replace(room, label=room.label if has_given_label(room) else None, labels={}, label_probabilities={})
+    return replace(room, label=room.label if has_manual_label(room) else None, labels={}, label_probabilities={})
 
 
 def choose_functions(judged: Floats) -> NDArray[np.intp]:
@@ -205,7 +205,7 @@ def _label_room(room: Room, functions: Floats, chosen: int, names: Floats, schem
 
 
 def describe_neighbours(context: RoomContext, probabilities: Floats) -> Floats:
-    """Features of rooms, what is thought of each, and of the rooms around it: shape (n, k + AROUND L).
+    """Features of rooms, what is thought of each, and of the rooms around it: shape (n, k + N_NEIGHBOUR_BLOCKS L).
 
     probabilities: of L labels, shape (n, L).
     """

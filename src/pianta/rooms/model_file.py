@@ -1,4 +1,4 @@
-"""The file of a PlaceModel: a NumPy archive (.npz) of its trees, with what else it holds in a member pianta.json.
+"""The file of a RoomModel: a NumPy archive (.npz) of its trees, with what else it holds in a member pianta.json.
 
 A model file may come from a stranger. Nothing of it is unpacked before its sizes are known, and no tree before the
 header has been read; there is no pickle in it, and trees are checked before anything walks through them.
@@ -8,25 +8,23 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from pianta.errors import ModelError, PiantaError
-from pianta.io._faults import describe_validation
-from pianta.io._files import atomic_file, check_input_file, one_line_reason, short_repr
+from pianta.io._checked import FileFormat, read_checked
+from pianta.io._faults import validation_as
+from pianta.io._files import atomic_file, one_line_reason, short_repr
 from pianta.labels import Label, LabelSchema
 from pianta.models import MODELS
 from pianta.rooms.features import CONTEXT_FEATURES
 from pianta.rooms.forest import Forest
-from pianta.rooms.model import AROUND, FUNCTIONS, PlaceModel, Training
+from pianta.rooms.model import FUNCTIONS, N_NEIGHBOUR_BLOCKS, RoomModel, Training
 from pianta.rooms.model_archive import NO_MODEL, ModelArchive, pack_archive
 from pianta.rooms.random_field import RandomField
 
-FORMAT: Final = "pianta places"
-# Version 1 had its trees as objects of scikit-learn, in a skops archive.
-MAJOR, MINOR = 2, 0
 SUFFIX = ".npz"
 HEADER = "pianta.json"
 DEFAULT_MODEL = MODELS / "rooms.npz"
@@ -34,6 +32,8 @@ MAX_FILE_BYTES = 32 * 2**20
 # The arrays of a Forest, their types and axes.
 ARRAYS = {"features": ("<i2", 1), "thresholds": ("<f4", 1), "votes": ("<f8", 2)}
 REMEDY = "train it again with `pianta train places`"
+# Version 1 had its trees as objects of scikit-learn, in a skops archive.
+FORMAT = FileFormat("pianta places", 2, oldest=2, remedy=REMEDY)
 
 
 def check_model_path(path: str | Path) -> None:
@@ -42,8 +42,8 @@ def check_model_path(path: str | Path) -> None:
         raise ModelError(f"model file {short_repr(path)} does not end in {SUFFIX}, give a name that does")
 
 
-def save_place_model(model: PlaceModel, path: str | Path) -> None:
-    """Write a model; read_place_model gives back one that says the same, and the same model gives the same bytes.
+def save_room_model(model: RoomModel, path: str | Path) -> None:
+    """Write a model; read_room_model gives back one that says the same, and the same model gives the same bytes.
 
     Raises ModelError as check_model_path does, PiantaError when the file cannot be written.
     """
@@ -60,27 +60,24 @@ def save_place_model(model: PlaceModel, path: str | Path) -> None:
         temporary.write_bytes(content)
 
 
-def read_place_model(path: str | Path) -> PlaceModel:
-    """Read a model that save_place_model has written.
+def read_room_model(path: str | Path) -> RoomModel:
+    """Read a model that save_room_model has written.
 
     Raises ModelError, in one line, for a file that is no model, one of a newer or older format or for other features,
     and one whose trees are damaged.
     """
-    file = check_input_file(path, "model", ModelError)
-    try:
-        if file.stat().st_size > MAX_FILE_BYTES:
-            raise ModelError(f"it has more than {MAX_FILE_BYTES} bytes, too many for a model")
-        with ModelArchive(file.read_bytes()) as archive:
-            header = _read_header(archive)
-            return _build_model(header, archive)
-    except (ModelError, OSError) as error:
-        raise ModelError(f"cannot read the model {short_repr(file)}: {one_line_reason(error)}") from error
+    return read_checked(path, "model", ModelError, _parse_model, max_bytes=MAX_FILE_BYTES)
+
+
+def _parse_model(content: bytes) -> RoomModel:
+    with ModelArchive(content) as archive:
+        return _build_model(_read_header(archive), archive)
 
 
 @cache
-def read_default_place_model() -> PlaceModel:
+def read_default_room_model() -> RoomModel:
     """The model that comes with pianta; `training` says what it was trained on."""
-    return read_place_model(DEFAULT_MODEL)
+    return read_room_model(DEFAULT_MODEL)
 
 
 class _Part(BaseModel):
@@ -101,23 +98,19 @@ class _Field(_Part):
     alike_strength: FiniteFloat
 
 
-class _Version(_Part):
-    format: Literal["pianta places"]
-    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
-
-
-class _Header(_Version):
+class _Header(_Part):
+    format: str
+    version: str
     features: list[str]
     field: _Field
     schemas: dict[str, tuple[Label, ...]]
     training: Training
 
 
-def _describe_model(model: PlaceModel) -> _Header:
+def _describe_model(model: RoomModel) -> _Header:
     field = model.field
     return _Header(
-        format=FORMAT,
-        version=f"{MAJOR}.{MINOR}",
+        **FORMAT.header,
         features=list(CONTEXT_FEATURES),
         field=_Field(
             doors=field.doors.tolist(),
@@ -131,36 +124,29 @@ def _describe_model(model: PlaceModel) -> _Header:
     )
 
 
+@validation_as(ModelError)
 def _read_header(archive: ModelArchive) -> _Header:
-    """The header of a model file; what it says of its version comes before all other faults."""
+    """The header of a model file; a fault of its version comes before all others."""
     try:
         text = archive.read(HEADER)
     except ModelError:
         raise ModelError(NO_MODEL) from None
-    try:
-        version = _Version.model_validate_json(text).version
-        major = int(version.partition(".")[0])
-        if major > MAJOR:
-            raise ModelError(f"it has format version {version}, this pianta reads {MAJOR}.x; update pianta")
-        if major < MAJOR:
-            raise ModelError(f"it has format version {version}, which pianta no longer reads; {REMEDY}")
-        header = _Header.model_validate_json(text)
-    except ValidationError as exception:
-        raise ModelError(describe_validation(exception)) from None
+    FORMAT.check_version(text, ModelError)
+    header = _Header.model_validate_json(text)
     if tuple(header.features) != CONTEXT_FEATURES:
         raise ModelError(f"it was trained on other features of rooms than this pianta computes; {REMEDY}")
     return header
 
 
-def _build_model(header: _Header, archive: ModelArchive) -> PlaceModel:
+def _build_model(header: _Header, archive: ModelArchive) -> RoomModel:
     try:
         schemas = {kind: LabelSchema(kind, labels) for kind, labels in header.schemas.items()}
     except (PiantaError, ValueError) as error:
         raise ModelError(f"its labels are none: {one_line_reason(error)}") from None
     context = len(CONTEXT_FEATURES)
-    around = context + AROUND * len(FUNCTIONS)
+    around = context + N_NEIGHBOUR_BLOCKS * len(FUNCTIONS)
     field = {name: getattr(header.field, name) for name in ("temperature", "door_strength", "alike_strength")}
-    return PlaceModel(
+    return RoomModel(
         first=_read_forest(archive, "first", features=context, classes=len(FUNCTIONS)),
         second=_read_forest(archive, "second", features=around, classes=len(FUNCTIONS)),
         field=RandomField(np.array(header.field.doors), np.array(header.field.alike), **field),

@@ -13,19 +13,19 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 from pianta.errors import LabelError
-from pianta.io._faults import describe_validation
-from pianta.io._files import check_input_file, short_repr
+from pianta.io._checked import FileFormat, read_checked
+from pianta.io._faults import validation_as
 from pianta.labels import FCES, SCHEMAS, LabelSchema, standard_building_type, standard_name
 
-FORMAT, MAJOR = "pianta room words", 1
+FORMAT = FileFormat("pianta room words", 1)
 MAX_FILE_BYTES = 256 * 2**10
 # What is left for the labels that a name does not speak of, all together: by how well a word was found.
-DOUBT_OF_WHOLE, DOUBT_OF_PART, DOUBT_OF_LIKE = 0.05, 0.15, 0.2
+P_OTHER_EXACT_MATCH, P_OTHER_PART_MATCH, P_OTHER_FUZZY_MATCH = 0.05, 0.15, 0.2
 # Words shorter than this are not looked for within others, which go on for so many letters, and not among misread ones.
 LEAST_PART, LEAST_REST, LEAST_LIKE = 5, 3, 5
 # How alike a misread word must be (difflib.SequenceMatcher.ratio); when more, before parts of words are looked for.
@@ -36,7 +36,7 @@ _LOOK_ALIKE = str.maketrans("01358", "olesb")
 
 
 @dataclass(frozen=True)
-class RoomKind:
+class RoomNameEntry:
     """What a word may stand for.
 
     function: its place in F/C/E/S where the building type says nothing. labels: building type -> labels.
@@ -49,17 +49,17 @@ class RoomKind:
 
 
 @dataclass(frozen=True)
-class RoomWords:
+class RoomNameDictionary:
     """A dictionary: kinds of rooms by the words for them."""
 
-    kinds: tuple[RoomKind, ...]
+    kinds: tuple[RoomNameEntry, ...]
 
     @cached_property
     def by_phrase(self) -> Mapping[str, Mapping[int, int]]:
         """Folded phrase -> index of a kind -> in how many languages the phrase means it."""
         found: dict[str, dict[int, int]] = {}
         for index, kind in enumerate(self.kinds):
-            for phrase in (phrase for phrases in kind.words.values() for phrase in {*map(fold_name, phrases)}):
+            for phrase in (phrase for phrases in kind.words.values() for phrase in {*map(normalize_name, phrases)}):
                 counts = found.setdefault(phrase, {})
                 counts[index] = counts.get(index, 0) + 1
         return found
@@ -70,32 +70,32 @@ class RoomWords:
         counts = {len(phrase.split()) for phrase in self.by_phrase}
         return {count: tuple(sorted(p for p in self.by_phrase if len(p.split()) == count)) for count in sorted(counts)}
 
-    def extended(self, other: RoomWords) -> RoomWords:
+    def extended(self, other: RoomNameDictionary) -> RoomNameDictionary:
         """The dictionary with the words of another one, which come first where both have a word."""
         theirs = set(other.by_phrase)
         kept = tuple(
-            RoomKind(
+            RoomNameEntry(
                 kind.function,
                 kind.labels,
                 {
-                    language: tuple(word for word in words if fold_name(word) not in theirs)
+                    language: tuple(word for word in words if normalize_name(word) not in theirs)
                     for language, words in kind.words.items()
                 },
             )
             for kind in self.kinds
         )
-        return RoomWords((*other.kinds, *kept))
+        return RoomNameDictionary((*other.kinds, *kept))
 
 
 @dataclass(frozen=True)
-class FoundWord:
+class PhraseMatch:
     """A phrase of the dictionary in a name, and what is left for it not to be meant."""
 
     phrase: str
     doubt: float
 
 
-def fold_name(text: str) -> str:
+def normalize_name(text: str) -> str:
     """A name in small letters without accents and signs, with single blanks."""
     plain = unicodedata.normalize("NFKD", text.casefold().replace("'s", "s").replace("’s", "s"))
     return " ".join(
@@ -103,26 +103,26 @@ def fold_name(text: str) -> str:
     )
 
 
-def find_word(name: str, words: RoomWords) -> FoundWord | None:
+def match_phrase(name: str, words: RoomNameDictionary) -> PhraseMatch | None:
     """The phrase of the dictionary that a name has; None for none.
 
     The longest one of its words as they are; else what it is very much like, as OCR misreads letters; else the longest
     part of a word, as in German compounds; else what it is rather like.
     """
-    tokens = fold_name(name).split()
+    tokens = normalize_name(name).split()
     # AULA4 is numbered, and CLA55 misread.
     spelt = [token.rstrip("0123456789") or token for token in tokens]
     for variant in (spelt, [_spell(token) for token in tokens]):
         whole = _find_whole(variant, words)
         if whole:
-            return FoundWord(whole, DOUBT_OF_WHOLE)
+            return PhraseMatch(whole, P_OTHER_EXACT_MATCH)
     tokens = [_spell(token) for token in spelt]
     like = _find_like(tokens, words, VERY_ALIKE)
     part = None if like else _find_part(tokens, words)
     if part:
-        return FoundWord(part, DOUBT_OF_PART)
+        return PhraseMatch(part, P_OTHER_PART_MATCH)
     like = like or _find_like(tokens, words, ALIKE)
-    return FoundWord(like, DOUBT_OF_LIKE) if like else None
+    return PhraseMatch(like, P_OTHER_FUZZY_MATCH) if like else None
 
 
 def _spell(token: str) -> str:
@@ -131,7 +131,7 @@ def _spell(token: str) -> str:
     return token.translate(_LOOK_ALIKE) if letters >= 3 else token
 
 
-def _runs(tokens: Sequence[str], words: RoomWords) -> list[str]:
+def _runs(tokens: Sequence[str], words: RoomNameDictionary) -> list[str]:
     """All successive words of a name, no more than a phrase has, the longest first."""
     most = max(words.by_length, default=0)
     ends = range(len(tokens) + 1)
@@ -139,7 +139,7 @@ def _runs(tokens: Sequence[str], words: RoomWords) -> list[str]:
     return sorted(runs, key=lambda run: -len(run))
 
 
-def _find_whole(tokens: Sequence[str], words: RoomWords) -> str | None:
+def _find_whole(tokens: Sequence[str], words: RoomNameDictionary) -> str | None:
     runs, phrases = _runs(tokens, words), words.by_phrase
     found = next((run for run in runs if run in phrases), None)
     # A plural in s; words that a plan writes in one.
@@ -148,7 +148,7 @@ def _find_whole(tokens: Sequence[str], words: RoomWords) -> str | None:
     return found or max((pair for pair in pairs if pair.replace(" ", "") in tokens), key=len, default=None)
 
 
-def _find_part(tokens: Sequence[str], words: RoomWords) -> str | None:
+def _find_part(tokens: Sequence[str], words: RoomNameDictionary) -> str | None:
     """The longest word with which another one begins or ends; of equals an end, which says what a compound is."""
     parts = [
         (len(phrase), token.endswith(phrase), phrase)
@@ -159,7 +159,7 @@ def _find_part(tokens: Sequence[str], words: RoomWords) -> str | None:
     return max(parts)[2] if parts else None
 
 
-def _find_like(tokens: Sequence[str], words: RoomWords, ratio: float) -> str | None:
+def _find_like(tokens: Sequence[str], words: RoomNameDictionary, ratio: float) -> str | None:
     for run in _runs(tokens, words):
         if len(run) < LEAST_LIKE or not any(map(str.isalpha, run)):
             continue
@@ -170,13 +170,13 @@ def _find_like(tokens: Sequence[str], words: RoomWords, ratio: float) -> str | N
     return None
 
 
-def prior_of_name(name: str, labels: LabelSchema | None, words: RoomWords) -> dict[str, float] | None:
+def room_name_prior(name: str, labels: LabelSchema | None, words: RoomNameDictionary) -> dict[str, float] | None:
     """Probabilities of the labels of a building type, or of F/C/E/S for None, given nothing but a room's name.
 
     The labels of what the name means share nearly all; a kind that has no label of the type gives to those of its
     function. None for a name of which the dictionary knows no word.
     """
-    found = find_word(name, words)
+    found = match_phrase(name, words)
     if found is None:
         return None
     kinds = words.by_phrase[found.phrase]
@@ -191,7 +191,7 @@ def prior_of_name(name: str, labels: LabelSchema | None, words: RoomWords) -> di
     return prior
 
 
-def _labels_of_kind(kind: RoomKind, labels: LabelSchema | None) -> list[str]:
+def _labels_of_kind(kind: RoomNameEntry, labels: LabelSchema | None) -> list[str]:
     if labels is None:
         # An office serves a school, and is what an office building is for
         of_types = ((SCHEMAS[of].by_name, names) for of, names in kind.labels.items() if of in SCHEMAS)
@@ -203,23 +203,18 @@ def _labels_of_kind(kind: RoomKind, labels: LabelSchema | None) -> list[str]:
 
 
 @cache
-def read_default_room_words() -> RoomWords:
+def read_default_room_name_dictionary() -> RoomNameDictionary:
     """The dictionary that comes with pianta: English, Italian, German, French, Spanish and Portuguese."""
     return _parse_words(Path(__file__).with_name("name_dictionary.json").read_bytes())
 
 
-def read_room_words(path: str | Path) -> RoomWords:
+def read_room_name_dictionary(path: str | Path) -> RoomNameDictionary:
     """The dictionary of pianta with the words of a file of the same form, which come first.
 
     Raises LabelError, with every fault in one message, for a file that is no dictionary.
     """
-    file = check_input_file(path, "room words", LabelError)
-    try:
-        if file.stat().st_size > MAX_FILE_BYTES:
-            raise LabelError(f"it has more than {MAX_FILE_BYTES} bytes, leave out words")
-        return read_default_room_words().extended(_parse_words(file.read_bytes()))
-    except (LabelError, OSError) as exception:
-        raise LabelError(f"cannot read the room words {short_repr(file)}: {exception}") from exception
+    words = read_checked(path, "room words", LabelError, _parse_words, max_bytes=MAX_FILE_BYTES)
+    return read_default_room_name_dictionary().extended(words)
 
 
 def _upper(value: object) -> object:
@@ -227,7 +222,7 @@ def _upper(value: object) -> object:
 
 
 def _check_phrase(phrase: str) -> str:
-    if not fold_name(phrase):
+    if not normalize_name(phrase):
         raise ValueError("a word has no letter, leave it out")
     return phrase
 
@@ -249,21 +244,18 @@ class _Kind(_Part):
 
 
 class _Dictionary(_Part):
-    format: Literal["pianta room words"]
-    version: Annotated[str, Field(pattern=r"^[0-9]{1,4}\.[0-9]{1,4}$")]
+    format: str
+    version: str
     kinds: Annotated[list[_Kind], Field(min_length=1)]
 
 
-def _parse_words(content: bytes) -> RoomWords:
-    try:
-        dictionary = _Dictionary.model_validate_json(content)
-    except ValidationError as exception:
-        raise LabelError(describe_validation(exception)) from None
-    if int(dictionary.version.partition(".")[0]) > MAJOR:
-        raise LabelError(f"it has format version {dictionary.version}, this pianta reads {MAJOR}.x; update pianta")
-    return RoomWords(
+@validation_as(LabelError)
+def _parse_words(content: bytes) -> RoomNameDictionary:
+    FORMAT.check_version(content, LabelError)
+    dictionary = _Dictionary.model_validate_json(content)
+    return RoomNameDictionary(
         tuple(
-            RoomKind(
+            RoomNameEntry(
                 kind.function,
                 {name: tuple(labels) for name, labels in kind.labels.items()},
                 {language: tuple(phrases) for language, phrases in kind.words.items()},

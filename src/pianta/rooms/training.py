@@ -1,4 +1,4 @@
-"""Training of a PlaceModel on labelled floors."""
+"""Training of a RoomModel on labelled floors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pianta.rooms.forest import Forest
 from pianta.rooms.model import (
     CONNECTION,
     FUNCTIONS,
-    PlaceModel,
+    RoomModel,
     Training,
     choose_functions,
     describe_neighbours,
@@ -61,7 +61,7 @@ def train_rooms(
     simulated: Sequence[Floor] = (),
     schemas: Mapping[str, LabelSchema] = SCHEMAS,
     seed: int = 0,
-) -> PlaceModel:
+) -> RoomModel:
     """Train a model of what rooms are for.
 
     Needs scikit-learn, which comes with pianta.
@@ -81,7 +81,7 @@ def train_rooms(
 
     Returns
     -------
-    PlaceModel
+    RoomModel
         The model for `label_rooms`; `model.save(path)` writes it, `model.training` tells its errors on buildings that
         were left out.
 
@@ -125,10 +125,10 @@ def train_rooms(
         for kind, trees in _grow_names(examples, around, seed=seed)
     }
     training = _describe_training(floors, examples, _measure_errors(judged, examples), seed=seed)
-    return PlaceModel(first, second, field, names, {kind: schemas[kind] for kind in names}, training)
+    return RoomModel(first, second, field, names, {kind: schemas[kind] for kind in names}, training)
 
 
-def building_of(source: str) -> str:
+def building_name(source: str) -> str:
     """The building that a floor belongs to, by its file: folders as given, and the name up to one number at its end.
 
     house/floor1.xml and house/floor2.xml are floors of house/floor. A name that is a number stays as it is.
@@ -144,8 +144,10 @@ def check_labels(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = S
     Raises LabelError, with every fault in one message.
     """
     faults = [*_find_missing(floors)]
-    for kind in dict.fromkeys(map(_type_of, floors)):
-        labels = [room.label for floor in floors if _type_of(floor) == kind for room in floor.rooms if room.label]
+    for kind in dict.fromkeys(map(most_probable_type, floors)):
+        labels = [
+            room.label for floor in floors if most_probable_type(floor) == kind for room in floor.rooms if room.label
+        ]
         try:
             if kind and kind not in schemas:
                 raise LabelError(f"there is no schema of building type {kind!r}, give one of {', '.join(schemas)}")
@@ -162,19 +164,19 @@ def _list_examples(
 ) -> Iterator[Example]:
     """The floors that have rooms, as examples."""
     for floor in floors:
-        schema, labels = schemas[_type_of(floor)], [str(room.label) for room in floor.rooms]
+        schema, labels = schemas[most_probable_type(floor)], [str(room.label) for room in floor.rooms]
         functions = [FUNCTIONS.index(FCES(name)) for name in schema.map_labels(labels, LabelSet.F_C_E_S)]
         every = [label.name for label in schema.labels]
         names = [every.index(name) for name in schema.map_labels(labels, LabelSet.TYPE)]
         if labels:
             context = describe_rooms(floor)
-            kinds = floor.source, _type_of(floor)
+            kinds = floor.source, most_probable_type(floor)
             yield Example(weight, *kinds, context, np.array(functions), np.array(names))
 
 
 def _find_missing(floors: Sequence[Floor]) -> Iterator[str]:
     """Faults of floors without a type, and of rooms without a label."""
-    untyped = sorted({floor.source for floor in floors if not _type_of(floor)})
+    untyped = sorted({floor.source for floor in floors if not most_probable_type(floor)})
     if untyped:
         yield f"floors {join_faults(untyped)} do not tell their building type, give it by building_type="
     for floor in floors:
@@ -183,14 +185,14 @@ def _find_missing(floors: Sequence[Floor]) -> Iterator[str]:
             yield f"rooms {' '.join(unlabelled[:10])} of {floor.source} have no label, label every room or leave it out"
 
 
-def _type_of(floor: Floor) -> str:
+def most_probable_type(floor: Floor) -> str:
     """The most probable type of the building, empty if unknown."""
     return next(iter(floor.building_types), "")
 
 
 def _leave_out(examples: Sequence[Example], rng: np.random.Generator) -> Indices:
     """Number of the part in which each example is left out, shape (examples,); a building is in one part."""
-    names = [building_of(example.source) for example in examples]
+    names = [building_name(example.source) for example in examples]
     if len(set(names)) < FOLDS:  # house1, house2 and house3 are not the floors of one
         names = [example.source for example in examples]
     buildings = sorted(set(names))
@@ -224,11 +226,11 @@ def _vote_on_held_out(
         seen = np.flatnonzero(folds != fold).tolist()
         forest = _grow([features[i] for i in seen], [examples[i] for i in seen], trees=FOLD_TREES, seed=seed)
         for i in np.flatnonzero(folds == fold).tolist():
-            votes[i] = vote(forest, features[i], len(FUNCTIONS))
+            votes[i] = class_probabilities(forest, features[i], len(FUNCTIONS))
     return votes
 
 
-def vote(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:
+def class_probabilities(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:
     """Share of the votes of a forest for classes 0 … classes - 1, shape (n, classes)."""
     votes = np.zeros((len(features), classes))
     votes[:, trees.classes_] = trees.predict_proba(features)

@@ -16,11 +16,11 @@ from pianta.io.buildings.read import list_buildings, read_building
 from pianta.io.label_schemas import read_label_schema
 from pianta.labels import SCHEMAS, LabelConvention, LabelSchema, LabelSet, standard_building_type
 from pianta.relational.facts import Fact, Interpretation
-from pianta.relational.interpretation import LABEL, ROOM, atom_of_label, interpret_floor
+from pianta.relational.interpretation import LABEL, ROOM, interpret_floor, label_atom
 from pianta.relational.kernels import ROOM_RELATIONS
-from pianta.rooms.completion import LABELS, spread_labels
-from pianta.rooms.training import building_of
-from pianta_bench.data.annotated_floors import KINDS, AnnotatedFloor, make_of_drawings, set_building_type
+from pianta.rooms.completion import LABELS, map_labels_upwards
+from pianta.rooms.training import building_name
+from pianta_bench.data.annotated_floors import KINDS, AnnotatedFloor, read_annotated_buildings, set_building_type
 from pianta_bench.harness.table import Row
 from pianta_bench.types.room_sets import USER_SCHEMA
 
@@ -50,9 +50,7 @@ class BuildingFloor:
             label_set: replace(
                 self.facts,
                 facts=self.facts.facts
-                + tuple(
-                    Fact(LABEL.name, (room, atom_of_label(label))) for room, label in zip(rooms, labels, strict=True)
-                ),
+                + tuple(Fact(LABEL.name, (room, label_atom(label))) for room, label in zip(rooms, labels, strict=True)),
             )
             for label_set, labels in self.labels.items()
         }
@@ -63,7 +61,7 @@ def prepare_floor(drawn: AnnotatedFloor, schema: LabelSchema, split: LabelConven
 
     Raises LabelError for labels that the schema does not have, and for a floor without rooms.
     """
-    floor = spread_labels(drawn.floor, schema, convention=split)
+    floor = map_labels_upwards(drawn.floor, schema, convention=split)
     labels = {label_set: tuple(room.labels[str(label_set)] for room in floor.rooms) for label_set in LABELS}
     descriptions = {label_set: describe_building(floor, label_set) for label_set in LABELS}
     facts = interpret_floor(drawn.unlabelled, relations=ROOM_RELATIONS, label_set=None, name=drawn.item)
@@ -82,7 +80,7 @@ def read_building_floors(data: Path, *, split: LabelConvention) -> tuple[list[Bu
 
     floors, failed = [], {}
     for kind in KINDS:
-        of_kind, failed[f"{kind}s"] = make_of_drawings(data, kind, prepare)
+        of_kind, failed[f"{kind}s"] = read_annotated_buildings(data, kind, prepare)
         floors += of_kind
     _check_buildings(floors, KINDS, failed)
     return floors, failed
@@ -92,7 +90,7 @@ def read_type_folders(folders: Sequence[Path], *, split: LabelConvention) -> tup
     """The floors of folders, each of one building type, and by folder those that could not be read.
 
     The type is that of the schema labels.yaml in the folder; else what the file tells; else the folder's name. Floors
-    in one subfolder are of one building; others by building_of, and where that were one building only, each is one.
+    in one subfolder are of one building; others by building_name, and where that were one building only, each is one.
     Raises OptionError for what is no folder, and a folder whose name is no type; DataError for fewer than two types and
     too few buildings of one; what list_buildings and read_label_schema raise.
     """
@@ -164,8 +162,8 @@ def _prepare_file(
 
 
 def _name_building(file: Path) -> str:
-    """The subfolder that a file of a type's folder is in; else what building_of tells of its name."""
-    return building_of(file.name) if file.parent == Path() else file.parent.as_posix()
+    """The subfolder that a file of a type's folder is in; else what building_name tells of its name."""
+    return building_name(file.name) if file.parent == Path() else file.parent.as_posix()
 
 
 def _name_item(file: Path, folder: Path) -> str:

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta._types import Floats, Indices
-from pianta.building_types.model import BuildingModel
+from pianta.building_types.model import BuildingTypeModel
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.labels import LabelConvention, LabelSet
-from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_machine
+from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_svm
 from pianta.rooms.completion import LABELS
-from pianta.rooms.training import vote
+from pianta.rooms.training import class_probabilities
 from pianta_bench.buildings.floors import BuildingFloor
 from pianta_bench.places.models import (
     ALL_FEATURES,
@@ -60,7 +60,7 @@ def judge_places_by_trees(
     for seen, held_out in list_folds([floor.drawn.building for floor in floors]):
         forest = _grow([features[i] for i in seen], [truth[i] for i in seen], trees=trees, seed=seed)
         for i in held_out.tolist():
-            judged[i] = vote(forest, features[i], len(labels))
+            judged[i] = class_probabilities(forest, features[i], len(labels))
     return judged
 
 
@@ -79,9 +79,7 @@ def judge_places_by_relations(floors: Sequence[BuildingFloor]) -> dict[LabelSet,
         known, new = (np.concatenate([rows[i] for i in places]) for places in (seen, held_out))
         ends = np.cumsum([len(rows[i]) for i in held_out])[:-1]
         for label_set, labels in LABELS.items():
-            machine = fit_machine(
-                gram[np.ix_(known, known)], [name for i in seen for name in floors[i].labels[label_set]]
-            )
+            machine = fit_svm(gram[np.ix_(known, known)], [name for i in seen for name in floors[i].labels[label_set]])
             decided = np.split(decide(machine, gram[np.ix_(new, known)], labels), ends)
             for i, values in zip(held_out.tolist(), decided, strict=True):
                 judged[label_set][i] = values
@@ -139,7 +137,7 @@ def judge_buildings_by_relations(
     judged = np.zeros((len(floors), len(types)))
     for seen, held_out in folds:
         gram = compare(floors[held_out[0]].drawn.building)
-        machine = fit_machine(gram[np.ix_(seen, seen)], [floors[i].drawn.kind for i in seen])
+        machine = fit_svm(gram[np.ix_(seen, seen)], [floors[i].drawn.kind for i in seen])
         judged[held_out] = decide(machine, gram[np.ix_(held_out, seen)], types)
     return judged
 
@@ -151,14 +149,14 @@ def judge_buildings_by_pianta(
     types = list_types(floors)
     known = tuple(floor.descriptions[label_set] for floor in floors)
     kinds, buildings = ([getattr(floor.drawn, name) for floor in floors] for name in ("kind", "building"))
-    model = BuildingModel(known, tuple(kinds), tuple(buildings), label_set)
+    model = BuildingTypeModel(known, tuple(kinds), tuple(buildings), label_set)
     judged, typical = np.zeros((len(floors), len(types))), np.ones(len(floors), bool)
     for _, held_out in folds:
         without = model.leave_out(held_out)
         for i in held_out.tolist():
-            verdict = without.judge_description(known[i])
+            verdict = without.predict_description(known[i])
             judged[i] = [verdict.probabilities[name] for name in types]
-            typical[i] = verdict.known
+            typical[i] = verdict.is_known
     return judged, typical
 
 

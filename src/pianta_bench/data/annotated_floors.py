@@ -63,12 +63,12 @@ def read_annotated_floors(data: Path) -> tuple[list[AnnotatedFloor], dict[str, t
 
     floors, failed = [], {}
     for kind in KINDS:
-        of_kind, failed[kind] = make_of_drawings(data, kind, give_type)
+        of_kind, failed[kind] = read_annotated_buildings(data, kind, give_type)
         floors += of_kind
     return floors, failed
 
 
-def make_of_drawings(
+def read_annotated_buildings(
     data: Path, kind: str, make: Callable[[AnnotatedFloor], Made]
 ) -> tuple[list[Made], tuple[Row, ...]]:
     """What is made of each drawing of data/buildings/KIND, and the drawings of which nothing can be made, with why.

@@ -15,7 +15,7 @@ from pianta.generation.type_model import MIN_FLOORS, prepare_room_graph
 from pianta.io._files import one_line_reason
 from pianta.labels import SCHEMAS, standard_name
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta_bench.data.annotated_floors import AnnotatedFloor, make_of_drawings
+from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
 from pianta_bench.harness.table import Row
 
 SYNTHETIC = "synthetic"
@@ -76,7 +76,7 @@ def read_buildings(data: Path, kind: str) -> BuildingSet:
     Floors in several parts, or with labels that the type does not have, are explored, but no model learns from them.
     Raises DataError where there is no floor, or none can be read.
     """
-    drawn, failed = make_of_drawings(data, kind, lambda floor: floor)
+    drawn, failed = read_annotated_buildings(data, kind, lambda floor: floor)
     if not drawn:
         raise DataError(f"no floor of {kind}s can be read, the first: {failed[0].item}, {failed[0].failure}")
     graphs, unmodelled = {}, []

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.labels import SCHOOL
-from pianta.plot.graphs import save_contact_sheet
+from pianta.plot.figure import save_figure
+from pianta.plot.graphs import draw_contact_sheet
 from pianta_bench.generation.clusters import ClusterScores
 from pianta_bench.generation.measure import CORR, NCUT, REAL, GenerationBench
 from pianta_bench.harness.charts import save_chart, start_chart
@@ -42,7 +43,8 @@ def save_generation_pictures(bench: GenerationBench, folder: Path) -> None:
     for part, heading in SHEETS.items():
         graphs = bench.sets[part].graphs
         titles = [graph.graph["source"] for graph in graphs] if part == REAL else None
-        save_contact_sheet(graphs, folder / f"{part}.png", schema=SCHOOL, titles=titles, heading=heading)
+        sheet = draw_contact_sheet(graphs, schema=SCHOOL, titles=titles, heading=heading)
+        save_figure(sheet, folder / f"{part}.png")
 
 
 def draw_clusters(clusters: Mapping[str, ClusterScores]) -> Figure:

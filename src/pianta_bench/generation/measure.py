@@ -35,7 +35,7 @@ from pianta_bench.generation.scores import (
     score_held_out,
     score_set,
 )
-from pianta_bench.graphs.measure import NAMES, PRINTED
+from pianta_bench.graphs.tables import NAMES, PRINTED
 from pianta_bench.harness.comparison import Items
 from pianta_bench.harness.table import Column, Figures, Row, measure_rows
 

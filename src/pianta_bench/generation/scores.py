@@ -21,7 +21,12 @@ from pianta.evaluation.graph_sets import (
     find_repeats,
     measure_validity,
 )
-from pianta.evaluation.two_sample import TwoSampleScores, describe_structure, tell_by_kernel, tell_by_trees
+from pianta.evaluation.two_sample import (
+    TwoSampleScores,
+    describe_structure,
+    forest_two_sample_test,
+    kernel_two_sample_test,
+)
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelSchema
 
@@ -163,11 +168,11 @@ def tell_apart(
 
     kernels = {NSPDK: NeighborhoodPairs(radius=RADIUS, distance=DISTANCE), WL: WeisfeilerLehman(iterations=ITERATIONS)}
     told = {
-        name: tell_by_kernel(real, generated, kernel, seed=seed, repeats=effort.draws)
+        name: kernel_two_sample_test(real, generated, kernel, seed=seed, repeats=effort.draws)
         for name, kernel in kernels.items()
     }
     features = (_describe(graphs, schema) for graphs in (real, generated))
-    told[FOREST] = tell_by_trees(*features, seed=seed, repeats=effort.forest_draws, trees=effort.trees)
+    told[FOREST] = forest_two_sample_test(*features, seed=seed, repeats=effort.forest_draws, trees=effort.trees)
     return told
 
 

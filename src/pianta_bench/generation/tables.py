@@ -30,7 +30,7 @@ from pianta_bench.generation.scores import (
     measure_ratio_error,
     pool_ratios,
 )
-from pianta_bench.graphs.measure import NAMES, PRINTED, TWO_DIGITS
+from pianta_bench.graphs.tables import NAMES, PRINTED, TWO_DIGITS
 from pianta_bench.harness.comparison import Cell, ComparisonRow, ComparisonTable
 
 Pair = tuple[float, float]

@@ -15,7 +15,7 @@ from rich.text import Text
 
 from pianta import __version__
 from pianta.io._files import atomic_file
-from pianta_bench.harness.report import ABSENT, show_figure, start_table
+from pianta_bench.harness.old_report import ABSENT, show_figure, start_table
 from pianta_bench.harness.table import Row
 
 # What was measured on each item, by the name of the part that the items belong to.

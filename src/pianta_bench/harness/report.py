@@ -1,121 +1,135 @@
-"""A BenchTable as people read it, in a terminal of 80 columns or more."""
+"""What a bench shows and writes: tables in a terminal, and every figure as JSON."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from math import isfinite
+from pathlib import Path
 
 from rich import box
-from rich.console import Group, RenderableType
-from rich.table import Table
+from rich.console import Console, ConsoleOptions, Group, RenderableType
+from rich.table import Table as TextTable
 from rich.text import Text
 
-from pianta_bench.harness.table import BenchTable, Part, Summary
+from pianta import __version__
+from pianta.io._files import atomic_file
+from pianta_bench.harness.records import Results, name_parts
+from pianta_bench.harness.tables import Cell, FilledTable
 
 ABSENT = "–"
+MAX_WIDTH = 100  # characters; columns that do not fit go below
+MAX_NAME_WIDTH = 32  # characters; longer names of rows go on in the next line
 
 
-def show_bench_table(table: BenchTable, *, maps: bool = True) -> Group:
-    """What the bench sums up; the parts, a row a map; what failed and why; our means beside printed ones; notes.
+def show_tables(tables: Sequence[FilledTable], results: Results) -> Group:
+    """The tables as wide as the terminal, mean ± sd, then which items failed and why.
 
-    maps: whether to show the rows of the maps.
+    A column has no "thesis" beside it where nothing was published.
     """
-    names = ", ".join(table.methods)
-    heading = Text(f"{table.title}, method{'s' * (len(table.methods) > 1)} {names}", style="bold")
-    lines: list[RenderableType] = [heading, Text(), *_show_summaries(table)]
-    for part in table.parts:
-        shown = [*(_show_maps(part, table) if maps else ()), *_show_faults(part, table)]
-        lines += [*shown, Text()] if shown else []
-    comparison = [*_show_comparison(table)]
-    lines += [*comparison[:1], Text(), *comparison[1:]] if comparison else []
-    return Group(*lines, *map(Text, table.notes))
+    lines: list[RenderableType] = []
+    for table in tables:
+        if table.shown:
+            has_sd = any(cell.sd is not None for cells in table.rows.values() for cell in cells.values())
+            subtitle = ", ".join(["mean ± sd"] * has_sd + [table.unit] * bool(table.unit))
+            lines += [Text(table.title, style="bold"), *[Text(subtitle)] * bool(subtitle), Text(), _Blocks(table)]
+            lines += [*map(Text, table.notes), *[Text()] * bool(table.notes)]
+    return Group(*lines, *_show_faults(results))
 
 
-def _show_summaries(table: BenchTable) -> Iterator[RenderableType]:
-    """A table a set, a row a method: mean ± sd of the scores, rooms found per true room, seconds, median of DT."""
-    columns = {column.key: column for column in table.columns}
-    headings = [columns[key].heading.replace("\n", " ").strip() for key in table.summarised]
-    for name in dict.fromkeys(part.name for part in table.parts) if table.summarised else ():
-        rows = start_table(name, *headings, "found\n/true", "time\ns", "time\nDT")
-        for part in table.parts:
-            if part.name == name:
-                scores = [_show_mean(part.summarise(key)).replace(" ", "") for key in table.summarised]
-                ratio, seconds = part.divide_sums(*table.ratios["found_per_true"]), part.summarise("seconds").mean
-                times = show_figure(seconds, 1), show_figure(part.summarise("transforms").median, 0)
-                rows.add_row(part.method, *scores, show_figure(ratio, 2), *times)
-        yield rows
-        yield from (_tell_what_lasted(part, table) for part in table.parts if part.name == name)
-        yield Text()
+def save_results(bench: str, tables: Sequence[FilledTable], results: Results, path: str | Path) -> None:
+    """Write every cell, every record with the item that it belongs to, and what failed, as JSON.
 
-
-def _tell_what_lasted(part: Part, table: BenchTable) -> Text:
-    """Where maps grow: the rooms that the next step still has, and the ids that it still gives them."""
-    rooms, ids = (part.divide_sums(*table.ratios[key]) for key in ("still_there", "kept_id"))
-    if rooms is None or ids is None:
-        return Text(end="")
-    return Text(f"{part.method}: {rooms:.1%} of rooms are there in the next step, {ids:.1%} of these with their id.")
-
-
-def _show_maps(part: Part, table: BenchTable) -> Iterator[RenderableType]:
-    columns = [column for column in table.columns if column.printed]
-    name = part.name if len(table.methods) == 1 else f"{part.name},\n{part.method}"
-    rows = start_table(name, *(column.heading for column in columns))
-    for row in part.rows:
-        cells = (show_figure(row.figures[column.key], column.digits) for column in columns)
-        rows.add_row(Text(row.item, style="red" if row.failure else ""), *cells)
-    rows.add_section()
-    summaries = [(part.summarise(column.key), column.digits) for column in columns]
-    for name in ("mean", "sd", "median"):
-        rows.add_row(name, *(show_figure(getattr(summary, name), digits) for summary, digits in summaries))
-    yield rows
-
-
-def _show_faults(part: Part, table: BenchTable) -> Iterator[RenderableType]:
-    of = "" if len(table.methods) == 1 else f" ({part.name}, {part.method})"
-    for row in part.rows:
-        if row.failure:
-            yield Text.assemble((f"{row.item} failed", "red"), f"{of}, scores not measured count as 0: {row.failure}")
-    warned = sum(bool(row.warned) for row in part.rows)
-    if warned:
-        yield Text(f"Warnings on {warned} of {len(part.rows)} maps{of}; --json lists them.")
-
-
-def _show_comparison(table: BenchTable) -> Iterator[RenderableType]:
-    """Mean ± sd of the compared scores, ours first, where the thesis prints any; then on how many maps each are."""
-    printed = {name for row in table.printed for name in row.figures}
-    sets = [name for name in dict.fromkeys(part.name for part in table.parts) if name in printed]
-    if not sets:
-        return
-    rows = start_table("mean ± sd, %", "maps", *(f"{name}\n{score}" for name in sets for score in table.scores))
-    for method in table.methods:
-        parts = [part for name in sets for part in table.parts if (part.name, part.method) == (name, method)]
-        for count, keys in table.compared.items():
-            means = [_show_mean(part.summarise(key)) for part in parts for key in keys]
-            named = count if len(table.compared) > 1 else method
-            rows.add_row(f"pianta, {named}", str(len(parts[0].rows)), *means)
-    for row in table.printed:
-        cells = [f"{mean:.1f} ± {sd:.1f}" for name in sets for mean, sd in row.figures[name]]
-        rows.add_row(row.name, str(row.maps), *cells)
-    yield rows
-    most = max(row.maps for row in table.printed)
-    yield Text(f"The thesis' figures are over {most} maps; here are {len(parts[0].rows)}.")
-
-
-def start_table(first: str, *headings: str) -> Table:
-    """A table without rows, of a column of names and columns of figures that are never cut."""
-    rows = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
-    rows.add_column(first, overflow="fold")
-    for heading in headings:
-        rows.add_column(heading, justify="right", no_wrap=True)
-    return rows
-
-
-def _show_mean(summary: Summary) -> str:
-    return f"{show_figure(summary.mean, 1)} ± {show_figure(summary.sd, 1)}"
+    Raises PiantaError if the file cannot be written.
+    """
+    content = {
+        "pianta": __version__,
+        "bench": bench,
+        "options": results.options,
+        "tables": [_table_as_json(table) for table in tables],
+        "items": [asdict(item) for item in results.items],
+        "records": results.records,
+        **results.details,
+    }
+    with atomic_file(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def show_figure(figure: float | None, digits: int) -> str:
-    """A figure with so many digits behind the point, none behind a whole number; ABSENT for None, nan and infinity."""
+    """A figure with `digits` behind the point, none for a whole number; ABSENT for None, nan and infinity."""
     if figure is None or not isfinite(figure):
         return ABSENT
     return str(figure) if isinstance(figure, int) else f"{figure:.{digits}f}"
+
+
+def _table_as_json(table: FilledTable) -> dict[str, object]:
+    cells = [
+        {"row": row, "column": column, **asdict(cell)}
+        for row, columns in table.rows.items()
+        for column, cell in columns.items()
+    ]
+    return {"title": table.title, "unit": table.unit, "cells": cells, "notes": table.notes}
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """A table as blocks of as many columns as fit, one below the other, all with the names of the rows."""
+
+    table: FilledTable
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
+        width = min(options.max_width, MAX_WIDTH)
+        name_width = min(max(map(len, self.table.rows), default=0), MAX_NAME_WIDTH)
+        block: list[tuple[str, list[str]]] = []
+        for column in self.table.columns:
+            pair = _column_pair(self.table, column)
+            needed = sum(max(map(len, (*heading.split("\n"), *cells))) + 1 for heading, cells in [*block, *pair])
+            if block and name_width + needed > width:
+                yield from (_draw_block(self.table, block), Text())
+                block = []
+            block += pair
+        yield from (_draw_block(self.table, block), Text())
+
+
+def _column_pair(table: FilledTable, column: str) -> list[tuple[str, list[str]]]:
+    """Headings and texts of the column measured here, and of the published one where there is one."""
+    cells = [columns[column] for columns in table.rows.values()]
+    measured = [_show_cell(cell.mean, cell.sd, cell.digits) for cell in cells]
+    if not _has_published(cell for columns in table.rows.values() for cell in columns.values()):
+        return [(column, measured)]
+    pair = [(f"{column}\nhere", measured)]
+    if _has_published(cells):
+        published = [_show_cell(cell.published_mean, cell.published_sd, cell.digits) for cell in cells]
+        pair.append((f"{column}\nthesis", published))
+    return pair
+
+
+def _has_published(cells: Iterable[Cell]) -> bool:
+    return any(cell.published_mean is not None for cell in cells)
+
+
+def _draw_block(table: FilledTable, columns: list[tuple[str, list[str]]]) -> RenderableType:
+    drawn = TextTable(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
+    drawn.add_column("", overflow="fold")
+    for heading, _ in columns:
+        drawn.add_column(heading, justify="right", no_wrap=True)
+    for name, *cells in zip(table.rows, *(cells for _, cells in columns), strict=True):
+        drawn.add_row(Text(name), *cells)
+    return drawn
+
+
+def _show_cell(mean: float | None, sd: float | None, digits: int) -> str:
+    return show_figure(mean, digits) + (f" ± {show_figure(sd, digits)}" if mean is not None and sd is not None else "")
+
+
+def _show_faults(results: Results) -> Iterator[RenderableType]:
+    """A line for each item that failed, and one for each part with warnings."""
+    for part in name_parts(results.items):
+        items = [item for item in results.items if item.part == part]
+        for item in items:
+            if item.failure:
+                yield Text.assemble((f"{item.item} failed", "red"), f" ({part}): {item.failure}")
+        warned = sum(bool(item.warnings) for item in items)
+        if warned:
+            yield Text(f"Warnings on {warned} of {len(items)} {part}; --json lists them.")

@@ -18,10 +18,11 @@ from pianta.errors import PiantaError
 from pianta.floor import Floor, Room, cells_of_polygon
 from pianta.gridmap import GridMap
 from pianta.io._files import one_line_reason
-from pianta.layout._outlines import GRID
+from pianta.layout._label_images import SNAP_DISTANCE
 from pianta.layout.partial.scene import find_main_direction
 from pianta.layout.reconstruct import DEFAULT_METHOD, reconstruct
-from pianta.plot.floor import save_picture
+from pianta.plot.figure import save_figure
+from pianta.plot.floor import draw_floor
 from pianta_bench.harness.comparison import Cell, ComparisonRow, ComparisonTable, Items
 from pianta_bench.harness.table import Figures, Row
 from pianta_bench.partial.maps import SIMULATED, SIMULATED_COUNT, PartialMap, list_real_maps, simulate_world
@@ -105,7 +106,7 @@ def measure_partial(
             floor = reconstruct(replace(known.grid, source=known.item), method=method)
             rooms[run] += judge_rooms(floor, known)
             if pictures:
-                save_picture(floor, known.grid, pictures / f"{known.item.replace('/', '_')}.png")
+                save_figure(draw_floor(floor, known.grid), pictures / f"{known.item.replace('/', '_')}.png")
         # A bench must find out what breaks a prediction, whatever it is, and go on
         except Exception as error:
             kind = "" if isinstance(error, PiantaError) else f"{type(error).__name__}: "
@@ -118,7 +119,7 @@ def judge_rooms(floor: Floor, known: PartialMap) -> Iterator[JudgedRoom]:
     true = np.array(known.rooms, dtype=object)
     unseen = [measure_unseen(polygon, known.grid) for polygon in known.rooms]
     for room in floor.rooms:
-        shared = shapely.area(shapely.intersection(true, room.polygon, grid_size=GRID))
+        shared = shapely.area(shapely.intersection(true, room.polygon, grid_size=SNAP_DISTANCE))
         index = int(shared.argmax())
         best, seen_share = true[index], float(shared[index]) / true[index].area
         if room.partial or (unseen[index] > UNSEEN and seen_share > TRACE):
@@ -137,7 +138,7 @@ def draw_rectangle(room: Room, direction: float) -> Polygon:
 
 def measure_iou(one: Polygon, other: Polygon) -> float:
     """Area that two polygons share over that of both together."""
-    shared = shapely.intersection(one, other, grid_size=GRID).area
+    shared = shapely.intersection(one, other, grid_size=SNAP_DISTANCE).area
     return float(shared / (one.area + other.area - shared))
 
 

@@ -14,7 +14,7 @@ from pianta.evaluation.semantics import Reliability
 from pianta.labels import LabelSet
 from pianta.rooms.completion import LABELS
 from pianta_bench.harness.charts import save_chart, start_chart
-from pianta_bench.harness.report import show_figure
+from pianta_bench.harness.old_report import show_figure
 from pianta_bench.places.evaluated_floor import LAYOUTS, OFFICES, SCHOOLS
 from pianta_bench.places.models import CENTRAL, PIANTA
 from pianta_bench.places.tables import (

@@ -11,15 +11,16 @@ from statistics import median
 from time import process_time
 from typing import TypeVar
 
-from pianta.evaluation.semantics import share_of_agreeing
+from pianta.evaluation.semantics import semantic_accuracy
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io.maps import read_map
 from pianta.labels import LabelConvention, LabelSet
 from pianta.layout.reconstruct import reconstruct
-from pianta.plot.floor import save_picture
+from pianta.plot.figure import save_figure
+from pianta.plot.floor import draw_floor
 from pianta.rooms.completion import LABELS
-from pianta.worlds.simulated_readings import simulate_reading
+from pianta.worlds.simulated_readings import simulate_and_reconstruct
 from pianta_bench.data.annotated_floors import (
     AnnotatedFloor,
     read_annotated_floors,
@@ -93,7 +94,7 @@ class _Run:
         floor = self.floors[number]
 
         def measure(_: str) -> Iterator[Figures]:
-            reading = simulate_reading(floor.floor, seed=self.seed + number)
+            reading = simulate_and_reconstruct(floor.floor, seed=self.seed + number)
             self.simulated[f"{floor.kind}/{floor.item}"] = reading
             yield {"rooms": len(reading.rooms), "true": len(floor.floor.rooms)}
 
@@ -136,8 +137,8 @@ class _Run:
             judged.append(JudgedFloor(part, item, building, floor, true, opinions, self.split))
         yield {**_describe_errors(judged[0]), "rooms": len(found.rooms), "true": len(true.rooms), "scale": factor}
         if self.pictures:
-            save_picture(judges.places[PIANTA].label(found), grid, self.pictures / f"{item}.png")
-            save_picture(_show_functions(true, self.split), grid, self.pictures / f"{item}_true.png")
+            save_figure(draw_floor(judges.places[PIANTA].label(found), grid), self.pictures / f"{item}.png")
+            save_figure(draw_floor(_show_functions(true, self.split), grid), self.pictures / f"{item}_true.png")
         self.judged += judged
 
     def _read_map(self, item: str) -> tuple[GridMap, Floor]:
@@ -197,7 +198,7 @@ def _describe_errors(judged: JudgedFloor) -> dict[str, float | None]:
     """Wrong rooms, %, by model, label set and, for a reconstructed floor, way of counting."""
     ways = {", FC": False, ", BC": True} if judged.part == LAYOUTS else {"": False}
     return {
-        f"{model}, {label_set}{way}": 100 - 100 * share_of_agreeing(judged.pair(model, label_set, backward=backward))
+        f"{model}, {label_set}{way}": 100 - 100 * semantic_accuracy(judged.pair(model, label_set, backward=backward))
         for model in judged.opinions
         for label_set in LABELS
         for way, backward in ways.items()

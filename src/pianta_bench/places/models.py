@@ -12,9 +12,9 @@ from pianta._types import Floats
 from pianta.floor import Floor, scale_floor
 from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSchema, LabelSet
 from pianta.rooms.completion import LABELS
-from pianta.rooms.model import PlaceModel
+from pianta.rooms.model import RoomModel
 from pianta.rooms.thesis_features import GEOMETRIC, ROOM_FEATURES, compute_room_features
-from pianta.rooms.training import train_rooms, vote
+from pianta.rooms.training import class_probabilities, train_rooms
 from pianta_bench.data.annotated_floors import AnnotatedFloor
 
 if TYPE_CHECKING:
@@ -47,7 +47,10 @@ class LocalTrees:
     def judge(self, floor: Floor) -> Opinion:
         """Probabilities of the labels of each set; of what was not in the training 0."""
         features = compute_room_features(floor)[:, self.columns]
-        return {label_set: vote(forest, features, len(LABELS[label_set])) for label_set, forest in self.forests.items()}
+        return {
+            label_set: class_probabilities(forest, features, len(LABELS[label_set]))
+            for label_set, forest in self.forests.items()
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +58,7 @@ class Judges:
     """All models that were trained without one building."""
 
     local: Mapping[str, LocalTrees]
-    places: Mapping[str, PlaceModel]
+    places: Mapping[str, RoomModel]
     split: LabelConvention
 
     def judge(self, floor: Floor) -> dict[str, Opinion]:
@@ -102,7 +105,7 @@ def train_judges(
 
 def train_on(
     floors: Sequence[AnnotatedFloor], simulated: Sequence[Floor] = (), *, split: LabelConvention, seed: int
-) -> PlaceModel:
+) -> RoomModel:
     """Train pianta's model, its labels divided as a split has them."""
     drawn = [floor.floor for floor in floors]
     return train_rooms(drawn, simulated=simulated, schemas=schemas_of(split), seed=seed)

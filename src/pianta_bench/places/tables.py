@@ -13,7 +13,7 @@ from pianta.evaluation.semantics import (
     Reliability,
     count_confusion,
     measure_reliability,
-    share_of_agreeing,
+    semantic_accuracy,
 )
 from pianta.labels import LabelConvention, LabelSet
 from pianta.rooms.completion import LABELS
@@ -222,12 +222,12 @@ def _with_steps(model: str) -> list[str]:
 
 def _count_errors(bench: PlacesBench, part: str, model: str, labels: LabelSet, printed: float | None) -> Cell:
     pairs = [pair for floor in bench.of_part(part) for pair in floor.pair(model, labels)]
-    error = 100 - 100 * share_of_agreeing(pairs) if pairs else None
+    error = 100 - 100 * semantic_accuracy(pairs) if pairs else None
     return Cell(error, printed_mean=printed, count=len(pairs))
 
 
 def _accuracy(floor: JudgedFloor, model: str, labels: LabelSet, backward: bool) -> float:  # noqa: FBT001
-    return share_of_agreeing(floor.pair(model, labels, backward=backward))
+    return semantic_accuracy(floor.pair(model, labels, backward=backward))
 
 
 def _tell_split(split: LabelConvention) -> str:

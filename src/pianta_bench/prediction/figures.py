@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pianta.generation.type_model import learn_type
-from pianta.plot.prediction import save_prediction_picture
+from pianta.plot.figure import save_figure
+from pianta.plot.prediction import draw_prediction
 from pianta.prediction.prediction import Prediction, predict
 from pianta.prediction.revealed_floor import RevealedFloor, reveal_corridors
 from pianta.prediction.unexplored_part import FloorSampler
@@ -21,7 +22,8 @@ def save_prediction_pictures(bench: PredictionBench, folder: Path) -> None:
     for kind, of in bench.types.items():
         for name in choose_floors(of):
             for corridors, whole, prediction in predict_again(of, name, bench):
-                save_prediction_picture(prediction, folder / f"{kind}_{name}_{corridors}.png", truth=whole)
+                figure = draw_prediction(prediction, truth=whole)
+                save_figure(figure, folder / f"{kind}_{name}_{corridors}.png")
 
 
 def choose_floors(of: TypeOfFloors) -> list[str]:

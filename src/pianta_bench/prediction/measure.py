@@ -15,7 +15,7 @@ from pianta.graphs.metrics import find_corridors
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import SCHEMAS, LabelConvention, LabelSchema
 from pianta.prediction.unexplored_part import FloorSampler
-from pianta.rooms.training import building_of
+from pianta.rooms.training import building_name
 from pianta_bench.data.folders import list_maps
 from pianta_bench.harness.comparison import Items
 from pianta_bench.harness.table import Figures, Row, measure_rows
@@ -118,7 +118,7 @@ def read_floors(data: Path, kind: str) -> tuple[dict[str, nx.Graph], Sequence[Ro
 
 def list_others(graphs: Mapping[str, nx.Graph], name: str) -> list[nx.Graph]:
     """The floors of all other buildings."""
-    return [graph for other, graph in graphs.items() if building_of(other) != building_of(name)]
+    return [graph for other, graph in graphs.items() if building_name(other) != building_name(name)]
 
 
 def _judge(

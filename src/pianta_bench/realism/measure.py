@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from pianta.errors import DataError
 from pianta.floor import Floor
 from pianta.labels import SCHEMAS, LabelSet
-from pianta.realism.model import LEAST_BUILDINGS, LEAST_UNLIKE, UNLIKE, Realism, RealismModel
-from pianta.rooms.completion import LABELS, complete_labels, spread_labels
-from pianta_bench.data.annotated_floors import AnnotatedFloor, make_of_drawings, set_building_type
+from pianta.realism.model import MAX_ATYPICAL, MIN_BUILDINGS, MIN_UNREALISTIC_BUILDINGS, Realism, RealismModel
+from pianta.rooms.completion import LABELS, fill_missing_labels, map_labels_upwards
+from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings, set_building_type
 from pianta_bench.harness.comparison import Cell, ComparisonRow, ComparisonTable, Items, save_comparisons
 from pianta_bench.harness.table import Row
 from pianta_bench.places.models import CENTRAL, LOCAL, PIANTA, TREES
@@ -34,14 +34,14 @@ TWO, ONE = f"{PIANTA}, two classes", f"{PIANTA}, one class"
 MODELS = (LOCAL, CENTRAL, KLOG, GAUSSIAN, TWO, ONE)
 # A floor with such a score or above is called realistic, by ONE above only; decisions are 0 where the classes meet.
 THRESHOLDS: Mapping[str, float] = MappingProxyType(
-    {LOCAL: 0.5, CENTRAL: 0.5, KLOG: 0.0, GAUSSIAN: 0.5, TWO: 0.5, ONE: UNLIKE}
+    {LOCAL: 0.5, CENTRAL: 0.5, KLOG: 0.0, GAUSSIAN: 0.5, TWO: 0.5, ONE: MAX_ATYPICAL}
 )
 # Errors in R/C and in F/C/E/S, % (Table 8.2).
 PRINTED: Mapping[str, tuple[float, float]] = MappingProxyType(
     {LOCAL: (16.67, 8.33), CENTRAL: (8.33, 0.0), KLOG: (0.0, 0.0)}
 )
 # Buildings that must be there so that enough are left when one is left out.
-LEAST: Mapping[str, int] = MappingProxyType({OFFICES: LEAST_BUILDINGS + 1, WORLDS: LEAST_UNLIKE + 1})
+LEAST: Mapping[str, int] = MappingProxyType({OFFICES: MIN_BUILDINGS + 1, WORLDS: MIN_UNREALISTIC_BUILDINGS + 1})
 NAME_LENGTH = 30
 
 
@@ -127,7 +127,7 @@ def compare_with_table_8_2(bench: RealismBench) -> ComparisonTable:
         f"{counts[0]} real offices and {counts[1]} simulated (thesis: 20 and 6), each judged without its building.",
         f"Ex-T: {bench.trees} trees on single rooms and their labels, a floor is what most of its rooms are.",
         f"{GAUSSIAN}: the kernel of the one class, which compares features by a Gaussian.",
-        f"{ONE}: has seen no simulated office; a floor with a typicality of {UNLIKE} or less is called simulated.",
+        f"{ONE}: has seen no simulated office; a typicality of {MAX_ATYPICAL} or less is called simulated.",
     )
     columns = tuple(map(str, LABELS))
     return ComparisonTable("Table 8.2, errors of validation", columns, tuple(rows), notes, "% of floors")
@@ -215,12 +215,12 @@ def _read_part(data: Path, part: str) -> tuple[list[AnnotatedFloor], tuple[Row, 
     folder, kind = SOURCES[part]
 
     def give_labels(drawn: AnnotatedFloor) -> AnnotatedFloor:
-        floor = spread_labels(set_building_type(drawn.floor, kind), SCHEMAS[kind])
+        floor = map_labels_upwards(set_building_type(drawn.floor, kind), SCHEMAS[kind])
         return replace(drawn, floor=replace(floor, source=drawn.item))
 
     if part not in COMPARED and not (data / "buildings" / folder).is_dir():
         return [], ()
-    return make_of_drawings(data, folder, give_labels)
+    return read_annotated_buildings(data, folder, give_labels)
 
 
 def _judge_all(
@@ -281,12 +281,12 @@ def _judge_left_out(
     judged, judged_views = [], []
     for floor, views in zip(compared, seen_again, strict=True):
         others = model.leave_out(floor.building)
-        judged.append(others.judge(floor.floor))
+        judged.append(others.assess(floor.floor))
         judged_views.append(
-            {view: others.judge(complete_labels(seen, label_set).floor) for view, seen in views.items()}
+            {view: others.assess(fill_missing_labels(seen, label_set).floor) for view, seen in views.items()}
         )
-    one_class = replace(model, unlike=(), unlike_buildings=())
-    return judged + [one_class.judge(floor.floor) for floor in schools], judged_views
+    one_class = replace(model, unrealistic_floors=(), unrealistic_buildings=())
+    return judged + [one_class.assess(floor.floor) for floor in schools], judged_views
 
 
 def _is_realistic(model: str, score: float) -> bool:
@@ -298,7 +298,7 @@ def _share_wrong(offices: Sequence[Realism], worlds: Sequence[Realism]) -> tuple
     """Worlds and offices that are unlike the offices, and errors of two classes, %."""
     wrong = [not _is_realistic(TWO, judged.probability or 0) for judged in offices]
     wrong += [_is_realistic(TWO, judged.probability or 0) for judged in worlds]
-    untypical = ([judged.is_unlike for judged in of_part] for of_part in (worlds, offices))
+    untypical = ([judged.is_atypical for judged in of_part] for of_part in (worlds, offices))
     return tuple(Cell(100 * fmean(shares) if shares else None) for shares in (*untypical, wrong))
 
 
@@ -313,7 +313,7 @@ def _measure_one_class(bench: RealismBench, label_set: LabelSet) -> Iterable[tup
     for name, of_part in (("offices", offices), ("worlds", worlds), ("schools", schools)):
         typicality = [judged.typicality for judged in of_part]
         yield f"{name}: median typicality", median(typicality) if typicality else None
-        yield f"{name}: called simulated", fmean(judged.is_unlike for judged in of_part) if of_part else None
+        yield f"{name}: called simulated", fmean(judged.is_atypical for judged in of_part) if of_part else None
         yield f"{name}: median likeness", median(judged.likeness for judged in of_part) if of_part else None
         yield f"{name}: reasons told", fmean(len(judged.reasons) for judged in of_part) if of_part else None
 

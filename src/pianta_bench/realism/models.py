@@ -15,7 +15,7 @@ from pianta.building_types.kernel import BuildingKernel
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.labels import LabelSet
 from pianta.realism.classifier import RealismClassifier
-from pianta.relational.classifiers import RelationalBuildings
+from pianta.relational.classifiers import RelationalTypeClassifier
 from pianta.rooms.completion import LABELS
 from pianta_bench.data.annotated_floors import AnnotatedFloor
 from pianta_bench.places.models import ALL_FEATURES, CENTRAL, LOCAL, WITHOUT_CENTRALITY
@@ -52,7 +52,7 @@ def score_by_trees(fold: Fold, columns: slice) -> list[float]:
 
 def score_by_relations(fold: Fold) -> list[float]:
     """Decision values of an SVM on NSPDK over graphs of facts; above 0 for what is real."""
-    classifier = RelationalBuildings(label_set=fold.label_set)
+    classifier = RelationalTypeClassifier(label_set=fold.label_set)
     classifier.fit([floor.floor for floor in fold.known], [REAL if is_real else SIMULATED for is_real in fold.real])
     decided = classifier.decide([floor.floor for floor in fold.asked])
     real, simulated = (classifier.types_.index(name) for name in (REAL, SIMULATED))
@@ -64,7 +64,7 @@ def score_by_gaussian(fold: Fold) -> list[float]:
     known = [describe_drawn(floor, fold.label_set) for floor in fold.known]
     buildings = [floor.building for floor in fold.known]
     classifier = RealismClassifier(kernel=BuildingKernel).fit(known, fold.real.tolist(), buildings)
-    return [classifier.judge(describe_drawn(floor, fold.label_set)) for floor in fold.asked]
+    return [classifier.predict_probability(describe_drawn(floor, fold.label_set)) for floor in fold.asked]
 
 
 SCORERS: Mapping[str, Callable[[Fold], list[float]]] = MappingProxyType(

@@ -19,7 +19,7 @@ from pianta.io._files import short_repr
 from pianta.io.label_schemas import read_label_schema
 from pianta.labels import GeneralLabel, LabelSchema, LabelSet, schema_of
 from pianta.rooms.thesis_features import GENERAL_FEATURES, compute_general_features
-from pianta_bench.data.annotated_floors import AnnotatedFloor, make_of_drawings
+from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
 from pianta_bench.data.folders import REMEDY
 from pianta_bench.harness.table import Row
 
@@ -79,7 +79,9 @@ def read_room_sets(data: Path) -> tuple[tuple[RoomSet, ...], dict[str, tuple[Row
         raise DataError(f"no buildings in any of {places}, {REMEDY}")
     sets, failed = [], {}
     for name in types:
-        floors, failed[name] = make_of_drawings(data, name, partial(_represent, _schema_of_folder(folder / name)))
+        floors, failed[name] = read_annotated_buildings(
+            data, name, partial(_represent, _schema_of_folder(folder / name))
+        )
         _check_size(floors, failed[name], folder / name)
         sets.append(join_room_sets(name.capitalize(), floors))
     if len(sets) > 1:

@@ -16,7 +16,7 @@ from rich.text import Text
 from pianta import __version__
 from pianta.io._files import atomic_file
 from pianta_bench.harness.comparison import tell_faults
-from pianta_bench.harness.report import show_figure, start_table
+from pianta_bench.harness.old_report import show_figure, start_table
 from pianta_bench.types import published as printed
 from pianta_bench.types.classifiers import ALGORITHMS, CrossValidation, Transfer
 from pianta_bench.types.clusters import EPSILON, MIN_POINTS, RoomClusters
