@@ -10,7 +10,7 @@ from PIL import Image
 
 from pianta.gridmap import GridMap
 from pianta.plan.read_plan import PlanFloor, read_plan
-from pianta.plan.walls.regions import DOOR, OUTSIDE, WALL, find_regions
+from pianta.plan.walls.segmentation import DOOR, OUTSIDE, WALL, segment_sheet
 from pianta.plot.floor import plot_doors, plot_rooms
 from pianta.plot.grid import plot_ink
 from pianta.worlds.floors import make_l_floor
@@ -29,7 +29,7 @@ def main() -> None:
         file = Path(folder, "plan.png")
         Image.fromarray(plan.colors).save(file)
         (found,) = read_plan(file).floors
-    regions = find_regions(plan.colors, door_px=0.9 / plan.grid.resolution)
+    regions = segment_sheet(plan.colors, door_px=0.9 / plan.grid.resolution)
     figure = Figure(figsize=(15, 5), layout="constrained")
     sheet, told, rooms = figure.subplots(1, 3)
     sheet.imshow(plan.colors)

@@ -248,7 +248,7 @@ def test_floors_of_a_plan_are_written_all_or_none(tmp_path: Path, monkeypatch: p
 def test_what_is_no_plan_is_refused_in_one_line_before_anything_slow(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, as_plan: tuple[str, ...]
 ):
-    for slow in ("read_texts", "find_regions", "find_symbols", "find_swings"):
+    for slow in ("read_texts", "segment_sheet", "find_symbols", "find_scale"):
         monkeypatch.setattr(f"pianta.plan.read_plan.{slow}", None)
     Image.fromarray(NO_DRAWINGS[kind]).save(tmp_path / "no-plan.png")
     result = run_pianta("read", str(tmp_path / "no-plan.png"), "-o", str(tmp_path / "out"), *as_plan)

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from shapely import LineString, box
 
 from pianta.floor import Room
-from pianta.plan.doors.lines import find_door_regions, find_doors, join_rooms
+from pianta.plan.doors.lines import find_doors, find_network_doors, join_rooms
 from pianta.plan.doors.swings import Swing
-from pianta.plan.symbols.drawings import Kind
+from pianta.plan.symbols.drawings import SymbolKind
 from pianta.plan.symbols.poses import PlacedSymbol
-from pianta.plan.walls.regions import DOOR, INSIDE
-from tests.drawn_regions import CELL_PX, as_regions, draw_kinds, two_rooms
+from pianta.plan.walls.segmentation import DOOR, INSIDE
+from tests.drawn_class_maps import CELL_PX, as_class_map, draw_classes, two_rooms
 
 NONE = np.zeros((0, 2, 2))
 # The doorway of two_rooms: rows 28 … 36 of the wall in the columns 50 and 51, times CELL_PX.
@@ -29,7 +29,7 @@ def swing(hinge: tuple[float, float], jamb: tuple[float, float]) -> Swing:
     return Swing(start, end, start + across, float(np.hypot(*across)), 1.0)
 
 
-def symbol(kind: Kind, jambs: NDArray[np.float64] | None) -> PlacedSymbol:
+def symbol(kind: SymbolKind, jambs: NDArray[np.float64] | None) -> PlacedSymbol:
     return PlacedSymbol("drawn", kind, np.zeros((4, 2)), jambs, 0.9, np.ones((2, 2), bool))
 
 
@@ -39,22 +39,22 @@ def sorted_ends(lines: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def test_a_region_of_a_door_is_a_line_along_the_wall():
-    assert sorted_ends(find_door_regions(as_regions(two_rooms()))) == pytest.approx(JAMBS[None])
+    assert sorted_ends(find_network_doors(as_class_map(two_rooms()))) == pytest.approx(JAMBS[None])
 
 
 def test_a_few_cells_are_no_door_and_none_is_found_in_none():
     kinds = two_rooms(doors=((28, 29, 50, 53),))
-    assert find_door_regions(as_regions(kinds)).shape == (0, 2, 2)
+    assert find_network_doors(as_class_map(kinds)).shape == (0, 2, 2)
     kinds[28, 49] = DOOR
-    assert find_door_regions(as_regions(kinds)).shape == (1, 2, 2)
-    assert find_door_regions(as_regions(two_rooms(doors=()))).shape == (0, 2, 2)
+    assert find_network_doors(as_class_map(kinds)).shape == (1, 2, 2)
+    assert find_network_doors(as_class_map(two_rooms(doors=()))).shape == (0, 2, 2)
 
 
 def test_a_slanting_door_is_a_slanting_line():
-    kinds = draw_kinds((60, 60), (5, 55, 5, 55))
+    kinds = draw_classes((60, 60), (5, 55, 5, 55))
     for step in range(8):
         kinds[20 + step, 20 + step : 22 + step] = DOOR
-    (line,) = sorted_ends(find_door_regions(as_regions(kinds)))
+    (line,) = sorted_ends(find_network_doors(as_class_map(kinds)))
     slope = np.degrees(np.arctan2(*(line[1] - line[0])))
     assert slope == pytest.approx(45, abs=6)
     assert np.hypot(*(line[1] - line[0])) == pytest.approx(8 * CELL_PX * np.sqrt(2), rel=0.15)
@@ -62,12 +62,12 @@ def test_a_slanting_door_is_a_slanting_line():
 
 
 def test_a_region_is_a_door_from_a_probability_on():
-    regions = as_regions(two_rooms())
+    regions = as_class_map(two_rooms())
     where = regions.probabilities[DOOR] > 0.5
     for door, count in ((0.45, 1), (0.35, 0)):
         regions.probabilities[:, where] = 0
         regions.probabilities[DOOR, where], regions.probabilities[INSIDE, where] = door, 1 - door
-        assert len(find_door_regions(regions)) == count
+        assert len(find_network_doors(regions)) == count
 
 
 @settings(max_examples=25)
@@ -79,12 +79,12 @@ def test_turned_and_shifted_regions_have_turned_and_shifted_doors(quarters, down
     for turn in range(quarters):
         side = height if turn % 2 else width
         expected = np.column_stack([side - expected[:, 1], expected[:, 0]])
-    found = find_door_regions(as_regions(kinds))
+    found = find_network_doors(as_class_map(kinds))
     assert sorted_ends(found) == pytest.approx(sorted_ends(expected[None]))
 
 
 def test_what_knows_the_jambs_comes_before_what_the_network_sees():
-    regions = as_regions(two_rooms())
+    regions = as_class_map(two_rooms())
     drawn = np.array([(110.0, 202.0), (140.0, 202.0)])
     assert find_doors(regions, [], [symbol("door", drawn)], NONE).closed == pytest.approx(drawn[None])
     hung = swing((143, 203), (113, 203))
@@ -96,7 +96,7 @@ def test_what_knows_the_jambs_comes_before_what_the_network_sees():
 
 
 def test_a_swing_where_the_network_sees_no_door_is_furniture():
-    regions = as_regions(two_rooms())
+    regions = as_class_map(two_rooms())
     chair = swing((60, 100), (60, 130))
     assert sorted_ends(find_doors(regions, [chair], [], NONE).closed) == pytest.approx(JAMBS[None])
     # The file knows better
@@ -106,7 +106,7 @@ def test_a_swing_where_the_network_sees_no_door_is_furniture():
 
 @pytest.mark.parametrize(("count", "believed"), [(7, 0), (8, 8)])
 def test_many_swings_of_one_width_are_doors_whatever_the_network_sees(count, believed):
-    regions = as_regions(two_rooms(doors=()))
+    regions = as_class_map(two_rooms(doors=()))
     leaves = [swing((20 + 25 * number, 100), (20 + 25 * number, 120)) for number in range(count)]
     other = swing((20, 250), (20, 290))
     found = find_doors(regions, [*leaves, other], [], NONE).closed
@@ -115,7 +115,7 @@ def test_many_swings_of_one_width_are_doors_whatever_the_network_sees(count, bel
 
 def test_a_leaf_closes_on_the_face_of_the_wall_and_the_door_is_in_its_middle():
     """A wall of 8 px between the rows 100 and 108; the leaf of 40 px swings up."""
-    regions = as_regions(two_rooms(doors=()))
+    regions = as_class_map(two_rooms(doors=()))
     regions.probabilities[DOOR] = 0.9
     leaf = Swing(np.array([100.0, 60]), np.array([100.0, 100]), np.array([60.0, 60]), 40.0, 1.0)
     found = find_doors(regions, [leaf], [], NONE)
@@ -134,7 +134,7 @@ def test_a_leaf_closes_on_the_face_of_the_wall_and_the_door_is_in_its_middle():
 )
 def test_two_leaves_that_meet_and_open_to_one_side_are_one_door(jamb, opens, lines):
     """A leaf from column 100 to 140; the other meets it, ends 20 px before, opens to the other side, follows it."""
-    regions = as_regions(two_rooms(doors=()))
+    regions = as_class_map(two_rooms(doors=()))
     regions.probabilities[DOOR] = 0.9
     left = Swing(np.array([100.0, 100]), np.array([100.0, 140]), np.array([60.0, 100]), 40.0, 1.0)
     hinge = np.array([100.0, opens[1]])
@@ -149,22 +149,22 @@ def test_two_leaves_that_meet_and_open_to_one_side_are_one_door(jamb, opens, lin
 @pytest.mark.parametrize(("chance", "rows", "doubtful"), [(0.9, 8, False), (0.5, 8, True), (0.9, 3, True)])
 def test_a_region_that_is_faint_or_short_is_a_doubtful_door(chance, rows, doubtful):
     kinds = two_rooms(doors=((28, 28 + rows, 50, 52),))
-    regions = as_regions(kinds)
+    regions = as_class_map(kinds)
     where = regions.probabilities[DOOR] > 0.5
     regions.probabilities[DOOR, where], regions.probabilities[INSIDE, where] = chance, 1 - chance
-    assert find_doors(regions, [], [], NONE).doubtful.tolist() == [doubtful]
+    assert find_doors(regions, [], [], NONE).uncertain.tolist() == [doubtful]
 
 
 def test_a_symbol_that_the_network_hardly_sees_is_a_doubtful_door_and_a_swing_is_none():
-    regions = as_regions(two_rooms(doors=()))
+    regions = as_class_map(two_rooms(doors=()))
     regions.probabilities[DOOR] = 0.2
-    assert find_doors(regions, [], [symbol("door", JAMBS)], NONE).doubtful.tolist() == [True]
-    assert find_doors(regions, [swing((112, 204), (144, 204))], [], NONE).doubtful.tolist() == [False]
-    assert find_doors(regions, [], [], JAMBS[None]).doubtful.tolist() == [False]
+    assert find_doors(regions, [], [symbol("door", JAMBS)], NONE).uncertain.tolist() == [True]
+    assert find_doors(regions, [swing((112, 204), (144, 204))], [], NONE).uncertain.tolist() == [False]
+    assert find_doors(regions, [], [], JAMBS[None]).uncertain.tolist() == [False]
 
 
 def test_windows_stairs_and_doors_without_jambs_are_no_doors():
-    regions = as_regions(two_rooms(doors=()))
+    regions = as_class_map(two_rooms(doors=()))
     regions.probabilities[DOOR] = 0.2
     symbols = [symbol("window", JAMBS), symbol("object", None), symbol("door", None)]
     assert find_doors(regions, [], symbols, NONE).lines.shape == (0, 2, 2)
@@ -174,13 +174,13 @@ def test_windows_stairs_and_doors_without_jambs_are_no_doors():
 def test_two_doors_beside_each_other_are_two():
     kinds = two_rooms(doors=((16, 24, 50, 52), (28, 36, 50, 52)))
     leaves = [swing((64, 204), (96, 204)), swing((144, 204), (112, 204))]
-    assert len(find_doors(as_regions(kinds), leaves, [], NONE).lines) == 2
+    assert len(find_doors(as_class_map(kinds), leaves, [], NONE).lines) == 2
 
 
 @pytest.mark.parametrize("corner", [(-200.0, -300.0), (5000.0, 90.0), (-500.0, 90.0)])
 def test_a_line_off_the_sheet_is_near_no_door(corner):
     off = symbol("door", np.array([corner, (corner[0], corner[1] + 30)]))
-    assert sorted_ends(find_doors(as_regions(two_rooms()), [], [off], NONE).lines) == pytest.approx(JAMBS[None])
+    assert sorted_ends(find_doors(as_class_map(two_rooms()), [], [off], NONE).lines) == pytest.approx(JAMBS[None])
 
 
 def test_a_door_joins_the_rooms_on_its_sides():

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
-from pianta.plan.doors.swings import Swing, agree_on_size, find_swings
-from pianta.plan.sheets.binarization import binarise, measure_contrast
+from pianta.plan.doors.swings import Swing, consensus_door_width, find_swings
+from pianta.plan.sheets.sheet import Sheet
 
 Image = NDArray[Any]
 
@@ -52,7 +52,8 @@ def blank(height: int = 300, width: int = 300) -> Image:
 
 def ink_of(colors: Image) -> Image:
     """Contrast, and what is black however wide: walls."""
-    return np.asarray(np.maximum(measure_contrast(colors), binarise(colors)))
+    sheet = Sheet(colors)
+    return np.asarray(np.maximum(sheet.contrast, sheet.ink))
 
 
 def contrast_of(sheet: Image) -> Image:
@@ -140,7 +141,7 @@ def test_what_is_no_door_is_none(draw):
     sheet = blank()
     draw(sheet)
     assert find_swings(contrast_of(sheet)) == ()
-    assert agree_on_size(find_swings(contrast_of(sheet))) is None
+    assert consensus_door_width(find_swings(contrast_of(sheet))) is None
 
 
 @pytest.mark.slow
@@ -162,7 +163,7 @@ def test_the_width_is_that_of_most_doors():
     for number in range(5):
         draw_door(sheet, (120, 120 + 160 * number), 20)
     draw_door(sheet, (350, 300), 45)
-    size = agree_on_size(find_swings(contrast_of(sheet)))
+    size = consensus_door_width(find_swings(contrast_of(sheet)))
     assert size is not None
     assert size.px == pytest.approx(20, abs=1.5)
     assert 4 <= size.count <= 5
@@ -174,16 +175,16 @@ def make_swing(radius: float, score: float = 1.0) -> Swing:
 
 
 def test_fewer_than_three_that_agree_tell_no_width():
-    assert agree_on_size([make_swing(20), make_swing(21)]) is None
-    assert agree_on_size([make_swing(20), make_swing(40), make_swing(80)]) is None
-    agreed = agree_on_size([make_swing(radius) for radius in (19.0, 20.0, 21.0)])
+    assert consensus_door_width([make_swing(20), make_swing(21)]) is None
+    assert consensus_door_width([make_swing(20), make_swing(40), make_swing(80)]) is None
+    agreed = consensus_door_width([make_swing(radius) for radius in (19.0, 20.0, 21.0)])
     assert agreed is not None
     assert (agreed.px, agreed.count) == (20.0, 3)
     assert agreed.confidence == pytest.approx(3 / 5)
 
 
 def test_more_doors_that_agree_are_surer():
-    few, many = (agree_on_size([make_swing(20.0)] * count) for count in (3, 12))
+    few, many = (consensus_door_width([make_swing(20.0)] * count) for count in (3, 12))
     assert few is not None
     assert many is not None
     assert few.confidence < many.confidence < 1
@@ -200,6 +201,6 @@ def test_ink_is_as_good_as_contrast_and_small_sheets_have_none():
 @pytest.mark.parametrize(("name", "least", "most"), [("off2.jpg", 37, 44), ("village.png", 15, 20)])
 def test_doors_of_real_plans_tell_their_width(data, name, least, most):
     colors = np.asarray(cv2.imread(str(data / "floorplans" / name)))
-    size = agree_on_size(find_swings(ink_of(colors)))
+    size = consensus_door_width(find_swings(ink_of(colors)))
     assert size is not None
     assert least < size.px < most

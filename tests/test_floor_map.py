@@ -1,4 +1,4 @@
-"""Regions become a map: thin closed walls, rooms up to their middle, outside unknown."""
+"""ClassMap become a map: thin closed walls, rooms up to their middle, outside unknown."""
 
 import numpy as np
 import pytest
@@ -8,16 +8,16 @@ from scipy import ndimage
 
 from pianta._types import Floats
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN
-from pianta.plan.walls.floor_map import FINER, FloorMap, draw_floor_map, trust_walls
-from pianta.plan.walls.regions import DOOR, INSIDE, OUTSIDE, WALL, Regions
-from tests.drawn_regions import (
+from pianta.plan.walls.floor_map import FINER, FloorMap, draw_floor_map, use_named_walls
+from pianta.plan.walls.segmentation import DOOR, INSIDE, OUTSIDE, WALL, ClassMap
+from tests.drawn_class_maps import (
     CELL,
     CELL_PX,
     DOORWAY,
     RESOLUTION,
-    Kinds,
-    as_regions,
-    draw_kinds,
+    CellClasses,
+    as_class_map,
+    draw_classes,
     sheet_shape,
     two_rooms,
 )
@@ -26,8 +26,8 @@ NONE = np.zeros((0, 2, 2))
 JAMBS = np.array([[(112.0, 204.0), (144.0, 204.0)]])
 
 
-def draw(kinds: Kinds, doors: Floats = NONE) -> FloorMap:
-    return draw_floor_map(as_regions(kinds), doors, sheet_shape=sheet_shape(kinds), resolution=RESOLUTION)
+def draw(kinds: CellClasses, doors: Floats = NONE) -> FloorMap:
+    return draw_floor_map(as_class_map(kinds), doors, sheet_shape=sheet_shape(kinds), resolution=RESOLUTION)
 
 
 def free_parts(floor_map: FloorMap) -> list[float]:
@@ -71,7 +71,7 @@ def test_the_gap_of_a_door_is_closed_where_doors_are_remembered():
 @pytest.mark.parametrize(("chance", "length", "rooms"), [(0.5, 5, 2), (0.5, 12, 1), (0.4, 5, 1), (0.58, 12, 2)])
 def test_a_wall_that_is_hardly_seen_is_closed_where_that_is_short(chance, length, rooms):
     """In cells of 0.1 m, of the wall between the two rooms."""
-    regions = as_regions(two_rooms(doors=()))
+    regions = as_class_map(two_rooms(doors=()))
     faint = (slice(20, 20 + length), slice(50, 52))
     regions.probabilities[WALL][faint], regions.probabilities[INSIDE][faint] = chance, 0.98 - chance
     floor_map = draw_floor_map(regions, NONE, sheet_shape=sheet_shape(two_rooms()), resolution=RESOLUTION)
@@ -103,7 +103,7 @@ def test_a_short_piece_of_a_line_is_no_wall_and_a_long_one_is():
 
 
 def test_a_yard_between_rooms_is_no_room():
-    kinds = draw_kinds((60, 140), (10, 50, 10, 50), (10, 50, 52, 92), (10, 50, 94, 134))
+    kinds = draw_classes((60, 140), (10, 50, 10, 50), (10, 50, 52, 92), (10, 50, 94, 134))
     kinds[10:50, 52:92] = OUTSIDE
     floor_map = draw(kinds)
     assert not floor_map.inside[60, 144]
@@ -131,7 +131,7 @@ def test_in_a_room_that_lost_a_wall_to_the_paper_each_spot_speaks_for_itself():
 
 def test_a_closet_of_less_than_a_square_metre_is_no_room():
     for side, rooms in ((8, 0), (14, 1)):
-        floor_map = draw(draw_kinds((60, 60), (20, 20 + side, 20, 20 + side)))
+        floor_map = draw(draw_classes((60, 60), (20, 20 + side, 20, 20 + side)))
         assert len(free_parts(floor_map)) == rooms
 
 
@@ -145,7 +145,7 @@ def test_a_sheet_of_one_kind_has_no_walls_and_no_rooms(kind):
 def test_the_sheet_need_not_be_a_whole_number_of_cells():
     """The last cells of the network reach over the edge of the sheet by up to half of one."""
     kinds = two_rooms()
-    floor_map = draw_floor_map(as_regions(kinds), NONE, sheet_shape=(241, 407), resolution=RESOLUTION)
+    floor_map = draw_floor_map(as_class_map(kinds), NONE, sheet_shape=(241, 407), resolution=RESOLUTION)
     _, y, _ = floor_map.grid.origin
     assert y + floor_map.grid.shape[0] * floor_map.grid.resolution == pytest.approx(241 * RESOLUTION)
 
@@ -163,7 +163,7 @@ def test_more_paper_around_a_plan_changes_nothing_of_it():
 
 def test_an_outer_wall_of_two_metres_is_a_line_in_its_middle():
     """No sheet is cut so near to its rooms that the wall loses its other side."""
-    kinds = draw_kinds((120, 120), (40, 80, 40, 80), margin=20)
+    kinds = draw_classes((120, 120), (40, 80, 40, 80), margin=20)
     walls = np.flatnonzero(draw(kinds).grid.cells[60 * FINER] == OCCUPIED) / FINER
     assert walls[[0, -1]] == pytest.approx([30, 90], abs=1.5)
 
@@ -186,10 +186,10 @@ def test_turned_and_shifted_regions_give_turned_and_shifted_rooms(quarters, down
 
 
 def test_what_the_file_calls_wall_is_wall_and_nothing_else():
-    regions = as_regions(draw_kinds((60, 102), (10, 50, 10, 92)))
+    regions = as_class_map(draw_classes((60, 102), (10, 50, 10, 92)))
     walls = np.zeros((240, 408), bool)
     walls[:, 200:208] = True
-    trusted = trust_walls(regions, walls).probabilities
+    trusted = use_named_walls(regions, walls).probabilities
     assert trusted[WALL][:, 50:52] == pytest.approx(1)
     assert trusted[WALL][:, :50].max() == trusted[WALL][:, 52:].max() == 0
     assert trusted.sum(axis=0) == pytest.approx(1, abs=1e-5)
@@ -202,7 +202,7 @@ def test_between_the_two_lines_of_a_wall_is_wall_and_a_room_stays():
     walls = np.zeros((240, 408), bool)
     walls[40:200, [100, 112]] = True
     walls[40:200, [200, 240]] = True
-    wall = trust_walls(as_regions(two_rooms()), walls).probabilities[WALL]
+    wall = use_named_walls(as_class_map(two_rooms()), walls).probabilities[WALL]
     assert wall[30, 26] == pytest.approx(1)
     assert wall[30, 54:58].max() == 0
 
@@ -211,7 +211,7 @@ def test_between_the_two_lines_of_a_wall_is_wall_and_a_room_stays():
 def test_trusted_regions_stay_shares_of_one_at_every_size_of_sheet(seed, height, width):
     rng = np.random.default_rng(seed)
     shares = rng.dirichlet(np.ones(4), (12, 17)).transpose(2, 0, 1).astype(np.float32)
-    trusted = trust_walls(Regions(shares, CELL_PX), rng.random((height, width)) < 0.1).probabilities
+    trusted = use_named_walls(ClassMap(shares, CELL_PX), rng.random((height, width)) < 0.1).probabilities
     assert trusted.shape == shares.shape
     assert trusted.min() >= 0
     assert trusted.sum(axis=0) == pytest.approx(1, abs=1e-4)
@@ -219,7 +219,7 @@ def test_trusted_regions_stay_shares_of_one_at_every_size_of_sheet(seed, height,
 
 def test_cells_that_are_wider_than_the_longest_gap_close_none():
     """Two rooms of 104 m with a gap of 5.2 m between them, in cells of 1.3 m."""
-    regions = as_regions(two_rooms(doors=()))
+    regions = as_class_map(two_rooms(doors=()))
     gap = (slice(20, 22), slice(50, 52))
     regions.probabilities[WALL][gap], regions.probabilities[INSIDE][gap] = 0.5, 0.48
     floor_map = draw_floor_map(regions, NONE, sheet_shape=sheet_shape(two_rooms()), resolution=26 * RESOLUTION)

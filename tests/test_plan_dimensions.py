@@ -7,11 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta._types import Mask
-from pianta.plan.sheets.sheet import PlacedText
+from pianta.plan.sheets.sheet import PlacedText, PlanScale
 from pianta.plan.text import dimensions
 from pianta.plan.text.dimensions import (
-    Scale,
-    parse_drawing_scale,
     parse_length,
     parse_scale_bar,
     parse_size,
@@ -105,23 +103,6 @@ def test_measures_are_taken_out_of_names(text, left):
     assert remove_measures(text) == left
 
 
-@pytest.mark.parametrize(
-    ("text", "scale"),
-    [
-        ("Scale 1:100", 100),
-        ("MASSSTAB 1 : 50", 50),
-        ("1/200", 200),
-        ('1/8" = 1\'-0"', 96),
-        ("·SCALE. lINCH = 20 FOaT,", 240),
-        ('1/0" = 1 ft', 12),
-        ("11:30", None),
-        ("Room 1", None),
-    ],
-)
-def test_scales_of_drawings(text, scale):
-    assert parse_drawing_scale(text) == scale
-
-
 def test_a_bar_below_its_numbers_gives_metres_per_pixel():
     ink = NO_INK.copy()
     ink[112:115, 100:301] = True
@@ -132,7 +113,7 @@ def test_a_bar_below_its_numbers_gives_metres_per_pixel():
     assert scale.confidence > 0.9
 
 
-def read_bar(ink: Mask, *texts: tuple[str, float]) -> Scale | None:
+def read_bar(ink: Mask, *texts: tuple[str, float]) -> PlanScale | None:
     """What a bar below numbers of a height of 10 at row 100 says, numbers and units at columns."""
     return parse_scale_bar([number(text, col) for text, col in texts], ink)
 
@@ -338,6 +319,6 @@ def test_sizes_of_rooms_vote_for_the_scale():
 
 @given(st.text(max_size=40))
 def test_any_text_is_read_without_fault(text):
-    for length in (parse_length(text), parse_drawing_scale(text), *(parse_size(text) or ())):
+    for length in (parse_length(text), *(parse_size(text) or ())):
         assert length is None or length >= 0
     assert len(remove_measures(text)) <= len(text)

@@ -9,28 +9,22 @@ from shapely import box
 from pianta.errors import PlanError
 from pianta.floor import Floor, Room
 from pianta.plan import scale as plan_scale
-from pianta.plan.doors.swings import DoorSize
+from pianta.plan.doors.swings import DoorWidth
 from pianta.plan.scale import (
-    FACTORS,
-    MOST_CELLS,
-    SHEET_METRES,
-    STEP,
-    PlanScale,
-    agree_on_doors,
-    are_surely_doors,
+    PARAMETERS,
     find_door_scale,
     find_stated_scale,
     fit_door_px,
+    is_reliable_width,
+    measure_door_width,
     refine_by_sizes,
 )
-from pianta.plan.sheets.binarization import binarise
-from pianta.plan.sheets.sheet import PlacedText, Sheet
-from pianta.plan.walls.regions import DOOR_CELLS, Regions
+from pianta.plan.sheets.sheet import PlacedText, PlanScale, Sheet
+from pianta.plan.walls.segmentation import DOOR_CELLS, ClassMap
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plans.drawing import draw_plan
 
 PAGE = np.full((300, 400, 3), 255, np.uint8)
-INK = np.zeros((300, 400), bool)
 
 
 def sheet(resolution: float | None = None) -> Sheet:
@@ -51,14 +45,13 @@ def barred():
 
 
 def test_the_user_is_believed_before_the_file_and_the_file_before_the_bar(barred):
-    ink = binarise(barred.colors)
     drawn = Sheet(barred.colors, resolution=0.05)
-    given_one = find_stated_scale(drawn, barred.texts, ink, given=0.02)
+    given_one = find_stated_scale(drawn, barred.texts, resolution=0.02)
     assert given_one == PlanScale(0.02, "the given resolution", 1.0)
-    of_file = find_stated_scale(drawn, barred.texts, ink)
+    of_file = find_stated_scale(drawn, barred.texts)
     assert of_file is not None
     assert (of_file.resolution, of_file.source) == (0.05, "the units of the file")
-    of_bar = find_stated_scale(Sheet(barred.colors), barred.texts, ink)
+    of_bar = find_stated_scale(Sheet(barred.colors), barred.texts)
     assert of_bar is not None
     assert of_bar.source == "the scale bar"
     assert of_bar.resolution == pytest.approx(1 / 30, rel=0.03)
@@ -66,62 +59,62 @@ def test_the_user_is_believed_before_the_file_and_the_file_before_the_bar(barred
 
 
 def test_where_nobody_states_a_scale_there_is_none():
-    assert find_stated_scale(sheet(), (), INK) is None
-    assert find_stated_scale(sheet(), (placed("Office", 50, 50),), INK) is None
+    assert find_stated_scale(sheet(), ()) is None
+    assert find_stated_scale(sheet(), (placed("Office", 50, 50),)) is None
 
 
 @pytest.mark.parametrize("resolution", [0.0, -0.05, float("nan"), float("inf")])
 def test_a_resolution_that_is_no_positive_number_is_refused(resolution):
     with pytest.raises(PlanError, match=f"resolution.*{resolution}"):
-        find_stated_scale(sheet(0.05), (), INK, given=resolution)
+        find_stated_scale(sheet(0.05), (), resolution=resolution)
 
 
 @pytest.mark.parametrize("resolution", [1e-9, 0.004, 13.0, 1e9])
 def test_a_resolution_of_no_building_is_refused_and_one_of_the_file_passed_over(resolution):
     with pytest.raises(PlanError, match=f"resolution.*{resolution}.*400"):
-        find_stated_scale(sheet(), (), INK, given=resolution)
-    assert find_stated_scale(sheet(resolution), (), INK) is None
+        find_stated_scale(sheet(), (), resolution=resolution)
+    assert find_stated_scale(sheet(resolution), ()) is None
 
 
-@given(st.floats(SHEET_METRES[0] / 400, SHEET_METRES[1] / 400))
+@given(st.floats(PARAMETERS.min_sheet / 400, PARAMETERS.max_sheet / 400))
 def test_any_resolution_of_a_building_is_kept(resolution):
-    assert find_stated_scale(sheet(), (), INK, given=resolution) == PlanScale(resolution, "the given resolution", 1.0)
+    assert find_stated_scale(sheet(), (), resolution=resolution) == PlanScale(resolution, "the given resolution", 1.0)
 
 
 def test_one_door_that_the_file_names_tells_the_width_of_doors():
     named = np.array([[(10.0, 20.0), (10.0, 50.0)]])
-    assert agree_on_doors([], named) == DoorSize(30.0, 1, 1.0)
-    assert agree_on_doors([], named[:0]) is None
+    assert measure_door_width([], named) == DoorWidth(30.0, 1, 1.0)
+    assert measure_door_width([], named[:0]) is None
 
 
 @pytest.mark.parametrize(("known", "side"), [(None, 100.0), (20.0, None)])
 def test_where_the_network_minds_no_scale_a_sheet_without_doors_is_as_large_as_most(monkeypatch, known, side):
     def mind_nothing(part, *, door_px, networks):
-        return Regions(np.full((4, 2, 2), 0.25, np.float32), 1.0)
+        return ClassMap(np.full((4, 2, 2), 0.25, np.float32), 1.0)
 
-    monkeypatch.setattr(plan_scale, "find_regions", mind_nothing)
-    size = fit_door_px(PAGE, door_px=known, networks=["one"])
+    monkeypatch.setattr(plan_scale, "segment_sheet", mind_nothing)
+    size = fit_door_px(Sheet(PAGE), door_px=known, networks=["one"])
     assert size == pytest.approx(max(PAGE.shape) / side if side else known * 0.5)
 
 
 def test_doors_are_90_centimetres_wide():
-    scale = find_door_scale(DoorSize(30.0, 7, 0.5), 24.0)
+    scale = find_door_scale(DoorWidth(30.0, 7, 0.5), 24.0)
     assert scale.source == "7 doors of 0.9 m"
     assert [scale.resolution, scale.confidence] == pytest.approx([0.03, 0.3])
     by_look = find_door_scale(None, 45.0)
     assert by_look.source == "the look of its walls"
     assert by_look.resolution == pytest.approx(0.02)
-    assert by_look.confidence < find_door_scale(DoorSize(30.0, 7, 0.9), 24.0).confidence
+    assert by_look.confidence < find_door_scale(DoorWidth(30.0, 7, 0.9), 24.0).confidence
 
 
 def test_what_looks_like_doors_of_another_size_than_the_drawing_is_none():
-    assert find_door_scale(DoorSize(30.0, 7, 0.5), 99.0) == find_door_scale(None, 99.0)
+    assert find_door_scale(DoorWidth(30.0, 7, 0.5), 99.0) == find_door_scale(None, 99.0)
 
 
-@pytest.mark.parametrize("factor", [FACTORS[0], FACTORS[-1]])
+@pytest.mark.parametrize("factor", [PARAMETERS.door_factors[0], PARAMETERS.door_factors[-1]])
 @pytest.mark.parametrize("rounding", [1 - 1e-9, 1 + 1e-9])
 def test_the_farthest_sizes_that_are_asked_about_are_of_the_doors(factor, rounding):
-    scale = find_door_scale(DoorSize(30.0, 7, 0.5), 30.0 * factor * rounding)
+    scale = find_door_scale(DoorWidth(30.0, 7, 0.5), 30.0 * factor * rounding)
     assert scale.resolution == pytest.approx(0.03)
 
 
@@ -135,22 +128,22 @@ def test_a_scale_says_what_it_is_by_what_and_how_sure():
 def doubting(best: float, asked: list[float]):
     """A network that doubts least where doors are of the best size, and a list of the sizes that it is asked about."""
 
-    def find_regions(colors, *, door_px, networks):
+    def segment_sheet(colors, *, door_px, networks):
         asked.append(door_px)
         # The more even the shares, the more doubt
         even = min(abs(np.log(door_px / best)) / 8, 0.24)
         shares = np.full((4, 2, 2), even, np.float32)
         shares[0] = 1 - 3 * even
-        return Regions(shares, door_px / DOOR_CELLS)
+        return ClassMap(shares, door_px / DOOR_CELLS)
 
-    return find_regions
+    return segment_sheet
 
 
 @pytest.mark.parametrize(("known", "best"), [(20.0, 12.5), (20.0, 20.0), (40.0, 20.0), (6.0, 6.0)])
 def test_the_size_is_looked_for_near_the_doors_that_are_known(monkeypatch, known, best):
     asked: list[float] = []
-    monkeypatch.setattr(plan_scale, "find_regions", doubting(best, asked))
-    assert fit_door_px(PAGE, door_px=known, networks=["one"]) == pytest.approx(best, rel=0.13)
+    monkeypatch.setattr(plan_scale, "segment_sheet", doubting(best, asked))
+    assert fit_door_px(Sheet(PAGE), door_px=known, networks=["one"]) == pytest.approx(best, rel=0.13)
     assert min(asked) <= known * 0.5
     assert max(asked) >= known
     assert len(asked) == len(set(asked))
@@ -159,48 +152,48 @@ def test_the_size_is_looked_for_near_the_doors_that_are_known(monkeypatch, known
 def test_sure_doors_leave_little_to_ask(monkeypatch):
     """Each question takes the network as long as a small sheet."""
     asked: list[float] = []
-    monkeypatch.setattr(plan_scale, "find_regions", doubting(12.5, asked))
-    assert fit_door_px(PAGE, door_px=20.0, is_sure=True, networks=["one"]) == pytest.approx(12.5, rel=0.13)
+    monkeypatch.setattr(plan_scale, "segment_sheet", doubting(12.5, asked))
+    assert fit_door_px(Sheet(PAGE), door_px=20.0, is_reliable=True, networks=["one"]) == pytest.approx(12.5, rel=0.13)
     few = len(asked)
     assert few <= 5
-    fit_door_px(PAGE, door_px=20.0, networks=["one"])
+    fit_door_px(Sheet(PAGE), door_px=20.0, networks=["one"])
     beyond = [size for size in asked[few:] if not 20.0 * 0.5 <= size <= 20.0]
     assert len(asked[few:]) == few + len(beyond)
 
 
 def test_what_is_taken_for_doors_is_passed_over_where_the_drawing_has_another_scale(monkeypatch):
-    monkeypatch.setattr(plan_scale, "find_regions", doubting(4.0, []))
-    assert fit_door_px(PAGE, door_px=90.0, networks=["one"]) == pytest.approx(4.0, rel=0.15)
+    monkeypatch.setattr(plan_scale, "segment_sheet", doubting(4.0, []))
+    assert fit_door_px(Sheet(PAGE), door_px=90.0, networks=["one"]) == pytest.approx(4.0, rel=0.15)
 
 
 def test_doors_that_are_drawn_are_not_much_smaller_than_those_of_the_drawing(monkeypatch):
     """On 400 pixels doors of 16 are tried, but not where arcs have 4; those of 10 are."""
     asked: list[float] = []
-    monkeypatch.setattr(plan_scale, "find_regions", doubting(16.0, asked))
-    fit_door_px(PAGE, door_px=4.0, networks=["one"])
-    assert 9 < max(asked) <= 3 * 4.0 * STEP
+    monkeypatch.setattr(plan_scale, "segment_sheet", doubting(16.0, asked))
+    fit_door_px(Sheet(PAGE), door_px=4.0, networks=["one"])
+    assert 9 < max(asked) <= 3 * 4.0 * PARAMETERS.neighbour_factor
 
 
 def test_on_a_sheet_longer_than_any_letters_are_no_doors_however_small_they_are(monkeypatch):
     """On 400 pixels arcs of 1.5 make 267 doors, and doors of 10 are tried, as if nothing was known."""
-    monkeypatch.setattr(plan_scale, "find_regions", doubting(10.0, []))
-    assert fit_door_px(PAGE, door_px=1.5, networks=["one"]) == pytest.approx(10.0, rel=0.13)
-    assert fit_door_px(PAGE, door_px=1.7, networks=["one"]) < 3 * 1.7 * STEP
+    monkeypatch.setattr(plan_scale, "segment_sheet", doubting(10.0, []))
+    assert fit_door_px(Sheet(PAGE), door_px=1.5, networks=["one"]) == pytest.approx(10.0, rel=0.13)
+    assert fit_door_px(Sheet(PAGE), door_px=1.7, networks=["one"]) < 3 * 1.7 * PARAMETERS.neighbour_factor
 
 
 @pytest.mark.parametrize(
     ("count", "longest", "sure"), [(8, 4000, True), (7, 4000, False), (8, 5100, False), (400, 5100, False)]
 )
 def test_many_doors_are_sure_where_the_sheet_is_not_longer_than_any(count, longest, sure):
-    assert are_surely_doors(DoorSize(20.0, count, 0.9), longest) == sure
-    assert not are_surely_doors(None, longest)
+    assert is_reliable_width(DoorWidth(20.0, count, 0.9), longest) == sure
+    assert not is_reliable_width(None, longest)
 
 
 @pytest.mark.parametrize("best", [3.0, 6.0, 8.0, 16.0])
 def test_without_doors_all_sizes_of_buildings_are_tried(monkeypatch, best):
     """On 400 pixels, from 160 doors of 2.5 pixels to 25 doors of 16."""
-    monkeypatch.setattr(plan_scale, "find_regions", doubting(best, []))
-    assert fit_door_px(PAGE, door_px=None, networks=["one"]) == pytest.approx(best, rel=0.15)
+    monkeypatch.setattr(plan_scale, "segment_sheet", doubting(best, []))
+    assert fit_door_px(Sheet(PAGE), door_px=None, networks=["one"]) == pytest.approx(best, rel=0.15)
 
 
 def test_the_first_network_is_asked_about_the_part_with_the_most_ink(monkeypatch):
@@ -209,12 +202,12 @@ def test_the_first_network_is_asked_about_the_part_with_the_most_ink(monkeypatch
     colors[1300:1500:10, 1200:1500] = 0
     asked = []
 
-    def find_regions(part, *, door_px, networks):
+    def segment_sheet(part, *, door_px, networks):
         asked.append((part, tuple(networks)))
-        return Regions(np.full((4, 2, 2), 0.25, np.float32), 1.0)
+        return ClassMap(np.full((4, 2, 2), 0.25, np.float32), 1.0)
 
-    monkeypatch.setattr(plan_scale, "find_regions", find_regions)
-    fit_door_px(colors, door_px=9.0, networks=["one", "two"])
+    monkeypatch.setattr(plan_scale, "segment_sheet", segment_sheet)
+    fit_door_px(Sheet(colors), door_px=9.0, networks=["one", "two"])
     assert {networks for _, networks in asked} == {("one",)}
     assert all((part == 0).any() and part.shape[0] == part.shape[1] <= 1500 for part, _ in asked)
 
@@ -223,16 +216,16 @@ def test_the_first_network_is_asked_about_the_part_with_the_most_ink(monkeypatch
 @pytest.mark.parametrize("known", [None, 0.001, 2.0])
 def test_the_sheet_never_gets_more_cells_than_memory_holds(monkeypatch, known):
     asked: list[float] = []
-    monkeypatch.setattr(plan_scale, "find_regions", doubting(10.0, asked))
-    size = fit_door_px(np.zeros((3000, 8000, 3), np.uint8), door_px=known, networks=["one"])
-    assert 3000 * 8000 / (size / DOOR_CELLS) ** 2 <= MOST_CELLS * 1.001
+    monkeypatch.setattr(plan_scale, "segment_sheet", doubting(10.0, asked))
+    size = fit_door_px(Sheet(np.zeros((3000, 8000, 3), np.uint8)), door_px=known, networks=["one"])
+    assert 3000 * 8000 / (size / DOOR_CELLS) ** 2 <= PARAMETERS.max_cells * 1.001
     assert size == min(asked)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", [(1, 1), (1, 400), (2, 3)])
 def test_the_smallest_sheets_have_a_size(shape):
-    assert fit_door_px(np.full((*shape, 3), 255, np.uint8), door_px=None) > 0
+    assert fit_door_px(Sheet(np.full((*shape, 3), 255, np.uint8)), door_px=None) > 0
 
 
 def drawn_floor(*boxes: tuple[float, float, float, float]) -> Floor:
@@ -265,6 +258,6 @@ def test_without_sizes_or_where_one_is_surer_the_scale_stays():
 def test_a_resolution_of_a_vector_drawing_is_of_its_units():
     """A sheet of 400 pixels that draws a unit on 8 pixels, as of a drawing of 50 units."""
     drawn = Sheet(PAGE, px_per_unit=8.0)
-    assert find_stated_scale(drawn, (), INK, given=0.4) == PlanScale(0.05, "the given resolution", 1.0)
+    assert find_stated_scale(drawn, (), resolution=0.4) == PlanScale(0.05, "the given resolution", 1.0)
     with pytest.raises(PlanError, match=r"0\.01.*0\.5"):
-        find_stated_scale(drawn, (), INK, given=0.01)
+        find_stated_scale(drawn, (), resolution=0.01)

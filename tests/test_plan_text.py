@@ -5,11 +5,10 @@ import socket
 import numpy as np
 import pytest
 
-from pianta.plan.sheets.binarization import binarise
-from pianta.plan.sheets.sheet import PlacedText
+from pianta.plan.sheets.sheet import PlacedText, Sheet
 from pianta.plan.text import recognition as plan_text
 from pianta.plan.text.recognition import erase_texts, read_texts, remove_texts, text_reader_available
-from pianta.worlds.plans.fonts import letter_rooms
+from pianta.worlds.plans.name_sheets import letter_rooms
 
 
 def placed(text: str, top: float, left: float, height: float, width: float) -> PlacedText:
@@ -73,7 +72,7 @@ def test_a_sheet_without_ink_has_no_texts():
     ],
 )
 def test_a_zero_between_letters_is_an_o(read, tidied):
-    assert plan_text._tidied(read) == tidied
+    assert plan_text._normalise(read) == tidied
 
 
 def test_drawn_circles_and_signs_of_another_script_are_no_texts():
@@ -138,26 +137,26 @@ def test_where_letters_stood_is_the_colour_of_the_room(room, ink):
     """Also of light lines on dark paper."""
     colors, bare = lettered(room, ink)
     before = colors.copy()
-    erased = erase_texts(colors, binarise(colors), [placed("l'", 32, 46, 16, 20)])
-    assert np.array_equal(erased, bare)
+    erased = erase_texts(Sheet(colors), [placed("l'", 32, 46, 16, 20)])
+    assert np.array_equal(erased.colors, bare)
     assert np.array_equal(colors, before)
 
 
 def test_without_letters_the_sheet_is_the_same():
     colors, _ = lettered((255, 255, 255), 0)
-    ink = binarise(colors)
-    assert np.array_equal(erase_texts(colors, ink, []), colors)
-    assert np.array_equal(erase_texts(colors, ink, [placed("x", 55, 20, 8, 8)]), colors)
+    sheet = Sheet(colors)
+    assert np.array_equal(erase_texts(sheet, []).colors, colors)
+    assert np.array_equal(erase_texts(sheet, [placed("x", 55, 20, 8, 8)]).colors, colors)
 
 
 def test_soft_edges_of_letters_go_with_them():
     colors, bare = lettered((255, 255, 255), 0)
     colors[34:46, [49, 53]] = 210
-    assert np.array_equal(erase_texts(colors, binarise(colors), [placed("l'", 32, 46, 16, 20)]), bare)
+    assert np.array_equal(erase_texts(Sheet(colors), [placed("l'", 32, 46, 16, 20)]).colors, bare)
 
 
 @pytest.mark.slow
 def test_a_text_that_claims_to_be_larger_than_the_sheet_needs_no_memory():
     colors, _ = lettered((255, 255, 255), 0)
-    erased = erase_texts(colors, binarise(colors), [placed("x", -1e9, -1e9, 2e9, 2e9)])
-    assert erased.shape == colors.shape
+    erased = erase_texts(Sheet(colors), [placed("x", -1e9, -1e9, 2e9, 2e9)])
+    assert erased.colors.shape == colors.shape

@@ -22,7 +22,7 @@ from pianta.building_types.model import BuildingTypeModel
 from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
 from pianta.plan.read_plan import PlanFloor, PlanReading
-from pianta.plan.scale import PlanScale
+from pianta.plan.sheets.sheet import PlanScale
 from pianta.prediction.prediction import OpenEnd, Spread
 from pianta.reading.reading import StoreyReading
 from pianta.realism.model import Realism

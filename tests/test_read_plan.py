@@ -14,10 +14,10 @@ from pianta._types import Colors
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor
 from pianta.plan import read_plan as plan_reading
+from pianta.plan import scale as plan_scale
 from pianta.plan.doors.swings import Swing
 from pianta.plan.read_plan import PlanFloor, PlanReading, read_plan
-from pianta.plan.scale import PlanScale
-from pianta.plan.sheets.sheet import Sheet
+from pianta.plan.sheets.sheet import PlanScale, Sheet
 from pianta.worlds.floors import build_floor
 from pianta.worlds.plans.drawing import DrawnPlan, draw_plan
 
@@ -115,7 +115,7 @@ def test_doors_with_arcs_tell_the_scale(tmp_path, style):
 )
 def test_the_surer_of_doors_and_an_unsure_scale_bar_counts(tmp_path, monkeypatch, confidence, source):
     stated = PlanScale(1 / 44, "the scale bar", confidence)
-    monkeypatch.setattr(plan_reading, "find_stated_scale", lambda *_, **__: stated)
+    monkeypatch.setattr(plan_scale, "find_stated_scale", lambda *_, **__: stated)
     found = only_floor(read(draw_plan(FIVE, px_per_metre=40, style="thick"), tmp_path))
     assert source in found.scale.source
 
@@ -269,14 +269,15 @@ def test_curves_that_agree_are_dropped_where_the_look_has_nothing_to_do_with_the
     ]
     asked = []
 
-    def fit_door_px(_, *, door_px, is_sure, networks):
-        asked.append((door_px, is_sure))
+    def fit_door_px(_, *, door_px, is_reliable, networks):
+        asked.append((door_px, is_reliable))
         return look
 
-    monkeypatch.setattr(plan_reading, "find_swings", lambda _: tuple(swings))
-    monkeypatch.setattr(plan_reading, "fit_door_px", fit_door_px)
-    view = plan_reading._view_sheet(Sheet(np.full((200, 3200, 3), 255, np.uint8)), (), resolution=None, networks=())
+    monkeypatch.setattr(plan_scale, "find_swings", lambda _: tuple(swings))
+    monkeypatch.setattr(plan_scale, "fit_door_px", fit_door_px)
+    sheet = Sheet(np.full((200, 3200, 3), 255, np.uint8))
+    measured = plan_scale.find_scale(sheet, sheet, (), networks=())
     assert asked == [(12.0, False)]
-    assert view.drawn_px == pytest.approx(drawn_px)
-    assert [swing.radius for swing in view.swings] == radii
-    assert ("doors" in view.scale.source) == (look == 9.0)
+    assert measured.drawn_door_px == pytest.approx(drawn_px)
+    assert [swing.radius for swing in measured.swings] == radii
+    assert ("doors" in measured.scale.source) == (look == 9.0)

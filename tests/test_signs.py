@@ -7,9 +7,9 @@ from pianta._types import Colors
 from pianta.plan.symbols.detection import remove_symbols
 from pianta.plan.symbols.poses import PlacedSymbol, is_sign
 from pianta.plan.symbols.signs import find_signs
-from pianta.plan.symbols.templates import own_templates
+from pianta.plan.symbols.templates import builtin_templates
 
-SIGNS = [template for template in own_templates() if is_sign(template)]
+SIGNS = [template for template in builtin_templates() if is_sign(template)]
 WHITE, DARK_RED, GREEN, BLUE = (255, 255, 255), (110, 40, 40), (0, 120, 60), (0, 60, 160)
 DOOR_PX = 20.0
 

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pianta.errors import PlanError
-from pianta.plan.symbols.templates import own_templates, read_symbol_folder
+from pianta.plan.symbols.templates import builtin_templates, read_symbol_folder
 
 Image = NDArray[Any]
 
@@ -32,7 +32,7 @@ def bar(rows: slice, cols: slice, shape: tuple[int, int] = (20, 16)) -> Image:
 
 
 def test_our_own_have_jambs_a_door_apart():
-    own = {template.name: template for template in own_templates()}
+    own = {template.name: template for template in builtin_templates()}
     assert {"door", "double door", "window", "stairs", "lift", "extinguisher", "exit", "red sign"} <= own.keys()
     assert own["door"].kind == "door"
     widths = [float(np.hypot(*np.diff(np.array(own[name].jambs), axis=0)[0])) for name in ("door", "double door")]

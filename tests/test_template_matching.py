@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.plan.symbols.template_matching import LargeImage, find_peaks, respond
+from pianta.plan.symbols.template_matching import LargeImage, correlate, find_peaks
 
 CROSS = np.zeros((9, 7), np.float32)
 CROSS[4, :] = CROSS[:, 3] = 1
@@ -24,7 +24,7 @@ def draw(template: np.ndarray, *places: tuple[int, int]) -> np.ndarray:
 @pytest.mark.parametrize("template", [CROSS, LARGE])
 def test_a_template_is_found_where_it_lies_and_nowhere_else(template):
     image = draw(template, (5, 8), (30, 50))
-    response = LargeImage(image).respond(template)
+    response = LargeImage(image).correlate(template)
     assert response is not None
     assert response.shape == (60 - template.shape[0] + 1, 80 - template.shape[1] + 1)
     assert response[[5, 30], [8, 50]] == pytest.approx(1, abs=0.01)
@@ -33,7 +33,7 @@ def test_a_template_is_found_where_it_lies_and_nowhere_else(template):
 
 def test_blank_paper_is_like_nothing():
     image = draw(CROSS, (5, 8))
-    response = LargeImage(image).respond(CROSS)
+    response = LargeImage(image).correlate(CROSS)
     assert response is not None
     assert np.abs(response[30:, 30:]).max() < 0.01
 
@@ -43,22 +43,22 @@ def test_blank_paper_is_like_nothing():
 def test_on_drawn_paper_the_scores_are_those_of_opencv(seed):
     image = np.random.default_rng(seed).random((30, 40)).astype(np.float32)
     for template in (CROSS, LARGE):
-        response = LargeImage(image).respond(template)
+        response = LargeImage(image).correlate(template)
         expected = cv2.matchTemplate(image, template, cv2.TM_CCOEFF_NORMED)
         assert response == pytest.approx(expected, abs=0.01)
-        assert respond(image, template) == pytest.approx(expected)
+        assert correlate(image, template) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("shape", [(3, 9), (61, 9), (9, 81)])
 def test_a_template_that_is_too_small_or_does_not_fit_is_not_looked_for(shape):
     image = draw(CROSS, (5, 8))
     template = np.eye(*shape, dtype=np.float32)
-    assert respond(image, template) is None
-    assert LargeImage(image).respond(template) is None
+    assert correlate(image, template) is None
+    assert LargeImage(image).correlate(template) is None
 
 
 def test_a_template_on_which_nothing_is_drawn_is_not_looked_for():
-    assert LargeImage(draw(CROSS, (5, 8))).respond(np.ones((9, 7), np.float32)) is None
+    assert LargeImage(draw(CROSS, (5, 8))).correlate(np.ones((9, 7), np.float32)) is None
 
 
 def test_the_best_places_come_first_and_are_not_too_many():

@@ -37,15 +37,15 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.images import read_picture
-from pianta.plan.walls.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, describe_sheet
+from pianta.plan.walls.segmentation import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, input_layers
 from pianta.worlds.plans.drawing import draw_plan
 from pianta.worlds.plans.look import PlanLook
 from pianta_bench.data.annotated_floors import read_buildings_of_files
 from pianta_bench.data.folders import find_data
 from pianta_bench.plans.plan_sets import find_image, list_plans, read_true_plan
 
-Layers, Regions = NDArray[np.uint8], NDArray[np.uint8]
-Lesson = tuple[Layers, Regions]
+Layers, ClassMap = NDArray[np.uint8], NDArray[np.uint8]
+Lesson = tuple[Layers, ClassMap]
 
 CHANNELS = (16, 32, 48, 64, 96, 128)
 SIDE, BATCH, RATE = 288, 5, 3e-3
@@ -113,7 +113,7 @@ def teach(colors: NDArray[np.uint8], floors: list[Floor], grid: GridMap) -> Less
     Walls are the outlines of the rooms, doors their lines, whatever the ink there.
     """
     cell = 0.9 / grid.resolution / DOOR_CELLS
-    layers = (describe_sheet(colors, cell_px=cell) * 255).astype(np.uint8)
+    layers = (input_layers(colors, cell_px=cell) * 255).astype(np.uint8)
     regions = np.full(layers.shape[1:], OUTSIDE, np.uint8)
 
     def points(shape: shapely.Geometry) -> NDArray[np.int32]:

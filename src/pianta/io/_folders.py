@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from secrets import token_hex
 from shutil import rmtree
@@ -62,12 +64,42 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
                 path.rmdir()
 
 
-def check_leftovers(out: Path, names: Sequence[str], *, stem: str) -> None:
-    """Refuse a folder with buildings, STEM-001 and so on, that would be left beside the new ones of these names.
+def check_output_file(file: Path, noun: str) -> None:
+    """Refuse, before any work, a file that cannot be written; messages call it by the noun, such as "JSON file".
 
     Raises OptionError, in one line.
     """
-    found = {file.stem for file in out.glob(f"{stem}-*.*")} - set(names) if out.is_dir() else set()
-    if found:
-        listed = ", ".join(sorted(found)[:MAX_LISTED]) + (", …" if len(found) > MAX_LISTED else "")
+    check_output_folder(file.parent)
+    if file.is_dir():
+        raise OptionError(f"{noun} {short_repr(file)} is a folder, give the name of a file")
+
+
+def number_outputs(stem: str, total: int, out: Path | None) -> list[str]:
+    """Names STEM-001, STEM-002, … for as many outputs.
+
+    Raises OptionError, in one line, for a folder that cannot be written, or has other STEM files, which would stay.
+    """
+    names = [f"{stem}-{number:0{max(3, len(str(total)))}}" for number in range(1, total + 1)]
+    if out is None:
+        return names
+    check_output_folder(out)
+    others = {file.stem for file in out.glob(f"{stem}-*.*")} - set(names) if out.is_dir() else set()
+    if others:
+        listed = ", ".join(sorted(others)[:MAX_LISTED]) + (", …" if len(others) > MAX_LISTED else "")
         raise OptionError(f"folder {short_repr(out)} has other {stem}s, {listed}; remove them or give another folder")
+    return names
+
+
+def choose_names(short: Sequence[str], long: Sequence[str]) -> list[str]:
+    """A name for each output, all different: the short one; if that repeats, the long one; then with a number.
+
+    Names that differ in case alone count as equal, as on some disks.
+    """
+    occurrences = Counter(name.casefold() for name in short)
+    names: dict[str, str] = {}
+    for short_name, long_name in zip(short, long, strict=True):
+        name = short_name if occurrences[short_name.casefold()] == 1 else long_name
+        numbered = (name if number == 1 else f"{name}-{number}" for number in count(1))
+        free = next(candidate for candidate in numbered if candidate.casefold() not in names)
+        names[free.casefold()] = free
+    return list(names.values())

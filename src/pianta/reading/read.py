@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
 from pianta.errors import OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._files import MAX_CELLS, short_repr
-from pianta.io._folders import check_output_folder
+from pianta.io._folders import check_output_folder, choose_names
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD
 
@@ -220,14 +218,8 @@ def name_folders(paths: Sequence[str | Path]) -> list[str]:
     files = [Path(path).absolute() for path in paths]
     # A file can be called "...yaml", and its stem is the parent folder.
     stems = [file.stem.lstrip(".") or "map" for file in files]
-    occurrences = Counter(stem.casefold() for stem in stems)
-    names: dict[str, str] = {}
-    for file, stem in zip(files, stems, strict=True):
-        name = stem if occurrences[stem.casefold()] == 1 else f"{file.parent.name}-{stem}".lstrip("-.")
-        numbered = (name if number == 1 else f"{name}-{number}" for number in count(1))
-        free = next(candidate for candidate in numbered if candidate.casefold() not in names)
-        names[free.casefold()] = free
-    return list(names.values())
+    with_folders = [f"{file.parent.name}-{stem}".lstrip("-.") for file, stem in zip(files, stems, strict=True)]
+    return choose_names(stems, with_folders)
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from pianta.labels import LabelSchema
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from pianta.plan.scale import PlanScale
+    from pianta.plan.sheets.sheet import PlanScale
 
 
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")

@@ -111,7 +111,7 @@ class RelationalRoomClassifier:
 
 
 class RelationalTypeClassifier:
-    """A classifier of building types on a kernel of floors: fit to floors with types, then predict the types of other floors.
+    """A classifier of building types on a kernel of floors; fit to floors with types, then predict for others.
 
     Floors are of type Floor, interpreted by ROOM_RELATIONS and their labels in label_set, or Interpretation, such as
     read_interpretations gives; the type is hidden from the kernel.

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
-from pianta.errors import BuildingError
+from pianta.errors import BuildingError, PiantaError
 from pianta.floor import Floor
 from pianta.io._files import one_line_reason, short_repr
 from pianta.io.buildings._kinds import Kind, kind_of_building
@@ -68,6 +69,21 @@ def read_building(path: str | Path) -> Floor:
     19
     """
     return _READERS[kind_of_building(path)](path)
+
+
+def read_buildings(
+    files: Sequence[str | Path], *, track: Callable[[Sequence[str]], Iterable[str]] = iter
+) -> Iterator[tuple[Path, Floor | PiantaError]]:
+    """Each file with its floor, or with the error if it cannot be read; the sources of the floors are all different.
+
+    track: wraps the names of the files, to show progress.
+    """
+    names = [str(file) for file in files]
+    for file, source in zip(track(names), name_sources(names), strict=True):
+        try:
+            yield Path(file), replace(read_building(file), source=source)
+        except PiantaError as error:
+            yield Path(file), error
 
 
 def list_buildings(paths: Iterable[str | Path]) -> list[Path]:

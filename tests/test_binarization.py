@@ -9,7 +9,8 @@ from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
 from pianta._types import Colors, Mask
-from pianta.plan.sheets.binarization import binarise, grade_contrast, measure_contrast, measure_noise, straighten_tones
+from pianta.plan.sheets.binarization import binarise, compare_to_paper, invert_if_dark, measure_noise
+from pianta.plan.sheets.sheet import Sheet
 
 SIDE = 200
 SHEETS = arrays.arrays(np.uint8, st.tuples(st.integers(1, 12), st.integers(1, 12), st.just(3)))
@@ -35,14 +36,14 @@ def grained(greys: NDArray[np.float64], deviation: float) -> NDArray[np.uint8]:
 
 def test_dark_paper_becomes_its_negative():
     blueprint = np.array([[[20, 30, 90], [255, 255, 255], [20, 30, 90]]], np.uint8)
-    assert straighten_tones(blueprint).tolist() == [[[235, 225, 165], [0, 0, 0], [235, 225, 165]]]
-    assert straighten_tones(np.full((1, 1, 3), 99, np.uint8)).tolist() == [[[156, 156, 156]]]
+    assert invert_if_dark(blueprint).tolist() == [[[235, 225, 165], [0, 0, 0], [235, 225, 165]]]
+    assert invert_if_dark(np.full((1, 1, 3), 99, np.uint8)).tolist() == [[[156, 156, 156]]]
 
 
 @pytest.mark.parametrize("paper", [(100, 0, 0), (0, 0, 100), (255, 255, 255)])
 def test_light_and_strongly_coloured_paper_stays(paper):
     colors = np.array([[paper, (0, 0, 0), paper]], np.uint8)
-    assert straighten_tones(colors).tolist() == colors.tolist()
+    assert invert_if_dark(colors).tolist() == colors.tolist()
 
 
 @pytest.mark.parametrize("step", [4, 5, 11])
@@ -50,7 +51,7 @@ def test_hatching_makes_no_large_sheet_dark(step):
     """However far the lines are apart, though not every pixel of so large a sheet is looked at."""
     colors = np.full((1100, 2000, 3), 255, np.uint8)
     colors[::step] = colors[:, ::step] = 0
-    assert (straighten_tones(colors) == colors).all()
+    assert (invert_if_dark(colors) == colors).all()
 
 
 @pytest.mark.parametrize(
@@ -134,7 +135,7 @@ def test_ripples_of_jpeg_are_hardly_any_ink(quality):
 
 
 def test_contrast_of_ink_is_full_and_of_paper_none():
-    contrast = measure_contrast(paint(line_mask()))
+    contrast = Sheet(paint(line_mask())).contrast
     assert contrast.dtype == np.float32
     assert (contrast == line_mask()).all()
 
@@ -142,9 +143,9 @@ def test_contrast_of_ink_is_full_and_of_paper_none():
 def test_half_the_contrast_parts_ink_from_paper():
     """It is 14 levels where all ink is alike, the fewest that are asked, and 30 without any ink."""
     colors = paint(line_mask(), ink=248)
-    assert np.unique(measure_contrast(colors)) == pytest.approx([0, 7 / 60])
+    assert np.unique(Sheet(colors).contrast) == pytest.approx([0, 7 / 60])
     colors[100, 40:180] = 234
-    assert np.unique(measure_contrast(colors)).tolist() == [0, 0.25, 0.75]
+    assert np.unique(Sheet(colors).contrast).tolist() == [0, 0.25, 0.75]
 
 
 def test_no_more_than_60_levels_are_asked_of_ink():
@@ -163,7 +164,7 @@ def test_an_empty_sheet_has_no_ink(grey):
 
 @given(colors=SHEETS)
 def test_contrast_is_a_share_and_parts_the_ink(colors):
-    contrast = measure_contrast(colors)
+    contrast = Sheet(colors).contrast
     ink = binarise(colors)
     assert contrast.shape == ink.shape == colors.shape[:2]
     assert contrast.dtype == np.float32
@@ -175,15 +176,15 @@ def test_contrast_is_a_share_and_parts_the_ink(colors):
 @given(colors=SHEETS)
 def test_graded_contrast_is_the_contrast_of_straight_tones_in_whole_numbers(colors):
     """The networks were made with it."""
-    graded = grade_contrast(straighten_tones(colors))
+    graded = compare_to_paper(invert_if_dark(colors)).contrast_uint8
     assert graded.dtype == np.uint8
-    assert (graded == np.floor(measure_contrast(colors) * 255)).all()
+    assert (graded == np.floor(Sheet(colors).contrast * 255)).all()
 
 
 @given(colors=SHEETS)
 def test_straight_tones_stay(colors):
-    straight = straighten_tones(colors)
-    assert straighten_tones(straight) is straight
+    straight = invert_if_dark(colors)
+    assert invert_if_dark(straight) is straight
 
 
 @given(colors=SHEETS, order=st.permutations(range(3)))

@@ -11,14 +11,14 @@ from scipy import ndimage
 from skimage.segmentation import watershed
 
 from pianta._types import Mask
-from pianta.plan.walls.inside import (
-    OPEN_BORDER,
-    cut_parts,
-    find_borders,
-    find_enclosed,
-    find_inside,
+from pianta.plan.walls.indoor_mask import (
+    PARAMETERS,
+    enclosed_mask,
     grow_labels,
-    part_space,
+    indoor_mask,
+    minimum_cut,
+    shared_borders,
+    split_space,
 )
 
 CELL = 0.1
@@ -39,7 +39,7 @@ def draw_room(*, gap: int = 0, sure: float = 0.9) -> tuple[Mask, NDArray[np.floa
 @pytest.mark.parametrize("gap", [0, 6, 10])
 def test_a_gap_in_the_outer_wall_loses_no_room(gap):
     free, outside = draw_room(gap=gap)
-    inside = find_inside(free, outside, CELL)
+    inside = indoor_mask(free, outside, CELL)
     assert inside[ROOM].mean() > 0.97
     assert inside.sum() == pytest.approx(40 * 50, rel=0.03)
 
@@ -47,34 +47,34 @@ def test_a_gap_in_the_outer_wall_loses_no_room(gap):
 def test_a_doubtful_spot_in_a_room_is_inside_and_a_doubtful_room_open_to_the_paper_is_not():
     free, outside = draw_room()
     outside[25:40, 25:40] = 0.8
-    assert find_inside(free, outside, CELL)[ROOM].all()
+    assert indoor_mask(free, outside, CELL)[ROOM].all()
     free, outside = draw_room(gap=30, sure=0.1)
-    assert not find_inside(free, outside, CELL).any()
+    assert not indoor_mask(free, outside, CELL).any()
 
 
 def test_a_yard_between_walls_is_outside():
     free, outside = draw_room()
     outside[ROOM] = 0.5
-    assert not find_inside(free, outside, CELL).any()
+    assert not indoor_mask(free, outside, CELL).any()
 
 
 def test_what_walls_enclose_is_inside_where_the_network_is_in_doubt():
     for gap, inside in ((0, True), (30, False)):
         free, outside = draw_room(gap=gap, sure=-0.1)
-        assert find_inside(free, outside, CELL)[ROOM].all() == inside
+        assert indoor_mask(free, outside, CELL)[ROOM].all() == inside
 
 
 def test_what_leads_to_the_edge_of_the_sheet_is_not_enclosed():
     free = np.array([[1, 0, 0, 0, 0], [0, 1, 1, 0, 1], [0, 0, 0, 0, 1], [0, 0, 1, 0, 0]], bool)
-    assert np.argwhere(find_enclosed(free)).tolist() == [[1, 1], [1, 2]]
-    assert not find_enclosed(np.ones((3, 3), bool)).any()
+    assert np.argwhere(enclosed_mask(free)).tolist() == [[1, 1], [1, 2]]
+    assert not enclosed_mask(np.ones((3, 3), bool)).any()
 
 
 def test_a_room_that_the_sheet_cuts_off_is_inside_where_the_network_is_sure():
     free, outside = draw_room()
     free, outside = free[:, 30:], outside[:, 30:]
-    assert find_inside(free, outside, CELL)[20:60, :40].all()
-    assert not find_inside(free, outside * np.float32(0.1), CELL).any()
+    assert indoor_mask(free, outside, CELL)[20:60, :40].all()
+    assert not indoor_mask(free, outside * np.float32(0.1), CELL).any()
 
 
 def test_the_middle_of_a_hall_is_what_its_edge_is():
@@ -83,7 +83,7 @@ def test_the_middle_of_a_hall_is_what_its_edge_is():
     outside = np.full(free.shape, 0.9, np.float32)
     outside[10:190, 10:190] = -0.8
     outside[40:160, 40:160] = 0.8
-    assert find_inside(free, outside, CELL)[10:190, 10:190].all()
+    assert indoor_mask(free, outside, CELL)[10:190, 10:190].all()
 
 
 def test_parts_meet_at_the_narrowest_place():
@@ -91,7 +91,7 @@ def test_parts_meet_at_the_narrowest_place():
     free[2:18, 2:18] = free[2:18, 23:39] = True
     free[8:12, 18:23] = True
     distance = ndimage.distance_transform_edt(free)
-    parts = part_space(distance.astype(np.float32), 1.0)
+    parts = split_space(distance.astype(np.float32), 1.0)
     assert len({parts[9, 9], parts[9, 30], 0}) == 3
     assert not parts[~free].any()
 
@@ -100,7 +100,7 @@ def test_parts_meet_at_the_narrowest_place():
 def test_parts_fill_pieces_of_the_free_space_and_none_goes_through_a_barrier(seed, height, width):
     free = np.random.default_rng(seed).random((height, width)) < 0.7
     distance = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
-    parts = part_space(distance.astype(np.float32), 0.2)
+    parts = split_space(distance.astype(np.float32), 0.2)
     assert parts.shape == free.shape
     assert not parts[~free].any()
     assert not free.any() or parts.flat[distance.argmax()]
@@ -118,7 +118,7 @@ def test_a_passage_one_cell_wide_is_part_of_the_space():
     free[2:18, 2:16] = free[2:18, 25:39] = True
     free[9, 16:25] = True
     distance = ndimage.distance_transform_edt(free).astype(np.float32)
-    parts = part_space(distance, 0.1)
+    parts = split_space(distance, 0.1)
     left, right = parts[9, 8], parts[9, 31]
     assert left != right
     along = parts[9, 2:39]
@@ -153,7 +153,7 @@ def test_labels_meet_at_the_ridge():
 
 def test_borders_are_as_long_as_the_sides_that_meet():
     parts = np.array([[1, 1, 2], [1, 1, 2], [0, 3, 3]], np.int32)
-    pairs, lengths = find_borders(parts)
+    pairs, lengths = shared_borders(parts)
     assert dict(zip(map(tuple, pairs.tolist()), lengths.tolist(), strict=True)) == {(1, 2): 2, (1, 3): 1, (2, 3): 1}
 
 
@@ -170,12 +170,12 @@ def test_no_other_choice_of_parts_costs_less(gains, data):
         parted = sum(cost for (one, other), cost in zip(pairs, costs, strict=True) if chosen[one] != chosen[other])
         return float(sum(gain for gain, kept in zip(gains, chosen, strict=True) if kept) - parted)
 
-    found = cut_parts(np.array(gains, float), np.array(pairs, np.int64).reshape(-1, 2), np.array(costs, float))
+    found = minimum_cut(np.array(gains, float), np.array(pairs, np.int64).reshape(-1, 2), np.array(costs, float))
     assert worth(tuple(found)) == max(map(worth, product((False, True), repeat=count)))
 
 
 def test_a_metre_of_open_border_weighs_as_much_as_it_says():
     """Two parts of 1 m²: one sure to be inside, one outside, and 1 m between them."""
-    pairs, open_metre = np.array([[0, 1]]), np.array([OPEN_BORDER])
-    assert cut_parts(np.array([3.0, -1.0]), pairs, open_metre).tolist() == [True, True]
-    assert cut_parts(np.array([3.0, -2.5]), pairs, open_metre).tolist() == [True, False]
+    pairs, open_metre = np.array([[0, 1]]), np.array([PARAMETERS.open_border])
+    assert minimum_cut(np.array([3.0, -1.0]), pairs, open_metre).tolist() == [True, True]
+    assert minimum_cut(np.array([3.0, -2.5]), pairs, open_metre).tolist() == [True, False]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pianta._types import Mask
-from pianta.plan.doors.quarters import Quarter, read_quarters
+from pianta.plan.doors.swing_fits import SwingFit, fit_swings
 
 # Rings about a circle lie 1/32 of its radius apart from 1/8 on: those of the leaf, from 0.25 to 0.94, of the arc, of
 # the jamb, from 1.06 to 1.28, and of the hinge, up to 0.28.
@@ -36,12 +36,12 @@ def door(leaf: int, closed: int, *, without: slice | None = None, arc: tuple[int
 
 def read(*drawn: Mask) -> tuple[float, int, int] | None:
     """Score, leaf and closed door of the swing about a circle around which all these are drawn."""
-    (quarter,) = read_quarters(np.any(drawn, axis=0)[None])
-    return None if quarter is None else as_numbers(quarter)
+    (fit,) = fit_swings(np.any(drawn, axis=0)[None])
+    return None if fit is None else as_numbers(fit)
 
 
-def as_numbers(quarter: Quarter) -> tuple[float, int, int]:
-    return round(quarter.score, 9), quarter.leaf, quarter.closed
+def as_numbers(fit: SwingFit) -> tuple[float, int, int]:
+    return round(fit.score, 9), fit.leaf, fit.closed
 
 
 @pytest.mark.parametrize(("leaf", "closed"), [(36, 60), (60, 36), (30, 54), (66, 42)])
@@ -121,9 +121,9 @@ def test_a_leaf_at_both_ends_is_less_sure(leaf, closed):
 
 def test_each_circle_is_read_by_itself():
     nothing, everything = draw(), draw((0, 95, slice(0, 41)))
-    quarters = read_quarters(np.stack([nothing, door(60, 36), everything, door(36, 60)]))
+    quarters = fit_swings(np.stack([nothing, door(60, 36), everything, door(36, 60)]))
     assert [quarter and as_numbers(quarter) for quarter in quarters] == [None, (1, 60, 36), None, (1, 36, 60)]
 
 
 def test_no_circles_have_no_quarters():
-    assert read_quarters(np.zeros((0, 96, 41), bool)) == []
+    assert fit_swings(np.zeros((0, 96, 41), bool)) == []

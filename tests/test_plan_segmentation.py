@@ -1,4 +1,4 @@
-"""Regions of a plan: what the network sees of a sheet, what it says, and how sure it is."""
+"""ClassMap of a plan: what the network sees of a sheet, what it says, and how sure it is."""
 
 import json
 
@@ -8,24 +8,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import binary_dilation
 
-from pianta.plan.walls.regions import (
+from pianta.plan.walls.segmentation import (
     BLOCK,
     DOOR,
     INSIDE,
-    MADE_WITH,
     NETWORKS,
     OUTSIDE,
+    TRAINED_ON,
     WALL,
-    Regions,
-    describe_sheet,
-    find_regions,
+    ClassMap,
     has_walls,
-    measure_doubt,
+    input_layers,
+    mean_entropy,
     networks_without,
+    segment_sheet,
 )
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plans.drawing import draw_plan
-from tests.drawn_regions import as_regions, two_rooms
+from tests.drawn_class_maps import as_class_map, two_rooms
 
 GREY, DARKEST, CHROMA, CONTRAST = range(4)
 
@@ -36,7 +36,7 @@ def page(height: int, width: int, color: int = 255) -> np.ndarray:
 
 @pytest.mark.parametrize("cell_px", [0.5, 1.0, 2.5, 4.0])
 def test_layers_are_as_large_as_the_sheet_in_cells(cell_px):
-    layers = describe_sheet(page(100, 200), cell_px=cell_px)
+    layers = input_layers(page(100, 200), cell_px=cell_px)
     assert layers.shape == (4, round(100 / cell_px), round(200 / cell_px))
     assert layers.dtype == np.float32
     assert np.ptp(layers, axis=(1, 2)).max() == 0
@@ -46,7 +46,7 @@ def test_layers_are_as_large_as_the_sheet_in_cells(cell_px):
 def test_a_line_thinner_than_a_cell_stays_dark_and_clear():
     colors = page(160, 160)
     colors[:, 80] = 0
-    layers = describe_sheet(colors, cell_px=8.0)
+    layers = input_layers(colors, cell_px=8.0)
     assert layers[GREY, 10, 10] == pytest.approx(7 / 8, abs=0.01)
     assert layers[DARKEST, 10, 9:11].sum() == pytest.approx(1, abs=0.02)
     assert layers[CONTRAST, 10, 9:11].sum() == pytest.approx(1, abs=0.02)
@@ -57,7 +57,7 @@ def test_a_colour_has_chroma_and_grey_has_none():
     colors = page(80, 80)
     colors[:, :40] = (255, 55, 155)
     colors[:, 60:] = 120
-    chroma = describe_sheet(colors, cell_px=2.0)[CHROMA]
+    chroma = input_layers(colors, cell_px=2.0)[CHROMA]
     assert chroma[20, 5] == pytest.approx(200 / 255)
     assert chroma[20, 25:].max() == 0
 
@@ -65,21 +65,21 @@ def test_a_colour_has_chroma_and_grey_has_none():
 def test_light_lines_on_dark_paper_are_seen_as_dark_ones():
     colors = page(64, 64)
     colors[30:34] = 0
-    assert np.array_equal(describe_sheet(colors, cell_px=2.0), describe_sheet(255 - colors, cell_px=2.0))
+    assert np.array_equal(input_layers(colors, cell_px=2.0), input_layers(255 - colors, cell_px=2.0))
 
 
 def test_the_cells_of_a_narrow_sheet_are_as_large_as_of_any():
     """A line in the middle of a sheet that is lower than a block of the network."""
     colors = page(40, 400)
     colors[20:24] = 0
-    dark = describe_sheet(colors, cell_px=4.0)[GREY, :, 50] < 0.5
+    dark = input_layers(colors, cell_px=4.0)[GREY, :, 50] < 0.5
     assert len(dark) == 10 < BLOCK
     assert np.flatnonzero(dark).tolist() == [5]
 
 
 @pytest.mark.parametrize("side", [(31, 200), (97, 130)])
 def test_the_network_says_shares_of_one_for_every_cell(side):
-    regions = find_regions(page(*side), door_px=16.0)
+    regions = segment_sheet(page(*side), door_px=16.0)
     assert regions.cell_px == 2.0
     assert regions.probabilities.shape == (4, round(side[0] / 2), round(side[1] / 2))
     assert regions.probabilities.min() >= 0
@@ -89,7 +89,7 @@ def test_the_network_says_shares_of_one_for_every_cell(side):
 @pytest.mark.parametrize("network", NETWORKS)
 def test_each_network_tells_walls_rooms_and_outside_of_a_simple_plan(network):
     plan = draw_plan(make_corridor_floor(seed=3, length=12, room_depth=4), doors="gap", px_per_metre=20)
-    regions = find_regions(plan.colors, door_px=18.0, networks=[network])
+    regions = segment_sheet(plan.colors, door_px=18.0, networks=[network])
     likely = regions.probabilities.argmax(axis=0)
     rows, cols = (np.arange(side) * regions.cell_px + regions.cell_px / 2 for side in likely.shape)
     x, y = plan.grid.pixel_to_map(*np.meshgrid(rows, cols, indexing="ij"))
@@ -106,32 +106,32 @@ def test_each_network_tells_walls_rooms_and_outside_of_a_simple_plan(network):
 
 def test_several_networks_say_their_mean():
     colors = draw_plan(make_corridor_floor(seed=3, length=9, room_depth=4), px_per_metre=12).colors
-    each = [find_regions(colors, door_px=11.0, networks=[name]).probabilities for name in NETWORKS]
-    both = find_regions(colors, door_px=11.0, networks=NETWORKS).probabilities
+    each = [segment_sheet(colors, door_px=11.0, networks=[name]).probabilities for name in NETWORKS]
+    both = segment_sheet(colors, door_px=11.0, networks=NETWORKS).probabilities
     assert both == pytest.approx(np.mean(each, axis=0), abs=1e-6)
     assert np.abs(each[0] - each[1]).max() > 0.01
 
 
 def test_doubt_is_the_entropy_of_what_is_not_outside():
-    certain, even = (as_regions(two_rooms(), sure=sure) for sure in (1.0, 0.25))
-    assert measure_doubt(certain) == pytest.approx(0, abs=1e-4)
-    assert measure_doubt(even) == pytest.approx(np.log(4))
+    certain, even = (as_class_map(two_rooms(), sure=sure) for sure in (1.0, 0.25))
+    assert mean_entropy(certain) == pytest.approx(0, abs=1e-4)
+    assert mean_entropy(even) == pytest.approx(np.log(4))
     halves = np.zeros((4, 2, 3), np.float32)
     halves[[INSIDE, WALL], 0] = 0.5
     halves[OUTSIDE, 1] = 1
-    assert measure_doubt(Regions(halves, 1.0)) == pytest.approx(np.log(2), abs=1e-4)
+    assert mean_entropy(ClassMap(halves, 1.0)) == pytest.approx(np.log(2), abs=1e-4)
 
 
 def test_where_all_is_outside_doubt_is_highest():
     nothing = np.zeros((4, 5, 5), np.float32)
     nothing[OUTSIDE] = 1
-    assert measure_doubt(Regions(nothing, 1.0)) == pytest.approx(np.log(4))
+    assert mean_entropy(ClassMap(nothing, 1.0)) == pytest.approx(np.log(4))
 
 
 @given(st.lists(st.floats(0.01, 1), min_size=4, max_size=4))
 def test_doubt_lies_between_none_and_that_of_four_equals(weights):
     shares = np.array(weights, np.float32) / sum(weights)
-    doubt = measure_doubt(Regions(np.broadcast_to(shares[:, None, None], (4, 3, 3)), 1.0))
+    doubt = mean_entropy(ClassMap(np.broadcast_to(shares[:, None, None], (4, 3, 3)), 1.0))
     assert 0 <= doubt <= np.log(4) + 1e-4
     if shares[OUTSIDE] < 0.5:
         assert doubt == pytest.approx(-(shares * np.log(shares)).sum(), abs=1e-3)
@@ -143,17 +143,17 @@ def test_a_plan_has_walls_for_its_rooms(walls, enough):
     kinds = np.full((40, 40), OUTSIDE)
     kinds.flat[:1000] = INSIDE
     kinds.flat[1000 : 1000 + walls] = WALL
-    assert has_walls(as_regions(kinds)) == enough
+    assert has_walls(as_class_map(kinds)) == enough
 
 
 def test_where_no_wall_is_certain_there_is_none():
-    assert has_walls(as_regions(two_rooms(), sure=0.6))
-    assert not has_walls(as_regions(two_rooms(), sure=0.4))
-    assert not has_walls(as_regions(np.full((40, 40), OUTSIDE)))
+    assert has_walls(as_class_map(two_rooms(), sure=0.6))
+    assert not has_walls(as_class_map(two_rooms(), sure=0.4))
+    assert not has_walls(as_class_map(np.full((40, 40), OUTSIDE)))
 
 
 def test_a_building_is_judged_by_networks_that_never_saw_it():
-    made_with = json.loads(MADE_WITH.read_text(encoding="utf-8"))["networks"]
+    made_with = json.loads(TRAINED_ON.read_text(encoding="utf-8"))["networks"]
     assert set(made_with) == set(NETWORKS)
     buildings = [(building, name) for name in NETWORKS for building in made_with[name]]
     assert buildings
