@@ -16,7 +16,7 @@ import numpy as np
 from pianta._types import Floats
 from pianta.errors import ModelError, OptionError
 from pianta.graphs.feature_counts import FeatureCounts
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.relational.facts import FLOOR_SIGNATURES, Interpretation, Signature, Value, by_name, check_interpretation
 from pianta.relational.graphicalization import Graphicalizer
 from pianta.relational.interpretation import FLOOR_RELATIONS
