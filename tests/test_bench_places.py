@@ -61,7 +61,7 @@ def trainings(monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], list[str
         return floor
 
     monkeypatch.setattr(place_models, "train_rooms", train)
-    monkeypatch.setattr(places, "simulate_reading", simulate)
+    monkeypatch.setattr(places, "simulate_and_reconstruct", simulate)
     monkeypatch.setattr(place_models, "TREES", 5)
     return trained
 

@@ -13,8 +13,8 @@ from pianta.io.floors import read_floor, save_floor
 from pianta.io.ros_maps import save_ros_map
 from pianta.labels import LabelSet
 from pianta.rooms.model import RoomModel
-from pianta.worlds.scan import map_floor
-from pianta.worlds.simulated_readings import simulate_reading
+from pianta.worlds.scan import simulate_map
+from pianta.worlds.simulated_readings import simulate_and_reconstruct
 from tests.command_line import list_files, run_pianta
 from tests.labelled_floors import small_model
 from tests.typed_floors import ALL_SCHEMAS, make_house, make_office, make_school, typed_floors
@@ -43,7 +43,7 @@ def buildings(tmp_path_factory):
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     """A model of floors as they are found on maps."""
-    found = [simulate_reading(floor, seed=seed) for seed, floor in enumerate(typed_floors())]
+    found = [simulate_and_reconstruct(floor, seed=seed) for seed, floor in enumerate(typed_floors())]
     path = tmp_path_factory.mktemp("model") / "types.json"
     save_building_type_model(train_building_types(found, schemas=ALL_SCHEMAS, label_set=LabelSet.R_C), path)
     return path
@@ -53,7 +53,7 @@ def map_of(floor: Floor, folder: Path) -> Path:
     """A map of a floor with walls of 20 cm."""
     folder.mkdir(exist_ok=True)
     rooms = tuple(replace(room, polygon=room.polygon.buffer(-0.1, join_style="mitre")) for room in floor.rooms)
-    save_ros_map(map_floor(replace(floor, rooms=rooms)), folder / "map.yaml")
+    save_ros_map(simulate_map(replace(floor, rooms=rooms)), folder / "map.yaml")
     return folder / "map.yaml"
 
 

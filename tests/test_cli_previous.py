@@ -19,14 +19,14 @@ from pianta.io.floors import read_floor, save_floor
 from pianta.io.ros_maps import save_ros_map
 from pianta.reading._reader import describe_ids
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.command_line import list_files, run_pianta
 
 
 @pytest.fixture(scope="module")
 def grid() -> GridMap:
     """A corridor with ten rooms."""
-    return map_floor(make_corridor_floor(length=20, room_width=(3, 5), seed=2))
+    return simulate_map(make_corridor_floor(length=20, room_width=(3, 5), seed=2))
 
 
 @pytest.fixture(scope="module")

@@ -32,7 +32,7 @@ from pianta.io.ros_maps import save_ros_map
 from pianta.layout.reconstruct import METHODS
 from pianta.reading.read import name_folders
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.command_line import list_files, run_pianta
 
 OUTPUTS = {"floor.geojson", "rooms.png", "graph.json", "picture.png"}
@@ -59,7 +59,7 @@ def sample_out(sample: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The map.yaml of a corridor with four rooms."""
     path = tmp_path_factory.mktemp("small") / "small.yaml"
-    save_ros_map(map_floor(make_corridor_floor(length=10, room_width=(5, 5))), path)
+    save_ros_map(simulate_map(make_corridor_floor(length=10, room_width=(5, 5))), path)
     return path
 
 
@@ -260,7 +260,7 @@ def test_walls_and_graph_change_the_picture_only(sample, sample_out, tmp_path):
 
 @pytest.mark.slow
 def test_an_image_is_read_with_a_resolution(tmp_path):
-    grid = map_floor(make_corridor_floor(length=10, room_width=(5, 5)))
+    grid = simulate_map(make_corridor_floor(length=10, room_width=(5, 5)))
     greys = np.select([grid.free, grid.occupied], [254, 0], 205).astype(np.uint8)
     Image.fromarray(greys).save(tmp_path / "scan.png")
     code, _, err = run_pianta("read", tmp_path / "scan.png", "-o", tmp_path / "out")

@@ -16,7 +16,7 @@ from pianta.labels import SCHOOL
 from pianta.rooms.model_file import read_room_model, save_room_model
 from pianta.rooms.training import building_name
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.command_line import list_files, run_pianta
 from tests.labelled_floors import labelled_floors, small_model
 
@@ -51,7 +51,7 @@ def model(tmp_path_factory):
 @pytest.fixture(scope="module")
 def small_map(tmp_path_factory):
     path = tmp_path_factory.mktemp("map") / "map.yaml"
-    save_ros_map(map_floor(make_corridor_floor(seed=3)), path)
+    save_ros_map(simulate_map(make_corridor_floor(seed=3)), path)
     return path
 
 
@@ -163,7 +163,7 @@ def test_faults_are_told_once_and_before_simulation(tmp_path, monkeypatch):
     save_as(first, tmp_path / "a.geojson", rooms=bare)
     for number, floor in enumerate(others):
         save_as(floor, tmp_path / f"b{number}.geojson")
-    monkeypatch.setattr("pianta.worlds.simulated_readings.simulate_reading", None)
+    monkeypatch.setattr("pianta.worlds.simulated_readings.simulate_and_reconstruct", None)
     code, out, err = run_pianta("train", "places", tmp_path, "--simulate", 2, "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
     assert err.count("a.geojson") == 1

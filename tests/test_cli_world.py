@@ -9,7 +9,7 @@ import pytest
 from pianta.io.floors import read_floor
 from pianta.io.maps import read_map
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.command_line import list_files, run_pianta
 
 
@@ -35,7 +35,7 @@ def test_every_kind_is_made_with_defaults(tmp_path, kind):
 def test_options_reach_the_world(tmp_path):
     options = "--seed 7 --glass-spray --noise 0.5 --furniture 0.3 --resolution 0.1 --yaw 0.2"
     assert run_pianta("world", "hall", "-o", tmp_path, *options.split()).code == 0
-    grid = map_floor(
+    grid = simulate_map(
         make_floor("hall", seed=7), seed=7, glass_spray=True, noise=0.5, furniture=0.3, resolution=0.1, yaw=0.2
     )
     written = read_map(tmp_path / "map.yaml")

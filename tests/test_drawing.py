@@ -35,7 +35,7 @@ from pianta.plot.floor import (
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY, plot_grid
 from pianta.plot.styles import DARK_INK, LIGHT_INK, ROOM_COLORS, style_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 
 TWO_ROOMS = Floor(
     rooms=(Room(1, box(0, 0, 4, 3)), Room(2, box(4.1, 0, 8, 3), partial=True)),
@@ -346,7 +346,7 @@ def test_walls_and_graph_are_drawn_on_request_only():
 @pytest.mark.parametrize("yaw", [0, 0.5])
 def test_picture_is_cropped_to_the_building_with_little_of_the_spray(glass_spray, yaw):
     floor = make_floor("ring", seed=0)
-    ax = draw_floor(floor, map_floor(floor, margin=40, glass_spray=glass_spray, yaw=yaw)).axes[0]
+    ax = draw_floor(floor, simulate_map(floor, margin=40, glass_spray=glass_spray, yaw=yaw)).axes[0]
     shown = box(ax.get_xlim()[0], ax.get_ylim()[0], ax.get_xlim()[1], ax.get_ylim()[1])
     building = unary_union([room.polygon for room in floor.rooms])
     assert shown.contains(building.buffer(0.5))

@@ -6,10 +6,10 @@ from hypothesis import strategies as st
 
 from pianta.layout.thesis.faces import Faces, cut_lines, find_faces, label_faces, share_free, share_inside
 from pianta.layout.thesis.lines import RepresentativeLine
-from tests.drawn_maps import carve, make_canvas
+from tests.drawn_maps import carve, make_working_grid
 
 # 6 m by 6 m of free space; lines are drawn to 1 m beyond it.
-HALL = make_canvas(np.ones((120, 120), bool))
+HALL = make_working_grid(np.ones((120, 120), bool))
 ALL = [[-9.0, 9.0]]
 
 lines_of_any_kind = st.lists(
@@ -119,7 +119,7 @@ def test_share_inside_of_a_face_without_a_cell_is_zero():
 
 def test_share_free_is_how_much_of_an_edge_runs_through_free_cells():
     # Free but for the left half of the middle rows, and for what lies off the canvas.
-    canvas = make_canvas(~carve((120, 120), (50, 70, 0, 60)))
+    canvas = make_working_grid(~carve((120, 120), (50, 70, 0, 60)))
     faces = find_faces([level(3)], canvas)
     assert share_free(faces, canvas).tolist() == pytest.approx([3 / 8], abs=1 / 32)
 

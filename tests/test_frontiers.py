@@ -3,8 +3,8 @@ import pytest
 
 from pianta._types import Mask
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.layout._canvas import draw_canvas
-from pianta.layout.structure.frontiers import BLUR_PX, drop_spray, find_frontiers, measure_frontiers
+from pianta.layout._working_grid import to_working_grid
+from pianta.layout.structure.frontiers import BLUR_PX, find_frontiers, measure_frontiers, remove_ray_leaks
 from tests.drawn_maps import Rectangle, carve
 
 SHAPE = (60, 80)
@@ -21,7 +21,7 @@ def draw_map(*layers: tuple[Rectangle, int], resolution: float = 0.05) -> GridMa
 
 
 def frontier_of(grid: GridMap) -> tuple[Mask, float]:
-    canvas = draw_canvas(grid, grid.free, resolution=0.05)
+    canvas = to_working_grid(grid, grid.free, resolution=0.05)
     frontier = find_frontiers(grid, canvas, canvas.free)
     return frontier, float(measure_frontiers(canvas.free.astype(np.int32), frontier, resolution=canvas.resolution)[1])
 
@@ -84,11 +84,11 @@ def test_a_strip_of_free_space_between_frontiers_is_spray():
     labels = np.zeros((60, 40), np.int32)
     labels[2:6], labels[10:18], labels[20:60] = 1, 2, 3
     unseen = np.array([0.0, 4.0, 4.0, 2.0])
-    kept = drop_spray(labels, unseen, width=0.3, resolution=0.05)
+    kept = remove_ray_leaks(labels, unseen, width=0.3, resolution=0.05)
     assert np.unique(kept).tolist() == [0, 2, 3]
     assert (kept == np.where(labels == 1, 0, labels)).all()
 
 
 def test_without_frontiers_nothing_is_spray():
     labels = np.eye(5, dtype=np.int32)
-    assert (drop_spray(labels, np.zeros(2), width=0.3, resolution=0.05) == labels).all()
+    assert (remove_ray_leaks(labels, np.zeros(2), width=0.3, resolution=0.05) == labels).all()

@@ -25,7 +25,7 @@ from pianta.gridmap import FREE, FREE_AT_MOST, OCCUPIED, OCCUPIED_AT_LEAST, UNKN
 from pianta.io.maps import read_map
 from pianta.layout.reconstruct import reconstruct
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.drawn_maps import carve, make_grid
 
 pytestmark = pytest.mark.slow
@@ -127,14 +127,14 @@ def draw_building_cut_at_the_edge_of_the_map():
 
 
 def map_world(kind: str, noise: float, seed: int = 20):
-    return map_floor(make_floor(kind, seed=seed), noise=noise, seed=seed)
+    return simulate_map(make_floor(kind, seed=seed), noise=noise, seed=seed)
 
 
 WORLDS = {f"{kind} {noise}": (kind, noise) for kind in FLOOR_MAKERS for noise in (0.0, 0.2)}
 MAPS: dict[str, Callable[[], GridMap]] = {
     **{name: partial(map_world, *world) for name, world in WORLDS.items()},
-    "fine cells": lambda: map_floor(make_floor("corridor", seed=1), resolution=0.025, noise=0.2, seed=1),
-    "coarse cells": lambda: map_floor(make_floor("corridor", seed=1), resolution=0.1, noise=0.2, seed=1),
+    "fine cells": lambda: simulate_map(make_floor("corridor", seed=1), resolution=0.025, noise=0.2, seed=1),
+    "coarse cells": lambda: simulate_map(make_floor("corridor", seed=1), resolution=0.1, noise=0.2, seed=1),
     "sample": lambda: make_sample()[1],
     "symmetric": draw_symmetric_building,
     "cut": draw_building_cut_at_the_edge_of_the_map,

@@ -5,7 +5,7 @@ import pytest
 
 from pianta.errors import OptionError
 from pianta.plan.text.recognition import read_texts
-from pianta.worlds.plans.fonts import FONTS, NAMES, letter_rooms
+from pianta.worlds.plans.name_sheets import FONTS, NAMES, letter_rooms
 from pianta_bench.plans import text as plan_text
 from pianta_bench.plans.text import measure_text
 

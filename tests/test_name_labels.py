@@ -16,7 +16,7 @@ from pianta.rooms.name_dictionary import (
     read_room_name_dictionary,
     room_name_prior,
 )
-from pianta.worlds.plans.fonts import NAMES
+from pianta.worlds.plans.name_sheets import NAMES
 from tests.mutation import mutated
 
 WORDS = read_default_room_name_dictionary()

@@ -10,25 +10,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely import LineString
 
-from pianta._types import Floats, Mask
+from pianta._types import Floats, LabelImage, Mask
 from pianta.floor import Door, Floor
 from pianta.gridmap import GridMap
 from pianta.layout._voronoi_doors import compute_clearance
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure import reconstruct as structure
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
-from pianta.layout.structure.pieces import Labels, Pieces
 from pianta.layout.structure.reconstruct import reconstruct_structure
+from pianta.layout.structure.regions import Regions
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.drawn_maps import Rectangle, carve, make_grid
 
-WIDEST = 7.0
+MAX_WIDTH = 7.0
 # Two rooms, one beside the other, with two columns of wall between them; and their labels.
 ONE, OTHER = (5, 45, 5, 30), (5, 45, 32, 60)
 
 
-def draw_rooms(*gaps: Rectangle, rooms: tuple[Rectangle, ...] = (ONE, OTHER)) -> tuple[Mask, Labels]:
+def draw_rooms(*gaps: Rectangle, rooms: tuple[Rectangle, ...] = (ONE, OTHER)) -> tuple[Mask, LabelImage]:
     """Space of rooms and gaps, and labels: rooms by their place in the order, gaps are of the first one."""
     labels = np.zeros((50, 65), np.int32)
     labels[carve((50, 65), *gaps)] = 1
@@ -37,9 +37,9 @@ def draw_rooms(*gaps: Rectangle, rooms: tuple[Rectangle, ...] = (ONE, OTHER)) ->
     return labels > 0, labels
 
 
-def find_gaps(space: Mask, labels: Labels) -> Floats:
-    pieces = Pieces(labels, np.zeros(1), np.zeros(1), (), 0.05)
-    return find_narrow_passages(pieces, space, compute_clearance(space), widest=WIDEST)
+def find_gaps(space: Mask, labels: LabelImage) -> Floats:
+    regions = Regions(labels, np.zeros(1), np.zeros(1), (), 0.05)
+    return find_narrow_passages(regions, space, compute_clearance(space), max_width=MAX_WIDTH)
 
 
 @pytest.mark.parametrize("width", [2, 3, 4, 6])
@@ -58,9 +58,12 @@ def test_rooms_without_a_gap_and_with_a_door_have_no_line():
 
 def test_rooms_that_are_joined_have_no_line():
     space, labels = draw_rooms((20, 22, 30, 32))
-    pieces = Pieces(labels, np.zeros(1), np.zeros(1), (), 0.05)
+    regions = Regions(labels, np.zeros(1), np.zeros(1), (), 0.05)
     for joined, count in (([(1, 2)], 0), ([(1, None), (1, 3)], 1)):
-        assert len(find_narrow_passages(pieces, space, compute_clearance(space), widest=WIDEST, joined=joined)) == count
+        assert (
+            len(find_narrow_passages(regions, space, compute_clearance(space), max_width=MAX_WIDTH, joined=joined))
+            == count
+        )
 
 
 def test_rooms_that_touch_by_a_corner_have_no_line():
@@ -214,7 +217,7 @@ def close_door(floor: Floor, grid: GridMap, left: float) -> GridMap:
 @pytest.mark.parametrize("kind", FLOOR_MAKERS)
 def test_a_room_of_a_made_world_whose_door_is_narrowed_to_20_cm_is_still_joined(kind):
     truth = make_floor(kind, seed=10)
-    grid = map_floor(truth)
+    grid = simulate_map(truth)
     open_, narrowed, closed = (find(close_door(truth, grid, left)) for left in (5.0, 0.2, 0.0))
     assert len(narrowed.rooms) == len(open_.rooms) == len(truth.rooms)
     assert narrowed.graph().edges == open_.graph().edges
@@ -227,7 +230,7 @@ def test_a_room_of_a_made_world_whose_door_is_narrowed_to_20_cm_is_still_joined(
 @pytest.mark.slow
 def test_rooms_are_the_same_without_the_gaps(monkeypatch):
     truth = make_floor("corridor", seed=10)
-    grid = close_door(truth, map_floor(truth), 0.2)
+    grid = close_door(truth, simulate_map(truth), 0.2)
     with_gap = find(grid)
     monkeypatch.setattr(structure, "choose_narrow_doors", lambda *_: [])
     without = find(grid)

@@ -7,7 +7,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from scipy import ndimage
 from shapely import LineString, MultiPolygon, Point, Polygon, box
 
-from pianta.layout._outlines import join_outlines, largest_part, outline_labels
+from pianta.layout._label_images import join_outlines, largest_part, outline_labels
 
 
 def outline(*rows: str) -> dict[int, Polygon]:

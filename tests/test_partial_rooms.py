@@ -18,8 +18,8 @@ from pianta.layout.partial.scene import find_main_direction
 from pianta.layout.reconstruct import reconstruct
 from pianta.layout.room_ids import keep_room_ids
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.partial_scan import explore_in_part, see_cells, walk_rooms
-from pianta.worlds.scan import map_floor
+from pianta.worlds.partial_scan import choose_viewpoints, find_visible_cells, simulate_partial_map
+from pianta.worlds.scan import simulate_map
 
 RESOLUTION = 0.05
 # A row of rooms of 4 m x 5 m north of a corridor; the third was seen to a depth of 3 m.
@@ -139,7 +139,7 @@ def test_the_main_direction_is_that_of_the_walls(row, angle):
 @pytest.mark.parametrize("method", ["structure", "thesis"])
 def test_predictions_of_a_floor_overlap_neither_rooms_nor_each_other(method):
     floor = make_corridor_floor(seed=3)
-    grid = explore_in_part(floor, map_floor(floor, seed=3), share=0.6, reach=8, entered=0.2, seed=3)
+    grid = simulate_partial_map(floor, simulate_map(floor, seed=3), share=0.6, reach=8, entered=0.2, seed=3)
     found = reconstruct(grid, method=method)
     predicted = [room for room in found.rooms if room.predicted]
     assert predicted
@@ -187,7 +187,7 @@ def test_the_graph_knows_predictions():
 def test_a_lidar_sees_no_cell_behind_a_wall():
     cells = np.zeros((20, 40), np.int8)
     cells[:, 20] = OCCUPIED
-    seen = see_cells(GridMap(cells, 0.1), Point(1.0, 1.0), reach=10)
+    seen = find_visible_cells(GridMap(cells, 0.1), Point(1.0, 1.0), reach=10)
     assert seen[:, 20].any()
     assert seen[10, :20].all()
     assert not seen[:, 22:].any()
@@ -195,13 +195,13 @@ def test_a_lidar_sees_no_cell_behind_a_wall():
 
 def test_a_robot_that_passes_no_door_looks_around_once():
     floor = make_corridor_floor(seed=1)
-    assert len(walk_rooms(floor, share=0, entered=1, seed=1)) == 1
+    assert len(choose_viewpoints(floor, share=0, entered=1, seed=1)) == 1
 
 
 def test_a_share_without_meaning_is_refused():
     floor = make_corridor_floor(seed=1)
     with pytest.raises(OptionError, match="share"):
-        explore_in_part(floor, map_floor(floor), share=2, reach=8)
+        simulate_partial_map(floor, simulate_map(floor), share=2, reach=8)
 
 
 def test_a_room_that_keeps_its_id_keeps_its_prediction():

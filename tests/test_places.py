@@ -15,7 +15,7 @@ from pianta.rooms.label import label_rooms
 from pianta.rooms.model import FUNCTIONS, choose_functions, has_manual_label, keep_manual_label
 from pianta.rooms.training import SIMULATED_WEIGHT, building_name, check_labels, train_rooms
 from pianta.worlds.floors import make_floor
-from pianta.worlds.simulated_readings import simulate_reading
+from pianta.worlds.simulated_readings import simulate_and_reconstruct
 from tests.labelled_floors import label_by_rule, labelled_floors, small_model
 
 
@@ -190,14 +190,14 @@ def test_building_of_a_file(source, building):
 @pytest.mark.slow
 def test_simulated_reading_keeps_labels():
     floor = labelled_floors()[0]
-    read = simulate_reading(floor, seed=1)
+    read = simulate_and_reconstruct(floor, seed=1)
     assert abs(len(read.rooms) - len(floor.rooms)) <= 2
     assert read.building_type == floor.building_type
     assert read.source == floor.source
     corridors = [room for room in read.rooms if room.label == "CORRIDOR"]
     assert max(read.rooms, key=lambda room: read.graph().degree(room.id)) in corridors
-    assert simulate_reading(floor, seed=1) == read
-    assert simulate_reading(floor, seed=2) != read
+    assert simulate_and_reconstruct(floor, seed=1) == read
+    assert simulate_and_reconstruct(floor, seed=2) != read
 
 
 def test_labels_that_somebody_gave():

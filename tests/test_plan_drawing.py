@@ -159,7 +159,7 @@ def test_text_runs_upwards_at_90_degrees():
 
 @given(st.floats(-180, 180), st.text("abcXYZ", min_size=1, max_size=8))
 def test_corners_go_clockwise_from_the_upper_left_one(angle, letters):
-    placed = WrittenText(letters, Lettering().face(), (50.0, 60.0), angle).place()
+    placed = WrittenText(letters, Lettering().face(), (50.0, 60.0), angle).to_placed()
     first, second, third, _ = placed.corners
     along, down = second - first, third - second
     assert placed.middle == pytest.approx((50, 60))

@@ -221,7 +221,7 @@ def test_stairs_and_lifts_stand_in_their_rooms(label, lines):
 def test_furniture_keeps_clear(seed):
     kept = box(3, 1, 5, 3)
     rng = np.random.default_rng(seed)
-    marks = mark_furniture(Room(1, SOUTH), [MIDDLE_DOOR], density=1.0, kept=kept, rng=rng)
+    marks = mark_furniture(Room(1, SOUTH), [MIDDLE_DOOR], density=1.0, blocked=kept, rng=rng)
     pieces = GeometryCollection([Polygon(mark.points) for mark in marks])
     assert marks
     assert SOUTH.buffer(-0.09).contains(pieces)
@@ -231,7 +231,7 @@ def test_furniture_keeps_clear(seed):
 
 def test_no_furniture_at_density_0():
     nothing = GeometryCollection()
-    assert mark_furniture(Room(1, SOUTH), [], density=0.0, kept=nothing, rng=np.random.default_rng(0)) == []
+    assert mark_furniture(Room(1, SOUTH), [], density=0.0, blocked=nothing, rng=np.random.default_rng(0)) == []
 
 
 def test_signs_stand_in_the_passage():

@@ -8,7 +8,7 @@ import pytest
 from pianta.plan.sheets.sheet import PlacedText, Sheet
 from pianta.plan.text import recognition as plan_text
 from pianta.plan.text.recognition import erase_texts, read_texts, remove_texts, text_reader_available
-from pianta.worlds.plans.fonts import letter_rooms
+from pianta.worlds.plans.name_sheets import letter_rooms
 
 
 def placed(text: str, top: float, left: float, height: float, width: float) -> PlacedText:

@@ -16,7 +16,7 @@ from pianta.reading._reader import ReadOptions
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plans.drawing import draw_plan
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import small_model
 from tests.hidden_figures import hiding_figures
@@ -24,7 +24,7 @@ from tests.hidden_figures import hiding_figures
 
 def write_map(path: Path, *, length: float = 10.0) -> Path:
     """The map of a corridor with rooms of 5 m on both sides."""
-    map_floor(make_corridor_floor(length=length, room_width=(5, 5))).save(path)
+    simulate_map(make_corridor_floor(length=length, room_width=(5, 5))).save(path)
     return path
 
 

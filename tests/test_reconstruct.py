@@ -13,7 +13,7 @@ from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.layout.parameters import ThesisParameters
 from pianta.layout.reconstruct import METHODS, reconstruct
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.drawn_maps import carve, make_grid
 from tests.strategies import noise_maps
 
@@ -33,7 +33,7 @@ def method(request):
 def worlds(method) -> list[tuple[Floor, Floor]]:
     """True floors of every kind, and what is read from clean maps of them."""
     floors = [make_floor(kind, seed=seed) for kind in FLOOR_MAKERS for seed in range(10, 13)]
-    return [(floor, reconstruct(map_floor(floor), method=method)) for floor in floors]
+    return [(floor, reconstruct(simulate_map(floor), method=method)) for floor in floors]
 
 
 @pytest.fixture(scope="module")

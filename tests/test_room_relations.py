@@ -15,7 +15,7 @@ from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.layout.reconstruct import reconstruct
 from pianta.relational.room_relations import find_aligned, find_symmetric
 from pianta.worlds.floors import make_corridor_floor, make_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 
 
 def floor_of(*polygons: Polygon, walls=()) -> Floor:
@@ -160,7 +160,7 @@ def test_rooms_of_one_row_are_aligned(seed):
 
 def test_a_map_has_the_relations_of_the_floor():
     truth = make_floor("corridor", seed=1)
-    floor = reconstruct(map_floor(truth))
+    floor = reconstruct(simulate_map(truth))
     same = {room.id: max(truth.rooms, key=lambda one: one.polygon.intersection(room.polygon).area).id
             for room in floor.rooms}  # fmt: skip
     for find, least in ((find_aligned, 0.85), (find_symmetric, 1.0)):

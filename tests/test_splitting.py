@@ -2,9 +2,8 @@ import cv2
 import numpy as np
 import pytest
 
-from pianta._types import Floats, Mask
+from pianta._types import Floats, LabelImage, Mask
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.pieces import Labels
 from pianta.layout.structure.splitting import split_rooms
 from pianta.layout.structure.wall_lines import WallLines, find_wall_lines
 from tests.drawn_maps import carve
@@ -12,7 +11,7 @@ from tests.drawn_maps import carve
 NONE = WallLines(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2)))
 
 
-def split(space: Mask, labels: Labels | None = None, lines: WallLines | None = None) -> tuple[Labels, Floats]:
+def split(space: Mask, labels: LabelImage | None = None, lines: WallLines | None = None) -> tuple[LabelImage, Floats]:
     clearance = cv2.distanceTransform(space.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE).astype(np.float32)
     lines = find_wall_lines(space, resolution=0.05) if lines is None else lines
     labels = space.astype(np.int32) if labels is None else labels

@@ -20,7 +20,7 @@ from pianta.labels import LabelSet
 from pianta.realism.model import train_realism
 from pianta.rooms.completion import fill_missing_labels
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.explored_worlds import two_rooms
 from tests.generated_types import SCHOOL, make_schools, make_wing, small_model
 from tests.test_cli_generate import draw_floor
@@ -43,7 +43,7 @@ class TestMakeWorld:
     def test_every_kind(self, kind):
         floor, grid = pianta.make_world(kind, seed=3, resolution=0.2, noise=0.3)
         assert floor == make_floor(kind, seed=3)
-        assert (grid.cells == map_floor(floor, seed=3, resolution=0.2, noise=0.3).cells).all()
+        assert (grid.cells == simulate_map(floor, seed=3, resolution=0.2, noise=0.3).cells).all()
 
     def test_the_seed_is_0_unless_given(self):
         assert pianta.make_world("hall")[0] == pianta.make_world("hall", seed=0)[0]
@@ -51,7 +51,7 @@ class TestMakeWorld:
     @pytest.mark.parametrize(
         ("arguments", "options", "told"),
         [
-            (["castle"], {}, "kind is 'castle', give one of sample, corridor, l, ring, hall"),
+            (["castle"], {}, "name is 'castle', give one of sample, corridor, l, ring, hall"),
             ([], {"seed": 0}, "the sample is always the same"),
             (["sample"], {"noise": 0.5}, "the sample is always the same"),
             (["ring"], {"seed": -1}, "seed is -1, give 0 or more"),

@@ -14,7 +14,7 @@ from pianta.gridmap import FREE, UNKNOWN, GridMap
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.reconstruct import reconstruct_structure
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor, make_hall_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.drawn_maps import carve, make_grid
 
 # Two rooms above a corridor, one cell of 5 cm, and a door of 0.9 m and one of 1 m to the corridor.
@@ -47,7 +47,7 @@ def survey_worlds(condition: str, *, glass_spray: bool = False) -> list[World]:
         for seed in (10, 11):
             truth = make_floor(kind, seed=seed)
             level = CONDITIONS[condition]
-            grid = map_floor(
+            grid = simulate_map(
                 truth, noise=level["noise"], furniture=level["furniture"], glass_spray=glass_spray, seed=seed
             )
             worlds.append(World(truth, grid, find(grid)))
@@ -223,7 +223,7 @@ def test_rooms_cut_off_by_unknown_space_are_partial(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 0.7])
 def test_half_a_building_has_partial_rooms_at_its_end_alone(share):
-    whole = map_floor(make_floor("corridor", seed=10))
+    whole = simulate_map(make_floor("corridor", seed=10))
     cells = whole.cells.copy()
     cut = int(share * cells.shape[1])
     cells[:, cut:] = UNKNOWN
@@ -244,7 +244,7 @@ def test_the_same_building_in_fine_cells_has_the_same_rooms():
 @pytest.mark.slow
 def test_a_floor_at_one_centimetre_a_cell_has_the_true_rooms():
     truth = make_floor("hall", seed=11)
-    floor = find(map_floor(truth, resolution=0.01))
+    floor = find(simulate_map(truth, resolution=0.01))
     assert len(floor.rooms) == len(truth.rooms)
     assert len(floor.doors) == len(truth.doors)
 
@@ -298,7 +298,7 @@ def test_an_enormous_hall_with_or_without_pillars_is_one_room(pitch):
 
 def test_a_hall_with_pillars_has_its_rooms_around_it():
     truth = make_hall_floor(seed=12, pillars=True)
-    floor = find(map_floor(truth))
+    floor = find(simulate_map(truth))
     assert len(floor.rooms) == len(truth.rooms)
     assert len(floor.doors) == len(truth.doors)
 
@@ -335,7 +335,7 @@ def test_a_maze_is_all_covered_and_joined():
 
 @pytest.mark.slow
 def test_two_buildings_in_one_map_have_the_rooms_of_both():
-    first, second = (map_floor(make_floor(kind, seed=10)) for kind in ("corridor", "hall"))
+    first, second = (simulate_map(make_floor(kind, seed=10)) for kind in ("corridor", "hall"))
     width = max(first.shape[1], second.shape[1] + 20)
     cells = np.full((first.shape[0] + second.shape[0] + 40, width), UNKNOWN, np.int8)
     cells[: first.shape[0], : first.shape[1]] = first.cells

@@ -28,9 +28,10 @@ from sklearn.neural_network import MLPRegressor
 
 from pianta.errors import PiantaError
 from pianta.floor import Floor
+from pianta.layout._label_images import grow_mask
 from pianta.layout.partial.hypotheses import FEATURES, list_hypotheses
 from pianta.layout.partial.predict import MODEL_FILE, PartialModel
-from pianta.layout.partial.scene import Sight, grow, look_around
+from pianta.layout.partial.scene import ObservedCells, build_scene
 from pianta.layout.reconstruct import find_rooms
 from pianta_bench.data.annotated_floors import read_drawing
 from pianta_bench.data.folders import find_data
@@ -99,12 +100,12 @@ def do_job(job: Job) -> list[Lesson]:
 
 def learn_floor(name: str, floor: Floor, known: PartialMap) -> Iterator[Lesson]:
     """A lesson for each partial room that lies in a true one."""
-    true, sight = np.array(known.rooms, dtype=object), Sight.of(known.grid)
+    true, sight = np.array(known.rooms, dtype=object), ObservedCells.of(known.grid)
     for room in floor.rooms:
         shared = area_of(intersection(true, room.polygon))
         if not room.partial or not shared.any():
             continue
-        scene = look_around(floor, room, sight)
+        scene = build_scene(floor, room, sight)
         best: Polygon = true[int(shared.argmax())]
         truth = scene.view.draw([best])
         hypotheses = list_hypotheses(scene)
@@ -113,7 +114,7 @@ def learn_floor(name: str, floor: Floor, known: PartialMap) -> Iterator[Lesson]:
             cells = np.zeros_like(scene.seen)
             cells[hypothesis.window] = hypothesis.cells
             # Half a wall is about a cell
-            whole = cells | (grow(cells, 1) & ~scene.others)
+            whole = cells | (grow_mask(cells, 1) & ~scene.others)
             iou.append((whole & truth).sum() / max(1, (whole | truth).sum()))
         seen = (scene.seen & truth).sum() / max(1, (scene.seen | truth).sum())
         features = np.array([hypothesis.features for hypothesis in hypotheses])
@@ -146,7 +147,7 @@ def fit_model(lessons: Sequence[Lesson]) -> PartialModel:
 def score_lessons(lessons: Sequence[Lesson], models: Sequence[PartialModel]) -> dict[str, float]:
     """Means over rooms of which a third was seen, each judged by the model that has not seen its building; %."""
     chosen = [lesson for lesson in lessons if lesson.share >= A_THIRD]
-    expected = [models[lesson.fold].expect_iou(lesson.features) for lesson in chosen]
+    expected = [models[lesson.fold].predict_iou(lesson.features) for lesson in chosen]
     picked = [lesson.iou[says.argmax()] for lesson, says in zip(chosen, expected, strict=True)]
     means = {
         "seen": fmean(lesson.seen for lesson in chosen),

@@ -2,7 +2,7 @@
 
 Run: python training/fit_room_borders.py [--data DIR].
 
-The model learns on the paths that the merging takes: from the pieces of a map, the likeliest pair that is one true
+The model learns on the paths that the merging takes: from the regions of a map, the likeliest pair that is one true
 room is joined, again and again; each pair joined is an example of one room, and the likeliest of the others an example
 of two. The model so far decides what is likely, so the paths are walked three times (Ross et al., DAgger, 2011).
 """
@@ -30,14 +30,14 @@ from pianta.layout.structure.merging import (
     FEATURES,
     MODEL_FILE,
     MergeModel,
-    describe_borders,
-    find_parting_borders,
+    describe_separators,
+    find_active_separators,
+    initial_rooms,
     join_rooms,
     read_default_merge_model,
-    start_rooms,
 )
-from pianta.layout.structure.pieces import Borders, Pieces
-from pianta.layout.structure.reconstruct import cut_space, reconstruct_structure
+from pianta.layout.structure.reconstruct import oversegment, reconstruct_structure
+from pianta.layout.structure.regions import Regions, Separators
 from pianta_bench.data.folders import find_data
 from pianta_bench.data.map_sets import TrueMap, choose_sets
 
@@ -51,13 +51,13 @@ SAME = {"freiburgbuilding": "freiburg", "mapadj": "", "scan": "", "map15": "", "
 
 @dataclass(frozen=True, eq=False)
 class Lesson:
-    """A map in pieces. overlap: shape (1 + P, 1 + T), cells that piece and true room share; those of room 0 are 0."""
+    """A map in regions. overlap: shape (1 + P, 1 + T), cells that piece and true room share; those of room 0 are 0."""
 
     mapset: str
     item: str
     true_map: TrueMap
-    pieces: Pieces
-    borders: Borders
+    regions: Regions
+    separators: Separators
     overlap: NDArray[np.float64]
 
     @property
@@ -68,7 +68,7 @@ class Lesson:
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """The features of a border, whether it was between parts of one true room, and how much the example counts."""
+    """The features of a separator, whether it was between parts of one true room, and how much the example counts."""
 
     features: NDArray[np.float64]
     one_room: bool
@@ -84,38 +84,38 @@ def name_building(item: str) -> str:
 
 
 def prepare_lessons(data: Path) -> Iterator[Lesson]:
-    """Every map of the four sets, in pieces."""
+    """Every map of the four sets, in regions."""
     for mapset, items in choose_sets(SETS, data).items():
         for item in items:
             true_map = mapset.read(data / mapset.folder, item)
-            cut = cut_space(true_map.grid, StructureParameters())
+            cut = oversegment(true_map.grid, StructureParameters())
             truth = np.where(true_map.free, true_map.spaces, 0) if mapset.free_only else true_map.spaces
-            labels = cut.pieces.labels
+            labels = cut.regions.labels
             sampled = cut.canvas.sample(truth)
-            overlap = np.zeros((len(cut.pieces.area), int(truth.max()) + 1))
+            overlap = np.zeros((len(cut.regions.area), int(truth.max()) + 1))
             np.add.at(overlap, (labels.ravel(), sampled.ravel()), 1)
             overlap[0] = overlap[:, 0] = 0
-            yield Lesson(mapset.name, item, true_map, cut.pieces, cut.borders, overlap)
+            yield Lesson(mapset.name, item, true_map, cut.regions, cut.separators, overlap)
 
 
 def walk_path(lesson: Lesson, model: MergeModel) -> list[Example]:
-    """Examples of one path from the pieces of a map to its true rooms; the more there are, the less each counts."""
-    rooms, overlap = start_rooms(lesson.pieces), lesson.overlap.copy()
+    """Examples of one path from the regions of a map to its true rooms; the more there are, the less each counts."""
+    rooms, overlap = initial_rooms(lesson.regions), lesson.overlap.copy()
     met: dict[tuple[int, bool], list[NDArray[np.float64]]] = {}
-    while len(parting := find_parting_borders(rooms, lesson.borders)):
-        features = describe_borders(rooms, lesson.borders, parting, resolution=lesson.pieces.resolution)
-        pairs = rooms.owner[lesson.borders.sides[parting]]
+    while len(active := find_active_separators(rooms, lesson.separators)):
+        features = describe_separators(rooms, lesson.separators, active, resolution=lesson.regions.resolution)
+        pairs = rooms.owner[lesson.separators.sides[active]]
         known = (overlap.sum(axis=1) > 0)[pairs].all(axis=1)
         true_room = overlap.argmax(axis=1)[pairs]
         one_room = known & (true_room[:, 0] == true_room[:, 1])
-        odds = model.weigh_borders(features)
+        odds = model.log_odds(features)
         others = known & ~one_room
         last = not one_room.any()
         shown = (
             np.flatnonzero(others) if last else [_likeliest(odds, which) for which in (one_room, others) if which.any()]
         )
         for i in shown:
-            met.setdefault((int(parting[i]), bool(one_room[i])), []).append(features[i])
+            met.setdefault((int(active[i]), bool(one_room[i])), []).append(features[i])
         if last:
             break
         pair = np.sort(pairs[_likeliest(odds, one_room)])

@@ -198,14 +198,14 @@ def _read_schemas(paths: Iterable[Path]) -> Mapping[str, LabelSchema]:
 
 def _simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: bool) -> list[Floor]:
     """Floors as read from a number of simulated maps of each floor; maps without any room are left out."""
-    from pianta.worlds.simulated_readings import simulate_reading
+    from pianta.worlds.simulated_readings import simulate_and_reconstruct
 
     runs = [*floors] * maps
     readings = []
     names = track_items([floor.source for floor in runs], quiet=quiet)
     for number, (floor, _) in enumerate(zip(runs, names, strict=True)):
         try:
-            readings.append(simulate_reading(floor, seed=seed + number))
+            readings.append(simulate_and_reconstruct(floor, seed=seed + number))
         except PiantaError as error:
             message = f"a simulated map of building {short_repr(floor.source)} is left out: {error}"
             warnings.warn(BuildingWarning(message), stacklevel=2)

@@ -140,10 +140,10 @@ def open_world(name: str | Path, *, seed: int = 0) -> World:
     from pianta.io.buildings.read import SUFFIXES, read_building
     from pianta.io.images import IMAGE_SUFFIXES
     from pianta.io.maps import read_map
-    from pianta.worlds.make import KINDS, SAMPLE, make_world
+    from pianta.worlds.make import SAMPLE, WORLD_NAMES, make_world
 
     path = Path(name)
-    if name in KINDS and not path.exists():
+    if name in WORLD_NAMES and not path.exists():
         return build_world(make_world(str(name), seed=None if name == SAMPLE else seed)[0])
     if path.is_dir():
         files = [path / file for file in FLOOR_FILES if (path / file).is_file()]
@@ -155,7 +155,7 @@ def open_world(name: str | Path, *, seed: int = 0) -> World:
     if path.suffix.lower() in SUFFIXES:
         return build_world(read_building(path))
     if not path.suffix and not path.exists():
-        raise OptionError(f"world is {short_repr(name)}, give a file, a folder, or one of {', '.join(KINDS)}")
+        raise OptionError(f"world is {short_repr(name)}, give a file, a folder, or one of {', '.join(WORLD_NAMES)}")
     if path.suffix.lower() in IMAGE_SUFFIXES:
         raise OptionError(f"world {short_repr(name)} is an image without a resolution, give its map.yaml")
     return read_world(read_map(path))

@@ -18,7 +18,7 @@ from pianta._types import Floats
 from pianta.floor import Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.labels import SCHEMAS
-from pianta.layout._outlines import GRID
+from pianta.layout._label_images import SNAP_DISTANCE
 from pianta.plot.figure import DPI, clean_legend, encode_png, make_square, new_ax, new_figure, shorten
 from pianta.plot.grid import UNKNOWN_GREY, add_background, paint_grid, plot_grid, plot_ink
 from pianta.plot.styles import CERTAIN_FROM, DARK_INK, RoomStyle, Schemas, color_neighbours, list_labels, style_rooms
@@ -533,7 +533,7 @@ def _plot_predictions(floor: Floor, ax: Axes) -> None:
     for room in floor.rooms:
         if room.predicted is None:
             continue
-        for part in get_parts(difference(room.predicted, room.polygon, grid_size=GRID)):
+        for part in get_parts(difference(room.predicted, room.polygon, grid_size=SNAP_DISTANCE)):
             if part.area >= MIN_PREDICTED_AREA:
                 hatch = {"facecolor": "none", "edgecolor": HATCH_COLOR, "hatch": HATCH, "linewidth": 0}
                 ax.add_artist(patch_from_polygon(part, **hatch, zorder=PREDICTION_LEVEL))

@@ -20,7 +20,7 @@ from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import atomic_file
 from pianta.layout.reconstruct import METHODS
 from pianta.worlds.floors import make_ring_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from pianta_bench.harness.old_report import start_table
 from pianta_bench.layout.scores import time_reconstruction
 
@@ -81,7 +81,7 @@ def measure_cost(
 def tile_floor(side: int, tiles: int) -> GridMap:
     """A made floor with a ring corridor and furniture, tiles × tiles times, each side × side cells with its margin."""
     length = side * 0.05 - 13
-    grid = map_floor(make_ring_floor(length=length, width=length), furniture=0.3)
+    grid = simulate_map(make_ring_floor(length=length, width=length), furniture=0.3)
     cells = np.full((side, side), UNKNOWN, np.int8)
     rows, cols = grid.shape
     cells[:rows, :cols] = grid.cells

@@ -17,7 +17,7 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.layout.reconstruct import reconstruct
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from pianta_bench.harness.table import Column, Figures
 
 TRANSFORMS = 5
@@ -82,7 +82,7 @@ def time_reconstruction(grid: GridMap, *, method: str) -> tuple[Floor, Figures]:
 def _load_method(method: str) -> None:
     """Run a method once on a small map: the first run also loads libraries, which is no time of a map."""
     with suppress(Exception):  # the maps will show it
-        reconstruct(map_floor(make_corridor_floor(length=10, room_width=(5, 5))), method=method)
+        reconstruct(simulate_map(make_corridor_floor(length=10, room_width=(5, 5))), method=method)
 
 
 @contextmanager

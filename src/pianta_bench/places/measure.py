@@ -20,7 +20,7 @@ from pianta.layout.reconstruct import reconstruct
 from pianta.plot.figure import save_figure
 from pianta.plot.floor import draw_floor
 from pianta.rooms.completion import LABELS
-from pianta.worlds.simulated_readings import simulate_reading
+from pianta.worlds.simulated_readings import simulate_and_reconstruct
 from pianta_bench.data.annotated_floors import (
     AnnotatedFloor,
     read_annotated_floors,
@@ -94,7 +94,7 @@ class _Run:
         floor = self.floors[number]
 
         def measure(_: str) -> Iterator[Figures]:
-            reading = simulate_reading(floor.floor, seed=self.seed + number)
+            reading = simulate_and_reconstruct(floor.floor, seed=self.seed + number)
             self.simulated[f"{floor.kind}/{floor.item}"] = reading
             yield {"rooms": len(reading.rooms), "true": len(floor.floor.rooms)}
 

@@ -7,7 +7,7 @@ from itertools import chain
 
 from pianta.plan.text.recognition import read_texts
 from pianta.plan.text.room_names import compose_room_name
-from pianta.worlds.plans.fonts import FONTS, NAMES, ROTATIONS, letter_rooms
+from pianta.worlds.plans.name_sheets import FONTS, NAMES, ROTATIONS, letter_rooms
 from pianta_bench.harness.table import BenchTable, Column, Figures, Part, Row, measure_rows
 
 # Heights of a capital, pixels.

@@ -1,4 +1,4 @@
-"""Sheets of lettered rooms: walls in rows and columns, a name in each room, and the truth about every name."""
+"""Sheets of rooms in rows and columns, with a name in each room, and the ground truth of every name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pianta.errors import OptionError
 if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont
 
-# Fonts that come with matplotlib, by file.
+# Font files of matplotlib.
 FONTS = ("DejaVuSans", "DejaVuSerif", "DejaVuSansMono", "DejaVuSans-BoldOblique", "STIXGeneral")
 ROTATIONS = (0, 90)
 # Room names by language, as schools and offices print them.
@@ -36,8 +36,10 @@ NAMES = {
     "fr": ("SALLE 101", "Bibliothèque", "GYMNASE", "Réfectoire", "Bureau", "Salle de réunion", "Toilettes", "ENTRÉE"),
     "es": ("AULA 7", "Biblioteca", "GIMNASIO", "Sala de profesores", "Baño", "ALMACÉN", "Dirección", "Pasillo"),
 }
-# Room around a name inside its walls, and strength of walls, in heights of a capital.
-MARGIN, WALL = 1.0, 0.35
+# Free space around a name inside its walls; heights of a capital.
+MARGIN = 1.0
+# Thickness of walls; heights of a capital.
+WALL = 0.35
 
 
 @dataclass(frozen=True)
@@ -67,8 +69,8 @@ def letter_rooms(
 ) -> LetteredSheet:
     """A sheet of equal rooms, each with one of the names in its middle, black on white.
 
-    font: one of FONTS. capital: height of a capital letter, pixels. rotation: 0, or 90 for names that are read from
-    below upwards. columns: rooms in a row.
+    font: one of FONTS. capital: height of a capital letter, pixels. rotation: 0, or 90 for names that run upwards.
+    columns: number of rooms in a row.
     Raises OptionError for an unknown font or rotation, a capital below 4 pixels, and a sheet without names.
     """
     _check_options(names, font, capital, rotation, columns)
@@ -106,10 +108,10 @@ def _check_options(names: Sequence[str], font: str, capital: int, rotation: int,
 
 
 def _letter_name(name: str, font: str, capital: int) -> Colors:
-    """A line of letters, shape (height, width), 0 ink and 255 paper; as high and wide as its ink."""
+    """A line of letters, shape (height, width), 0 ink and 255 paper; cropped to its ink."""
     from PIL import Image, ImageDraw
 
-    face = _font_of_height(font, capital)
+    face = _load_font(font, capital)
     left, top, right, bottom = map(round, face.getbbox(name))
     image = Image.new("L", (right - left + 2, bottom - top + 2), 255)
     ImageDraw.Draw(image).text((1 - left, 1 - top), name, fill=0, font=face)
@@ -117,8 +119,8 @@ def _letter_name(name: str, font: str, capital: int) -> Colors:
 
 
 @cache
-def _font_of_height(font: str, capital: int) -> FreeTypeFont:
-    """The font at the size at which an H is that many pixels high."""
+def _load_font(font: str, capital: int) -> FreeTypeFont:
+    """The font at the size at which an H has the height of a capital, in pixels."""
     from matplotlib import get_data_path
     from PIL import ImageFont
 

@@ -7,7 +7,7 @@ from shapely import MultiPoint, box, get_coordinates
 
 from pianta._types import Mask
 from pianta.errors import MapError
-from pianta.layout._canvas import MARGIN_PX, draw_canvas
+from pianta.layout._working_grid import MARGIN_PX, to_working_grid
 from tests.drawn_maps import carve, make_grid
 
 # Mostly free.
@@ -27,7 +27,7 @@ def take_symmetry(cells: Mask, turns: int, mirrored: bool):
 def draw_or_reject(free: Mask, resolution: float, yaw: float = 0.0):
     """Canvas of free cells; examples in which no free space is as wide as a cell of the canvas do not count."""
     try:
-        return draw_canvas(make_grid(free, resolution=resolution, yaw=yaw), free, resolution=0.05)
+        return to_working_grid(make_grid(free, resolution=resolution, yaw=yaw), free, resolution=0.05)
     except MapError:
         reject()
 
@@ -35,7 +35,7 @@ def draw_or_reject(free: Mask, resolution: float, yaw: float = 0.0):
 def test_free_space_is_cropped_to_a_margin_and_put_into_the_canonical_pose():
     free = carve((30, 40), (10, 20, 7, 9), (18, 20, 9, 12))
     expected = carve((5, 10), (0, 2, 0, 10), (2, 5, 0, 2))
-    canvas = draw_canvas(make_grid(free), free, resolution=0.05)
+    canvas = to_working_grid(make_grid(free), free, resolution=0.05)
     assert np.array_equal(canvas.free, np.pad(expected, MARGIN_PX))
     assert canvas.resolution == 0.05
 
@@ -43,27 +43,27 @@ def test_free_space_is_cropped_to_a_margin_and_put_into_the_canonical_pose():
 def test_fine_cells_are_joined_and_a_joined_cell_with_any_wall_is_wall():
     free = np.ones((4, 6), bool)
     free[1, 0] = False
-    canvas = draw_canvas(make_grid(free, resolution=0.025), free, resolution=0.05)
+    canvas = to_working_grid(make_grid(free, resolution=0.025), free, resolution=0.05)
     assert canvas.resolution == 0.05
     assert (canvas.free.sum(), canvas.free.size) == (5, (2 + 2 * MARGIN_PX) * (3 + 2 * MARGIN_PX))
 
 
 def test_joining_an_odd_number_of_cells_repeats_the_last():
     free = np.ones((5, 7), bool)
-    canvas = draw_canvas(make_grid(free, resolution=0.025), free, resolution=0.05)
+    canvas = to_working_grid(make_grid(free, resolution=0.025), free, resolution=0.05)
     assert canvas.free.sum() == 3 * 4
 
 
 def test_coarse_cells_are_repeated():
     free = np.ones((2, 3), bool)
-    canvas = draw_canvas(make_grid(free, resolution=0.1), free, resolution=0.05)
+    canvas = to_working_grid(make_grid(free, resolution=0.1), free, resolution=0.05)
     assert canvas.resolution == 0.05
     assert canvas.free.sum() == 4 * 6
 
 
 def test_geometry_in_the_canvas_goes_to_the_map_frame():
     free = carve((30, 40), (10, 20, 5, 35))
-    canvas = draw_canvas(make_grid(free, yaw=np.pi / 2), free, resolution=0.05)
+    canvas = to_working_grid(make_grid(free, yaw=np.pi / 2), free, resolution=0.05)
     start, stop = MARGIN_PX * 0.05, MARGIN_PX * 0.05 + np.array([1.5, 0.5])
     # 0.25 … 1.75 m along the grid's x axis, which points along the map's y; 0.5 … 1 m along its y axis.
     assert canvas.to_map(box(start, start, *stop)).equals_exact(
@@ -131,7 +131,7 @@ def test_the_free_cells_sampled_are_those_of_the_canvas_in_every_pose_and_at_eve
 
 def test_a_sample_of_numbers_keeps_them_and_is_0_beyond_the_map():
     free = np.ones((2, 3), bool)
-    canvas = draw_canvas(make_grid(free), free, resolution=0.05)
+    canvas = to_working_grid(make_grid(free), free, resolution=0.05)
     numbers = np.array([[1, 2, 3], [4, 5, 6]])
     assert np.sort(canvas.sample(numbers)[canvas.free]).tolist() == [1, 2, 3, 4, 5, 6]
     assert not canvas.sample(numbers)[~canvas.free].any()
@@ -139,7 +139,7 @@ def test_a_sample_of_numbers_keeps_them_and_is_0_beyond_the_map():
 
 def test_a_sample_is_taken_from_the_cells_around_the_free_space_and_nothing_from_beyond_the_map():
     free = carve((30, 40), (2, 12, 5, 35))
-    canvas = draw_canvas(make_grid(free), free, resolution=0.05)
+    canvas = to_working_grid(make_grid(free), free, resolution=0.05)
     # Two rows of the canvas lie above the map; the free space is one rectangle, so that its pose is that of the map.
     assert np.array_equal(canvas.sample(np.ones((30, 40), bool)).sum(axis=1), [0, 0, *[38] * 16])
     assert not canvas.sample(np.zeros((30, 40), bool)).any()
@@ -149,7 +149,7 @@ def test_a_sample_is_taken_from_the_cells_around_the_free_space_and_nothing_from
 def test_other_cells_than_the_free_ones_are_sampled_in_the_pose_of_the_canvas(turns, mirrored):
     free = carve((30, 40), (10, 20, 7, 9), (18, 20, 9, 12))
     mark = carve((30, 40), (17, 18, 9, 11))
-    canvas = draw_canvas(
+    canvas = to_working_grid(
         make_grid(take_symmetry(free, turns, mirrored)), take_symmetry(free, turns, mirrored), resolution=0.05
     )
     # The canonical pose, see above: the corner of the L comes first.
@@ -170,4 +170,4 @@ def test_other_cells_than_the_free_ones_are_sampled_in_the_pose_of_the_canvas(tu
 )
 def test_free_space_that_no_canvas_can_show_is_refused(free, resolution, message):
     with pytest.raises(MapError, match=message):
-        draw_canvas(make_grid(free, resolution=resolution), free, resolution=0.05)
+        to_working_grid(make_grid(free, resolution=resolution), free, resolution=0.05)
