@@ -232,7 +232,7 @@ def test_nothing_is_said_where_the_type_is_not_asked_for(maps, tmp_path, options
 def test_a_given_type_stays_and_a_guessed_one_does_not(maps, tmp_path):
     folder = tmp_path / "out"
     for old, told in [
-        ({"office": 1.0}, "building: office, as somebody has said"),
+        ({"office": 1.0}, "building: office, as given by a user"),
         ({"office": 0.9, "school": 0.1}, None),
     ]:
         assert run_pianta("read", maps["school"], "-o", folder, "-q") == (0, "", "")

@@ -280,7 +280,7 @@ def test_a_page_that_unfolds_without_end_is_refused(path, monkeypatch, seconds, 
 
 
 def test_a_reader_that_does_not_come_back_is_given_up(path, monkeypatch):
-    monkeypatch.setattr(pdf_plan, "_BY_CLOCK", 1e-6)
+    monkeypatch.setattr(pdf_plan, "_CLOCK_FACTOR", 1e-6)
     path.write_bytes(pdf(ROOMS))
     with pytest.raises(PlanError, match="20 s"):
         read_pdf_plan(path)

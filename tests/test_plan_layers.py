@@ -18,7 +18,7 @@ from pianta.io.drawings._layers import (
     DrawnPieces,
     bezier_points,
     chains_of_steps,
-    checked_plan,
+    check_plan_file,
     jambs_of_swings,
     jambs_of_symbol,
     role_of_names,
@@ -263,8 +263,8 @@ def test_more_than_any_plan_draws_is_refused(monkeypatch):
 def test_files_that_are_none_or_too_large_are_refused(tmp_path):
     path = tmp_path / "a.dxf"
     with pytest.raises(PlanError, match=re.escape(str(path))):
-        checked_plan(path, max_bytes=10)
+        check_plan_file(path, max_bytes=10)
     path.write_bytes(b"12345678901")
     with pytest.raises(PlanError, match="bytes"):
-        checked_plan(path, max_bytes=10)
-    assert checked_plan(path, max_bytes=11) == path
+        check_plan_file(path, max_bytes=10)
+    assert check_plan_file(path, max_bytes=11) == path

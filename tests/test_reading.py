@@ -119,9 +119,9 @@ class TestRead:
     @pytest.mark.parametrize(
         ("options", "error", "told"),
         [
-            ({"kind": "photo"}, OptionError, "kind is 'photo', give one of map, plan, or None"),
-            ({"kind": "map", "page": 3}, OptionError, "leave out page= or give kind='plan'"),
-            ({"symbols": "symbols"}, OptionError, "leave out symbols= or give kind='plan'"),
+            ({"input_kind": "photo"}, OptionError, "input_kind is 'photo', give one of map, plan, or None"),
+            ({"input_kind": "map", "page": 3}, OptionError, "leave out page= or give input_kind='plan'"),
+            ({"symbols": "symbols"}, OptionError, "leave out symbols= or give input_kind='plan'"),
             ({"method": "magic"}, OptionError, "method is 'magic', give one of structure, thesis"),
             ({"parameters": pianta.ThesisParameters()}, OptionError, "give StructureParameters"),
             ({"labels": False, "building_type": "school"}, OptionError, "labels=False makes building_type= useless"),
@@ -151,7 +151,7 @@ class TestRead:
             pianta.read(path, labels=False)
 
     def test_parameters_are_not_for_plans(self, plan):
-        with pytest.raises(OptionError, match="is no map, leave out parameters= or give kind='map'"):
+        with pytest.raises(OptionError, match="is no map, leave out parameters= or give input_kind='map'"):
             pianta.read(plan, parameters=pianta.StructureParameters())
 
     def test_reads_a_plan(self, plan, monkeypatch):
@@ -286,6 +286,6 @@ class TestReadAll:
         picture = tmp_path / "rooms" / "rooms.png"
         picture.parent.mkdir()
         Image.fromarray(np.full((20, 30), 254, np.uint8)).save(picture)
-        (failure,) = pianta.read_all([picture], out=tmp_path, kind="map", resolution=0.05)
+        (failure,) = pianta.read_all([picture], out=tmp_path, input_kind="map", resolution=0.05)
         assert isinstance(failure, pianta.Failure)
         assert "would be replaced by a result" in str(failure.error)

@@ -13,7 +13,7 @@ NAMES = st.text(max_size=40) | st.lists(st.sampled_from([*FLAGS, " ", "'", '"', 
 @pytest.mark.parametrize(
     ("message", "fragment"),
     [
-        ("map 'a.png' is no plan, leave out page= or give kind='plan'", "--page or give --as plan"),
+        ("map 'a.png' is no plan, leave out page= or give input_kind='plan'", "--page or give --as plan"),
         ("labels=False makes room_model= and words= useless", "--no-labels makes --model and --words useless"),
         ("lift it with max_cells=", "lift it with --max-cells"),
         ("give the schema of their labels by schema=, or school", "by --labels, or school"),

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 Shape = TypeVar("Shape", LineString, Polygon)
 
+DOOR_WIDTH = 0.9  # metres, of a usual door; by definition the distance that scales the layout XMLs of the thesis
 MAX_LABEL_IMAGE_ID = np.iinfo(np.uint16).max
 MAX_ROOM_NAME_LENGTH = 200
 

@@ -78,6 +78,11 @@ def standard_name(name: str) -> str:
     return _checked_name(_one_spaced(name).upper())
 
 
+def normalize_label(text: str | None) -> str | None:
+    """A label in capitals with single blanks, whether a schema has it or not; None for an empty one."""
+    return _one_spaced(text or "").upper() or None
+
+
 def standard_building_type(building_type: str) -> str:
     """A building type in lower case, with one space between words.
 

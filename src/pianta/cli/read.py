@@ -118,7 +118,7 @@ def read_maps(
     options: ReadOptions = {
         "previous": previous,
         "method": method,
-        "kind": as_kind,
+        "input_kind": as_kind,
         "resolution": resolution,
         "trust_thresholds": trust_thresholds,
         "max_cells": max_cells,
@@ -150,8 +150,8 @@ def _read_one(path: str, out: Path, options: ReadOptions, *, walls: bool, graph:
     folders = reading.save(out, walls=walls, graph=graph)
     for storey, folder in zip(reading.storeys, folders, strict=True) if not quiet else ():
         stdout.print(tabulate_rooms(storey.floor))
-        if storey.known_types:
-            print_result(f"building: {describe_type(storey.floor, storey.known_types)}")
+        if storey.candidate_types:
+            print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
         for line in storey.messages:
             print_result(line)
         print_result(f"{describe_floor(storey.floor)}, in {folder}")
@@ -163,7 +163,7 @@ def _print_one_of_several(result: Reading | Failure, *, quiet: bool) -> bool:
         print_error(result.error)
         return False
     for storey in () if quiet else result.storeys:
-        building_type = f", {_name_type(storey.floor)}" if storey.known_types else ""
+        building_type = f", {_name_type(storey.floor)}" if storey.candidate_types else ""
         folder = (result.folder or Path()) / storey.name
         print_result("; ".join([f"{describe_floor(storey.floor)}{building_type}, in {folder}", *storey.messages]))
     return True

@@ -34,8 +34,8 @@ SAME_NAMES = "building_model jobs max_cells method page previous resolution symb
 # Messages of the library name arguments of functions; these are their flags.
 FLAGS = {
     "labels=False": "--no-labels",
-    "kind='map'": "--as map",
-    "kind='plan'": "--as plan",
+    "input_kind='map'": "--as map",
+    "input_kind='plan'": "--as plan",
     "trust_thresholds=True": "--trust-thresholds",
     "kind=": "--as",
     "building_type=": "--type",
@@ -61,7 +61,7 @@ def print_result(line: str) -> None:
 def name_flags(message: str) -> str:
     """A message of the library with arguments of functions replaced by the flags of the command.
 
-    >>> name_flags("map 'a.png' is no plan, leave out page= or give kind='plan'; page=3")
+    >>> name_flags("map 'a.png' is no plan, leave out page= or give input_kind='plan'; page=3")
     "map 'a.png' is no plan, leave out --page or give --as plan; --page 3"
     """
 

@@ -19,7 +19,6 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from PIL.PngImagePlugin import PngImageFile
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -38,7 +37,7 @@ from pianta.errors import FloorError
 from pianta.floor import Door, Floor, Room
 from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import validation_as
-from pianta.io._files import MAX_CELLS, atomic_file, check_input_file, one_line_reason, short_repr
+from pianta.io._files import atomic_file
 
 FORMAT = FileFormat("pianta floor", 2, 2)
 MAX_FILE_BYTES = 64 * 2**20
@@ -307,27 +306,3 @@ def save_label_image(labels: NDArray[np.uint16], path: str | Path) -> None:
         raise FloorError(f"labels are {labels.dtype} of shape {labels.shape}, give a non-empty 2-D uint16 array")
     with atomic_file(path) as temporary:
         Image.fromarray(np.ascontiguousarray(labels)).save(temporary, format="PNG")
-
-
-def read_label_image(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint16]:
-    """Labels of a PNG of 16-bit grey, shape (H, W).
-
-    Raises FloorError for a file that is no such image or has more than max_cells pixels.
-    """
-    file = check_input_file(path, "label image", FloorError)
-    try:
-        # Image.open has a size limit of its own, which is global.
-        with PngImageFile(file) as image:
-            return _decode_labels(image, max_cells)
-    # Pillow raises whatever a hostile file drives it to.
-    except Exception as exception:
-        raise FloorError(f"cannot read the label image {short_repr(file)}: {one_line_reason(exception)}") from exception
-
-
-def _decode_labels(image: PngImageFile, max_cells: int) -> NDArray[np.uint16]:
-    width, height = image.size
-    if width * height > max_cells:
-        raise FloorError(f"it has {width} × {height} pixels, the limit is {max_cells}; raise it with max_cells=")
-    if image.mode != "I;16":
-        raise FloorError(f"its pixels are of mode {image.mode}, give a PNG of 16-bit grey")
-    return np.array(image, np.uint16)

@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -72,7 +71,7 @@ class Bench:
         if json:
             with atomic_folder(json.parent) as folder:
                 save_results(self.name, tables, results, folder / json.name)
-        if pictures and find_spec(f"pianta_bench.{self.name}.figures"):
+        if pictures and "pictures" not in options:
             with atomic_folder(pictures) as folder:
                 self._import("figures").save_figures(results, folder)
         if results.failed:
