@@ -22,7 +22,7 @@ import networkx as nx
 
 from pianta.graphs.gaussian_hopper import GaussianGraphHopper
 from pianta.graphs.graph_hopper import GraphHopper
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 
 GRAPHS, SMALLEST, LARGEST = 300, 7, 100

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 PALE = "#f0b7c8"
-# Rooms of a small floor: name, label and place. The last two rooms have a door between them.
+# Rooms of a small floor: name, label and position. The last two rooms have a door between them.
 ROOMS = {
     "a": ("E", 0.0, 0.0),
     "b": ("C", 1.0, 0.0),
@@ -47,13 +47,13 @@ def draw_rounds(graph: nx.Graph, *, ax: Axes) -> None:
 
 
 def draw_path(graph: nx.Graph, *, ax: Axes) -> None:
-    """Draw a shortest path and the places of its nodes."""
+    """Draw a shortest path and the positions of its nodes."""
     path = nx.shortest_path(graph, "a", "h")
     plot_rooms(graph, dict.fromkeys(path, ACCENT), list(pairwise(path)), ax=ax)
-    for place, node in enumerate(path):
+    for position, node in enumerate(path):
         x, y = ROOMS[node][1:]
-        ax.annotate(f"i = {place}", (x - 0.02, y - 0.3), color=ACCENT, ha="right", fontsize=11)
-    frame(ax, "Graph Hopper: one path of l = 3 edges\nwith E, C, C, R in its places i")
+        ax.annotate(f"i = {position}", (x - 0.02, y - 0.3), color=ACCENT, ha="right", fontsize=11)
+    frame(ax, "Graph Hopper: one path of l = 3 edges\nwith E, C, C, R in its positions i")
 
 
 def draw_pair(graph: nx.Graph, *, ax: Axes) -> None:

@@ -28,7 +28,7 @@ def main() -> None:
     floor = reconstruct(grid)
     left, bottom, right, top = total_bounds([room.polygon for room in true.rooms])
     figure = Figure(figsize=(13, 5.2), layout="constrained")
-    titles = ("what was seen, and the lines of its walls", "the rooms, what is predicted of them, and the truth, red")
+    titles = ("the observed part, and the lines of its walls", "the rooms, their prediction, and the truth, red")
     for ax, title in zip(figure.subplots(1, 2), titles, strict=True):
         plot_grid(grid, ax=ax)
         ax.set(xlim=(left - MARGIN, right + MARGIN), ylim=(bottom - MARGIN, top + MARGIN), aspect="equal", title=title)

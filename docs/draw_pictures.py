@@ -144,9 +144,9 @@ def plot_necks(cut: Oversegmentation, *, ax: Axes) -> Axes:
 def plot_borders(cut: Oversegmentation, active: Indices, *, ax: Axes) -> Axes:
     """Plot the regions between the necks, and which separators the model keeps."""
     show_labels(cut.regions.labels, cut.working_grid, ax=ax)
-    kept = np.isin(np.arange(len(cut.separators.lines)), active)
-    plot_cuts(cut.separators.lines[~kept], cut.working_grid, color=MERGED, ax=ax)
-    plot_cuts(cut.separators.lines[kept], cut.working_grid, color=ACCENT, ax=ax)
+    uncrossed = np.isin(np.arange(len(cut.separators.lines)), active)
+    plot_cuts(cut.separators.lines[~uncrossed], cut.working_grid, color=MERGED, ax=ax)
+    plot_cuts(cut.separators.lines[uncrossed], cut.working_grid, color=ACCENT, ax=ax)
     return frame(ax, "regions; red separators are kept, across green ones regions are merged")
 
 
@@ -163,8 +163,8 @@ def plot_openings(cut: Oversegmentation, merged: LabelImage, walls: WallLines, o
 
 def plot_cuts(lines: Floats, canvas: WorkingGrid, *, color: str, ax: Axes, width: float = 3.5) -> Axes:
     """Plot lines between cells of a canvas, shape (N, 2, 2): end, then row and col."""
-    drawn = [to_axes(shapely.LineString((line[:, ::-1] + 0.5) * canvas.resolution), canvas) for line in lines]
-    ax.add_collection(LineCollection(drawn, colors=color, linewidths=width))
+    axes_lines = [to_axes(shapely.LineString((line[:, ::-1] + 0.5) * canvas.resolution), canvas) for line in lines]
+    ax.add_collection(LineCollection(axes_lines, colors=color, linewidths=width))
     return ax
 
 
@@ -241,8 +241,8 @@ def show_mask(canvas: WorkingGrid, mask: np.ndarray, title: str, *, ax: Axes) ->
 def plot_segments(segments: np.ndarray, canvas: WorkingGrid, *, ax: Axes) -> Axes:
     """Plot Hough segments, a colour for each angular cluster."""
     angular, _ = cluster_angles(segments, PARAMETERS)
-    drawn = [to_axes(shapely.LineString(ends.reshape(2, 2)), canvas) for ends in segments]
-    ax.add_collection(LineCollection(drawn, colors=[f"C{label}" for label in angular], linewidths=1.2))
+    axes_lines = [to_axes(shapely.LineString(ends.reshape(2, 2)), canvas) for ends in segments]
+    ax.add_collection(LineCollection(axes_lines, colors=[f"C{label}" for label in angular], linewidths=1.2))
     match_extent(ax, canvas)
     return frame(ax, "segments, coloured by angular cluster")
 
@@ -250,8 +250,8 @@ def plot_segments(segments: np.ndarray, canvas: WorkingGrid, *, ax: Axes) -> Axe
 def plot_lines(lines: list[RepresentativeLine], faces: Faces, canvas: WorkingGrid, *, ax: Axes) -> Axes:
     """Plot representative lines, and what segments cover of them."""
     extent = shapely.box(*shapely.total_bounds(faces.polygons))
-    drawn = [to_axes(part, canvas) for part in cut_lines(lines, extent)]
-    ax.add_collection(LineCollection(drawn, colors=ACCENT, linewidths=0.6, alpha=0.6))
+    axes_lines = [to_axes(part, canvas) for part in cut_lines(lines, extent)]
+    ax.add_collection(LineCollection(axes_lines, colors=ACCENT, linewidths=0.6, alpha=0.6))
     covered = [
         to_axes(shapely.LineString([line.normal * line.offset + line.direction * t for t in interval]), canvas)
         for line in lines

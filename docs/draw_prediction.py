@@ -28,20 +28,20 @@ NAME, CORRIDORS, MADE_CORRIDORS = "cunningham2f.xml", 3, 2
 def main() -> None:
     """Draw a made school and a real one, each predicted from a few corridors; without data, the latter stays."""
     random = np.random.default_rng(SEED)
-    *known, last = (make_school(random) for _ in range(FLOORS + 1))
-    draw_explored(last, known, corridors=MADE_CORRIDORS, path=IMAGES / "prediction.png")
+    *training_floors, last = (make_school(random) for _ in range(FLOORS + 1))
+    draw_explored(last, training_floors, corridors=MADE_CORRIDORS, path=IMAGES / "prediction.png")
     try:
         files = list_buildings([find_data() / "buildings" / "school"])
     except DataError:
         return
     graphs = {Path(file).name: read_building(file).graph() for file in files}
-    whole = graphs.pop(NAME)
-    draw_explored(whole, [*graphs.values()], corridors=CORRIDORS, path=IMAGES / "prediction_school.png")
+    school = graphs.pop(NAME)
+    draw_explored(school, [*graphs.values()], corridors=CORRIDORS, path=IMAGES / "prediction_school.png")
 
 
-def draw_explored(whole: nx.Graph, others: list[nx.Graph], *, corridors: int, path: Path) -> None:
-    """Predict a floor from its first corridors by a model of others, and draw that beside the truth."""
-    truth = explore_floor(whole, SCHOOL, corridors=corridors)
+def draw_explored(school: nx.Graph, others: list[nx.Graph], *, corridors: int, path: Path) -> None:
+    """Predict a floor from its first corridors by a model of other floors, and draw it with the truth."""
+    truth = explore_floor(school, SCHOOL, corridors=corridors)
     prediction = predict(truth.part, learn_type(others, SCHOOL), seed=SEED)
     save_figure(draw_prediction(prediction, truth=truth), path)
     with Image.open(path) as picture:

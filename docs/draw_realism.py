@@ -35,13 +35,13 @@ def main() -> None:
 
 
 def draw_labyrinth() -> None:
-    """Judge a labyrinth by `pianta realism`, with the floors of `pianta world` as reference."""
+    """Compare a labyrinth with the floors of `pianta world`, by `pianta realism`."""
     with tempfile.TemporaryDirectory() as folder:
         reference = Path(folder, "offices")
         reference.mkdir()
-        for kind, seed in product(FLOOR_MAKERS, SEEDS):
+        for floor_kind, seed in product(FLOOR_MAKERS, SEEDS):
             # Names that differ in a number alone would be those of one building.
-            save_floor(make_floor(kind, seed=seed), reference / f"{kind} {'abcd'[seed]}.geojson")
+            save_floor(make_floor(floor_kind, seed=seed), reference / f"{floor_kind} {'abcd'[seed]}.geojson")
         world = Path(folder, "labyrinth.geojson")
         save_floor(make_labyrinth(), world)
         try:
@@ -54,8 +54,8 @@ def draw_labyrinth() -> None:
 
 def make_labyrinth() -> Floor:
     """A floor whose rooms lead one into the next, and into a corridor at the end."""
-    places = [(x if y % 2 else COLUMNS - 1 - x, y) for y in range(ROWS) for x in range(COLUMNS)]
-    rooms = [box(SIDE * x, SIDE * y, SIDE * (x + 1), SIDE * (y + 1)) for x, y in places]
+    corners = [(x if y % 2 else COLUMNS - 1 - x, y) for y in range(ROWS) for x in range(COLUMNS)]
+    rooms = [box(SIDE * x, SIDE * y, SIDE * (x + 1), SIDE * (y + 1)) for x, y in corners]
     corridor = box(0, SIDE * ROWS, SIDE * COLUMNS, SIDE * ROWS + 2.5)
     doors = [_hang_door(pair, rooms[pair[0] - 1], rooms[pair[1] - 1]) for pair in pairwise(range(1, len(rooms) + 1))]
     doors.append(_hang_door((len(rooms), len(rooms) + 1), rooms[-1], corridor))

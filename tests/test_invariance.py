@@ -21,7 +21,7 @@ import pytest
 import shapely
 
 from pianta.floor import Floor
-from pianta.gridmap import FREE, FREE_AT_MOST, OCCUPIED, OCCUPIED_AT_LEAST, UNKNOWN, GridMap
+from pianta.gridmap import FREE, MAX_FREE, MIN_OCCUPIED, OCCUPIED, UNKNOWN, GridMap
 from pianta.io.maps import read_map
 from pianta.layout.reconstruct import reconstruct
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
@@ -75,8 +75,8 @@ def view_pooled(grid: GridMap):
     padding = [(0, size % 2) for size in grid.shape]
     cells = np.pad(grid.cells, padding, constant_values=UNKNOWN)
     blocks = cells.reshape(height, 2, width, 2).swapaxes(1, 2).reshape(height, width, 4)
-    occupied = (blocks >= OCCUPIED_AT_LEAST).any(axis=2)
-    free = ((blocks >= FREE) & (blocks <= FREE_AT_MOST)).all(axis=2)
+    occupied = (blocks >= MIN_OCCUPIED).any(axis=2)
+    free = ((blocks >= FREE) & (blocks <= MAX_FREE)).all(axis=2)
     pooled = np.select([occupied, free], [OCCUPIED, FREE], UNKNOWN)
     return View(GridMap(pooled, 2 * grid.resolution), lambda row, col: (2 * row, 2 * col))
 

@@ -19,7 +19,7 @@ from pianta.evaluation.prediction import (
 )
 from pianta.generation.type_model import count_labels
 from pianta.graphs.metrics import find_corridors
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.labels import LabelConvention, LabelSchema, LabelSet
 from pianta.prediction.explored_part import explore_by_corridors

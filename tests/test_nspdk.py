@@ -12,8 +12,8 @@ from networkx.algorithms.isomorphism import categorical_edge_match, categorical_
 
 from pianta.errors import GraphError, OptionError
 from pianta.graphs.labelled_graphs import read_labelled_graphs
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
-from pianta.graphs.neighborhoods import hash_neighborhoods
+from pianta.graphs.nspdk import NeighborhoodPairs
+from pianta.graphs.nspdk_features import hash_neighborhoods
 from pianta.graphs.shortest_paths import find_near
 from tests.labelled_graphs import labelled_graphs, make_path, make_plan, rename
 
