@@ -21,10 +21,10 @@ from pianta.plot.figure import save_figure
 from pianta.plot.graphs import draw_contact_sheet, place_nodes
 from pianta_bench.data.folders import find_data
 
-FLOORS, SEED, SHEET_COUNT = 16, 6, 18
-# Colours are so few, for a file of a fifth of the size.
+FLOORS, SEED, COUNT = 16, 6, 18
+# Colours of the picture; with so few its file has a fifth of the size.
 PALETTE = 128
-# What a wing of a made school has behind its corridor: the corridor's label, and label -> fewest and most rooms.
+# A wing of a synthetic school: the label of its corridor, and label -> fewest and most rooms behind it.
 WINGS = (
     ("CORRIDOR", {"CLASSROOM": (3, 5), "WASHROOM": (1, 1), "STAIRS": (1, 1)}),
     ("CORRIDOR", {"SMALL ADMINISTRATIVE": (2, 3), "CLOSET": (1, 2), "CONFERENCE": (0, 1)}),
@@ -37,7 +37,7 @@ NODE_SIZE, CUT_WIDTH = 90, 2.6
 
 
 def main() -> None:
-    """Draw the method on made schools, and buildings made from the real ones; without data, these stay as they are."""
+    """Draw the method on synthetic schools, and buildings generated from real ones; without data, the latter stay."""
     random = np.random.default_rng(SEED)
     model = train_type([make_school(random) for _ in range(FLOORS)], schema=SCHOOL)
     draw_steps(model)
@@ -47,7 +47,7 @@ def main() -> None:
         return
     model = train_type([read_building(file) for file in files], schema=SCHOOL)
     sheet = IMAGES / "generation.png"
-    save_figure(draw_contact_sheet(generate_buildings(model, SHEET_COUNT, seed=SEED), schema=SCHOOL), sheet)
+    save_figure(draw_contact_sheet(generate_buildings(model, COUNT, seed=SEED), schema=SCHOOL), sheet)
     with Image.open(sheet) as picture:
         picture.convert("RGB").quantize(PALETTE).save(sheet, optimize=True)
 
@@ -71,7 +71,7 @@ def make_school(random: np.random.Generator) -> nx.Graph:
 
 
 def draw_steps(model: TypeModel) -> None:
-    """Draw a floor in functional areas, the clusters, and the steps of a new building."""
+    """Draw a floor cut into functional areas, the clusters, and the steps to a new building."""
     sampler = BuildingSampler(model)
     generators = [np.random.default_rng(SEED)]
     chosen = sampler.sample_areas(model.configurations[[largest(model)]], generators)
@@ -115,14 +115,14 @@ def plot_clusters(model: TypeModel, *, ax: Axes) -> None:
     for cluster in range(model.configurations.shape[1]):
         for column, area in enumerate(np.flatnonzero(model.clusters == cluster)[:3]):
             positions = place_nodes(model.areas[area])
-            at = np.array([*positions.values()])
-            at = (at - at.mean(axis=0)) / max(np.ptp(at, axis=0).max(), 1.0) * 1.9
-            shifted = {node: (2.6 * column + x, -2.6 * cluster + y) for node, (x, y) in zip(positions, at, strict=True)}
+            xy = np.array([*positions.values()])
+            xy = (xy - xy.mean(axis=0)) / max(np.ptp(xy, axis=0).max(), 1.0) * 1.9
+            shifted = {node: (2.6 * column + x, -2.6 * cluster + y) for node, (x, y) in zip(positions, xy, strict=True)}
             plot_graph(
                 model.areas[area], dict.fromkeys(positions, cluster), [], ax=ax, positions=shifted, size=NODE_SIZE / 3
             )
         ax.annotate(str(cluster), (-1.9, -2.6 * cluster), ha="center", va="center", fontsize=13)
-    frame(ax, "Areas of all floors that are alike\nare a cluster")
+    frame(ax, "Similar areas of all floors\nare a cluster")
 
 
 def plot_functional_graph(graph: nx.Graph, clusters: list[int], *, ax: Axes) -> None:

@@ -23,7 +23,7 @@ NAMES = ("Classroom", "Office", "Store", "Staff room", "Kitchen", "Library", "La
 
 
 def main() -> None:
-    """Draw a plan, what the network says of it, and the floor that is read from it."""
+    """Draw a plan, the classes that the network predicts, and the floor that is read from it."""
     plan = draw_sample()
     with TemporaryDirectory() as folder:
         file = Path(folder, "plan.png")
@@ -44,7 +44,7 @@ def main() -> None:
 
 
 def draw_sample() -> DrawnPlan:
-    """The plan of a made floor, as an architect draws it."""
+    """The plan of a synthetic floor, as an architect draws it."""
     floor = make_l_floor(seed=SEED)
     texts = {room.id: NAMES[room.id % len(NAMES)] for room in floor.rooms[1:]}
     return draw_plan(
