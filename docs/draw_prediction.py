@@ -17,7 +17,7 @@ from pianta.labels import SCHOOL
 from pianta.plot.figure import save_figure
 from pianta.plot.prediction import draw_prediction
 from pianta.prediction.prediction import predict
-from pianta.prediction.whole_floor import explore_floor
+from pianta.prediction.revealed_floor import reveal_corridors
 from pianta_bench.data.folders import find_data
 
 SEED, WIDTH = 4, 1300
@@ -41,7 +41,7 @@ def main() -> None:
 
 def draw_explored(floor: nx.Graph, others: list[nx.Graph], *, corridors: int, path: Path) -> None:
     """Predict a floor from its first corridors by a model of other floors, and draw it beside the truth."""
-    truth = explore_floor(floor, SCHOOL, corridors=corridors)
+    truth = reveal_corridors(floor, SCHOOL, corridors=corridors)
     prediction = predict(truth.part, learn_type(others, SCHOOL), seed=SEED)
     save_figure(draw_prediction(prediction, truth=truth), path)
     with Image.open(path) as picture:

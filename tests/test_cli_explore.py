@@ -252,7 +252,7 @@ def test_the_help_names_the_policies_there_are():
 
 
 def test_without_numba_one_line_explains_how_to_be_faster(floor_file, monkeypatch):
-    monkeypatch.setattr("pianta.exploration.kernels.has_numba", lambda: False)
+    monkeypatch.setattr("pianta.exploration.beams.has_numba", lambda: False)
     code, out, err = run_pianta("explore", floor_file)
     assert code == 0
     assert out.startswith("1 robot, nearest: ")

@@ -16,7 +16,7 @@ from pianta.generation.type_model_file import save_type_model
 from pianta.io.floors import save_floor
 from pianta.io.graphml import save_graphml
 from pianta.io.graphs import read_graph, save_graph
-from pianta.prediction.whole_floor import explore_floor
+from pianta.prediction.revealed_floor import reveal_corridors
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import SCHOOL, join_wings, make_schools, make_wing
 from tests.test_cli_generate import draw_floor
@@ -275,7 +275,7 @@ class TestExploreFloor:
         graph.add_edge(1, 3, label=None)
         graph.nodes[3]["label"] = "CLOSET"
         graph = nx.relabel_nodes(graph, {0: "hub", 1: "2", 2: "2-1", 3: "1"})
-        floor = explore_floor(graph, SCHOOL, corridors=1)
+        floor = reveal_corridors(graph, SCHOOL, corridors=1)
         assert set(floor.graph) == {"hub", "2", "2-1", "1"}
         assert floor.behind == {"2-1'": "1"}
         assert floor.unknown == ("1",)
@@ -287,15 +287,15 @@ class TestExploreFloor:
     def test_sums_areas(self):
         graph = make_wing("CC")
         nx.set_node_attributes(graph, 2.5, "area")
-        assert explore_floor(graph, SCHOOL, corridors=1).area == 7.5
+        assert reveal_corridors(graph, SCHOOL, corridors=1).area == 7.5
 
     def test_refuses_what_no_model_takes(self):
         graph = make_wing("CC")
         with pytest.raises(OptionError, match="explore"):
-            explore_floor(graph, SCHOOL, corridors=0)
+            reveal_corridors(graph, SCHOOL, corridors=0)
         graph.nodes[1]["label"] = None
         with pytest.raises(LabelError, match="label"):
-            explore_floor(graph, SCHOOL, corridors=1)
+            reveal_corridors(graph, SCHOOL, corridors=1)
 
 
 def assert_one_error(outcome, fragment: str) -> None:

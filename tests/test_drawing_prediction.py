@@ -29,16 +29,16 @@ from pianta.plot.prediction import (
 )
 from pianta.prediction.explored_part import ExploredPart
 from pianta.prediction.prediction import Prediction, predict
+from pianta.prediction.revealed_floor import RevealedFloor, reveal_corridors
 from pianta.prediction.unexplored_part import SampledFloor
-from pianta.prediction.whole_floor import WholeFloor, explore_floor
 from tests.generated_types import SCHOOL, make_schools, make_wing
 
 
 @cache
-def predicted() -> tuple[Prediction, WholeFloor]:
+def predicted() -> tuple[Prediction, RevealedFloor]:
     """The fourth school, of which one corridor of four in a ring was explored, by a model of the others."""
     schools = make_schools()
-    truth = explore_floor(schools[3], SCHOOL, corridors=1)
+    truth = reveal_corridors(schools[3], SCHOOL, corridors=1)
     return predict(truth.part, learn_type([*schools[:3], *schools[4:]], SCHOOL), count=8), truth
 
 
@@ -99,8 +99,8 @@ class TestPanels:
         assert len(frames_of(ax)) == len(explored.open) == 2
         assert texts_of(ax).count("?") == len(explored.doors)
         positions = place_nodes(explored.graph)
-        assert all(covers(ax, positions[node]) == (node in explored.known) for node in explored.graph)
-        assert f"{len(explored.known)} rooms known" in ax.get_title()
+        assert all(covers(ax, positions[node]) == (node in explored.known_graph) for node in explored.graph)
+        assert f"{len(explored.known_graph)} rooms known" in ax.get_title()
 
     def test_the_truth_is_the_whole_floor(self, ax):
         prediction, truth = predicted()
@@ -115,7 +115,7 @@ class TestPanels:
         sample = choose_sample(prediction)
         plot_sample(sample, prediction, ax=ax)
         positions = place_nodes(sample.graph)
-        assert {node for node in sample.graph if covers(ax, positions[node])} == {*sample.known.values()}
+        assert {node for node in sample.graph if covers(ax, positions[node])} == {*sample.known_nodes.values()}
         assert len(frames_of(ax)) == len(prediction.explored.open)
         assert f"{len(sample.graph)} rooms" in ax.get_title()
 

@@ -23,7 +23,7 @@ from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
 from pianta.plan.read_plan import PlanFloor, PlanReading
 from pianta.plan.sheets.sheet import PlanScale
-from pianta.prediction.prediction import OpenEnd, Spread
+from pianta.prediction.prediction import OpenEnd, SampleInterval
 from pianta.reading.reading import StoreyReading
 from pianta.realism.model import Realism
 from pianta.rooms.model import RoomModel
@@ -40,7 +40,7 @@ RESULTS = (
     PlanReading,
     PlanScale,
     Realism,
-    Spread,
+    SampleInterval,
     StoreyReading,
     TypeModel,
 )

@@ -18,8 +18,8 @@ from pianta.io._files import count_noun, short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 
 if TYPE_CHECKING:
+    from pianta.exploration.policy_input import Policy
     from pianta.exploration.record import Exploration
-    from pianta.exploration.situation import Policy
     from pianta.exploration.world import World
 
 PREDICTED = "predicted"
@@ -187,7 +187,7 @@ def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
     """A progress bar on stderr if that is a terminal, and the function that moves it to a share."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-    from pianta.exploration.kernels import has_numba
+    from pianta.exploration.beams import has_numba
 
     if not has_numba() and not quiet:
         stderr.print("without numba this takes long; install it with: pip install 'pianta[sim]'", markup=False)
@@ -234,4 +234,4 @@ def _print_exploration(run: Exploration, policy: str, find: str | None) -> None:
     if reached:
         print_result(", ".join(reached))
     if find is not None:
-        print_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
+        print_result(f"{find.upper()} is room {run.found_room}" if run.found_room else f"no {find.upper()} was found")
