@@ -20,7 +20,7 @@ from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor, Room
 from pianta.graphs.feature_counts import compare_counts, merge_counts
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.io.buildings.read import read_building
 from pianta.labels import LabelSet
 from pianta.rooms.completion import fill_missing_labels, map_labels_upwards
@@ -221,7 +221,7 @@ def test_all_faults_are_told_together():
 
 def test_untyped_floors_are_not_too_few_types():
     untyped = [replace(floor, building_type={}) for floor in typed_floors()[:2]]
-    with pytest.raises(LabelError, match="do not tell their building type") as caught:
+    with pytest.raises(LabelError, match="do not have a building type") as caught:
         train_building_types(untyped)
     assert "given" not in str(caught.value)
 

@@ -17,7 +17,7 @@ from sklearn.svm import SVC
 
 from pianta.errors import GraphError
 from pianta.graphs.graph_hopper import GraphHopper
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from tests.labelled_graphs import assert_kernel, labelled_graphs, make_path, make_plan, rename
 
@@ -185,7 +185,7 @@ def test_labels_are_told_apart_by_their_text():
 SCRIPT = """
 import networkx as nx
 from pianta.graphs.graph_hopper import GraphHopper
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 
 graph = nx.Graph()

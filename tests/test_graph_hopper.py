@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from pianta.graphs.graph_hopper import GraphHopper
-from pianta.graphs.hops import count_hops
+from pianta.graphs.graph_hopper import GraphHopper, count_hops
 from pianta.graphs.labelled_graphs import read_labelled_graphs
 from tests.labelled_graphs import labelled_graphs, make_path, make_plan, rename
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.errors import ModelError, OptionError, RelationError
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.relational.fact_files import read_interpretations
 from pianta.relational.facts import (
     FLOOR_SIGNATURES,

@@ -14,7 +14,7 @@ from pianta.evaluation.prediction import (
     measure_kernel_distances,
     measure_label_reliability,
 )
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 
 SHARES = st.lists(st.integers(0, 9), min_size=4, max_size=4).filter(any)

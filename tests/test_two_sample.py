@@ -15,7 +15,7 @@ from pianta.evaluation.two_sample import (
     kernel_two_sample_test,
 )
 from pianta.graphs.metrics import find_corridors
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.labels import SCHOOL
 from tests.labelled_graphs import labelled_graphs, make_path, make_plan, rename

@@ -110,7 +110,7 @@ class Assessment:
 
     def __str__(self) -> str:
         """The result in a line."""
-        labelled, rooms = len(self.coarse.found), len(self.floor.rooms)
+        labelled, rooms = len(self.coarse.predicted), len(self.floor.rooms)
         notes = [f"labels of {labelled} of {rooms} rooms by pianta"] if labelled else []
         notes += ["its building left out of the reference"] if self.left_out else []
         noted = f" ({'; '.join(notes)})" if notes else ""
@@ -118,7 +118,7 @@ class Assessment:
 
     def as_json(self) -> dict[str, object]:
         """The result, as values that JSON can hold."""
-        notes = {"labels_by_pianta": self.coarse.found, "left_out": self.left_out}
+        notes = {"labels_by_pianta": self.coarse.predicted, "left_out": self.left_out}
         return {"floor": self.floor.source} | notes | self.realism.as_json()
 
 
@@ -320,7 +320,7 @@ def _summarise(model: RealismModel, floors: Sequence[ReferenceFloor] = ()) -> st
     """The reference in a line."""
     counts = f"{len(model.reference_floors)} floors of {len(set(model.buildings))} buildings"
     against = f" against {len(model.unrealistic_floors)} unrealistic floors" if model.unrealistic_floors else ""
-    by_pianta, defective = sum(len(each.coarse.found) for each in floors), sum(each.has_defects for each in floors)
+    by_pianta, defective = sum(len(each.coarse.predicted) for each in floors), sum(each.has_defects for each in floors)
     notes = [f"labels {model.label_set}"]
     notes += [f"{by_pianta} of them by pianta"] if by_pianta else []
     notes += [f"{defective} files with defects"] if defective else []

@@ -79,7 +79,7 @@ def join_outlines(outlines: Polygons) -> Polygons:
 
 
 def largest_part(shape: shapely.Geometry) -> Polygon:
-    """The largest polygon of a geometry, which need not be valid; an empty polygon if there is none."""
+    """The largest polygon of a geometry, which need not be valid; an empty polygon if there is no polygon."""
     parts = shapely.get_parts(shapely.make_valid(shape, method="structure", keep_collapsed=False))
     return max((part for part in parts if isinstance(part, Polygon)), key=lambda part: part.area, default=Polygon())
 

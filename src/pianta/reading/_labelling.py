@@ -88,7 +88,7 @@ class Labelling:
         if floor.building_type:
             return labelled
         # A manual label that no schema has is replaced by the predicted one.
-        coarse = fill_missing_labels(labelled, self.buildings.label_set, schemas=self.schemas, found=predicted).floor
+        coarse = fill_missing_labels(labelled, self.buildings.label_set, schemas=self.schemas, labelled=predicted).floor
         return replace(labelled, building_type=classify_building(coarse, self.buildings).building_type)
 
 

@@ -163,7 +163,7 @@ def tell_apart(
     generated: Sequence[nx.Graph], real: Sequence[nx.Graph], schema: LabelSchema, *, seed: int, effort: Effort
 ) -> Mapping[str, TwoSampleScores]:
     """The classifier two-sample tests: machines on NSPDK and WL, Extra-Trees on thirteen metrics."""
-    from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+    from pianta.graphs.nspdk import NeighborhoodPairs
     from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 
     kernels = {NSPDK: NeighborhoodPairs(radius=RADIUS, distance=DISTANCE), WL: WeisfeilerLehman(iterations=ITERATIONS)}

@@ -173,7 +173,7 @@ def draw_critical_lines(critical: Indices, clearance: Floats, spacing: float) ->
 
 
 def _find_base_points(near: Indices) -> Indices | None:
-    """The nearest of the obstacles, and the nearest one more than 90° away from it; None if there is none."""
+    """The nearest obstacle, and the nearest one more than 90° away from it; None if there is no such obstacle."""
     lengths = np.hypot(*near.T)
     first = near[lengths.argmin()]
     opposite = near @ first < 0
