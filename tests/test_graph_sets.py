@@ -167,7 +167,7 @@ def test_the_ratio_is_that_of_the_means():
     trials = [Trial(whole, half, same), Trial(same, whole, same)]
     half_apart = 2 - 2 * exp(-1 / 8)
     compared = compare_discrepancy(trials, statistic="labels")
-    assert (compared.made, compared.real) == pytest.approx((ONE_APART / 2, (half_apart + ONE_APART) / 2))
+    assert (compared.generated, compared.real) == pytest.approx((ONE_APART / 2, (half_apart + ONE_APART) / 2))
     assert compared.ratio == pytest.approx(ONE_APART / (half_apart + ONE_APART))
 
 
@@ -203,10 +203,10 @@ def test_trials_of_a_maker():
     trials = draw_trials(make, real, repeats=5, seed=0)
     assert asked == [trial.half_a for trial in trials]
     for trial in trials:
-        assert sorted(map(len, trial.made)) == sorted(map(len, trial.half_a))
+        assert sorted(map(len, trial.generated)) == sorted(map(len, trial.half_a))
     # What is made of half A is just as far from B as A is.
     compared = compare_discrepancy(trials, statistic="labels")
-    assert compared.made == compared.real
+    assert compared.generated == compared.real
 
 
 @pytest.mark.slow
@@ -216,7 +216,7 @@ def test_graphs_from_one_source_have_a_ratio_near_one(statistic):
     sources = [[make_plan(10, seed=40 * source + graph) for graph in range(40)] for source in range(40)]
     trials = [draw_trials(plans[:20], plans[20:], repeats=10, seed=0) for plans in sources]
     compared = [compare_discrepancy(of_source, statistic=statistic) for of_source in trials]
-    ratio = np.mean([one.made for one in compared]) / np.mean([one.real for one in compared])
+    ratio = np.mean([one.generated for one in compared]) / np.mean([one.real for one in compared])
     assert ratio == pytest.approx(1, abs=0.15)
 
 
