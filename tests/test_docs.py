@@ -1,4 +1,4 @@
-"""The pages of the documentation lead to what is there: their imports work, their links lead somewhere."""
+"""The pages of the documentation name what exists: imports, links and files."""
 
 import ast
 import importlib
@@ -22,7 +22,7 @@ PAGES = [
 SCRIPTS = sorted(file for folder in ("docs", "training", "benchmarks") for file in (ROOT / folder).glob("*.py"))
 
 
-def name_of(path: Path) -> str:
+def relative_name(path: Path) -> str:
     return str(path.relative_to(ROOT))
 
 
@@ -55,18 +55,18 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
+@pytest.mark.parametrize("page", PAGES, ids=relative_name)
 def test_snippets_import_what_is_there(page):
     for snippet in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
         assert find_missing(snippet) == []
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=name_of)
+@pytest.mark.parametrize("script", SCRIPTS, ids=relative_name)
 def test_scripts_import_what_is_there(script):
     assert find_missing(script.read_text(encoding="utf-8")) == []
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
+@pytest.mark.parametrize("page", PAGES, ids=relative_name)
 def test_links_lead_somewhere(page):
     for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
         if link.startswith("http"):
@@ -77,7 +77,7 @@ def test_links_lead_somewhere(page):
         assert not anchor or anchor in anchors(target), link
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
+@pytest.mark.parametrize("page", PAGES, ids=relative_name)
 def test_files_that_a_page_names_are_there(page):
     named = re.findall(r"`((?:src|tests|training|benchmarks|docs)/[\w/.-]+)`", page.read_text(encoding="utf-8"))
     assert [name for name in named if not (ROOT / name).exists()] == []
@@ -85,10 +85,10 @@ def test_files_that_a_page_names_are_there(page):
 
 def test_the_page_of_the_house_has_every_folder_in_the_order_of_imports():
     page = (ROOT / "docs" / "reference" / "house.md").read_text(encoding="utf-8")
-    told = [name.removesuffix(".py") for name in re.findall(r"^\| `([\w.]+)/?` \|", page, re.MULTILINE)]
+    listed = [name.removesuffix(".py") for name in re.findall(r"^\| `([\w.]+)/?` \|", page, re.MULTILINE)]
     there = {path.stem for path in MODELS.parent.iterdir() if path.suffix in {".py", ""}} - {"__pycache__"}
     levels = [name for level in LEVELS for name in level if name in there and not name.startswith("__")]
-    assert [name for name in told if name in there] == levels
+    assert [name for name in listed if name in there] == levels
 
 
 class TestPageOfPython:
@@ -98,10 +98,10 @@ class TestPageOfPython:
     def test_lists_every_public_name_once(self):
         assert sorted(name for name, _ in self.ROWS) == sorted(pianta.__all__)
 
-    @pytest.mark.parametrize(("name", "told"), ROWS)
-    def test_names_arguments_that_are_there(self, name, told):
+    @pytest.mark.parametrize(("name", "arguments"), ROWS)
+    def test_names_arguments_that_are_there(self, name, arguments):
         public = getattr(pianta, name)
-        named = [argument for argument in told.split(", ") if argument not in {"", "*", "…"}]
+        named = [argument for argument in arguments.split(", ") if argument not in {"", "*", "…"}]
         if callable(public) and named:
             there = [*inspect.signature(public).parameters]
             assert sorted(named, key=there.index) == named

@@ -143,7 +143,7 @@ def test_a_newer_minor_version_is_read(model_file, tmp_path):
         ({"field": {}}, "field"),
         ({"training": {}}, "training.floors: Field required"),
         ({"schemas": {"school": [{"name": "LAB", "function": "POOL"}]}}, r"schemas.school\[0\].function"),
-        ({"schemas": {"school": [LAB | {"color": "red"}]}}, r"schemas.school\[0\]: the colour 'red' is none"),
+        ({"schemas": {"school": [LAB | {"color": "red"}]}}, r"schemas.school\[0\]: the colour 'red' is invalid"),
         ({"schemas": {"school": [LAB, LAB]}}, "has labels twice: LAB"),
     ],
 )

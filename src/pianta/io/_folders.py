@@ -1,4 +1,4 @@
-"""Output folders: checked before the work starts, and filled at its end or not at all."""
+"""Output folders: checked before the work starts, and written completely at its end or not at all."""
 
 from __future__ import annotations
 
@@ -14,15 +14,11 @@ from shutil import rmtree
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import one_line_reason, short_repr
 
-# Older outputs that a message names.
-MAX_LISTED = 3
+MAX_LISTED = 3  # older outputs in a message
 
 
 def check_output_folder(folder: Path) -> None:
-    """Refuse, before any work, a folder that cannot be written into or made.
-
-    Raises OptionError, in one line.
-    """
+    """Raise OptionError, in one line, for a folder that cannot be created or written into."""
     try:
         # The root always exists, and so does "." of a relative path.
         existing = next(path for path in (folder, *folder.parents) if path.exists())
@@ -38,13 +34,13 @@ def check_output_folder(folder: Path) -> None:
 
 @contextmanager
 def atomic_folder(folder: Path) -> Iterator[Path]:
-    """Temporary folder whose files move into `folder` when the block succeeds, over older files of the same names.
+    """A temporary folder; if the block succeeds, its files move into `folder`, over older files of the same names.
 
-    When the block fails, even by KeyboardInterrupt, `folder` stays as it was; if there was none, there is none.
+    If the block fails, even by KeyboardInterrupt, `folder` stays as it was, or is not created.
 
-    Raises PiantaError, in one line, for every OSError of the block and when a folder has the name of a file.
+    Raises PiantaError, in one line, for every OSError of the block and if a folder has the name of a file.
     """
-    made = [path for path in (folder, *folder.parents) if not path.exists()]
+    new_folders = [path for path in (folder, *folder.parents) if not path.exists()]
     temporary = folder / f".pianta-{token_hex(8)}"
     try:
         temporary.mkdir(parents=True)
@@ -59,8 +55,8 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
         raise PiantaError(f"cannot write into {short_repr(folder)}: {one_line_reason(exception)}") from exception
     finally:
         rmtree(temporary, ignore_errors=True)
-        for path in made:
-            with suppress(OSError):  # it is not empty when all went well
+        for path in new_folders:
+            with suppress(OSError):  # not empty if the block succeeded
                 path.rmdir()
 
 

@@ -1,11 +1,11 @@
 """floor.geojson: the canonical file of a Floor, GeoJSON in metres of the map frame.
 
-The collection says so in its members `format`, `version`, `frame` and `units`, and holds `source`, `building_type` and
-`last_id`, the highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with
-clockwise holes), door or wall (lines). A partial room has, since 2.1, the properties `predicted`, a Polygon geometry of
-the room as a whole, and `confidence`, both null if unknown; since 2.2 a room has a `name`, or null. The `rooms`
-of a door are two ids, those of an entrance an id and null.
-QGIS, which takes any GeoJSON for WGS 84, draws it in place once the layer is told to have no coordinate system.
+The collection has the members `format`, `version`, `frame`, `units`, `source`, `building_type` and `last_id`, the
+highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with clockwise
+holes), door or wall (lines). A partial room has, since 2.1, the properties `predicted`, a Polygon geometry of the
+complete room, and `confidence`, both null if unknown; since 2.2 a room has a `name`, or null. The `rooms` of a door are
+two ids, those of an entrance an id and null.
+QGIS reads any GeoJSON as WGS 84; set the layer to have no coordinate system.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ from pianta.io._files import atomic_file
 
 FORMAT = FileFormat("pianta floor", 2, 2)
 MAX_FILE_BYTES = 64 * 2**20
-MAX_COORDINATE = 1e8
-# Files of version 1 have label -> probability; what they say is of the label set of the building's type.
+MAX_COORDINATE = 1e8  # metres; beyond any map frame
+# Files of version 1 have label -> probability, in the label set of the building's type.
 LABEL_SET_OF_VERSION_1 = "type"
 _Metres = Annotated[FiniteFloat, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
 _Position = tuple[_Metres, _Metres]
@@ -51,10 +51,10 @@ _LabelProbabilities = dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]]
 
 
 def save_floor(floor: Floor, path: str | Path) -> None:
-    """Write a floor as floor.geojson, a feature a line; read_floor gives back an equal floor.
+    """Write a floor as floor.geojson, a feature a line; read_floor returns an equal floor.
 
-    The same floor gives the same bytes.
-    Raises FloorError for a floor that read_floor would refuse, and PiantaError when the file cannot be written.
+    Equal floors give equal bytes.
+    Raises FloorError for a floor that read_floor would refuse, and PiantaError if the file cannot be written.
     """
     save_checked(path, "floor", FloorError, lambda: _dump_floor(floor))
 
@@ -62,7 +62,7 @@ def save_floor(floor: Floor, path: str | Path) -> None:
 def read_floor(path: str | Path) -> Floor:
     """Read a floor from floor.geojson.
 
-    Members, properties and classes of features that are not known are skipped.
+    Unknown members, properties and classes of features are skipped.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
             "label": room.label,
             "labels": dict(room.labels),
             "label_probabilities": {
-                label_set: _sort_probabilities(of_labels) for label_set, of_labels in room.label_probabilities.items()
+                name: _sort_probabilities(probabilities) for name, probabilities in room.label_probabilities.items()
             },
             "partial": bool(room.partial),
         }
@@ -161,7 +161,7 @@ def _sort_probabilities(probabilities: Mapping[str, float]) -> dict[str, float]:
 
 
 class _Part(BaseModel):
-    """A part of the file; what is not named here is skipped."""
+    """An object in the file; members without a field are skipped."""
 
     model_config = ConfigDict(strict=True, frozen=True)
 
@@ -193,7 +193,7 @@ class _RoomProperties(_Part):
 
     @field_validator("label_probabilities", mode="before")
     @classmethod
-    def _nest_those_of_version_1(cls, probabilities: object, info: ValidationInfo) -> object:
+    def _nest_version_1(cls, probabilities: object, info: ValidationInfo) -> object:
         is_old = info.context is not None and info.context["major"] == 1
         return {LABEL_SET_OF_VERSION_1: probabilities} if is_old and probabilities else probabilities
 
@@ -204,17 +204,13 @@ class _RoomFeature(_Part):
 
     @cached_property
     def room(self) -> Room:
-        names = self.properties
+        properties = dict(self.properties)
+        predicted = properties.pop("predicted")
         return Room(
-            names.room,
+            properties.pop("room"),
             self.geometry.polygon,
-            names.label,
-            names.labels,
-            names.label_probabilities,
-            names.partial,
-            names.predicted.polygon if names.predicted else None,
-            names.confidence,
-            names.name,
+            predicted=predicted and predicted.polygon,
+            **properties,
         )
 
     @model_validator(mode="after")
@@ -235,8 +231,7 @@ class _DoorFeature(_Part):
 
     @cached_property
     def door(self) -> Door:
-        names = self.properties
-        return Door(names.rooms, LineString(self.geometry.coordinates), names.width, names.kind)
+        return Door(line=LineString(self.geometry.coordinates), **dict(self.properties))
 
     @model_validator(mode="after")
     def _check(self) -> _DoorFeature:
@@ -253,11 +248,11 @@ class _WallFeature(_Part):
 
 
 class _UnknownFeature(_Part):
-    """A feature of a class that a later minor version may bring."""
+    """A feature of a class of a later minor version."""
 
 
 def _class_of_feature(feature: object) -> str:
-    """Tag of the model that reads a feature."""
+    """The tag of the pydantic model of a feature."""
     properties = feature.get("properties") if isinstance(feature, dict) else None
     class_ = properties.get("class") if isinstance(properties, dict) else None
     return class_ if class_ in ("room", "door", "wall") else "unknown"
@@ -300,7 +295,7 @@ def _parse_floor(content: bytes) -> Floor:
 def save_label_image(labels: NDArray[np.uint16], path: str | Path) -> None:
     """Write labels, shape (H, W), as a PNG of 16-bit grey.
 
-    Raises FloorError when they are not a non-empty uint16 image, PiantaError when the file cannot be written.
+    Raises FloorError unless they are a non-empty uint16 image, PiantaError if the file cannot be written.
     """
     if labels.dtype != np.uint16 or labels.ndim != 2 or labels.size == 0:
         raise FloorError(f"labels are {labels.dtype} of shape {labels.shape}, give a non-empty 2-D uint16 array")

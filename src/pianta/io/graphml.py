@@ -1,7 +1,8 @@
-"""GraphML: room graphs for yEd, Gephi and networkx, with the attributes that their tables can show.
+"""GraphML: room graphs for yEd, Gephi and networkx, with the attribute types that their tables can show.
 
-Attributes are texts, integers, numbers and booleans. A key is declared for each name and type; where a name has values
-of several types, it has several keys.
+Attributes are texts, integers, numbers and booleans. A key is declared for each name and type; a name with values of
+several types has several keys. networkx has a reader and a writer, too, which lose carriage returns and attributes
+called `id`, stop at the first fault, and accept NaN, repeated nodes and edges to missing nodes.
 """
 
 from __future__ import annotations
@@ -38,12 +39,12 @@ _INTEGER_ID = re.compile("0|-?[1-9][0-9]{0,17}")
 def save_graphml(graph: nx.Graph, path: str | Path) -> None:
     """Write an undirected graph without parallel edges as GraphML, in UTF-8, nodes and edges in the graph's order.
 
-    Attributes are texts, integers of 64 bits, finite numbers and booleans, of Python or numpy. A dict or list, as the
-    graph of a floor has them, becomes its JSON text; None is left out. The same graph gives the same bytes.
-    read_graphml gives back an equal graph where attributes are flat, and ids all integers, or texts not all of digits.
+    Attributes are texts, integers of 64 bits, finite numbers and booleans, of Python or numpy. A dict or list becomes
+    its JSON text; None is left out. Equal graphs give equal bytes.
+    read_graphml returns an equal graph if attributes are flat, and ids are all integers, or texts not all of digits.
 
     Raises FloorError, with every fault in one message, for other graphs, ids and attributes and for characters that XML
-    does not have; PiantaError when the file cannot be written.
+    does not have; PiantaError if the file cannot be written.
     """
     save_checked(path, "graph", FloorError, lambda: _dump_graph(graph))
 
@@ -51,12 +52,12 @@ def save_graphml(graph: nx.Graph, path: str | Path) -> None:
 def read_graphml(path: str | Path) -> nx.Graph:
     """Read an undirected graph without parallel edges from GraphML.
 
-    Ids of nodes are integers where all of the file are written as such, with 18 digits at most, and texts otherwise.
-    Defaults of keys are given to the nodes and edges that have no value. Of the drawing of a node in yEd, its text
-    becomes `label` where the node has no such attribute; other drawings, ids of edges and ports are skipped.
+    Ids of nodes are integers if all of them are written as integers of at most 18 digits, else texts. Nodes and edges
+    without a value get the default of a key. The text of a node drawn in yEd becomes its `label` unless it has one;
+    other drawings, ids of edges and ports are skipped.
 
-    Raises FloorError, with every fault in one message, for a file that holds no such graph, more than one, or groups of
-    nodes, that is larger than 16 MiB, or that declares entities.
+    Raises FloorError, with every fault in one message, for a file without a graph, with several graphs or groups of
+    nodes, of more than 16 MiB, or with entities.
     """
     return read_checked(path, "graph", FloorError, _parse_graph, max_bytes=MAX_FILE_BYTES)
 
@@ -83,7 +84,7 @@ def _dump_graph(graph: nx.Graph) -> bytes:
     root.append(body)
     indent(root)
     content: bytes = tostring(root, encoding="utf-8", xml_declaration=True)
-    # ElementTree leaves carriage returns in texts as they are, and parsers make line feeds of them.
+    # ElementTree writes carriage returns as they are, and parsers read them as line feeds.
     content = content.replace(b"\r", b"&#13;") + b"\n"
     check_byte_count(len(content), FloorError, max_bytes=MAX_FILE_BYTES)
     return content
@@ -91,10 +92,10 @@ def _dump_graph(graph: nx.Graph) -> bytes:
 
 def _texts_of_ids(nodes: Iterable[Hashable], faults: list[str]) -> dict[Hashable, str]:
     texts = {node: str(node) for node in nodes}
-    strange = [node for node in texts if isinstance(node, bool) or not isinstance(node, str | int | np.integer)]
+    invalid = [node for node in texts if isinstance(node, bool) or not isinstance(node, str | int | np.integer)]
     faults += [
         f"node {short_repr(node)} is neither text nor an integer, rename it (networkx.convert_node_labels_to_integers)"
-        for node in strange
+        for node in invalid
     ]
     faults += [f"{count} nodes are {short_repr(text)} as text, rename one" for text, count in _repeated(texts.values())]
     faults += [
@@ -108,40 +109,40 @@ def _repeated(names: Iterable[str]) -> list[tuple[str, int]]:
 
 
 def _faults_of_text(text: str, what: str) -> list[str]:
-    found = _NOT_IN_XML.search(text)
-    return [f"{what} has the character {short_repr(found[0])}, which XML does not have, leave it out"] if found else []
+    match = _NOT_IN_XML.search(text)
+    return [f"{what} has the character {short_repr(match[0])}, which XML does not have, leave it out"] if match else []
 
 
 @dataclass
 class _KeysByType:
-    """The keys of a file that is being made: their ids by scope, name and type."""
+    """The keys of a file during writing: their ids by scope, name and type."""
 
     ids: dict[tuple[str, str, str], str]
     faults: list[str]
 
     def add_attributes(self, element: Element, scope: str, attributes: Mapping[Hashable, object], what: str) -> None:
-        """Give an element its attributes as data; what: the noun by which faults call it."""
+        """Add attributes to an element as data; what: the noun for the element in faults."""
         for name, value in attributes.items():
-            place = f"attribute {short_repr(name)} of {what}"
+            attribute = f"attribute {short_repr(name)} of {what}"
             if not isinstance(name, str):
-                self.faults.append(f"{place} has a name that is no text, rename it")
+                self.faults.append(f"{attribute} has a name that is no text, rename it")
             elif value is not None:
-                self._add_value(element, scope, name, value, place)
+                self._add_value(element, scope, name, value, attribute)
 
-    def _add_value(self, element: Element, scope: str, name: str, value: object, place: str) -> None:
+    def _add_value(self, element: Element, scope: str, name: str, value: object, attribute: str) -> None:
         try:
             type_name, text = _describe_value(value)
         except (ValueError, TypeError, RecursionError) as exception:
-            self.faults.append(f"{place} {one_line_reason(exception)}")
+            self.faults.append(f"{attribute} {one_line_reason(exception)}")
             return
-        self.faults += _faults_of_text(name, f"the name of {place}") + _faults_of_text(text, place)
-        # Not d0, d1, …: Gephi takes d3 for the label, as yEd once had it.
+        self.faults += _faults_of_text(name, f"the name of {attribute}") + _faults_of_text(text, attribute)
+        # Not d0, d1, …: Gephi reads the key d3 as the label, as in old files of yEd.
         key = self.ids.setdefault((scope, name, type_name), f"{scope}{len(self.ids)}")
         SubElement(element, "data", key=key).text = text
 
 
 def _describe_value(value: object) -> tuple[str, str]:
-    """The type that GraphML has for a value, and the value as text; an error's message follows a noun."""
+    """The GraphML type of a value, and the value as text; the message of an error follows a noun."""
     plain: object = value.item() if isinstance(value, np.generic) else value
     match plain:
         case bool(flag):
@@ -218,7 +219,7 @@ def _parse_double(text: str) -> float:
     return number
 
 
-# Gephi has also written integer.
+# Gephi also writes integer.
 _PARSERS: MappingProxyType[str, Callable[[str], _Value]] = MappingProxyType(
     {
         "string": str,
@@ -234,7 +235,7 @@ _PARSERS: MappingProxyType[str, Callable[[str], _Value]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class _Key:
-    """An attribute that a file declares: graph, node, edge or all may have it; a drawing of yEd has no name."""
+    """A declared attribute; scope: graph, node, edge or all. name: None for a drawing of yEd."""
 
     scope: str
     name: str | None
@@ -275,7 +276,7 @@ def _read_key(element: Element, what: str, faults: list[str]) -> _Key:
 def _read_attributes(
     element: Element, scope: str, keys: Mapping[str, _Key], what: str, faults: list[str]
 ) -> dict[str, _Value]:
-    """The attributes of the graph, a node or an edge, those by default last."""
+    """The attributes of the graph, a node or an edge; defaults are last."""
     attributes: dict[str, _Value] = {}
     for data in element.iterfind("{*}data"):
         key = keys.get(data.get("key", ""))
@@ -288,9 +289,9 @@ def _read_attributes(
     for key in keys.values():
         if key.scope in (scope, "all") and key.name is not None and key.default is not None:
             attributes.setdefault(key.name, key.default)
-    drawn = element.findtext("{*}data//{*}NodeLabel", "").strip()
-    if drawn:
-        attributes.setdefault("label", drawn)
+    yed_label = element.findtext("{*}data//{*}NodeLabel", "").strip()
+    if yed_label:
+        attributes.setdefault("label", yed_label)
     return attributes
 
 
