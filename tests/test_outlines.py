@@ -84,10 +84,10 @@ def test_outlines_are_a_coverage_by_the_largest_parts(image):
     ],
 )
 def test_the_largest_polygon_of_a_geometry(shape, largest):
-    found = largest_part(shape)
-    assert isinstance(found, Polygon)
-    assert found.area == pytest.approx(largest.area)
-    assert found.is_valid
+    result = largest_part(shape)
+    assert isinstance(result, Polygon)
+    assert result.area == pytest.approx(largest.area)
+    assert result.is_valid
 
 
 def test_a_part_inside_a_collection_is_found():

@@ -55,8 +55,8 @@ def test_label_below_one_is_no_room():
 
 @pytest.mark.parametrize(("labels", "truth", "share"), [("00", "11", 0), ("11", "00", 0), ("00", "00", 1)])
 def test_empty_sides(labels, truth, share):
-    found, true = int(labels != "00"), int(truth != "00")
-    assert astuple(score_labels(image(labels), image(truth))) == (*[share] * 6, found, true)
+    result, true = int(labels != "00"), int(truth != "00")
+    assert astuple(score_labels(image(labels), image(truth))) == (*[share] * 6, result, true)
 
 
 def test_rooms_up_to_a_quarter_of_a_square_metre_are_dropped():
@@ -117,10 +117,10 @@ def test_permuted_labels_score_the_same(labels, truth, ids):
 def test_polygons_and_pixels_agree_on_rectangles(cuts, shift):
     grid = GridMap(np.zeros((10, 20), np.int8), resolution=0.5)
     spans = list(pairwise(cuts))
-    found = [box(left / 2, 0, right / 2, 4) for left, right in spans]
+    result = [box(left / 2, 0, right / 2, 4) for left, right in spans]
     truth = [box(left / 2, 1, (right + shift) / 2, 5) for left, right in spans if right + shift <= 20][::2]
-    by_polygon = score_layout(found, truth)
-    by_pixel = score_labels(*(label_rooms(polygons).label_image(grid) for polygons in (found, truth)))
+    by_polygon = score_layout(result, truth)
+    by_pixel = score_labels(*(label_rooms(polygons).label_image(grid) for polygons in (result, truth)))
     # Where true rooms overlap, an image can only hold one of them.
     if all(one.intersection(other).area == 0 for one in truth for other in truth if one is not other):
         assert astuple(by_pixel) == pytest.approx(astuple(by_polygon))
