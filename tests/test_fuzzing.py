@@ -7,18 +7,18 @@ from tests.fuzzing import TIMES, fuzz
 
 
 def test_a_fuzzed_test_draws_more_and_other_examples():
-    drawn: list[int] = []
+    draws: list[int] = []
 
     @settings(max_examples=3, derandomize=True, database=None)
     @given(st.integers(0, 10**9))
     def sample(number: int) -> None:
-        drawn.append(number)
+        draws.append(number)
 
     sample()
-    usual, drawn[:] = len(drawn), []
+    usual, draws[:] = len(draws), []
     fuzz(sample)
     sample()
-    first, drawn[:] = drawn[:], []
+    first, draws[:] = draws[:], []
     sample()
     assert (usual, len(first)) == (3, 3 * TIMES)
-    assert drawn != first
+    assert draws != first

@@ -54,10 +54,10 @@ CHECKS = {
 
 
 def find_public() -> dict[str, object]:
-    found = {f"pianta.{name}": getattr(pianta, name) for name in pianta.__all__}
-    found |= {f"pianta.plot.{name}": getattr(plot, name) for name in plot.__all__}
-    found |= {f"pianta.errors.{name}": value for name, value in vars(errors).items() if inspect.isclass(value)}
-    return found | {kind.__qualname__: kind for kind in RESULTS}
+    faults_found = {f"pianta.{name}": getattr(pianta, name) for name in pianta.__all__}
+    faults_found |= {f"pianta.plot.{name}": getattr(plot, name) for name in plot.__all__}
+    faults_found |= {f"pianta.errors.{name}": value for name, value in vars(errors).items() if inspect.isclass(value)}
+    return faults_found | {result_class.__qualname__: result_class for result_class in RESULTS}
 
 
 PUBLIC = find_public()
@@ -105,7 +105,7 @@ class TestNames:
         with pytest.raises(AttributeError, match="has no attribute 'read_minds'"):
             _ = module.read_minds
 
-    def test_a_name_is_looked_up_once(self):
+    def test_a_name_is_imported_once(self):
         assert pianta.read is pianta.read
         assert "read" in vars(pianta)
 
@@ -128,14 +128,14 @@ class TestDocstrings:
         path = f"{public.__module__}.{public.__qualname__}"  # type: ignore[attr-defined]
         faults = []
         for each in (path, *(f"{path}.{member}" for member, _ in list_members(public))):
-            found = [(code, told) for code, told in validate(each)["errors"] if code in CHECKS]
+            faults_found = [(code, told) for code, told in validate(each)["errors"] if code in CHECKS]
             is_result = each == path and is_dataclass(public)
-            # Fields of a result are attributes, which test_they_tell_all_fields checks.
-            faults += [(each, code, told) for code, told in found if not (is_result and code == "PR01")]
+            # Fields of a result are attributes, which test_they_list_all_fields checks.
+            faults += [(each, code, told) for code, told in faults_found if not (is_result and code == "PR01")]
         assert faults == []
 
     @pytest.mark.parametrize("name", [name for name in DOCUMENTED if is_dataclass(PUBLIC[name])])
-    def test_they_tell_all_fields(self, name):
+    def test_they_list_all_fields(self, name):
         public = PUBLIC[name]
         sections = NumpyDocString(inspect.cleandoc(str(public.__doc__)))
         told = [*sections["Parameters"], *sections["Attributes"]]
@@ -153,7 +153,7 @@ class TestDocstrings:
 
     @pytest.fixture
     def folder(self, tmp_path, monkeypatch):
-        """Examples write files where they are, and draw on figures that nobody sees."""
+        """Examples write files where they are, and draw on hidden figures."""
         monkeypatch.chdir(tmp_path)
         with hiding_figures():
             yield
@@ -166,10 +166,10 @@ class TestSignatures:
         public = PUBLIC[name]
         functions = [public] if inspect.isfunction(public) else [value for _, value in list_members(public)]
         for function in filter(inspect.isfunction, functions):
-            given = [
+            positional = [
                 parameter
                 for parameter in inspect.signature(function).parameters.values()
                 if parameter.kind is parameter.POSITIONAL_OR_KEYWORD and parameter.name != "self"
             ]
-            assert len(given) <= 2
-            assert sum(parameter.default is not parameter.empty for parameter in given) <= 1
+            assert len(positional) <= 2
+            assert sum(parameter.default is not parameter.empty for parameter in positional) <= 1
