@@ -74,7 +74,7 @@ def draw_types() -> None:
 
 
 def make_open_floor() -> Floor:
-    """A hall with three bays that are open to it by most of their front, rooms, and a corridor with a bend."""
+    """A hall with three bays that are open along most of their front, rooms, and a corridor with a bend."""
     corridor = shapely.union(shapely.box(16, 1.2, 22, 3.2), shapely.box(20, 3.2, 22, 9))
     bays = [(0, 4.5, 5.2, 9), (5.2, 4.5, 10.6, 9), (10.6, 4.5, 16, 9)]
     rooms = [(0, -5, 4, 0), (4, -5, 9, 0), (9, -5, 16, 0), (16, 3.2, 20, 9), (16, -5, 22, 1.2)]
@@ -144,14 +144,14 @@ def plot_necks(cut: Oversegmentation, *, ax: Axes) -> Axes:
 def plot_borders(cut: Oversegmentation, active: Indices, *, ax: Axes) -> Axes:
     """Plot the regions between the necks, and which separators the model keeps."""
     show_labels(cut.regions.labels, cut.working_grid, ax=ax)
-    kept = np.isin(np.arange(len(cut.separators.lines)), active)
-    plot_cuts(cut.separators.lines[~kept], cut.working_grid, color=MERGED, ax=ax)
-    plot_cuts(cut.separators.lines[kept], cut.working_grid, color=ACCENT, ax=ax)
+    is_active = np.isin(np.arange(len(cut.separators.lines)), active)
+    plot_cuts(cut.separators.lines[~is_active], cut.working_grid, color=MERGED, ax=ax)
+    plot_cuts(cut.separators.lines[is_active], cut.working_grid, color=ACCENT, ax=ax)
     return frame(ax, "regions; red separators are kept, across green ones regions are merged")
 
 
 def plot_openings(cut: Oversegmentation, merged: LabelImage, walls: WallLines, openings: Floats, *, ax: Axes) -> Axes:
-    """Plot the rooms that were merged, the wall lines, and the openings of these that divide a room."""
+    """Plot the merged rooms, the wall lines, and the openings on them that divide a room."""
     show_labels(merged, cut.working_grid, ax=ax)
     reach = walls.along * STRUCTURE.line_reach / cut.working_grid.resolution
     lines = np.stack([walls.points - reach, walls.points + reach], axis=1)
@@ -163,8 +163,8 @@ def plot_openings(cut: Oversegmentation, merged: LabelImage, walls: WallLines, o
 
 def plot_cuts(lines: Floats, canvas: WorkingGrid, *, color: str, ax: Axes, width: float = 3.5) -> Axes:
     """Plot lines between cells of a canvas, shape (N, 2, 2): end, then row and col."""
-    drawn = [to_axes(shapely.LineString((line[:, ::-1] + 0.5) * canvas.resolution), canvas) for line in lines]
-    ax.add_collection(LineCollection(drawn, colors=color, linewidths=width))
+    segments = [to_axes(shapely.LineString((line[:, ::-1] + 0.5) * canvas.resolution), canvas) for line in lines]
+    ax.add_collection(LineCollection(segments, colors=color, linewidths=width))
     return ax
 
 
@@ -241,8 +241,8 @@ def show_mask(canvas: WorkingGrid, mask: np.ndarray, title: str, *, ax: Axes) ->
 def plot_segments(segments: np.ndarray, canvas: WorkingGrid, *, ax: Axes) -> Axes:
     """Plot Hough segments, a colour for each angular cluster."""
     angular, _ = cluster_angles(segments, PARAMETERS)
-    drawn = [to_axes(shapely.LineString(ends.reshape(2, 2)), canvas) for ends in segments]
-    ax.add_collection(LineCollection(drawn, colors=[f"C{label}" for label in angular], linewidths=1.2))
+    lines = [to_axes(shapely.LineString(ends.reshape(2, 2)), canvas) for ends in segments]
+    ax.add_collection(LineCollection(lines, colors=[f"C{label}" for label in angular], linewidths=1.2))
     match_extent(ax, canvas)
     return frame(ax, "segments, coloured by angular cluster")
 
@@ -250,8 +250,8 @@ def plot_segments(segments: np.ndarray, canvas: WorkingGrid, *, ax: Axes) -> Axe
 def plot_lines(lines: list[RepresentativeLine], faces: Faces, canvas: WorkingGrid, *, ax: Axes) -> Axes:
     """Plot representative lines, and what segments cover of them."""
     extent = shapely.box(*shapely.total_bounds(faces.polygons))
-    drawn = [to_axes(part, canvas) for part in cut_lines(lines, extent)]
-    ax.add_collection(LineCollection(drawn, colors=ACCENT, linewidths=0.6, alpha=0.6))
+    infinite = [to_axes(part, canvas) for part in cut_lines(lines, extent)]
+    ax.add_collection(LineCollection(infinite, colors=ACCENT, linewidths=0.6, alpha=0.6))
     covered = [
         to_axes(shapely.LineString([line.normal * line.offset + line.direction * t for t in interval]), canvas)
         for line in lines

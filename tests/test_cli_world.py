@@ -26,10 +26,10 @@ def test_the_sample_is_written_with_its_truth(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", FLOOR_MAKERS)
-def test_every_kind_is_made_with_defaults(tmp_path, kind):
-    assert run_pianta("world", kind, "-o", tmp_path).code == 0
-    assert read_floor(tmp_path / "truth.geojson") == make_floor(kind, seed=0)
+@pytest.mark.parametrize("floor_type", FLOOR_MAKERS)
+def test_every_type_is_made_with_defaults(tmp_path, floor_type):
+    assert run_pianta("world", floor_type, "-o", tmp_path).code == 0
+    assert read_floor(tmp_path / "truth.geojson") == make_floor(floor_type, seed=0)
 
 
 def test_options_reach_the_world(tmp_path):
@@ -53,7 +53,7 @@ def test_the_next_command_works_as_printed(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "fragment"),
     [
         (["castle"], "castle"),
         (["sample", "--noise", "0.1"], "sample"),
@@ -65,11 +65,11 @@ def test_the_next_command_works_as_printed(tmp_path):
         ),
     ],
 )
-def test_an_option_without_meaning_is_one_line_and_writes_nothing(tmp_path, arguments, told):
+def test_an_option_without_meaning_is_one_line_and_writes_nothing(tmp_path, arguments, fragment):
     code, out, err = run_pianta("world", *arguments, "-o", tmp_path / "out")
     assert (code, out) == (2, "")
     assert err.startswith("error: ")
-    assert re.search(told, err)
+    assert re.search(fragment, err)
     assert len(err.splitlines()) == 1
     assert not list(tmp_path.iterdir())
 

@@ -7,18 +7,18 @@ from tests.fuzzing import TIMES, fuzz
 
 
 def test_a_fuzzed_test_draws_more_and_other_examples():
-    draws: list[int] = []
+    examples: list[int] = []
 
     @settings(max_examples=3, derandomize=True, database=None)
     @given(st.integers(0, 10**9))
     def sample(number: int) -> None:
-        draws.append(number)
+        examples.append(number)
 
     sample()
-    usual, draws[:] = len(draws), []
+    usual, examples[:] = len(examples), []
     fuzz(sample)
     sample()
-    first, draws[:] = draws[:], []
+    first, examples[:] = examples[:], []
     sample()
     assert (usual, len(first)) == (3, 3 * TIMES)
-    assert draws != first
+    assert examples != first

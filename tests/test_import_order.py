@@ -1,4 +1,4 @@
-"""Who may import whom: the folders of pianta lie on levels, and every import leads downwards."""
+"""Which modules may import which: the folders of pianta have levels, and every import leads downwards."""
 
 import ast
 from functools import cache
@@ -80,8 +80,8 @@ def test_there_is_no_circle() -> None:
 
 
 def test_every_folder_and_file_has_a_level() -> None:
-    module_names = {path.stem for path in PACKAGE.iterdir() if path.suffix in {".py", ""}} - {"__init__", "__pycache__"}
-    assert module_names <= LEVEL.keys()
+    names = {path.stem for path in PACKAGE.iterdir() if path.suffix in {".py", ""}} - {"__init__", "__pycache__"}
+    assert names <= LEVEL.keys()
 
 
 def test_every_import_leads_downwards() -> None:

@@ -126,11 +126,11 @@ def draw_building_cut_at_the_edge_of_the_map():
     return make_grid(free | carve(free.shape, (100, 103, 60, 78)))
 
 
-def map_world(kind: str, noise: float, seed: int = 20):
-    return simulate_map(make_floor(kind, seed=seed), noise=noise, seed=seed)
+def map_world(floor_type: str, noise: float, seed: int = 20):
+    return simulate_map(make_floor(floor_type, seed=seed), noise=noise, seed=seed)
 
 
-WORLDS = {f"{kind} {noise}": (kind, noise) for kind in FLOOR_MAKERS for noise in (0.0, 0.2)}
+WORLDS = {f"{floor_type} {noise}": (floor_type, noise) for floor_type in FLOOR_MAKERS for noise in (0.0, 0.2)}
 MAPS: dict[str, Callable[[], GridMap]] = {
     **{name: partial(map_world, *world) for name, world in WORLDS.items()},
     "fine cells": lambda: simulate_map(make_floor("corridor", seed=1), resolution=0.025, noise=0.2, seed=1),
@@ -191,8 +191,8 @@ def polygons_of(floor: Floor):
 @pytest.mark.parametrize("name", MAPS)
 def test_rooms_and_doors_are_the_same_in_every_pose(name, view, method):
     grid, floor = read_known(name, method)
-    seen = check_same_rooms(grid, floor, EXACT_VIEWS[view], method)
-    widths = sorted(door.width for door in seen.doors)
+    viewed = check_same_rooms(grid, floor, EXACT_VIEWS[view], method)
+    widths = sorted(door.width for door in viewed.doors)
     assert widths == pytest.approx(sorted(door.width for door in floor.doors))
 
 
@@ -206,19 +206,19 @@ def test_rooms_of_real_maps_are_the_same_in_every_pose(data, name, view, method)
 def check_same_rooms(grid: GridMap, floor: Floor, make_view: Callable[[GridMap], View], method: str) -> Floor:
     """The floor that is found in the view, in its frame."""
     view = make_view(grid)
-    seen = reconstruct(view.grid, method=method)
-    rooms, others = polygons_of(floor), move_rooms(seen, view, grid)
+    viewed = reconstruct(view.grid, method=method)
+    rooms, others = polygons_of(floor), move_rooms(viewed, view, grid)
     assert len(others) == len(rooms)
     assert match_areas(rooms, others) == pytest.approx(np.ones(len(rooms)), abs=1e-6)
-    return seen
+    return viewed
 
 
 @pytest.mark.parametrize(("method", "alike"), [("structure", 0.95), ("thesis", 0.7)])
-@pytest.mark.parametrize("kind", FLOOR_MAKERS)
-def test_clean_maps_at_half_resolution_have_the_same_rooms(kind, method, alike):
+@pytest.mark.parametrize("floor_type", FLOOR_MAKERS)
+def test_clean_maps_at_half_resolution_have_the_same_rooms(floor_type, method, alike):
     ratios = []
     for seed in (20, 21, 22):
-        grid = map_world(kind, noise=0.0, seed=seed)
+        grid = map_world(floor_type, noise=0.0, seed=seed)
         rooms = polygons_of(reconstruct(grid, method=method))
         others = find_rooms(view_pooled(grid), grid, method)
         count, same_count, growth = compare_rooms(rooms, others)

@@ -14,7 +14,7 @@ from pianta import Floor, GridMap, Room
 from pianta._types import Floats
 from pianta.errors import BuildingWarning, GraphError, LabelError, ModelError, OptionError
 from pianta.exploration.lidar import Lidar
-from pianta.generation import mixing
+from pianta.generation import train
 from pianta.generation.buildings import BuildingSampler
 from pianta.labels import LabelSet
 from pianta.realism.model import train_realism
@@ -122,9 +122,9 @@ class TestGenerate:
             ({"seed": -1}, OptionError, "seed is -1, give 0 or more"),
             ({"count": 0}, OptionError, "0 buildings are wanted"),
             ({"at_least": {"THRONE ROOM": 1}}, OptionError, "no rooms of label THRONE ROOM"),
-            ({"like": Floor((Room(1, box(0, 0, 1, 1), "CORRIDOR"),))}, GraphError, "floor ''"),
+            ({"similar_to": Floor((Room(1, box(0, 0, 1, 1), "CORRIDOR"),))}, GraphError, "floor ''"),
             ({"keep": two_rooms(door=True)}, None, ""),
-            ({"like": nx.path_graph(3)}, LabelError, "floor ''"),
+            ({"similar_to": nx.path_graph(3)}, LabelError, "floor ''"),
         ],
         ids=lambda value: "-".join(value) if isinstance(value, dict) else "",
     )
@@ -144,10 +144,10 @@ class TestTrainType:
         """Chains that have mixed at once."""
 
         def run(sampler: BuildingSampler, seed: int) -> Floats:
-            return np.random.default_rng(seed).normal(size=(3, mixing.CHAINS, sampler.model.sweeps))
+            return np.random.default_rng(seed).normal(size=(3, train.CHAINS, sampler.model.sweeps))
 
         for name in ("_run_sweeps", "_run_edge_moves", "_run_door_moves"):
-            monkeypatch.setattr(mixing, name, run)
+            monkeypatch.setattr(train, name, run)
 
     def test_takes_graphs_with_a_schema(self, tmp_path):
         model = pianta.train_type(make_schools(), schema=SCHOOL)
@@ -166,11 +166,11 @@ class TestTrainType:
     @pytest.mark.parametrize(
         ("types", "options", "error", "message"),
         [
-            ([], {}, ModelError, "no floor tells the type of the buildings"),
+            ([], {}, ModelError, "no floor has a building type"),
             ([], {"schema": SCHOOL}, ModelError, "0 floors given, give two at least"),
             (["school"], {}, ModelError, "1 floor given, give two at least"),
             (["school", "office"], {}, ModelError, "the buildings are of types office, school"),
-            (["school", None], {}, ModelError, "does not tell its building type"),
+            (["school", None], {}, ModelError, "has no building type"),
             (["castle", "castle"], {}, LabelError, "no schema of building type 'castle', give one by schema="),
             (["school", "school"], {"areas": "rooms"}, OptionError, "areas is 'rooms', give one of corr, ncut"),
             (["school", "school"], {"seed": -1}, OptionError, "seed is -1, give 0 or more"),
@@ -193,13 +193,13 @@ class TestExplore:
     def test_a_floor_with_a_policy_by_its_name(self, policy):
         run = pianta.explore(two_rooms(), policy, lidar=SHORT_SIGHTED)
         assert run.outcome == "done"
-        assert run.seen.keys() == {1, 2}
+        assert run.recognised_at.keys() == {1, 2}
         assert run.share[-1] > 0.999
         assert run.decisions > 0
 
     def test_looks_for_a_label(self):
         run = pianta.explore(two_rooms(), find="stairs", lidar=SHORT_SIGHTED, starts=[(1, 1)])
-        assert (run.outcome, run.found) == ("found STAIRS", 2)
+        assert (run.outcome, run.found_room) == ("found STAIRS", 2)
 
     def test_a_map(self):
         """A square of 2 × 2 m without a wall is seen at once."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -19,8 +18,8 @@ from pianta.io._files import count_noun, short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 
 if TYPE_CHECKING:
+    from pianta.exploration.policy_input import Policy
     from pianta.exploration.record import Exploration
-    from pianta.exploration.situation import Policy
     from pianta.exploration.world import World
 
 PREDICTED = "predicted"
@@ -188,7 +187,7 @@ def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
     """A progress bar on stderr if that is a terminal, and the function that moves it to a share."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-    from pianta.exploration.kernels import has_numba
+    from pianta.exploration.beams import has_numba
 
     if not has_numba() and not quiet:
         stderr.print("without numba this takes long; install it with: pip install 'pianta[sim]'", markup=False)
@@ -216,14 +215,13 @@ def _save_exploration(run: Exploration, world: World, out: Path, animation: str)
 
 def _save_table(run: Exploration, path: Path) -> None:
     """Write a row for each scan; with several robots, also the metres of each."""
+    import numpy as np
+
     robots = run.robot_distance.shape[1] if run.robot_distance.shape[1] > 1 else 0
-    with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(["distance_m", "area_m2", "share", "time_s", *(f"robot_{n}_m" for n in range(1, robots + 1))])
-        columns = run.distance, run.area, run.share, run.time, run.robot_distance[:, :robots]
-        for distance, area, share, time, robot_distances in zip(*columns, strict=True):
-            row = [f"{distance:.2f}", f"{area:.2f}", f"{share:.4f}", f"{time:.1f}"]
-            table.writerow([*row, *(f"{metres:.2f}" for metres in robot_distances)])
+    names = ["distance_m", "area_m2", "share", "time_s", *(f"robot_{number}_m" for number in range(1, robots + 1))]
+    formats = ["%.2f", "%.2f", "%.4f", "%.1f", *["%.2f"] * robots]
+    table = np.column_stack([run.distance, run.area, run.share, run.time, run.robot_distance[:, :robots]])
+    np.savetxt(path, table, fmt=formats, delimiter=",", newline="\r\n", header=",".join(names), comments="")
 
 
 def _print_exploration(run: Exploration, policy: str, find: str | None) -> None:
@@ -236,4 +234,4 @@ def _print_exploration(run: Exploration, policy: str, find: str | None) -> None:
     if reached:
         print_result(", ".join(reached))
     if find is not None:
-        print_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
+        print_result(f"{find.upper()} is room {run.found_room}" if run.found_room else f"no {find.upper()} was found")

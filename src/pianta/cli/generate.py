@@ -91,7 +91,7 @@ def generate(
         rooms=room_range,
         at_least=fewest,
         at_most=most,
-        like=None if similar_to is None else read_floor_graph(similar_to),
+        similar_to=None if similar_to is None else read_floor_graph(similar_to),
         keep=None if keep is None else read_floor_graph(keep),
         costs=costs,
         seed=seed,

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from pianta.generation.type_model import TypeModel
-    from pianta.prediction.prediction import OpenEnd, Prediction, Spread
-    from pianta.prediction.whole_floor import WholeFloor
+    from pianta.prediction.prediction import OpenEnd, Prediction, SampleInterval
+    from pianta.prediction.revealed_floor import RevealedFloor
 
 EXAMPLES = (
     "pianta predict explored school.json",
@@ -88,7 +88,7 @@ def predict_floor(
 
 
 def save_outputs(
-    prediction: Prediction, names: Sequence[str], model: TypeModel, out: Path, *, truth: WholeFloor | None = None
+    prediction: Prediction, names: Sequence[str], model: TypeModel, out: Path, *, truth: RevealedFloor | None = None
 ) -> None:
     """Write the prediction, its picture and the samples by name, all or none."""
     from pianta.io.graphs import save_graph
@@ -105,10 +105,10 @@ def save_outputs(
             save_graph(graph, new / f"{name}.json")
 
 
-def _explore(graph: nx.Graph, model: TypeModel, corridors: int) -> WholeFloor:
-    from pianta.prediction.whole_floor import explore_floor
+def _explore(graph: nx.Graph, model: TypeModel, corridors: int) -> RevealedFloor:
+    from pianta.prediction.revealed_floor import reveal_corridors
 
-    return explore_floor(graph, model.schema, corridors=corridors)
+    return reveal_corridors(graph, model.schema, corridors=corridors)
 
 
 def _find_remedy(error: PiantaError, model: TypeModel, explored: int | None) -> str:
@@ -121,7 +121,7 @@ def _find_remedy(error: PiantaError, model: TypeModel, explored: int | None) -> 
     return "; give a smaller --explored" if is_complete else ""
 
 
-def _warn(graph: nx.Graph, truth: WholeFloor | None, model: TypeModel, floor: Path) -> None:
+def _warn(graph: nx.Graph, truth: RevealedFloor | None, model: TypeModel, floor: Path) -> None:
     """Warn of rooms that do not count, and of a truth that is a training floor of the model."""
     from pianta.evaluation.graph_sets import find_copies
     from pianta.graphs.labelled_graphs import name_some
@@ -136,9 +136,9 @@ def _warn(graph: nx.Graph, truth: WholeFloor | None, model: TypeModel, floor: Pa
         warnings.warn(BuildingWarning(message), stacklevel=2)
 
 
-def _print_prediction(prediction: Prediction, truth: WholeFloor | None) -> None:
+def _print_prediction(prediction: Prediction, truth: RevealedFloor | None) -> None:
     """Print the size of the floor, the rooms behind each open end, and the unknown rooms by label."""
-    known_rooms = count_noun(len(prediction.explored.known), "room")
+    known_rooms = count_noun(len(prediction.explored.known_graph), "room")
     open_ends = count_noun(len(prediction.ends), "open end")
     print_result(f"{known_rooms} known, {open_ends}, {len(prediction.samples)} floors sampled")
     size = f"the whole floor: {_describe_spread(prediction.rooms)} rooms"
@@ -151,7 +151,7 @@ def _print_prediction(prediction: Prediction, truth: WholeFloor | None) -> None:
     stdout.print(tabulate_unknown(prediction, truth))
 
 
-def tabulate_ends(prediction: Prediction, truth: WholeFloor | None = None) -> Table:
+def tabulate_ends(prediction: Prediction, truth: RevealedFloor | None = None) -> Table:
     """Table of the open ends: where, the most probable labels, how many rooms are nearest to it, and their area."""
     rooms = dict(prediction.explored.graph.nodes(data="room"))
     labels = {rooms[node]: label for node, label in prediction.explored.graph.nodes(data="label")}
@@ -169,7 +169,7 @@ def tabulate_ends(prediction: Prediction, truth: WholeFloor | None = None) -> Ta
     return make_table(columns, left=("open end", "of", "behind", "true"), wrapped=("behind",))
 
 
-def tabulate_unknown(prediction: Prediction, truth: WholeFloor | None = None) -> Table:
+def tabulate_unknown(prediction: Prediction, truth: RevealedFloor | None = None) -> Table:
     """Table of the expected unknown rooms by label."""
     true_counts = truth.counts if truth else {}
     counts = prediction.counts
@@ -187,5 +187,5 @@ def _describe_labels(end: OpenEnd) -> str:
     return ", ".join(shares[:MAX_LABELS]) or "nothing"
 
 
-def _describe_spread(spread: Spread, *, digits: int = 0) -> str:
+def _describe_spread(spread: SampleInterval, *, digits: int = 0) -> str:
     return f"{spread.mean:.{digits}f} ({spread.low:.0f}–{spread.high:.0f})"

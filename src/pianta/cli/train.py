@@ -247,7 +247,7 @@ def _read_floors(paths: Sequence[str], building_type: str | None, *, quiet: bool
 
 def _list_usable(floors: Sequence[Floor], schema: LabelSchema) -> tuple[list[Floor], bool]:
     """The floors that a model can use, and whether that are all; the faults of the others are printed."""
-    from pianta.generation.type_model import LEAST_FLOORS, prepare_room_graph
+    from pianta.generation.type_model import MIN_FLOORS, prepare_room_graph
 
     usable, faults = [], []
     for floor in floors:
@@ -256,7 +256,7 @@ def _list_usable(floors: Sequence[Floor], schema: LabelSchema) -> tuple[list[Flo
             usable.append(floor)
         except PiantaError as error:
             faults.append(f"floor {short_repr(floor.source)} is left out: {error}")
-    if len(usable) < LEAST_FLOORS:
+    if len(usable) < MIN_FLOORS:
         rest = f": {join_faults(faults)}" if faults else ""
         total = f"{len(usable)} of {len(floors)} can be used"
         raise ModelError(f"a model takes two floors at least, better dozens, and {total}{rest}")

@@ -1,4 +1,4 @@
-"""A whole floor of which a robot has explored a part, and what is true of the rest (thesis, section 8.3)."""
+"""A floor of which a robot has explored a part, with the truth of the rest (thesis, section 8.3)."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from pianta.prediction.explored_part import explore_by_corridors
 
 
 @dataclass(frozen=True, eq=False)
-class WholeFloor:
-    """A floor, and the part of it that is known.
+class RevealedFloor:
+    """A true floor and its explored part.
 
-    graph: all rooms that have a door, `label` and maybe `area`, m². part: as `read_explored_part` takes it. behind: the
-    room of `graph` behind each unopened door, by the name of the unknown room in `part`.
+    graph: all rooms with a door, with `label` and optionally `area`, m². part: input of `read_explored_part`. behind:
+    the room of `graph` behind each unopened door, by the name of the unknown room in `part`.
     """
 
     graph: nx.Graph
@@ -31,7 +31,7 @@ class WholeFloor:
 
     @cached_property
     def unknown(self) -> tuple[Hashable, ...]:
-        """The rooms that are not known."""
+        """The rooms outside of the explored part."""
         return tuple(node for node in self.graph if node not in self.part)
 
     @cached_property
@@ -46,16 +46,16 @@ class WholeFloor:
 
     @property
     def area(self) -> float | None:
-        """Area of all rooms, m²; None where a room has no size."""
+        """Area of all rooms, m²; None if a room has no area."""
         sizes = [area for _, area in self.graph.nodes(data="area")]
         return None if None in sizes else float(sum(sizes))
 
 
-def explore_floor(graph: nx.Graph, schema: LabelSchema, *, corridors: int) -> WholeFloor:
-    """Explore a whole floor by its first corridors, breadth first, as `explore_by_corridors` does.
+def reveal_corridors(graph: nx.Graph, schema: LabelSchema, *, corridors: int) -> RevealedFloor:
+    """Explore the first corridors of a floor, as `explore_by_corridors` does.
 
-    graph: as `Floor.graph` gives it; rooms keep their names, and those without a door are left out.
-    Raises OptionError for a floor with partial rooms and for more corridors than are explored on it, GraphError and
+    graph: as of `Floor.graph`; rooms keep their names, rooms without a door are left out.
+    Raises OptionError for a floor with partial rooms and for more corridors than the floor has, GraphError and
     LabelError as `prepare_room_graph`.
     """
     if partial := [node for node, is_partial in graph.nodes(data="partial", default=False) if is_partial is True]:
@@ -73,5 +73,5 @@ def explore_floor(graph: nx.Graph, schema: LabelSchema, *, corridors: int) -> Wh
         while name in graph or name in behind:
             name += "'"
         names[door], behind[name] = name, far
-    whole = nx.relabel_nodes(prepared, {node: names[node] for node in prepared})
-    return WholeFloor(whole, nx.relabel_nodes(part, {node: names[node] for node in part}), behind)
+    complete = nx.relabel_nodes(prepared, {node: names[node] for node in prepared})
+    return RevealedFloor(complete, nx.relabel_nodes(part, {node: names[node] for node in part}), behind)

@@ -1,7 +1,7 @@
-"""Rows of the Weisfeiler-Lehman Gram matrix of many changing graphs against fixed ones, kept up to date edge by edge.
+"""Rows of the Weisfeiler-Lehman Gram matrix of many changing graphs against fixed ones, updated edge by edge.
 
-An edge changes what is seen within r hops of its ends in round r + 1 and nowhere else, so only these nodes are hashed
-again, in all graphs at once. The numbers are those of `pianta.graphs.weisfeiler_lehman`, to the last digit.
+In round r + 1, an edge changes the labels of nodes within r hops of its ends only, so only these are hashed again, in
+all graphs at once. The numbers equal those of `pianta.graphs.weisfeiler_lehman` exactly.
 """
 
 from __future__ import annotations
@@ -14,13 +14,15 @@ import numpy as np
 from pianta._types import Floats, Indices, Mask
 from pianta.graphs.stable_hash import Codes, hash_name, join, mix
 
-ALPHA, PRINTED_FLOORS = 1.0, 50
+# α of Γ2 and Γ4, and the authors' number of floors (thesis, section 7.4; method-notes.md).
+ALPHA = 1.0
+PUBLISHED_FLOORS = 50
 
 
-class References:
-    """The fixed graphs: how often each has each feature of the kernel.
+class ReferenceGraphs:
+    """The fixed graphs, as counts of the features of the kernel.
 
-    graphs: with a `label` at each node. iterations: rounds after that of the labels themselves.
+    graphs: with a `label` at each node. iterations: rounds after round 0, that of the labels themselves.
     """
 
     def __init__(self, graphs: Iterable[nx.Graph], *, iterations: int = 5) -> None:
@@ -29,7 +31,7 @@ class References:
         self.iterations = iterations
         (counts,) = WeisfeilerLehman(iterations=iterations).count_features(graphs)
         self.codes, columns = np.unique(counts.codes, return_inverse=True)
-        # The last row is of the features that no reference has.
+        # The last row is for features that no reference has.
         self.counts = np.zeros((len(self.codes) + 1, counts.n))
         np.add.at(self.counts, (columns, counts.rows), counts.counts)
         self.squares = (self.counts**2).sum(axis=0)
@@ -39,19 +41,19 @@ class References:
 
     def find_rows(self, codes: Codes) -> Indices:
         """The row of `counts` of each feature, shape of the codes."""
-        places = np.searchsorted(self.codes, codes)
-        known = self.codes[np.minimum(places, len(self.codes) - 1)] == codes
-        return np.where(known, places, len(self.codes))
+        rows = np.searchsorted(self.codes, codes)
+        exists = self.codes[np.minimum(rows, len(self.codes) - 1)] == codes
+        return np.where(exists, rows, len(self.codes))
 
 
-class GraphBatch:
-    """b graphs of up to n nodes each, their edges to be changed, and their rows of the Gram matrix.
+class IncrementalGram:
+    """b graphs of up to n nodes each, whose edges can change, and their rows of the Gram matrix.
 
-    adjacency: shape (b, n, n). present: shape (b, n), the nodes that there are; others have no edges.
-    products: shape (b, references), the kernel before it is normalised. squares: shape (b,), of a graph with itself.
+    adjacency: shape (b, n, n). present: shape (b, n), whether the node exists; the others have no edges.
+    products: shape (b, references), the kernel before normalisation. squares: shape (b,), of a graph with itself.
     """
 
-    def __init__(self, references: References, graphs: Sequence[nx.Graph]) -> None:
+    def __init__(self, references: ReferenceGraphs, graphs: Sequence[nx.Graph]) -> None:
         sizes = [len(graph) for graph in graphs]
         shape = len(graphs), max(sizes, default=0)
         self.references = references
@@ -63,16 +65,16 @@ class GraphBatch:
             self.adjacency[number, :size, :size] = nx.to_numpy_array(graph, weight=None, dtype=bool)
             names[number, :size] = [hash_name(str(label)) for _, label in graph.nodes(data="label")]
         rounds = references.iterations + 1
-        # In round 0 a feature is a label, and what the next round hashes is the label itself.
+        # In round 0 a feature is a label, and the next round hashes the label itself.
         self._codes = np.zeros((rounds, *shape), np.uint64)
         self._codes[0] = names
         self._mixed = mix(self._codes)
         self._features = np.zeros((*shape, rounds), np.uint64)
         self._features[:, :, 0] = join(0, names.ravel()).reshape(shape)
-        self._places = np.full((*shape, rounds), len(references.codes), np.intp)
-        self._places[:, :, 0] = references.find_rows(self._features[:, :, 0])
-        self._places[~self.present] = len(references.codes)
-        self.products = references.counts[self._places[:, :, 0]].sum(axis=1)
+        self._rows = np.full((*shape, rounds), len(references.codes), np.intp)
+        self._rows[:, :, 0] = references.find_rows(self._features[:, :, 0])
+        self._rows[~self.present] = len(references.codes)
+        self.products = references.counts[self._rows[:, :, 0]].sum(axis=1)
         self.squares = np.zeros(shape[0])
         self._hash_again(self.present)
         self.squares = self._square(np.arange(shape[0]))
@@ -84,17 +86,17 @@ class GraphBatch:
         return similarity
 
     def measure_costs(self) -> Floats:
-        """Γ2 and Γ4, α included, shape (b,): mean distances sqrt(2 - 2 K) from the references, K normalised.
+        """Γ2 and Γ4 times α, shape (b,): mean distances sqrt(2 - 2 K) from the references, K normalised.
 
-        The print sums similarities, which a cost must fall with. α is 1 for the 50 floors of the authors, however many
-        there are.
+        The thesis sums similarities, but a cost must fall as similarity rises (method-notes.md). The mean, times 50,
+        makes α independent of the number of floors.
         """
         distances = np.sqrt(np.maximum(2 - 2 * self.measure_similarity(), 0))
-        costs: Floats = ALPHA * PRINTED_FLOORS * distances.mean(axis=1)
+        costs: Floats = ALPHA * PUBLISHED_FLOORS * distances.mean(axis=1)
         return costs
 
     def change_edges(self, batch: Indices, ones: Indices, others: Indices, *, present: bool | Mask) -> None:
-        """Add edges, or remove them where `present` is False, and bring the rows up to date.
+        """Add edges, or remove them where `present` is False, and update the rows.
 
         batch, ones, others: the graph and the two nodes of each edge, shape (k,) each.
         """
@@ -126,15 +128,15 @@ class GraphBatch:
             self._mixed[iteration, graphs, nodes] = mix(codes)
             self._features[graphs, nodes, iteration] = codes
             rows = self.references.find_rows(codes)
-            gain = self.references.counts[rows] - self.references.counts[self._places[graphs, nodes, iteration]]
-            self._places[graphs, nodes, iteration] = rows
+            gain = self.references.counts[rows] - self.references.counts[self._rows[graphs, nodes, iteration]]
+            self._rows[graphs, nodes, iteration] = rows
             firsts = np.flatnonzero(np.diff(graphs, prepend=-1))
             self.products[graphs[firsts]] += np.add.reduceat(gain, firsts, axis=0)
 
     def _square(self, graphs: Indices) -> Floats:
         """Sums of the squared counts of all features of graphs."""
         features = self._features[graphs]
-        # Each feature that is missing is another one, so that it adds 1, which is taken away again.
+        # Features of absent nodes get distinct codes, each of which adds 1, subtracted below.
         absent = ~self.present[graphs]
         fillers = np.arange(features[0].size, dtype=np.uint64).reshape(features.shape[1:])
         features = np.where(absent[:, :, None], fillers, features).reshape(len(graphs), -1)
@@ -143,7 +145,5 @@ class GraphBatch:
         starts[:, 1:] = ordered[:, 1:] != ordered[:, :-1]
         firsts = np.flatnonzero(starts)
         lengths = np.diff(firsts, append=starts.size).astype(np.float64)
-        of_graph = firsts // ordered.shape[1]
-        squares = np.bincount(of_graph, lengths**2, minlength=len(graphs))
-        of_absent = absent.sum(axis=1) * (self.references.iterations + 1)
-        return np.asarray(squares - of_absent)
+        squares = np.bincount(firsts // ordered.shape[1], lengths**2, minlength=len(graphs))
+        return np.asarray(squares - absent.sum(axis=1) * (self.references.iterations + 1))

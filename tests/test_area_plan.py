@@ -4,8 +4,8 @@ import networkx as nx
 import numpy as np
 import pytest
 
+from pianta.prediction.area_plan import AreaPlan, NewArea, plan_areas, segment_known_rooms
 from pianta.prediction.explored_part import ExploredPart, hide_rooms, read_explored_part
-from pianta.prediction.known_areas import AreaPlan, NewArea, plan_areas, segment_known_rooms
 from tests.generated_types import LABELS, SCHOOL, WINGS, join_wings, make_wing
 
 WING = NewArea(make_wing("GST"), 0, "5")
@@ -51,7 +51,7 @@ def test_parts_that_no_known_door_joins_have_areas_of_their_own():
 def test_an_open_corridor_takes_the_place_of_that_of_an_area():
     explored = explore("a", {0, 1, 2, 3, 4, 5}, {6})
     planned = plan(explored, [WING])
-    assert (planned.kept, planned.clusters) == (1, ["1", "5"])
+    assert (planned.n_known, planned.clusters) == (1, ["1", "5"])
     new = planned.areas[1]
     assert sorted(label for _, label in new.nodes(data="label")) == ["BATHROOM", "CLOSET", "CORRIDOR", "GYM"]
     assert {*new} == {6, (0, 1), (0, 2), (0, 3)}
@@ -170,4 +170,4 @@ def test_known_doors_are_in_the_building():
     building, _ = planned.build(planned.start(generator), [1], generator)
     places = planned.number_rooms()
     doors = {frozenset(door) for door in building.list_doors()}
-    assert {frozenset((places[one], places[other])) for one, other in part.known.edges} <= doors
+    assert {frozenset((places[one], places[other])) for one, other in part.known_graph.edges} <= doors
