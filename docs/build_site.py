@@ -28,7 +28,7 @@ ELSEWHERE = {
     MODELS / "README.md": DOCS / "reference" / "models" / "index.md",
 }
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
-# What makes a browser ask another server while it shows a page; links that a reader may follow are none.
+# What makes a browser ask another server while it shows a page, unlike links that a reader follows.
 REMOTE = re.compile(
     r"<(?:script|img|iframe|source|video)\b[^>]*\bsrc=[\"']?(?:https?:)?//[^\s>]+"
     r"|<link\b(?=[^>]*\brel=[\"']?(?:stylesheet|preload|icon|preconnect|prefetch))[^>]*\bhref=[\"']?(?:https?:)?//[^\s>]+"
@@ -54,16 +54,16 @@ def main() -> int:
 def copy_pages(source: Path) -> None:
     """Copy all pages into the folder that Sphinx reads, with their links adapted."""
     shutil.copytree(DOCS, source, ignore=shutil.ignore_patterns("*.py[cod]", "__pycache__", "draw_*.py"))
-    for page, place in ELSEWHERE.items():
+    for page, position in ELSEWHERE.items():
         if page != ROOT / "README.md":
-            target = source / place.relative_to(DOCS)
+            target = source / position.relative_to(DOCS)
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(page, target)
-    pages = {place: page for page, place in ELSEWHERE.items() if page != ROOT / "README.md"}
+    pages = {position: page for page, position in ELSEWHERE.items() if page != ROOT / "README.md"}
     for path in [*source.rglob("*.md"), *source.rglob("*.ipynb")]:
-        place = DOCS / path.relative_to(source)
+        position = DOCS / path.relative_to(source)
         text = path.read_text(encoding="utf-8")
-        adapted = adapt_links(text, pages.get(place, place), place)
+        adapted = adapt_links(text, pages.get(position, position), position)
         if path == source / "reference" / "models" / "index.md":
             adapted += list_pages(sorted(card.stem for card in MODELS.glob("*.md") if card.name != "README.md"))
         # A figure stays on one line with its deviation.
@@ -75,8 +75,8 @@ def list_pages(names: list[str]) -> str:
     return "\n".join(["", "```{toctree}", ":hidden:", *names, "```", ""])
 
 
-def adapt_links(text: str, page: Path, place: Path) -> str:
-    """The text of a page with links that lead to the same pages from its place in the site."""
+def adapt_links(text: str, page: Path, position: Path) -> str:
+    """The text of a page with links that lead to the same pages from its position in the site."""
 
     def adapt(match: re.Match[str]) -> str:
         mark, name, link = match.groups()
@@ -87,19 +87,19 @@ def adapt_links(text: str, page: Path, place: Path) -> str:
         target = ELSEWHERE.get(target, target)
         if not target.is_relative_to(DOCS):
             return name
-        return f"{mark}[{name}]({os.path.relpath(target, place.parent)}{hash_sign}{anchor})"
+        return f"{mark}[{name}]({os.path.relpath(target, position.parent)}{hash_sign}{anchor})"
 
     return LINK.sub(adapt, text)
 
 
 def find_remote(html: Path) -> list[str]:
     """What pages and styles would load from another server."""
-    found = []
+    requests = []
     for path in sorted(html.rglob("*")):
         if path.suffix in {".html", ".css"}:
             text = path.read_text(encoding="utf-8", errors="replace")
-            found += [f"{path.relative_to(html)}: {match.group()[:200]}" for match in REMOTE.finditer(text)]
-    return found
+            requests += [f"{path.relative_to(html)}: {match.group()[:200]}" for match in REMOTE.finditer(text)]
+    return requests
 
 
 if __name__ == "__main__":
