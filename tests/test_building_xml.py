@@ -414,5 +414,5 @@ def test_survey_layout_is_on_its_map(data):
     labels = read_building_xml(data / "survey" / "Freiburg101_scan_layout_gt.xml", grid=grid).label_image(grid)
     truth = read_survey_truth(data / "survey" / "Freiburg101_scan_gt_segmentation.png")
     scores = score_labels(labels, truth, counted=grid.free)
-    assert (scores.found, scores.true, scores.f1) == (10, 10, 1.0)
+    assert (scores.reconstructed, scores.true, scores.f1) == (10, 10, 1.0)
     assert min(scores.a_fc, scores.a_bc) > 0.98
