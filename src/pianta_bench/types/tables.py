@@ -144,7 +144,7 @@ def derive_means(records: Sequence[Record], names: Sequence[str]) -> list[Record
     for record in records:
         by_algorithm = groups.setdefault(tuple(record[name] for name in names), {})
         by_algorithm.setdefault(record["algorithm"], []).append(record["value"])
-    derived = []
+    derived: list[Record] = []
     for key, folds in groups.items():
         means = [fmean(values) for values in folds.values()]
         figures = fmean(means), stdev(means), fmean(map(stdev, folds.values()))
