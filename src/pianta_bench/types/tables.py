@@ -111,10 +111,12 @@ def tabulate(results: Results) -> list[FilledTable]:
     """The tables of chapter 4, for each set of rooms."""
     sets = results.details["sets"]
     parts = [each["name"] for each in sets]
-    tables = [
-        TABLE_4_2.narrow(part=each["name"]).fill(results.records, part=each["name"], rooms=each["rooms"])
-        for each in sets
+    labels = [
+        {**record, "value": 100 * record["value"]} if record["metric"] == "share" else record
+        for record in results.records
+        if "label" in record
     ]
+    tables = [TABLE_4_2.narrow(part=each["name"]).fill(labels, part=each["name"], rooms=each["rooms"]) for each in sets]
     for sizes, title in SIZES_TITLES.items():
         records = results.select(metric="accuracy", sizes=sizes)
         means = derive_means(records, ("part", "features", "folds_of"))
