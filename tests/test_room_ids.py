@@ -226,8 +226,8 @@ def test_ids_stay_while_a_real_map_grows(data: Path):
         moved = keep_room_ids(move(floor, 12.35, -7.8), same_ids[-2])
         assert np.mean(np.array(ids_of(moved)) == ids_of(same_ids[-1])) == 1
     raw, scores = score_persistence(floors), score_persistence(same_ids)
-    assert (scores.rooms, scores.still_there) == (raw.rooms, raw.still_there)
-    assert scores.share_kept_id > 2 * raw.share_kept_id
+    assert (scores.rooms, scores.persisting) == (raw.rooms, raw.persisting)
+    assert scores.same_id_share > 2 * raw.same_id_share
 
 
 def test_persistence_counts_rooms_that_last_and_ids_that_stay():
@@ -237,16 +237,16 @@ def test_persistence_counts_rooms_that_last_and_ids_that_stay():
         Floor((Room(1, LEFT), Room(7, MIDDLE))),
         Floor((Room(1, box(-9, 0, 4, 3)), Room(7, box(4, 0, 6.5, 3)))),
     ]
-    assert score_persistence(floors) == Persistence(rooms=5, still_there=3, kept_id=2)
-    assert score_persistence(floors).share_still_there == pytest.approx(3 / 5)
-    assert score_persistence(floors).share_kept_id == pytest.approx(2 / 3)
+    assert score_persistence(floors) == Persistence(rooms=5, persisting=3, same_id=2)
+    assert score_persistence(floors).persisting_share == pytest.approx(3 / 5)
+    assert score_persistence(floors).same_id_share == pytest.approx(2 / 3)
 
 
 @pytest.mark.parametrize("floors", [[], [floor_of(LEFT)], [Floor(()), floor_of(LEFT)]])
 def test_persistence_of_nothing_is_perfect(floors):
     scores = score_persistence(floors)
-    assert (scores.rooms, scores.share_still_there, scores.share_kept_id) == (0, 1, 1)
+    assert (scores.rooms, scores.persisting_share, scores.same_id_share) == (0, 1, 1)
 
 
 def test_persistence_of_rooms_that_are_all_gone_is_none():
-    assert score_persistence([floor_of(LEFT), Floor(())]) == Persistence(rooms=1, still_there=0, kept_id=0)
+    assert score_persistence([floor_of(LEFT), Floor(())]) == Persistence(rooms=1, persisting=0, same_id=0)
