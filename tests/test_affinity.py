@@ -78,8 +78,8 @@ def test_clusters_are_those_of_dbscan(graph, epsilon):
     dense = local.toarray()
     distance = np.clip(1 - np.maximum(dense, dense.T), 0, None)
     np.fill_diagonal(distance, 0)
-    theirs = DBSCAN(eps=epsilon, min_samples=1, metric="precomputed").fit_predict(distance)
-    assert part(cluster_faces(local, epsilon=epsilon)) == part(theirs)
+    reference = DBSCAN(eps=epsilon, min_samples=1, metric="precomputed").fit_predict(distance)
+    assert part(cluster_faces(local, epsilon=epsilon)) == part(reference)
 
 
 def test_only_internal_faces_open_to_an_external_one_are_partial():

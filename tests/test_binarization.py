@@ -47,8 +47,8 @@ def test_light_and_strongly_coloured_paper_stays(paper):
 
 
 @pytest.mark.parametrize("step", [4, 5, 11])
-def test_hatching_makes_no_large_sheet_dark(step):
-    """However far the lines are apart, though not every pixel of so large a sheet is looked at."""
+def test_hatched_sheets_are_not_dark(step):
+    """At every distance of the lines, although only a sample of the pixels of a large sheet is used."""
     colors = np.full((1100, 2000, 3), 255, np.uint8)
     colors[::step] = colors[:, ::step] = 0
     assert (invert_if_dark(colors) == colors).all()
@@ -72,13 +72,13 @@ def test_lines_on_paper_are_ink_to_the_pixel(paper, ink):
     assert (binarise(paint(line_mask(), ink=ink, paper=paper)) == line_mask()).all()
 
 
-def test_what_is_hardly_darker_than_its_paper_is_no_ink():
-    """14 grey levels are too few, 15 are enough."""
+def test_ink_is_at_least_15_levels_darker_than_its_paper():
+    """14 levels are too few."""
     assert not binarise(paint(line_mask(), ink=241)).any()
     assert (binarise(paint(line_mask(), ink=240)) == line_mask()).all()
 
 
-def test_hair_lines_of_grey_are_ink_beside_black_walls():
+def test_thin_grey_lines_beside_black_walls_are_ink():
     colors = paint(line_mask())
     colors[100, 40:180] = 185
     expected = line_mask()
@@ -89,7 +89,7 @@ def test_hair_lines_of_grey_are_ink_beside_black_walls():
 @pytest.mark.parametrize(
     ("paper", "grey", "ink"), [(255, 89, True), (255, 90, False), (150, 52, True), (150, 53, False)]
 )
-def test_wide_areas_are_ink_only_when_black_in_the_light_of_the_sheet(paper, grey, ink):
+def test_wide_areas_are_ink_only_if_black_in_the_light_of_the_sheet(paper, grey, ink):
     area = np.zeros((SIDE, SIDE), bool)
     area[50:110, 50:110] = True
     assert (binarise(paint(area, ink=grey, paper=paper)) == (area & ink)).all()
@@ -114,24 +114,24 @@ def test_uneven_light_is_no_ink():
 
 
 @pytest.mark.parametrize("deviation", [3, 8, 12])
-def test_grain_is_no_ink_and_hides_none(deviation):
+def test_grain_is_no_ink_and_hides_no_ink(deviation):
     colors = grained(paint(line_mask(), ink=60, paper=210)[..., 0].astype(float), deviation)[..., None].repeat(
         3, axis=2
     )
-    found = binarise(colors)
-    assert found[line_mask()].all()
-    assert found[~line_mask()].mean() < 0.002
+    ink = binarise(colors)
+    assert ink[line_mask()].all()
+    assert ink[~line_mask()].mean() < 0.002
 
 
 @pytest.mark.parametrize("quality", [10, 50, 90])
 def test_ripples_of_jpeg_are_hardly_any_ink(quality):
     """Blocks of 8 pixels ripple beside lines; a few pixels of them may be ink, and none beyond."""
     written = cv2.imencode(".jpg", paint(line_mask()), [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
-    found = binarise(np.asarray(cv2.imdecode(written, cv2.IMREAD_COLOR), np.uint8))
+    ink = binarise(np.asarray(cv2.imdecode(written, cv2.IMREAD_COLOR), np.uint8))
     rippled = cv2.dilate(line_mask().astype(np.uint8), np.ones((17, 17), np.uint8)) > 0
-    assert found[line_mask()].all()
-    assert not found[~rippled].any()
-    assert (found & ~line_mask()).sum() < 0.02 * line_mask().sum()
+    assert ink[line_mask()].all()
+    assert not ink[~rippled].any()
+    assert (ink & ~line_mask()).sum() < 0.02 * line_mask().sum()
 
 
 def test_contrast_of_ink_is_full_and_of_paper_none():
@@ -140,15 +140,15 @@ def test_contrast_of_ink_is_full_and_of_paper_none():
     assert (contrast == line_mask()).all()
 
 
-def test_half_the_contrast_parts_ink_from_paper():
-    """It is 14 levels where all ink is alike, the fewest that are asked, and 30 without any ink."""
+def test_half_of_full_contrast_separates_ink_from_paper():
+    """It is 30 levels on a sheet without ink, and 14, the least, on one where all ink is alike."""
     colors = paint(line_mask(), ink=248)
     assert np.unique(Sheet(colors).contrast) == pytest.approx([0, 7 / 60])
     colors[100, 40:180] = 234
     assert np.unique(Sheet(colors).contrast).tolist() == [0, 0.25, 0.75]
 
 
-def test_no_more_than_60_levels_are_asked_of_ink():
+def test_60_levels_below_the_paper_are_always_ink():
     """A line that fades from black to pale has an Otsu threshold of more than twice as many."""
     faded = np.linspace(0, 235, 160).round().astype(np.uint8)
     colors = paint(line_mask())
@@ -163,7 +163,7 @@ def test_an_empty_sheet_has_no_ink(grey):
 
 
 @given(colors=SHEETS)
-def test_contrast_is_a_share_and_parts_the_ink(colors):
+def test_contrast_is_a_share_and_contains_the_ink(colors):
     contrast = Sheet(colors).contrast
     ink = binarise(colors)
     assert contrast.shape == ink.shape == colors.shape[:2]
@@ -174,27 +174,27 @@ def test_contrast_is_a_share_and_parts_the_ink(colors):
 
 
 @given(colors=SHEETS)
-def test_graded_contrast_is_the_contrast_of_straight_tones_in_whole_numbers(colors):
-    """The networks were made with it."""
+def test_contrast_uint8_is_the_contrast_rounded_down(colors):
+    """The networks were trained on it."""
     graded = compare_to_paper(invert_if_dark(colors)).contrast_uint8
     assert graded.dtype == np.uint8
     assert (graded == np.floor(Sheet(colors).contrast * 255)).all()
 
 
 @given(colors=SHEETS)
-def test_straight_tones_stay(colors):
+def test_light_paper_stays_the_same_array(colors):
     straight = invert_if_dark(colors)
     assert invert_if_dark(straight) is straight
 
 
 @given(colors=SHEETS, order=st.permutations(range(3)))
-def test_which_channel_holds_which_colour_is_all_the_same(colors, order):
+def test_the_order_of_channels_does_not_matter(colors, order):
     assert (binarise(colors[..., order]) == binarise(colors)).all()
 
 
 @given(mask=arrays.arrays(np.bool_, st.tuples(st.integers(1, 12), st.integers(1, 12))))
 def test_black_on_white_and_white_on_black_are_what_was_drawn(mask):
-    """Up to half of the sheet may be ink, else the paper is taken for it."""
+    """Up to half of the sheet may be ink; with more, the paper counts as ink."""
     mask = mask if mask.mean() < 0.5 else np.zeros_like(mask)
     assert (binarise(paint(mask)) == mask).all()
     assert (binarise(paint(mask, ink=255, paper=0)) == mask).all()

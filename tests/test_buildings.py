@@ -1,4 +1,4 @@
-"""Buildings of every kind through one door, told by their content."""
+"""Buildings of every format through one function, detected by their content."""
 
 import os
 from pathlib import Path
@@ -29,16 +29,16 @@ def write(path: Path, text: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("kind", "labels"), [
+@pytest.mark.parametrize(("building_format", "labels"), [
     (BuildingFormat.LAYOUT, ["OFFICE", "CORRIDOR"]),
     (BuildingFormat.KTH, ["KONTOR", "KORRIDOR"]),
     (BuildingFormat.MIT, ["OFF", "P CIRC"]),
     (BuildingFormat.HOUSE_EXPO, ["LAB"]),
 ])  # fmt: skip
 @pytest.mark.parametrize("name", ["a.xml", "a.json", "a.txt"])
-def test_every_kind_is_told_by_its_content(tmp_path, kind, labels, name):
-    path = write(tmp_path / name, "\n" * (kind is BuildingFormat.HOUSE_EXPO) + CONTENTS[kind])
-    assert detect_building_format(path) is kind
+def test_every_format_is_detected_by_its_content(tmp_path, building_format, labels, name):
+    path = write(tmp_path / name, "\n" * (building_format is BuildingFormat.HOUSE_EXPO) + CONTENTS[building_format])
+    assert detect_building_format(path) is building_format
     assert [room.label for room in read_building(path).rooms] == labels
 
 
@@ -100,9 +100,9 @@ def test_folders_stand_for_their_buildings(tmp_path):
     assert [str(path.relative_to(tmp_path)) for path in list_buildings([tmp_path])] == [
         *("b.XML", "c.json", "d.geojson", "a/c.xml", "a/z.xml")
     ]
-    given = tmp_path / "map.yaml"
-    assert list_buildings([given, str(tmp_path / "a"), tmp_path / "a" / ".." / "map.yaml", tmp_path / "a"]) == [
-        given,
+    map_file = tmp_path / "map.yaml"
+    assert list_buildings([map_file, str(tmp_path / "a"), tmp_path / "a" / ".." / "map.yaml", tmp_path / "a"]) == [
+        map_file,
         tmp_path / "a" / "c.xml",
         tmp_path / "a" / "z.xml",
     ]

@@ -1,4 +1,4 @@
-"""Doors are found by their swings, at any size and angle; what is round otherwise is none."""
+"""Doors are found by their swings, at any size and angle; other round shapes are no doors."""
 
 from typing import Any
 
@@ -51,7 +51,7 @@ def blank(height: int = 300, width: int = 300) -> Image:
 
 
 def ink_of(colors: Image) -> Image:
-    """Contrast, and what is black however wide: walls."""
+    """Contrast, and full contrast in wide black areas, which are walls."""
     sheet = Sheet(colors)
     return np.asarray(np.maximum(sheet.contrast, sheet.ink))
 
@@ -137,7 +137,7 @@ def draw_room(sheet: Image) -> None:
 @pytest.mark.parametrize(
     "draw", [draw_table, draw_table_at_wall, draw_rounded_desk, draw_text, draw_disk, draw_room, lambda sheet: None]
 )
-def test_what_is_no_door_is_none(draw):
+def test_other_round_shapes_are_no_doors(draw):
     sheet = blank()
     draw(sheet)
     assert find_swings(contrast_of(sheet)) == ()
@@ -174,7 +174,7 @@ def make_swing(radius: float, score: float = 1.0) -> Swing:
     return Swing(np.zeros(2), np.array([0.0, radius]), np.array([-radius, 0.0]), radius, score)
 
 
-def test_fewer_than_three_that_agree_tell_no_width():
+def test_fewer_than_three_swings_that_agree_give_no_width():
     assert consensus_door_width([make_swing(20), make_swing(21)]) is None
     assert consensus_door_width([make_swing(20), make_swing(40), make_swing(80)]) is None
     agreed = consensus_door_width([make_swing(radius) for radius in (19.0, 20.0, 21.0)])
@@ -183,14 +183,14 @@ def test_fewer_than_three_that_agree_tell_no_width():
     assert agreed.confidence == pytest.approx(3 / 5)
 
 
-def test_more_doors_that_agree_are_surer():
+def test_more_doors_that_agree_are_more_certain():
     few, many = (consensus_door_width([make_swing(20.0)] * count) for count in (3, 12))
     assert few is not None
     assert many is not None
     assert few.confidence < many.confidence < 1
 
 
-def test_ink_is_as_good_as_contrast_and_small_sheets_have_none():
+def test_ink_serves_as_contrast_and_small_sheets_have_no_swings():
     sheet = blank()
     draw_door(sheet, (150, 150), 30)
     assert len(find_swings(sheet < 128)) == 1
@@ -199,7 +199,7 @@ def test_ink_is_as_good_as_contrast_and_small_sheets_have_none():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "least", "most"), [("off2.jpg", 37, 44), ("village.png", 15, 20)])
-def test_doors_of_real_plans_tell_their_width(data, name, least, most):
+def test_doors_of_real_plans_have_their_width(data, name, least, most):
     colors = np.asarray(cv2.imread(str(data / "floorplans" / name)))
     size = consensus_door_width(find_swings(ink_of(colors)))
     assert size is not None

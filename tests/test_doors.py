@@ -87,7 +87,7 @@ def test_a_line_beside_a_closed_wall_gives_no_door():
     assert find_doors(make_working_grid(free), owner, DEFAULT) == []
 
 
-def test_a_passage_that_a_ragged_line_crosses_again_and_again_is_one_door():
+def test_a_passage_that_a_ragged_line_crosses_repeatedly_is_one_door():
     free, owner = build_rooms((50, 68))
     owner[:, 104:118] = np.arange(14) // 2 % 2
     (door,) = find_doors(make_working_grid(free), owner, DEFAULT)
@@ -129,7 +129,7 @@ def test_voronoi_diagram_of_a_corridor_is_its_middle():
     assert diagram[5, 10:30].all()
 
 
-def test_clearance_is_the_exact_root_wherever_the_image_lies_in_memory():
+def test_clearance_is_the_exact_root_at_every_memory_address():
     free = np.ones((301, 407), bool)
     free[150, 200] = False
     rows, cols = np.ogrid[:301, :407]

@@ -22,12 +22,12 @@ def cut(space: Mask, lines: Floats, *, min_clearance: float = 1.0) -> Regions:
     return cut_into_regions(space, compute_clearance(space), lines, min_clearance=min_clearance, resolution=0.05)
 
 
-def borders_of(space: Mask, lines: Floats, *, reach: float = 0.5) -> tuple[Regions, Separators]:
+def separators_of(space: Mask, lines: Floats, *, reach: float = 0.5) -> tuple[Regions, Separators]:
     regions = cut(space, lines)
     return regions, find_separators(regions, space, lines, reach=reach)
 
 
-def test_a_door_cuts_two_rooms_into_two_pieces_that_cover_them():
+def test_a_door_cuts_two_rooms_into_two_regions_that_cover_them():
     regions = cut(ROOMS, DOOR)
     assert np.array_equal(regions.labels > 0, ROOMS)
     west, east = regions.labels[30, 20], regions.labels[30, 100]
@@ -37,7 +37,7 @@ def test_a_door_cuts_two_rooms_into_two_pieces_that_cover_them():
     assert (regions.labels[26:38, 60:62] == east).all()
 
 
-def test_pieces_have_an_area_a_width_and_a_hull():
+def test_regions_have_an_area_a_width_and_a_hull():
     regions = cut(ROOMS, DOOR)
     assert regions.area.sum() == pytest.approx(ROOMS.sum() * 0.05**2)
     assert regions.area[regions.labels[30, 20]] == pytest.approx(40 * 48 * 0.05**2, rel=0.02)
@@ -55,7 +55,7 @@ def test_a_slanting_line_cuts_without_a_leak():
     assert regions.labels[30, 12] != regions.labels[30, 47]
 
 
-def test_what_is_narrow_belongs_to_the_nearest_piece():
+def test_narrow_space_belongs_to_the_nearest_region():
     space = carve(SHAPE, (10, 50, 10, 58), (28, 30, 58, 80))
     regions = cut(space, np.zeros((0, 2, 2)), min_clearance=2.0)
     assert np.array_equal(regions.labels, space.astype(int))
@@ -67,10 +67,10 @@ ends = st.tuples(st.integers(0, 39), st.integers(0, 39))
 
 @pytest.mark.slow
 @given(st.lists(rooms, min_size=1, max_size=3), st.lists(st.tuples(ends, ends), max_size=5))
-def test_pieces_cover_the_space_however_it_is_cut(spans, lines):
+def test_regions_cover_the_space_for_any_cuts(spans, lines):
     space = carve((40, 40), *spans)
     all_lines = np.array(lines, float).reshape(-1, 2, 2)
-    regions, separators = borders_of(space, all_lines)
+    regions, separators = separators_of(space, all_lines)
     assert np.array_equal(regions.labels > 0, space)
     assert np.array_equal(np.unique(regions.labels[space]), np.arange(1, len(regions.area)))
     assert regions.area == pytest.approx(np.bincount(regions.labels[space], minlength=len(regions.area)) * 0.05**2)
@@ -80,9 +80,9 @@ def test_pieces_cover_the_space_however_it_is_cut(spans, lines):
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_the_pieces_left_and_right_of_a_border_are_those_of_one_who_walks_along_it(turned):
+def test_left_and_right_of_a_separator_are_seen_from_its_first_end(turned):
     line = DOOR[:, ::-1] if turned else DOOR
-    regions, separators = borders_of(ROOMS, line)
+    regions, separators = separators_of(ROOMS, line)
     west, east = regions.labels[30, 20], regions.labels[30, 100]
     # Down the map, the east is on the left.
     assert separators.sides.tolist() == [[west, east] if turned else [east, west]]
@@ -91,7 +91,7 @@ def test_the_pieces_left_and_right_of_a_border_are_those_of_one_who_walks_along_
 
 
 def test_the_wall_in_line_with_a_door_is_followed_on_both_sides():
-    _, separators = borders_of(ROOMS, DOOR)
+    _, separators = separators_of(ROOMS, DOOR)
     assert separators.opening == pytest.approx([13 * 0.05])
     # 14 cells from jamb to jamb, 10 beyond each end: all of them wall.
     assert np.bincount(separators.beyond).tolist() == [14, 10, 10]
@@ -113,8 +113,8 @@ def test_a_half_wall_is_in_line_with_one_end_of_the_opening_and_a_hatch_in_it_is
     assert not (separators.beyond == 2).any()
 
 
-def test_a_line_that_does_not_part_the_space_is_no_border():
-    regions, separators = borders_of(HALL, HALF_WALL)
+def test_a_line_that_does_not_divide_the_space_is_no_separator():
+    regions, separators = separators_of(HALL, HALF_WALL)
     # The two sides are still joined through the hatch.
     assert regions.labels.max() == 1
     assert separators.lines.shape == (0, 2, 2)
@@ -122,20 +122,20 @@ def test_a_line_that_does_not_part_the_space_is_no_border():
     assert len(separators.separator) == 0
 
 
-def test_borders_keep_the_order_of_their_lines():
+def test_separators_have_the_order_of_their_lines():
     across = np.array([[[30, 58], [30, 110]]], float)
     outside = np.zeros((1, 2, 2))
-    _, separators = borders_of(ROOMS, np.concatenate([across, outside, DOOR]))
+    _, separators = separators_of(ROOMS, np.concatenate([across, outside, DOOR]))
     assert separators.lines.tolist() == [*across.tolist(), *DOOR.tolist()]
 
 
-def test_labels_spread_to_all_of_the_space_and_no_further():
+def test_labels_grow_over_all_of_the_space_and_no_further():
     labels = np.zeros((3, 7), np.int32)
     labels[1, 0], labels[1, 6] = 2, 1
     space = carve((3, 7), (1, 2, 0, 7))
-    spread = grow_regions(labels, space)
-    assert spread[1, [0, 1, 2, 4, 5, 6]].tolist() == [2, 2, 2, 1, 1, 1]
-    assert not spread[~space].any()
+    grown = grow_regions(labels, space)
+    assert grown[1, [0, 1, 2, 4, 5, 6]].tolist() == [2, 2, 2, 1, 1, 1]
+    assert not grown[~space].any()
 
 
 def test_a_niche_belongs_to_its_own_room_and_not_to_the_one_behind_the_wall():
@@ -147,12 +147,12 @@ def test_a_niche_belongs_to_its_own_room_and_not_to_the_one_behind_the_wall():
     assert regions.labels[30, 100] != regions.labels[30, 30]
 
 
-def test_a_gap_that_is_too_narrow_and_joined_to_nothing_is_in_no_piece():
+def test_an_isolated_gap_that_is_too_narrow_is_in_no_region():
     room = carve(SHAPE, (10, 50, 10, 58))
     regions = cut(room | carve(SHAPE, (10, 50, 61, 64)), np.zeros((0, 2, 2)), min_clearance=3.0)
     assert np.array_equal(regions.labels > 0, room)
     assert regions.area.tolist() == pytest.approx([0, 40 * 48 * 0.05**2])
 
 
-def test_without_any_piece_nothing_spreads():
+def test_without_any_region_nothing_grows():
     assert not grow_regions(np.zeros((4, 4), np.int32), np.ones((4, 4), bool)).any()

@@ -48,7 +48,7 @@ def count_slowly(graph: nx.Graph) -> "Counter[tuple[int, int, str]]":
     counts: Counter[tuple[int, int, str]] = Counter()
     for start, end in product(graph, repeat=2):
         for path in nx.all_shortest_paths(graph, start, end) if nx.has_path(graph, start, end) else []:
-            counts.update((len(path), place, graph.nodes[node]["label"]) for place, node in enumerate(path))
+            counts.update((len(path), index, graph.nodes[node]["label"]) for index, node in enumerate(path))
     return counts
 
 
@@ -77,7 +77,9 @@ def test_equal_to_grakel(normalize):
     given = [
         grakel.Graph(
             {node: list(graph[node]) for node in graph},
-            node_labels={node: [float(label == kind) for kind in "ABCD"] for node, label in graph.nodes(data="label")},
+            node_labels={
+                node: [float(label == label_text) for label_text in "ABCD"] for node, label in graph.nodes(data="label")
+            },
         )
         for graph in graphs
     ]

@@ -1,4 +1,4 @@
-"""What is inside of rooms, by the least cost of open borders and of what the network says against it."""
+"""What is inside of rooms, at the least cost of open borders and of cells against the network."""
 
 from itertools import product
 
@@ -25,14 +25,14 @@ CELL = 0.1
 ROOM = (slice(20, 60), slice(20, 70))
 
 
-def draw_room(*, gap: int = 0, sure: float = 0.9) -> tuple[Mask, NDArray[np.float32]]:
-    """The free space of a room of 4 × 5 m with a gap in its right wall, cells; and how surely each is outside."""
+def draw_room(*, gap: int = 0, certainty: float = 0.9) -> tuple[Mask, NDArray[np.float32]]:
+    """The free space of a room of 4 × 5 m with a gap in its right wall, and the evidence that each cell is outside."""
     free = np.ones((80, 100), bool)
     free[18:62, 18:72] = False
     free[ROOM] = True
     free[30 : 30 + gap, 70:72] = True
     outside = np.where(free, 0.9, 0).astype(np.float32)
-    outside[ROOM] = -sure
+    outside[ROOM] = -certainty
     return free, outside
 
 
@@ -44,11 +44,11 @@ def test_a_gap_in_the_outer_wall_loses_no_room(gap):
     assert inside.sum() == pytest.approx(40 * 50, rel=0.03)
 
 
-def test_a_doubtful_spot_in_a_room_is_inside_and_a_doubtful_room_open_to_the_paper_is_not():
+def test_an_uncertain_spot_in_a_room_is_inside_and_an_uncertain_room_open_to_the_paper_is_not():
     free, outside = draw_room()
     outside[25:40, 25:40] = 0.8
     assert indoor_mask(free, outside, CELL)[ROOM].all()
-    free, outside = draw_room(gap=30, sure=0.1)
+    free, outside = draw_room(gap=30, certainty=0.1)
     assert not indoor_mask(free, outside, CELL).any()
 
 
@@ -58,26 +58,26 @@ def test_a_yard_between_walls_is_outside():
     assert not indoor_mask(free, outside, CELL).any()
 
 
-def test_what_walls_enclose_is_inside_where_the_network_is_in_doubt():
+def test_what_walls_enclose_is_inside_if_the_network_is_uncertain():
     for gap, inside in ((0, True), (30, False)):
-        free, outside = draw_room(gap=gap, sure=-0.1)
+        free, outside = draw_room(gap=gap, certainty=-0.1)
         assert indoor_mask(free, outside, CELL)[ROOM].all() == inside
 
 
-def test_what_leads_to_the_edge_of_the_sheet_is_not_enclosed():
+def test_space_that_reaches_the_edge_of_the_sheet_is_not_enclosed():
     free = np.array([[1, 0, 0, 0, 0], [0, 1, 1, 0, 1], [0, 0, 0, 0, 1], [0, 0, 1, 0, 0]], bool)
     assert np.argwhere(enclosed_mask(free)).tolist() == [[1, 1], [1, 2]]
     assert not enclosed_mask(np.ones((3, 3), bool)).any()
 
 
-def test_a_room_that_the_sheet_cuts_off_is_inside_where_the_network_is_sure():
+def test_a_room_that_the_sheet_cuts_off_is_inside_if_the_network_is_certain():
     free, outside = draw_room()
     free, outside = free[:, 30:], outside[:, 30:]
     assert indoor_mask(free, outside, CELL)[20:60, :40].all()
     assert not indoor_mask(free, outside * np.float32(0.1), CELL).any()
 
 
-def test_the_middle_of_a_hall_is_what_its_edge_is():
+def test_the_middle_of_a_hall_has_the_class_of_its_edge():
     free = np.zeros((200, 200), bool)
     free[10:190, 10:190] = True
     outside = np.full(free.shape, 0.9, np.float32)
@@ -86,7 +86,7 @@ def test_the_middle_of_a_hall_is_what_its_edge_is():
     assert indoor_mask(free, outside, CELL)[10:190, 10:190].all()
 
 
-def test_parts_meet_at_the_narrowest_place():
+def test_parts_meet_where_the_space_is_narrowest():
     free = np.zeros((20, 41), bool)
     free[2:18, 2:18] = free[2:18, 23:39] = True
     free[8:12, 18:23] = True
@@ -97,7 +97,7 @@ def test_parts_meet_at_the_narrowest_place():
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 30), st.integers(1, 30))
-def test_parts_fill_pieces_of_the_free_space_and_none_goes_through_a_barrier(seed, height, width):
+def test_parts_fill_the_free_space_and_stay_within_barriers(seed, height, width):
     free = np.random.default_rng(seed).random((height, width)) < 0.7
     distance = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
     parts = split_space(distance.astype(np.float32), 0.2)
@@ -151,7 +151,7 @@ def test_labels_meet_at_the_ridge():
     assert not none.any()
 
 
-def test_borders_are_as_long_as_the_sides_that_meet():
+def test_borders_are_as_long_as_the_sides_of_cells_that_touch():
     parts = np.array([[1, 1, 2], [1, 1, 2], [0, 3, 3]], np.int32)
     pairs, lengths = shared_borders(parts)
     assert dict(zip(map(tuple, pairs.tolist()), lengths.tolist(), strict=True)) == {(1, 2): 2, (1, 3): 1, (2, 3): 1}
@@ -160,7 +160,7 @@ def test_borders_are_as_long_as_the_sides_that_meet():
 @pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(st.lists(st.integers(-5, 5), min_size=1, max_size=6), st.data())
-def test_no_other_choice_of_parts_costs_less(gains, data):
+def test_no_other_cut_costs_less(gains, data):
     count = len(gains)
     every = [(one, other) for one in range(count) for other in range(one)]
     pairs = data.draw(st.lists(st.sampled_from(every), unique=True) if every else st.just([]))
@@ -168,14 +168,14 @@ def test_no_other_choice_of_parts_costs_less(gains, data):
 
     def worth(chosen: tuple[bool, ...]) -> float:
         parted = sum(cost for (one, other), cost in zip(pairs, costs, strict=True) if chosen[one] != chosen[other])
-        return float(sum(gain for gain, kept in zip(gains, chosen, strict=True) if kept) - parted)
+        return float(sum(gain for gain, is_chosen in zip(gains, chosen, strict=True) if is_chosen) - parted)
 
-    found = minimum_cut(np.array(gains, float), np.array(pairs, np.int64).reshape(-1, 2), np.array(costs, float))
-    assert worth(tuple(found)) == max(map(worth, product((False, True), repeat=count)))
+    cut = minimum_cut(np.array(gains, float), np.array(pairs, np.int64).reshape(-1, 2), np.array(costs, float))
+    assert worth(tuple(cut)) == max(map(worth, product((False, True), repeat=count)))
 
 
-def test_a_metre_of_open_border_weighs_as_much_as_it_says():
-    """Two parts of 1 m²: one sure to be inside, one outside, and 1 m between them."""
+def test_a_metre_of_open_border_costs_its_parameter():
+    """Two parts, one certainly inside, one outside, and 1 m between them."""
     pairs, open_metre = np.array([[0, 1]]), np.array([PARAMETERS.open_border])
     assert minimum_cut(np.array([3.0, -1.0]), pairs, open_metre).tolist() == [True, True]
     assert minimum_cut(np.array([3.0, -2.5]), pairs, open_metre).tolist() == [True, False]

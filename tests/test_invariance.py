@@ -146,7 +146,7 @@ SURVEY = ["Freiburg101_scan", "Freiburg79_scan", "NLB"]
 
 
 @cache
-def read_known(name: str, method: str, data: Path | None = None) -> tuple[GridMap, Floor]:
+def read_and_reconstruct(name: str, method: str, data: Path | None = None) -> tuple[GridMap, Floor]:
     """A map by its name, or a map of the survey, and the floor that a method finds in it."""
     grid = MAPS[name]() if data is None else read_map(data / "survey" / f"{name}.png", resolution=0.05)
     return grid, reconstruct(grid, method=method)
@@ -190,7 +190,7 @@ def polygons_of(floor: Floor):
 @pytest.mark.parametrize("view", EXACT_VIEWS)
 @pytest.mark.parametrize("name", MAPS)
 def test_rooms_and_doors_are_the_same_in_every_pose(name, view, method):
-    grid, floor = read_known(name, method)
+    grid, floor = read_and_reconstruct(name, method)
     viewed = check_same_rooms(grid, floor, EXACT_VIEWS[view], method)
     widths = sorted(door.width for door in viewed.doors)
     assert widths == pytest.approx(sorted(door.width for door in floor.doors))
@@ -200,7 +200,7 @@ def test_rooms_and_doors_are_the_same_in_every_pose(name, view, method):
 @pytest.mark.parametrize("view", EXACT_VIEWS)
 @pytest.mark.parametrize("name", SURVEY)
 def test_rooms_of_real_maps_are_the_same_in_every_pose(data, name, view, method):
-    check_same_rooms(*read_known(name, method, data), EXACT_VIEWS[view], method)
+    check_same_rooms(*read_and_reconstruct(name, method, data), EXACT_VIEWS[view], method)
 
 
 def check_same_rooms(grid: GridMap, floor: Floor, make_view: Callable[[GridMap], View], method: str) -> Floor:
@@ -232,7 +232,7 @@ def test_clean_maps_at_half_resolution_have_the_same_rooms(floor_type, method, a
 @pytest.mark.parametrize("view", HALF_VIEWS)
 @pytest.mark.parametrize("name", [*WORLDS, "sample"])
 def test_maps_at_half_resolution_have_the_same_number_of_rooms(name, view, method, miss):
-    grid, floor = read_known(name, method)
+    grid, floor = read_and_reconstruct(name, method)
     count, same_count, growth = compare_views(grid, floor, HALF_VIEWS[view](grid), method)
     assert abs(same_count - count) <= miss
     assert abs(growth) < 0.05
@@ -242,20 +242,20 @@ def test_maps_at_half_resolution_have_the_same_number_of_rooms(name, view, metho
 @pytest.mark.parametrize("view", HALF_VIEWS)
 @pytest.mark.parametrize("name", SURVEY)
 def test_real_maps_at_half_resolution_have_the_same_area(data, name, view, method):
-    grid, floor = read_known(name, method, data)
+    grid, floor = read_and_reconstruct(name, method, data)
     assert abs(compare_views(grid, floor, HALF_VIEWS[view](grid), method)[2]) < 0.05
 
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", [*WORLDS, "sample"])
 def test_maps_turned_by_17_degrees_have_the_same_rooms_within_a_tenth(name, method):
-    check_turned(*read_known(name, method), method)
+    check_turned(*read_and_reconstruct(name, method), method)
 
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SURVEY)
 def test_real_maps_turned_by_17_degrees_have_the_same_rooms_within_a_tenth(data, name, method):
-    check_turned(*read_known(name, method, data), method)
+    check_turned(*read_and_reconstruct(name, method, data), method)
 
 
 def check_turned(grid: GridMap, floor: Floor, method: str):
@@ -267,7 +267,7 @@ def check_turned(grid: GridMap, floor: Floor, method: str):
 @pytest.mark.parametrize("degrees", range(0, 90, 5))
 @pytest.mark.parametrize("name", [*WORLDS, "sample"])
 def test_maps_turned_by_any_angle_have_the_same_rooms(name, degrees):
-    grid, floor = read_known(name, "structure")
+    grid, floor = read_and_reconstruct(name, "structure")
     rooms, others = polygons_of(floor), find_rooms(view_turned(grid, degrees), grid, "structure")
     assert len(others) == len(rooms)
     assert match_areas(rooms, others) == pytest.approx(np.ones(len(rooms)), abs=0.05)

@@ -42,12 +42,12 @@ def test_halves_of_an_open_room_merge_and_rooms_with_a_door_do_not():
     regions, separators = cut(SPACE, np.array(DOORS + OPEN, float))
     west, left, right, east = regions.labels[30, [20, 70, 120, 180]]
     assert len({west, left, right, east}) == 4
-    rooms, active, odds = merge_regions(regions, separators, MODEL)
+    rooms, active, log_odds = merge_regions(regions, separators, MODEL)
     assert rooms.owner[left] == rooms.owner[right]
     assert len({rooms.owner[west], rooms.owner[left], rooms.owner[east]}) == 3
     assert separators.lines[active].tolist() == DOORS
-    assert odds.shape == (2,)
-    assert (odds < 0).all()
+    assert log_odds.shape == (2,)
+    assert (log_odds < 0).all()
 
 
 def test_a_merged_room_has_the_area_and_the_width_of_its_parts():
@@ -75,12 +75,12 @@ def test_joining_pairs_keeps_the_total_area_and_numbers_rooms_by_the_smaller():
     again = join_rooms(joined, np.array([[2, 1]]))
     assert again.owner.tolist() == [0, 1, 1, 1, 1]
     assert again.area[1] == pytest.approx(regions.area.sum())
-    # What was joined is a copy.
+    # The initial rooms are not changed.
     assert initial_rooms(regions).owner.tolist() == [0, 1, 2, 3, 4]
     assert joined.area[1] < again.area[1]
 
 
-def test_borders_within_a_room_part_nothing():
+def test_separators_within_a_room_are_not_active():
     regions, separators = cut(SPACE, np.array(DOORS + OPEN, float))
     rooms = initial_rooms(regions)
     assert find_active_separators(rooms, separators).tolist() == [0, 1, 2]
@@ -88,11 +88,11 @@ def test_borders_within_a_room_part_nothing():
     assert find_active_separators(joined, separators).tolist() == [0, 1]
 
 
-def test_without_borders_every_piece_is_a_room():
+def test_without_separators_every_region_is_a_room():
     regions, separators = cut(carve(SHAPE, (10, 50, 10, 50), (60, 100, 10, 50)), np.zeros((0, 2, 2)))
-    rooms, active, odds = merge_regions(regions, separators, MODEL)
+    rooms, active, log_odds = merge_regions(regions, separators, MODEL)
     assert rooms.owner.tolist() == [0, 1, 2]
-    assert (len(active), len(odds)) == (0, 0)
+    assert (len(active), len(log_odds)) == (0, 0)
 
 
 openings = st.lists(st.integers(8, 90), min_size=3, max_size=3)
@@ -100,7 +100,7 @@ openings = st.lists(st.integers(8, 90), min_size=3, max_size=3)
 
 @pytest.mark.slow
 @given(openings, st.permutations(range(3)), st.lists(st.booleans(), min_size=3, max_size=3))
-def test_rooms_do_not_depend_on_the_order_of_borders_nor_on_their_direction(heights, order, turned):
+def test_rooms_do_not_depend_on_the_order_or_direction_of_separators(heights, order, turned):
     walls = [48, 96, 144]
     gaps = [(100 - height, 100, col, col + 4) for height, col in zip(heights, walls, strict=True)]
     spans = [(10, 100, 4, 48), (10, 100, 52, 96), (10, 100, 100, 144), (10, 100, 148, 196)]

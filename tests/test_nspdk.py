@@ -45,7 +45,7 @@ def test_blocks_without_pairs_do_not_count():
     np.testing.assert_allclose(kernel.compare()[0, 1], 1 / sqrt(2), rtol=1e-15)
 
 
-def test_doors_tell_neighbourhoods_apart():
+def test_doors_distinguish_neighbourhoods():
     wide, narrow = make_path("AB"), make_path("AB")
     wide.edges[0, 1]["door"], narrow.edges[0, 1]["door"] = "wide", "narrow"
     assert NeighborhoodPairs().fit([wide]).compare([narrow])[0, 0] == 1
@@ -87,7 +87,7 @@ def test_roots_that_are_no_nodes():
         NeighborhoodPairs().count_rooted_features(PATHS, [[0]])
 
 
-def test_all_bad_numbers_are_told_together():
+def test_all_bad_numbers_are_listed_together():
     with pytest.raises(OptionError, match=r"radius is -1; distance is True, give whole numbers of 0 or more"):
         NeighborhoodPairs(radius=-1, distance=True).fit(PATHS)
 
@@ -107,7 +107,7 @@ def make_wheel(rim: str) -> nx.Graph:
     return graph
 
 
-def test_what_lies_along_an_outer_ring_counts():
+def test_the_outer_ring_counts():
     # Two rooms of B among those of A, at different distances along the ring: two rounds do not see that.
     near, far = make_wheel("BAAAABAAAAAA"), make_wheel("BAAAAABAAAAA")
     assert hash_one(near, 1, 0) != hash_one(far, 1, 0)

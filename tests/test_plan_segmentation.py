@@ -1,4 +1,4 @@
-"""ClassMap of a plan: what the network sees of a sheet, what it says, and how sure it is."""
+"""Segmentation of plans: the input of the network, its output, and its entropy."""
 
 import json
 
@@ -43,7 +43,7 @@ def test_layers_are_as_large_as_the_sheet_in_cells(cell_px):
     assert layers[:, 0, 0].tolist() == [1, 1, 0, 0]
 
 
-def test_a_line_thinner_than_a_cell_stays_dark_and_clear():
+def test_a_line_thinner_than_a_cell_stays_dark_with_contrast():
     colors = page(160, 160)
     colors[:, 80] = 0
     layers = input_layers(colors, cell_px=8.0)
@@ -62,7 +62,7 @@ def test_a_colour_has_chroma_and_grey_has_none():
     assert chroma[20, 25:].max() == 0
 
 
-def test_light_lines_on_dark_paper_are_seen_as_dark_ones():
+def test_light_lines_on_dark_paper_have_the_layers_of_dark_ones():
     colors = page(64, 64)
     colors[30:34] = 0
     assert np.array_equal(input_layers(colors, cell_px=2.0), input_layers(255 - colors, cell_px=2.0))
@@ -78,33 +78,33 @@ def test_the_cells_of_a_narrow_sheet_are_as_large_as_of_any():
 
 
 @pytest.mark.parametrize("side", [(31, 200), (97, 130)])
-def test_the_network_says_shares_of_one_for_every_cell(side):
-    regions = segment_sheet(page(*side), door_px=16.0)
-    assert regions.cell_px == 2.0
-    assert regions.probabilities.shape == (4, round(side[0] / 2), round(side[1] / 2))
-    assert regions.probabilities.min() >= 0
-    assert regions.probabilities.sum(axis=0) == pytest.approx(1, abs=1e-4)
+def test_the_probabilities_of_each_cell_sum_to_one(side):
+    class_map = segment_sheet(page(*side), door_px=16.0)
+    assert class_map.cell_px == 2.0
+    assert class_map.probabilities.shape == (4, round(side[0] / 2), round(side[1] / 2))
+    assert class_map.probabilities.min() >= 0
+    assert class_map.probabilities.sum(axis=0) == pytest.approx(1, abs=1e-4)
 
 
 @pytest.mark.parametrize("network", NETWORKS)
-def test_each_network_tells_walls_rooms_and_outside_of_a_simple_plan(network):
+def test_each_network_finds_walls_rooms_and_outside_of_a_simple_plan(network):
     plan = draw_plan(make_corridor_floor(seed=3, length=12, room_depth=4), doors="gap", px_per_metre=20)
-    regions = segment_sheet(plan.colors, door_px=18.0, networks=[network])
-    likely = regions.probabilities.argmax(axis=0)
-    rows, cols = (np.arange(side) * regions.cell_px + regions.cell_px / 2 for side in likely.shape)
+    class_map = segment_sheet(plan.colors, door_px=18.0, networks=[network])
+    classes_of_cells = class_map.probabilities.argmax(axis=0)
+    rows, cols = (np.arange(side) * class_map.cell_px + class_map.cell_px / 2 for side in classes_of_cells.shape)
     x, y = plan.grid.pixel_to_map(*np.meshgrid(rows, cols, indexing="ij"))
     at = np.ix_(rows.astype(int), cols.astype(int))
     rooms = plan.truth.label_image(plan.grid)[at] > 0
     black = plan.colors[at][..., 0] < 128
     rooms &= ~binary_dilation(black, iterations=2)
-    apart = (np.abs(x - 6) > 6.8) | (np.abs(y - 1.2) > 5.9)
-    assert (likely[rooms] == INSIDE).mean() > 0.85
-    assert (likely[black] == WALL).mean() > 0.85
-    outside = regions.probabilities[OUTSIDE]
-    assert outside[apart].mean() > outside[rooms].mean() + 0.15
+    beyond = (np.abs(x - 6) > 6.8) | (np.abs(y - 1.2) > 5.9)
+    assert (classes_of_cells[rooms] == INSIDE).mean() > 0.85
+    assert (classes_of_cells[black] == WALL).mean() > 0.85
+    outside = class_map.probabilities[OUTSIDE]
+    assert outside[beyond].mean() > outside[rooms].mean() + 0.15
 
 
-def test_several_networks_say_their_mean():
+def test_the_mean_of_several_networks_counts():
     colors = draw_plan(make_corridor_floor(seed=3, length=9, room_depth=4), px_per_metre=12).colors
     each = [segment_sheet(colors, door_px=11.0, networks=[name]).probabilities for name in NETWORKS]
     both = segment_sheet(colors, door_px=11.0, networks=NETWORKS).probabilities
@@ -112,8 +112,8 @@ def test_several_networks_say_their_mean():
     assert np.abs(each[0] - each[1]).max() > 0.01
 
 
-def test_doubt_is_the_entropy_of_what_is_not_outside():
-    certain, even = (as_class_map(two_rooms(), sure=sure) for sure in (1.0, 0.25))
+def test_the_mean_entropy_leaves_out_the_outside():
+    certain, even = (as_class_map(two_rooms(), probability=probability) for probability in (1.0, 0.25))
     assert mean_entropy(certain) == pytest.approx(0, abs=1e-4)
     assert mean_entropy(even) == pytest.approx(np.log(4))
     halves = np.zeros((4, 2, 3), np.float32)
@@ -122,47 +122,47 @@ def test_doubt_is_the_entropy_of_what_is_not_outside():
     assert mean_entropy(ClassMap(halves, 1.0)) == pytest.approx(np.log(2), abs=1e-4)
 
 
-def test_where_all_is_outside_doubt_is_highest():
+def test_the_mean_entropy_is_highest_if_all_is_outside():
     nothing = np.zeros((4, 5, 5), np.float32)
     nothing[OUTSIDE] = 1
     assert mean_entropy(ClassMap(nothing, 1.0)) == pytest.approx(np.log(4))
 
 
 @given(st.lists(st.floats(0.01, 1), min_size=4, max_size=4))
-def test_doubt_lies_between_none_and_that_of_four_equals(weights):
+def test_the_mean_entropy_is_between_zero_and_log_four(weights):
     shares = np.array(weights, np.float32) / sum(weights)
-    doubt = mean_entropy(ClassMap(np.broadcast_to(shares[:, None, None], (4, 3, 3)), 1.0))
-    assert 0 <= doubt <= np.log(4) + 1e-4
+    entropy = mean_entropy(ClassMap(np.broadcast_to(shares[:, None, None], (4, 3, 3)), 1.0))
+    assert 0 <= entropy <= np.log(4) + 1e-4
     if shares[OUTSIDE] < 0.5:
-        assert doubt == pytest.approx(-(shares * np.log(shares)).sum(), abs=1e-3)
+        assert entropy == pytest.approx(-(shares * np.log(shares)).sum(), abs=1e-3)
 
 
 @pytest.mark.parametrize(("walls", "enough"), [(0, False), (10, False), (20, True)])
 def test_a_plan_has_walls_for_its_rooms(walls, enough):
     """A thousand cells of rooms."""
-    kinds = np.full((40, 40), OUTSIDE)
-    kinds.flat[:1000] = INSIDE
-    kinds.flat[1000 : 1000 + walls] = WALL
-    assert has_walls(as_class_map(kinds)) == enough
+    classes = np.full((40, 40), OUTSIDE)
+    classes.flat[:1000] = INSIDE
+    classes.flat[1000 : 1000 + walls] = WALL
+    assert has_walls(as_class_map(classes)) == enough
 
 
-def test_where_no_wall_is_certain_there_is_none():
-    assert has_walls(as_class_map(two_rooms(), sure=0.6))
-    assert not has_walls(as_class_map(two_rooms(), sure=0.4))
+def test_walls_need_a_probability_above_one_half():
+    assert has_walls(as_class_map(two_rooms(), probability=0.6))
+    assert not has_walls(as_class_map(two_rooms(), probability=0.4))
     assert not has_walls(as_class_map(np.full((40, 40), OUTSIDE)))
 
 
-def test_a_building_is_judged_by_networks_that_never_saw_it():
-    made_with = json.loads(TRAINED_ON.read_text(encoding="utf-8"))["networks"]
-    assert set(made_with) == set(NETWORKS)
-    buildings = [(building, name) for name in NETWORKS for building in made_with[name]]
+def test_a_building_is_evaluated_by_networks_that_were_not_trained_on_it():
+    trained_on = json.loads(TRAINED_ON.read_text(encoding="utf-8"))["networks"]
+    assert set(trained_on) == set(NETWORKS)
+    buildings = [(building, name) for name in NETWORKS for building in trained_on[name]]
     assert buildings
     for building, name in buildings:
         others = networks_without(building)
         assert name not in others
         assert others
-    assert networks_without("a building that nobody saw") == NETWORKS
+    assert networks_without("an unknown building") == NETWORKS
 
 
-def test_the_order_of_what_is_told_apart_is_that_of_the_network():
+def test_the_classes_are_in_the_order_of_the_network():
     assert (INSIDE, WALL, DOOR, OUTSIDE) == (0, 1, 2, 3)

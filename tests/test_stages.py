@@ -39,17 +39,17 @@ class TestMakeWorld:
         assert floor == make_sample()[0]
         assert (grid.cells == make_sample()[1].cells).all()
 
-    @pytest.mark.parametrize("kind", FLOOR_MAKERS)
-    def test_every_kind(self, kind):
-        floor, grid = pianta.make_world(kind, seed=3, resolution=0.2, noise=0.3)
-        assert floor == make_floor(kind, seed=3)
+    @pytest.mark.parametrize("world_type", FLOOR_MAKERS)
+    def test_every_kind(self, world_type):
+        floor, grid = pianta.make_world(world_type, seed=3, resolution=0.2, noise=0.3)
+        assert floor == make_floor(world_type, seed=3)
         assert (grid.cells == simulate_map(floor, seed=3, resolution=0.2, noise=0.3).cells).all()
 
     def test_the_seed_is_0_unless_given(self):
         assert pianta.make_world("hall")[0] == pianta.make_world("hall", seed=0)[0]
 
     @pytest.mark.parametrize(
-        ("arguments", "options", "told"),
+        ("arguments", "options", "message"),
         [
             (["castle"], {}, "name is 'castle', give one of sample, corridor, l, ring, hall"),
             ([], {"seed": 0}, "the sample is always the same"),
@@ -58,30 +58,30 @@ class TestMakeWorld:
             (["ring"], {"noise": 2}, "noise is 2, give 0 … 1"),
         ],
     )
-    def test_refuses_what_makes_no_sense(self, arguments, options, told):
-        with pytest.raises(OptionError, match=told):
+    def test_refuses_what_makes_no_sense(self, arguments, options, message):
+        with pytest.raises(OptionError, match=message):
             pianta.make_world(*arguments, **options)
 
 
-class TestJudgeRealism:
-    MADE = tuple(make_floor(kind, seed=seed) for kind in ("corridor", "ring", "hall") for seed in range(2))
+class TestAssessRealism:
+    WORLDS = tuple(make_floor(name, seed=seed) for name in ("corridor", "ring", "hall") for seed in range(2))
 
     def test_takes_floors_or_their_model(self):
         model = train_realism(
-            [fill_missing_labels(floor, LabelSet.R_C).floor for floor in self.MADE], label_set=LabelSet.R_C
+            [fill_missing_labels(floor, LabelSet.R_C).floor for floor in self.WORLDS], label_set=LabelSet.R_C
         )
-        of_floors, of_model = (pianta.assess_realism(two_rooms(), reference) for reference in (self.MADE, model))
-        assert of_floors == of_model
-        assert of_floors.score == 0
-        assert len(of_floors.usual) == 6
+        by_floors, by_model = (pianta.assess_realism(two_rooms(), reference) for reference in (self.WORLDS, model))
+        assert by_floors == by_model
+        assert by_floors.score == 0
+        assert len(by_floors.usual) == 6
 
     def test_refuses_few_buildings(self):
         with pytest.raises(ModelError, match="1 reference buildings are too few, give 3 at least"):
-            pianta.assess_realism(two_rooms(), self.MADE[:1])
+            pianta.assess_realism(two_rooms(), self.WORLDS[:1])
 
     def test_refuses_a_floor_without_rooms(self):
         with pytest.raises(LabelError):
-            pianta.assess_realism(Floor(()), self.MADE)
+            pianta.assess_realism(Floor(()), self.WORLDS)
 
 
 class TestGenerate:
@@ -109,12 +109,12 @@ class TestGenerate:
         with pytest.warns(BuildingWarning, match=r"rooms 10 have no door and are left out") as caught:
             (building,) = pianta.generate(QUICK, keep=draw_floor(wing))
         assert caught[0].filename == __file__
-        kept = [node for node, room in building.nodes(data="room") if room is not None]
-        assert len(kept) == 3
-        assert sorted(building.nodes[node]["label"] for node in kept) == ["CLASSROOM", "CLASSROOM", "CORRIDOR"]
+        room_nodes = [node for node, room in building.nodes(data="room") if room is not None]
+        assert len(room_nodes) == 3
+        assert sorted(building.nodes[node]["label"] for node in room_nodes) == ["CLASSROOM", "CLASSROOM", "CORRIDOR"]
 
     @pytest.mark.parametrize(
-        ("options", "error", "told"),
+        ("options", "error", "message"),
         [
             ({"costs": "money"}, OptionError, "costs is 'money', give one of density, thesis"),
             ({"rooms": (12, 8)}, OptionError, "12 to 8 rooms is no range"),
@@ -128,13 +128,13 @@ class TestGenerate:
         ],
         ids=lambda value: "-".join(value) if isinstance(value, dict) else "",
     )
-    def test_refuses_what_makes_no_sense(self, options, error, told):
+    def test_refuses_what_makes_no_sense(self, options, error, message):
         if error is None:
             assert pianta.generate(QUICK, **options)
             return
         with pytest.raises(error) as caught:
             pianta.generate(QUICK, **options)
-        assert told in str(caught.value)
+        assert message in str(caught.value)
         assert "\n" not in str(caught.value)
 
 
@@ -156,15 +156,15 @@ class TestTrainType:
         model.save(tmp_path / "school.json")
         assert str(pianta.load_model(tmp_path / "school.json")) == str(model)
 
-    def test_takes_floors_that_tell_their_type(self):
+    def test_takes_floors_with_a_type(self):
         floors = [replace(draw_floor(graph), building_type={"School": 1.0}) for graph in make_schools()[:3]]
-        of_list, of_iterator = pianta.train_type(floors), pianta.train_type(iter(floors))  # type: ignore[arg-type]
-        assert str(of_list) == str(of_iterator)
-        assert of_list.building_type == "school"
-        assert len(of_list.floors) == 3
+        from_list, from_iterator = pianta.train_type(floors), pianta.train_type(iter(floors))  # type: ignore[arg-type]
+        assert str(from_list) == str(from_iterator)
+        assert from_list.building_type == "school"
+        assert len(from_list.floors) == 3
 
     @pytest.mark.parametrize(
-        ("types", "options", "error", "told"),
+        ("types", "options", "error", "message"),
         [
             ([], {}, ModelError, "no floor has a building type"),
             ([], {"schema": SCHOOL}, ModelError, "0 floors given, give two at least"),
@@ -176,14 +176,15 @@ class TestTrainType:
             (["school", "school"], {"seed": -1}, OptionError, "seed is -1, give 0 or more"),
         ],
     )
-    def test_refuses_what_it_cannot_use(self, types, options, error, told):
-        drawn = [draw_floor(graph) for graph in make_schools()[: len(types)]]
+    def test_refuses_what_it_cannot_use(self, types, options, error, message):
+        drawings = [draw_floor(graph) for graph in make_schools()[: len(types)]]
         floors = [
-            replace(floor, building_type={kind: 1.0} if kind else {}) for floor, kind in zip(drawn, types, strict=True)
+            replace(floor, building_type={name: 1.0} if name else {})
+            for floor, name in zip(drawings, types, strict=True)
         ]
         with pytest.raises(error) as caught:
             pianta.train_type(floors, **options)
-        assert told in str(caught.value)
+        assert message in str(caught.value)
         assert "\n" not in str(caught.value)
 
 
@@ -209,11 +210,11 @@ class TestExplore:
 
     def test_a_file(self, tmp_path):
         two_rooms().save(tmp_path / "floor.geojson")
-        of_floor, of_file, of_folder = (
+        from_floor, from_file, from_folder = (
             pianta.explore(world, lidar=SHORT_SIGHTED)
             for world in (two_rooms(), tmp_path / "floor.geojson", str(tmp_path))
         )
-        assert of_floor.distance.tolist() == of_file.distance.tolist() == of_folder.distance.tolist()
+        assert from_floor.distance.tolist() == from_file.distance.tolist() == from_folder.distance.tolist()
 
     def test_a_kind_of_world_with_the_seed(self):
         by_kind, by_floor, other = (
@@ -230,7 +231,7 @@ class TestExplore:
         assert array.distance.tolist() == listed.distance.tolist()
 
     @pytest.mark.parametrize(
-        ("world", "arguments", "options", "told"),
+        ("world", "arguments", "options", "message"),
         [
             (two_rooms(), ["wise"], {}, "policy is 'wise', give one of nearest"),
             (two_rooms(), [], {"seed": -1}, "seed is -1, give 0 or more"),
@@ -241,8 +242,8 @@ class TestExplore:
             (Floor(()), [], {}, "the floor has no rooms"),
         ],
     )
-    def test_refuses_what_makes_no_sense(self, world, arguments, options, told):
-        with pytest.raises(OptionError, match=told):
+    def test_refuses_what_makes_no_sense(self, world, arguments, options, message):
+        with pytest.raises(OptionError, match=message):
             pianta.explore(world, *arguments, **options)
 
 

@@ -44,7 +44,7 @@ def test_the_frame_holds_the_rooms_and_a_margin(path):
     assert (ground.cells == UNKNOWN).all()
 
 
-def test_the_frame_of_a_wide_storey_is_coarser_and_says_so(tmp_path):
+def test_the_frame_of_a_wide_storey_has_larger_cells(tmp_path):
     model = Model()
     ground = model.storey()
     model.space(ground, LAB, Name="Near")
@@ -70,7 +70,7 @@ def test_read_plan_gives_the_storeys_without_a_sheet(path):
 
 
 @pytest.mark.parametrize("content", [b"", b"ISO-10303-21;\nHEADER;", b"\x00\xff" * 90])
-def test_what_is_no_ifc_is_refused_in_one_line(tmp_path, content):
+def test_damaged_ifc_files_are_refused_in_one_line(tmp_path, content):
     (tmp_path / "plan.ifc").write_bytes(content)
     with pytest.raises(PlanError) as refused:
         read_plan(tmp_path / "plan.ifc")

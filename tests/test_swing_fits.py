@@ -1,4 +1,4 @@
-"""Leaf, arc, jamb and hinge about a circle make a swing, and what lacks one of them is none."""
+"""Leaf, arc, jamb and hinge about a circle make a swing; all of them are needed."""
 
 import numpy as np
 import pytest
@@ -34,9 +34,9 @@ def door(leaf: int, closed: int, *, without: slice | None = None, arc: tuple[int
     return draw(*(stroke for stroke in strokes if stroke[2] != without))
 
 
-def read(*drawn: Mask) -> tuple[float, int, int] | None:
-    """Score, leaf and closed door of the swing about a circle around which all these are drawn."""
-    (fit,) = fit_swings(np.any(drawn, axis=0)[None])
+def read(*images: Mask) -> tuple[float, int, int] | None:
+    """Score, leaf and closed door of the swing about a circle, with the ink of several images."""
+    (fit,) = fit_swings(np.any(images, axis=0)[None])
     return None if fit is None else as_numbers(fit)
 
 
@@ -45,31 +45,31 @@ def as_numbers(fit: SwingFit) -> tuple[float, int, int]:
 
 
 @pytest.mark.parametrize(("leaf", "closed"), [(36, 60), (60, 36), (30, 54), (66, 42)])
-def test_a_quarter_each_way(leaf, closed):
+def test_swings_are_fitted_in_both_directions(leaf, closed):
     assert read(door(leaf, closed)) == pytest.approx((1, leaf, closed))
 
 
 @pytest.mark.parametrize("part", [LEAF, ARC, JAMB, HINGE], ids=["leaf", "arc", "jamb", "hinge"])
 @pytest.mark.parametrize(("leaf", "closed"), [(36, 60), (60, 36)])
-def test_a_door_lacks_nothing(leaf, closed, part):
+def test_a_swing_needs_each_of_its_parts(leaf, closed, part):
     assert read(door(leaf, closed, without=part)) is None
 
 
-@pytest.mark.parametrize(("drawn", "score"), [(4, None), (5, (1 + 1 + 5 / 8) / 3), (8, 1)])
-def test_of_a_jamb_three_fifths_are_drawn(drawn, score):
-    """Of its eight rings."""
-    quarter = read(door(36, 60, without=JAMB), draw((60, 60, slice(30, 30 + drawn))))
-    assert quarter == (None if score is None else pytest.approx((score, 36, 60)))
+@pytest.mark.parametrize(("n_rings", "score"), [(4, None), (5, (1 + 1 + 5 / 8) / 3), (8, 1)])
+def test_at_least_three_fifths_of_a_jamb_are_drawn(n_rings, score):
+    """It has eight rings."""
+    fit = read(door(36, 60, without=JAMB), draw((60, 60, slice(30, 30 + n_rings))))
+    assert fit == (None if score is None else pytest.approx((score, 36, 60)))
 
 
-@pytest.mark.parametrize(("drawn", "score"), [(13, None), (14, (14 / 23 + 1 + 1) / 3)])
-def test_of_a_leaf_three_fifths_are_drawn(drawn, score):
-    """Of its 23 rings."""
-    quarter = read(door(60, 36, without=LEAF), draw((60, 60, slice(4, 4 + drawn))))
-    assert quarter == (None if score is None else pytest.approx((score, 60, 36)))
+@pytest.mark.parametrize(("n_rings", "score"), [(13, None), (14, (14 / 23 + 1 + 1) / 3)])
+def test_at_least_three_fifths_of_a_leaf_are_drawn(n_rings, score):
+    """It has 23 rings."""
+    fit = read(door(60, 36, without=LEAF), draw((60, 60, slice(4, 4 + n_rings))))
+    assert fit == (None if score is None else pytest.approx((score, 60, 36)))
 
 
-def test_a_wall_behind_the_leaf_is_no_better_than_the_jamb():
+def test_a_wall_behind_the_leaf_is_drawn_no_better_than_the_jamb():
     wall_at_leaf, most_of_jamb = draw((36, 36, JAMB)), draw((60, 60, slice(30, 36)))
     assert read(door(36, 60), wall_at_leaf) == pytest.approx((1, 36, 60))
     assert read(door(36, 60, without=JAMB), most_of_jamb) == pytest.approx(((1 + 1 + 6 / 8) / 3, 36, 60))
@@ -77,8 +77,8 @@ def test_a_wall_behind_the_leaf_is_no_better_than_the_jamb():
 
 
 @pytest.mark.parametrize(("leaf", "closed"), [(36, 60), (60, 36)])
-def test_within_the_arc_a_quarter_may_be_drawn(leaf, closed):
-    """Of the 15 directions from 41 to 55; around the arc a tenth more."""
+def test_up_to_a_quarter_within_the_arc_may_be_drawn(leaf, closed):
+    """Counted over the 15 directions from 41 to 55; a tenth more around the arc."""
     one_door = door(leaf, closed)
     assert read(one_door, draw((46, 48, INSIDE))) == pytest.approx((1 - 3 / 15, leaf, closed))
     assert read(one_door, draw((46, 49, INSIDE))) is None
@@ -87,7 +87,7 @@ def test_within_the_arc_a_quarter_may_be_drawn(leaf, closed):
 
 
 @pytest.mark.parametrize(
-    ("leaf", "closed", "arc", "found"),
+    ("leaf", "closed", "arc", "is_swing"),
     [
         (40, 56, (40, 56), False),
         (40, 57, (40, 57), True),
@@ -98,32 +98,32 @@ def test_within_the_arc_a_quarter_may_be_drawn(leaf, closed):
         (65, 41, (32, 65), False),
     ],
 )
-def test_arcs_go_over_17_to_32_directions(leaf, closed, arc, found):
+def test_arcs_span_17_to_32_directions(leaf, closed, arc, is_swing):
     """A short one ends at the closed door; a long one goes on in the wall, and the door closes after a quarter."""
-    assert read(door(leaf, closed, arc=arc)) == (pytest.approx((1, leaf, closed)) if found else None)
+    assert read(door(leaf, closed, arc=arc)) == (pytest.approx((1, leaf, closed)) if is_swing else None)
 
 
 def test_arcs_have_gaps_of_one_direction():
-    """Of the 15 directions one or two are missing."""
+    """One or two of the 15 directions are missing."""
     rest = door(36, 60, without=ARC)
     assert read(rest, draw((36, 44, ARC), (46, 60, ARC))) == pytest.approx((14 / 15, 36, 60))
     assert read(rest, draw((36, 44, ARC), (47, 60, ARC))) is None
 
 
 @pytest.mark.parametrize(("leaf", "closed"), [(36, 60), (60, 36)])
-def test_a_leaf_at_both_ends_is_less_sure(leaf, closed):
-    """What is drawn of the leaf when closed takes off 0.3; the better one of two swings counts."""
+def test_a_leaf_at_both_ends_scores_less(leaf, closed):
+    """A leaf in the closed door costs up to 0.3; the better one of two swings counts."""
     assert read(door(leaf, closed), draw((closed, closed, LEAF))) == pytest.approx((0.7, leaf, closed))
     most_of_leaf = draw((closed, closed, slice(4, 20)))
     both = read(door(leaf, closed), door(closed, leaf, without=LEAF), most_of_leaf)
     assert both == pytest.approx((1 - 0.3 * 16 / 23, leaf, closed))
 
 
-def test_each_circle_is_read_by_itself():
+def test_each_circle_is_fitted_by_itself():
     nothing, everything = draw(), draw((0, 95, slice(0, 41)))
-    quarters = fit_swings(np.stack([nothing, door(60, 36), everything, door(36, 60)]))
-    assert [quarter and as_numbers(quarter) for quarter in quarters] == [None, (1, 60, 36), None, (1, 36, 60)]
+    fits = fit_swings(np.stack([nothing, door(60, 36), everything, door(36, 60)]))
+    assert [fit and as_numbers(fit) for fit in fits] == [None, (1, 60, 36), None, (1, 36, 60)]
 
 
-def test_no_circles_have_no_quarters():
+def test_no_circles_have_no_fits():
     assert fit_swings(np.zeros((0, 96, 41), bool)) == []

@@ -1,4 +1,4 @@
-"""Symbols are found where they were drawn, in every pose and size, and taken away without the walls."""
+"""Symbols are found where they were drawn, in every pose and size, and removed without the walls."""
 
 from typing import Any
 
@@ -27,7 +27,7 @@ def blank(height: int = 240, width: int = 320) -> Image:
     return np.full((height, width, 3), WHITE, np.uint8)
 
 
-def lay(sheet: Image, image: Image, row: int, col: int) -> None:
+def draw_over(sheet: Image, image: Image, row: int, col: int) -> None:
     """Draw an image over a sheet with its upper left corner at row, col."""
     image = np.repeat(image[:, :, None], 3, axis=2) if image.ndim == 2 else image
     part = sheet[row : row + image.shape[0], col : col + image.shape[1]]
@@ -55,20 +55,20 @@ def test_a_door_is_found_in_every_pose(quarters, mirrored):
         image, jambs = image[:, ::-1], jambs * (1, -1) + (0, image.shape[1])
     jambs = turned(jambs, image.shape, quarters) + np.array([80, 120])
     sheet = blank()
-    lay(sheet, np.rot90(image, quarters), 80, 120)
+    draw_over(sheet, np.rot90(image, quarters), 80, 120)
     (symbol,) = find_symbols(Sheet(sheet), door_px=32, templates=named("door"))
     assert (symbol.name, symbol.kind) == ("door", "door")
     assert symbol.score > 0.7
     assert symbol.jambs is not None
-    found = symbol.jambs[np.lexsort(symbol.jambs.round().T)]
-    assert np.abs(found - jambs[np.lexsort(jambs.round().T)]).max() < 4
+    jambs_found = symbol.jambs[np.lexsort(symbol.jambs.round().T)]
+    assert np.abs(jambs_found - jambs[np.lexsort(jambs.round().T)]).max() < 4
 
 
 @pytest.mark.parametrize("size", [0.8, 1.0, 1.3])
 @pytest.mark.parametrize("door_px", [16, 32, 60])
-def test_a_door_is_found_at_other_sizes_than_said(door_px, size):
+def test_a_door_is_found_at_other_sizes_than_expected(door_px, size):
     sheet = blank(400, 400)
-    lay(sheet, draw_symbol("door", size_px=door_px * size, stroke_px=max(1, door_px // 16)), 150, 180)
+    draw_over(sheet, draw_symbol("door", size_px=door_px * size, stroke_px=max(1, door_px // 16)), 150, 180)
     (symbol,) = find_symbols(Sheet(sheet), door_px=door_px, templates=named("door"))
     assert symbol.jambs is not None
     assert np.hypot(*np.diff(symbol.jambs, axis=0)[0]) == pytest.approx(door_px * size, rel=0.2)
@@ -76,7 +76,7 @@ def test_a_door_is_found_at_other_sizes_than_said(door_px, size):
 
 def test_the_noise_of_jpeg_hides_no_door():
     sheet = blank()
-    lay(sheet, draw_symbol("door", size_px=32, stroke_px=2), 80, 120)
+    draw_over(sheet, draw_symbol("door", size_px=32, stroke_px=2), 80, 120)
     noisy = np.asarray(cv2.imdecode(cv2.imencode(".jpg", sheet, [cv2.IMWRITE_JPEG_QUALITY, 40])[1], 1))
     (symbol,) = find_symbols(Sheet(noisy), door_px=32, templates=named("door"))
     assert np.abs(symbol.corners.min(axis=0) - (80, 120)).max() < 5
@@ -89,21 +89,21 @@ def test_hair_light_doors_on_white_and_green_are_found(paper):
     door = draw_symbol("door", size_px=32, stroke_px=1)[:, :, None] < 128
     part = sheet[80 : 80 + door.shape[0], 120 : 120 + door.shape[1]]
     part[:] = np.where(door, (part * 0.85).astype(np.uint8), part)
-    found = find_symbols(Sheet(sheet), door_px=32, templates=named("door"))
-    assert [symbol.name for symbol in found] == ["door"]
+    symbols = find_symbols(Sheet(sheet), door_px=32, templates=named("door"))
+    assert [symbol.name for symbol in symbols] == ["door"]
 
 
-def test_signs_are_told_by_their_colours_at_any_size():
+def test_signs_are_found_by_their_colours_at_any_size():
     sheet = blank()
     cv2.rectangle(sheet, (20, 20), (300, 220), (0, 0, 0), 4)
-    places = {"extinguisher": (60, 60, 16), "first aid": (60, 200, 24), "exit": (150, 100, 34)}
-    for name, (row, col, side) in places.items():
-        lay(sheet, draw_symbol(name, size_px=side), row, col)
-    found = {symbol.name: symbol for symbol in find_symbols(Sheet(sheet), door_px=24, templates=builtin_templates())}
-    assert found.keys() == places.keys()
-    for name, (row, col, side) in places.items():
-        assert found[name].jambs is None
-        assert np.abs(found[name].corners.mean(axis=0) - (row + side / 2 + 2, col + side / 2 + 2)).max() < 3
+    signs = {"extinguisher": (60, 60, 16), "first aid": (60, 200, 24), "exit": (150, 100, 34)}
+    for name, (row, col, side) in signs.items():
+        draw_over(sheet, draw_symbol(name, size_px=side), row, col)
+    symbols = {symbol.name: symbol for symbol in find_symbols(Sheet(sheet), door_px=24, templates=builtin_templates())}
+    assert symbols.keys() == signs.keys()
+    for name, (row, col, side) in signs.items():
+        assert symbols[name].jambs is None
+        assert np.abs(symbols[name].corners.mean(axis=0) - (row + side / 2 + 2, col + side / 2 + 2)).max() < 3
 
 
 def test_signs_in_a_row_are_one_by_one_and_found_on_green_ways():
@@ -112,14 +112,14 @@ def test_signs_in_a_row_are_one_by_one_and_found_on_green_ways():
     sign = draw_symbol("hydrant", size_px=24)[2:-2, 2:-2]
     for col in (100, 124, 148):
         sheet[90:114, col : col + 24] = sign
-    found = find_symbols(Sheet(sheet), door_px=24, templates=named("hydrant"))
-    assert sorted(round(symbol.corners[:, 1].mean() / 12) for symbol in found) == [9, 11, 13]
+    symbols = find_symbols(Sheet(sheet), door_px=24, templates=named("hydrant"))
+    assert sorted(round(symbol.corners[:, 1].mean() / 12) for symbol in symbols) == [9, 11, 13]
 
 
-def test_places_bound_where_doors_are_looked_for():
+def test_doors_are_searched_only_near_given_points():
     sheet = blank()
     for col in (40, 220):
-        lay(sheet, draw_symbol("door", size_px=32, stroke_px=2), 100, col)
+        draw_over(sheet, draw_symbol("door", size_px=32, stroke_px=2), 100, col)
     assert len(find_symbols(Sheet(sheet), door_px=32, templates=named("door"))) == 2
     (symbol,) = find_symbols(Sheet(sheet), door_px=32, templates=named("door"), near=[(115, 235)])
     assert symbol.corners[:, 1].mean() > 200
@@ -130,7 +130,7 @@ def test_places_bound_where_doors_are_looked_for():
 @given(st.integers(20, 180), st.integers(20, 260), st.integers(0, 3))
 def test_quarter_turns_of_a_sheet_turn_its_symbols(row, col, quarters):
     sheet = blank()
-    lay(sheet, draw_symbol("door", size_px=28, stroke_px=2), row, col)
+    draw_over(sheet, draw_symbol("door", size_px=28, stroke_px=2), row, col)
     (symbol,) = find_symbols(Sheet(np.rot90(sheet, quarters)), door_px=28, templates=named("door"))
     middle = turned(np.array([(row + 17.0, col + 17.0)]), (240, 320), quarters)[0]
     assert np.abs(symbol.corners.mean(axis=0) - middle).max() < 4
@@ -167,7 +167,7 @@ def test_symbols_cut_out_of_a_sheet_are_found_on_it(tmp_path):
     sheet = blank()
     draw_walls(sheet)
     sheet[115:126, 150:182] = WHITE
-    lay(sheet, draw_symbol("door", size_px=30, stroke_px=2)[:, ::-1], 85, 148)
+    draw_over(sheet, draw_symbol("door", size_px=30, stroke_px=2)[:, ::-1], 85, 148)
     cut = sheet[84:128, 146:186]
     fill = np.full(cut.shape, WHITE, np.uint8)
     fill[34:38] = 0
@@ -182,17 +182,17 @@ def test_symbols_cut_out_of_a_sheet_are_found_on_it(tmp_path):
     assert np.abs(turned_symbol.jambs - [(174, 120), (134, 120)]).max() < 2
 
 
-def test_a_door_is_removed_and_its_walls_are_kept():
+def test_a_door_is_removed_and_its_walls_stay():
     sheet = blank()
-    lay(sheet, draw_symbol("door", size_px=32, stroke_px=2), 80, 120)
+    draw_over(sheet, draw_symbol("door", size_px=32, stroke_px=2), 80, 120)
     row, (left, right) = 80 + round(jambs_of("door", 32)[0, 0]), 120 + jambs_of("door", 32)[:, 1].round().astype(int)
     for start, stop in ((20, left), (right, 300)):
         sheet[row - 2 : row + 3, start:stop] = 0
     walls = sheet.copy()
     walls[: row - 2] = WHITE
-    found = find_symbols(Sheet(sheet), door_px=32, templates=named("door"))
-    cleared = remove_symbols(sheet, found)
-    assert len(found) == 1
+    symbols = find_symbols(Sheet(sheet), door_px=32, templates=named("door"))
+    cleared = remove_symbols(sheet, symbols)
+    assert len(symbols) == 1
     assert (cleared[: row - 5] < 128).sum() < 0.15 * (sheet[: row - 5] < 128).sum()
     away = np.abs(np.arange(320) - (left + right) / 2) > 20
     assert (cleared[:, away] == walls[:, away]).all()
@@ -201,9 +201,9 @@ def test_a_door_is_removed_and_its_walls_are_kept():
 def test_a_sign_is_removed_to_the_colour_of_its_way():
     sheet = np.full((240, 320, 3), (110, 204, 135), np.uint8)
     sheet[90:114, 100:124] = draw_symbol("hydrant", size_px=24)[2:-2, 2:-2]
-    found = find_symbols(Sheet(sheet), door_px=24, templates=named("hydrant"))
-    assert len(found) == 1
-    assert np.abs(remove_symbols(sheet, found).astype(int) - (110, 204, 135)).max() <= 2
+    symbols = find_symbols(Sheet(sheet), door_px=24, templates=named("hydrant"))
+    assert len(symbols) == 1
+    assert np.abs(remove_symbols(sheet, symbols).astype(int) - (110, 204, 135)).max() <= 2
     assert (remove_symbols(sheet, ()) == sheet).all()
 
 
@@ -218,7 +218,7 @@ def test_templates_that_do_not_fit_are_left_out():
 def test_the_evacuation_maps_have_signs_and_no_windows(data):
     path = str(data / "floorplans" / "evacuation" / "escapeplan.png")
     sheet = np.asarray(cv2.imread(path))[:, :, ::-1].copy()
-    found = [symbol.name for symbol in find_symbols(Sheet(sheet), door_px=17, templates=builtin_templates())]
-    assert found.count("first aid") == 2
-    assert found.count("way out") >= 5
-    assert [name for name in found if name.startswith("window")] == []
+    symbols = [symbol.name for symbol in find_symbols(Sheet(sheet), door_px=17, templates=builtin_templates())]
+    assert symbols.count("first aid") == 2
+    assert symbols.count("way out") >= 5
+    assert [name for name in symbols if name.startswith("window")] == []

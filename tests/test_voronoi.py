@@ -75,8 +75,8 @@ def test_a_critical_line_closes_the_door_from_jamb_to_jamb():
 @pytest.mark.parametrize(("spacing", "lines"), [(0.05, 2), (0.5, 1)])
 def test_of_two_near_points_the_narrower_draws_its_line(spacing, lines):
     corridor = carve((40, 100), (10, 30, 0, 100))
-    drawn = draw_critical_lines(np.array([[20, 50], [20, 53]]), measure_padded_clearance(corridor), spacing)
-    assert drawn[20].nonzero()[0].tolist() == [50, 53][:lines]
+    lines_drawn = draw_critical_lines(np.array([[20, 50], [20, 53]]), measure_padded_clearance(corridor), spacing)
+    assert lines_drawn[20].nonzero()[0].tolist() == [50, 53][:lines]
 
 
 def test_two_rooms_meet_in_the_door():
@@ -88,7 +88,7 @@ def test_two_rooms_meet_in_the_door():
 
 
 def test_narrow_gaps_are_no_passage():
-    # Without its door the wall has a gap of 0.1 m; no line is drawn there, and the gap divides nothing.
+    # Without its door the wall has a gap of 0.1 m; no line is lines_drawn there, and the gap divides nothing.
     free = PAIR.copy()
     free[DOOR] = False
     free[50:52, 90:94] = True

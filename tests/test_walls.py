@@ -40,16 +40,16 @@ def test_edges_run_around_the_free_space():
 
 
 def test_segments_lie_on_the_sides_of_a_room():
-    *sides, astray = measure_along_sides(detect_segments(detect_edges(ROOM, DEFAULT), 0.05, DEFAULT))
+    *sides, distance = measure_along_sides(detect_segments(detect_edges(ROOM, DEFAULT), 0.05, DEFAULT))
     assert sides == pytest.approx([4, 4, 6, 6], abs=0.2)
-    assert astray == 0
+    assert distance == 0
 
 
 def test_segments_are_in_metres_whatever_the_cells():
     room = make_working_grid(ROOM.free.repeat(2, axis=0).repeat(2, axis=1), resolution=0.025)
-    *sides, astray = measure_along_sides(detect_segments(detect_edges(room, DEFAULT), 0.025, DEFAULT))
+    *sides, distance = measure_along_sides(detect_segments(detect_edges(room, DEFAULT), 0.025, DEFAULT))
     assert sides == pytest.approx([4, 4, 6, 6], abs=0.2)
-    assert astray == 0
+    assert distance == 0
 
 
 def test_walls_shorter_than_a_segment_are_not_found():
@@ -62,7 +62,7 @@ def test_walls_shorter_than_a_segment_are_not_found():
 def test_later_passes_find_short_walls_beside_doors():
     columns = range(60, 120, 6)
     once, thrice = ([count_stubs_found(column, passes) > 0 for column in columns] for passes in (1, 3))
-    assert all(found for found, before in zip(thrice, once, strict=True) if before)
+    assert all(covered for covered, before in zip(thrice, once, strict=True) if before)
     assert sum(thrice) > sum(once)
 
 

@@ -14,7 +14,7 @@ import json
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -198,12 +198,25 @@ class _RoomProperties(_Part):
         return {LABEL_SET_OF_VERSION_1: probabilities} if is_old and probabilities else probabilities
 
 
-class _RoomFeature(_Part):
+class _Item(_Part):
+    """A feature that becomes a room or a door, whose own checks are faults of the file."""
+
+    @cached_property
+    def item(self) -> Room | Door:
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        _ = self.item
+        return self
+
+
+class _RoomFeature(_Item):
     properties: _RoomProperties
     geometry: _PolygonGeometry
 
     @cached_property
-    def room(self) -> Room:
+    def item(self) -> Room:
         properties = dict(self.properties)
         predicted = properties.pop("predicted")
         return Room(
@@ -213,11 +226,6 @@ class _RoomFeature(_Part):
             **properties,
         )
 
-    @model_validator(mode="after")
-    def _check(self) -> _RoomFeature:
-        _ = self.room
-        return self
-
 
 class _DoorProperties(_Part):
     rooms: tuple[int, int | None]
@@ -225,18 +233,13 @@ class _DoorProperties(_Part):
     kind: Literal["door", "opening"] = "door"
 
 
-class _DoorFeature(_Part):
+class _DoorFeature(_Item):
     properties: _DoorProperties
     geometry: _LineGeometry
 
     @cached_property
-    def door(self) -> Door:
+    def item(self) -> Door:
         return Door(line=LineString(self.geometry.coordinates), **dict(self.properties))
-
-    @model_validator(mode="after")
-    def _check(self) -> _DoorFeature:
-        _ = self.door
-        return self
 
 
 class _WallFeature(_Part):
@@ -283,8 +286,8 @@ def _parse_floor(content: bytes) -> Floor:
     collection = _Collection.model_validate_json(content, context={"major": major})
     features = collection.features
     return Floor(
-        rooms=tuple(feature.room for feature in features if isinstance(feature, _RoomFeature)),
-        doors=tuple(feature.door for feature in features if isinstance(feature, _DoorFeature)),
+        rooms=tuple(feature.item for feature in features if isinstance(feature, _RoomFeature)),
+        doors=tuple(feature.item for feature in features if isinstance(feature, _DoorFeature)),
         walls=tuple(feature.wall for feature in features if isinstance(feature, _WallFeature)),
         building_type=collection.building_type,
         source=collection.source,

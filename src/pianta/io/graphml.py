@@ -11,10 +11,11 @@ import json
 import re
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
+from typing import NamedTuple
 from xml.etree.ElementTree import Element, ParseError, SubElement, indent, tostring
 
 import networkx as nx
@@ -167,34 +168,29 @@ def _describe_value(value: object) -> tuple[str, str]:
 
 
 def _parse_graph(content: bytes) -> nx.Graph:
-    root = _parse_xml(content)
-    body = _find_graph(root)
-    faults: list[str] = []
-    keys = _read_keys(root, faults)
-    graph = nx.Graph()
-    graph.graph.update(_read_attributes(body, "graph", keys, "the graph", faults))
-    _read_nodes(body, graph, keys, faults)
-    _read_edges(body, graph, keys, faults)
-    if faults:
-        raise FloorError(join_faults(faults))
-    return graph
-
-
-def _parse_xml(content: bytes) -> Element:
     try:
         root: Element = ElementTree.fromstring(content, forbid_dtd=True)
     except DefusedXmlException:
         raise FloorError("it declares a document type or entities, remove them") from None
     except (ParseError, ValueError, LookupError) as exception:
         raise FloorError(f"it is no XML: {one_line_reason(exception)}") from None
-    return root
+    body = _find_graph(root)
+    reader = _Reader()
+    reader.read_keys(root)
+    graph = nx.Graph()
+    graph.graph.update(reader.read_attributes(body, "graph", "the graph"))
+    reader.read_nodes(body, graph)
+    reader.read_edges(body, graph)
+    if reader.faults:
+        raise FloorError(join_faults(reader.faults))
+    return graph
 
 
 def _find_graph(root: Element) -> Element:
     tag = root.tag.rpartition("}")[2]
+    graphs = root.findall("{*}graph")
     if tag != "graphml":
         raise FloorError(f"it is XML of another kind (its root is {short_repr(tag)}), give GraphML")
-    graphs = root.findall("{*}graph")
     if len(graphs) != 1:
         raise FloorError(f"it has {len(graphs)} graphs, give one")
     (body,) = graphs
@@ -219,22 +215,17 @@ def _parse_double(text: str) -> float:
     return number
 
 
-# Gephi also writes integer.
 _PARSERS: MappingProxyType[str, Callable[[str], _Value]] = MappingProxyType(
     {
         "string": str,
         "boolean": _parse_boolean,
-        "int": int,
-        "long": int,
-        "integer": int,
-        "float": _parse_double,
-        "double": _parse_double,
+        **dict.fromkeys(("int", "long", "integer"), int),  # Gephi also writes integer
+        **dict.fromkeys(("float", "double"), _parse_double),
     }
 )
 
 
-@dataclass(frozen=True)
-class _Key:
+class _Key(NamedTuple):
     """A declared attribute; scope: graph, node, edge or all. name: None for a drawing of yEd."""
 
     scope: str
@@ -243,82 +234,83 @@ class _Key:
     default: _Value | None = None
 
 
-def _parse_value(key: _Key, text: str, what: str, faults: list[str]) -> _Value:
-    try:
-        return _PARSERS[key.type_name](text)
-    except (ValueError, KeyError):
-        faults.append(f"attribute {short_repr(key.name)} of {what} is {short_repr(text)}, which is no {key.type_name}")
-        return ""
+@dataclass
+class _Reader:
+    """Reads the elements of a file, and collects all faults."""
 
+    keys: dict[str, _Key] = field(default_factory=dict)
+    faults: list[str] = field(default_factory=list)
 
-def _read_keys(root: Element, faults: list[str]) -> dict[str, _Key]:
-    elements = root.findall("{*}key")
-    ids = [element.get("id", "") for element in elements]
-    faults += [f"key {short_repr(key)} is declared {count} times" for key, count in _repeated(ids)]
-    return {
-        key_id: _read_key(element, f"key {short_repr(key_id)}", faults)
-        for key_id, element in zip(ids, elements, strict=True)
-    }
+    def read_keys(self, root: Element) -> None:
+        """Read the declared attributes, by the ids of their keys."""
+        for element in root.iterfind("{*}key"):
+            key_id, name = element.get("id", ""), element.get("attr.name")
+            what, type_name = f"key {short_repr(key_id)}", element.get("attr.type", "string")
+            if key_id in self.keys:
+                self.faults.append(f"{what} is declared more than once")
+            if name is not None and type_name not in _PARSERS:
+                self.faults.append(f"{what} has type {short_repr(type_name)}, give one of {', '.join(_PARSERS)}")
+                type_name = "string"
+            key = _Key(element.get("for", "all"), name, type_name)
+            default = element.find("{*}default")
+            if name is not None and default is not None:
+                key = key._replace(default=self._parse_value(key, default.text, f"{what} by default"))
+            self.keys[key_id] = key
 
+    def _parse_value(self, key: _Key, text: str | None, what: str) -> _Value:
+        try:
+            return _PARSERS[key.type_name](text or "")
+        except (ValueError, KeyError):
+            value = short_repr(text or "")
+            self.faults.append(f"attribute {short_repr(key.name)} of {what} is {value}, which is no {key.type_name}")
+            return ""
 
-def _read_key(element: Element, what: str, faults: list[str]) -> _Key:
-    name, type_name = element.get("attr.name"), element.get("attr.type", "string")
-    if name is not None and type_name not in _PARSERS:
-        faults.append(f"{what} has type {short_repr(type_name)}, give one of {', '.join(_PARSERS)}")
-        type_name = "string"
-    key = _Key(element.get("for", "all"), name, type_name)
-    default = element.find("{*}default")
-    if name is None or default is None:
-        return key
-    return replace(key, default=_parse_value(key, default.text or "", f"{what} by default", faults))
+    def read_attributes(self, element: Element, scope: str, what: str) -> dict[str, _Value]:
+        """The attributes of the graph, a node or an edge; defaults are last."""
+        attributes: dict[str, _Value] = {}
+        for data in element.iterfind("{*}data"):
+            key = self.keys.get(data.get("key", ""))
+            if key is None:
+                self.faults.append(f"{what} has data of key {short_repr(data.get('key'))}, which is not declared")
+            elif key.name in attributes:
+                self.faults.append(f"{what} has attribute {short_repr(key.name)} twice")
+            elif key.name is not None and not len(data):
+                attributes[key.name] = self._parse_value(key, data.text, what)
+        for key in self.keys.values():
+            if key.scope in (scope, "all") and key.name is not None and key.default is not None:
+                attributes.setdefault(key.name, key.default)
+        yed_label = element.findtext("{*}data//{*}NodeLabel", "").strip()
+        if yed_label:
+            attributes.setdefault("label", yed_label)
+        return attributes
 
+    def read_nodes(self, body: Element, graph: nx.Graph) -> None:
+        """Add the nodes to the graph; ids are integers if all are written so."""
+        elements = body.findall("{*}node")
+        texts = [element.get("id", "") for element in elements]
+        self.faults += [
+            f"{count} nodes have the id {short_repr(text)}, rename them" for text, count in _repeated(texts)
+        ]
+        self.faults += ["a node has no id, give it one" for element in elements if element.get("id") is None][:1]
+        to_id = int if all(map(_INTEGER_ID.fullmatch, texts)) else str
+        for text, element in zip(texts, elements, strict=True):
+            graph.add_node(to_id(text))
+            graph.nodes[to_id(text)].update(self.read_attributes(element, "node", f"node {short_repr(text)}"))
 
-def _read_attributes(
-    element: Element, scope: str, keys: Mapping[str, _Key], what: str, faults: list[str]
-) -> dict[str, _Value]:
-    """The attributes of the graph, a node or an edge; defaults are last."""
-    attributes: dict[str, _Value] = {}
-    for data in element.iterfind("{*}data"):
-        key = keys.get(data.get("key", ""))
-        if key is None:
-            faults.append(f"{what} has data of key {short_repr(data.get('key'))}, which is not declared")
-        elif key.name in attributes:
-            faults.append(f"{what} has attribute {short_repr(key.name)} twice")
-        elif key.name is not None and not len(data):
-            attributes[key.name] = _parse_value(key, data.text or "", what, faults)
-    for key in keys.values():
-        if key.scope in (scope, "all") and key.name is not None and key.default is not None:
-            attributes.setdefault(key.name, key.default)
-    yed_label = element.findtext("{*}data//{*}NodeLabel", "").strip()
-    if yed_label:
-        attributes.setdefault("label", yed_label)
-    return attributes
-
-
-def _read_nodes(body: Element, graph: nx.Graph, keys: Mapping[str, _Key], faults: list[str]) -> None:
-    elements = body.findall("{*}node")
-    texts = [element.get("id", "") for element in elements]
-    faults += [f"{count} nodes have the id {short_repr(text)}, rename them" for text, count in _repeated(texts)]
-    faults += ["a node has no id, give it one" for element in elements if element.get("id") is None][:1]
-    id_of = int if all(map(_INTEGER_ID.fullmatch, texts)) else str
-    for text, element in zip(texts, elements, strict=True):
-        graph.add_node(id_of(text))
-        graph.nodes[id_of(text)].update(_read_attributes(element, "node", keys, f"node {short_repr(text)}", faults))
-
-
-def _read_edges(body: Element, graph: nx.Graph, keys: Mapping[str, _Key], faults: list[str]) -> None:
-    nodes = {str(node): node for node in graph}
-    for element in body.iterfind("{*}edge"):
-        source, target = (element.get(end, "") for end in ("source", "target"))
-        what = f"edge {short_repr(source)} to {short_repr(target)}"
-        missing = sorted({source, target} - nodes.keys())
-        faults += [f"{what} leads to node {short_repr(end)}, which does not exist" for end in missing]
-        if element.get("directed", "false") != "false":
-            faults.append(f"{what} is directed, give an undirected graph")
-        if missing:
-            continue
-        ends = nodes[source], nodes[target]
-        if graph.has_edge(*ends):
-            faults.append(f"{what} occurs more than once, give a graph without parallel edges")
-        graph.add_edge(*ends)
-        graph.edges[ends].update(_read_attributes(element, "edge", keys, what, faults))
+    def read_edges(self, body: Element, graph: nx.Graph) -> None:
+        """Add the edges to the graph, which has all nodes."""
+        nodes = {str(node): node for node in graph}
+        for element in body.iterfind("{*}edge"):
+            source, target = element.get("source", ""), element.get("target", "")
+            what = f"edge {short_repr(source)} to {short_repr(target)}"
+            missing = sorted({source, target} - nodes.keys())
+            self.faults += [f"{what} leads to node {short_repr(end)}, which does not exist" for end in missing]
+            if element.get("directed", "false") != "false":
+                self.faults.append(f"{what} is directed, give an undirected graph")
+            if missing:
+                continue
+            ends = nodes[source], nodes[target]
+            if graph.has_edge(*ends):
+                self.faults.append(f"{what} occurs more than once, give a graph without parallel edges")
+            graph.add_edge(*ends)
+            graph.edges[ends].update(self.read_attributes(element, "edge", what))

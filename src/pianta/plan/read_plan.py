@@ -157,8 +157,7 @@ def read_plan(
     textless = erase_texts(sheet, texts)
     measured = find_scale(sheet, textless, texts, resolution=resolution, networks=networks)
     # Symbols are matched with templates and removed; the network sees the text, as in its training
-    templates = templates if with_symbols else ()
-    placed = find_symbols(textless, door_px=measured.drawn_door_px, templates=templates)
+    placed = find_symbols(textless, door_px=measured.drawn_door_px, templates=templates if with_symbols else ())
     class_map = segment_sheet(remove_symbols(sheet.colors, placed), door_px=measured.door_px, networks=networks)
     swings = measured.swings if with_symbols else ()
     doors = find_doors(class_map, swings, placed, sheet.doors) if with_symbols else PlanDoors()
@@ -176,13 +175,9 @@ def read_plan(
         )
         floors = reconstruct_sheet_floors(floor_map, doors, method=method, source=sheet.source)
     _check_floors(floors, path)
-    # Rooms are scaled and named
     scale = measured.scale
     scale = scale if measured.is_stated else refine_by_sizes(scale, floors, texts, sheet.shape[0])
-    grid, legend = GridMap(np.full(sheet.shape, UNKNOWN, np.int8), scale.resolution), find_legend(texts)
-    in_metres = [scale_floor(floor, scale.resolution, scale.resolution) for floor in floors]
-    named = [name_rooms(floor, texts, grid, legend) for floor in in_metres]
-    return PlanReading(tuple(PlanFloor(floor, grid, scale) for floor in named), sheet, placed)
+    return PlanReading(_scale_and_name(floors, sheet, texts, scale), sheet, placed)
 
 
 def _refuse_options(path: str | Path, options: Mapping[str, object]) -> None:
@@ -210,6 +205,15 @@ def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:
     if len(floors) > 1:
         message = f"plan {short_repr(path)} shows {len(floors)} floors, each is read on its own"
         warnings.warn(PlanWarning(message), stacklevel=3)
+
+
+def _scale_and_name(
+    floors: Sequence[Floor], sheet: Sheet, texts: Sequence[PlacedText], scale: PlanScale
+) -> tuple[PlanFloor, ...]:
+    """Floors in pixels of the sheet, y up, in metres and with the names of their rooms."""
+    grid, legend = GridMap(np.full(sheet.shape, UNKNOWN, np.int8), scale.resolution), find_legend(texts)
+    in_metres = [scale_floor(floor, scale.resolution, scale.resolution) for floor in floors]
+    return tuple(PlanFloor(name_rooms(floor, texts, grid, legend), grid, scale) for floor in in_metres)
 
 
 def read_storeys(path: str | Path) -> tuple[PlanFloor, ...]:

@@ -22,7 +22,7 @@ from pianta.plan.walls.segmentation import DOOR_CELLS, NETWORKS, mean_entropy, s
 class ScaleParameters:
     """Thresholds of `find_scale`; a sheet's length is its longer side, a door's width is `DOOR_WIDTH`.
 
-    Chosen by hand on 40 plans of schools and offices (docs/methods/plans.md); flats are shorter than these.
+    Chosen by hand on plans of schools and offices, which are longer than flats; no fit is on record.
     """
 
     min_sheet: float = 2.0  # m of length of a sheet, at least: what states less is wrong

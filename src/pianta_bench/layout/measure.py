@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from pianta.evaluation.connectivity import score_connections
 from pianta.evaluation.coverage import Scores, score_layout
+from pianta.evaluation.doors import score_connections
 from pianta.evaluation.segmentation import score_labels
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.maps import read_map
@@ -76,4 +76,4 @@ def describe_scores(free: Scores, walls: Scores) -> Figures:
     counted = {"free": free, "walls": walls}
     shares = {f"{score}_{count}": getattr(counted[count], score) for count in COUNTS for score in SCORES}
     shares |= {"mean_iou": free.mean_iou, "f1": free.f1}
-    return {key: 100 * share for key, share in shares.items()} | {"found": walls.found, "true": walls.true}
+    return {key: 100 * share for key, share in shares.items()} | {"found": walls.reconstructed, "true": walls.true}

@@ -117,8 +117,8 @@ def _cut_spaces(labels: NDArray[np.int32], true_map: TrueMap, mapset: MapSet) ->
 
 def _describe(scores: Scores) -> Figures:
     shares = {key: 100 * getattr(scores, key) for key in SCORES}
-    matched = round(scores.f1 * (scores.found + scores.true) / 2)
-    return shares | {"found": scores.found, "true": scores.true, "matched": matched}
+    matched = round(scores.f1 * (scores.reconstructed + scores.true) / 2)
+    return shares | {"found": scores.reconstructed, "true": scores.true, "matched": matched}
 
 
 def _describe_free_counts(labels: NDArray[np.int32], true_map: TrueMap, mapset: MapSet) -> Figures:
@@ -134,4 +134,4 @@ def _describe_free_counts(labels: NDArray[np.int32], true_map: TrueMap, mapset: 
 def _describe_persistence(floors: Sequence[Floor]) -> Figures:
     """What became of the rooms of the step before the last."""
     lasting = score_persistence(floors)
-    return {"rooms_before": lasting.rooms, "still_there": lasting.still_there, "kept_id": lasting.kept_id}
+    return {"rooms_before": lasting.rooms, "still_there": lasting.persisting, "kept_id": lasting.same_id}

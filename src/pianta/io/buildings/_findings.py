@@ -7,8 +7,9 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
+from math import isnan
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import networkx as nx
 import numpy as np
@@ -20,6 +21,10 @@ from pianta.errors import BuildingError, BuildingWarning
 from pianta.floor import DOOR_WIDTH, Door, Floor, Room
 from pianta.io._faults import join_faults
 from pianta.io._files import short_repr
+from pianta.io._xml import parse_number
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
 
 # Limits against hostile files; the work grows with the square of each.
 MAX_ROOMS = 1000  # on a floor
@@ -89,6 +94,19 @@ def check_unique(names: Iterable[str | None], what: str, findings: Findings) -> 
     """Add a fault for each name that several rooms have; what: the noun for the names. Rooms may have no name."""
     repeated = [(name, count) for name, count in Counter(names).items() if name and count > 1]
     findings.faults += [f"{count} rooms have the {what} {short_repr(name)}" for name, count in repeated]
+
+
+def read_points(points: Iterable[Element], *, limit: float, name: str, findings: Findings) -> Floats:
+    """The x, y attributes of elements, shape (N, 2); faulty ones become faults of the room called name."""
+    numbers = []
+    for point in points:
+        x, y = (parse_number(point.get(axis), limit=limit) for axis in "xy")
+        if isnan(x) or isnan(y):
+            text = f"x={short_repr(point.get('x'))}, y={short_repr(point.get('y'))}"
+            findings.faults.append(f"{name} has a point {text}, give two numbers up to {limit:.0f}")
+        else:
+            numbers.append((x, y))
+    return np.array(numbers).reshape(-1, 2)
 
 
 def polygon_of_corners(corners: Floats, name: str, findings: Findings) -> Polygon:

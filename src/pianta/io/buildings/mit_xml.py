@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -29,6 +28,7 @@ from pianta.io.buildings._findings import (
     describe_room,
     floor_of_portals,
     polygon_of_corners,
+    read_points,
 )
 from pianta.io.buildings._formats import BuildingFormat, open_building
 from pianta.labels import normalize_label
@@ -106,15 +106,7 @@ def _read_space(number: int, element: Element, corners: Floats, findings: Findin
 def _read_points(number: int, element: Element, findings: Findings) -> Floats:
     """The points of a contour in units of the file, shape (N, 2), without faulty ones."""
     name = describe_room(number, normalize_label(element.get("type")))
-    points = []
-    for point in element.iterfind("contour/point"):
-        numbers = [parse_number(point.get(axis), limit=MAX_COORDINATE) for axis in "xy"]
-        if any(map(isnan, numbers)):
-            x, y = short_repr(point.get("x")), short_repr(point.get("y"))
-            findings.faults.append(f"{name} has a point x={x}, y={y}, give two numbers up to {MAX_COORDINATE:.0f}")
-        else:
-            points.append(numbers)
-    return np.array(points).reshape(-1, 2)
+    return read_points(element.iterfind("contour/point"), limit=MAX_COORDINATE, name=name, findings=findings)
 
 
 def _read_portals(

@@ -6,9 +6,8 @@ name, which holds paths of its annotator, are not read.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,6 +32,7 @@ from pianta.io.buildings._findings import (
     line_along_wall,
     line_in_middle,
     polygon_of_corners,
+    read_points,
 )
 from pianta.io.buildings._formats import BuildingFormat, open_building
 from pianta.labels import normalize_label, standard_building_type
@@ -131,29 +131,21 @@ def _read_spaces(root: Element, frame: GridMap, findings: Findings) -> dict[str,
 def _read_space(number: int, element: Element, frame: GridMap, findings: Findings) -> _Space:
     label = normalize_label(element.findtext("labels/label"))
     name = describe_room(number, label)
-    corners = _read_points(element.find("bounding_polygon"), frame, name, findings.faults)
+    corners = _read_points(element.iterfind("bounding_polygon[1]/point"), frame, name, findings)
     segments = {
         segment.get("id"): ends[[0, -1]]
         for segment in element.iterfind("space_representation/linesegment")
-        if segment.findtext("class") == "PORTAL" and len(ends := _read_points(segment, frame, name, findings.faults))
+        if segment.findtext("class") == "PORTAL"
+        and len(ends := _read_points(segment.iterfind("point"), frame, name, findings))
     }
     outline = polygon_of_corners(corners, name, findings)
     return _Space(number, label, outline, segments, element.findall("portals/portal"))
 
 
-def _read_points(element: Element | None, frame: GridMap, name: str, faults: list[str]) -> Floats:
-    """The `point` children in metres, shape (N, 2), without faulty ones."""
-    points = element.findall("point") if element is not None else []
-    pixels = []
-    for point in points:
-        row, col = (parse_number(point.get(axis), limit=MAX_COORDINATE_PX) for axis in "yx")
-        if isnan(row) or isnan(col):
-            x, y = short_repr(point.get("x")), short_repr(point.get("y"))
-            faults.append(f"{name} has a point x={x}, y={y}, give two numbers up to {MAX_COORDINATE_PX:.0f}")
-        else:
-            pixels.append((row, col))
-    rows_and_cols = np.array(pixels).reshape(-1, 2).T
-    return np.column_stack(frame.pixel_to_map(*rows_and_cols))
+def _read_points(points: Iterable[Element], frame: GridMap, name: str, findings: Findings) -> Floats:
+    """Points in metres, shape (N, 2), without faulty ones."""
+    cols, rows = read_points(points, limit=MAX_COORDINATE_PX, name=name, findings=findings).T
+    return np.column_stack(frame.pixel_to_map(rows, cols))
 
 
 def _check_corners(floor: Floor, grid: GridMap, findings: Findings) -> None:

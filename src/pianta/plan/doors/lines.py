@@ -22,7 +22,7 @@ from pianta.plan.walls.segmentation import DOOR, DOOR_CELLS, ClassMap
 class DoorParameters:
     """Thresholds of `find_doors` and `join_rooms`; probabilities are the network's of a door.
 
-    Chosen by hand on the plans of the data, no fit is on record.
+    Chosen by hand, no fit is on record.
     """
 
     min_probability: float = 0.4  # in each cell of a door that only the network finds

@@ -26,7 +26,7 @@ from pianta.plan.sheets.binarization import Contrast
 class SwingParameters:
     """Thresholds of `find_swings`; working pixels are those of the resized sheet.
 
-    Chosen by hand on the plans of the data, no fit is on record.
+    Chosen by hand, no fit is on record.
     """
 
     contrast_levels: tuple[float, ...] = (0.5, 0.2)  # of ink, and of the hair-light lines of evacuation maps

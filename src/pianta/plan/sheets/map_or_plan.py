@@ -28,7 +28,7 @@ PLAN_SUFFIXES = (*PICTURE_SUFFIXES, *VECTOR_SUFFIXES)
 
 @dataclass(frozen=True, kw_only=True)
 class MapOrPlanParameters:
-    """Thresholds between maps and plans; shares are of all pixels. Chosen by hand on the maps and plans of the data."""
+    """Thresholds between maps and plans; shares are of all pixels. Chosen by hand, no fit is on record."""
 
     min_chroma: int = 40  # levels between the channels of a coloured pixel
     max_colored_share: float = 0.003  # more coloured pixels make a plan

@@ -34,7 +34,7 @@ from pianta.plan.symbols.templates import Template
 class SymbolParameters:
     """Thresholds of `find_symbols`; scores are those of TM_CCOEFF_NORMED, contrasts are boosted.
 
-    Chosen by hand on the plans of the data, no fit is on record.
+    Chosen by hand, no fit is on record.
     """
 
     # Pixels of a door to which the sheet is reduced

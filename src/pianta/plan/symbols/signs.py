@@ -22,7 +22,7 @@ _Box = tuple[int, int, int, int]
 
 @dataclass(frozen=True, kw_only=True)
 class SignParameters:
-    """Thresholds of `find_signs`. Chosen by hand on the evacuation maps of the data, no fit is on record."""
+    """Thresholds of `find_signs`. Chosen by hand, no fit is on record."""
 
     min_size: float = 0.4  # door widths of the shorter side of a sign
     max_size: float = 1.6  # door widths; larger spots are signs only as squares

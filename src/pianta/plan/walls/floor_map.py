@@ -21,7 +21,7 @@ FINER = 2
 
 @dataclass(frozen=True, kw_only=True)
 class FloorMapParameters:
-    """Thresholds of `draw_floor_map` and `use_named_walls`. Chosen by hand on the plans, no fit is on record."""
+    """Thresholds of `draw_floor_map` and `use_named_walls`. Chosen by hand, no fit is on record."""
 
     barrier: float = 0.55  # probability of a wall from which on a cell is a barrier
     door_share: float = 0.5  # of the probability of a door, which adds to that of a wall where doors are closed

@@ -22,7 +22,7 @@ PartLabels = NDArray[np.int32]
 
 @dataclass(frozen=True, kw_only=True)
 class IndoorParameters:
-    """Costs and sizes of `indoor_mask`. Chosen by hand on the plans of the data, no fit is on record."""
+    """Costs and sizes of `indoor_mask`. Chosen by hand, no fit is on record."""
 
     network_reach: float = 1.5  # m from a barrier: further off the network sees no walls, and does not count
     open_border: float = 2.0  # m² of certain area that a metre of open border costs
