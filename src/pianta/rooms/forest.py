@@ -8,17 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pianta._types import Floats, Indices
 from pianta.errors import ModelError
-
-if TYPE_CHECKING:
-    from sklearn.ensemble import ExtraTreesClassifier
-
+from pianta.rooms.extra_trees import ExtraTrees
 
 # What stands for the feature of a leaf.
 LEAF = -1
@@ -56,25 +53,25 @@ class Forest:
             raise ModelError(f"the forest cannot be walked through: {fault}")
 
     @classmethod
-    def from_sklearn(cls, classifier: ExtraTreesClassifier, classes: int) -> Self:
-        """The trees of a classifier.
+    def from_trees(cls, grown: ExtraTrees, classes: int) -> Self:
+        """The trees of Extra-Trees.
 
         Its thresholds are rounded down to what the features of rooms are rounded to, so no decision changes.
 
         Parameters
         ----------
-        classifier : ExtraTreesClassifier
-            Fitted to classes that are some of 0 … classes - 1.
+        grown : ExtraTrees
+            Grown on classes that are some of 0 … classes - 1.
         classes : int
-            L; those that the classifier has not seen get no votes.
+            L; those that were not in the training get no votes.
 
         Returns
         -------
         Forest
-            What it says is to the bit what the classifier says.
+            What it says is to the bit what the trees say.
 
         """
-        trees = [estimator.tree_ for estimator in classifier.estimators_]
+        trees = grown.trees
         starts = np.cumsum([0, *(tree.node_count for tree in trees)])
         left, right = (
             np.concatenate([getattr(tree, name) + start for tree, start in zip(trees, starts[:-1], strict=True)])
@@ -87,7 +84,7 @@ class Forest:
         order = _order_by_level(starts[:-1], left, right, leaf)
         inner, leaves = order[~leaf[order]], order[leaf[order]]
         votes = np.zeros((len(leaves), classes))
-        votes[:, classifier.classes_] = values[leaves, 0]
+        votes[:, grown.classes] = values[leaves, 0]
         return cls(np.where(leaf, LEAF, features)[order].astype(np.int16), _round_down(thresholds[inner]), votes)
 
     def predict(self, features: Floats) -> Floats:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet
+from pianta.rooms.extra_trees import ExtraTrees, TreeParameters, grow_extra_trees
 from pianta.rooms.features import RoomContext, describe_rooms
 from pianta.rooms.forest import Forest
 from pianta.rooms.model import (
@@ -29,16 +29,13 @@ from pianta.rooms.model import (
 )
 from pianta.rooms.random_field import fit_random_field
 
-if TYPE_CHECKING:
-    from sklearn.ensemble import ExtraTreesClassifier
-
-
 # Buildings are left out by so many parts, to see what the trees say of rooms that they have not seen.
 FOLDS = 5
 # Trees of each forest; of those that only serve to leave buildings out; of those that give names.
 TREES, FOLD_TREES, NAME_TREES = 80, 40, 30
-# Share of the features that a split may choose from, rooms in a leaf, and leaves of a tree that gives names.
-FEATURE_SHARE, LEAF, NAME_LEAVES = 0.4, 4, 48
+# Of trees for functions, and of those that give names.
+FUNCTION_PARAMETERS = TreeParameters(feature_share=0.4, min_leaf=4)
+NAME_PARAMETERS = TreeParameters(feature_share=0.4, max_leaves=48)
 # How much a room on a simulated map counts, where a drawn one counts 1.
 SIMULATED_WEIGHT = 0.3
 
@@ -106,25 +103,34 @@ def train_rooms(
     """
     check_labels(floors, schemas)
     check_labels(simulated, schemas)
-    examples = [*_list_examples(floors, schemas), *_list_examples(simulated, schemas, weight=SIMULATED_WEIGHT)]
+    examples = [*list_examples(floors, schemas), *list_examples(simulated, schemas, weight=SIMULATED_WEIGHT)]
+    model = train_on_examples(examples, schemas=schemas, seed=seed)
+    sources = tuple(sorted(floor.source for floor in floors))
+    return replace(model, training=replace(model.training, floors=sources))
+
+
+def train_on_examples(
+    examples: Sequence[Example], *, schemas: Mapping[str, LabelSchema] = SCHEMAS, seed: int = 0
+) -> RoomModel:
+    """Train a model on floors that are examples already, drawn ones before simulated ones; else as `train_rooms`."""
     folds = _leave_out(examples, np.random.default_rng(seed))
     # First pass: what the context of a room says
     seen = [example.context.features for example in examples]
-    first = Forest.from_sklearn(_grow(seen, examples, trees=TREES, seed=seed), len(FUNCTIONS))
+    first = Forest.from_trees(_grow(seen, examples, trees=TREES, seed=seed), len(FUNCTIONS))
     held_out = _vote_on_held_out(seen, examples, folds, seed=seed)
     # Second pass: what is thought of the rooms around it, by trees that have not seen them
     around = [describe_neighbours(example.context, said) for example, said in zip(examples, held_out, strict=True)]
-    second = Forest.from_sklearn(_grow(around, examples, trees=TREES, seed=seed), len(FUNCTIONS))
+    second = Forest.from_trees(_grow(around, examples, trees=TREES, seed=seed), len(FUNCTIONS))
     held_out = _vote_on_held_out(around, examples, folds, seed=seed)
     # Random field and calibration, on what the second pass says of buildings that it has not seen
     near = join_neighbourhoods([example.context for example in examples])
     field = fit_random_field(np.concatenate(held_out), _truth(examples), near, _weights(examples))
     judged = field.compute_marginals(np.concatenate(held_out), near)
     names = {
-        kind: Forest.from_sklearn(trees, len(schemas[kind].labels))
+        kind: Forest.from_trees(trees, len(schemas[kind].labels))
         for kind, trees in _grow_names(examples, around, seed=seed)
     }
-    training = _describe_training(floors, examples, _measure_errors(judged, examples), seed=seed)
+    training = _describe_training(examples, _measure_errors(judged, examples), seed=seed)
     return RoomModel(first, second, field, names, {kind: schemas[kind] for kind in names}, training)
 
 
@@ -159,10 +165,10 @@ def check_labels(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = S
         raise LabelError(join_faults(faults))
 
 
-def _list_examples(
+def list_examples(
     floors: Sequence[Floor], schemas: Mapping[str, LabelSchema], *, weight: float = 1.0
 ) -> Iterator[Example]:
-    """The floors that have rooms, as examples."""
+    """The floors that have rooms, as examples; their labels are those of their schemas (check_labels)."""
     for floor in floors:
         schema, labels = schemas[most_probable_type(floor)], [str(room.label) for room in floor.rooms]
         functions = [FUNCTIONS.index(FCES(name)) for name in schema.map_labels(labels, LabelSet.F_C_E_S)]
@@ -210,11 +216,15 @@ def _weights(examples: Sequence[Example]) -> Floats:
     return np.concatenate([np.full(len(example.functions), example.weight) for example in examples])
 
 
-def _grow(features: Sequence[Floats], examples: Sequence[Example], *, trees: int, seed: int) -> ExtraTreesClassifier:
-    from sklearn.ensemble import ExtraTreesClassifier
-
-    forest = ExtraTreesClassifier(trees, max_features=FEATURE_SHARE, min_samples_leaf=LEAF, random_state=seed)
-    return forest.fit(np.concatenate(features), _truth(examples), _weights(examples))
+def _grow(features: Sequence[Floats], examples: Sequence[Example], *, trees: int, seed: int) -> ExtraTrees:
+    return grow_extra_trees(
+        np.concatenate(features),
+        _truth(examples),
+        _weights(examples),
+        trees=trees,
+        seed=seed,
+        parameters=FUNCTION_PARAMETERS,
+    )
 
 
 def _vote_on_held_out(
@@ -226,14 +236,7 @@ def _vote_on_held_out(
         seen = np.flatnonzero(folds != fold).tolist()
         forest = _grow([features[i] for i in seen], [examples[i] for i in seen], trees=FOLD_TREES, seed=seed)
         for i in np.flatnonzero(folds == fold).tolist():
-            votes[i] = class_probabilities(forest, features[i], len(FUNCTIONS))
-    return votes
-
-
-def class_probabilities(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:
-    """Share of the votes of a forest for classes 0 … classes - 1, shape (n, classes)."""
-    votes = np.zeros((len(features), classes))
-    votes[:, trees.classes_] = trees.predict_proba(features)
+            votes[i] = forest.class_probabilities(features[i], len(FUNCTIONS))
     return votes
 
 
@@ -249,30 +252,24 @@ def _measure_errors(judged: Floats, examples: Sequence[Example]) -> dict[str, fl
 
 def _grow_names(
     examples: Sequence[Example], features: Sequence[Floats], *, seed: int
-) -> Iterator[tuple[str, ExtraTreesClassifier]]:
+) -> Iterator[tuple[str, ExtraTrees]]:
     """By building type, trees that give the labels of the type."""
-    from sklearn.ensemble import ExtraTreesClassifier
-
     for kind in sorted({example.building_type for example in examples}):
         of_kind = [i for i, example in enumerate(examples) if example.building_type == kind]
-        forest = ExtraTreesClassifier(
-            NAME_TREES, max_features=FEATURE_SHARE, max_leaf_nodes=NAME_LEAVES, random_state=seed
-        )
         names = np.concatenate([examples[i].names for i in of_kind])
         weights = _weights([examples[i] for i in of_kind])
-        yield kind, forest.fit(np.concatenate([features[i] for i in of_kind]), names, weights)
+        rows = np.concatenate([features[i] for i in of_kind])
+        yield kind, grow_extra_trees(rows, names, weights, trees=NAME_TREES, seed=seed, parameters=NAME_PARAMETERS)
 
 
-def _describe_training(
-    floors: Sequence[Floor], examples: Sequence[Example], errors: Mapping[str, float], *, seed: int
-) -> Training:
+def _describe_training(examples: Sequence[Example], errors: Mapping[str, float], *, seed: int) -> Training:
     from sklearn import __version__ as sklearn_version
 
     rooms: Counter[str] = Counter()
     for example in examples:
         rooms[example.building_type] += len(example.functions)
     return Training(
-        floors=tuple(sorted(floor.source for floor in floors)),
+        floors=tuple(sorted(example.source for example in examples if example.weight == 1)),
         rooms=rooms,
         simulated=sum(example.weight != 1 for example in examples),
         errors=errors,
