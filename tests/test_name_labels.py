@@ -133,14 +133,14 @@ def test_a_type_without_labels_for_a_word_takes_those_of_its_function():
 
 
 def test_every_word_of_the_dictionary_says_a_label_of_each_schema():
-    for kind in WORDS.kinds:
+    for kind in WORDS.entries:
         assert set(kind.labels) == set(SCHEMAS)
         for building_type, labels in kind.labels.items():
             assert set(labels) <= set(SCHEMAS[building_type].by_name)
         assert {"en", "it", "de", "fr", "es"} <= set(kind.words)
-    known = {label for kind in WORDS.kinds for label in kind.labels["school"]}
+    known = {label for kind in WORDS.entries for label in kind.labels["school"]}
     assert known == set(SCHOOL.by_name)
-    known = {label for kind in WORDS.kinds for label in kind.labels["office"]}
+    known = {label for kind in WORDS.entries for label in kind.labels["office"]}
     assert known == set(OFFICE.by_name)
 
 

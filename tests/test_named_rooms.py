@@ -109,7 +109,7 @@ def test_neighbours_hear_of_a_name(plain):
 
 def test_a_dictionary_of_ones_own_is_asked(plain):
     gym = SCHOOL.by_name["GYM"]
-    words = RoomNameDictionary((RoomNameEntry(gym.function_in(), {"school": ("GYM",)}, {"xx": ("blorp",)}),))
+    words = RoomNameDictionary((RoomNameEntry(gym.function_in(), {"xx": ("blorp",)}, {"school": ("GYM",)}),))
     room_id = a_classroom(plain)
     floor = named(plain, **{f"room_{room_id}": "Blorp"})
     assert room_of(label_named_rooms(floor, small_model(), words), room_id).label == "GYM"

@@ -282,7 +282,7 @@ def test_given_labels():
     kinds = ["CORRIDOR", "ROOM", "CORRIDOR", "ROOM", "CORRIDOR", "CORRIDOR", "ROOM"]
     assert [room.label for room in coarse.floor.rooms] == kinds
     assert [dict(room.labels) for room in coarse.floor.rooms] == [{"R/C": kind} for kind in kinds]
-    assert coarse.found == (7,)
+    assert coarse.predicted == (7,)
     floor = Floor(rooms[:2], building_type={"office": 1.0})
     assert [room.label for room in fill_missing_labels(floor, F_C_E_S).floor.rooms] == ["CONNECTION", "FUNCTIONAL"]
 
@@ -291,10 +291,10 @@ def test_labels_that_nobody_has_given():
     floor = make_offices()[0]
     strange = replace(floor, rooms=tuple(replace(room, label="WARD" if room.id > 1 else None) for room in floor.rooms))
     coarse = fill_missing_labels(strange, R_C)
-    assert coarse.found == tuple(room.id for room in floor.rooms)
+    assert coarse.predicted == tuple(room.id for room in floor.rooms)
     assert coarse.floor.rooms[0].label == "CORRIDOR"
     assert {room.label for room in coarse.floor.rooms[1:]} == {"ROOM"}
-    assert fill_missing_labels(floor, R_C).found == ()
+    assert fill_missing_labels(floor, R_C).predicted == ()
 
 
 def test_picture(tmp_path):

@@ -104,7 +104,7 @@ class Judged:
     @property
     def notes(self) -> str:
         """What a reader must know about the labels and the reference, in brackets."""
-        rooms, found = len(self.coarse.floor.rooms), len(self.coarse.found)
+        rooms, found = len(self.coarse.floor.rooms), len(self.coarse.predicted)
         notes = [f"labels of {found} of {rooms} rooms by pianta"] if found else []
         notes += ["its building left out of the reference"] if self.left_out else []
         return f" ({'; '.join(notes)})" if notes else ""
@@ -264,7 +264,7 @@ def _read_floors(paths: Sequence[str], label_set: LabelSet, *, quiet: bool) -> R
         repaired += bool(caught)
     if files and not floors:
         raise ModelError(f"none of {len(files)} reference buildings could be read, so there is nothing to compare with")
-    found = sum(len(floor.found) for floor in floors)
+    found = sum(len(floor.predicted) for floor in floors)
     return ReferenceFloors(tuple(each.floor for each in floors), places, found, repaired, len(floors) < len(files))
 
 
@@ -313,7 +313,7 @@ def _describe(model: RealismModel) -> dict[str, object]:
 
 def _list_floors(judged: Mapping[str, Judged]) -> list[dict[str, object]]:
     return [
-        {"floor": name, "labels_by_pianta": each.coarse.found, "left_out": each.left_out} | each.realism.as_json()
+        {"floor": name, "labels_by_pianta": each.coarse.predicted, "left_out": each.left_out} | each.realism.as_json()
         for name, each in judged.items()
     ]
 

@@ -88,7 +88,7 @@ class Labelling:
         if floor.building_type:
             return labelled
         # What is found of a room stands for a given label that no schema has.
-        coarse = fill_missing_labels(labelled, self.buildings.label_set, schemas=self.schemas, found=found).floor
+        coarse = fill_missing_labels(labelled, self.buildings.label_set, schemas=self.schemas, labelled=found).floor
         return replace(labelled, building_type=classify_building(coarse, self.buildings).building_type)
 
 

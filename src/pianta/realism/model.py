@@ -62,7 +62,7 @@ class Realism:
 
     @property
     def score(self) -> float:
-        """From 0 to 1: the probability; the typicality if there is none."""
+        """From 0 to 1: the probability; else the typicality."""
         return self.typicality if self.probability is None else self.probability
 
     @property
@@ -166,7 +166,7 @@ class RealismModel:
         )
 
     def find_building(self, description: BuildingDescription) -> str | None:
-        """The building of a floor of the model, realistic or not, with the same description; None if there is none."""
+        """The building of a floor of the model, realistic or not, with the same description, or None."""
         same = (name for floor, name in zip(*self._all_floors, strict=True) if _is_same(description, floor))
         return next(same, None)
 

@@ -1,4 +1,4 @@
-"""The shape of a room, and where its doors lie in it; no feature depends on scale, turn or shift."""
+"""Features of the shape of a room and of the positions of its doors, invariant to scale, rotation and translation."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from pianta._types import Floats
 from pianta.floor import Floor
 from pianta.rooms._outlines import Geometries
 
-# What a feature is where there is nothing to measure: below all that is measured.
+# The value of a feature that is undefined: below all defined values.
 MISSING = -9.0
-# Lengths that differ by less than this share are the same: either side of a square is its long one.
-SAME = 1e-6
+# Relative tolerance of lengths: each side of a square counts as its long side.
+REL_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Rectangles:
-    """The smallest rectangles around n outlines.
+    """The minimum-area rectangles around n outlines.
 
     corners: shape (n, 4, 2), m. sides: lengths of the sides from each corner to the next, shape (n, 4), m.
     along: directions of these sides, shape (n, 4, 2).
@@ -32,29 +32,29 @@ class Rectangles:
 
     @property
     def length(self) -> Floats:
-        """Of the long side, shape (n,), m."""
+        """Length of the long side, shape (n,), m."""
         return np.asarray(self.sides.max(axis=1))
 
     @property
     def width(self) -> Floats:
-        """Of the short side, shape (n,), m."""
+        """Length of the short side, shape (n,), m."""
         return np.asarray(self.sides.min(axis=1))
 
     def distance_to_ends(self, rooms: NDArray[np.int_], points: Floats) -> Floats:
-        """From points (m, 2) to the nearer end of the rooms (m,) that they are told to be in, along them; (m,), m."""
+        """From points (m, 2), each in the room of that row (m,), along the room to its nearer end, shape (m,), m."""
         offsets = np.einsum("mij,mij->mi", points[:, None] - self.corners[rooms], self.along[rooms])
         sides = self.sides[rooms]
         to_ends = np.minimum(np.abs(offsets), np.abs(sides - offsets))
-        is_long = sides >= self.length[rooms][:, None] * (1 - SAME)
+        is_long = sides >= self.length[rooms][:, None] * (1 - REL_TOLERANCE)
         return np.asarray(np.where(is_long, to_ends, np.inf).min(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
 class DoorEnds:
-    """Each door once for each room that it leads to, entrances once.
+    """Pairs of a door and a room beside it: two for each door, one for each entrance.
 
-    rooms: rows of the rooms, shape (m,). points: middles of the doors, shape (m, 2), m. openings: which have no wall
-    beside them, shape (m,).
+    rooms: indices of the rooms, shape (m,). points: midpoints of the doors, m, shape (m, 2). openings: whether it is an
+    opening instead of a door, shape (m,).
     """
 
     rooms: NDArray[np.int_]
@@ -63,21 +63,21 @@ class DoorEnds:
 
 
 def fit_rectangles(outlines: Geometries) -> Rectangles:
-    """The rectangle of least area around each outline; of those with the same least area, the one nearest to a square.
+    """The minimum-area rectangle around each outline; among equal ones, the one nearest to a square.
 
     It lies along an edge of the convex hull (Freeman and Shapira, 1975).
     """
     hulls = _pad_rings(shapely.convex_hull(outlines))
     edges = np.diff(hulls, axis=1)
     lengths = np.linalg.norm(edges, axis=2, keepdims=True)
-    # An edge of rounding errors has no direction.
-    is_edge = lengths > SAME * lengths.max(axis=1, keepdims=True)
+    # An edge that is only a rounding error has no direction.
+    is_edge = lengths > REL_TOLERANCE * lengths.max(axis=1, keepdims=True)
     along = np.divide(edges, lengths, out=np.zeros_like(edges), where=is_edge)
     across = along[..., ::-1] * (-1, 1)
     x, y = (np.einsum("nec,npc->nep", axes, hulls) for axes in (along, across))
     sizes = np.stack([np.ptp(x, axis=2), np.ptp(y, axis=2)])
     area = np.where(is_edge[..., 0], sizes.prod(axis=0), np.inf)
-    is_least = area <= area.min(axis=1, keepdims=True) * (1 + SAME)
+    is_least = area <= area.min(axis=1, keepdims=True) * (1 + REL_TOLERANCE)
     elongation = np.divide(sizes.max(axis=0), sizes.min(axis=0), out=np.full_like(area, np.inf), where=is_least)
     rows = np.arange(len(hulls))
     best = elongation.argmin(axis=1)
@@ -92,15 +92,15 @@ def fit_rectangles(outlines: Geometries) -> Rectangles:
 def list_door_ends(floor: Floor) -> DoorEnds:
     """The ends of all doors of a floor."""
     row_of = {room.id: row for row, room in enumerate(floor.rooms)}
-    ends = [(row_of[room], place) for place, door in enumerate(floor.doors) for room in door.room_ids]
-    rooms, places = np.array(ends, int).reshape(-1, 2).T
+    ends = [(row_of[room], index) for index, door in enumerate(floor.doors) for room in door.room_ids]
+    rooms, doors = np.array(ends, int).reshape(-1, 2).T
     middles = shapely.line_interpolate_point([door.line for door in floor.doors], 0.5, normalized=True)
     openings = np.array([door.kind == "opening" for door in floor.doors], bool)
-    return DoorEnds(rooms, shapely.get_coordinates(middles).reshape(-1, 2)[places], openings[places])
+    return DoorEnds(rooms, shapely.get_coordinates(middles).reshape(-1, 2)[doors], openings[doors])
 
 
 def measure_shapes(outlines: Geometries, rectangles: Rectangles) -> dict[str, Floats]:
-    """Shapes of outlines: compactness, spread, elongation, and how much of the rectangle and the hull they fill."""
+    """Compactness, spread and elongation of outlines, and the share of the rectangle and the hull that they fill."""
     area, perimeter = shapely.area(outlines), shapely.length(outlines)
     return {
         "compactness": 4 * np.pi * area / perimeter**2,
@@ -112,15 +112,15 @@ def measure_shapes(outlines: Geometries, rectangles: Rectangles) -> dict[str, Fl
 
 
 def measure_doors(ends: DoorEnds, rectangles: Rectangles) -> dict[str, Floats]:
-    """How many doors and openings a room has, how far apart they are, and how near to its ends."""
+    """Number of doors and openings of a room, their largest distance, and the smallest to an end of the room."""
     n = len(rectangles.sides)
     to_ends = np.full(n, np.inf)
     along = rectangles.distance_to_ends(ends.rooms, ends.points) / rectangles.length[ends.rooms]
     np.minimum.at(to_ends, ends.rooms, along)
-    away = np.linalg.norm(ends.points[:, None] - ends.points, axis=2)
+    distances = np.linalg.norm(ends.points[:, None] - ends.points, axis=2)
     same_room = ends.rooms[:, None] == ends.rooms
     span = np.zeros(n)
-    np.maximum.at(span, ends.rooms, np.where(same_room, away, 0).max(axis=1, initial=0))
+    np.maximum.at(span, ends.rooms, np.where(same_room, distances, 0).max(axis=1, initial=0))
     return {
         "doors": np.bincount(ends.rooms, minlength=n).astype(float),
         "openings": np.bincount(ends.rooms[ends.openings], minlength=n).astype(float),
@@ -130,17 +130,17 @@ def measure_doors(ends: DoorEnds, rectangles: Rectangles) -> dict[str, Floats]:
 
 
 def _pad_rings(polygons: Geometries) -> Floats:
-    """Corners of rings, shape (n, longest, 2), the last corner fills shorter ones."""
+    """Corners of rings, shape (n, longest, 2); shorter ones are padded with their last corner."""
     corners, rooms = shapely.get_coordinates(polygons, return_index=True)
     counts = np.bincount(rooms)
-    places = np.minimum(np.arange(counts.max()), counts[:, None] - 1)
-    return np.asarray(corners[(np.cumsum(counts) - counts)[:, None] + places])
+    indices = np.minimum(np.arange(counts.max()), counts[:, None] - 1)
+    return np.asarray(corners[(np.cumsum(counts) - counts)[:, None] + indices])
 
 
 def _measure_spread(outlines: Geometries) -> Floats:
-    """Mean over largest distance from the centroid to the outline.
+    """Mean distance from the centroid to the outline, over the largest one.
 
-    The mean is over the whole outline, so that corners in the middle of a wall do not count.
+    The mean is over the whole outline, so that additional corners within a wall do not change it.
     """
     corners, rooms = shapely.get_coordinates(outlines, return_index=True)
     offsets = corners - shapely.get_coordinates(shapely.centroid(outlines))[rooms]
@@ -159,6 +159,6 @@ def _measure_spread(outlines: Geometries) -> Floats:
     return np.asarray(np.bincount(room, total, n) / np.bincount(room, length, n) / farthest)
 
 
-def _integrate_distance(place: Floats, height: Floats) -> Floats:
-    """Integral of the distance to a point, over a line at some height from it, up to a place from its foot."""
-    return np.asarray((place * np.hypot(place, height) + height**2 * np.arcsinh(place / height)) / 2)
+def _integrate_distance(x: Floats, height: Floats) -> Floats:
+    """Integral from 0 to x of the distance between a point and a line at this height, 0 being the foot of the point."""
+    return np.asarray((x * np.hypot(x, height) + height**2 * np.arcsinh(x / height)) / 2)

@@ -1,4 +1,4 @@
-"""Labels of rooms in R/C or F/C/E/S, as people have given them, or as pianta finds them where nobody has."""
+"""Labels of rooms in R/C or F/C/E/S: manual ones mapped up from finer sets, predicted ones for all other rooms."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ LABELS: Mapping[LabelSet, tuple[str, ...]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class CoarseFloor:
-    """A floor all of whose rooms have a label in one label set, and no other.
+    """A floor all of whose rooms have a label in one coarse label set, and no other label.
 
-    found: the ids of the rooms whose label pianta has found, now or when it read the floor; nobody has given it.
+    predicted: the ids of the rooms whose label is not manual, but predicted now or when the floor was read.
     """
 
     floor: Floor
-    found: tuple[int, ...]
+    predicted: tuple[int, ...]
 
 
 def fill_missing_labels(
@@ -36,52 +36,48 @@ def fill_missing_labels(
     label_set: LabelSet,
     *,
     schemas: Mapping[str, LabelSchema] = SCHEMAS,
-    found: Sequence[Room] | None = None,
+    labelled: Sequence[Room] | None = None,
 ) -> CoarseFloor:
-    """The floor with a label of each room in a label set, R/C or F/C/E/S, split as in the thesis' experiments.
+    """The floor with a label of each room in a label set, R/C or F/C/E/S, by the convention of the experiments.
 
-    What somebody has given is mapped upwards, by the schema of the floor's building type where that has it, else by
-    all others where these agree. Rooms without such a label keep the one of pianta, or get one by label_rooms.
-    found: the rooms as label_rooms has labelled them, where that is known already.
+    Manual labels are mapped upwards by the schema of the floor's building type; if that lacks them, by all others if
+    these agree. Rooms without such a label keep their predicted one, or get one by label_rooms.
+    labelled: the rooms as label_rooms labels them, if these are at hand.
     """
     name = str(label_set)
-    given = {room.id: _place_given(room, floor, label_set, schemas) for room in floor.rooms}
-    missing = [room for room in floor.rooms if given[room.id] is None and name not in room.labels]
-    read = {room.id: room.labels.get(name) for room in floor.rooms}
-    if missing:
-        labelled = {room.id: room.labels[name] for room in found or label_rooms(replace(floor, building_type={})).rooms}
-        read |= {room.id: labelled[room.id] for room in missing}
-    labels = {room.id: given[room.id] or str(read[room.id]) for room in floor.rooms}
+    manual = {room.id: _map_manual_label(room, floor, label_set, schemas) for room in floor.rooms}
+    labels = {room.id: manual[room.id] or room.labels.get(name) for room in floor.rooms}
+    if not all(labels.values()):
+        predicted = labelled or label_rooms(replace(floor, building_type={})).rooms
+        by_id = {room.id: room.labels[name] for room in predicted}
+        labels = {room_id: label or by_id[room_id] for room_id, label in labels.items()}
     rooms = tuple(
-        replace(room, label=labels[room.id], labels={name: labels[room.id]}, label_probabilities={})
+        replace(room, label=labels[room.id], labels={name: str(labels[room.id])}, label_probabilities={})
         for room in floor.rooms
     )
-    by_pianta = tuple(room.id for room in floor.rooms if given[room.id] is None)
-    return CoarseFloor(replace(floor, rooms=rooms), by_pianta)
+    return CoarseFloor(replace(floor, rooms=rooms), tuple(room.id for room in floor.rooms if manual[room.id] is None))
 
 
-def _place_given(room: Room, floor: Floor, label_set: LabelSet, schemas: Mapping[str, LabelSchema]) -> str | None:
-    """Where the label that somebody gave a room lies in a label set; None for no label, and one that nobody knows."""
+def _map_manual_label(room: Room, floor: Floor, label_set: LabelSet, schemas: Mapping[str, LabelSchema]) -> str | None:
+    """The manual label of a room, mapped to a label set; None if it has none, or no schema has it."""
     if not has_manual_label(room):
-        # Labels that say nothing of probabilities are no finding of pianta.
+        # Predicted labels always have probabilities.
         return None if room.label_probabilities else room.labels.get(str(label_set))
     name = normalize_label(room.label) or ""
     if name in LABELS[label_set]:
         return name
     if label_set is LabelSet.R_C and name in LABELS[LabelSet.F_C_E_S]:
         return str(RC.CORRIDOR if name == FCES.CONNECTION else RC.ROOM)
-    own = [schemas[kind] for kind in floor.building_types if kind in schemas and name in schemas[kind].by_name]
-    knowing = own[:1] or [schema for schema in schemas.values() if name in schema.by_name]
-    places = {
-        str(schema.map_labels([name], label_set, convention=LabelConvention.EXPERIMENTS)[0]) for schema in knowing
-    }
-    return places.pop() if len(places) == 1 else None
+    own = [schemas[each] for each in floor.building_types if each in schemas and name in schemas[each].by_name]
+    candidates = own[:1] or [schema for schema in schemas.values() if name in schema.by_name]
+    mapped = {str(schema.map_labels([name], label_set)[0]) for schema in candidates}
+    return mapped.pop() if len(mapped) == 1 else None
 
 
 def list_labels(rooms: Iterable[Room], label_set: LabelSet) -> list[str]:
     """The label of each room in a label set.
 
-    Raises LabelError that lists the rooms that have none, or one that is not of the set.
+    Raises LabelError that lists the rooms without a label, or with one of another set.
     """
     rooms = list(rooms)
     labels = [room.labels.get(str(label_set)) or room.label for room in rooms]
@@ -98,13 +94,13 @@ def list_labels(rooms: Iterable[Room], label_set: LabelSet) -> list[str]:
 def map_labels_upwards(
     floor: Floor, schema: LabelSchema, *, convention: LabelConvention = LabelConvention.EXPERIMENTS
 ) -> Floor:
-    """The floor with each room's given label, one of a schema, mapped up to F/C/E/S and R/C.
+    """The floor with each room's label, one of a schema, mapped up to F/C/E/S and R/C.
 
-    Raises LabelError that lists the labels that the schema does not have.
+    Raises LabelError that lists the labels that the schema lacks.
     """
-    given = [room.label for room in floor.rooms]
+    names = [room.label for room in floor.rooms]
     sets = (LabelSet.R_C, LabelSet.F_C_E_S)
-    mapped = zip(*(schema.map_labels(given, label_set, convention=convention) for label_set in sets), strict=True)
+    mapped = zip(*(schema.map_labels(names, label_set, convention=convention) for label_set in sets), strict=True)
     rooms = [
         replace(room, labels=dict(zip(map(str, sets), map(str, labels), strict=True)))
         for room, labels in zip(floor.rooms, mapped, strict=True)

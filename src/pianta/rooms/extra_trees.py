@@ -19,7 +19,7 @@ from pianta._types import Floats, Indices
 
 @dataclass(frozen=True, eq=False)
 class ExtraTrees:
-    """A fitted forest.
+    """A grown forest.
 
     trees: of scikit-learn. classes: that were in the training, ascending, shape (c,).
     """

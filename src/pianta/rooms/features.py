@@ -1,8 +1,8 @@
-"""Features of a room in its building, from which classifiers of places learn what it is for.
+"""Features of a room in its building, by which classifiers predict what it is for.
 
-All are free of scale: a map whose resolution is wrong, or unknown, gives the same. Sections 4.2.3 and 5.2 of the thesis
-describe a room by area, doors and axes ratio, and by its shape and role in the graph; what is added here is its place
-among the rooms of its floor, which is most of what tells one rectangle from another.
+All are independent of scale: a map with a wrong or unknown resolution gives the same. Sections 4.2.3 and 5.2 of the
+thesis describe a room by area, doors and axes ratio, and by its shape and role in the graph. Added here is how it
+compares with the other rooms of its floor, which best discriminates between rooms that are mere rectangles.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pianta.graphs.shortest_paths import ShortestPaths, find_shortest_paths
 from pianta.rooms._outlines import draw_outlines, measure_unit
 from pianta.rooms._shapes import (
     MISSING,
-    SAME,
+    REL_TOLERANCE,
     DoorEnds,
     Rectangles,
     fit_rectangles,
@@ -32,7 +32,7 @@ from pianta.rooms._shapes import (
 )
 from pianta.rooms._surroundings import find_alike, measure_facades, measure_sizes, measure_walls, share_walls
 
-# What is told of the rooms behind the doors of a room: the largest, the smallest and the mean of these.
+# Features of the rooms behind the doors of a room, of which maximum, minimum and mean are features of the room.
 NEIGHBOUR_FEATURES = ("degree", "betweenness", "elongation", "facade", "alike_share", "compactness")
 CONTEXT_FEATURES: tuple[str, ...] = (
     *("compactness", "spread", "elongation", "rectangularity", "convexity"),
@@ -45,23 +45,24 @@ CONTEXT_FEATURES: tuple[str, ...] = (
     *("within_2", "within_2_share", "within_3_share", "hops_to_hub", "parts", "cut_off", "cut_off_share"),
     *("leaves", "leaves_share", "small_leaves", "siblings", "siblings_alike", "siblings_alike_share"),
     *("main_wall", "main_end"),
-    *(f"neighbour_{name}_{of}" for name in ("size", *NEIGHBOUR_FEATURES) for of in ("max", "min", "mean")),
+    *(f"neighbour_{name}_{summary}" for name in ("size", *NEIGHBOUR_FEATURES) for summary in ("max", "min", "mean")),
 )
-# Katz centrality needs less than one over the largest eigenvalue, which a corridor with 100 rooms exceeds with 0.1.
+# Alpha of the Katz centrality over its upper bound, one over the largest eigenvalue; the 0.1 of Table 5.1 is above it
+# for a corridor with 100 rooms. Chosen by hand.
 KATZ_SHARE = 0.5
-# A neighbour less than half as large is small.
-SMALL = 0.5
+# A neighbour is small if its area is below this share of the room's; chosen by hand.
+SMALL_SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class RoomContext:
-    """The n rooms of a floor, in its order, as a classifier of places sees them.
+    """The n rooms of a floor, in its order, as input of a classifier.
 
-    features: CONTEXT_FEATURES, shape (n, k); all finite, MISSING where there is nothing to measure.
-    doors: 1 where a door or opening joins two rooms, shape (n, n).
-    hops: doors on the shortest way, infinite where there is none, shape (n, n).
-    walls: wall shared with another room as a share of the perimeter of the row's, shape (n, n).
-    alike: rooms of nearly the same size and shape, never a room and itself, shape (n, n).
+    features: CONTEXT_FEATURES, shape (n, k); all finite, MISSING if undefined.
+    doors: 1 if a door or opening joins two rooms, shape (n, n).
+    hops: number of doors on the shortest path, infinite without one, shape (n, n).
+    walls: wall that the room (row) shares with another (column), over its perimeter, shape (n, n).
+    alike: pairs of rooms of nearly the same size and length, False on the diagonal, shape (n, n).
     area: m², shape (n,).
     """
 
@@ -74,11 +75,11 @@ class RoomContext:
 
 
 def describe_rooms(floor: Floor) -> RoomContext:
-    """Features of every room and how the rooms relate; not one of them depends on scale, turn, shift or order."""
+    """Features of every room and relations of rooms, independent of scale, rotation, translation and order."""
     n = len(floor.rooms)
     if not n:
-        none = np.zeros((0, 0))
-        return RoomContext(np.zeros((0, len(CONTEXT_FEATURES))), none, none, none, none.astype(bool), np.zeros(0))
+        empty = np.zeros((0, 0))
+        return RoomContext(np.zeros((0, len(CONTEXT_FEATURES))), empty, empty, empty, empty.astype(bool), np.zeros(0))
     unit = measure_unit(floor)
     outlines = draw_outlines(floor, unit)
     rectangles, ends = fit_rectangles(outlines), list_door_ends(floor)
@@ -104,7 +105,7 @@ def describe_rooms(floor: Floor) -> RoomContext:
 
 
 def join_rooms(floor: Floor) -> Floats:
-    """1 where a door or opening joins two rooms, shape (n, n)."""
+    """1 if a door or opening joins two rooms, shape (n, n)."""
     row_of = {room.id: row for row, room in enumerate(floor.rooms)}
     doors = np.zeros((len(row_of), len(row_of)))
     for door in floor.doors:
@@ -115,12 +116,12 @@ def join_rooms(floor: Floor) -> Floats:
 
 
 def measure_topology(graph: nx.Graph, doors: Floats, paths: ShortestPaths) -> dict[str, Floats]:
-    """The role of a room in the graph: centralities, what is near it in doors, and what it alone leads to."""
+    """The role of a room in the graph: centralities, rooms within some doors, and rooms that it alone leads to."""
     n, hops = len(doors), paths.distances
     degree = doors.sum(axis=1)
     betweenness = betweenness_from_paths(paths)
     farthest = np.where(np.isinf(hops), 0, hops).max(axis=1)
-    hubs = betweenness >= betweenness.max() * (1 - SAME)
+    hubs = betweenness >= betweenness.max() * (1 - REL_TOLERANCE)
     to_hub = hops[:, hubs].min(axis=1)
     parts, cut_off = _measure_cuts(graph)
     return {
@@ -142,7 +143,7 @@ def measure_topology(graph: nx.Graph, doors: Floats, paths: ShortestPaths) -> di
 
 
 def measure_relatives(doors: Floats, alike: NDArray[np.bool_], area: Floats) -> dict[str, Floats]:
-    """Neighbours that are leaves, with no other door, and siblings, which a neighbour leads to as well."""
+    """Neighbours that are leaves (no other door), and siblings (other rooms that a neighbour leads to)."""
     degree = doors.sum(axis=1)
     leaves = doors * (degree <= 1)
     siblings = (doors @ doors > 0) & ~np.eye(len(doors), dtype=bool)
@@ -150,7 +151,7 @@ def measure_relatives(doors: Floats, alike: NDArray[np.bool_], area: Floats) -> 
     return {
         "leaves": leaves.sum(axis=1),
         "leaves_share": leaves.sum(axis=1) / np.maximum(degree, 1),
-        "small_leaves": (leaves * (area[None] < SMALL * (1 - SAME) * area[:, None])).sum(axis=1),
+        "small_leaves": (leaves * (area[None] < SMALL_SHARE * (1 - REL_TOLERANCE) * area[:, None])).sum(axis=1),
         "siblings": count.astype(float),
         "siblings_alike": count_alike.astype(float),
         "siblings_alike_share": count_alike / np.maximum(count, 1),
@@ -160,15 +161,15 @@ def measure_relatives(doors: Floats, alike: NDArray[np.bool_], area: Floats) -> 
 def measure_main_neighbours(
     doors: Floats, walls: Floats, area: Floats, ends: DoorEnds, rectangles: Rectangles
 ) -> dict[str, Floats]:
-    """The neighbour that is largest and has most doors: its share of a room's walls, how near its end a door lies."""
+    """The main neighbour (large, with many doors): its share of the room's walls, and how near its end the door is."""
     n = len(doors)
     weight = doors * (area * (1 + doors.sum(axis=1)))[None]
-    main = (weight > 0) & (weight >= weight.max(axis=1, keepdims=True) * (1 - SAME))
+    main = (weight > 0) & (weight >= weight.max(axis=1, keepdims=True) * (1 - REL_TOLERANCE))
     count = main.sum(axis=1)
     to_end = np.full(n, np.inf)
-    place, neighbour = np.nonzero(main[ends.rooms])
-    away = rectangles.distance_to_ends(neighbour, ends.points[place]) / rectangles.length[neighbour]
-    np.minimum.at(to_end, ends.rooms[place], away)
+    end, neighbour = np.nonzero(main[ends.rooms])
+    distances = rectangles.distance_to_ends(neighbour, ends.points[end]) / rectangles.length[neighbour]
+    np.minimum.at(to_end, ends.rooms[end], distances)
     return {
         "main_wall": np.where(count > 0, (walls * main).sum(axis=1) / np.maximum(count, 1), 0),
         "main_end": np.where(np.isinf(to_end), MISSING, to_end),
@@ -176,36 +177,36 @@ def measure_main_neighbours(
 
 
 def measure_neighbours(doors: Floats, area: Floats, measured: Mapping[str, Floats]) -> dict[str, Floats]:
-    """The largest, the smallest and the mean of features of the rooms behind doors, sizes relative to the own."""
+    """Maximum, minimum and mean of features of the rooms behind doors; sizes relative to the room's own."""
     size = np.log(area)
-    found = _summarise("size", doors, size[None] - size[:, None])
+    summaries = _summarise("size", doors, size[None] - size[:, None])
     for name in NEIGHBOUR_FEATURES:
-        found |= _summarise(name, doors, np.broadcast_to(measured[name], doors.shape))
-    return found
+        summaries |= _summarise(name, doors, np.broadcast_to(measured[name], doors.shape))
+    return summaries
 
 
 def _summarise(name: str, doors: Floats, values: Floats) -> dict[str, Floats]:
-    """Summaries over the columns that a door joins to a row, MISSING where there are none."""
+    """Summaries over the rooms (columns) that a door joins to a room (row), MISSING without doors."""
     joined, degree = doors > 0, doors.sum(axis=1)
     summaries = {
         "max": np.where(joined, values, -np.inf).max(axis=1),
         "min": np.where(joined, values, np.inf).min(axis=1),
         "mean": (doors * values).sum(axis=1) / np.maximum(degree, 1),
     }
-    return {f"neighbour_{name}_{of}": np.where(degree > 0, found, MISSING) for of, found in summaries.items()}
+    return {f"neighbour_{name}_{key}": np.where(degree > 0, value, MISSING) for key, value in summaries.items()}
 
 
 def _measure_katz(graph: nx.Graph, doors: Floats) -> Floats:
-    """Katz centrality with a mean square of 1, for floors of many rooms to compare with those of few."""
+    """Katz centrality with a mean square of 1, so that floors of different sizes are comparable."""
     largest = max(float(np.linalg.eigvalsh(doors)[-1]), 1.0)
     values = np.array([*measure_katz(graph, alpha=KATZ_SHARE / largest).values()])
     return np.asarray(values * np.sqrt(len(values)))
 
 
 def _measure_cuts(graph: nx.Graph) -> tuple[Floats, Floats]:
-    """How many parts a room leaves when it is closed, and how many rooms are then cut off from the largest part.
+    """Number of parts of the graph without a room, and number of rooms then cut off from the largest part.
 
-    Both are 0 for a room with at most one other to go to.
+    Both are 0 in a component of one or two rooms.
     """
     parts, cut_off = np.zeros(len(graph)), np.zeros(len(graph))
     cutting = {*nx.articulation_points(graph)}

@@ -1,7 +1,7 @@
-"""Forest: the trees of Extra-Trees as a few arrays, which say what scikit-learn says without it.
+"""The trees of an Extra-Trees classifier as a few arrays, which predict without scikit-learn.
 
-The nodes of all trees are in level order: first the roots, then the two children of each inner node, the left one
-first, in the order of these nodes. So the children of inner node k lie at trees + 2 k, and nothing points at them.
+The nodes of all trees are in level order: first the roots, then the two children of each inner node, left before right,
+in the order of these nodes. So the children of the k-th inner node are at trees + 2 k, and need no pointers.
 """
 
 from __future__ import annotations
@@ -17,30 +17,20 @@ from pianta._types import Floats, Indices
 from pianta.errors import ModelError
 from pianta.rooms.extra_trees import ExtraTrees
 
-# What stands for the feature of a leaf.
+# The feature of a leaf.
 LEAF = -1
-# Shares of votes in a leaf add up to 1, but for rounding.
-ROUNDING = 1e-6
+# Tolerance for the sum of the shares in a leaf, which is 1.
+SUM_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Forest:
     """T trees over F features and L classes, with n nodes in all, of which m are inner ones.
 
-    Parameters
-    ----------
-    features : NDArray[np.int16], shape (n,)
-        By which feature a node decides, 0 … F - 1; LEAF for a leaf.
-    thresholds : NDArray[np.float32], shape (m,)
-        Of each inner node: a room whose feature is not above it goes left.
-    votes : NDArray[np.float64], shape (n - m, L)
-        Of each leaf: the shares of its classes.
-
-    Raises
-    ------
-    ModelError
-        For arrays that are no such trees.
-
+    features: index of the feature of each node, LEAF for a leaf, shape (n,).
+    thresholds: of the inner nodes; a sample whose feature is not above it goes left, shape (m,).
+    votes: of the leaves, the shares of the classes, shape (n - m, L).
+    Raises ModelError for arrays that do not describe such trees.
     """
 
     features: NDArray[np.int16]
@@ -53,25 +43,13 @@ class Forest:
             raise ModelError(f"the forest cannot be walked through: {fault}")
 
     @classmethod
-    def from_trees(cls, grown: ExtraTrees, classes: int) -> Self:
-        """The trees of Extra-Trees.
+    def from_trees(cls, forest: ExtraTrees, classes: int) -> Self:
+        """The trees of Extra-Trees, with exactly the same predictions.
 
-        Its thresholds are rounded down to what the features of rooms are rounded to, so no decision changes.
-
-        Parameters
-        ----------
-        grown : ExtraTrees
-            Grown on classes that are some of 0 … classes - 1.
-        classes : int
-            L; those that were not in the training get no votes.
-
-        Returns
-        -------
-        Forest
-            What it says is to the bit what the trees say.
-
+        Thresholds are rounded down to float32, as features are, so that no decision changes.
+        classes: L; the classes of the forest are some of 0 … L - 1, and the others get no votes.
         """
-        trees = grown.trees
+        trees = forest.trees
         starts = np.cumsum([0, *(tree.node_count for tree in trees)])
         left, right = (
             np.concatenate([getattr(tree, name) + start for tree, start in zip(trees, starts[:-1], strict=True)])
@@ -84,29 +62,18 @@ class Forest:
         order = _order_by_level(starts[:-1], left, right, leaf)
         inner, leaves = order[~leaf[order]], order[leaf[order]]
         votes = np.zeros((len(leaves), classes))
-        votes[:, grown.classes] = values[leaves, 0]
+        votes[:, forest.classes] = values[leaves, 0]
         return cls(np.where(leaf, LEAF, features)[order].astype(np.int16), _round_down(thresholds[inner]), votes)
 
     def predict(self, features: Floats) -> Floats:
-        """Shares of the votes for the classes, as predict_proba of scikit-learn has them.
-
-        Parameters
-        ----------
-        features : Floats, shape (rooms, F)
-            Of rooms; all finite.
-
-        Returns
-        -------
-        Floats, shape (rooms, L)
-
-        """
-        seen, rooms = features.astype(np.float32), np.arange(len(features))
+        """Probabilities as predict_proba of scikit-learn, shape (n, L), for finite features of shape (n, F)."""
+        values, samples = features.astype(np.float32), np.arange(len(features))
         nodes = np.repeat(np.arange(self.trees)[:, None], len(features), axis=1)
-        going = nodes >= 0
-        while going.any():
-            right = seen[rooms, self._compared[nodes]] > self._limits[nodes]
+        moving = nodes >= 0
+        while moving.any():
+            right = values[samples, self._compared[nodes]] > self._limits[nodes]
             below = self._left[nodes] + right
-            going, nodes = below != nodes, below
+            moving, nodes = below != nodes, below
         return np.asarray(self.votes[self._leaf[nodes]].sum(axis=0) / self.trees)
 
     @property
@@ -121,10 +88,10 @@ class Forest:
 
     @cached_property
     def _inner(self) -> Indices:
-        """Places of the inner nodes, shape (m,)."""
+        """Indices of the inner nodes, shape (m,)."""
         return np.flatnonzero(self.features != LEAF)
 
-    # What each node does, shape (n,): a leaf compares the first feature with infinity and leads to itself.
+    # Next steps by node, shape (n,): a leaf compares the first feature with infinity and leads to itself.
 
     @cached_property
     def _compared(self) -> Indices:
@@ -144,32 +111,32 @@ class Forest:
 
     @cached_property
     def _leaf(self) -> Indices:
-        """Which row of votes a leaf has."""
+        """The row of votes of each leaf."""
         return np.cumsum(self.features == LEAF) - 1
 
     def _find_fault(self) -> str | None:
-        """What is wrong with the arrays, None if nothing."""
+        """What is wrong with the arrays; None if nothing is."""
         inner, leaves = len(self._inner), len(self.features) - len(self._inner)
         if self.trees < 1:
             return f"{len(self.features)} nodes with {len(self.thresholds)} thresholds make no tree"
         if (inner, leaves) != (len(self.thresholds), len(self.votes)):
-            told = f"{len(self.thresholds)} thresholds and {len(self.votes)} votes"
-            return f"{inner} inner nodes and {leaves} leaves have {told}"
+            counts = f"{len(self.thresholds)} thresholds and {len(self.votes)} votes"
+            return f"{inner} inner nodes and {leaves} leaves have {counts}"
         if self.features.min() < LEAF:
             return f"a node decides by feature {self.features.min()}"
-        # Children that all come after their parents are there, and each has one parent.
+        # If all children come after their parents, each node has exactly one parent.
         if (self._left[self._inner] <= self._inner).any():
             return "a node does not lead downwards"
         if not np.isfinite(self.thresholds).all():
             return "a threshold is not finite"
-        # Of numbers that are not finite no sum is near 1.
+        # The sum of numbers that are not all finite is never near 1.
         with np.errstate(invalid="ignore", over="ignore"):
-            whole = np.abs(self.votes.sum(axis=1) - 1) <= ROUNDING
-        return None if whole.all() and (self.votes >= 0).all() else "the votes of a leaf are no shares of 1"
+            is_one = np.abs(self.votes.sum(axis=1) - 1) <= SUM_TOLERANCE
+        return None if is_one.all() and (self.votes >= 0).all() else "the votes of a leaf are no shares of 1"
 
 
 def _order_by_level(roots: Indices, left: Indices, right: Indices, leaf: NDArray[np.bool_]) -> Indices:
-    """Places of nodes in level order, shape (n,)."""
+    """Indices of the nodes in level order, shape (n,)."""
     levels, level = [], roots
     while len(level):
         levels.append(level)
@@ -179,6 +146,6 @@ def _order_by_level(roots: Indices, left: Indices, right: Indices, leaf: NDArray
 
 
 def _round_down(thresholds: Floats) -> NDArray[np.float32]:
-    """The largest float32 that is not above each threshold, for scikit-learn compares features as float32 with them."""
+    """The largest float32 not above each threshold: scikit-learn compares features as float32 with its thresholds."""
     rounded = thresholds.astype(np.float32)
     return np.where(rounded > thresholds, np.nextafter(rounded, np.float32(-np.inf)), rounded)

@@ -8,10 +8,10 @@ from pianta.rooms.model import RoomModel
 
 
 def label_rooms(floor: Floor, model: RoomModel | None = None) -> Floor:
-    """Say what each room of a floor is for.
+    """Predict what each room of a floor is for.
 
-    Labels are in the sets "R/C" and "F/C/E/S" (the split of the thesis' experiments), and in that of the most probable
-    building type of the floor that the model knows, if there is one. A label lies below that of the coarser set.
+    Labels are in the sets "R/C" and "F/C/E/S" (by the convention of the thesis' experiments), and in that of the most
+    probable building type of the floor that the model has, if there is one. Each label is consistent with the coarser.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def label_rooms(floor: Floor, model: RoomModel | None = None) -> Floor:
     Returns
     -------
     Floor
-        The floor with a label for each room, and probabilities; rooms keep nothing of older labels.
+        The floor with a label for each room, and probabilities; older labels are replaced.
 
     References
     ----------

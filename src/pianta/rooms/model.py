@@ -1,8 +1,8 @@
-"""What each room of a floor is for: R/C, F/C/E/S, and the labels of its building type, with probabilities.
+"""What each room is for: R/C, F/C/E/S, and the labels of its building type, with probabilities.
 
-The thesis classifies rooms one by one with Extra-Trees (sections 5.3 and 6.1.3). Here the same trees see a room in its
-building (RoomContext), see in a second pass what the first one thinks of the rooms around it, and a random field judges
-the floor as one object.
+The thesis classifies rooms one by one with Extra-Trees (sections 5.3 and 6.1.3). Here the same trees know the context
+of a room in its building (RoomContext), a second pass uses what the first one predicts for the rooms around it, and a
+random field decides about the floor as a whole.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta._types import Floats
+from pianta._types import Floats, Indices
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, RC, LabelSchema, LabelSet
 from pianta.rooms.features import RoomContext, describe_rooms
@@ -24,18 +24,20 @@ from pianta.rooms.random_field import Neighbourhood, RandomField
 
 FUNCTIONS = tuple(FCES)
 CONNECTION = FUNCTIONS.index(FCES.CONNECTION)
-# Columns for each label that describe_neighbours adds to the context of a room.
+# Blocks of columns, each with one column a label, that describe_neighbours adds to the context of a room.
 N_NEIGHBOUR_BLOCKS = 9
+# Added to the votes for each name, so that names without any vote share the probability of their function.
+VOTE_SMOOTHING = 1e-6
 
 
 @dataclass(frozen=True)
 class Training:
     """What a model was trained on.
 
-    floors: sources of the drawn floors, sorted. rooms: by building type, how many rooms, those of simulated maps
-    included. simulated: how many simulated maps were read besides. errors: by label set, the share of drawn rooms that
-    would get a wrong label, judged by trees that have not seen their building; the tables, temperature and strengths
-    of the random field were fitted on the same rooms. seed, pianta, sklearn: what it takes to train it again.
+    floors: sources of the annotated floors, sorted. rooms: number of rooms by building type, with simulated maps.
+    simulated: number of simulated maps. errors: by label set, the share of annotated rooms with a wrong label when
+    their building is left out; the random field was fitted on the same rooms. seed, pianta, sklearn: seed and versions
+    that train the same model again.
     """
 
     floors: tuple[str, ...]
@@ -59,13 +61,13 @@ class RoomModel:
     Attributes
     ----------
     first, second
-        Extra-Trees over F/C/E/S, on the context of a room, and on that and what the first says around it.
+        Extra-Trees over F/C/E/S, on the context of a room, and on that and the predictions of the first around it.
     field
-        The random field that judges a floor as one object.
+        The random field over the rooms of a floor.
     names
         By building type, Extra-Trees over its labels.
     schemas
-        By building type, which labels it has.
+        By building type, its labels.
     training
         What it was trained on, and its errors on buildings that were left out.
     """
@@ -97,7 +99,7 @@ class RoomModel:
         save_room_model(self, path)
 
     def passes(self, floor: Floor) -> dict[str, Floats]:
-        """Give the probabilities of F/C/E/S after each step.
+        """Compute the probabilities of F/C/E/S after each step.
 
         Parameters
         ----------
@@ -110,16 +112,16 @@ class RoomModel:
             By "first pass", "second pass" and "random field", probabilities of shape (rooms, 4), columns in the order
             of FCES; those of the last step are calibrated.
         """
-        return self._judge(describe_rooms(floor))
+        return self._predict_functions(describe_rooms(floor))
 
-    def _judge(self, context: RoomContext) -> dict[str, Floats]:
+    def _predict_functions(self, context: RoomContext) -> dict[str, Floats]:
         first = self.first.predict(context.features)
         second = self.second.predict(describe_neighbours(context, first))
-        judged = self.field.compute_marginals(second, find_neighbourhood(context))
-        return {"first pass": first, "second pass": second, "random field": judged}
+        marginals = self.field.compute_marginals(second, find_neighbourhood(context))
+        return {"first pass": first, "second pass": second, "random field": marginals}
 
     def label(self, floor: Floor) -> Floor:
-        """The floor with labels, from R/C down to those of its building type where the model knows it.
+        """Label the rooms of a floor, from R/C down to the labels of its building type if the model has these.
 
         Parameters
         ----------
@@ -134,54 +136,62 @@ class RoomModel:
         if not floor.rooms:
             return floor
         context = describe_rooms(floor)
-        judged = self._judge(context)["random field"]
-        known = next((name for name in floor.building_types if name in self.names), None)
-        names = np.zeros((len(judged), 0)) if known is None else self._name(context, judged, known)
-        schema = None if known is None else self.schemas[known]
-        rows = zip(floor.rooms, judged, choose_functions(judged), names, strict=True)
-        rooms = [_label_room(*row, schema) for row in rows]
-        return replace(floor, rooms=tuple(rooms))
+        functions = self._predict_functions(context)["random field"]
+        building_type = find_labelled_type(floor, self)
+        schema = None if building_type is None else self.schemas[building_type]
+        names = np.zeros((len(functions), 0))
+        if building_type is not None:
+            names = self._predict_names(context, functions, building_type)
+        rows = zip(floor.rooms, functions, choose_functions(functions), names, strict=True)
+        return replace(floor, rooms=tuple(_label_room(*row, schema) for row in rows))
 
-    def _name(self, context: RoomContext, judged: Floats, building_type: str) -> Floats:
-        """Probabilities of the labels of a building type, shape (rooms, labels); those of a function sum to its own."""
-        schema = self.schemas[building_type]
-        votes = self.names[building_type].predict(describe_neighbours(context, judged))
-        functions = np.array([FUNCTIONS.index(label.function_in()) for label in schema.labels])
-        for number in np.unique(functions):
-            of_function = functions == number
-            # Where no tree thinks of the function, its labels are equally likely.
-            votes[:, of_function] += 1e-6
-            votes[:, of_function] *= (judged[:, number] / votes[:, of_function].sum(axis=1))[:, None]
+    def _predict_names(self, context: RoomContext, functions: Floats, building_type: str) -> Floats:
+        """Probabilities of the labels of a type, shape (rooms, labels); those of a function sum to its probability."""
+        votes = self.names[building_type].predict(describe_neighbours(context, functions))
+        for function, columns in columns_by_function(self.schemas[building_type]).items():
+            votes[:, columns] += VOTE_SMOOTHING
+            votes[:, columns] *= (functions[:, function] / votes[:, columns].sum(axis=1))[:, None]
         return votes
 
     @cached_property
     def building_types(self) -> tuple[str, ...]:
-        """The building types whose labels it knows."""
+        """The building types whose labels it has."""
         return tuple(sorted(self.names))
 
 
-def has_manual_label(room: Room) -> bool:
-    """Whether its label is not one that `label_rooms` gave it: somebody has said or corrected it.
+def find_labelled_type(floor: Floor, model: RoomModel) -> str | None:
+    """The most probable building type of a floor whose labels the model has; None if it has those of no type."""
+    return next((name for name in floor.building_types if name in model.names), None)
 
-    What the model says has a probability, and is the finest of the room's labels.
+
+def columns_by_function(schema: LabelSchema) -> dict[int, Indices]:
+    """The indices of the labels of a schema by the index of their function in FUNCTIONS, ascending."""
+    functions = np.array([FUNCTIONS.index(label.function_in()) for label in schema.labels])
+    return {int(function): np.flatnonzero(functions == function) for function in np.unique(functions)}
+
+
+def has_manual_label(room: Room) -> bool:
+    """Whether the label of a room was set or corrected by a person, not predicted by `label_rooms`.
+
+    A predicted label has a probability, and is the finest of the room's labels.
     """
-    said_by_model = [*room.labels.values()][-1:] if room.label_probabilities else []
-    return room.label is not None and room.label not in said_by_model
+    predicted = [*room.labels.values()][-1:] if room.label_probabilities else []
+    return room.label is not None and room.label not in predicted
 
 
 def keep_manual_label(room: Room) -> Room:
-    """The room with nothing but the label that somebody gave it, or with no label at all."""
+    """The room with no label but its manual one, if it has one."""
     return replace(room, label=room.label if has_manual_label(room) else None, labels={}, label_probabilities={})
 
 
-def choose_functions(judged: Floats) -> NDArray[np.intp]:
-    """Which of FUNCTIONS each room is called, shape (n,), given their probabilities, shape (n, 4).
+def choose_functions(probabilities: Floats) -> NDArray[np.intp]:
+    """The index in FUNCTIONS of each room's label, shape (n,); probabilities: shape (n, 4).
 
-    From R/C down: a CONNECTION is what is more likely one than not, other rooms are the most probable of the rest.
+    From R/C down: a room is CONNECTION if that is more probable than not, else the most probable of the rest.
     """
-    others = judged.copy()
+    others = probabilities.copy()
     others[:, CONNECTION] = -1
-    return np.where(judged[:, CONNECTION] > 0.5, CONNECTION, others.argmax(axis=1))
+    return np.where(probabilities[:, CONNECTION] > 0.5, CONNECTION, others.argmax(axis=1))
 
 
 def _label_room(room: Room, functions: Floats, chosen: int, names: Floats, schema: LabelSchema | None) -> Room:
@@ -196,16 +206,16 @@ def _label_room(room: Room, functions: Floats, chosen: int, names: Floats, schem
     if schema is not None:
         by_name = dict(zip((label.name for label in schema.labels), names.tolist(), strict=True))
         probabilities[schema.building_type] = by_name
-        within = [label.name for label in schema.labels if label.function_in() == function]
-        # A schema of few labels may have none for this function.
-        if within:
-            labels[schema.building_type] = max(within, key=lambda name: by_name[name])
+        candidates = [label.name for label in schema.labels if label.function_in() == function]
+        # A small schema may have no label of this function.
+        if candidates:
+            labels[schema.building_type] = max(candidates, key=lambda name: by_name[name])
     finest = list(labels.values())[-1]
     return replace(room, label=finest, labels=labels, label_probabilities=probabilities)
 
 
 def describe_neighbours(context: RoomContext, probabilities: Floats) -> Floats:
-    """Features of rooms, what is thought of each, and of the rooms around it: shape (n, k + N_NEIGHBOUR_BLOCKS L).
+    """Room features, and the probabilities of labels around each room, shape (n, features + N_NEIGHBOUR_BLOCKS L).
 
     probabilities: of L labels, shape (n, L).
     """
@@ -214,7 +224,7 @@ def describe_neighbours(context: RoomContext, probabilities: Floats) -> Floats:
         probabilities,
         context.doors @ probabilities,
         _average(context.doors, probabilities),
-        _highest(context.doors, probabilities),
+        _maximum(context.doors, probabilities),
         _average(at_two_doors, probabilities),
         _average(context.walls, probabilities),
         _average(context.alike, probabilities),
@@ -225,29 +235,29 @@ def describe_neighbours(context: RoomContext, probabilities: Floats) -> Floats:
 
 
 def find_neighbourhood(context: RoomContext) -> Neighbourhood:
-    """The pairs of rooms with a door between them, and those that are alike."""
+    """The pairs of rooms with a door between them, and of rooms that are alike."""
     doors = np.argwhere(np.triu(context.doors, 1) > 0)
     alike = np.argwhere(np.triu(context.alike, 1))
-    count = context.alike.sum(axis=1)
-    return Neighbourhood(doors, alike, 2 / np.maximum(count[alike].sum(axis=1), 1))
+    counts = context.alike.sum(axis=1)
+    return Neighbourhood(doors, alike, 2 / np.maximum(counts[alike].sum(axis=1), 1))
 
 
 def join_neighbourhoods(contexts: Sequence[RoomContext]) -> Neighbourhood:
-    """The pairs of several floors, their rooms numbered through."""
-    near = [find_neighbourhood(context) for context in contexts]
+    """The pairs of several floors, with rooms numbered through."""
+    parts = [find_neighbourhood(context) for context in contexts]
     starts = np.cumsum([0, *(len(context.features) for context in contexts[:-1])])
-    doors = [each.doors + start for each, start in zip(near, starts, strict=True)]
-    alike = [each.alike + start for each, start in zip(near, starts, strict=True)]
-    return Neighbourhood(np.concatenate(doors), np.concatenate(alike), np.concatenate([each.share for each in near]))
+    doors = [part.doors + start for part, start in zip(parts, starts, strict=True)]
+    alike = [part.alike + start for part, start in zip(parts, starts, strict=True)]
+    return Neighbourhood(np.concatenate(doors), np.concatenate(alike), np.concatenate([part.share for part in parts]))
 
 
 def _average(weights: NDArray[np.generic], probabilities: Floats) -> Floats:
-    """Weighted means of the rows of probabilities, 0 where all weights are, shape (n, L)."""
+    """Weighted means of the rows of probabilities, 0 if all weights are 0, shape (n, L)."""
     totals = np.asarray(weights, float).sum(axis=1, keepdims=True)
     return np.asarray(np.asarray(weights, float) @ probabilities / np.maximum(totals, 1e-9))
 
 
-def _highest(doors: NDArray[np.generic], probabilities: Floats) -> Floats:
-    """Highest probability of each label behind any door, 0 where there is none, shape (n, L)."""
+def _maximum(doors: NDArray[np.generic], probabilities: Floats) -> Floats:
+    """The highest probability of each label behind any door, 0 without doors, shape (n, L)."""
     behind = np.where(np.asarray(doors)[:, :, None] > 0, probabilities[None], 0.0)
     return np.asarray(behind.max(axis=1, initial=0))

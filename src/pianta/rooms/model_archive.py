@@ -1,7 +1,7 @@
 """The archive of a model: a zip of .npy arrays, which numpy.load opens too, and a text beside them.
 
-An archive may come from a stranger. Nothing of it is unpacked before its sizes are known, and of no member more than
-its directory promises; arrays are numbers of the type that is asked for, and nothing is unpickled.
+An archive may be hostile. Nothing of it is unpacked before its sizes are known, and of no member more than its
+directory promises; arrays must have the expected type, and nothing is unpickled.
 """
 
 from __future__ import annotations
@@ -21,22 +21,24 @@ from pianta.errors import ModelError
 from pianta.io._files import one_line_reason, short_repr
 
 NO_MODEL = "it is no model of rooms, or damaged; make one with `pianta train places`"
-# Bytes that an archive may unpack to, and members that it may have: older models had a thousand, and are to be told.
+# Limits of the unpacked size and the number of members; models of version 1 had a thousand, and must be recognised.
 MAX_CONTENT_BYTES = 512 * 2**20
 MAX_MEMBERS = 20_000
-# Ways of packing of which zipfile unpacks no more than it is asked for.
-PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-# The earliest date that a zip can tell, so that the same arrays give the same bytes.
+# Compressions of which zipfile unpacks no more than it is asked for.
+COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+# The earliest date of the zip format, so that the same arrays always give the same bytes.
 DATE = (1980, 1, 1, 0, 0, 0)
-# How hard is packed, and Unix, on which members are ordinary files.
-LEVEL, UNIX, ORDINARY_FILE = 9, 3, 0o100644 << 16
-# What zipfile raises for what is damaged: a way of packing that it does not know is a NotImplementedError, and an
-# encrypted member a RuntimeError.
+# Compression level, and the system and attributes of members: regular files on Unix.
+COMPRESSION_LEVEL = 9
+UNIX = 3
+REGULAR_FILE = 0o100644 << 16
+# Exceptions of zipfile for a damaged archive; RuntimeError is for encrypted members and, as NotImplementedError, for
+# unknown compressions.
 FAULTS = (zipfile.BadZipFile, zlib.error, KeyError, EOFError, RuntimeError, OSError, ValueError)
 
 
 def pack_archive(text: str, name: str, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    """A text under its name and arrays under theirs as an archive; the same ones always as the same bytes."""
+    """The bytes of an archive with a text and arrays under their names; the same content gives the same bytes."""
     members = {name: text.encode()}
     for key, array in arrays.items():
         stream = io.BytesIO()
@@ -46,19 +48,15 @@ def pack_archive(text: str, name: str, arrays: Mapping[str, NDArray[Any]]) -> by
     with zipfile.ZipFile(content, "w") as archive:
         for member, data in members.items():
             info = zipfile.ZipInfo(member, DATE)
-            info.create_system, info.external_attr = UNIX, ORDINARY_FILE
-            archive.writestr(info, data, zipfile.ZIP_DEFLATED, LEVEL)
+            info.create_system, info.external_attr = UNIX, REGULAR_FILE
+            archive.writestr(info, data, zipfile.ZIP_DEFLATED, COMPRESSION_LEVEL)
     return content.getvalue()
 
 
 class ModelArchive:
-    """An archive whose members can be read one by one.
+    """An archive whose members are read one by one.
 
-    Raises
-    ------
-    ModelError
-        For what is no archive, and for one with too many or too large members.
-
+    Raises ModelError for bytes that are not an archive, and for too many or too large members.
     """
 
     def __init__(self, content: bytes) -> None:
@@ -80,16 +78,13 @@ class ModelArchive:
         self._archive.close()
 
     def read(self, name: str) -> bytes:
-        """The content of a member.
-
-        Raises ModelError where it is missing or damaged.
-        """
+        """The content of a member; raises ModelError if it is missing or damaged."""
         try:
             member = self._archive.getinfo(name)
-            if member.compress_type not in PACKINGS:
+            if member.compress_type not in COMPRESSIONS:
                 raise ModelError(f"{short_repr(name)} is packed by method {member.compress_type}, pack it by deflate")
             with self._archive.open(member) as stream:
-                # Without a number zipfile would unpack all that is there, whatever the directory says.
+                # Without a size zipfile would unpack everything, whatever the directory says.
                 return stream.read(member.file_size)
         except ModelError:
             raise
@@ -99,25 +94,22 @@ class ModelArchive:
             raise ModelError(f"{short_repr(name)} is damaged: {one_line_reason(exception)}") from None
 
     def read_array(self, key: str, dtype: DTypeLike, *, axes: int) -> NDArray[Any]:
-        """An array of so many axes; it cannot be written to.
-
-        Raises ModelError for one that is missing, damaged, or of another type.
-        """
+        """A read-only array; raises ModelError if it is missing, damaged, or of another type or number of axes."""
         content = self.read(f"{key}.npy")
         stream = io.BytesIO(content)
         try:
             if npy.read_magic(stream) != (1, 0):
                 raise ValueError("its header is of another version")
-            shape, by_columns, found = npy.read_array_header_1_0(stream)
-        # Whatever a header of a stranger provokes in numpy, which reads it as Python.
+            shape, by_columns, stored = npy.read_array_header_1_0(stream)
+        # numpy parses the header as Python, so a hostile one may raise anything.
         except Exception as exception:
             raise ModelError(f"{short_repr(key)} is no array: {one_line_reason(exception)}") from None
-        if found != np.dtype(dtype) or len(shape) != axes or by_columns:
-            wanted = f"{np.dtype(dtype)} with {axes} ax{'es' if axes > 1 else 'is'}, by rows"
-            raise ModelError(f"{short_repr(key)} is {found} of shape {short_repr(shape)}, give {wanted}")
+        if stored != np.dtype(dtype) or len(shape) != axes or by_columns:
+            expected = f"{np.dtype(dtype)} with {axes} ax{'es' if axes > 1 else 'is'}, by rows"
+            raise ModelError(f"{short_repr(key)} is {stored} of shape {short_repr(shape)}, give {expected}")
         size = len(content) - stream.tell()
-        if min(shape) < 0 or max(shape) > size or prod(shape) * found.itemsize != size:
+        if min(shape) < 0 or max(shape) > size or prod(shape) * stored.itemsize != size:
             raise ModelError(
-                f"{short_repr(key)} has {size} bytes, its header promises {found} of shape {short_repr(shape)}"
+                f"{short_repr(key)} has {size} bytes, its header promises {stored} of shape {short_repr(shape)}"
             )
-        return np.frombuffer(content, found, offset=stream.tell()).reshape(shape)
+        return np.frombuffer(content, stored, offset=stream.tell()).reshape(shape)

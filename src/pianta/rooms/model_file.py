@@ -1,7 +1,7 @@
-"""The file of a RoomModel: a NumPy archive (.npz) of its trees, with what else it holds in a member pianta.json.
+"""The file of a RoomModel: a NumPy archive (.npz) of its trees, with all else in a member pianta.json.
 
-A model file may come from a stranger. Nothing of it is unpacked before its sizes are known, and no tree before the
-header has been read; there is no pickle in it, and trees are checked before anything walks through them.
+A model file may be hostile. Nothing of it is unpacked before its sizes are known, and no tree before the header has
+been read; it has no pickle, and trees are checked before they are used.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ MAX_FILE_BYTES = 32 * 2**20
 # The arrays of a Forest, their types and axes.
 ARRAYS = {"features": ("<i2", 1), "thresholds": ("<f4", 1), "votes": ("<f8", 2)}
 REMEDY = "train it again with `pianta train places`"
-# Version 1 had its trees as objects of scikit-learn, in a skops archive.
+# Version 1 had the trees as objects of scikit-learn, in a skops archive.
 FORMAT = FileFormat("pianta places", 2, oldest=2, remedy=REMEDY)
 
 
 def check_model_path(path: str | Path) -> None:
-    """Raise ModelError, in one line, for the name of a file that is none of a model."""
+    """Raise ModelError, in one line, for a file name that does not end in .npz."""
     if Path(path).suffix.lower() != SUFFIX:
         raise ModelError(f"model file {short_repr(path)} does not end in {SUFFIX}, give a name that does")
 
 
 def save_room_model(model: RoomModel, path: str | Path) -> None:
-    """Write a model; read_room_model gives back one that says the same, and the same model gives the same bytes.
+    """Write a model; what is read again predicts the same, and the same model always gives the same bytes.
 
-    Raises ModelError as check_model_path does, PiantaError when the file cannot be written.
+    Raises ModelError as check_model_path does, PiantaError if the file cannot be written.
     """
     check_model_path(path)
     forests = {"first": model.first, "second": model.second}
-    forests |= {f"names.{number}": model.names[kind] for number, kind in enumerate(model.schemas)}
+    forests |= {f"names.{number}": model.names[each] for number, each in enumerate(model.schemas)}
     arrays = {
-        f"{place}.{name}": getattr(forest, name).astype(dtype)
-        for place, forest in forests.items()
+        f"{key}.{name}": getattr(forest, name).astype(dtype)
+        for key, forest in forests.items()
         for name, (dtype, _) in ARRAYS.items()
     }
     content = pack_archive(_describe_model(model).model_dump_json(indent=1), HEADER, arrays)
@@ -63,8 +63,8 @@ def save_room_model(model: RoomModel, path: str | Path) -> None:
 def read_room_model(path: str | Path) -> RoomModel:
     """Read a model that save_room_model has written.
 
-    Raises ModelError, in one line, for a file that is no model, one of a newer or older format or for other features,
-    and one whose trees are damaged.
+    Raises ModelError, in one line, for a file that is not a model, has another version or other features, or whose
+    trees are damaged.
     """
     return read_checked(path, "model", ModelError, _parse_model, max_bytes=MAX_FILE_BYTES)
 
@@ -76,12 +76,12 @@ def _parse_model(content: bytes) -> RoomModel:
 
 @cache
 def read_default_room_model() -> RoomModel:
-    """The model that comes with pianta; `training` says what it was trained on."""
+    """The model that comes with pianta."""
     return read_room_model(DEFAULT_MODEL)
 
 
 class _Part(BaseModel):
-    # Infinite numbers are refused in the dataclasses of the model too.
+    # allow_inf_nan holds for the dataclasses of the model too.
     model_config = ConfigDict(strict=True, frozen=True, allow_inf_nan=False)
 
 
@@ -119,7 +119,7 @@ def _describe_model(model: RoomModel) -> _Header:
             door_strength=field.door_strength,
             alike_strength=field.alike_strength,
         ),
-        schemas={kind: schema.labels for kind, schema in model.schemas.items()},
+        schemas={name: schema.labels for name, schema in model.schemas.items()},
         training=model.training,
     )
 
@@ -140,9 +140,9 @@ def _read_header(archive: ModelArchive) -> _Header:
 
 def _build_model(header: _Header, archive: ModelArchive) -> RoomModel:
     try:
-        schemas = {kind: LabelSchema(kind, labels) for kind, labels in header.schemas.items()}
+        schemas = {name: LabelSchema(name, labels) for name, labels in header.schemas.items()}
     except (PiantaError, ValueError) as error:
-        raise ModelError(f"its labels are none: {one_line_reason(error)}") from None
+        raise ModelError(f"its labels are invalid: {one_line_reason(error)}") from None
     context = len(CONTEXT_FEATURES)
     around = context + N_NEIGHBOUR_BLOCKS * len(FUNCTIONS)
     field = {name: getattr(header.field, name) for name in ("temperature", "door_strength", "alike_strength")}
@@ -151,22 +151,19 @@ def _build_model(header: _Header, archive: ModelArchive) -> RoomModel:
         second=_read_forest(archive, "second", features=around, classes=len(FUNCTIONS)),
         field=RandomField(np.array(header.field.doors), np.array(header.field.alike), **field),
         names={
-            kind: _read_forest(archive, f"names.{number}", features=around, classes=len(schema.labels))
-            for number, (kind, schema) in enumerate(schemas.items())
+            name: _read_forest(archive, f"names.{number}", features=around, classes=len(schema.labels))
+            for number, (name, schema) in enumerate(schemas.items())
         },
         schemas=schemas,
         training=header.training,
     )
 
 
-def _read_forest(archive: ModelArchive, place: str, *, features: int, classes: int) -> Forest:
-    """A forest of the archive.
-
-    Raises ModelError for one that is damaged or over other features or classes.
-    """
+def _read_forest(archive: ModelArchive, key: str, *, features: int, classes: int) -> Forest:
+    """A forest of the archive; raises ModelError if it is damaged or has other features or classes."""
     try:
         forest = Forest(
-            **{name: archive.read_array(f"{place}.{name}", dtype, axes=axes) for name, (dtype, axes) in ARRAYS.items()}
+            **{name: archive.read_array(f"{key}.{name}", dtype, axes=axes) for name, (dtype, axes) in ARRAYS.items()}
         )
     except ModelError as error:
         raise ModelError(f"its trees are damaged: {one_line_reason(error)}; {REMEDY}") from None

@@ -1,7 +1,7 @@
-"""What a room is like: its geometry and its place in the building (thesis, sections 5.2 and 4.2.3).
+"""The room features of the thesis: geometry and centrality (sections 5.2 and 4.2.3).
 
-The polygon P of the thesis is the outline of a room. Where a room has holes, they count as if its outline went round
-them as well: their area is no area of the room, their edges and corners are of its boundary.
+The polygon P of the thesis is the outline of a room. Holes of a room are not part of its area, and their edges and
+corners belong to its boundary.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from shapely import Polygon
 from pianta.floor import Floor
 from pianta.graphs.centrality import Centrality, drop_isolated, measure_betweenness, measure_closeness
 
-# Rectangles whose areas differ by less than this share are equally small.
-SAME_AREA = 1e-6
+# Relative tolerance of equal areas of rectangles.
+AREA_TOLERANCE = 1e-6
 
 
 def area(polygon: Polygon) -> float:
@@ -41,13 +41,13 @@ def area_over_perimeter(polygon: Polygon) -> float:
 def mean_distance(polygon: Polygon) -> float:
     """1/N Σ dist(v_i, c), m, from the corners to the centroid c of the area (section 5.2).
 
-    It depends on which points of a wall are corners: annotated outlines have one at each door.
+    It depends on additional corners within a wall: annotated outlines have one at each door.
     """
     return float(_distances_to_centroid(polygon).mean())
 
 
 def form_factor(polygon: Polygon) -> float:
-    """4πA / √P, as section 5.2 prints it: it grows with size, by the power 1.5 of lengths.
+    """4πA / √P, as section 5.2 prints it; it grows with the power 1.5 of lengths.
 
     The usual form factor is 4πA / P², which the thesis calls normalised circularity.
     """
@@ -55,35 +55,35 @@ def form_factor(polygon: Polygon) -> float:
 
 
 def circularity(polygon: Polygon) -> float:
-    """P² / A, without unit, 4π of a circle and more of all others (section 5.2)."""
+    """P² / A, without unit, 4π for a circle and more for all others (section 5.2)."""
     return perimeter(polygon) ** 2 / area(polygon)
 
 
 def normalised_circularity(polygon: Polygon) -> float:
-    """4πA / P², without unit, 1 of a circle and less of all others (section 5.2)."""
+    """4πA / P², without unit, 1 for a circle and less for all others (section 5.2)."""
     return 4 * pi * area(polygon) / perimeter(polygon) ** 2
 
 
 def normalised_mean_distance(polygon: Polygon) -> float:
     """1/N Σ dist(v_i, c) / max dist(v_i, c), without unit, at most 1 (section 5.2)."""
-    away = _distances_to_centroid(polygon)
-    return float(away.mean() / away.max())
+    distances = _distances_to_centroid(polygon)
+    return float(distances.mean() / distances.max())
 
 
 def axes_ratio(polygon: Polygon) -> float:
     """Long over short side of the bounding box, without unit, at least 1 (section 4.2.3).
 
-    The box is turned to have the least area, so that the ratio does not depend on how the building lies on its map;
-    of boxes with the same least area, which triangles have, it is the one nearest to a square.
+    The box is the minimum-area rectangle, so that the ratio does not depend on the orientation of the building; among
+    several, which a triangle has, the one nearest to a square.
     """
     hull = shapely.get_coordinates(polygon.convex_hull)
     along = np.diff(hull, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    # The smallest box lies along an edge of the convex hull (Freeman and Shapira, 1975).
+    # The minimum-area rectangle lies along an edge of the convex hull (Freeman and Shapira, 1975).
     across = along[:, ::-1] * (-1, 1)
     lengths, widths = np.ptp(hull @ along.T, axis=0), np.ptp(hull @ across.T, axis=0)
     areas, ratios = lengths * widths, np.maximum(lengths, widths) / np.minimum(lengths, widths)
-    return float(ratios[areas <= areas.min() * (1 + SAME_AREA)].min())
+    return float(ratios[areas <= areas.min() * (1 + AREA_TOLERANCE)].min())
 
 
 GEOMETRIC: MappingProxyType[str, Callable[[Polygon], float]] = MappingProxyType(

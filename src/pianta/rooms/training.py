@@ -29,20 +29,26 @@ from pianta.rooms.model import (
 )
 from pianta.rooms.random_field import fit_random_field
 
-# Buildings are left out by so many parts, to see what the trees say of rooms that they have not seen.
+# Folds of the cross-validation by buildings.
 FOLDS = 5
-# Trees of each forest; of those that only serve to leave buildings out; of those that give names.
-TREES, FOLD_TREES, NAME_TREES = 80, 40, 30
-# Of trees for functions, and of those that give names.
-FUNCTION_PARAMETERS = TreeParameters(feature_share=0.4, min_leaf=4)
-NAME_PARAMETERS = TreeParameters(feature_share=0.4, max_leaves=48)
-# How much a room on a simulated map counts, where a drawn one counts 1.
+# Trees of each pass, of the forests of each fold, and of the forests for the labels of a building type.
+TREES = 80
+FOLD_TREES = 40
+NAME_TREES = 30
+# Extra-Trees over F/C/E/S, and over the labels of a building type. Chosen among a dozen runs on the 43 annotated floors
+# (docs/methods/places.md), as the next weight.
+FUNCTION_TREES = TreeParameters(feature_share=0.4, min_leaf=4)
+LABEL_TREES = TreeParameters(feature_share=0.4, max_leaves=48)
+# Weight of a room on a simulated map, beside 1 for an annotated one.
 SIMULATED_WEIGHT = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Example:
-    """A labelled floor: the context of its rooms, which function each has, and how much each counts."""
+class TrainingFloor:
+    """A labelled floor with the weight of its rooms.
+
+    context: of the n rooms. functions, names: indices of their labels in FUNCTIONS and in the schema, shape (n,).
+    """
 
     weight: float
     source: str
@@ -66,11 +72,11 @@ def train_rooms(
     Parameters
     ----------
     floors
-        Floors whose rooms have labels of the schema of their building type. Each has a `source` of its own, which tells
-        the building: house1.xml and house2.xml are floors of one, and are left out together when errors are measured.
-        Where there are fewer than five buildings each floor counts as one.
+        Floors whose rooms have labels of the schema of their building type. Each has its own `source`, which names the
+        building: house1.xml and house2.xml are floors of one, and are left out together when errors are measured.
+        If there are fewer than five buildings, each floor counts as one.
     simulated
-        Floors that were read from simulated maps of them, labelled by the truth; their rooms count less.
+        Floors reconstructed from simulated maps of them, with their true labels; their rooms have less weight.
     schemas
         By building type, its labels.
     seed
@@ -79,13 +85,13 @@ def train_rooms(
     Returns
     -------
     RoomModel
-        The model for `label_rooms`; `model.save(path)` writes it, `model.training` tells its errors on buildings that
-        were left out.
+        The model for `label_rooms`; `model.save(path)` writes it, `model.training` has its errors on buildings
+        that were left out.
 
     Raises
     ------
     LabelError
-        Floors have no building type, or rooms no label of its schema; every fault is in one message.
+        Floors have no building type, or rooms no label of its schema; one message lists every fault.
     ModelError
         There are fewer than two buildings.
 
@@ -103,103 +109,103 @@ def train_rooms(
     """
     check_labels(floors, schemas)
     check_labels(simulated, schemas)
-    examples = [*list_examples(floors, schemas), *list_examples(simulated, schemas, weight=SIMULATED_WEIGHT)]
-    model = train_on_examples(examples, schemas=schemas, seed=seed)
+    examples = [*prepare_floors(floors, schemas), *prepare_floors(simulated, schemas, weight=SIMULATED_WEIGHT)]
+    model = train_on_prepared(examples, schemas=schemas, seed=seed)
     sources = tuple(sorted(floor.source for floor in floors))
     return replace(model, training=replace(model.training, floors=sources))
 
 
-def train_on_examples(
-    examples: Sequence[Example], *, schemas: Mapping[str, LabelSchema] = SCHEMAS, seed: int = 0
+def train_on_prepared(
+    examples: Sequence[TrainingFloor], *, schemas: Mapping[str, LabelSchema] = SCHEMAS, seed: int = 0
 ) -> RoomModel:
-    """Train a model on floors that are examples already, drawn ones before simulated ones; else as `train_rooms`."""
-    folds = _leave_out(examples, np.random.default_rng(seed))
-    # First pass: what the context of a room says
-    seen = [example.context.features for example in examples]
-    first = Forest.from_trees(_grow(seen, examples, trees=TREES, seed=seed), len(FUNCTIONS))
-    held_out = _vote_on_held_out(seen, examples, folds, seed=seed)
-    # Second pass: what is thought of the rooms around it, by trees that have not seen them
-    around = [describe_neighbours(example.context, said) for example, said in zip(examples, held_out, strict=True)]
-    second = Forest.from_trees(_grow(around, examples, trees=TREES, seed=seed), len(FUNCTIONS))
-    held_out = _vote_on_held_out(around, examples, folds, seed=seed)
-    # Random field and calibration, on what the second pass says of buildings that it has not seen
+    """Train a model as `train_rooms`, on floors that `prepare_floors` has described; annotated ones come first."""
+    folds = _assign_folds(examples, np.random.default_rng(seed))
+    # First pass: the context of a room
+    features = [example.context.features for example in examples]
+    first = Forest.from_trees(_grow(features, examples, trees=TREES, seed=seed), len(FUNCTIONS))
+    held_out = _predict_held_out(features, examples, folds, seed=seed)
+    # Second pass: also what trees that were not trained on the building predict for the rooms around
+    features = [describe_neighbours(each.context, around) for each, around in zip(examples, held_out, strict=True)]
+    second = Forest.from_trees(_grow(features, examples, trees=TREES, seed=seed), len(FUNCTIONS))
+    held_out = _predict_held_out(features, examples, folds, seed=seed)
+    # Random field and its calibration: on predictions of the second pass for buildings that were left out
     near = join_neighbourhoods([example.context for example in examples])
-    field = fit_random_field(np.concatenate(held_out), _truth(examples), near, _weights(examples))
-    judged = field.compute_marginals(np.concatenate(held_out), near)
+    field = fit_random_field(np.concatenate(held_out), _join_truth(examples), near, _join_weights(examples))
+    marginals = field.compute_marginals(np.concatenate(held_out), near)
     names = {
-        kind: Forest.from_trees(trees, len(schemas[kind].labels))
-        for kind, trees in _grow_names(examples, around, seed=seed)
+        building_type: Forest.from_trees(trees, len(schemas[building_type].labels))
+        for building_type, trees in _grow_names(examples, features, seed=seed)
     }
-    training = _describe_training(examples, _measure_errors(judged, examples), seed=seed)
-    return RoomModel(first, second, field, names, {kind: schemas[kind] for kind in names}, training)
+    training = _describe_training(examples, _measure_errors(marginals, examples), seed=seed)
+    return RoomModel(first, second, field, names, {name: schemas[name] for name in names}, training)
 
 
 def building_name(source: str) -> str:
-    """The building that a floor belongs to, by its file: folders as given, and the name up to one number at its end.
+    """The building that a floor belongs to: its file name without suffix and the number at its end, with its folders.
 
-    house/floor1.xml and house/floor2.xml are floors of house/floor. A name that is a number stays as it is.
+    house/floor1.xml and house/floor2.xml are floors of house/floor. A name that is only a number stays.
     """
     folders, slash, name = source.rpartition("/")
     stem = re.sub(r"\.[a-z]+$", "", name, flags=re.IGNORECASE)
     return folders + slash + (re.sub(r"[-_ ]*\d+$", "", stem) or name)
 
 
+def most_probable_type(floor: Floor) -> str:
+    """The most probable building type of a floor, empty if unknown."""
+    return next(iter(floor.building_types), "")
+
+
 def check_labels(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = SCHEMAS) -> None:
-    """Check that floors can be learned from: each tells a type that has a schema, each room a label of it.
+    """Check that floors can be trained on: each has a building type with a schema, and each room a label of it.
 
     Raises LabelError, with every fault in one message.
     """
     faults = [*_find_missing(floors)]
-    for kind in dict.fromkeys(map(most_probable_type, floors)):
-        labels = [
-            room.label for floor in floors if most_probable_type(floor) == kind for room in floor.rooms if room.label
-        ]
+    labels: dict[str, list[str]] = {}
+    for floor in floors:
+        labels.setdefault(most_probable_type(floor), []).extend(room.label for room in floor.rooms if room.label)
+    for building_type in filter(None, labels):
         try:
-            if kind and kind not in schemas:
-                raise LabelError(f"there is no schema of building type {kind!r}, give one of {', '.join(schemas)}")
-            if kind:
-                schemas[kind].map_labels(labels, LabelSet.TYPE)
+            if building_type not in schemas:
+                names = ", ".join(schemas)
+                raise LabelError(f"there is no schema of building type {building_type!r}, give one of {names}")
+            schemas[building_type].map_labels(labels[building_type], LabelSet.TYPE)
         except LabelError as error:
             faults.append(str(error))
     if faults:
         raise LabelError(join_faults(faults))
 
 
-def list_examples(
+def prepare_floors(
     floors: Sequence[Floor], schemas: Mapping[str, LabelSchema], *, weight: float = 1.0
-) -> Iterator[Example]:
-    """The floors that have rooms, as examples; their labels are those of their schemas (check_labels)."""
+) -> Iterator[TrainingFloor]:
+    """The floors that have rooms, described for training; their labels are known to be right (`check_labels`)."""
     for floor in floors:
-        schema, labels = schemas[most_probable_type(floor)], [str(room.label) for room in floor.rooms]
+        building_type, labels = most_probable_type(floor), [str(room.label) for room in floor.rooms]
+        schema = schemas[building_type]
         functions = [FUNCTIONS.index(FCES(name)) for name in schema.map_labels(labels, LabelSet.F_C_E_S)]
-        every = [label.name for label in schema.labels]
-        names = [every.index(name) for name in schema.map_labels(labels, LabelSet.TYPE)]
+        all_names = [label.name for label in schema.labels]
+        names = [all_names.index(name) for name in schema.map_labels(labels, LabelSet.TYPE)]
         if labels:
             context = describe_rooms(floor)
-            kinds = floor.source, most_probable_type(floor)
-            yield Example(weight, *kinds, context, np.array(functions), np.array(names))
+            yield TrainingFloor(weight, floor.source, building_type, context, np.array(functions), np.array(names))
 
 
 def _find_missing(floors: Sequence[Floor]) -> Iterator[str]:
-    """Faults of floors without a type, and of rooms without a label."""
+    """Faults: floors without a building type, and rooms without a label."""
     untyped = sorted({floor.source for floor in floors if not most_probable_type(floor)})
     if untyped:
-        yield f"floors {join_faults(untyped)} do not tell their building type, give it by building_type="
+        yield f"floors {join_faults(untyped)} do not have a building type, give it by building_type="
     for floor in floors:
         unlabelled = [str(room.id) for room in floor.rooms if not room.label]
         if unlabelled:
             yield f"rooms {' '.join(unlabelled[:10])} of {floor.source} have no label, label every room or leave it out"
 
 
-def most_probable_type(floor: Floor) -> str:
-    """The most probable type of the building, empty if unknown."""
-    return next(iter(floor.building_types), "")
-
-
-def _leave_out(examples: Sequence[Example], rng: np.random.Generator) -> Indices:
-    """Number of the part in which each example is left out, shape (examples,); a building is in one part."""
+def _assign_folds(examples: Sequence[TrainingFloor], rng: np.random.Generator) -> Indices:
+    """The fold of each floor, shape (floors,); floors of one building have the same."""
     names = [building_name(example.source) for example in examples]
-    if len(set(names)) < FOLDS:  # house1, house2 and house3 are not the floors of one
+    if len(set(names)) < FOLDS:  # house1, house2 and house3 may be all there are, and are then not of one building.
         names = [example.source for example in examples]
     buildings = sorted(set(names))
     if len(buildings) < 2:
@@ -208,42 +214,37 @@ def _leave_out(examples: Sequence[Example], rng: np.random.Generator) -> Indices
     return np.array([order[buildings.index(name)] for name in names])
 
 
-def _truth(examples: Sequence[Example]) -> Indices:
+def _join_truth(examples: Sequence[TrainingFloor]) -> Indices:
     return np.concatenate([example.functions for example in examples])
 
 
-def _weights(examples: Sequence[Example]) -> Floats:
+def _join_weights(examples: Sequence[TrainingFloor]) -> Floats:
     return np.concatenate([np.full(len(example.functions), example.weight) for example in examples])
 
 
-def _grow(features: Sequence[Floats], examples: Sequence[Example], *, trees: int, seed: int) -> ExtraTrees:
-    return grow_extra_trees(
-        np.concatenate(features),
-        _truth(examples),
-        _weights(examples),
-        trees=trees,
-        seed=seed,
-        parameters=FUNCTION_PARAMETERS,
-    )
+def _grow(features: Sequence[Floats], examples: Sequence[TrainingFloor], *, trees: int, seed: int) -> ExtraTrees:
+    """Extra-Trees over F/C/E/S."""
+    rows, truth, weights = np.concatenate(features), _join_truth(examples), _join_weights(examples)
+    return grow_extra_trees(rows, truth, weights, trees=trees, seed=seed, parameters=FUNCTION_TREES)
 
 
-def _vote_on_held_out(
-    features: Sequence[Floats], examples: Sequence[Example], folds: Indices, *, seed: int
+def _predict_held_out(
+    features: Sequence[Floats], examples: Sequence[TrainingFloor], folds: Indices, *, seed: int
 ) -> list[Floats]:
-    """Probabilities of F/C/E/S for the rooms of each example, by trees that have not seen its building."""
-    votes: list[Floats] = [np.zeros((0, len(FUNCTIONS)))] * len(examples)
+    """Probabilities of F/C/E/S of the rooms of each floor, by trees that were not trained on its building."""
+    probabilities: list[Floats] = [np.zeros((0, len(FUNCTIONS)))] * len(examples)
     for fold in np.unique(folds):
-        seen = np.flatnonzero(folds != fold).tolist()
-        forest = _grow([features[i] for i in seen], [examples[i] for i in seen], trees=FOLD_TREES, seed=seed)
+        others = np.flatnonzero(folds != fold).tolist()
+        forest = _grow([features[i] for i in others], [examples[i] for i in others], trees=FOLD_TREES, seed=seed)
         for i in np.flatnonzero(folds == fold).tolist():
-            votes[i] = forest.class_probabilities(features[i], len(FUNCTIONS))
-    return votes
+            probabilities[i] = forest.class_probabilities(features[i], len(FUNCTIONS))
+    return probabilities
 
 
-def _measure_errors(judged: Floats, examples: Sequence[Example]) -> dict[str, float]:
-    """Share of drawn rooms that would get a wrong label, in both label sets."""
-    drawn = _weights(examples) == 1
-    chosen, truth = choose_functions(judged[drawn]), _truth(examples)[drawn]
+def _measure_errors(probabilities: Floats, examples: Sequence[TrainingFloor]) -> dict[str, float]:
+    """Share of annotated rooms with a wrong label, in both label sets."""
+    annotated = _join_weights(examples) == 1
+    chosen, truth = choose_functions(probabilities[annotated]), _join_truth(examples)[annotated]
     return {
         str(LabelSet.R_C): float(((chosen == CONNECTION) != (truth == CONNECTION)).mean()),
         str(LabelSet.F_C_E_S): float((chosen != truth).mean()),
@@ -251,18 +252,19 @@ def _measure_errors(judged: Floats, examples: Sequence[Example]) -> dict[str, fl
 
 
 def _grow_names(
-    examples: Sequence[Example], features: Sequence[Floats], *, seed: int
+    examples: Sequence[TrainingFloor], features: Sequence[Floats], *, seed: int
 ) -> Iterator[tuple[str, ExtraTrees]]:
-    """By building type, trees that give the labels of the type."""
-    for kind in sorted({example.building_type for example in examples}):
-        of_kind = [i for i, example in enumerate(examples) if example.building_type == kind]
-        names = np.concatenate([examples[i].names for i in of_kind])
-        weights = _weights([examples[i] for i in of_kind])
-        rows = np.concatenate([features[i] for i in of_kind])
-        yield kind, grow_extra_trees(rows, names, weights, trees=NAME_TREES, seed=seed, parameters=NAME_PARAMETERS)
+    """By building type, Extra-Trees over its labels."""
+    for building_type in sorted({example.building_type for example in examples}):
+        chosen = [i for i, example in enumerate(examples) if example.building_type == building_type]
+        names = np.concatenate([examples[i].names for i in chosen])
+        weights = _join_weights([examples[i] for i in chosen])
+        rows = np.concatenate([features[i] for i in chosen])
+        forest = grow_extra_trees(rows, names, weights, trees=NAME_TREES, seed=seed, parameters=LABEL_TREES)
+        yield building_type, forest
 
 
-def _describe_training(examples: Sequence[Example], errors: Mapping[str, float], *, seed: int) -> Training:
+def _describe_training(examples: Sequence[TrainingFloor], errors: Mapping[str, float], *, seed: int) -> Training:
     from sklearn import __version__ as sklearn_version
 
     rooms: Counter[str] = Counter()
