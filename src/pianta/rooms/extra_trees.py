@@ -40,12 +40,13 @@ class ExtraTrees:
 
 @dataclass(frozen=True, kw_only=True)
 class TreeParameters:
-    """How trees are grown, by default as scikit-learn does.
+    """How a forest is grown, by default as scikit-learn does.
 
-    feature_share: of the features, from which a split is chosen; None for the square root of their number.
-    min_leaf: least number of training rows in a leaf. max_leaves: of a tree; None for any number.
+    trees: their number. feature_share: of the features, from which a split is chosen; None for the square root of their
+    number. min_leaf: least number of training rows in a leaf. max_leaves: of a tree; None for any number.
     """
 
+    trees: int
     feature_share: float | None = None
     min_leaf: int = 1
     max_leaves: int | None = None
@@ -55,17 +56,8 @@ class TreeParameters:
         return max(1, int(sqrt(features) if self.feature_share is None else self.feature_share * features))
 
 
-DEFAULT_PARAMETERS = TreeParameters()
-
-
 def grow_extra_trees(
-    features: Floats,
-    truth: Indices,
-    weights: Floats | None = None,
-    *,
-    trees: int,
-    seed: int,
-    parameters: TreeParameters = DEFAULT_PARAMETERS,
+    features: Floats, truth: Indices, weights: Floats | None = None, *, parameters: TreeParameters, seed: int
 ) -> ExtraTrees:
     """Grow a forest on rows of features.
 
@@ -74,59 +66,47 @@ def grow_extra_trees(
     classes, encoded = np.unique(truth, return_inverse=True)
     rows = np.ascontiguousarray(features, np.float32)
     try:
-        grown = list(_grow_directly(rows, encoded, weights, len(classes), trees, seed, parameters))
+        trees = list(_grow_directly(rows, encoded, weights, parameters, seed))
     # Another release of scikit-learn, whose builder has moved or takes other arguments.
     except (ImportError, TypeError):
-        grown = _grow_by_classifier(rows, encoded, weights, trees, seed, parameters)
-    return ExtraTrees(grown, classes)
+        trees = _grow_by_classifier(rows, encoded, weights, parameters, seed)
+    return ExtraTrees(trees, classes)
 
 
 def _grow_directly(
-    rows: NDArray[np.float32],
-    truth: Indices,
-    weights: Floats | None,
-    classes: int,
-    trees: int,
-    seed: int,
-    parameters: TreeParameters,
+    rows: NDArray[np.float32], truth: Indices, weights: Floats | None, parameters: TreeParameters, seed: int
 ) -> Iterator[Any]:
     """Trees by the classes that ExtraTreesClassifier of scikit-learn uses."""
     from sklearn.tree._criterion import Gini
     from sklearn.tree._splitter import RandomSplitter
     from sklearn.tree._tree import BestFirstTreeBuilder, DepthFirstTreeBuilder, Tree
 
-    target = truth.astype(float).reshape(-1, 1)
-    counts = np.array([classes], np.intp)
+    target, classes = truth.astype(float).reshape(-1, 1), np.array([truth.max() + 1], np.intp)
     features = parameters.count_features(rows.shape[1])
     min_leaf, min_split = parameters.min_leaf, max(2, 2 * parameters.min_leaf)
     least_weight, least_gain, depth = 0.0, 0.0, np.iinfo(np.int32).max
     random = np.random.RandomState(seed)
-    for _ in range(trees):
+    for _ in range(parameters.trees):
         tree_random = np.random.RandomState(random.randint(np.iinfo(np.int32).max))
-        splitter = RandomSplitter(Gini(1, counts), features, min_leaf, least_weight, tree_random, None)
+        splitter = RandomSplitter(Gini(1, classes), features, min_leaf, least_weight, tree_random, None)
         if parameters.max_leaves is None:
             builder = DepthFirstTreeBuilder(splitter, min_split, min_leaf, least_weight, depth, least_gain)
         else:
             builder = BestFirstTreeBuilder(
                 splitter, min_split, min_leaf, least_weight, depth, parameters.max_leaves, least_gain
             )
-        tree = Tree(rows.shape[1], counts, 1)
+        tree = Tree(rows.shape[1], classes, 1)
         builder.build(tree, rows, target, weights, None)
         yield tree
 
 
 def _grow_by_classifier(
-    rows: NDArray[np.float32],
-    truth: Indices,
-    weights: Floats | None,
-    trees: int,
-    seed: int,
-    parameters: TreeParameters,
+    rows: NDArray[np.float32], truth: Indices, weights: Floats | None, parameters: TreeParameters, seed: int
 ) -> list[Any]:
     from sklearn.ensemble import ExtraTreesClassifier
 
     classifier = ExtraTreesClassifier(
-        trees,
+        parameters.trees,
         max_features=parameters.count_features(rows.shape[1]),
         min_samples_leaf=parameters.min_leaf,
         max_leaf_nodes=parameters.max_leaves,
