@@ -69,12 +69,12 @@ def to_extra_trees(classifier: ExtraTreesClassifier) -> ExtraTrees:
 @pytest.mark.parametrize(
     ("parameters", "same"),
     [
-        (TreeParameters(), {}),
+        (TreeParameters(trees=15), {}),
         (
-            TreeParameters(feature_share=0.4, min_leaf=4),
+            TreeParameters(trees=15, feature_share=0.4, min_leaf=4),
             {"max_features": 0.4, "min_samples_leaf": 4},
         ),
-        (TreeParameters(feature_share=0.4, max_leaves=6), {"max_features": 0.4, "max_leaf_nodes": 6}),
+        (TreeParameters(trees=15, feature_share=0.4, max_leaves=6), {"max_features": 0.4, "max_leaf_nodes": 6}),
     ],
     ids=["default", "leaves", "best first"],
 )
@@ -88,7 +88,7 @@ def test_the_same_trees_as_of_the_classifier(parameters, same, weighted, directl
     features[:, 0] = random.integers(0, 4, 300)
     truth = random.choice([0, 2, 3], 300)
     weights = random.choice([1.0, 0.3], 300) if weighted else None
-    forest = grow_extra_trees(features, truth, weights, trees=15, seed=4, parameters=parameters)
+    forest = grow_extra_trees(features, truth, weights, parameters=parameters, seed=4)
     classifier = ExtraTreesClassifier(15, random_state=4, **same).fit(features, truth, weights)
     for tree, estimator in zip(forest.trees, classifier.estimators_, strict=True):
         for name in ("feature", "threshold", "value", "children_left", "children_right"):

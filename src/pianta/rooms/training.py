@@ -31,14 +31,11 @@ from pianta.rooms.random_field import fit_random_field
 
 # Folds of the cross-validation by buildings.
 FOLDS = 5
-# Trees of each pass, of the forests of each fold, and of the forests for the labels of a building type.
-TREES = 80
-FOLD_TREES = 40
-NAME_TREES = 30
-# Extra-Trees over F/C/E/S, and over the labels of a building type. Chosen among a dozen runs on the 43 annotated floors
-# (docs/methods/places.md), as the next weight.
-FUNCTION_TREES = TreeParameters(feature_share=0.4, min_leaf=4)
-LABEL_TREES = TreeParameters(feature_share=0.4, max_leaves=48)
+# Extra-Trees over F/C/E/S, those of them that are grown for each fold, and trees over the labels of a building type.
+# Chosen among a dozen runs on the 43 annotated floors (docs/methods/places.md), as the next weight.
+FUNCTION_TREES = TreeParameters(trees=80, feature_share=0.4, min_leaf=4)
+FOLD_TREES = replace(FUNCTION_TREES, trees=40)
+LABEL_TREES = TreeParameters(trees=30, feature_share=0.4, max_leaves=48)
 # Weight of a room on a simulated map, beside 1 for an annotated one.
 SIMULATED_WEIGHT = 0.3
 
@@ -122,11 +119,11 @@ def train_on_prepared(
     folds = _assign_folds(examples, np.random.default_rng(seed))
     # First pass: the context of a room
     features = [example.context.features for example in examples]
-    first = Forest.from_trees(_grow(features, examples, trees=TREES, seed=seed), len(FUNCTIONS))
+    first = Forest.from_trees(_grow(features, examples, FUNCTION_TREES, seed=seed), len(FUNCTIONS))
     held_out = _predict_held_out(features, examples, folds, seed=seed)
     # Second pass: also what trees that were not trained on the building predict for the rooms around
     features = [describe_neighbours(each.context, around) for each, around in zip(examples, held_out, strict=True)]
-    second = Forest.from_trees(_grow(features, examples, trees=TREES, seed=seed), len(FUNCTIONS))
+    second = Forest.from_trees(_grow(features, examples, FUNCTION_TREES, seed=seed), len(FUNCTIONS))
     held_out = _predict_held_out(features, examples, folds, seed=seed)
     # Random field and its calibration: on predictions of the second pass for buildings that were left out
     near = join_neighbourhoods([example.context for example in examples])
@@ -222,10 +219,12 @@ def _join_weights(examples: Sequence[TrainingFloor]) -> Floats:
     return np.concatenate([np.full(len(example.functions), example.weight) for example in examples])
 
 
-def _grow(features: Sequence[Floats], examples: Sequence[TrainingFloor], *, trees: int, seed: int) -> ExtraTrees:
+def _grow(
+    features: Sequence[Floats], examples: Sequence[TrainingFloor], parameters: TreeParameters, *, seed: int
+) -> ExtraTrees:
     """Extra-Trees over F/C/E/S."""
     rows, truth, weights = np.concatenate(features), _join_truth(examples), _join_weights(examples)
-    return grow_extra_trees(rows, truth, weights, trees=trees, seed=seed, parameters=FUNCTION_TREES)
+    return grow_extra_trees(rows, truth, weights, parameters=parameters, seed=seed)
 
 
 def _predict_held_out(
@@ -235,7 +234,7 @@ def _predict_held_out(
     probabilities: list[Floats] = [np.zeros((0, len(FUNCTIONS)))] * len(examples)
     for fold in np.unique(folds):
         others = np.flatnonzero(folds != fold).tolist()
-        forest = _grow([features[i] for i in others], [examples[i] for i in others], trees=FOLD_TREES, seed=seed)
+        forest = _grow([features[i] for i in others], [examples[i] for i in others], FOLD_TREES, seed=seed)
         for i in np.flatnonzero(folds == fold).tolist():
             probabilities[i] = forest.class_probabilities(features[i], len(FUNCTIONS))
     return probabilities
@@ -260,7 +259,7 @@ def _grow_names(
         names = np.concatenate([examples[i].names for i in chosen])
         weights = _join_weights([examples[i] for i in chosen])
         rows = np.concatenate([features[i] for i in chosen])
-        forest = grow_extra_trees(rows, names, weights, trees=NAME_TREES, seed=seed, parameters=LABEL_TREES)
+        forest = grow_extra_trees(rows, names, weights, parameters=LABEL_TREES, seed=seed)
         yield building_type, forest
 
 
