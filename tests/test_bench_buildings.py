@@ -23,6 +23,7 @@ from pianta_bench.buildings.measure import measure as measure_all
 from pianta_bench.buildings.models import (
     KLOG,
     MODELS,
+    FloorScores,
     classify_floors_by_pianta,
     classify_floors_by_relations,
     classify_floors_by_trees,
@@ -155,17 +156,17 @@ def folds_of(floors: Sequence[BuildingFloor]) -> Any:
 @pytest.mark.slow
 def test_trees_have_not_seen_the_building(floors):
     """Wrong labels and types of floors change nothing of what is said of them."""
-    places = partial(classify_rooms_by_trees, label_set=F_C_E_S, model=LOCAL, trees=10, seed=0)
+    places = partial(classify_rooms_by_trees, model=LOCAL, trees=10, seed=0)
     types = partial(classify_floors_by_trees, label_set=R_C, model=LOCAL, trees=10, seed=0)
-    labels_said, types_said = places(floors), types(floors, folds_of(floors))
+    labels_said, types_said = places(floors)[F_C_E_S], types(floors, folds_of(floors)).values
     for held_out in ([0, 1], [2], [5]):
         wrong_labels, wrong_types = (
             [make(floor) if place in held_out else floor for place, floor in enumerate(floors)]
             for make in (with_wrong_labels, with_wrong_type)
         )
         for place in held_out:
-            np.testing.assert_array_equal(places(wrong_labels)[place], labels_said[place])
-        np.testing.assert_array_equal(types(wrong_types, folds_of(floors))[held_out], types_said[held_out])
+            np.testing.assert_array_equal(places(wrong_labels)[F_C_E_S][place], labels_said[place])
+        np.testing.assert_array_equal(types(wrong_types, folds_of(floors)).values[held_out], types_said[held_out])
 
 
 @pytest.mark.slow
@@ -214,7 +215,7 @@ def test_the_kernel_of_floors_has_not_seen_the_building(floors):
     """The same of building types, a wrong type too."""
 
     def judge(given: Sequence[BuildingFloor]) -> Any:
-        return classify_floors_by_relations(given, folds_of(given), compare_floors(given, R_C))
+        return classify_floors_by_relations(given, folds_of(given), compare_floors(given, R_C)).values
 
     judged = judge(floors)
     wrong = with_wrong_type(with_wrong_measures(with_wrong_labels(floors[1])))
@@ -271,7 +272,7 @@ def test_wrong_floors_are_named(measured):
     given = scores_of(measured[0])
     floor_scores = np.zeros((7, 2))
     floor_scores[:, given.building_types.index("school")] = 1
-    scores = replace(given, types={**given.types, (BUILDING, KLOG, R_C): floor_scores})
+    scores = replace(given, types={**given.types, (BUILDING, KLOG, R_C): FloorScores(floor_scores, np.ones(7, bool))})
     results = Results(options=measured[0].options, objects={"scores": scores, "of_thesis": True})
     list_errors(results, scores)
     assert scores.wrong_floors(BUILDING, KLOG, R_C).tolist() == [False] * 4 + [True] * 3
@@ -291,7 +292,7 @@ def test_votes_of_rooms(tiny):
     """A floor has the type that most of its rooms are given."""
     floors, _ = read_building_floors(tiny, convention=LabelConvention.EXPERIMENTS)
     folds = list_folds([floor.annotated.building for floor in floors])
-    votes = classify_floors_by_trees(floors, folds, R_C, model=CENTRAL, trees=10, seed=0)
+    votes = classify_floors_by_trees(floors, folds, R_C, model=CENTRAL, trees=10, seed=0).values
     np.testing.assert_allclose(votes.sum(axis=1), 1)
     np.testing.assert_allclose(votes * 14, np.round(votes * 14), atol=1e-9)
     assert (votes[:4, 1] > 0.5).all()
@@ -364,7 +365,7 @@ def test_command(tiny, trainings, tmp_path):
 def test_same_seed_same_figures(tiny, trainings, measured):
     one, other = scores_of(measured[0]), scores_of(measure(tiny))
     for key, scores in one.types.items():
-        np.testing.assert_array_equal(scores, other.types[key])
+        np.testing.assert_array_equal(scores.values, other.types[key].values)
 
 
 @pytest.mark.slow
@@ -415,7 +416,7 @@ def test_confusion_by_hand(folders):
     given = measure_types(folders)
     assert scores_of(given).building_types == ["house", "office", "school"]
     floor_scores = np.eye(3)[[0, 1, 2, 1, 1, 1, 0, 0, 2]]
-    types = {**scores_of(given).types, (BUILDING, PIANTA, F_C_E_S): floor_scores}
+    types = {**scores_of(given).types, (BUILDING, PIANTA, F_C_E_S): FloorScores(floor_scores, np.ones(9, bool))}
     scores = replace(scores_of(given), types=types)
     results = Results(options=given.options, objects={"scores": scores, "of_thesis": False})
     list_errors(results, scores)

@@ -14,7 +14,8 @@ from pianta.errors import DataError, MapError
 from pianta.evaluation.semantics import LabelPair
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSet
-from pianta.rooms.features import RoomContext
+from pianta.rooms.extra_trees import TreeParameters
+from pianta.rooms.features import RoomContext, describe_rooms
 from pianta.rooms.training import TrainingFloor
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_floors
 from pianta_bench.harness import timing
@@ -29,7 +30,6 @@ from pianta_bench.places.models import (
     MAPPED,
     PIANTA,
     Classifiers,
-    DescribedFloor,
     PreparedFloor,
     list_examples,
     schemas_of,
@@ -74,7 +74,7 @@ def trainings(monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], list[str
 
     monkeypatch.setattr(place_models, "train_on_prepared", train)
     monkeypatch.setattr(places, "simulate_reading", simulate)
-    monkeypatch.setattr(place_models, "TREES", 5)
+    monkeypatch.setattr(place_models, "LOCAL_TREES", TreeParameters(trees=5))
     return trained
 
 
@@ -225,18 +225,15 @@ def test_real_models(tiny):
     """Extra-Trees have 9 or 11 features, of one type; labels that they were not trained on have no probability."""
     floors, _ = read_annotated_floors(tiny)
     convention = LabelConvention.FIGURE
-    prepared = [
-        PreparedFloor(each, DescribedFloor.describe(each.floor), list_examples([each.floor], convention=convention))
-        for each in floors
-    ]
+    prepared = [PreparedFloor.prepare(each, convention) for each in floors]
     simulated = list_examples([], [floors[1].floor], convention=convention)
-    training = [replace(prepared[1], simulated_examples=simulated), *prepared[2:]]
+    training = [replace(prepared[1], examples=prepared[1].examples + simulated), *prepared[2:]]
     classifiers = Classifiers(training, convention, seed=0)
-    forests = {name: model.forests[F_C_E_S] for name, model in classifiers.local("school").items()}
+    forests = {name: classifiers.forest(name, "school", F_C_E_S) for name in (LOCAL, CENTRAL)}
     assert {name: forest.trees[0].n_features for name, forest in forests.items()} == {LOCAL: 9, CENTRAL: 11}
     assert {len(forest.trees) for forest in forests.values()} == {500}
     assert [classifiers.room_models[name].training.simulated for name in (PIANTA, MAPPED)] == [0, 1]
-    by_model = classifiers.predict(DescribedFloor.describe(floors[0].unlabelled), "school")
+    by_model = classifiers.predict("school", floors[0].features, describe_rooms(floors[0].unlabelled))
     assert [*by_model] == [
         LOCAL, CENTRAL, PIANTA, "pianta: first pass", "pianta: second pass",
         MAPPED, f"{MAPPED}: first pass", f"{MAPPED}: second pass",

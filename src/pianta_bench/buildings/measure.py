@@ -9,12 +9,15 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from pianta._types import Floats
 from pianta.errors import OptionError
 from pianta.labels import LabelConvention, LabelSet
 from pianta.rooms.completion import LABELS
 from pianta_bench.buildings.floors import BuildingFloor, read_building_floors, read_type_folders
 from pianta_bench.buildings.models import (
     KLOG,
+    FloorScores,
+    Folds,
     classify_floors_by_pianta,
     classify_floors_by_relations,
     classify_floors_by_trees,
@@ -31,7 +34,7 @@ from pianta_bench.harness.folds import list_folds
 from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Item, Results, Track
 from pianta_bench.harness.timing import measure_time
-from pianta_bench.places.models import COLUMNS, PIANTA, DescribedFloor, PreparedFloor, check_convention, list_examples
+from pianta_bench.places.models import COLUMNS, PIANTA, PreparedFloor, check_convention
 
 TREES = 100  # of each forest; 500 in section 6.2, which take five times as long
 MAX_FLOOR_FOLDS = 44  # the 43 floors of the data are left out one by one, of more some together
@@ -40,8 +43,8 @@ TASKS = {BUILDING: BUILDINGS, FLOOR: FLOORS}
 SECONDS = "processor seconds"  # part of the records with times; their metric is the task
 WRONG_ROOMS, WRONG_TYPE = "wrong rooms, %", "wrong type"
 
-# What a step returns: task, model, seconds, and scores by their keys in Scores.rooms, .types and .typical.
-Outcome = tuple[str, str, float, Mapping[str, Mapping[Any, Any]]]
+# What a step returns: of each task that it has timed the model, seconds, and scores by their key in Scores.
+Outcomes = list[tuple[str, str, float, Mapping[Any, Any]]]
 
 
 def measure(
@@ -74,130 +77,92 @@ def measure(
     floors, failed = read(convention=labels)
     results = Results(options={"convention": str(labels), "trees": trees, "seed": seed}, items=failed)
     scores = Scores(floors)
-    steps = dict(_list_floor_steps(floors, trees, seed, one_floor=not types))
-    if not types:
-        steps = {**dict(_list_room_steps(floors, labels, trees, seed)), **steps}
+    steps = {} if types else dict(_list_room_steps(floors, labels, trees, seed))
+    steps |= _list_floor_steps(floors, trees, seed, one_floor=not types)
     for outcomes in run_steps(steps, jobs=jobs, track=track):
-        for task, model, seconds, step_scores in outcomes:
+        for task, model, seconds, values in outcomes:
             results.add(SECONDS, model, {task: seconds})
-            for key, by_floor in step_scores.get("rooms", {}).items():
-                scores.rooms.setdefault(key, {}).update(by_floor)
-            scores.types.update(step_scores.get("types", {}))
-            scores.typical.update(step_scores.get("typical", {}))
+            for key, value in values.items():
+                if task == PLACES:
+                    scores.rooms.setdefault(key, {}).update(value)
+                else:
+                    scores.types[key] = value
     list_errors(results, scores)
     results.objects |= {"scores": scores, "of_thesis": not types}
     results.details["floors"] = scores.as_json()
     results.details["curves"] = [
-        {"part": part, "model": model, "curve": name, **asdict(curve)}
-        | {"x": curve.x.round(DIGITS).tolist(), "y": curve.y.round(DIGITS).tolist()}
+        {**asdict(curve), "part": part, "model": model, "curve": name, "x": x.tolist(), "y": y.tolist()}
         for part, model, name, curve in ([] if types else scores.measure_curves())
+        for x, y in [(curve.x.round(DIGITS), curve.y.round(DIGITS))]
     ]
     return results
 
 
 def _list_room_steps(
     floors: Sequence[BuildingFloor], convention: LabelConvention, trees: int, seed: int
-) -> Iterator[tuple[str, Callable[[], list[Outcome]]]]:
+) -> Iterator[tuple[str, Callable[[], Outcomes]]]:
     """The steps that classify rooms: by trees and relations for each type, by pianta for each fold."""
     for name in list_types(floors):
         indices = [index for index, floor in enumerate(floors) if floor.annotated.kind == name]
         of_type = [floors[index] for index in indices]
-        yield f"places, {name}s, {KLOG}", partial(_score_rooms_by_relations, of_type, indices)
+        classify = {KLOG: partial(classify_rooms_by_relations, of_type)}
         for model in COLUMNS:
-            step = partial(_score_rooms_by_trees, of_type, indices, model=model, trees=trees, seed=seed)
-            yield f"places, {name}s, {model}", step
-    prepared = [
-        PreparedFloor(each, DescribedFloor.describe(each.floor), list_examples([each.floor], convention=convention))
-        for each in (floor.annotated for floor in floors)
-    ]
-    for training, held_out in list_folds(list_buildings(floors)):
-        step = partial(
-            _score_rooms_by_pianta, [prepared[i] for i in training], [prepared[i] for i in held_out], held_out.tolist()
+            classify[model] = partial(classify_rooms_by_trees, of_type, model=model, trees=trees, seed=seed)
+        yield from (
+            (f"places, {name}s, {model}", partial(_score_rooms, model, indices, classify[model])) for model in classify
         )
-        names = sorted({floors[i].annotated.building for i in held_out})
-        yield f"places, {PIANTA} without {', '.join(names)}", partial(step, convention=convention, seed=seed)
+    prepared = [PreparedFloor.prepare(floor.annotated, convention) for floor in floors]
+    for others, held_out in list_folds(list_buildings(floors)):
+        training, rest = ([prepared[i] for i in chosen] for chosen in (others, held_out))
+        classify_rest = partial(classify_rooms_by_pianta, training, rest, convention=convention, seed=seed)
+        names = ", ".join(sorted({floors[i].annotated.building for i in held_out}))
+        yield f"places, {PIANTA} without {names}", partial(_score_rooms, PIANTA, held_out.tolist(), classify_rest)
 
 
 def _list_floor_steps(
     floors: Sequence[BuildingFloor], trees: int, seed: int, *, one_floor: bool
-) -> Iterator[tuple[str, Callable[[], list[Outcome]]]]:
+) -> Iterator[tuple[str, Callable[[], Outcomes]]]:
     """The steps that classify floors, with whole buildings left out and, on demand, with one floor left out."""
     folds = {BUILDING: list_folds(list_buildings(floors))}
     if one_floor:
         folds[FLOOR] = list_folds([f"{index:06}" for index in range(len(floors))], most=MAX_FLOOR_FOLDS)
     for label_set in LABELS:
         yield f"buildings, {KLOG}, {label_set}", partial(_score_floors_by_relations, floors, folds, label_set)
-        for model, left_out in product((*COLUMNS, PIANTA), folds):
-            score = partial(_score_floors, floors, folds[left_out], left_out, label_set, model)
-            yield f"buildings, {model}, {label_set}, {left_out} left out", partial(score, trees=trees, seed=seed)
+    for (left_out, of_task), label_set in product(folds.items(), LABELS):
+        classify = {PIANTA: partial(classify_floors_by_pianta, floors, of_task, label_set)}
+        for model in COLUMNS:
+            classify[model] = partial(
+                classify_floors_by_trees, floors, of_task, label_set, model=model, trees=trees, seed=seed
+            )
+        for model, classify_floors in classify.items():
+            key = left_out, model, label_set
+            yield f"buildings, {', '.join(key)} left out", partial(_score_floors, key, classify_floors)
 
 
-def _score_rooms_by_trees(
-    floors: Sequence[BuildingFloor], indices: Sequence[int], *, model: str, trees: int, seed: int
-) -> list[Outcome]:
-    outcomes: list[Outcome] = []
-    for label_set in LABELS:
-        classify = partial(classify_rooms_by_trees, floors, label_set, model=model, trees=trees, seed=seed)
-        seconds, probabilities = measure_time(classify)
-        by_floor = dict(zip(indices, probabilities, strict=True))
-        outcomes.append((PLACES, model, seconds, {"rooms": {(model, label_set): by_floor}}))
-    return outcomes
+def _score_rooms(
+    model: str, indices: Sequence[int], classify: Callable[[], Mapping[LabelSet, Sequence[Floats]]]
+) -> Outcomes:
+    seconds, by_set = measure_time(classify)
+    scores = {(model, label_set): dict(zip(indices, each, strict=True)) for label_set, each in by_set.items()}
+    return [(PLACES, model, seconds, scores)]
 
 
-def _score_rooms_by_relations(floors: Sequence[BuildingFloor], indices: Sequence[int]) -> list[Outcome]:
-    seconds, decisions = measure_time(partial(classify_rooms_by_relations, floors))
-    rooms = {(KLOG, label_set): dict(zip(indices, each, strict=True)) for label_set, each in decisions.items()}
-    return [(PLACES, KLOG, seconds, {"rooms": rooms})]
-
-
-def _score_rooms_by_pianta(
-    training: Sequence[PreparedFloor],
-    held_out: Sequence[PreparedFloor],
-    indices: Sequence[int],
-    *,
-    convention: LabelConvention,
-    seed: int,
-) -> list[Outcome]:
-    classify = partial(classify_rooms_by_pianta, training, held_out, convention=convention, seed=seed)
-    seconds, by_floor = measure_time(classify)
-    rooms = {
-        (PIANTA, label_set): {index: each[label_set] for index, each in zip(indices, by_floor, strict=True)}
-        for label_set in LABELS
-    }
-    return [(PLACES, PIANTA, seconds, {"rooms": rooms})]
+def _score_floors(key: tuple[str, str, LabelSet], classify: Callable[[], FloorScores]) -> Outcomes:
+    left_out, model, _ = key
+    seconds, scores = measure_time(classify)
+    return [(TASKS[left_out], model, seconds, {key: scores})]
 
 
 def _score_floors_by_relations(
-    floors: Sequence[BuildingFloor], folds: Mapping[str, Any], label_set: LabelSet
-) -> list[Outcome]:
+    floors: Sequence[BuildingFloor], folds: Mapping[str, Folds], label_set: LabelSet
+) -> Outcomes:
     """All folds in one step, as they share the Gram matrices."""
-    outcomes: list[Outcome] = []
     compare = compare_floors(floors, label_set)
+    outcomes: Outcomes = []
     for left_out, of_task in folds.items():
-        seconds, decisions = measure_time(partial(classify_floors_by_relations, floors, of_task, compare))
-        outcomes.append((TASKS[left_out], KLOG, seconds, {"types": {(left_out, KLOG, label_set): decisions}}))
+        classify = partial(classify_floors_by_relations, floors, of_task, compare)
+        outcomes += _score_floors((left_out, KLOG, label_set), classify)
     return outcomes
-
-
-def _score_floors(
-    floors: Sequence[BuildingFloor],
-    folds: Any,
-    left_out: str,
-    label_set: LabelSet,
-    model: str,
-    *,
-    trees: int,
-    seed: int,
-) -> list[Outcome]:
-    scores: dict[str, Mapping[Any, Any]] = {}
-    if model == PIANTA:
-        seconds, (types, typical) = measure_time(partial(classify_floors_by_pianta, floors, folds, label_set))
-        scores["typical"] = {(left_out, label_set): typical}
-    else:
-        classify = partial(classify_floors_by_trees, floors, folds, label_set, model=model, trees=trees, seed=seed)
-        seconds, types = measure_time(classify)
-    scores["types"] = {(left_out, model, label_set): types}
-    return [(TASKS[left_out], model, seconds, scores)]
 
 
 def list_errors(results: Results, scores: Scores) -> None:

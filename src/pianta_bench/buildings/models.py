@@ -5,9 +5,10 @@ Extra-Trees on single rooms and the relational kernel are those of Table 6.1; th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,18 +39,25 @@ MODELS = (LOCAL, CENTRAL, KLOG, PIANTA)
 PARTS = 3
 
 
+class FloorScores(NamedTuple):
+    """Scores of the types of floors, shape (floors, types), and whether each floor is like those of the training."""
+
+    values: Floats
+    typical: Mask
+
+
 def classify_rooms_by_trees(
-    floors: Sequence[BuildingFloor], label_set: LabelSet, *, model: str, trees: int, seed: int
-) -> list[Floats]:
-    """Of each floor the probabilities of the labels of its rooms, shape (rooms, labels) (section 6.1.3)."""
-    labels = LABELS[label_set]
+    floors: Sequence[BuildingFloor], *, model: str, trees: int, seed: int
+) -> dict[LabelSet, list[Floats]]:
+    """By label set, of each floor the probabilities of labels, shape (rooms, labels) (section 6.1.3)."""
     features = [floor.annotated.features[:, COLUMNS[model]] for floor in floors]
-    truth = [np.array([labels.index(label) for label in floor.labels[label_set]]) for floor in floors]
-    probabilities = [np.zeros((0, len(labels)))] * len(floors)
-    for training, held_out in list_folds(list_buildings(floors)):
-        forest = _grow(features, truth, training, trees=trees, seed=seed)
-        for i in held_out.tolist():
-            probabilities[i] = forest.class_probabilities(features[i], len(labels))
+    probabilities = {label_set: [np.zeros((0, len(labels)))] * len(floors) for label_set, labels in LABELS.items()}
+    for label_set, labels in LABELS.items():
+        truth = [np.array([labels.index(label) for label in floor.labels[label_set]]) for floor in floors]
+        for training, held_out in list_folds(list_buildings(floors)):
+            forest = _grow(features, truth, training, trees=trees, seed=seed)
+            for i in held_out.tolist():
+                probabilities[label_set][i] = forest.class_probabilities(features[i], len(labels))
     return probabilities
 
 
@@ -76,16 +84,16 @@ def classify_rooms_by_relations(floors: Sequence[BuildingFloor]) -> dict[LabelSe
 
 def classify_rooms_by_pianta(
     training: Sequence[PreparedFloor], held_out: Sequence[PreparedFloor], *, convention: LabelConvention, seed: int
-) -> list[Mapping[LabelSet, Floats]]:
-    """Of each held-out floor the probabilities of its rooms by label set, by pianta's model of the other floors."""
-    examples = [example for floor in training for example in floor.examples]
-    model = train_room_model(examples, convention=convention, seed=seed)
-    return [both_sets(model.predict_functions(each.described.context)[LAST_STEP], convention) for each in held_out]
+) -> dict[LabelSet, list[Floats]]:
+    """By label set, of each held-out floor the probabilities of labels, by pianta's model of the other floors."""
+    model = train_room_model([floor.examples[0] for floor in training], convention=convention, seed=seed)
+    by_floor = [both_sets(model.predict_functions(each.context)[LAST_STEP], convention) for each in held_out]
+    return {label_set: [each[label_set] for each in by_floor] for label_set in LABELS}
 
 
 def classify_floors_by_trees(
     floors: Sequence[BuildingFloor], folds: Folds, label_set: LabelSet, *, model: str, trees: int, seed: int
-) -> Floats:
+) -> FloorScores:
     """Shares of the rooms with each predicted type, shape (floors, types): a floor has the most frequent one.
 
     A room is described by its features and its label (section 6.2.2).
@@ -102,7 +110,7 @@ def classify_floors_by_trees(
         for i in held_out.tolist():
             predicted = forest.class_probabilities(features[i], len(types)).argmax(axis=1)
             shares[i] = np.bincount(predicted, minlength=len(types)) / len(predicted)
-    return shares
+    return FloorScores(shares, np.ones(len(floors), bool))
 
 
 def compare_floors(floors: Sequence[BuildingFloor], label_set: LabelSet) -> Callable[[str], Floats]:
@@ -115,7 +123,7 @@ def compare_floors(floors: Sequence[BuildingFloor], label_set: LabelSet) -> Call
 
 def classify_floors_by_relations(
     floors: Sequence[BuildingFloor], folds: Folds, compare: Callable[[str], Floats]
-) -> Floats:
+) -> FloorScores:
     """Decision values of the types, shape (floors, types); compare: as compare_floors gives it."""
     types, buildings = list_types(floors), list_buildings(floors)
     decisions = np.zeros((len(floors), len(types)))
@@ -124,13 +132,11 @@ def classify_floors_by_relations(
             gram = compare(building)
             svm = fit_svm(gram[np.ix_(training, training)], [floors[i].annotated.kind for i in training])
             decisions[own] = decide(svm, gram[np.ix_(own, training)], types)
-    return decisions
+    return FloorScores(decisions, np.ones(len(floors), bool))
 
 
-def classify_floors_by_pianta(
-    floors: Sequence[BuildingFloor], folds: Folds, label_set: LabelSet
-) -> tuple[Floats, Mask]:
-    """Probabilities of the types, shape (floors, types), and whether each floor is like the training floors at all."""
+def classify_floors_by_pianta(floors: Sequence[BuildingFloor], folds: Folds, label_set: LabelSet) -> FloorScores:
+    """Probabilities of the types, and which floors pianta finds typical."""
     types, descriptions = list_types(floors), tuple(floor.descriptions[label_set] for floor in floors)
     true_types = tuple(floor.annotated.kind for floor in floors)
     model = BuildingTypeModel(descriptions, true_types, tuple(list_buildings(floors)), label_set)
@@ -141,7 +147,7 @@ def classify_floors_by_pianta(
             prediction = others.predict_description(descriptions[i])
             probabilities[i] = [prediction.probabilities[name] for name in types]
             typical[i] = prediction.is_known
-    return probabilities, typical
+    return FloorScores(probabilities, typical)
 
 
 def list_types(floors: Sequence[BuildingFloor]) -> list[str]:

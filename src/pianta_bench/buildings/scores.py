@@ -13,7 +13,7 @@ from pianta.evaluation.curves import Curve, measure_precision_recall, measure_ro
 from pianta.labels import RC, LabelSet
 from pianta.rooms.completion import LABELS
 from pianta_bench.buildings.floors import BuildingFloor
-from pianta_bench.buildings.models import MODELS, list_types
+from pianta_bench.buildings.models import MODELS, FloorScores, list_types
 from pianta_bench.data.annotated_floors import KINDS
 
 # What is left out of the training: the building, or only the floor, as in the thesis.
@@ -29,14 +29,12 @@ class Scores:
     """Scores of floors, of which the highest decides.
 
     rooms: by model and label set, of each floor its rooms', shape (rooms, labels); empty for floors of folders.
-    types: by what was left out, model and label set, the floors', shape (floors, types).
-    typical: by what was left out and label set, whether a floor is like the training floors of pianta's model.
+    types: by what was left out, model and label set, the floors'.
     """
 
     floors: Sequence[BuildingFloor]
     rooms: dict[tuple[str, LabelSet], dict[int, Floats]] = field(default_factory=dict)
-    types: dict[tuple[str, str, LabelSet], Floats] = field(default_factory=dict)
-    typical: dict[tuple[str, LabelSet], Mask] = field(default_factory=dict)
+    types: dict[tuple[str, str, LabelSet], FloorScores] = field(default_factory=dict)
 
     @property
     def building_types(self) -> list[str]:
@@ -58,7 +56,7 @@ class Scores:
 
     def predicted_types(self, left_out: str, model: str, label_set: LabelSet) -> list[str]:
         """The types that a model gives the floors."""
-        return [self.building_types[column] for column in self.types[left_out, model, label_set].argmax(axis=1)]
+        return [self.building_types[column] for column in self.types[left_out, model, label_set].values.argmax(axis=1)]
 
     def wrong_floors(self, left_out: str, model: str, label_set: LabelSet) -> Mask:
         """Which floors have a wrong type, shape (floors,)."""
@@ -74,7 +72,7 @@ class Scores:
             yield from _measure_both(PARTS[building_type], model, truth, rooms[:, labels.index(RC.CORRIDOR)])
         truth = [floor.annotated.kind == POSITIVE for floor in self.floors]
         for model in MODELS:
-            scores = self.types[BUILDING, model, LabelSet.R_C]
+            scores = self.types[BUILDING, model, LabelSet.R_C].values
             yield from _measure_both(BOTH, model, truth, scores[:, self.building_types.index(POSITIVE)])
 
     def as_json(self) -> list[dict[str, object]]:
@@ -92,7 +90,7 @@ class Scores:
                 ],
                 "scores": [
                     {"left_out": left_out, "model": model, "labels": label_set}
-                    | dict(zip(self.building_types, scores[index].round(DIGITS).tolist(), strict=True))
+                    | dict(zip(self.building_types, scores.values[index].round(DIGITS).tolist(), strict=True))
                     for (left_out, model, label_set), scores in self.types.items()
                 ],
             }

@@ -181,7 +181,8 @@ def _name_wrong_floors(scores: Scores, left_out: str) -> Iterator[str]:
         wrong = scores.wrong_floors(left_out, model, label_set)
         yield f"Wrong, {model}, {label_set}: {_name(scores, wrong)}."
         if model == PIANTA:
-            yield f"Unlike all known, {model}, {label_set}: {_name(scores, ~scores.typical[left_out, label_set])}."
+            typical = scores.types[left_out, model, label_set].typical
+            yield f"Unlike all known, {model}, {label_set}: {_name(scores, ~typical)}."
 
 
 def _name(scores: Scores, chosen: Mask) -> str:

@@ -11,7 +11,7 @@ from statistics import median
 from types import MappingProxyType
 
 from pianta.evaluation.semantics import semantic_accuracy
-from pianta.floor import Floor
+from pianta.floor import Floor, scale_floor
 from pianta.gridmap import GridMap
 from pianta.io.maps import read_map
 from pianta.labels import LabelConvention, LabelSet
@@ -19,7 +19,9 @@ from pianta.layout.reconstruct import reconstruct
 from pianta.plot.figure import save_figure
 from pianta.plot.floor import draw_floor
 from pianta.rooms.completion import LABELS
+from pianta.rooms.features import describe_rooms
 from pianta.rooms.model import RoomModel
+from pianta.rooms.thesis_features import compute_room_features
 from pianta.worlds.simulated_readings import simulate_reading
 from pianta_bench.data.annotated_floors import (
     AnnotatedFloor,
@@ -43,9 +45,10 @@ from pianta_bench.places.evaluated import (
     EvaluatedFloor,
 )
 from pianta_bench.places.models import (
+    CENTRAL,
+    IN_DRAWINGS_SCALE,
     PIANTA,
     Classifiers,
-    DescribedFloor,
     PreparedFloor,
     check_convention,
     list_examples,
@@ -54,13 +57,10 @@ from pianta_bench.places.models import (
 )
 
 PARTS: Mapping[str, str] = MappingProxyType({"school": SCHOOLS, "office": OFFICES})  # by building type
-SIMULATED, COST = "simulated", "cost"
+SIMULATED = "simulated"
+COST, COUNTS = "processor s", "cost"  # what takes how long, and of how many floors and rooms
 WRONG_ROOMS = "wrong rooms, %"
 MAPS_TYPE = "school"  # building type of the maps
-# Metrics of the part COST: processor seconds, and what they belong to.
-TRAIN_ANNOTATED, TRAIN_ALL = "training, drawn floors only", "training, simulated maps too"
-READ, LABEL, LABEL_PER_READ = "reading the map", "labelling its floor", "labelling per reading"
-FLOORS, ROOMS, MAP_ROOMS = "floors", "rooms", "map rooms"
 TIMED_ROOMS = 60  # labelling is timed on the map with about so many reconstructed rooms
 RUNS = 3  # of reading and labelling, of whose times the median is taken
 
@@ -78,20 +78,6 @@ class MapItem:
         folder = data / SLAM_FOLDER
         grid = read_map(folder / f"{self.item}.png", resolution=SLAM_RESOLUTION)
         return grid, set_building_type(read_drawing(folder / f"{self.item}{SLAM_TRUTH}", grid=grid), MAPS_TYPE)
-
-    def compare_scales(self, truth: Floor) -> float:
-        """Lengths of the annotated floor in those of the map of the same floor; 1 if there is none."""
-        return 1.0 if self.drawn_area is None else sqrt(self.drawn_area / _measure_rooms(truth))
-
-
-@dataclass(frozen=True, eq=False)
-class Fold:
-    """Floors that models are trained on, and the floors and maps of other buildings. names: of these buildings."""
-
-    names: str
-    training: Sequence[PreparedFloor]
-    floors: Sequence[PreparedFloor]
-    maps: Sequence[MapItem]
 
 
 def measure(
@@ -133,9 +119,15 @@ def measure(
         results.extend(partial_results)
         prepared.append(floor)
 
-    folds = _make_folds(prepared, maps)
-    evaluate = partial(_evaluate_fold, data=folder, convention=labels, seed=seed, pictures=pictures)
-    evaluating = {f"without {fold.names}": partial(evaluate, fold) for fold in folds}
+    items = [*prepared, *maps]
+    buildings = [*(floor.building for floor in floors), *(item.building for item in maps)]
+    evaluate = partial(_evaluate, data=folder, convention=labels, seed=seed, pictures=pictures)
+    evaluating = {
+        f"without {', '.join(sorted({buildings[i] for i in held_out}))}": partial(
+            evaluate, [prepared[i] for i in others if i < len(floors)], [items[i] for i in held_out]
+        )
+        for others, held_out in list_folds(buildings)
+    }
     evaluated: list[EvaluatedFloor] = []
     for partial_results, of_fold in run_steps(evaluating, jobs=jobs, track=track):
         results.extend(partial_results)
@@ -157,78 +149,71 @@ def _list_map_items(data: Path, floors: Sequence[AnnotatedFloor]) -> list[MapIte
 
 def _prepare(annotated: AnnotatedFloor, *, convention: LabelConvention, seed: int) -> tuple[Results, PreparedFloor]:
     """Describe a floor, and read a simulated map of it."""
-    results, described = Results(), DescribedFloor.describe(annotated.floor)
-    _ = annotated.features, annotated.unlabelled  # computed once
-    prepared = [PreparedFloor(annotated, described, list_examples([annotated.floor], convention=convention))]
+    results, prepared = Results(), [PreparedFloor.prepare(annotated, convention)]
 
     def simulate() -> Iterator[Figures]:
         reading = simulate_reading(annotated.floor, seed=seed)
-        examples = list_examples([], [reading], convention=convention)
-        prepared.append(replace(prepared[0], simulated=reading, simulated_examples=examples))
+        examples = prepared[0].examples + list_examples([], [reading], convention=convention)
+        prepared.append(replace(prepared[0], simulated=reading, examples=examples))
         yield {"rooms": len(reading.rooms), "true": len(annotated.floor.rooms)}
 
     results.measure(SIMULATED, annotated.item, simulate)
     return results, prepared[-1]
 
 
-def _make_folds(floors: Sequence[PreparedFloor], maps: Sequence[MapItem]) -> Iterator[Fold]:
-    """Folds of the floors and maps of all buildings."""
-    buildings = [*(floor.annotated.building for floor in floors), *(item.building for item in maps)]
-    for others, held_out in list_folds(buildings):
-        yield Fold(
-            ", ".join(sorted({buildings[i] for i in held_out})),
-            [floors[i] for i in others if i < len(floors)],
-            [floors[i] for i in held_out if i < len(floors)],
-            [maps[i - len(floors)] for i in held_out if i >= len(floors)],
-        )
-
-
-def _evaluate_fold(
-    fold: Fold, *, data: Path, convention: LabelConvention, seed: int, pictures: Path | None
+def _evaluate(
+    training: Sequence[PreparedFloor],
+    held_out: Sequence[PreparedFloor | MapItem],
+    *,
+    data: Path,
+    convention: LabelConvention,
+    seed: int,
+    pictures: Path | None,
 ) -> tuple[Results, list[EvaluatedFloor]]:
-    """Train without the buildings of a fold, and classify the rooms of its floors, annotated and reconstructed."""
+    """Train on floors, and classify the rooms of other floors and of maps."""
     results, evaluated = Results(), []
-    classifiers = Classifiers(fold.training, convention, seed)
+    classifiers = Classifiers(training, convention, seed)
 
-    def classify(floor: PreparedFloor) -> Iterator[Figures]:
-        annotated = floor.annotated
-        probabilities = classifiers.predict(floor.described, annotated.kind)
-        part, item, building = PARTS[annotated.kind], annotated.item, annotated.building
-        classified = EvaluatedFloor(
-            part, item, building, annotated.unlabelled, annotated.floor, probabilities, convention
-        )
-        yield _list_errors(classified)
-        evaluated.append(classified)
+    def classify_annotated(prepared: PreparedFloor) -> Iterator[Figures]:
+        annotated = prepared.annotated
+        probabilities = classifiers.predict(annotated.kind, annotated.features, prepared.context)
+        names = PARTS[annotated.kind], annotated.item, annotated.building
+        floor = EvaluatedFloor(*names, annotated.unlabelled, annotated.floor, probabilities, convention)
+        yield list_errors(floor)
+        evaluated.append(floor)
 
-    def read_and_classify(map_item: MapItem) -> Iterator[Figures]:
-        grid, truth = map_item.read(data)
-        item, scale = map_item.item, map_item.compare_scales(truth)
-        reconstructed = reconstruct(replace(grid, source=item))
-        unlabelled = AnnotatedFloor(item, MAPS_TYPE, map_item.building, truth).unlabelled
-        classified = []
-        for part, floor in ((LAYOUTS, reconstructed), (TRUE_LAYOUTS, unlabelled)):
-            probabilities = classifiers.predict(DescribedFloor.describe(floor, scale=scale), MAPS_TYPE)
-            classified.append(EvaluatedFloor(part, item, map_item.building, floor, truth, probabilities, convention))
-        yield _list_errors(classified[0])
-        counts = {"rooms": len(reconstructed.rooms), "true": len(truth.rooms), "scale": scale}
-        results.add(LAYOUTS, item, counts)
+    def classify_map(item: MapItem) -> Iterator[Figures]:
+        grid, truth = item.read(data)
+        _ = classifiers.room_models  # if they cannot be trained, no map is read in vain
+        floor = reconstruct(replace(grid, source=item.item))
+        # Lengths of the annotated floor in those of the map of the same floor.
+        scale = 1.0 if item.drawn_area is None else sqrt(item.drawn_area / _measure_rooms(truth))
+        unlabelled = AnnotatedFloor(item.item, MAPS_TYPE, item.building, truth).unlabelled
+        floors = []
+        for part, each in ((LAYOUTS, floor), (TRUE_LAYOUTS, unlabelled)):
+            features, scaled = map(compute_room_features, (each, scale_floor(each, scale, scale)))
+            probabilities = classifiers.predict(MAPS_TYPE, features, describe_rooms(each))
+            probabilities[IN_DRAWINGS_SCALE] = classifiers.predict_local(CENTRAL, MAPS_TYPE, scaled)
+            floors.append(EvaluatedFloor(part, item.item, item.building, each, truth, probabilities, convention))
+        yield list_errors(floors[0])
+        results.add(LAYOUTS, item.item, {"rooms": len(floor.rooms), "true": len(truth.rooms), "scale": scale})
         if pictures:
-            labelled = classifiers.room_models[PIANTA].label(reconstructed)
-            save_figure(draw_floor(labelled, grid), pictures / f"{item}.png")
-            save_figure(draw_floor(_label_functions(truth, convention), grid), pictures / f"{item}_true.png")
-        evaluated.extend(classified)
+            labelled = classifiers.room_models[PIANTA].label(floor)
+            save_figure(draw_floor(labelled, grid), pictures / f"{item.item}.png")
+            save_figure(draw_floor(_label_functions(truth, convention), grid), pictures / f"{item.item}_true.png")
+        evaluated.extend(floors)
 
-    names = ("model", "labels", "way")
-    for floor in fold.floors:
-        annotated = floor.annotated
-        measure_one = partial(classify, floor)
-        results.measure(PARTS[annotated.kind], annotated.item, measure_one, names=names, metric=WRONG_ROOMS)
-    for map_item in fold.maps:
-        results.measure(LAYOUTS, map_item.item, partial(read_and_classify, map_item), names=names, metric=WRONG_ROOMS)
+    for each in held_out:
+        if isinstance(each, MapItem):
+            part, item, classify_one = LAYOUTS, each.item, partial(classify_map, each)
+        else:
+            part, item = PARTS[each.annotated.kind], each.annotated.item
+            classify_one = partial(classify_annotated, each)
+        results.measure(part, item, classify_one, names=("model", "labels", "way"), metric=WRONG_ROOMS)
     return results, evaluated
 
 
-def _list_errors(floor: EvaluatedFloor) -> Figures:
+def list_errors(floor: EvaluatedFloor) -> Figures:
     """Wrong rooms, %, by model, label set and, for a reconstructed floor, way to pair rooms."""
     ways = (FORWARD, BACKWARD) if floor.part == LAYOUTS else (FORWARD,)
     return {
@@ -261,10 +246,16 @@ def _measure_cost(results: Results, floors: Sequence[PreparedFloor], data: Path,
     train_all, _ = measure_time(partial(train, simulated))
     read = median(measure_time(partial(reconstruct, grid))[0] for _ in range(RUNS))
     label = median(measure_time(partial(model.label, layout.floor))[0] for _ in range(RUNS))
-    seconds = {TRAIN_ANNOTATED: train_annotated, TRAIN_ALL: train_all, READ: read, LABEL: label}
-    results.add(COST, layout.item, {**seconds, LABEL_PER_READ: label / read})
+    seconds = {
+        "training, drawn floors only": train_annotated,
+        "training, simulated maps too": train_all,
+        "reading the map": read,
+        "labelling its floor": label,
+        "labelling per reading": label / read,
+    }
     rooms = sum(len(floor.rooms) for floor in annotated)
-    results.add(COST, layout.item, {FLOORS: len(floors), ROOMS: rooms, MAP_ROOMS: len(layout.floor.rooms)})
+    results.add(COST, layout.item, seconds)
+    results.add(COUNTS, layout.item, {"floors": len(floors), "rooms": rooms, "map rooms": len(layout.floor.rooms)})
 
 
 def _measure_rooms(floor: Floor) -> float:

@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
 
 from pianta._types import Floats
 from pianta.errors import OptionError
-from pianta.floor import Floor, scale_floor
+from pianta.floor import Floor
 from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSchema, LabelSet
 from pianta.rooms.completion import LABELS
 from pianta.rooms.extra_trees import ExtraTrees, TreeParameters, grow_extra_trees
-from pianta.rooms.features import RoomContext, describe_rooms
+from pianta.rooms.features import RoomContext
 from pianta.rooms.model import RoomModel
-from pianta.rooms.thesis_features import GEOMETRIC, ROOM_FEATURES, compute_room_features
+from pianta.rooms.thesis_features import GEOMETRIC, ROOM_FEATURES
 from pianta.rooms.training import SIMULATED_WEIGHT, TrainingFloor, prepare_floors, train_on_prepared
 from pianta_bench._options import PLACE_SPLITS
 from pianta_bench.data.annotated_floors import AnnotatedFloor
@@ -29,40 +30,34 @@ LOCAL, CENTRAL, PIANTA, MAPPED = "Ex-T", "Ex-T, centrality", "pianta", "pianta, 
 # The trees of CENTRAL, on a floor that is enlarged to the scale of its drawing.
 IN_DRAWINGS_SCALE = "Ex-T, drawing's scale"
 STEPS, LAST_STEP = ("first pass", "second pass"), "random field"
-TREES = 500  # of each forest; thesis, section 6.2
+LOCAL_TREES = TreeParameters(trees=500)  # thesis, section 6.2
 # Columns of V_n: without closeness and betweenness, and all.
-COLUMNS: Mapping[str, slice] = {LOCAL: slice(0, len(GEOMETRIC) + 1), CENTRAL: slice(0, len(ROOM_FEATURES))}
-WITHOUT_CENTRALITY, ALL_FEATURES = COLUMNS.values()
-
-
-@dataclass(frozen=True, eq=False)
-class DescribedFloor:
-    """The features of a floor, as models classify its rooms: those of the thesis, and those of pianta."""
-
-    features: Floats
-    context: RoomContext
-    rescaled: Floats | None = None
-
-    @classmethod
-    def describe(cls, floor: Floor, *, scale: float | None = None) -> DescribedFloor:
-        """Describe a floor. scale: by what its lengths are multiplied for IN_DRAWINGS_SCALE; None to leave that out."""
-        rescaled = None if scale is None else compute_room_features(scale_floor(floor, scale, scale))
-        return cls(compute_room_features(floor), describe_rooms(floor), rescaled)
+WITHOUT_CENTRALITY, ALL_FEATURES = slice(0, len(GEOMETRIC) + 1), slice(0, len(ROOM_FEATURES))
+COLUMNS: Mapping[str, slice] = MappingProxyType({LOCAL: WITHOUT_CENTRALITY, CENTRAL: ALL_FEATURES})
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedFloor:
-    """An annotated floor with all that training needs; computed once for all models.
+    """An annotated floor with all that models need, computed once.
 
-    described: as it is classified. simulated: as it was reconstructed from a simulated map, None if that failed.
-    examples, simulated_examples: both as floors for training; empty without rooms.
+    examples: the floor for training; after it what was reconstructed from a simulated map of it, if it has rooms.
+    simulated: the reconstructed floor.
     """
 
     annotated: AnnotatedFloor
-    described: DescribedFloor
     examples: tuple[TrainingFloor, ...]
     simulated: Floor | None = None
-    simulated_examples: tuple[TrainingFloor, ...] = ()
+
+    @classmethod
+    def prepare(cls, annotated: AnnotatedFloor, convention: LabelConvention) -> PreparedFloor:
+        """A floor without a simulated map."""
+        _ = annotated.features, annotated.unlabelled  # from here on they are known
+        return cls(annotated, list_examples([annotated.floor], convention=convention))
+
+    @property
+    def context(self) -> RoomContext:
+        """The context of its rooms."""
+        return self.examples[0].context
 
 
 def list_examples(
@@ -74,62 +69,51 @@ def list_examples(
 
 
 @dataclass(frozen=True, eq=False)
-class LocalTrees:
-    """Extra-Trees over V_n of single rooms (thesis, sections 5.3 and 6.1.3), for each label set.
-
-    forests: their classes are indices in LABELS. columns: those of V_n that it uses.
-    """
-
-    forests: Mapping[LabelSet, ExtraTrees]
-    columns: slice
-
-    def predict(self, features: Floats) -> ClassProbabilities:
-        """Probabilities of the labels of each set; 0 for labels that were not in the training."""
-        return {
-            label_set: forest.class_probabilities(features[:, self.columns], len(LABELS[label_set]))
-            for label_set, forest in self.forests.items()
-        }
-
-
-@dataclass(frozen=True, eq=False)
 class Classifiers:
     """All models, trained on the same floors when they are first used."""
 
     floors: Sequence[PreparedFloor]
     convention: LabelConvention
     seed: int
-    _local: dict[str, Mapping[str, LocalTrees]] = field(default_factory=dict)
-
-    def local(self, building_type: str) -> Mapping[str, LocalTrees]:
-        """Extra-Trees by name, trained on the floors of a building type."""
-        if building_type not in self._local:
-            floors = [floor.annotated for floor in self.floors if floor.annotated.kind == building_type]
-            self._local[building_type] = {
-                name: train_local_trees(floors, columns=columns, convention=self.convention, seed=self.seed)
-                for name, columns in COLUMNS.items()
-            }
-        return self._local[building_type]
+    _forests: dict[tuple[str, str, LabelSet], ExtraTrees] = field(default_factory=dict)
 
     @cached_property
     def room_models(self) -> Mapping[str, RoomModel]:
-        """Pianta's models by name, trained on the floors of all types."""
-        annotated = [example for floor in self.floors for example in floor.examples]
-        simulated = [example for floor in self.floors for example in floor.simulated_examples]
+        """Pianta's models by name."""
+        annotated = [floor.examples[0] for floor in self.floors]
+        simulated = [example for floor in self.floors for example in floor.examples[1:]]
         return {
             name: train_room_model(examples, convention=self.convention, seed=self.seed)
             for name, examples in ((PIANTA, annotated), (MAPPED, annotated + simulated))
         }
 
-    def predict(self, floor: DescribedFloor, building_type: str) -> dict[str, ClassProbabilities]:
+    def forest(self, model: str, building_type: str, label_set: LabelSet) -> ExtraTrees:
+        """Extra-Trees over V_n of the single rooms of a type (thesis, 5.3 and 6.1.3); classes: indices in LABELS."""
+        key = model, building_type, label_set
+        if key not in self._forests:
+            floors = [each.annotated for each in self.floors if each.annotated.kind == building_type]
+            features = np.concatenate([floor.features for floor in floors])[:, COLUMNS[model]]
+            labels = [true_labels(floor.floor, label_set, convention=self.convention) for floor in floors]
+            truth = np.array([LABELS[label_set].index(label) for of_floor in labels for label in of_floor])
+            self._forests[key] = grow_extra_trees(features, truth, parameters=LOCAL_TREES, seed=self.seed)
+        return self._forests[key]
+
+    def predict_local(self, model: str, building_type: str, features: Floats) -> ClassProbabilities:
+        """The probabilities of Extra-Trees; 0 for labels that were not in the training. features: V_n."""
+        return {
+            label_set: self.forest(model, building_type, label_set).class_probabilities(
+                features[:, COLUMNS[model]], len(labels)
+            )
+            for label_set, labels in LABELS.items()
+        }
+
+    def predict(self, building_type: str, features: Floats, context: RoomContext) -> dict[str, ClassProbabilities]:
         """The probabilities of each model for a floor of a type, and those of pianta's after each of their steps."""
-        local = self.local(building_type)
-        probabilities = {name: model.predict(floor.features) for name, model in local.items()}
+        probabilities = {model: self.predict_local(model, building_type, features) for model in COLUMNS}
         for name, model in self.room_models.items():
-            steps = model.predict_functions(floor.context)
+            steps = model.predict_functions(context)
             probabilities[name] = both_sets(steps[LAST_STEP], self.convention)
             probabilities |= {name_step(name, step): both_sets(steps[step], self.convention) for step in STEPS}
-        if floor.rescaled is not None:
-            probabilities[IN_DRAWINGS_SCALE] = local[CENTRAL].predict(floor.rescaled)
         return probabilities
 
 
@@ -146,20 +130,6 @@ def with_steps(model: str) -> list[str]:
 def train_room_model(examples: Sequence[TrainingFloor], *, convention: LabelConvention, seed: int) -> RoomModel:
     """Train pianta's model with the labels of a convention."""
     return train_on_prepared(examples, schemas=schemas_of(convention), seed=seed)
-
-
-def train_local_trees(
-    floors: Sequence[AnnotatedFloor], *, columns: slice, convention: LabelConvention, seed: int
-) -> LocalTrees:
-    """Train Extra-Trees on the rooms of floors, for R/C and for F/C/E/S."""
-    features = np.concatenate([floor.features for floor in floors])[:, columns]
-    forests = {}
-    for label_set, labels in LABELS.items():
-        truth = [true_labels(floor.floor, label_set, convention=convention) for floor in floors]
-        columns_of_truth = np.array([labels.index(label) for floor in truth for label in floor])
-        parameters = TreeParameters(trees=TREES)
-        forests[label_set] = grow_extra_trees(features, columns_of_truth, parameters=parameters, seed=seed)
-    return LocalTrees(forests, columns)
 
 
 def true_labels(floor: Floor, label_set: LabelSet, *, convention: LabelConvention) -> list[str]:

@@ -23,18 +23,7 @@ from pianta_bench.places.evaluated import (
     EvaluatedFloor,
     measure_curve,
 )
-from pianta_bench.places.measure import (
-    COST,
-    FLOORS,
-    LABEL,
-    LABEL_PER_READ,
-    MAP_ROOMS,
-    READ,
-    ROOMS,
-    TRAIN_ALL,
-    TRAIN_ANNOTATED,
-    WRONG_ROOMS,
-)
+from pianta_bench.places.measure import COST, COUNTS, WRONG_ROOMS
 from pianta_bench.places.models import CENTRAL, IN_DRAWINGS_SCALE, LOCAL, MAPPED, PIANTA, with_steps
 
 KLOG = "kLog"
@@ -109,8 +98,7 @@ CALIBRATION = Table(
 )
 COSTS = Table(
     title="Cost",
-    where={"part": [COST], "metric": [TRAIN_ANNOTATED, TRAIN_ALL, READ, LABEL, LABEL_PER_READ]},
-    labels={COST: "processor s"},
+    where={"part": COST},
     digits=2,
     notes=("Time of all threads, without making the simulated maps.",),
 )
@@ -128,11 +116,12 @@ def tabulate(results: Results) -> list[FilledTable]:
         fill_confusion(layouts, BACKWARD),
         CALIBRATION.fill(_measure_calibration(floors)),
     ]
-    cost = {record["metric"]: record["value"] for record in results.select(part=COST)}
-    if cost:
-        (item,) = {record["item"] for record in results.select(part=COST)}
-        counts = f"Training on {cost[FLOORS]} floors with {cost[ROOMS]} rooms"
-        tables.append(COSTS.fill(results.records, notes=(f"{counts}; map of {item}, {cost[MAP_ROOMS]} rooms found.",)))
+    counts = {record["metric"]: record for record in results.select(part=COUNTS)}
+    if counts:
+        number, rooms, map_rooms = (counts[name]["value"] for name in ("floors", "rooms", "map rooms"))
+        training = f"Training on {number} floors with {rooms} rooms"
+        note = f"{training}; map of {counts['rooms']['item']}, {map_rooms} rooms found."
+        tables.append(COSTS.fill(results.records, notes=(note,)))
     return tables
 
 
