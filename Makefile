@@ -5,7 +5,7 @@ READY := $(VENV)/.ready
 # Also binds what pip installs to build the package.
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
-.PHONY: demo quick test fuzz lint types docs clean
+.PHONY: demo quick test fuzz lint types docs site dist clean
 
 demo: $(READY)  ## set up, and read the sample map into demo/read
 	$(BIN)/pianta world sample -o demo
@@ -45,8 +45,15 @@ docs: $(READY)  ## draw the pictures of README and docs again
 	$(BIN)/python docs/draw_exploration.py
 	$(BIN)/python docs/draw_plans.py
 
+site: export OMP_NUM_THREADS := 1
+site: $(READY)  ## set up, run the notebooks, and build the documentation into site/html; needs no internet
+	$(BIN)/python docs/build_site.py site
+
+dist: $(READY)  ## set up, build wheel and sdist into dist, check them, and try the wheel in an empty environment
+	$(BIN)/python .ci/dist.py
+
 clean:
-	rm -rf $(VENV) demo
+	rm -rf $(VENV) demo dist site
 
 $(READY): pyproject.toml src/pianta_bench/pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)

@@ -1,6 +1,8 @@
-"""How quick `pianta read` is beside what it must do: python benchmarks/time_read.py [--data DIR] [--repeats N].
+"""How fast `pianta read` is beside the work that it must do.
 
-Two ratios of processor time (user and system, of one thread), which other work on the machine hardly moves:
+    python benchmarks/time_read.py [--data DIR] [--repeats N]
+
+Two ratios of processor time (user and system, of one thread), which other load on the machine hardly changes:
 
 cold: `pianta read` of the sample, in a process of its own, over a process that imports numpy, cv2, shapely and
     matplotlib and saves one figure. The median of all repeats of each.
@@ -21,7 +23,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from time import process_time
 
-# One thread: what several threads wait for each other is no work.
+# One thread: threads that wait for each other would count as work.
 THREADS = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OPENCV_FOR_THREADS_NUM": "1"}
 BASELINE = """
 import numpy, cv2, shapely, matplotlib
@@ -31,7 +33,9 @@ figure.add_subplot().plot([0, 1], [0, 1])
 figure.savefig({path!r})
 """
 MAPS = 20
-MOST_COLD, MOST_WARM = 2.5, 1.3
+# Largest acceptable ratios; chosen by hand.
+MAX_COLD = 2.5
+MAX_WARM = 1.3
 
 
 def measure_process(arguments: Sequence[str]) -> float:
@@ -49,14 +53,14 @@ def measure_cold(folder: Path, repeats: int) -> tuple[float, float]:
     )
     read = ["-m", "pianta", "read", str(folder / "map.yaml"), "-o", str(folder / "read"), "-q"]
     baseline = ["-c", BASELINE.format(path=str(folder / "baseline.png"))]
-    # In turns, so that both meet the same machine; the first of each fills the caches.
+    # In turns, so that both run under the same load; the first run of each fills the caches.
     pairs = [(measure_process(read), measure_process(baseline)) for _ in range(repeats + 1)][1:]
     first, second = (statistics.median(column) for column in zip(*pairs, strict=True))
     return first, second
 
 
 def list_maps(data: Path) -> list[Path]:
-    """The maps of strangers' robots and of vacuums."""
+    """The maps of robots and of vacuums from the web."""
     maps = sorted((data / "robotmaps").glob("*/*.yaml")) + sorted((data / "vacuum").glob("*.yaml"))
     if len(maps) < MAPS:
         sys.exit(f"{data} holds {len(maps)} maps of robotmaps and vacuum, {MAPS} are needed; give another --data")
@@ -66,8 +70,8 @@ def list_maps(data: Path) -> list[Path]:
 def measure_warm(maps: Sequence[Path], folder: Path) -> tuple[float, float]:
     """Seconds of `pianta read` of maps, and of their reconstruction and labelling alone."""
     command = ["-m", "pianta", "read", *map(str, maps), "-o", str(folder / "many"), "-q"]
-    whole = measure_process(command)
-    alone = float(
+    total = measure_process(command)
+    stages = float(
         subprocess.run(
             [sys.executable, __file__, "--stages", *map(str, maps)],
             check=True,
@@ -76,7 +80,7 @@ def measure_warm(maps: Sequence[Path], folder: Path) -> tuple[float, float]:
             text=True,
         ).stdout
     )
-    return whole, alone
+    return total, stages
 
 
 def measure_stages(maps: Sequence[str]) -> float:
@@ -117,9 +121,9 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory() as name:
         read, baseline = measure_cold(Path(name), options.repeats)
-        print(f"cold: {read:.2f} s / {baseline:.2f} s = {read / baseline:.2f} (asked: {MOST_COLD} at most)")
-        whole, alone = measure_warm(list_maps(Path(options.data)), Path(name))
-        print(f"warm, {MAPS} maps: {whole:.2f} s / {alone:.2f} s = {whole / alone:.2f} (asked: {MOST_WARM} at most)")
+        print(f"cold: {read:.2f} s / {baseline:.2f} s = {read / baseline:.2f} (at most {MAX_COLD})")
+        total, stages = measure_warm(list_maps(Path(options.data)), Path(name))
+        print(f"warm, {MAPS} maps: {total:.2f} s / {stages:.2f} s = {total / stages:.2f} (at most {MAX_WARM})")
 
 
 if __name__ == "__main__":

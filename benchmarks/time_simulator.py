@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pianta.exploration import kernels
+from pianta.exploration import beams
 from pianta.exploration.explore import explore
 from pianta.exploration.lidar import Lidar, Pose, scan
 from pianta.exploration.occupancy import OccupancyGrid
@@ -26,7 +26,9 @@ from pianta.exploration.world import World, build_world
 from pianta.io.buildings.read import read_building
 from pianta.worlds.floors import make_floor
 
+# Scans a second that numba must reach.
 BAR = 2000
+# Scans that are timed, with numba and without.
 SCANS = {True: 2000, False: 40}
 
 
@@ -40,12 +42,12 @@ def main() -> None:
     missed = False
     print(f"{'360 beams':24}{'scans/s':>10}{'mapped/s':>10}")
     for numba in (True, False):
-        kernels.has_numba = lambda numba=numba: numba  # type: ignore[assignment]
+        beams.has_numba = lambda numba=numba: numba  # type: ignore[assignment]
         for reach in (8.0, 20.0):
             alone, mapped = count_scans(world, Lidar(reach=reach), SCANS[numba])
             missed |= numba and alone < BAR
-            print(f"{reach:4.0f} m, {'numba' if numba else 'numpy':16}{alone:10.0f}{mapped:10.0f}", flush=True)
-    kernels.has_numba = lambda: True  # type: ignore[assignment]
+            print(f"{reach:4.0f} m, {'numba' if numba else 'Python':16}{alone:10.0f}{mapped:10.0f}", flush=True)
+    beams.has_numba = lambda: True  # type: ignore[assignment]
     explore(world, make_policy("gain"), max_distance=5)
     print(f"{'policy':24}{'s':>10}{'metres':>10}{'scans':>8}")
     for policy in POLICIES:
@@ -60,13 +62,13 @@ def count_scans(world: World, lidar: Lidar, scans: int) -> tuple[float, float]:
     """Scans a second of processor time, from free places all over the world: alone, and mapped."""
     rng = np.random.default_rng(0)
     cells = np.argwhere(world.free)
-    places = [world.point((row, col)) for row, col in cells[rng.integers(len(cells), size=scans)].tolist()]
-    poses = [Pose(*place) for place in [*find_starts(world)[:1], *places]]
+    points = [world.point((row, col)) for row, col in cells[rng.integers(len(cells), size=scans)].tolist()]
+    poses = [Pose(*point) for point in [*find_starts(world)[:1], *points]]
     grid = OccupancyGrid(world)
     ranges = [scan(world, pose, lidar, rng) for pose in poses]
     grid.add_scan(poses[0], lidar, ranges[0])
     alone = measure(lambda: [scan(world, pose, lidar, rng) for pose in poses])
-    adding = measure(lambda: [grid.add_scan(pose, lidar, seen) for pose, seen in zip(poses, ranges, strict=True)])
+    adding = measure(lambda: [grid.add_scan(pose, lidar, values) for pose, values in zip(poses, ranges, strict=True)])
     return len(poses) / alone, len(poses) / (alone + adding)
 
 

@@ -15,12 +15,12 @@ from pianta.plot.floor import plot_scale_bar
 from pianta.worlds.floors import make_ring_floor
 
 SEED = 4
-# Of these the curves are drawn, and of the first and the last the tracks.
+# Policies whose curves are drawn; of the first and the last the tracks, too.
 POLICIES = ("nearest", "gain", PREDICTED)
 
 
 def main() -> None:
-    """Draw how a made floor is explored; no model knows it, so that ours goes by geometry alone."""
+    """Draw explorations of a synthetic floor; without a model, the predicted policy uses geometry alone."""
     world = build_world(make_ring_floor(seed=SEED))
     runs = {name: explore(world, make_policy(name)) for name in POLICIES}
     figure = Figure(figsize=(15, 4), layout="compressed")
@@ -28,14 +28,14 @@ def main() -> None:
     for ax, name in zip(maps, (POLICIES[0], POLICIES[-1]), strict=True):
         plot_exploration(runs[name], world, ax=ax)
         plot_scale_bar(ax=ax)
-        ways = ", ".join(f"{100 * share:.0f} % in {runs[name].distance_to(share):.0f} m" for share in (0.9, 0.99))
-        frame(ax, f"{name}: {ways}")
+        distances = ", ".join(f"{100 * share:.0f} % in {runs[name].distance_to(share):.0f} m" for share in (0.9, 0.99))
+        frame(ax, f"{name}: {distances}")
     plot_curves(runs, ax=curves)
     save(figure, IMAGES / "exploration.png")
 
 
 def plot_curves(runs: dict[str, Exploration], *, ax: Axes) -> None:
-    """Plot the share that was seen over the way, a line for each policy."""
+    """Plot the explored share over the distance, a line for each policy."""
     for (name, run), color in zip(runs.items(), TRACK_COLORS, strict=False):
         ax.plot(run.distance, 100 * run.share, color=color, linewidth=1.5, label=name)
     ax.set(xlabel="driven, m", ylabel="% of the area", ylim=(0, 101), yticks=(0, 20, 40, 60, 80, 90, 100))

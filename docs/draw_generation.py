@@ -21,10 +21,10 @@ from pianta.plot.figure import save_figure
 from pianta.plot.graphs import draw_contact_sheet, place_nodes
 from pianta_bench.data.folders import find_data
 
-FLOORS, SEED, SHOWN = 16, 6, 18
-# Colours are so few, for a file of a fifth of the size.
+FLOORS, SEED, COUNT = 16, 6, 18
+# Colours of the picture; with so few its file has a fifth of the size.
 PALETTE = 128
-# What a wing of a made school has behind its corridor: the corridor's label, and label -> fewest and most rooms.
+# A wing of a synthetic school: the label of its corridor, and label -> fewest and most rooms behind it.
 WINGS = (
     ("CORRIDOR", {"CLASSROOM": (3, 5), "WASHROOM": (1, 1), "STAIRS": (1, 1)}),
     ("CORRIDOR", {"SMALL ADMINISTRATIVE": (2, 3), "CLOSET": (1, 2), "CONFERENCE": (0, 1)}),
@@ -37,7 +37,7 @@ NODE_SIZE, CUT_WIDTH = 90, 2.6
 
 
 def main() -> None:
-    """Draw the method on made schools, and buildings made from the real ones; without data, these stay as they are."""
+    """Draw the method on synthetic schools, and buildings generated from real ones; without data, the latter stay."""
     random = np.random.default_rng(SEED)
     model = train_type([make_school(random) for _ in range(FLOORS)], schema=SCHOOL)
     draw_steps(model)
@@ -47,7 +47,7 @@ def main() -> None:
         return
     model = train_type([read_building(file) for file in files], schema=SCHOOL)
     sheet = IMAGES / "generation.png"
-    save_figure(draw_contact_sheet(generate_buildings(model, SHOWN, seed=SEED), schema=SCHOOL), sheet)
+    save_figure(draw_contact_sheet(generate_buildings(model, COUNT, seed=SEED), schema=SCHOOL), sheet)
     with Image.open(sheet) as picture:
         picture.convert("RGB").quantize(PALETTE).save(sheet, optimize=True)
 
@@ -71,7 +71,7 @@ def make_school(random: np.random.Generator) -> nx.Graph:
 
 
 def draw_steps(model: TypeModel) -> None:
-    """Draw a floor in functional areas, the clusters, and the steps of a new building."""
+    """Draw a floor cut into functional areas, the clusters, and the steps to a new building."""
     sampler = BuildingSampler(model)
     generators = [np.random.default_rng(SEED)]
     chosen = sampler.sample_areas(model.configurations[[largest(model)]], generators)
@@ -93,7 +93,7 @@ def draw_steps(model: TypeModel) -> None:
 
 
 def largest(model: TypeModel) -> int:
-    """The place of the floor with the most areas."""
+    """The index of the floor with the most areas."""
     return int(model.configurations.sum(axis=1).argmax())
 
 
@@ -114,21 +114,23 @@ def plot_clusters(model: TypeModel, *, ax: Axes) -> None:
     """Plot the first areas of each cluster, a row each."""
     for cluster in range(model.configurations.shape[1]):
         for column, area in enumerate(np.flatnonzero(model.clusters == cluster)[:3]):
-            places = place_nodes(model.areas[area])
-            at = np.array([*places.values()])
-            at = (at - at.mean(axis=0)) / max(np.ptp(at, axis=0).max(), 1.0) * 1.9
-            shifted = {node: (2.6 * column + x, -2.6 * cluster + y) for node, (x, y) in zip(places, at, strict=True)}
-            plot_graph(model.areas[area], dict.fromkeys(places, cluster), [], ax=ax, places=shifted, size=NODE_SIZE / 3)
+            positions = place_nodes(model.areas[area])
+            xy = np.array([*positions.values()])
+            xy = (xy - xy.mean(axis=0)) / max(np.ptp(xy, axis=0).max(), 1.0) * 1.9
+            shifted = {node: (2.6 * column + x, -2.6 * cluster + y) for node, (x, y) in zip(positions, xy, strict=True)}
+            plot_graph(
+                model.areas[area], dict.fromkeys(positions, cluster), [], ax=ax, positions=shifted, size=NODE_SIZE / 3
+            )
         ax.annotate(str(cluster), (-1.9, -2.6 * cluster), ha="center", va="center", fontsize=13)
-    frame(ax, "Areas of all floors that are alike\nare a cluster")
+    frame(ax, "Similar areas of all floors\nare a cluster")
 
 
 def plot_functional_graph(graph: nx.Graph, clusters: list[int], *, ax: Axes) -> None:
     """Plot the areas of a new building, with the numbers of their clusters."""
-    places = place_nodes(graph)
+    positions = place_nodes(graph)
     for one, other in graph.edges:
-        ax.plot(*zip(places[one], places[other], strict=True), color=LINE, linewidth=2, zorder=0)
-    for area, (x, y) in places.items():
+        ax.plot(*zip(positions[one], positions[other], strict=True), color=LINE, linewidth=2, zorder=0)
+    for area, (x, y) in positions.items():
         ax.scatter(x, y, s=900, color=COLORS[clusters[area] % len(COLORS)], edgecolors="black", zorder=1)
         ax.annotate(str(clusters[area]), (x, y), ha="center", va="center", fontsize=14)
     ax.margins(0.25)
@@ -142,20 +144,20 @@ def plot_graph(
     marked: Collection[tuple[int, int]],
     *,
     ax: Axes,
-    places: Mapping[int, tuple[float, float]] | None = None,
+    positions: Mapping[int, tuple[float, float]] | None = None,
     size: float = NODE_SIZE,
 ) -> None:
     """Plot rooms as circles, corridors as squares, in the colours of clusters; marked doors are red."""
-    places = place_nodes(graph) if places is None else places
+    positions = place_nodes(graph) if positions is None else positions
     red = {frozenset(door) for door in marked}
     for one, other in graph.edges:
         is_marked = frozenset((one, other)) in red
         color, width = (ACCENT, CUT_WIDTH) if is_marked else (SHADE, 1.2)
-        ax.plot(*zip(places[one], places[other], strict=True), color=color, linewidth=width, zorder=0)
+        ax.plot(*zip(positions[one], positions[other], strict=True), color=color, linewidth=width, zorder=0)
     for node, label in graph.nodes(data="label"):
         marker = "s" if SCHOOL.by_name[label].room_or_corridor() == "CORRIDOR" else "o"
         color = COLORS[clusters[node] % len(COLORS)]
-        ax.scatter(*places[node], s=size, marker=marker, color=color, edgecolors="black", linewidths=0.8, zorder=1)
+        ax.scatter(*positions[node], s=size, marker=marker, color=color, edgecolors="black", linewidths=0.8, zorder=1)
     ax.set_aspect("equal", adjustable="datalim")
 
 

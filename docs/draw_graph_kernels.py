@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 PALE = "#f0b7c8"
-# Rooms of a small floor: name, label and place. The last two rooms have a door between them.
+# Rooms of a small floor: name, label, x and y. The last two rooms have a door between them.
 ROOMS = {
     "a": ("E", 0.0, 0.0),
     "b": ("C", 1.0, 0.0),
@@ -47,12 +47,12 @@ def draw_rounds(graph: nx.Graph, *, ax: Axes) -> None:
 
 
 def draw_path(graph: nx.Graph, *, ax: Axes) -> None:
-    """Draw a shortest path and the places of its nodes."""
+    """Draw a shortest path and the indices of its nodes."""
     path = nx.shortest_path(graph, "a", "h")
     plot_rooms(graph, dict.fromkeys(path, ACCENT), list(pairwise(path)), ax=ax)
-    for place, node in enumerate(path):
+    for index, node in enumerate(path):
         x, y = ROOMS[node][1:]
-        ax.annotate(f"i = {place}", (x - 0.02, y - 0.3), color=ACCENT, ha="right", fontsize=11)
+        ax.annotate(f"i = {index}", (x - 0.02, y - 0.3), color=ACCENT, ha="right", fontsize=11)
     frame(ax, "Graph Hopper: one path of l = 3 edges\nwith E, C, C, R in its places i")
 
 
@@ -60,9 +60,9 @@ def draw_pair(graph: nx.Graph, *, ax: Axes) -> None:
     """Draw two neighbourhoods whose roots are apart."""
     fills, marked = {}, []
     for root, color in (("d", ACCENT), ("h", LINE)):
-        around = nx.ego_graph(graph, root, radius=1)
-        fills |= dict.fromkeys(around, color)
-        marked += [(*edge, color) for edge in around.edges]
+        neighbourhood = nx.ego_graph(graph, root, radius=1)
+        fills |= dict.fromkeys(neighbourhood, color)
+        marked += [(*edge, color) for edge in neighbourhood.edges]
     plot_rooms(graph, fills, marked, roots="dh", ax=ax)
     frame(ax, "NSPDK: neighbourhoods of radius 1\naround two roots (bold) that are 3 edges apart")
 

@@ -11,8 +11,8 @@ from pianta.layout.reconstruct import reconstruct
 from pianta.plot.floor import plot_doors, plot_rooms, plot_walls
 from pianta.plot.grid import plot_grid
 from pianta.worlds.floors import make_l_floor
-from pianta.worlds.partial_scan import explore_in_part
-from pianta.worlds.scan import map_floor
+from pianta.worlds.partial_scan import simulate_partial_map
+from pianta.worlds.scan import simulate_map
 from pianta_bench.harness.charts import save_chart
 
 IMAGES = Path(__file__).parent / "images"
@@ -20,13 +20,15 @@ SEED, DPI, MARGIN = 5, 110, 1.0
 
 
 def main() -> None:
-    """Draw a floor that was explored in part: its walls, what is predicted of it, and the truth as red lines."""
+    """Draw a partly explored floor: its walls, its predicted rooms, and the truth as red lines."""
     true = make_l_floor(seed=SEED)
-    grid = explore_in_part(true, map_floor(true, noise=0.3, seed=SEED), share=0.7, reach=12, entered=0.3, seed=SEED)
+    grid = simulate_partial_map(
+        true, simulate_map(true, noise=0.3, seed=SEED), share=0.7, reach=12, entered=0.3, seed=SEED
+    )
     floor = reconstruct(grid)
     left, bottom, right, top = total_bounds([room.polygon for room in true.rooms])
     figure = Figure(figsize=(13, 5.2), layout="constrained")
-    titles = ("what was seen, and the lines of its walls", "the rooms, what is predicted of them, and the truth, red")
+    titles = ("the map, and the lines of its walls", "the rooms, their predicted extent, and the truth, red")
     for ax, title in zip(figure.subplots(1, 2), titles, strict=True):
         plot_grid(grid, ax=ax)
         ax.set(xlim=(left - MARGIN, right + MARGIN), ylim=(bottom - MARGIN, top + MARGIN), aspect="equal", title=title)

@@ -14,19 +14,17 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from pianta._types import Floats, Indices
+from pianta._types import Floats, Indices, LabelImage
 from pianta.errors import DataError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
-from pianta.layout._canvas import Canvas, draw_canvas
 from pianta.layout._voronoi_doors import compute_clearance, draw_voronoi_diagram
+from pianta.layout._working_grid import WorkingGrid, remove_clutter, to_working_grid
 from pianta.layout.parameters import StructureParameters, ThesisParameters
 from pianta.layout.reconstruct import reconstruct
-from pianta.layout.structure.clutter import remove_clutter
-from pianta.layout.structure.merging import absorb_small_rooms, merge_pieces, read_default_merge_model
+from pianta.layout.structure.merging import absorb_small_rooms, merge_regions, read_default_merge_model
 from pianta.layout.structure.necks import find_necks
-from pianta.layout.structure.pieces import Labels
-from pianta.layout.structure.reconstruct import Cut, cut_space
+from pianta.layout.structure.reconstruct import Oversegmentation, oversegment
 from pianta.layout.structure.splitting import split_rooms
 from pianta.layout.structure.wall_lines import WallLines, find_wall_lines
 from pianta.layout.thesis.affinity import find_partial_faces
@@ -39,7 +37,7 @@ from pianta.plot.floor import draw_floor, plot_doors, plot_graph, plot_rooms
 from pianta.plot.styles import ROOM_COLORS
 from pianta.rooms.label import label_rooms
 from pianta.worlds.floors import make_ring_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from pianta_bench.data.folders import find_data
 from pianta_bench.types.figures import draw_accuracies, draw_clusters
 from pianta_bench.types.measure import measure_types
@@ -57,10 +55,10 @@ def main() -> None:
     save_figure(draw_floor(floor, grid), IMAGES / "sample.png")
     school = label_rooms(replace(floor, building_type={"school": 1.0}))
     save_figure(draw_floor(school, grid, graph=True), IMAGES / "labels.png")
-    draw_structure(map_floor(make_open_floor(), noise=0.3, furniture=0.2, seed=7), IMAGES / "structure.png")
+    draw_structure(simulate_map(make_open_floor(), noise=0.3, furniture=0.2, seed=7), IMAGES / "structure.png")
     draw_steps(grid, IMAGES / "algorithm1.png")
     draw_doors(grid, IMAGES / "doors.png")
-    ring = map_floor(make_ring_floor(seed=4), noise=0.3, furniture=0.2, seed=4)
+    ring = simulate_map(make_ring_floor(seed=4), noise=0.3, furniture=0.2, seed=4)
     save_figure(draw_floor(reconstruct(ring, method="thesis"), ring, walls=True), IMAGES / "ring.png")
     draw_types()
 
@@ -76,7 +74,7 @@ def draw_types() -> None:
 
 
 def make_open_floor() -> Floor:
-    """A hall with three bays that are open to it by most of their front, rooms, and a corridor with a bend."""
+    """A hall with three bays that are open along most of their front, rooms, and a corridor with a bend."""
     corridor = shapely.union(shapely.box(16, 1.2, 22, 3.2), shapely.box(20, 3.2, 22, 9))
     bays = [(0, 4.5, 5.2, 9), (5.2, 4.5, 10.6, 9), (10.6, 4.5, 16, 9)]
     rooms = [(0, -5, 4, 0), (4, -5, 9, 0), (9, -5, 16, 0), (16, 3.2, 20, 9), (16, -5, 22, 1.2)]
@@ -106,71 +104,71 @@ def make_open_floor() -> Floor:
 
 def draw_structure(grid: GridMap, path: Path) -> None:
     """Draw the steps of the method `structure` on one map."""
-    cut = cut_space(grid, STRUCTURE)
-    cell = cut.canvas.resolution
-    rooms, parting, odds = merge_pieces(cut.pieces, cut.borders, read_default_merge_model())
-    owner = absorb_small_rooms(rooms.owner, cut.pieces, cut.borders, parting, odds, parameters=STRUCTURE)
-    merged = owner[cut.pieces.labels].astype(np.int32)
+    cut = oversegment(grid, STRUCTURE)
+    cell = cut.working_grid.resolution
+    rooms, active, odds = merge_regions(cut.regions, cut.separators, read_default_merge_model())
+    owner = absorb_small_rooms(rooms.owner, cut.regions, cut.separators, active, odds, parameters=STRUCTURE)
+    merged = owner[cut.regions.labels].astype(np.int32)
     walls = find_wall_lines(cut.space, resolution=cell)
     _, openings = split_rooms(merged, cut.space, cut.clearance, walls, parameters=STRUCTURE, resolution=cell)
     figure = Figure(figsize=(15, 10.6), layout="constrained")
     axes = figure.subplots(2, 2).ravel()
     plot_necks(cut, ax=axes[0])
-    plot_borders(cut, parting, ax=axes[1])
+    plot_borders(cut, active, ax=axes[1])
     plot_openings(cut, merged, walls, openings, ax=axes[2])
     floor = reconstruct(grid, method="structure")
     plot_rooms(floor, ax=axes[3])
     plot_doors(floor, ax=axes[3])
-    match_extent(axes[3], cut.canvas)
+    match_extent(axes[3], cut.working_grid)
     frame(axes[3], "rooms, doors (bold) and openings (dashed)")
     save(figure, path)
 
 
-def plot_necks(cut: Cut, *, ax: Axes) -> Axes:
+def plot_necks(cut: Oversegmentation, *, ax: Axes) -> Axes:
     """Plot the clearance and its necks."""
-    cell = cut.canvas.resolution
+    cell = cut.working_grid.resolution
     necks = find_necks(
         cut.space,
         cut.clearance,
         saddle_ratio=STRUCTURE.saddle_ratio,
         mouth_ratio=STRUCTURE.mouth_ratio,
-        passage=STRUCTURE.passage_width / cell,
+        passage_width=STRUCTURE.passage_width / cell,
         merge_distance=STRUCTURE.neck_distance / cell,
     )
-    clearance = on_grid(cut.canvas, np.where(cut.space, cut.clearance, np.nan))
-    ax.imshow(clearance, cmap="viridis", extent=bounds_of(cut.canvas))
-    plot_cuts(necks, cut.canvas, color=ACCENT, ax=ax)
+    clearance = on_grid(cut.working_grid, np.where(cut.space, cut.clearance, np.nan))
+    ax.imshow(clearance, cmap="viridis", extent=bounds_of(cut.working_grid))
+    plot_cuts(necks, cut.working_grid, color=ACCENT, ax=ax)
     return frame(ax, "clearance, and its necks")
 
 
-def plot_borders(cut: Cut, parting: Indices, *, ax: Axes) -> Axes:
-    """Plot the pieces between the necks, and which borders the model keeps."""
-    show_labels(cut.pieces.labels, cut.canvas, ax=ax)
-    kept = np.isin(np.arange(len(cut.borders.lines)), parting)
-    plot_cuts(cut.borders.lines[~kept], cut.canvas, color=MERGED, ax=ax)
-    plot_cuts(cut.borders.lines[kept], cut.canvas, color=ACCENT, ax=ax)
-    return frame(ax, "pieces; red borders are kept, across green ones pieces are merged")
+def plot_borders(cut: Oversegmentation, active: Indices, *, ax: Axes) -> Axes:
+    """Plot the regions between the necks, and which separators the model keeps."""
+    show_labels(cut.regions.labels, cut.working_grid, ax=ax)
+    is_active = np.isin(np.arange(len(cut.separators.lines)), active)
+    plot_cuts(cut.separators.lines[~is_active], cut.working_grid, color=MERGED, ax=ax)
+    plot_cuts(cut.separators.lines[is_active], cut.working_grid, color=ACCENT, ax=ax)
+    return frame(ax, "regions; red separators are kept, across green ones regions are merged")
 
 
-def plot_openings(cut: Cut, merged: Labels, walls: WallLines, openings: Floats, *, ax: Axes) -> Axes:
-    """Plot the rooms that were merged, the wall lines, and the openings of these that divide a room."""
-    show_labels(merged, cut.canvas, ax=ax)
-    reach = walls.along * STRUCTURE.line_reach / cut.canvas.resolution
+def plot_openings(cut: Oversegmentation, merged: LabelImage, walls: WallLines, openings: Floats, *, ax: Axes) -> Axes:
+    """Plot the merged rooms, the wall lines, and the openings on them that divide a room."""
+    show_labels(merged, cut.working_grid, ax=ax)
+    reach = walls.along * STRUCTURE.line_reach / cut.working_grid.resolution
     lines = np.stack([walls.points - reach, walls.points + reach], axis=1)
     ax.set_autoscale_on(False)
-    plot_cuts(lines, cut.canvas, color=LINE, width=0.5, ax=ax)
-    plot_cuts(openings, cut.canvas, color=ACCENT, ax=ax)
+    plot_cuts(lines, cut.working_grid, color=LINE, width=0.5, ax=ax)
+    plot_cuts(openings, cut.working_grid, color=ACCENT, ax=ax)
     return frame(ax, "merged rooms, wall lines (blue), and the opening that is closed (red)")
 
 
-def plot_cuts(lines: Floats, canvas: Canvas, *, color: str, ax: Axes, width: float = 3.5) -> Axes:
+def plot_cuts(lines: Floats, canvas: WorkingGrid, *, color: str, ax: Axes, width: float = 3.5) -> Axes:
     """Plot lines between cells of a canvas, shape (N, 2, 2): end, then row and col."""
-    drawn = [to_axes(shapely.LineString((line[:, ::-1] + 0.5) * canvas.resolution), canvas) for line in lines]
-    ax.add_collection(LineCollection(drawn, colors=color, linewidths=width))
+    segments = [to_axes(shapely.LineString((line[:, ::-1] + 0.5) * canvas.resolution), canvas) for line in lines]
+    ax.add_collection(LineCollection(segments, colors=color, linewidths=width))
     return ax
 
 
-def show_labels(labels: Labels, canvas: Canvas, *, ax: Axes) -> Axes:
+def show_labels(labels: LabelImage, canvas: WorkingGrid, *, ax: Axes) -> Axes:
     """Show labels of a canvas in colours that differ between neighbours, also through a wall."""
     across = [(labels[:-8], labels[8:]), (labels[:, :-8], labels[:, 8:])]
     pairs = np.concatenate([np.column_stack([one.ravel(), other.ravel()]) for one, other in across])
@@ -184,7 +182,7 @@ def show_labels(labels: Labels, canvas: Canvas, *, ax: Axes) -> Axes:
 def draw_steps(grid: GridMap, path: Path) -> None:
     """Draw the steps of Algorithm 1 on one map."""
     free = remove_clutter(grid.free, size_px=PARAMETERS.clutter_size / grid.resolution)
-    canvas = draw_canvas(grid, free, resolution=PARAMETERS.working_resolution)
+    canvas = to_working_grid(grid, free, resolution=PARAMETERS.working_resolution)
     segments = detect_segments(detect_edges(canvas, PARAMETERS), canvas.resolution, PARAMETERS)
     lines = get_representative_lines(segments, PARAMETERS)
     faces = find_faces(lines, canvas)
@@ -207,7 +205,7 @@ def draw_steps(grid: GridMap, path: Path) -> None:
 def draw_doors(grid: GridMap, path: Path) -> None:
     """Draw the distance map, the Voronoi diagram and the topological map (Fig. 3.2)."""
     free = remove_clutter(grid.free, size_px=PARAMETERS.clutter_size / grid.resolution)
-    canvas = draw_canvas(grid, free, resolution=PARAMETERS.working_resolution)
+    canvas = to_working_grid(grid, free, resolution=PARAMETERS.working_resolution)
     figure = Figure(figsize=(15, 4.7), layout="constrained")
     axes = figure.subplots(1, 3)
     clearance = np.where(canvas.free, compute_clearance(canvas.free), np.nan)
@@ -225,7 +223,7 @@ def draw_doors(grid: GridMap, path: Path) -> None:
     save(figure, path)
 
 
-def on_grid(canvas: Canvas, cells: np.ndarray) -> np.ndarray:
+def on_grid(canvas: WorkingGrid, cells: np.ndarray) -> np.ndarray:
     """Cells of a canvas in the pose of the map."""
     rows, cols = (np.arange(size) + 0.5 for size in cells.shape)
     corners = canvas.to_grid @ np.array([[rows[0], rows[-1]], [cols[0], cols[-1]], [1.0, 1.0]])
@@ -234,26 +232,26 @@ def on_grid(canvas: Canvas, cells: np.ndarray) -> np.ndarray:
     return upright[:, ::-1] if corners[1, 0] > corners[1, 1] else upright
 
 
-def show_mask(canvas: Canvas, mask: np.ndarray, title: str, *, ax: Axes) -> Axes:
+def show_mask(canvas: WorkingGrid, mask: np.ndarray, title: str, *, ax: Axes) -> Axes:
     """Show a mask of a canvas, true in white."""
     ax.imshow(on_grid(canvas, mask), cmap="gray", vmin=-4, vmax=1)
     return frame(ax, title)
 
 
-def plot_segments(segments: np.ndarray, canvas: Canvas, *, ax: Axes) -> Axes:
+def plot_segments(segments: np.ndarray, canvas: WorkingGrid, *, ax: Axes) -> Axes:
     """Plot Hough segments, a colour for each angular cluster."""
     angular, _ = cluster_angles(segments, PARAMETERS)
-    drawn = [to_axes(shapely.LineString(ends.reshape(2, 2)), canvas) for ends in segments]
-    ax.add_collection(LineCollection(drawn, colors=[f"C{label}" for label in angular], linewidths=1.2))
+    lines = [to_axes(shapely.LineString(ends.reshape(2, 2)), canvas) for ends in segments]
+    ax.add_collection(LineCollection(lines, colors=[f"C{label}" for label in angular], linewidths=1.2))
     match_extent(ax, canvas)
     return frame(ax, "segments, coloured by angular cluster")
 
 
-def plot_lines(lines: list[RepresentativeLine], faces: Faces, canvas: Canvas, *, ax: Axes) -> Axes:
+def plot_lines(lines: list[RepresentativeLine], faces: Faces, canvas: WorkingGrid, *, ax: Axes) -> Axes:
     """Plot representative lines, and what segments cover of them."""
     extent = shapely.box(*shapely.total_bounds(faces.polygons))
-    drawn = [to_axes(part, canvas) for part in cut_lines(lines, extent)]
-    ax.add_collection(LineCollection(drawn, colors=ACCENT, linewidths=0.6, alpha=0.6))
+    infinite = [to_axes(part, canvas) for part in cut_lines(lines, extent)]
+    ax.add_collection(LineCollection(infinite, colors=ACCENT, linewidths=0.6, alpha=0.6))
     covered = [
         to_axes(shapely.LineString([line.normal * line.offset + line.direction * t for t in interval]), canvas)
         for line in lines
@@ -264,7 +262,7 @@ def plot_lines(lines: list[RepresentativeLine], faces: Faces, canvas: Canvas, *,
     return frame(ax, "representative lines, and their covered parts")
 
 
-def plot_weights(faces: Faces, inner: np.ndarray, canvas: Canvas, *, ax: Axes) -> Axes:
+def plot_weights(faces: Faces, inner: np.ndarray, canvas: WorkingGrid, *, ax: Axes) -> Axes:
     """Plot faces (external grey, partial hatched) and the weights of their edges."""
     share = share_inside(label_faces(faces, canvas), inner, len(faces.polygons))
     internal = share >= PARAMETERS.inside_share
@@ -280,19 +278,19 @@ def plot_weights(faces: Faces, inner: np.ndarray, canvas: Canvas, *, ax: Axes) -
     return frame(ax, "faces, and the weights of their edges")
 
 
-def to_axes(geometry: shapely.Geometry, canvas: Canvas) -> np.ndarray:
+def to_axes(geometry: shapely.Geometry, canvas: WorkingGrid) -> np.ndarray:
     """Coordinates of a geometry of the canvas, moved into the map frame."""
     return shapely.get_coordinates(canvas.to_map(geometry))
 
 
-def bounds_of(canvas: Canvas) -> tuple[float, float, float, float]:
+def bounds_of(canvas: WorkingGrid) -> tuple[float, float, float, float]:
     """Left, right, bottom and top of a canvas in the map frame."""
     height, width = np.array(canvas.free.shape) * canvas.resolution
     left, bottom, right, top = canvas.to_map(shapely.box(0, 0, width, height)).bounds
     return left, right, bottom, top
 
 
-def match_extent(ax: Axes, canvas: Canvas) -> Axes:
+def match_extent(ax: Axes, canvas: WorkingGrid) -> Axes:
     """Show the whole canvas, x to the right and y up."""
     left, right, bottom, top = bounds_of(canvas)
     ax.set(xlim=(left, right), ylim=(bottom, top))

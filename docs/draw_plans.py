@@ -10,7 +10,7 @@ from PIL import Image
 
 from pianta.gridmap import GridMap
 from pianta.plan.read_plan import PlanFloor, read_plan
-from pianta.plan.walls.regions import DOOR, OUTSIDE, WALL, find_regions
+from pianta.plan.walls.segmentation import DOOR, OUTSIDE, WALL, segment_sheet
 from pianta.plot.floor import plot_doors, plot_rooms
 from pianta.plot.grid import plot_ink
 from pianta.worlds.floors import make_l_floor
@@ -23,20 +23,20 @@ NAMES = ("Classroom", "Office", "Store", "Staff room", "Kitchen", "Library", "La
 
 
 def main() -> None:
-    """Draw a plan, what the network says of it, and the floor that is read from it."""
+    """Draw a plan, the classes that the network predicts, and the floor that is read from it."""
     plan = draw_sample()
     with TemporaryDirectory() as folder:
         file = Path(folder, "plan.png")
         Image.fromarray(plan.colors).save(file)
-        (found,) = read_plan(file).floors
-    regions = find_regions(plan.colors, door_px=0.9 / plan.grid.resolution)
+        (plan_floor,) = read_plan(file).floors
+    regions = segment_sheet(plan.colors, door_px=0.9 / plan.grid.resolution)
     figure = Figure(figsize=(15, 5), layout="constrained")
-    sheet, told, rooms = figure.subplots(1, 3)
+    sheet, classes, rooms = figure.subplots(1, 3)
     sheet.imshow(plan.colors)
-    told.imshow(regions.probabilities[[OUTSIDE, WALL, DOOR]].transpose(1, 2, 0))
-    plot_reading(found, plan, rooms)
+    classes.imshow(regions.probabilities[[OUTSIDE, WALL, DOOR]].transpose(1, 2, 0))
+    plot_reading(plan_floor, plan, rooms)
     titles = ("the plan", "outside red, wall green, door blue", "rooms and doors that were read")
-    for ax, title in zip((sheet, told, rooms), titles, strict=True):
+    for ax, title in zip((sheet, classes, rooms), titles, strict=True):
         ax.set(title=title, aspect="equal")
         ax.set_axis_off()
     IMAGES.mkdir(exist_ok=True)
@@ -44,7 +44,7 @@ def main() -> None:
 
 
 def draw_sample() -> DrawnPlan:
-    """The plan of a made floor, as an architect draws it."""
+    """The plan of a synthetic floor, as an architect draws it."""
     floor = make_l_floor(seed=SEED)
     texts = {room.id: NAMES[room.id % len(NAMES)] for room in floor.rooms[1:]}
     return draw_plan(
@@ -52,12 +52,12 @@ def draw_sample() -> DrawnPlan:
     )
 
 
-def plot_reading(found: PlanFloor, plan: DrawnPlan, ax: object) -> None:
+def plot_reading(plan_floor: PlanFloor, plan: DrawnPlan, ax: object) -> None:
     """Draw the rooms and doors that were read, with the ink of the plan over them."""
-    grid = GridMap(found.grid.cells, found.grid.resolution)
-    plot_rooms(found.floor, ax=ax)
+    grid = GridMap(plan_floor.grid.cells, plan_floor.grid.resolution)
+    plot_rooms(plan_floor.floor, ax=ax)
     plot_ink(plan.colors, grid, ax=ax)
-    plot_doors(found.floor, ax=ax)
+    plot_doors(plan_floor.floor, ax=ax)
 
 
 if __name__ == "__main__":

@@ -17,31 +17,31 @@ from pianta.labels import SCHOOL
 from pianta.plot.figure import save_figure
 from pianta.plot.prediction import draw_prediction
 from pianta.prediction.prediction import predict
-from pianta.prediction.whole_floor import explore_floor
+from pianta.prediction.revealed_floor import reveal_corridors
 from pianta_bench.data.folders import find_data
 
 SEED, WIDTH = 4, 1300
-# The real school and how many of its corridors are explored; of the made one two are.
-NAME, CORRIDORS, MADE_CORRIDORS = "cunningham2f.xml", 3, 2
+# The real school; explored corridors of it, and of the synthetic school.
+NAME, CORRIDORS, SYNTHETIC_CORRIDORS = "cunningham2f.xml", 3, 2
 
 
 def main() -> None:
-    """Draw a made school and a real one, each predicted from a few corridors; without data, the latter stays."""
+    """Draw a synthetic and a real school, each predicted from a few corridors; without data, the latter stays."""
     random = np.random.default_rng(SEED)
-    *known, last = (make_school(random) for _ in range(FLOORS + 1))
-    draw_explored(last, known, corridors=MADE_CORRIDORS, path=IMAGES / "prediction.png")
+    *training_schools, last = (make_school(random) for _ in range(FLOORS + 1))
+    draw_explored(last, training_schools, corridors=SYNTHETIC_CORRIDORS, path=IMAGES / "prediction.png")
     try:
         files = list_buildings([find_data() / "buildings" / "school"])
     except DataError:
         return
     graphs = {Path(file).name: read_building(file).graph() for file in files}
-    whole = graphs.pop(NAME)
-    draw_explored(whole, [*graphs.values()], corridors=CORRIDORS, path=IMAGES / "prediction_school.png")
+    floor = graphs.pop(NAME)
+    draw_explored(floor, [*graphs.values()], corridors=CORRIDORS, path=IMAGES / "prediction_school.png")
 
 
-def draw_explored(whole: nx.Graph, others: list[nx.Graph], *, corridors: int, path: Path) -> None:
-    """Predict a floor from its first corridors by a model of others, and draw that beside the truth."""
-    truth = explore_floor(whole, SCHOOL, corridors=corridors)
+def draw_explored(floor: nx.Graph, others: list[nx.Graph], *, corridors: int, path: Path) -> None:
+    """Predict a floor from its first corridors by a model of other floors, and draw it beside the truth."""
+    truth = reveal_corridors(floor, SCHOOL, corridors=corridors)
     prediction = predict(truth.part, learn_type(others, SCHOOL), seed=SEED)
     save_figure(draw_prediction(prediction, truth=truth), path)
     with Image.open(path) as picture:

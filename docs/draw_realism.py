@@ -20,12 +20,12 @@ from pianta_bench.realism.measure import measure_realism
 
 IMAGES = Path(__file__).parent / "images"
 SEEDS = range(4)
-# Rooms of 5 m in rows that a way to and fro leads through; the last row is a corridor.
+# Square rooms of 5 m in rows, with one path through them to and fro; the last row is a corridor.
 COLUMNS, ROWS, SIDE = 6, 4, 5.0
 
 
 def main() -> None:
-    """Draw both pictures; without data, that of the scores stays as it is."""
+    """Draw both pictures; without data, the picture of the scores stays."""
     draw_labyrinth()
     try:
         bench = measure_realism(find_data())
@@ -35,13 +35,13 @@ def main() -> None:
 
 
 def draw_labyrinth() -> None:
-    """Judge a labyrinth by `pianta realism`, with the floors of `pianta world` as reference."""
+    """Assess a labyrinth by `pianta realism`, with the floors of `pianta world` as reference."""
     with tempfile.TemporaryDirectory() as folder:
         reference = Path(folder, "offices")
         reference.mkdir()
-        for kind, seed in product(FLOOR_MAKERS, SEEDS):
-            # Names that differ in a number alone would be those of one building.
-            save_floor(make_floor(kind, seed=seed), reference / f"{kind} {'abcd'[seed]}.geojson")
+        for floor_type, seed in product(FLOOR_MAKERS, SEEDS):
+            # Files whose names differ only in a number count as one building.
+            save_floor(make_floor(floor_type, seed=seed), reference / f"{floor_type} {'abcd'[seed]}.geojson")
         world = Path(folder, "labyrinth.geojson")
         save_floor(make_labyrinth(), world)
         try:
@@ -53,9 +53,9 @@ def draw_labyrinth() -> None:
 
 
 def make_labyrinth() -> Floor:
-    """A floor whose rooms lead one into the next, and into a corridor at the end."""
-    places = [(x if y % 2 else COLUMNS - 1 - x, y) for y in range(ROWS) for x in range(COLUMNS)]
-    rooms = [box(SIDE * x, SIDE * y, SIDE * (x + 1), SIDE * (y + 1)) for x, y in places]
+    """A floor whose rooms lead from one to the next, and to a corridor at the end."""
+    corners = [(x if y % 2 else COLUMNS - 1 - x, y) for y in range(ROWS) for x in range(COLUMNS)]
+    rooms = [box(SIDE * x, SIDE * y, SIDE * (x + 1), SIDE * (y + 1)) for x, y in corners]
     corridor = box(0, SIDE * ROWS, SIDE * COLUMNS, SIDE * ROWS + 2.5)
     doors = [_hang_door(pair, rooms[pair[0] - 1], rooms[pair[1] - 1]) for pair in pairwise(range(1, len(rooms) + 1))]
     doors.append(_hang_door((len(rooms), len(rooms) + 1), rooms[-1], corridor))

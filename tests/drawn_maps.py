@@ -4,7 +4,7 @@ import numpy as np
 
 from pianta._types import Mask
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.layout._canvas import Canvas
+from pianta.layout._working_grid import WorkingGrid
 
 Rectangle = tuple[int, int, int, int]
 
@@ -22,6 +22,6 @@ def make_grid(free: Mask, *, resolution: float = 0.05, yaw: float = 0.0, walls: 
     return GridMap(np.where(free, FREE, OCCUPIED if walls else UNKNOWN), resolution, (1.5, -2.0, yaw))
 
 
-def make_canvas(free: Mask, *, resolution: float = 0.05) -> Canvas:
-    """Canvas whose cells are those of its grid map."""
-    return Canvas(free, resolution, np.eye(3), GridMap(np.where(free, FREE, OCCUPIED), resolution))
+def make_working_grid(free: Mask, *, resolution: float = 0.05) -> WorkingGrid:
+    """WorkingGrid whose cells are those of its grid map."""
+    return WorkingGrid(free, resolution, np.eye(3), GridMap(np.where(free, FREE, OCCUPIED), resolution))

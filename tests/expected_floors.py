@@ -1,4 +1,4 @@
-"""What little robots know, and what they expect: rooms with two unopened doors, and schools to learn from."""
+"""Small maps and models for tests of policies: rooms with two unopened doors, and schools."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -10,8 +10,8 @@ from shapely import LineString, box
 
 from pianta.exploration.frontiers import Frontier
 from pianta.exploration.lidar import Pose
-from pianta.exploration.perception import Perception, SeenRoom
-from pianta.exploration.situation import Situation
+from pianta.exploration.policy_input import PolicyInput
+from pianta.exploration.recognised_rooms import RecognisedRoom, RecognisedRooms
 from pianta.floor import Door, Floor, Room
 from pianta.generation.type_model import learn_type
 from pianta.labels import SCHEMAS
@@ -26,16 +26,16 @@ ROOMS = (
 )
 
 
-def seen_rooms() -> Perception:
-    """A corridor, a library and a classroom that a robot has been in."""
+def recognised_rooms() -> RecognisedRooms:
+    """A corridor, a library and a classroom that robots recognised."""
     doors = (Door((1, 2), LineString([(1, 3), (2, 3)]), 1.0), Door((1, 3), LineString([(5, 3), (6, 3)]), 1.0))
-    rooms = tuple(SeenRoom(room.id, room.label, room.polygon.area, 1.0, entered=room.id != 3) for room in ROOMS)
+    rooms = tuple(RecognisedRoom(room.id, room.label, room.polygon.area, 1.0, entered=room.id != 3) for room in ROOMS)
     lines = LineString([(0, 5), (0, 6)]), LineString([(20, 1), (20, 2)])
-    return Perception(rooms, Floor(ROOMS, doors), ((2, 5), (1, 7)), lines)
+    return RecognisedRooms(rooms, Floor(ROOMS, doors), ((2, 5), (1, 7)), lines)
 
 
 def make_school(classrooms: int) -> nx.Graph:
-    """A corridor with classrooms of 50 m², and a library of 80 m², through which alone a gym of 300 m² is reached."""
+    """A corridor with classrooms of 50 m², and a library of 80 m², the only room with a door to a gym of 300 m²."""
     graph = nx.Graph(source=f"school {'abcdef'[classrooms]}.xml")
     graph.add_node(0, label="CORRIDOR", area=60.0)
     for room in range(1, classrooms + 1):
@@ -49,23 +49,23 @@ def make_school(classrooms: int) -> nx.Graph:
 
 @cache
 def school_sampler() -> FloorSampler:
-    """Samples floors as those of four schools with two to five classrooms."""
+    """A sampler of a model of four schools with two to five classrooms."""
     return FloorSampler(learn_type([make_school(number) for number in range(2, 6)], SCHEMAS["school"]))
 
 
-def situate(
+def make_policy_input(
     points: Sequence[tuple[float, float]],
     distances: Sequence[Sequence[float]],
     *,
     lengths: Sequence[float] | None = None,
     rooms: Sequence[int] | None = None,
-    seen: Perception | None = None,
-    known: NDArray[np.int8] | None = None,
-) -> Situation:
-    """Robots and frontiers at points of a map of 25 × 10 m in cells of 0.5 m, unknown but for the corridor."""
-    if known is None:
-        known = np.full((20, 50), -1, np.int8)
-        known[14:20, :40] = 0
+    recognised: RecognisedRooms | None = None,
+    cells: NDArray[np.int8] | None = None,
+) -> PolicyInput:
+    """Robots and frontiers at points of a map of 25 × 10 m in cells of 0.5 m, unknown except for the corridor."""
+    if cells is None:
+        cells = np.full((20, 50), -1, np.int8)
+        cells[14:20, :40] = 0
     targets = [(19 - int(2 * y), int(2 * x)) for x, y in points]
     frontiers = tuple(
         Frontier(np.array([target]), target, length, number)
@@ -73,9 +73,9 @@ def situate(
     )
     poses = tuple(Pose(1, 1) for _ in distances)
     in_rooms = tuple(rooms or [0] * len(points))
-    return Situation(
-        known,
-        known == 0,
+    return PolicyInput(
+        cells,
+        cells == 0,
         0.5,
         (0.0, 0.0, 0.0),
         poses,
@@ -84,18 +84,18 @@ def situate(
         np.array(points, float),
         in_rooms,
         reach=8.0,
-        seen=seen,
+        recognised=recognised,
     )
 
 
-def weigh_sight_alone() -> dict[str, NDArray[np.float64]]:
-    """Weights of a perceptron by which what is in sight is all that is found; for the ten measures."""
-    take = np.zeros((10, 1))
-    take[0] = 1
+def sight_only_weights() -> dict[str, NDArray[np.float64]]:
+    """Weights of a perceptron that returns the first of its ten measures, the area in sight."""
+    identity = np.zeros((10, 1))
+    identity[0] = 1
     return {
         "mean": np.zeros(10),
         "spread": np.ones(10),
-        "weights 0": take,
+        "weights 0": identity,
         "bias 0": np.zeros(1),
         "weights 1": np.ones((1, 1)),
         "bias 1": np.zeros(1),

@@ -33,8 +33,10 @@ def label_by_rule(floor: Floor, *, source: str) -> Floor:
 def labelled_floors() -> tuple[Floor, ...]:
     """Six floors of three kinds."""
     kinds = ("corridor", "l", "ring")
-    made = [(f"{kind} house {seed}.xml", make_floor(kind, seed=seed)) for kind in kinds for seed in (1, 2)]
-    return tuple(label_by_rule(floor, source=source) for source, floor in made)
+    generated = [
+        (f"{type_name} house {seed}.xml", make_floor(type_name, seed=seed)) for type_name in kinds for seed in (1, 2)
+    ]
+    return tuple(label_by_rule(floor, source=source) for source, floor in generated)
 
 
 @cache

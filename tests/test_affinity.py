@@ -11,7 +11,7 @@ from pianta.layout.thesis.affinity import cluster_faces, compute_affinity_matrix
 from pianta.layout.thesis.contour import compute_map_contour
 from pianta.layout.thesis.faces import Faces, find_faces, label_faces, share_free, share_inside
 from pianta.layout.thesis.lines import RepresentativeLine
-from tests.drawn_maps import carve, make_canvas
+from tests.drawn_maps import carve, make_working_grid
 
 
 def put_side_by_side(*weights: float):
@@ -78,8 +78,8 @@ def test_clusters_are_those_of_dbscan(graph, epsilon):
     dense = local.toarray()
     distance = np.clip(1 - np.maximum(dense, dense.T), 0, None)
     np.fill_diagonal(distance, 0)
-    theirs = DBSCAN(eps=epsilon, min_samples=1, metric="precomputed").fit_predict(distance)
-    assert part(cluster_faces(local, epsilon=epsilon)) == part(theirs)
+    reference = DBSCAN(eps=epsilon, min_samples=1, metric="precomputed").fit_predict(distance)
+    assert part(cluster_faces(local, epsilon=epsilon)) == part(reference)
 
 
 def test_only_internal_faces_open_to_an_external_one_are_partial():
@@ -98,7 +98,7 @@ def test_an_edge_that_is_not_free_opens_no_face():
 
 def test_a_room_that_has_not_been_seen_to_its_end_has_a_partial_face():
     # A room of 4 m by 4 m without a wall on its right side, beyond which little has been seen.
-    canvas = make_canvas(carve((120, 180), (20, 100, 20, 106), (55, 65, 100, 120)))
+    canvas = make_working_grid(carve((120, 180), (20, 100, 20, 106), (55, 65, 100, 120)))
     left = RepresentativeLine(np.pi / 2, -1.0, np.array([[1.0, 5.0]]))
     right = RepresentativeLine(np.pi / 2, -5.0, np.array([[1.0, 1.2]]))
     top, bottom = (RepresentativeLine(0.0, y, np.array([[1.0, 5.0]])) for y in (1.0, 5.0))

@@ -1,6 +1,5 @@
 """The benches measure what they say they measure, and no map stops them."""
 
-import re
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -15,11 +14,15 @@ from pianta.errors import DataError, MapError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta_bench.data.folders import find_data, list_maps
-from pianta_bench.harness.table import Figures, Part, Row, Summary
-from pianta_bench.layout import scores as rooms
-from pianta_bench.layout.measure import measure_layout
-from pianta_bench.segmentation.measure import measure_segmentation
-from tests.tiny_data import ONE_ROOM, OUTLINES, TRUE_FLOOR, show_lines, write_slam, write_survey
+from pianta_bench.harness.records import Results
+from pianta_bench.harness.tables import Cell
+from pianta_bench.layout import tables as layout_tables
+from pianta_bench.layout import timing
+from pianta_bench.layout.measure import measure as measure_layout
+from pianta_bench.segmentation import tables as segmentation_tables
+from pianta_bench.segmentation.measure import measure as measure_segmentation
+from tests.bench_results import Row, list_rows, show_lines
+from tests.tiny_data import ONE_ROOM, OUTLINES, TRUE_FLOOR, write_slam, write_survey
 
 TIMES = {"seconds", "transforms"}
 LASTING = {"rooms_before", "still_there", "kept_id"}
@@ -31,12 +34,12 @@ def find(monkeypatch):
     """Lets reconstruct find a given floor."""
 
     def replace(floor: Floor) -> None:
-        monkeypatch.setattr(rooms, "reconstruct", lambda *_, **__: floor)
+        monkeypatch.setattr(timing, "reconstruct", lambda *_, **__: floor)
 
     return replace
 
 
-def scores_of(row: Row) -> Figures:
+def scores_of(row: Row) -> dict[str, float | None]:
     return {key: figure for key, figure in row.figures.items() if key not in TIMES | LASTING}
 
 
@@ -78,11 +81,11 @@ def test_segmentation_of_one_room_where_there_are_two(tmp_path, find):
     """The rooms are 80 and 40 of the 124 px that the one room is wide, the wall between them is 4."""
     write_survey(tmp_path, "a")
     find(ONE_ROOM)
-    table = measure_survey(tmp_path)
-    assert [(part.name, part.method) for part in table.parts] == [("survey", "thesis"), ("furniture", "thesis")]
-    for part in table.parts:
-        (row,) = part.rows
-        assert (row.item, row.failure, row.warned) == ("a", None, ())
+    results = measure_survey(tmp_path)
+    assert [item.part for item in results.items] == ["survey", "furniture"]
+    for part in ("survey", "furniture"):
+        (row,) = list_rows(results, part, method="thesis")
+        assert (row.item, row.failure, row.warnings) == ("a", None, ())
         assert scores_of(row) == pytest.approx(
             {
                 "precision": 100 * 80 / 124,
@@ -115,8 +118,9 @@ def test_white_patches_of_the_truth(tmp_path, find):
     greys[0:10, 0:12] = 255
     Image.fromarray(greys).save(truth)
     find(ONE_ROOM)
-    for part in measure_survey(tmp_path).parts:
-        figures = part.rows[0].figures
+    results = measure_survey(tmp_path)
+    for part in ("survey", "furniture"):
+        figures = list_rows(results, part)[0].figures
         assert figures["true"] == 3
         assert figures["precision"] == pytest.approx(100 * 80 / 124)
         assert figures["recall"] == pytest.approx(100 * 2 / 3)
@@ -128,7 +132,7 @@ def test_free_cells_in_no_room_are_one_more_room(tmp_path, find):
     """The second room was left over, which is as good as found."""
     write_survey(tmp_path, "a")
     find(Floor(TRUE_FLOOR.rooms[:1]))
-    figures = measure_survey(tmp_path).parts[0].rows[0].figures
+    figures = list_rows(measure_survey(tmp_path), "survey")[0].figures
     assert (figures["precision_free"], figures["recall_free"]) == (100, 50)
     assert (figures["precision_rest"], figures["recall_rest"]) == (100, 100)
 
@@ -137,8 +141,8 @@ def test_layout_of_one_room_where_there_are_two(tmp_path, find):
     """On free cells the larger room is 4 of 6 m wide, with its half of the wall 4.1 of 6.2 m."""
     write_slam(tmp_path, "a")
     find(ONE_ROOM)
-    (part,) = measure_layout(tmp_path).parts
-    assert scores_of(part.rows[0]) == pytest.approx(
+    (row,) = list_rows(measure_layout(tmp_path), "schools")
+    assert scores_of(row) == pytest.approx(
         {
             "a_fc_free": 100 * 4 / 6,
             "a_fc_walls": 100 * 4.1 / 6.2,
@@ -161,11 +165,11 @@ def test_doors_of_the_layout_are_those_between_true_rooms(tmp_path, find):
     file = tmp_path / "slam" / "a_gt.xml"
     portal = "<portals><portal><target><id>0</id><id>1</id></target></portal></portals></space>"
     file.write_text(file.read_text().replace("</space>", portal, 1))
-    rooms = (*TRUE_FLOOR.rooms, Room(3, third))
+    three = (*TRUE_FLOOR.rooms, Room(3, third))
     right, wrong = (Door(pair, LineString([(5, 2), (5, 3)]), 1.0) for pair in ((1, 2), (2, 3)))
     for doors, precision, recall in (((), 0, 0), ((right,), 100, 100), ((wrong,), 0, 0), ((right, wrong), 50, 100)):
-        find(Floor(rooms, doors))
-        figures = measure_layout(tmp_path).parts[0].rows[0].figures
+        find(Floor(three, doors))
+        figures = list_rows(measure_layout(tmp_path), "schools")[0].figures
         assert (figures["door_precision"], figures["door_recall"]) == (precision, recall)
 
 
@@ -174,7 +178,9 @@ def test_the_true_rooms_score_100_but_for_the_walls_of_the_schools(tmp_path, fin
     write_slam(tmp_path, "a", "b")
     find(TRUE_FLOOR)
     layout, segmentation = measure_layout(tmp_path), measure_survey(tmp_path)
-    for row in (row for table in (layout, segmentation) for part in table.parts for row in part.rows):
+    rows = [*list_rows(layout, "schools"), *list_rows(segmentation, "survey"), *list_rows(segmentation, "furniture")]
+    assert len(rows) == 6
+    for row in rows:
         short = {"a_bc_walls": 100 * 6 / 6.2} if "a_bc_walls" in row.figures else {}
         counts = {key: 2 for key in ("found", "true", "matched") if key in row.figures}
         expected = dict.fromkeys(scores_of(row), 100) | counts | short
@@ -192,8 +198,10 @@ def test_real_reconstructions_of_the_tiny_maps(tmp_path):
         return iter(maps)
 
     (tmp_path / "out").mkdir()
-    tables = [measure(tmp_path, pictures=tmp_path / "out", track=track) for measure in (measure_layout, measure_survey)]
-    for row in (row for table in tables for part in table.parts for row in part.rows):
+    layout, survey = (
+        measure(tmp_path, pictures=tmp_path / "out", track=track) for measure in (measure_layout, measure_survey)
+    )
+    for row in (*list_rows(layout, "schools"), *list_rows(survey, "survey"), *list_rows(survey, "furniture")):
         assert row.failure is None
         assert (row.figures["found"], row.figures["true"]) == (2, 2)
         assert (row.figures["mean_iou"] or 0) > 90
@@ -211,12 +219,12 @@ def test_time_is_counted_in_median_distance_transforms_on_one_thread(monkeypatch
         threads.append(cv2.getNumThreads())
         return TRUE_FLOOR
 
-    rooms._load_method("thesis")
-    monkeypatch.setattr(rooms, "perf_counter", lambda: next(clock))
-    monkeypatch.setattr(rooms, "reconstruct", reconstruct)
+    timing._load_method("thesis")
+    monkeypatch.setattr(timing, "perf_counter", lambda: next(clock))
+    monkeypatch.setattr(timing, "reconstruct", reconstruct)
     cv2.setNumThreads(2)
     try:
-        floor, time = rooms.time_reconstruction(GridMap(np.array([[0, 100]], np.int8), 0.05), method="thesis")
+        floor, time = timing.time_reconstruction(GridMap(np.array([[0, 100]], np.int8), 0.05), method="thesis")
         assert cv2.getNumThreads() == 2
     finally:
         cv2.setNumThreads(1)
@@ -235,23 +243,27 @@ def test_a_map_that_fails_is_named_and_counts_as_0(tmp_path, monkeypatch, except
             raise error
         return TRUE_FLOOR
 
-    rooms._load_method("thesis")
-    monkeypatch.setattr(rooms, "reconstruct", reconstruct)
-    table = measure_survey(tmp_path)
-    assert table.failed
-    empty, furnished = table.parts
+    timing._load_method("thesis")
+    monkeypatch.setattr(timing, "reconstruct", reconstruct)
+    results = measure_survey(tmp_path)
+    assert results.failed
+    empty, furnished = (list_rows(results, part) for part in ("survey", "furniture"))
     reason = {MapError: "no room", RuntimeError: "RuntimeError: no room"}.get(
         type(exception), f"{type(exception).__name__}: {type(exception).__name__}"
     )
-    assert [row.failure for row in empty.rows] == [None, reason, None]
-    assert not any(row.failure for row in furnished.rows)
-    nothing = dict.fromkeys(scores_of(empty.rows[1]), 0) | {"true": 2}
-    assert scores_of(empty.rows[1]) == nothing
-    assert all(empty.rows[1].figures[time] is None for time in TIMES)
-    assert empty.summarise("precision").mean == pytest.approx(200 / 3)
-    assert empty.summarise("found").mean == pytest.approx(4 / 3)
-    assert furnished.summarise("precision").mean == 100
-    assert f"b failed, scores not measured count as 0: {reason}" in show_lines(table)
+    assert [row.failure for row in empty] == [None, reason, None]
+    assert not any(row.failure for row in furnished)
+    nothing = dict.fromkeys(scores_of(empty[1]), 0) | {"true": 2}
+    assert scores_of(empty[1]) == nothing
+    assert all(empty[1].figures[time] is None for time in TIMES)
+    tables = segmentation_tables.tabulate(results)
+    means = next(table for table in tables if table.title == "Means of all figures").rows
+    assert means["survey, thesis"]["precision"].mean == pytest.approx(200 / 3)
+    assert means["survey, thesis"]["found"].mean == pytest.approx(4 / 3)
+    assert means["furniture, thesis"]["precision"].mean == 100
+    lines = show_lines(tables, results)
+    assert f"b failed (survey): {reason}" in lines
+    assert "A map that failed counts as 0 where nothing was measured." in lines
 
 
 def test_unreadable_files_fail_one_by_one(tmp_path, find):
@@ -260,32 +272,42 @@ def test_unreadable_files_fail_one_by_one(tmp_path, find):
     (tmp_path / "slam" / "a.png").unlink()
     (tmp_path / "slam" / "b_gt.xml").write_text("<building")
     (tmp_path / "slam" / "c.png").write_bytes(b"no image")
-    (part,) = measure_layout(tmp_path).parts
-    for row, told in zip(part.rows, ("exist", "XML", "image"), strict=False):
-        assert told in str(row.failure)
+    results = measure_layout(tmp_path)
+    rows = list_rows(results, "schools")
+    for row, reason in zip(rows, ("exist", "XML", "image"), strict=False):
+        assert reason in str(row.failure)
         assert row.figures["found"] == 0
         assert row.figures["true"] is None
-    assert part.rows[3].failure is None
-    assert part.summarise("true") == Summary(2, None, 2)
+    assert rows[3].failure is None
+    maps, _ = layout_tables.tabulate(results)
+    assert [maps.rows[name]["\ntrue"] for name in maps.rows] == [
+        *[Cell(None)] * 3,
+        Cell(2),
+        Cell(2),
+        Cell(None),
+        Cell(2),
+    ]
 
 
 def test_a_picture_that_cannot_be_written_keeps_the_scores(tmp_path, find):
     write_slam(tmp_path, "a")
     find(TRUE_FLOOR)
-    (part,) = measure_layout(tmp_path, pictures=tmp_path / "none").parts
-    assert part.rows[0].figures["a_fc_free"] == 100
-    assert "write" in str(part.rows[0].failure)
+    (tmp_path / "pictures" / "a.png").mkdir(parents=True)
+    (row,) = list_rows(measure_layout(tmp_path, pictures=tmp_path / "pictures"), "schools")
+    assert row.figures["a_fc_free"] == 100
+    assert "write" in str(row.failure)
 
 
 def test_warnings_are_counted_and_kept_with_their_map(tmp_path, find):
     crossed = Polygon([(1, 1), (5, 1), (5, 4), (1, 4), (1, 0), (0, 0), (0, 2), (1, 2)])
     write_slam(tmp_path, "a", "b", outlines=(crossed, OUTLINES[1]))
     find(TRUE_FLOOR)
-    table = measure_layout(tmp_path)
-    for row in table.parts[0].rows:
-        (warned,) = row.warned
+    results = measure_layout(tmp_path)
+    for row in list_rows(results, "schools"):
+        (warned,) = row.warnings
         assert f"{row.item}_gt.xml' was repaired" in warned
-    assert "Warnings on 2 of 2 maps; --json lists them." in show_lines(table)
+    lines = show_lines(layout_tables.tabulate(results), results)
+    assert "Warnings on 2 of 2 schools; --json lists them." in lines
 
 
 @pytest.mark.parametrize("width", [80, 120])
@@ -294,34 +316,39 @@ def test_every_figure_is_legible_in_a_terminal_of_80_columns(tmp_path, find, wid
     write_slam(tmp_path, school)
     write_survey(tmp_path, map_)
     find(TRUE_FLOOR)
-    lines = show_lines(measure_layout(tmp_path), width) + show_lines(measure_survey(tmp_path), width)
+    layout, survey = measure_layout(tmp_path), measure_survey(tmp_path)
+    lines = show_lines(layout_tables.tabulate(layout), layout, width)
+    lines += show_lines(segmentation_tables.tabulate(survey), survey, width)
     assert max(map(len, lines)) <= width
     assert not any("…" in line for line in lines)
-    for name, count in ((school, 1), (map_, 2)):
-        # A long name goes on in the next line
-        starts = [n for n, line in enumerate(lines) if (first := line.split(" ")[0]) and name.startswith(first)]
-        rows = [[*lines[n].split(), lines[n + 1]] for n in starts]
-        assert len(rows) == count
-        assert all(name in (row[0], row[0] + row[-1]) for row in rows)
-        assert all(len(row) in (11, 12, 14) and row.count("100.0") >= 5 for row in rows)
+    figures = {name: [line.split()[1:] for line in lines if line.startswith(name)] for name in (school, map_)}
+    # Eight scores, two counts and two times of the school; five, two and two of the map, twice.
+    assert sum(map(len, figures[school])) == 12
+    assert sum(row.count("100.0") for row in figures[school]) >= 7
+    assert sum(map(len, figures[map_])) == 18
+    assert sum(row.count("100.0") for row in figures[map_]) == 10
 
 
-def test_the_printed_figures_are_those_of_the_thesis(tmp_path, find):
+def test_the_published_figures_are_those_of_the_thesis():
     """Table 3.1, cell by cell, as it stands in the thesis."""
-    write_survey(tmp_path, "a")
-    write_slam(tmp_path, "a")
-    find(TRUE_FLOOR)
-    lines = [
-        re.sub(" +", " ", line) for bench in (measure_layout, measure_survey) for line in show_lines(bench(tmp_path))
-    ]
-    assert [line for line in lines if line.startswith("thesis, ")] == [
-        "thesis, our method 20 87.6 ± 5.7 87.8 ± 4.5",
-        "thesis, our method 20 90.1 ± 6.3 90.0 ± 4.1 94.0 ± 2.2 89.5 ± 6.2",
-        "thesis, morph 20 88.5 ± 9.2 98.1 ± 2.4 90.5 ± 8.1 84.6 ± 7.2",
-        "thesis, distance 20 88.4 ± 9.3 96.9 ± 2.8 88.4 ± 8.5 76.1 ± 12.3",
-        "thesis, Voronoi 20 94.8 ± 5.0 95.0 ± 2.3 94.5 ± 5.1 86.6 ± 5.2",
-        "thesis, feature-based 20 90.2 ± 8.0 89.2 ± 11.8 87.0 ± 14.5 85.5 ± 7.2",
-    ]
+    table = layout_tables.TABLE_3_1A.fill([], method="thesis")
+    published = {name: (cell.published_mean, cell.published_sd) for name, cell in table.rows["schools"].items()}
+    forward, backward = (87.6, 5.7), (87.8, 4.5)
+    assert published == dict(
+        zip(("A_FC\nfree", "A_BC\nfree", "A_FC\nwalls", "A_BC\nwalls"), (forward, backward) * 2, strict=True)
+    )
+    table = segmentation_tables.TABLE_3_1B.fill([])
+    assert table.columns == ("survey, prec.", "survey, recall", "furniture, prec.", "furniture, recall")
+    assert {
+        method: [(cells[column].published_mean, cells[column].published_sd) for column in table.columns]
+        for method, cells in table.rows.items()
+    } == {
+        "thesis": [(90.1, 6.3), (90.0, 4.1), (94.0, 2.2), (89.5, 6.2)],
+        "morphological": [(88.5, 9.2), (98.1, 2.4), (90.5, 8.1), (84.6, 7.2)],
+        "distance": [(88.4, 9.3), (96.9, 2.8), (88.4, 8.5), (76.1, 12.3)],
+        "voronoi": [(94.8, 5.0), (95.0, 2.3), (94.5, 5.1), (86.6, 5.2)],
+        "features": [(90.2, 8.0), (89.2, 11.8), (87.0, 14.5), (85.5, 7.2)],
+    }
 
 
 def link_maps(data: Path, folder: Path, *names: str) -> Path:
@@ -332,23 +359,23 @@ def link_maps(data: Path, folder: Path, *names: str) -> Path:
     return folder
 
 
-def assert_means_above(part: Part, bars: dict[str, float]) -> None:
-    means = {key: part.summarise(key).mean for key in bars}
-    assert len(part.rows) == 3
-    assert all((means[key] or 0) >= bar for key, bar in bars.items()), means
+def assert_means_above(results: Results, part: str, bars: dict[str, float]) -> None:
+    means = {metric: Cell.over(results.values(part=part, metric=metric)) for metric in bars}
+    assert {cell.count for cell in means.values()} == {3}
+    assert all((means[metric].mean or 0) >= bar for metric, bar in bars.items()), means
 
 
 @pytest.mark.slow
 def test_layout_of_three_schools_is_above_the_bars(data, tmp_path):
-    table = measure_layout(link_maps(data / "slam", tmp_path, "plans2", "rockislandsecondfloor", "sidneyriver"))
-    assert not table.failed
-    assert_means_above(table.parts[0], {"a_fc_free": 93, "a_bc_free": 92.5, "a_fc_walls": 87, "a_bc_walls": 88})
+    results = measure_layout(link_maps(data / "slam", tmp_path, "plans2", "rockislandsecondfloor", "sidneyriver"))
+    assert not results.failed
+    bars = {"a_fc_free": 93, "a_bc_free": 92.5, "a_fc_walls": 87, "a_bc_walls": 88}
+    assert_means_above(results, "schools", bars)
 
 
 @pytest.mark.slow
 def test_segmentation_of_three_maps_is_above_the_bars(data, tmp_path):
-    table = measure_survey(link_maps(data / "survey", tmp_path, "Freiburg79_scan", "lab_f_scan", "office_a"))
-    assert not table.failed
-    empty, furnished = table.parts
-    assert_means_above(empty, {"precision_free": 90, "recall_free": 91})
-    assert_means_above(furnished, {"precision_free": 89, "recall_free": 89.5})
+    results = measure_survey(link_maps(data / "survey", tmp_path, "Freiburg79_scan", "lab_f_scan", "office_a"))
+    assert not results.failed
+    assert_means_above(results, "survey", {"precision_free": 90, "recall_free": 91})
+    assert_means_above(results, "furniture", {"precision_free": 89, "recall_free": 89.5})

@@ -7,10 +7,20 @@ import numpy as np
 import pytest
 
 from pianta_bench.cost import measure as cost
-from pianta_bench.cost.measure import Cost, Growth, measure_cost, tile_floor
+from pianta_bench.cost.measure import tile_floor
+from pianta_bench.cost.tables import derive
+from pianta_bench.harness.records import Results
 from tests.command_line import run_pianta
 
-GROWTH = Growth("thesis", 16, Cost(1_000_000, 50, 0.5, 20.0, 200.0), Cost(16_000_000, 800, 12.0, 30.0, 1200.0))
+METRICS = ("cells", "rooms", "seconds", "transforms", "megabytes")
+
+
+def make_results() -> Results:
+    results = Results({"methods": ("thesis",), "tiles": 16})
+    for floors, figures in ((1, (1_000_000, 50, 0.5, 20.0, 200.0)), (16, (16_000_000, 800, 12.0, 30.0, 1200.0))):
+        costs = dict(zip(METRICS, figures, strict=True))
+        results.add("cost", f"{floors} floors, thesis", costs, method="thesis", floors=floors)
+    return results
 
 
 def test_tiles_are_copies_of_one_floor_apart_from_each_other():
@@ -23,7 +33,8 @@ def test_tiles_are_copies_of_one_floor_apart_from_each_other():
 
 
 def test_growth_is_the_time_of_all_floors_in_times_of_one():
-    assert GROWTH.growth == pytest.approx(12 / (16 * 0.5))
+    (growth,) = [record for record in derive(make_results()) if record["metric"] == "growth"]
+    assert growth["value"] == pytest.approx(12 / (16 * 0.5))
 
 
 @pytest.mark.slow
@@ -34,33 +45,40 @@ def test_each_map_is_measured_in_a_process_of_its_own():
         tracked.extend(names)
         return iter(names)
 
-    (growth,) = measure_cost(methods=("thesis",), side=600, tiles=2, track=track)
+    results = cost.measure(methods=("thesis",), side=600, tiles=2, track=track)
     assert tracked == ["1 floors, thesis", "4 floors, thesis"]
-    assert (growth.one.cells, growth.many.cells, growth.tiles) == (360_000, 1_440_000, 4)
-    assert growth.many.rooms == pytest.approx(4 * growth.one.rooms, rel=0.2)
-    assert all(part.seconds > 0 and part.transforms > 0 and part.megabytes > 50 for part in (growth.one, growth.many))
+    one, many = (
+        {record["metric"]: record["value"] for record in results.select(floors=floors, method="thesis")}
+        for floors in (1, 4)
+    )
+    assert (one["cells"], many["cells"]) == (360_000, 1_440_000)
+    assert many["rooms"] == pytest.approx(4 * one["rooms"], rel=0.2)
+    assert all(part["seconds"] > 0 and part["transforms"] > 0 and part["megabytes"] > 50 for part in (one, many))
 
 
 def test_the_command_prints_and_writes_growths(monkeypatch, tmp_path):
-    monkeypatch.setattr(cost, "measure_cost", lambda **_: (GROWTH,))
+    monkeypatch.setattr(cost, "measure", lambda **_: make_results())
     code, out, err = run_pianta("bench", "cost", "--method", "thesis", "--json", tmp_path / "new" / "cost.json")
     assert (code, err) == (0, "")
     rows = [line.split() for line in out.splitlines() if line.startswith("thesis")]
     assert rows == [
-        ["thesis", "1", "1.0", "50", "0.50", "20", "200"],
-        ["thesis", "16", "16.0", "800", "12.00", "30", "1200", "1.50"],
+        ["thesis,", "1", "1.0", "50", "0.50", "20", "200", "–"],
+        ["thesis,", "16", "16.0", "800", "12.00", "30", "1200", "1.50"],
     ]
-    (written,) = json.loads((tmp_path / "new" / "cost.json").read_text())["methods"]
-    assert (written["method"], written["growth"], written["many"]["megabytes"]) == ("thesis", 1.5, 1200)
+    content = json.loads((tmp_path / "new" / "cost.json").read_text())
+    assert content["options"]["methods"] == ["thesis"]
+    assert {"row": "thesis, 16", "column": "growth", "mean": 1.5}.items() <= content["tables"][0]["cells"][-1].items()
+    megabytes = [record["value"] for record in content["records"] if record["metric"] == "megabytes"]
+    assert megabytes == [200.0, 1200.0]
 
 
 def test_an_unknown_method_costs_nothing(monkeypatch):
-    monkeypatch.setattr(cost, "measure_cost", lambda **_: pytest.fail("measured"))
+    monkeypatch.setattr(cost, "measure_cost", lambda *_: pytest.fail("measured"))
     code, _, err = run_pianta("bench", "cost", "--method", "magic")
     assert code == 2
     assert err.startswith("error: ")
     assert "magic" in err
 
 
-def test_made_floors_are_the_same_each_time():
+def test_generated_floors_are_the_same_each_time():
     assert np.array_equal(tile_floor(600, 1).cells, tile_floor(600, 1).cells)

@@ -14,7 +14,7 @@ from pianta.errors import DataError, OptionError
 from pianta.exploration.classical_policies import NearestFrontier
 from pianta.exploration.explore import explore
 from pianta.exploration.frontiers import Frontier
-from pianta.exploration.situation import Situation
+from pianta.exploration.policy_input import PolicyInput
 from pianta.exploration.world import build_world
 from pianta.floor import Floor
 from pianta.prediction.unexplored_part import FloorSampler
@@ -59,11 +59,11 @@ class FakeGuess:
     sampler: FloorSampler | None
     find: str | None
 
-    def choose(self, situation: Situation) -> list[Frontier | None]:
+    def choose(self, inputs: PolicyInput) -> list[Frontier | None]:
         if self.find == "CLOSET":
             msg = "no closets"
             raise ValueError(msg)
-        return NearestFrontier().choose(situation)
+        return NearestFrontier().choose(inputs)
 
 
 MADE: list[FakeGuess] = []

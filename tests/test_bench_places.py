@@ -73,7 +73,7 @@ def trainings(monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], list[str
         return floor
 
     monkeypatch.setattr(place_models, "train_on_prepared", train)
-    monkeypatch.setattr(places, "simulate_reading", simulate)
+    monkeypatch.setattr(places, "simulate_and_reconstruct", simulate)
     monkeypatch.setattr(place_models, "LOCAL_TREES", TreeParameters(trees=5))
     return trained
 

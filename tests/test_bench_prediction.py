@@ -83,7 +83,7 @@ def make_prediction(name: str, explored: set[int], discovered: set[int], *sample
     """A prediction whose samples begin with the rooms of the explored part, in order, those behind doors next."""
     graph = join_wings(*WINGS[name], source=name)
     part = read_explored_part(hide_rooms(graph, explored, discovered), SCHOOL)
-    known = {node: node for node in part.known}
+    known = {node: node for node in part.known_graph}
     return Prediction(
         part, tuple(SampledFloor(sample, known, {door: door for door in part.doors}) for sample in samples), SCHOOL, {}
     )

@@ -87,7 +87,7 @@ def maps() -> Iterator[None]:
         return floor
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(realism_readings, "simulate_reading", read)
+        patch.setattr(realism_readings, "simulate_and_reconstruct", read)
         yield
 
 

@@ -15,14 +15,15 @@ from pianta.io.maps import read_map
 from pianta_bench.data import map_sets as sets
 from pianta_bench.data.folders import SET_NAMES
 from pianta_bench.data.map_sets import SETS, choose_sets
-from pianta_bench.harness.table import Figures, save_bench_table
-from pianta_bench.layout import scores as rooms
-from pianta_bench.segmentation.measure import measure_segmentation
+from pianta_bench.harness.report import save_results
+from pianta_bench.layout import timing
+from pianta_bench.segmentation.measure import measure as measure_segmentation
+from pianta_bench.segmentation.tables import tabulate
+from tests.bench_results import list_rows, show_lines
 from tests.tiny_data import (
     ONE_ROOM,
     ROOMS,
     TRUE_FLOOR,
-    show_lines,
     write_all_sets,
     write_colors,
     write_doors,
@@ -39,20 +40,20 @@ def find(monkeypatch):
 
     def replace(*floors: Floor) -> None:
         left = list(floors)
-        monkeypatch.setattr(rooms, "_load_method", lambda _: None)
-        monkeypatch.setattr(rooms, "reconstruct", lambda *_, **__: left.pop(0) if len(left) > 1 else left[0])
+        monkeypatch.setattr(timing, "_load_method", lambda _: None)
+        monkeypatch.setattr(timing, "reconstruct", lambda *_, **__: left.pop(0) if len(left) > 1 else left[0])
 
     return replace
 
 
-def measure_set(data, name: str) -> list[Figures]:
-    (part,) = measure_segmentation(data, methods=("thesis",), sets=(name,)).parts
-    assert part.name == name
-    assert not any(row.failure for row in part.rows)
-    return [row.figures for row in part.rows]
+def measure_set(data, name: str) -> list[dict[str, float | None]]:
+    results = measure_segmentation(data, methods=("thesis",), sets=(name,))
+    assert not results.failed
+    assert {item.part for item in results.items} == {name}
+    return [row.figures for row in list_rows(results, name)]
 
 
-def pick(figures: Figures, *keys: str) -> list[float | None]:
+def pick(figures: dict[str, float | None], *keys: str) -> list[float | None]:
     return [figures[key] for key in keys]
 
 
@@ -63,11 +64,11 @@ def test_the_names_of_the_sets_are_those_that_help_tells():
 def test_the_true_floor_is_perfect_on_every_set(tmp_path, find):
     write_all_sets(tmp_path, "a")
     find(TRUE_FLOOR)
-    table = measure_segmentation(tmp_path, methods=("thesis",))
-    assert [part.name for part in table.parts] == list(SET_NAMES)
-    for part in table.parts:
-        (row,) = part.rows
-        number = 1 if part.name == "doors" else 2
+    results = measure_segmentation(tmp_path, methods=("thesis",))
+    assert [item.part for item in results.items] == list(SET_NAMES)
+    for part in SET_NAMES:
+        (row,) = list_rows(results, part)
+        number = 1 if part == "doors" else 2
         assert row.failure is None
         assert {key: row.figures[key] for key in PERFECT} == PERFECT
         assert pick(row.figures, "found", "true", "matched") == [number] * 3
@@ -88,7 +89,7 @@ def test_walls_of_the_schools_do_not_count(tmp_path, find):
     assert pick(figures, "precision", "mean_iou", "found", "true") == pytest.approx([100 * 40 / 60, 50, 1, 2])
 
 
-def test_behind_a_closed_door_only_that_room_is_judged(tmp_path, find):
+def test_behind_a_closed_door_only_that_room_counts(tmp_path, find):
     """The smaller room, 40 of 120 free px wide, lies behind a door that the last of the maps has closed."""
     write_doors(tmp_path, "a", "b")
     write_survey(tmp_path, "a")
@@ -104,12 +105,12 @@ def test_ids_and_rooms_that_last_are_counted_where_maps_grow(tmp_path, find):
     write_colors(tmp_path / "partial" / "freiburg79", "r_1", "r_2", "r_3")
     swapped = Floor((Room(1, ROOMS[1]), Room(2, ROOMS[0])))
     find(TRUE_FLOOR, swapped, Floor((Room(1, ROOMS[1]),)))
-    table = measure_segmentation(tmp_path, methods=("thesis",), sets=("growing",))
-    (part,) = table.parts
-    lasting = [pick(row.figures, "rooms_before", "still_there", "kept_id") for row in part.rows]
+    results = measure_segmentation(tmp_path, methods=("thesis",), sets=("growing",))
+    rows = list_rows(results, "growing")
+    lasting = [pick(row.figures, "rooms_before", "still_there", "kept_id") for row in rows]
     assert lasting == [[0, 0, 0], [2, 2, 2], [2, 1, 1]]
-    told = "thesis: 75.0% of rooms are there in the next step, 100.0% of these with their id."
-    assert told in " ".join(show_lines(table)).replace("  ", " ")
+    note = "thesis: 75.0% of rooms are there in the next step, 100.0% of these with their id."
+    assert note in " ".join(show_lines(tabulate(results), results)).replace("  ", " ")
 
 
 def test_each_map_is_read_once_for_all_methods(tmp_path, find, monkeypatch):
@@ -122,41 +123,46 @@ def test_each_map_is_read_once_for_all_methods(tmp_path, find, monkeypatch):
         return read_map(path, resolution=resolution)
 
     monkeypatch.setattr(sets, "read_map", note_and_read)
-    table = measure_segmentation(tmp_path, methods=("thesis", "other"), sets=("survey",))
+    results = measure_segmentation(tmp_path, methods=("thesis", "distance"), sets=("survey",))
     assert read == ["a.png", "b.png"]
-    assert [(part.method, [row.item for row in part.rows]) for part in table.parts] == [
-        ("thesis", ["a", "b"]),
-        ("other", ["a", "b"]),
-    ]
+    for method in ("thesis", "distance"):
+        assert [record["item"] for record in results.select(method=method, metric="f1")] == ["a", "b"]
 
 
 def test_several_methods_are_summed_up_and_their_maps_shown_on_request(tmp_path, find):
     """Map a is read right by the first method; all that follows is wrong."""
     write_all_sets(tmp_path, "a", "b")
     find(TRUE_FLOOR, ONE_ROOM)
-    table = measure_segmentation(tmp_path, methods=("thesis", "morphological"), sets=("survey", "schools"))
-    lines = [line.split() for line in show_lines(table, maps=False)]
-    first, second, *_ = (line for line in lines if len(line) > 2 and line[0] in ("thesis", "morphological"))
-    assert first[:7] == ["thesis", "82.3±25.1", "100.0±0.0", "82.3±25.1", "74.2±36.5", "83.3±23.6", "0.75"]
-    assert second[:7] == ["morphological", "64.5±0.0", "100.0±0.0", "64.5±0.0", "48.4±0.0", "66.7±0.0", "0.50"]
-    assert ["pianta,", "morphological", "2", "66.7", "±", "0.0", "100.0", "±", "0.0"] in lines
+    methods = "thesis", "morphological"
+    results = measure_segmentation(tmp_path, methods=methods, sets=("survey", "schools"))
+    shown = show_lines(tabulate(results), results)
+    lines = [line.replace(" ± ", "±").split() for line in shown]
+    rows = [line for line in lines if len(line) > 2 and line[0] in methods]
+    assert rows[0] == ["thesis", "82.3±25.1", "100.0±0.0", "82.3±25.1", "74.2±36.5", "83.3±23.6"]
+    assert rows[1] == ["morphological", "64.5±0.0", "100.0±0.0", "64.5±0.0", "48.4±0.0", "66.7±0.0"]
+    assert [row[1] for row in rows[2:4]] == ["0.75", "0.50"]
+    assert ["morphological", "66.7±0.0", "88.5±9.2", "100.0±0.0", "98.1±2.4"] in rows
     assert not any(line[:1] == ["a"] for line in lines)
-    assert sum(line.startswith("a ") for line in show_lines(table)) == 4
-    assert max(map(len, show_lines(table, maps=False))) <= 80
+    assert max(map(len, shown)) <= 80
+    results.options["maps"] = True
+    assert sum(line.startswith("a ") for line in show_lines(tabulate(results), results)) == 4
 
 
-def test_json_tells_set_and_method_of_every_figure(tmp_path, find):
+def test_the_file_has_set_and_method_of_every_figure(tmp_path, find):
     write_survey(tmp_path, "a")
     find(ONE_ROOM)
-    save_bench_table(measure_segmentation(tmp_path, methods=("thesis", "other")), tmp_path / "figures.json")
+    methods = ["thesis", "distance"]
+    results = measure_segmentation(tmp_path, methods=methods)
+    save_results("segmentation", tabulate(results), results, tmp_path / "figures.json")
     content = json.loads((tmp_path / "figures.json").read_text())
-    assert content["methods"] == ["thesis", "other"]
-    assert [(part["name"], part["method"]) for part in content["parts"]] == [
-        (name, method) for name in ("survey", "furniture") for method in ("thesis", "other")
+    assert content["options"] == {"methods": methods, "sets": ["survey", "furniture"], "maps": False}
+    free = [record for record in content["records"] if record["metric"] == "precision_free"]
+    assert [(record["part"], record["method"]) for record in free] == [
+        (name, method) for name in ("survey", "furniture") for method in methods
     ]
-    for part in content["parts"]:
-        assert part["ratios"] == {"found_per_true": 0.5, "still_there": None, "kept_id": None}
-        assert part["rows"][0]["precision_free"] == pytest.approx(200 / 3)
+    assert [record["value"] for record in free] == [pytest.approx(200 / 3)] * 4
+    cells = [cell for table in content["tables"] for cell in table["cells"] if cell["column"] == "found / true"]
+    assert [cell["mean"] for cell in cells] == [0.5] * 4
 
 
 def test_sets_that_are_not_in_the_data_are_left_out_unless_named(tmp_path):

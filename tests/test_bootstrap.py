@@ -18,25 +18,25 @@ def test_of_two_values_a_quarter_of_the_means_is_either():
 
 def test_the_interval_is_that_of_the_normal_distribution():
     """For many values: 1.96 standard errors on both sides, here of a fair coin."""
-    found = bootstrap_mean([0.0, 1.0] * 200, seed=1)
-    assert found is not None
-    assert (found.low, found.high) == pytest.approx((0.5 - 1.96 * 0.025, 0.5 + 1.96 * 0.025), abs=0.003)
+    result = bootstrap_mean([0.0, 1.0] * 200, seed=1)
+    assert result is not None
+    assert (result.low, result.high) == pytest.approx((0.5 - 1.96 * 0.025, 0.5 + 1.96 * 0.025), abs=0.003)
 
 
 def test_pairs_are_drawn_together():
     """Each value is twice its other: so is every sum."""
-    found = bootstrap_ratio([2, 20, 8], [1, 10, 4], seed=0)
-    assert found == Interval(2, 2, 2, 3)
+    result = bootstrap_ratio([2, 20, 8], [1, 10, 4], seed=0)
+    assert result == Interval(2, 2, 2, 3)
     unlike = bootstrap_ratio([1, 30], [10, 10], seed=0)
     assert unlike == Interval(pytest.approx(1.55), pytest.approx(0.1), pytest.approx(3), 2)  # type: ignore[arg-type]
 
 
 @given(METRES, st.integers(0, 99))
-def test_the_interval_lies_among_the_values_and_is_repeated(values, seed):
-    found = bootstrap_mean(values, seed=seed, repeats=50)
-    assert found is not None
-    assert min(values) - 1e-9 <= found.low <= found.high <= max(values) + 1e-9
-    assert found == bootstrap_mean(values, seed=seed, repeats=50)
+def test_the_interval_is_among_the_values_and_is_repeated(values, seed):
+    result = bootstrap_mean(values, seed=seed, repeats=50)
+    assert result is not None
+    assert min(values) - 1e-9 <= result.low <= result.high <= max(values) + 1e-9
+    assert result == bootstrap_mean(values, seed=seed, repeats=50)
 
 
 def test_nothing_has_no_interval():
@@ -44,7 +44,7 @@ def test_nothing_has_no_interval():
 
 
 @pytest.mark.parametrize(
-    ("values", "others", "options", "told"),
+    ("values", "others", "options", "message"),
     [
         ([1.0], [0.0], {}, "values"),
         ([1.0], [1.0, 2.0], {}, "others"),
@@ -53,6 +53,6 @@ def test_nothing_has_no_interval():
         ([1.0], [1.0], {"share": 1.0}, "share"),
     ],
 )
-def test_values_without_meaning(values, others, options, told):
-    with pytest.raises(OptionError, match=told):
+def test_values_without_meaning(values, others, options, message):
+    with pytest.raises(OptionError, match=message):
         bootstrap_ratio(values, others, seed=0, **options)

@@ -63,19 +63,19 @@ def test_a_small_school():
     assert description.labels == ("CONNECTION", "FUNCTIONAL", "FUNCTIONAL", "SERVICE")
     assert description.doors == ((0, 1), (0, 2), (0, 3))
     assert_allclose(description.sizes, [log(2), 0, 0, log(1 / 3)], atol=1e-5)
-    of = {name: feature(description, LabelSet.F_C_E_S, name) for name in name_features(LabelSet.F_C_E_S)}
-    assert of["rooms"] == pytest.approx(log(4), abs=1e-5)
-    assert of["largest_share"] == pytest.approx(log(24 / 52), abs=1e-5)
-    assert of["concentration"] == pytest.approx(log((24**2 + 2 * 12**2 + 4**2) / 52**2), abs=1e-5)
-    assert of["FUNCTIONAL share"] == 0.5
-    assert of["FUNCTIONAL area_share"] == pytest.approx(log(24 / 52 + MIN_SHARE), abs=1e-5)
-    assert of["CONNECTION size"] == pytest.approx(log(24 / 12), abs=1e-5)
-    assert of["ENTRANCE share"] == 0
-    assert of["ENTRANCE area_share"] == pytest.approx(log(MIN_SHARE), abs=1e-5)
-    assert of["ENTRANCE size"] == 0
+    values = {name: feature(description, LabelSet.F_C_E_S, name) for name in name_features(LabelSet.F_C_E_S)}
+    assert values["rooms"] == pytest.approx(log(4), abs=1e-5)
+    assert values["largest_share"] == pytest.approx(log(24 / 52), abs=1e-5)
+    assert values["concentration"] == pytest.approx(log((24**2 + 2 * 12**2 + 4**2) / 52**2), abs=1e-5)
+    assert values["FUNCTIONAL share"] == 0.5
+    assert values["FUNCTIONAL area_share"] == pytest.approx(log(24 / 52 + MIN_SHARE), abs=1e-5)
+    assert values["CONNECTION size"] == pytest.approx(log(24 / 12), abs=1e-5)
+    assert values["ENTRANCE share"] == 0
+    assert values["ENTRANCE area_share"] == pytest.approx(log(MIN_SHARE), abs=1e-5)
+    assert values["ENTRANCE size"] == 0
     # Three rooms behind the corridor, each a leaf; the corridor lies between 3 pairs of rooms, of 2 · 3 in order.
-    assert of["mean leaves"] == 3 / 4
-    assert of["mean betweenness"] == pytest.approx(3 / 6 / 4)
+    assert values["mean leaves"] == 3 / 4
+    assert values["mean betweenness"] == pytest.approx(3 / 6 / 4)
 
 
 def test_the_mean_of_corridors_is_of_corridors_alone():
@@ -103,9 +103,9 @@ def test_a_single_room(label_set):
     assert np.isfinite(description.features).all()
 
 
-@pytest.mark.parametrize(("floor", "told"), [(Floor(()), "rooms"), (make_house(2), "LIVING ROOM")])
-def test_floors_that_cannot_be_described(floor, told):
-    with pytest.raises(LabelError, match=told):
+@pytest.mark.parametrize(("floor", "message"), [(Floor(()), "rooms"), (make_house(2), "LIVING ROOM")])
+def test_floors_that_cannot_be_described(floor, message):
+    with pytest.raises(LabelError, match=message):
         describe_building(floor, LabelSet.F_C_E_S)
 
 
@@ -125,16 +125,16 @@ def test_rooms_without_a_label_are_listed():
     st.sampled_from(LABEL_SETS),
 )
 def test_turned_scaled_and_shifted_floors_are_described_alike(floor, turn, scale, shift, label_set):
-    said = describe_building(spread(floor), label_set)
+    predicted = describe_building(spread(floor), label_set)
     moved = describe_building(spread(move(floor, turn=turn, scale=scale, shift=shift)), label_set)
     # Façades are found by buffers, whose round corners are polygons that do not turn with the floor.
-    assert_allclose(moved.features, said.features, atol=5e-3)
-    assert_allclose(moved.sizes, said.sizes, atol=1e-4)
-    assert (moved.labels, moved.doors) == (said.labels, said.doors)
+    assert_allclose(moved.features, predicted.features, atol=5e-3)
+    assert_allclose(moved.sizes, predicted.sizes, atol=1e-4)
+    assert (moved.labels, moved.doors) == (predicted.labels, predicted.doors)
     # The number of sides depends on thresholds: a façade within the same tolerance of one may be on either side of it.
     facade = describe_rooms(floor).features[:, [CONTEXT_FEATURES.index("facade")]]
     clear = (np.abs(facade - (ONE_SIDE_SHARE, SEVERAL_SIDES_SHARE)) > 5e-3).all(axis=1)
-    assert_array_equal(np.array(moved.sides)[clear], np.array(said.sides)[clear])
+    assert_array_equal(np.array(moved.sides)[clear], np.array(predicted.sides)[clear])
 
 
 @pytest.mark.slow
@@ -143,17 +143,19 @@ def test_the_order_of_rooms_does_not_count(floor, random, label_set):
     rooms, doors = list(floor.rooms), list(floor.doors)
     random.shuffle(rooms)
     random.shuffle(doors)
-    said = describe_building(spread(floor), label_set)
+    predicted = describe_building(spread(floor), label_set)
     shuffled = describe_building(spread(replace(floor, rooms=tuple(rooms), doors=tuple(doors))), label_set)
-    assert_allclose(shuffled.features, said.features, atol=1e-4)
+    assert_allclose(shuffled.features, predicted.features, atol=1e-4)
     order = [floor.rooms.index(room) for room in rooms]
-    assert shuffled.labels == tuple(said.labels[place] for place in order)
-    assert {tuple(sorted((order[one], order[other]))) for one, other in shuffled.doors} == set(said.doors)
+    assert shuffled.labels == tuple(predicted.labels[index] for index in order)
+    assert {tuple(sorted((order[one], order[other]))) for one, other in shuffled.doors} == set(predicted.doors)
 
 
 def test_patterns_name_rooms_by_label_size_and_sides():
-    said = BuildingDescription("x", np.zeros(0), ("ROOM", "CORRIDOR", "ROOM"), (-1.0, 0.0, 2.0), (0, 1, 2), ((0, 1),))
-    assert said.name_rooms(np.array([-0.5, 1.0])) == (
+    predicted = BuildingDescription(
+        "x", np.zeros(0), ("ROOM", "CORRIDOR", "ROOM"), (-1.0, 0.0, 2.0), (0, 1, 2), ((0, 1),)
+    )
+    assert predicted.name_rooms(np.array([-0.5, 1.0])) == (
         "ROOM size 0 sides 0",
         "CORRIDOR size 1 sides 1",
         "ROOM size 2 sides 2",

@@ -146,8 +146,8 @@ def make_older(content: dict[str, Any]) -> None:
 def test_an_older_version_is_learnt_from_again(model_file, tmp_path):
     model = read_building_type_model(rewrite(model_file, tmp_path / "m.json", make_older))
     assert model.stored_fit is None
-    for known in typed_model().training_floors[::4]:
-        assert model.predict_description(known) == typed_model().predict_description(known)
+    for training in typed_model().training_floors[::4]:
+        assert model.predict_description(training) == typed_model().predict_description(training)
     save_building_type_model(model, tmp_path / "new.json")
     assert (tmp_path / "new.json").read_bytes() == model_file.read_bytes()
 
@@ -155,11 +155,11 @@ def test_an_older_version_is_learnt_from_again(model_file, tmp_path):
 def test_what_is_learnt_comes_with_the_file(model_file, monkeypatch):
     monkeypatch.setattr("pianta.building_types.model.fit_type_svm", None)
     monkeypatch.setattr("pianta.building_types.model.fit_typicality", None)
-    said = read_building_type_model(model_file).predict_description(typed_model().training_floors[0])
-    assert said == typed_model().predict_description(typed_model().training_floors[0])
+    predicted = read_building_type_model(model_file).predict_description(typed_model().training_floors[0])
+    assert predicted == typed_model().predict_description(typed_model().training_floors[0])
 
 
-def test_what_a_model_without_a_building_says_is_learnt_again(model_file):
+def test_a_model_without_a_building_is_fitted_again(model_file):
     model = read_building_type_model(model_file).leave_out(np.array([0, 1]))
     others = typed_model().leave_out(np.array([0, 1]))
     assert model.stored_fit is None
@@ -288,27 +288,27 @@ def test_damaged_files_are_refused_or_read(tmp_path, content):
     st.randoms(use_true_random=False),
 )
 @settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_what_is_read_can_judge(tmp_path, features, rooms, random):
+def test_a_model_that_was_read_can_predict(tmp_path, features, rooms, random):
     """Whatever numbers a stranger's model has."""
     floors = [
         {
-            "source": f"{place}",
-            "type": "abc"[place % 3],
-            "building": f"{place}",
+            "source": f"{index}",
+            "type": "abc"[index % 3],
+            "building": f"{index}",
             "features": numbers,
             "labels": [random.choice(LABELS[LabelSet.F_C_E_S]) for _ in range(count)],
             "sizes": [random.uniform(-1e6, 1e6) for _ in range(count)],
             "sides": [random.randrange(3) for _ in range(count)],
             "doors": [[one, other] for other in range(count) for one in range(other) if random.random() < 0.5],
         }
-        for place, (numbers, count) in enumerate(zip(features, rooms, strict=True))
+        for index, (numbers, count) in enumerate(zip(features, rooms, strict=True))
     ]
     names = list(name_features(LabelSet.F_C_E_S))
     content = {"format": "pianta buildings", "version": "1.0", "label_set": "F/C/E/S", "features": names}
     (tmp_path / "m.json").write_text(json.dumps(content | {"floors": floors}))
     model = read_building_type_model(tmp_path / "m.json")
-    for known in typed_model().training_floors[::5]:
-        verdict = model.predict_description(known)
+    for training in typed_model().training_floors[::5]:
+        verdict = model.predict_description(training)
         assert sum(verdict.probabilities.values()) == pytest.approx(1)
         assert 0 <= verdict.typicality <= 1
 
@@ -320,15 +320,17 @@ def test_the_model_that_comes_with_pianta():
     assert model.building_types == ("office", "school")
     assert model.label_set is LabelSet.F_C_E_S
     assert (len(model.training_floors), len(set(model.buildings))) == (43, 35)
-    assert [model.types.count(kind) for kind in model.building_types] == [11, 32]
+    assert [model.types.count(building_type) for building_type in model.building_types] == [11, 32]
 
 
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_the_model_that_comes_with_pianta_is_of_the_data(data):
     model = read_default_building_type_model()
-    for place in (0, 20, 40):
-        known, kind = model.training_floors[place], model.types[place]
-        floor = map_labels_upwards(read_building(data / "buildings" / kind / known.source), SCHEMAS[kind])
-        said = describe_building(floor, model.label_set)
-        assert said.features == pytest.approx(known.features, abs=1e-3)
-        assert (said.labels, said.sides, said.doors) == (known.labels, known.sides, known.doors)
+    for index in (0, 20, 40):
+        training, building_type = model.training_floors[index], model.types[index]
+        floor = map_labels_upwards(
+            read_building(data / "buildings" / building_type / training.source), SCHEMAS[building_type]
+        )
+        predicted = describe_building(floor, model.label_set)
+        assert predicted.features == pytest.approx(training.features, abs=1e-3)
+        assert (predicted.labels, predicted.sides, predicted.doors) == (training.labels, training.sides, training.doors)

@@ -22,7 +22,7 @@ def make_floors(types: int, *, seed: int, each: int = 8) -> tuple[Floats, NDArra
     random = np.random.default_rng(seed)
     truth = random.permutation(np.arange(types * each) % types)
     floors = random.normal(size=(len(truth), 3)) + truth[:, None] * 0.7
-    return floors, truth, [f"{kind}/{place // 2}" for place, kind in enumerate(truth)]
+    return floors, truth, [f"{building_type}/{index // 2}" for index, building_type in enumerate(truth)]
 
 
 def fit_svm(gram: Floats, truth: NDArray[np.intp]) -> SVC:
@@ -37,16 +37,16 @@ def fit_svm(gram: Floats, truth: NDArray[np.intp]) -> SVC:
 def test_it_decides_as_scikit_learn_does(types, seed):
     floors, truth, buildings = make_floors(types, seed=seed)
     gram, new = compare(floors, floors), compare(make_floors(types, seed=seed + 1)[0], floors)
-    said = fit_type_svm(gram, truth, buildings).decide(new, truth)
+    predicted = fit_type_svm(gram, truth, buildings).decide(new, truth)
     decided = fit_svm(gram, truth).decision_function(new).reshape(len(new), -1)
-    np.testing.assert_allclose(said, decided, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(predicted, decided, rtol=0, atol=1e-10)
 
 
 @pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")
 @pytest.mark.parametrize("types", [2, 3, 5])
 @given(seed=st.integers(0, 10_000))
 @settings(max_examples=5, deadline=None)
-def test_it_is_as_sure_as_scikit_learn_is(types, seed):
+def test_probabilities_equal_those_of_scikit_learn(types, seed):
     floors, truth, buildings = make_floors(types, seed=seed)
     gram, new = compare(floors, floors), compare(make_floors(types, seed=seed + 1)[0], floors)
     decisions, of_whom = [], []
@@ -55,10 +55,10 @@ def test_it_is_as_sure_as_scikit_learn_is(types, seed):
         decisions.append(svm.decision_function(gram[np.ix_(held_out, others)]).reshape(len(held_out), -1))
         of_whom.append(truth[held_out])
     scaling = LogisticRegression(C=CALIBRATION_COST).fit(np.concatenate(decisions), np.concatenate(of_whom))
-    sure = scaling.predict_proba(fit_svm(gram, truth).decision_function(new).reshape(len(new), -1))
-    said = fit_type_svm(gram, truth, buildings).predict_probabilities(new, truth)
-    np.testing.assert_allclose(said, sure, rtol=0, atol=1e-10)
-    assert said.sum(axis=1) == pytest.approx(1)
+    confident = scaling.predict_proba(fit_svm(gram, truth).decision_function(new).reshape(len(new), -1))
+    predicted = fit_type_svm(gram, truth, buildings).predict_probabilities(new, truth)
+    np.testing.assert_allclose(predicted, confident, rtol=0, atol=1e-10)
+    assert predicted.sum(axis=1) == pytest.approx(1)
 
 
 def test_two_types_by_hand():

@@ -20,7 +20,7 @@ from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor, Room
 from pianta.graphs.feature_counts import compare_counts, merge_counts
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.io.buildings.read import read_building
 from pianta.labels import LabelSet
 from pianta.rooms.completion import fill_missing_labels, map_labels_upwards
@@ -50,31 +50,32 @@ def best(verdict: TypePrediction) -> str:
     return verdict.likeliest
 
 
-def test_three_types_are_told_apart():
+def test_three_types_are_distinguished():
     assert typed_model().building_types == ("house", "office", "school")
-    for kind, floor in NEW.items():
+    for type_name, floor in NEW.items():
         verdict = typed_model().predict(spread(floor))
-        assert best(verdict) == kind
+        assert best(verdict) == type_name
         assert verdict.is_known
         assert sum(verdict.probabilities.values()) == pytest.approx(1)
-        assert all(source.startswith(kind) for source in verdict.alike)
+        assert all(source.startswith(type_name) for source in verdict.alike)
 
 
-def test_two_types_are_told_apart():
+def test_two_types_are_distinguished():
     model = train_building_types([floor for floor in typed_floors() if floor.building_types != ("house",)])
     assert model.building_types == ("office", "school")
-    assert [best(model.predict(spread(NEW[kind]))) for kind in ("office", "school")] == ["office", "school"]
+    assert [best(model.predict(spread(NEW[type_name]))) for type_name in ("office", "school")] == ["office", "school"]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
-def test_held_out_buildings_are_judged_by_what_has_not_seen_them(label_set):
+def test_held_out_buildings_are_predicted_by_models_without_them(label_set):
     model = train_building_types(typed_floors(), schemas=ALL_SCHEMAS, label_set=label_set)
     verdicts = predict_held_out(model)
     assert [best(verdict) for verdict in verdicts] == list(model.types)
     for verdict, own in zip(verdicts, model.buildings, strict=True):
         assert own not in {
-            model.buildings[[known.source for known in model.training_floors].index(name)] for name in verdict.alike
+            model.buildings[[training.source for training in model.training_floors].index(name)]
+            for name in verdict.alike
         }
 
 
@@ -102,13 +103,16 @@ def test_only_one_building_of_a_type_left():
     st.randoms(use_true_random=False),
 )
 @settings(max_examples=30)
-def test_verdicts_do_not_depend_on_turn_scale_or_order(kind, turn, scale, random):
-    floor = spread(move(NEW[kind], turn=turn, scale=scale, shift=(7.0, -3.0)))
+def test_verdicts_do_not_depend_on_turn_scale_or_order(type_name, turn, scale, random):
+    floor = spread(move(NEW[type_name], turn=turn, scale=scale, shift=(7.0, -3.0)))
     rooms = list(floor.rooms)
     random.shuffle(rooms)
-    said, before = typed_model().predict(replace(floor, rooms=tuple(rooms))), typed_model().predict(spread(NEW[kind]))
-    assert said.probabilities == pytest.approx(before.probabilities, abs=0.02)
-    assert (best(said), said.is_known) == (best(before), before.is_known)
+    predicted, before = (
+        typed_model().predict(replace(floor, rooms=tuple(rooms))),
+        typed_model().predict(spread(NEW[type_name])),
+    )
+    assert predicted.probabilities == pytest.approx(before.probabilities, abs=0.02)
+    assert (best(predicted), predicted.is_known) == (best(before), before.is_known)
 
 
 @pytest.mark.slow
@@ -132,9 +136,9 @@ def test_a_hall_alone_is_of_no_known_type():
 
 def test_the_classified_floor_differs_in_its_type_alone():
     floor = spread(NEW["office"])
-    said = classify_building(floor, typed_model())
-    assert said.building_types[0] == "office"
-    assert replace(said, building_type=floor.building_type) == floor
+    predicted = classify_building(floor, typed_model())
+    assert predicted.building_types[0] == "office"
+    assert replace(predicted, building_type=floor.building_type) == floor
 
 
 def test_rooms_without_labels_are_labelled_for_it():
@@ -165,13 +169,13 @@ def test_a_floor_without_rooms():
 
 
 @pytest.mark.parametrize("floor", [lone_room(), lone_room("CONNECTION"), spread(make_house(2)), spread(make_house(3))])
-def test_floors_of_few_rooms_and_without_corridors_are_judged(floor):
+def test_floors_of_few_rooms_and_without_corridors_can_be_predicted(floor):
     verdict = predict_building_type(floor, typed_model())
     assert sum(verdict.probabilities.values()) == pytest.approx(1)
     assert 0 <= verdict.typicality <= 1
 
 
-def test_floors_of_one_building_are_told_by_their_names():
+def test_floors_of_one_building_are_recognised_by_their_names():
     assert typed_model().buildings[:3] == ("school a", "school a", "school b")
     numbered = [replace(floor, source=f"{floor.building_types[0]}{i}.xml") for i, floor in enumerate(typed_floors())]
     model = train_building_types(numbered, schemas=ALL_SCHEMAS)
@@ -186,11 +190,11 @@ def test_buildings_that_are_given():
 def test_floors_without_rooms_are_passed_by():
     empty = Floor((), building_type={"school": 1.0}, source="empty.xml")
     model = train_building_types([empty, *typed_floors()], schemas=ALL_SCHEMAS)
-    assert [known.source for known in model.training_floors] == [floor.source for floor in typed_floors()]
+    assert [training.source for training in model.training_floors] == [floor.source for floor in typed_floors()]
 
 
 @pytest.mark.parametrize(
-    ("floors", "told"),
+    ("floors", "message"),
     [
         ([], "0 building types are given"),
         (typed_floors()[:4], "1 building type is given"),
@@ -198,30 +202,30 @@ def test_floors_without_rooms_are_passed_by():
         ([typed_floors()[1], typed_floors()[6]], "school has 1 building; office has 1 building"),
     ],
 )
-def test_what_no_model_can_be_trained_on(floors, told):
-    with pytest.raises(ModelError, match=told):
+def test_what_no_model_can_be_trained_on(floors, message):
+    with pytest.raises(ModelError, match=message):
         train_building_types(floors)
 
 
-def test_all_faults_are_told_together():
+def test_all_faults_are_listed_together():
     bare = replace(
         typed_floors()[6], rooms=(replace(typed_floors()[6].rooms[0], label=None), *typed_floors()[6].rooms[1:])
     )
     with pytest.raises(LabelError) as caught:
         train_building_types([*typed_floors()[:3], bare, *typed_floors()[-2:]])
-    told = str(caught.value)
-    assert "\n" not in told
+    message = str(caught.value)
+    assert "\n" not in message
     for fault in (
         "rooms 1 of office a.xml have no label",
         "no schema of building type 'house'",
         "office has 1 building",
     ):
-        assert fault in told
+        assert fault in message
 
 
 def test_untyped_floors_are_not_too_few_types():
     untyped = [replace(floor, building_type={}) for floor in typed_floors()[:2]]
-    with pytest.raises(LabelError, match="do not tell their building type") as caught:
+    with pytest.raises(LabelError, match="do not have a building type") as caught:
         train_building_types(untyped)
     assert "given" not in str(caught.value)
 
@@ -245,10 +249,10 @@ def test_many_buildings_are_left_out_some_together():
 @pytest.mark.slow
 @pytest.mark.parametrize("label_set", [LabelSet.R_C, LabelSet.F_C_E_S])
 def test_the_kernel(label_set):
-    known = [describe_building(spread(floor), label_set) for floor in typed_floors()]
-    kernel = BuildingKernel().fit(known)
+    training = [describe_building(spread(floor), label_set) for floor in typed_floors()]
+    kernel = BuildingKernel().fit(training)
     gram = kernel.compare()
-    assert (gram == kernel.compare(known)).all()
+    assert (gram == kernel.compare(training)).all()
     assert np.diag(gram) == pytest.approx(1)
     assert gram == pytest.approx(gram.T)
     assert (gram >= 0).all()
@@ -264,30 +268,30 @@ def test_patterns_are_those_of_the_graph_kernel():
     graphs = []
     for names, doors in named:
         graph = nx.Graph(doors)
-        graph.add_nodes_from((place, {"label": name}) for place, name in enumerate(names))
+        graph.add_nodes_from((index, {"label": name}) for index, name in enumerate(names))
         graphs.append(graph)
     kernel = NeighborhoodPairs(radius=RADIUS, distance=DISTANCE).fit(graphs[:9])
     cached_patterns(named[4:7])
-    known, new = (
+    training, new = (
         [merge_counts(stack_patterns(blocks)) for blocks in zip(*cached_patterns(part), strict=True)]
         for part in (named[:9], named[9:])
     )
-    np.testing.assert_array_equal(compare_counts(known, known), kernel.compare())
-    np.testing.assert_array_equal(compare_counts(new, known), kernel.compare(graphs[9:]))
+    np.testing.assert_array_equal(compare_counts(training, training), kernel.compare())
+    np.testing.assert_array_equal(compare_counts(new, training), kernel.compare(graphs[9:]))
 
 
 def test_features_are_compared_by_a_gaussian():
-    known = typed_model().training_floors
-    features = np.array([floor.features for floor in known])
+    training = typed_model().training_floors
+    features = np.array([floor.features for floor in training])
     scaled = (features - features.mean(axis=0)) / np.where(features.std(axis=0) < 1e-6, np.inf, features.std(axis=0))
     apart = cdist(scaled, scaled, "sqeuclidean") / features.shape[1]
-    said = BuildingKernel().fit(known).compare_features(known)
-    np.testing.assert_allclose(said, np.exp(-apart / 2), rtol=0, atol=1e-14)
+    predicted = BuildingKernel().fit(training).compare_features(training)
+    np.testing.assert_allclose(predicted, np.exp(-apart / 2), rtol=0, atol=1e-14)
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
-def test_real_floors_are_judged_as_what_they_are(data):
+def test_real_floors_are_classified_correctly(data):
     model = read_default_building_type_model()
     for name in ("school/bronxville.xml", "office/off2.xml"):
         floor = spread(read_building(data / "buildings" / name))
@@ -303,12 +307,12 @@ def test_known_floors_that_are_left_out():
     model = read_default_building_type_model()
     verdicts = predict_held_out(model)
     wrong = [
-        known.source
-        for known, kind, said in zip(model.training_floors, model.types, verdicts, strict=True)
-        if best(said) != kind
+        training.source
+        for training, type_name, predicted in zip(model.training_floors, model.types, verdicts, strict=True)
+        if best(predicted) != type_name
     ]
     assert len(wrong) <= 5
-    assert sum(not said.is_known for said in verdicts) <= 4
+    assert sum(not predicted.is_known for predicted in verdicts) <= 4
 
 
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
@@ -327,9 +331,9 @@ def test_buildings_of_two_types_with_the_same_names_are_four():
 
 
 def test_what_all_known_floors_have_alike_does_not_make_others_unlike():
-    known = typed_model().training_floors
-    alike = [replace(each, features=np.r_[each.features, 0.5]) for each in known]
-    other = replace(alike[0], features=np.r_[known[0].features, 0.9])
+    training = typed_model().training_floors
+    alike = [replace(each, features=np.r_[each.features, 0.5]) for each in training]
+    other = replace(alike[0], features=np.r_[training[0].features, 0.9])
     assert BuildingKernel().fit(alike[1:]).compare([other]) == pytest.approx(
         BuildingKernel().fit(alike[1:]).compare([alike[0]])
     )
@@ -338,8 +342,10 @@ def test_what_all_known_floors_have_alike_does_not_make_others_unlike():
 def test_the_labels_that_are_missing_are_found_and_the_others_stay():
     """A room without any label does not change what pianta said of the others, though it would say something else."""
     rooms = NEW["school"].rooms
-    said = {"F/C/E/S": "SERVICE"}
-    labelled = [replace(room, label="SERVICE", labels=said, label_probabilities={"F/C/E/S": {}}) for room in rooms[1:]]
+    predicted = {"F/C/E/S": "SERVICE"}
+    labelled = [
+        replace(room, label="SERVICE", labels=predicted, label_probabilities={"F/C/E/S": {}}) for room in rooms[1:]
+    ]
     floor = Floor((replace(rooms[0], label=None), *labelled), NEW["school"].doors)
     completed = fill_missing_labels(floor, LabelSet.F_C_E_S)
     assert [room.label for room in completed.floor.rooms[1:]] == ["SERVICE"] * len(labelled)

@@ -1,4 +1,4 @@
-"""Layout XMLs become floors, their defects are repaired or told."""
+"""Layout XMLs become floors, their defects are repaired or reported."""
 
 import csv
 import warnings
@@ -54,10 +54,10 @@ def space(id_: str, corners: Corners, portals: str = "", label: str = "OFFICE", 
     )
 
 
-def building(*spaces: str, drawn: str = "9", real: str = "90") -> str:
+def building(*spaces: str, drawn_px: str = "9", real_cm: str = "90") -> str:
     return (
-        f"<building><scale><represented_distance><value>{drawn}</value><um>pixel</um></represented_distance>"
-        f"<real_distance><value>{real}</value><um>cm</um></real_distance></scale>"
+        f"<building><scale><represented_distance><value>{drawn_px}</value><um>pixel</um></represented_distance>"
+        f"<real_distance><value>{real_cm}</value><um>cm</um></real_distance></scale>"
         f"<building_type><main_type>OFFICE</main_type></building_type>"
         f"<floor><spaces>{''.join(spaces)}</spaces><groups><space id='g'/></groups></floor></building>"
     )
@@ -158,15 +158,15 @@ def test_door_that_joins_no_two_rooms_is_left_out(path, portals):
 
 def test_all_repairs_are_one_warning(path):
     text = building(space("a", SPIKED, portal("a", "a")), space("b", RIGHT))
-    with pytest.warns(BuildingWarning) as told:
+    with pytest.warns(BuildingWarning) as caught:
         read(path, text)
-    assert len(told) == 1
-    assert "itself" in str(told[0].message)
-    assert "left" in str(told[0].message)
+    assert len(caught) == 1
+    assert "itself" in str(caught[0].message)
+    assert "left" in str(caught[0].message)
 
 
-def test_faults_are_told_together(path):
-    text = building(space("a", LEFT[:2]), space("a", [("x", 0), (1, "1e9"), *LEFT]), drawn="0")
+def test_faults_are_listed_together(path):
+    text = building(space("a", LEFT[:2]), space("a", [("x", 0), (1, "1e9"), *LEFT]), drawn_px="0")
     with pytest.raises(BuildingError) as error:
         read(path, text)
     for fault in (
@@ -180,7 +180,7 @@ def test_faults_are_told_together(path):
 
 
 @pytest.mark.parametrize(
-    "scale", [{"drawn": "nan"}, {"drawn": "1e-300"}, {"real": "-90"}, {"real": "1e300"}, {"real": ""}]
+    "scale", [{"drawn_px": "nan"}, {"drawn_px": "1e-300"}, {"real_cm": "-90"}, {"real_cm": "1e300"}, {"real_cm": ""}]
 )
 def test_scale_is_positive(path, scale):
     with pytest.raises(BuildingError, match=r"\bscale\b"):
@@ -248,10 +248,10 @@ def test_labels_and_types_are_those_of_schemas(path):
 def test_paths_of_the_annotator_stay_in_the_file(path, tmp_path):
     name = "<name>/Users/annotator/Dropbox/school</name>"
     text = TWO_ROOMS.replace("<scale>", f"{name}<scale>").replace(points(LEFT), points(SPIKED))
-    with pytest.warns(BuildingWarning) as told:
+    with pytest.warns(BuildingWarning) as caught:
         floor = read(path, text)
     save_floor(floor, tmp_path / "floor.geojson")
-    assert "annotator" not in (tmp_path / "floor.geojson").read_text() + str(told[0].message)
+    assert "annotator" not in (tmp_path / "floor.geojson").read_text() + str(caught[0].message)
 
 
 def test_a_door_that_one_room_lists_is_a_door(path):
@@ -259,7 +259,7 @@ def test_a_door_that_one_room_lists_is_a_door(path):
     assert [door.rooms for door in floor.doors] == [(1, 2)]
 
 
-def test_a_room_without_a_list_of_portals_is_told(path):
+def test_a_room_without_a_list_of_portals_is_reported(path):
     text = TWO_ROOMS.replace(f"<portals>{portal('b', 'a')}</portals>", "")
     with pytest.warns(BuildingWarning, match="CORRIDOR"):
         floor = read(path, text)
@@ -274,7 +274,7 @@ def test_a_drawing_of_areas_without_any_door_is_no_defect(path):
 FAR = [[(x + shift, y) for x, y in LEFT] for shift in (200, 240, 300)]
 
 
-def test_rooms_without_doors_and_groups_are_told(path):
+def test_rooms_without_doors_and_groups_are_reported(path):
     """Rooms a and b, and c and d, are joined; nothing leads to e."""
     door = [(240, 15)] * 2
     text = building(
@@ -287,23 +287,23 @@ def test_rooms_without_doors_and_groups_are_told(path):
     assert len(floor.rooms) == 5
 
 
-def test_rooms_that_overlap_and_tiny_ones_are_told_and_stay(path):
+def test_rooms_that_overlap_and_tiny_ones_are_reported_and_stay(path):
     """Of 60 × 30 px, 54 × 2 are 6 % and 54 × 5 are 15 % of the smaller room."""
     rooms = [
         [(0, 30 * n - overlap), (60, 30 * n - overlap), (60, 30 * n + 30), (0, 30 * n + 30)]
         for n, overlap in enumerate((0, 2, 5))
     ]
     tiny = [(70, 0), (78, 0), (78, 8), (70, 8)]
-    with pytest.warns(BuildingWarning) as told:
+    with pytest.warns(BuildingWarning) as caught:
         floor = read(path, building(*(space(str(n), room) for n, room in enumerate([*rooms, tiny]))))
-    message = str(told[0].message)
+    message = str(caught[0].message)
     assert "16%" in message
     assert "0.64" in message
     assert message.count(";") == 1
     assert len(floor.rooms) == 4
 
 
-def test_corners_outside_the_map_are_told(path):
+def test_corners_outside_the_map_are_reported(path):
     """The right room ends 10 px beyond a map of 90 px, and is inside one of 96 px but for the thickness of a line."""
     read(path, TWO_ROOMS, GridMap(np.zeros((30, 96), np.int8), 0.1, (0.0, 0.0, 0.0)))
     with pytest.warns(BuildingWarning, match=r"\boutside\b"):
@@ -333,13 +333,13 @@ def records(data: Path) -> dict[str, dict[str, str]]:
         return {row["file"]: row for row in csv.DictReader(file)}
 
 
-def read_told(file: Path, grid: GridMap | None = None) -> tuple[Floor, str]:
+def read_with_warnings(file: Path, grid: GridMap | None = None) -> tuple[Floor, str]:
     """The floor of a file, and its warning."""
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         floor = read_building_xml(file, grid=grid)
-    assert len(told) <= 1
-    return floor, "".join(str(warning.message) for warning in told)
+    assert len(caught) <= 1
+    return floor, "".join(str(warning.message) for warning in caught)
 
 
 def grid_of_image(file: Path) -> GridMap | None:
@@ -356,7 +356,7 @@ def test_every_building_has_the_documented_rooms_and_doors(data):
     """The table counts what the authors of the data found; doors are listed twice each."""
     for name, record in records(data).items():
         count = {key: int(value) for key, value in record.items() if value.isdigit()}
-        floor, _ = read_told(data / name)
+        floor, _ = read_with_warnings(data / name)
         graph = floor.graph()
         assert len(floor.rooms) == count["spaces"], name
         assert graph.number_of_edges() == count["edges"], name
@@ -373,16 +373,17 @@ def test_every_building_has_the_documented_scale(data):
     pixels = GridMap(np.array([[UNKNOWN]]), 1.0, (0.0, 0.0, 0.0))
     for name, record in records(data).items():
         if name.startswith("buildings"):
-            floors = [read_told(data / name, grid)[0] for grid in (None, pixels)]
+            floors = [read_with_warnings(data / name, grid)[0] for grid in (None, pixels)]
             metres, px = [np.ptp(get_coordinates([room.polygon for room in floor.rooms])[:, 0]) for floor in floors]
             assert metres / px == pytest.approx(0.9 / float(record["px_per_90cm"])), name
 
 
 @pytest.mark.slow
-def test_every_documented_defect_is_told(data):
+def test_every_documented_defect_is_reported(data):
     """Each by its number, and nothing else; empty cells of the table were not counted."""
     for name, record in records(data).items():
-        _, told = read_told(data / name, grid_of_image(data / name) if record["outside_image_points"] else None)
+        grid = grid_of_image(data / name) if record["outside_image_points"] else None
+        _, caught = read_with_warnings(data / name, grid)
         count = {key: int(value) for key, value in record.items() if value.isdigit()}
         groups = count["components"] - count["isolated_spaces"]
         defects = {
@@ -392,15 +393,15 @@ def test_every_documented_defect_is_told(data):
             "less than a square": count["tiny_polygons"],
             "no door leads to": min(count["isolated_spaces"], 1),
             f"form {groups} groups": int(groups > 1),
-            "overlap by": count.get("overlapping_pairs", told.count("overlap by")),
+            "overlap by": count.get("overlapping_pairs", caught.count("overlap by")),
             "corners outside": int(count.get("outside_image_points", 0) > 0),
         }
         for text, number in defects.items():
-            assert told.count(text) == number, f"{name}: {text}"
-        assert told.count(";") + told.count(", and has") + bool(told) == sum(defects.values()), name
+            assert caught.count(text) == number, f"{name}: {text}"
+        assert caught.count(";") + caught.count(", and has") + bool(caught) == sum(defects.values()), name
         for label in filter(None, (part.split(":")[0] for part in record["detail"].split("; "))):
-            assert f"({label}) meets itself" in told, name
-        assert f"outside the map: {record['outside_image_points']}," in told or not count.get("outside_image_points")
+            assert f"({label}) meets itself" in caught, name
+        assert f"outside the map: {record['outside_image_points']}," in caught or not count.get("outside_image_points")
 
 
 def test_every_building_of_the_data_is_documented(data):
@@ -408,10 +409,10 @@ def test_every_building_of_the_data_is_documented(data):
     assert {str(file.relative_to(data)) for pattern in patterns for file in data.glob(pattern)} == set(records(data))
 
 
-def test_survey_layout_lies_on_its_map(data):
+def test_survey_layout_is_on_its_map(data):
     grid = read_image_map(data / "survey" / "Freiburg101_scan.png", resolution=0.05)
     labels = read_building_xml(data / "survey" / "Freiburg101_scan_layout_gt.xml", grid=grid).label_image(grid)
     truth = read_survey_truth(data / "survey" / "Freiburg101_scan_gt_segmentation.png")
     scores = score_labels(labels, truth, counted=grid.free)
-    assert (scores.found, scores.true, scores.f1) == (10, 10, 1.0)
+    assert (scores.reconstructed, scores.true, scores.f1) == (10, 10, 1.0)
     assert min(scores.a_fc, scores.a_bc) > 0.98

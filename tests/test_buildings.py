@@ -1,4 +1,4 @@
-"""Buildings of every kind through one door, told by their content."""
+"""Buildings of every format through one function, detected by their content."""
 
 import os
 from pathlib import Path
@@ -8,7 +8,7 @@ from shapely import box
 
 from pianta.errors import BuildingError, FloorError
 from pianta.floor import Floor, Room
-from pianta.io.buildings._kinds import Kind, kind_of_building
+from pianta.io.buildings._formats import BuildingFormat, detect_building_format
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.io.floors import save_floor
 from pianta.io.graphs import save_graph
@@ -16,10 +16,10 @@ from tests import test_building_xml, test_house_expo, test_kth_xml, test_mit_xml
 
 FLOOR = Floor((Room(1, box(0, 0, 1, 1), "LAB"),))
 CONTENTS = {
-    Kind.LAYOUT: test_building_xml.TWO_ROOMS,
-    Kind.KTH: test_kth_xml.TWO_ROOMS,
-    Kind.MIT: test_mit_xml.TWO_ROOMS,
-    Kind.HOUSE_EXPO: test_house_expo.house({"Lab": [[0, 0, 10, 6]]}),
+    BuildingFormat.LAYOUT: test_building_xml.TWO_ROOMS,
+    BuildingFormat.KTH: test_kth_xml.TWO_ROOMS,
+    BuildingFormat.MIT: test_mit_xml.TWO_ROOMS,
+    BuildingFormat.HOUSE_EXPO: test_house_expo.house({"Lab": [[0, 0, 10, 6]]}),
 }
 
 
@@ -29,16 +29,16 @@ def write(path: Path, text: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("kind", "labels"), [
-    (Kind.LAYOUT, ["OFFICE", "CORRIDOR"]),
-    (Kind.KTH, ["KONTOR", "KORRIDOR"]),
-    (Kind.MIT, ["OFF", "P CIRC"]),
-    (Kind.HOUSE_EXPO, ["LAB"]),
+@pytest.mark.parametrize(("building_format", "labels"), [
+    (BuildingFormat.LAYOUT, ["OFFICE", "CORRIDOR"]),
+    (BuildingFormat.KTH, ["KONTOR", "KORRIDOR"]),
+    (BuildingFormat.MIT, ["OFF", "P CIRC"]),
+    (BuildingFormat.HOUSE_EXPO, ["LAB"]),
 ])  # fmt: skip
 @pytest.mark.parametrize("name", ["a.xml", "a.json", "a.txt"])
-def test_every_kind_is_told_by_its_content(tmp_path, kind, labels, name):
-    path = write(tmp_path / name, "\n" * (kind is Kind.HOUSE_EXPO) + CONTENTS[kind])
-    assert kind_of_building(path) is kind
+def test_every_format_is_detected_by_its_content(tmp_path, building_format, labels, name):
+    path = write(tmp_path / name, "\n" * (building_format is BuildingFormat.HOUSE_EXPO) + CONTENTS[building_format])
+    assert detect_building_format(path) is building_format
     assert [room.label for room in read_building(path).rooms] == labels
 
 
@@ -49,7 +49,9 @@ def test_a_floor_comes_back(tmp_path):
 
 def test_another_encoding_is_read(tmp_path):
     path = tmp_path / "a.xml"
-    path.write_bytes(CONTENTS[Kind.KTH].replace("<?xml", '<?xml encoding="utf-16"').split("?>")[1].encode("utf-16"))
+    path.write_bytes(
+        CONTENTS[BuildingFormat.KTH].replace("<?xml", '<?xml encoding="utf-16"').split("?>")[1].encode("utf-16")
+    )
     assert len(read_building(path).rooms) == 2
 
 
@@ -88,7 +90,7 @@ def test_a_damaged_floor_is_refused_by_its_reader(tmp_path):
 
 def test_folders_stand_for_their_buildings(tmp_path):
     """Hidden ones, graphs and files of other names are passed by; a file that is given is taken as it is."""
-    house, layout = CONTENTS[Kind.HOUSE_EXPO], CONTENTS[Kind.LAYOUT]
+    house, layout = CONTENTS[BuildingFormat.HOUSE_EXPO], CONTENTS[BuildingFormat.LAYOUT]
     for name in ("b.XML", "a/z.xml", "a/c.xml", ".hidden/a.xml", "a/.x.xml", "map.yaml", "rooms.xml.bak"):
         write(tmp_path / name, layout)
     write(tmp_path / "c.json", house)
@@ -98,9 +100,9 @@ def test_folders_stand_for_their_buildings(tmp_path):
     assert [str(path.relative_to(tmp_path)) for path in list_buildings([tmp_path])] == [
         *("b.XML", "c.json", "d.geojson", "a/c.xml", "a/z.xml")
     ]
-    given = tmp_path / "map.yaml"
-    assert list_buildings([given, str(tmp_path / "a"), tmp_path / "a" / ".." / "map.yaml", tmp_path / "a"]) == [
-        given,
+    map_file = tmp_path / "map.yaml"
+    assert list_buildings([map_file, str(tmp_path / "a"), tmp_path / "a" / ".." / "map.yaml", tmp_path / "a"]) == [
+        map_file,
         tmp_path / "a" / "c.xml",
         tmp_path / "a" / "z.xml",
     ]
@@ -127,5 +129,5 @@ def test_a_folder_that_may_not_be_listed_is_refused(tmp_path, monkeypatch):
 def test_the_buildings_of_the_data_are_listed_and_read(data):
     files = list_buildings([data / "buildings"])
     assert files == sorted(data.glob("buildings/*/*.xml"))
-    assert all(kind_of_building(file) is Kind.LAYOUT for file in files)
+    assert all(detect_building_format(file) is BuildingFormat.LAYOUT for file in files)
     assert len(read_building(files[0]).rooms) == 38

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from io import StringIO
 from itertools import product
+from statistics import fmean
 
 import pytest
 from rich.console import Console
@@ -13,7 +14,7 @@ from pianta import __version__
 from pianta.errors import MapError
 from pianta.layout.reconstruct import METHODS
 from pianta_bench.data.folders import SET_NAMES
-from pianta_bench.layout import scores as rooms
+from pianta_bench.layout import timing
 from tests.command_line import list_files, run_pianta
 from tests.tiny_data import TRUE_FLOOR, write_all_sets
 
@@ -28,7 +29,7 @@ KEYS = {
 def tiny(tmp_path, monkeypatch):
     """A data folder of two maps for each bench, on which reconstruct finds the true rooms."""
     write_all_sets(tmp_path / "data", "a", "b")
-    monkeypatch.setattr(rooms, "reconstruct", lambda *_, **__: TRUE_FLOOR)
+    monkeypatch.setattr(timing, "reconstruct", lambda *_, **__: TRUE_FLOOR)
     monkeypatch.delenv("PIANTA_DATA", raising=False)
     return tmp_path / "data"
 
@@ -39,26 +40,30 @@ def rows_of(out: str, *names: str) -> list[list[str]]:
 
 
 @pytest.mark.parametrize("bench", BENCHES)
-def test_json_holds_what_is_printed(tiny, tmp_path, bench):
+def test_the_file_holds_what_is_printed(tiny, tmp_path, bench):
     json_file = tmp_path / "new" / "figures.json"
     code, out, err = run_pianta("bench", bench, "--data", tiny, "--method", "thesis", "--json", json_file)
     assert (code, err) == (0, "")
     content = json.loads(json_file.read_text())
-    assert (content["pianta"], content["bench"], content["methods"]) == (__version__, bench, ["thesis"])
-    one_digit = KEYS[bench]
+    assert (content["pianta"], content["bench"]) == (__version__, bench)
+    figures = {(r["part"], r["item"], r["metric"]): r["value"] for r in content["records"]}
+    digits = dict.fromkeys(KEYS[bench], 1) | {"found": None, "true": None, "seconds": 2, "transforms": 1}
     expected = []
-    for part in content["parts"]:
-        for row in part["rows"]:
-            expected.append(
-                [row["item"], *(f"{row[key]:.1f}" for key in one_digit), str(row["found"]), str(row["true"])]
-            )
-            expected[-1] += [f"{row['seconds']:.2f}", f"{row['transforms']:.1f}"]
-        digits = dict.fromkeys((*one_digit, "found", "true"), 1) | {"seconds": 2, "transforms": 1}
-        means = {key: part["summary"][key]["mean"] for key in digits}
-        expected.append(["mean", *(f"{mean:.{digits[key]}f}" for key, mean in means.items())])
-    printed = [row for row in rows_of(out, "a", "b", "mean") if "±" not in row]
-    assert printed == expected
-    assert len(printed) == 3 * len(content["parts"])
+    for part in dict.fromkeys(item["part"] for item in content["items"]):
+        own = [[figures[part, name, metric] for metric in digits] for name in ("a", "b")]
+        means = [fmean(column) for column in zip(*own, strict=True)]
+        for name, values, default in (("a", own[0], "d"), ("b", own[1], "d"), ("mean", means, ".1f")):
+            formats = [default if count is None else f".{count}f" for count in digits.values()]
+            expected.append([name, *map(format, values, formats)])
+    # A table of many columns goes on below: its rows are put together again.
+    rows = [row for row in rows_of(out, "a", "b", "mean") if "±" not in row]
+    width = 1 + len(digits)
+    joined: dict[tuple[int, str], list[str]] = {}
+    for row in rows:
+        table = sum(len(full) == width for (_, name), full in joined.items() if name == row[0])
+        joined.setdefault((table, row[0]), [row[0]]).extend(row[1:])
+    assert [*joined.values()] == expected
+    assert len(expected) == 3 * len({item["part"] for item in content["items"]})
 
 
 @pytest.mark.parametrize("bench", BENCHES)
@@ -66,22 +71,22 @@ def test_a_map_that_fails_is_named_and_the_exit_code_is_1(tiny, monkeypatch, tmp
     def fail(*_: object, **__: object) -> None:
         raise MapError("the map shows no room")
 
-    monkeypatch.setattr(rooms, "reconstruct", fail)
+    monkeypatch.setattr(timing, "reconstruct", fail)
     json_file = tmp_path / "figures.json"
     code, out, err = run_pianta("bench", bench, "--data", tiny, "--method", "thesis", "--json", json_file)
     assert (code, err) == (1, "")
     content = json.loads((tmp_path / "figures.json").read_text())
-    for row in (row for part in content["parts"] for row in part["rows"]):
-        assert row["failure"] == "the map shows no room"
-        assert (row["found"], row["seconds"]) == (0, None)
-    for name in ("a", "b"):
-        assert f"{name} failed, scores not measured count as 0: the map shows no room" in out
-    true_rooms = {part["name"]: part["rows"][0]["true"] for part in content["parts"]}
+    assert {item["failure"] for item in content["items"]} == {"the map shows no room"}
+    assert {record["value"] for record in content["records"] if record["metric"] == "found"} == {0}
+    assert {record["value"] for record in content["records"] if record["metric"] == "seconds"} == {None}
+    for item in content["items"]:
+        assert f"{item['item']} failed ({item['part']}): the map shows no room" in out
+    true_rooms = {record["part"]: record["value"] for record in content["records"] if record["metric"] == "true"}
     assert set(true_rooms.items()) >= {("schools", 2)}
     assert true_rooms.get("doors", 1) == 1
-    assert [row[-4:] for row in rows_of(out, "a") if "failed," not in row] == [
-        ["0", str(true), "–", "–"] for true in true_rooms.values()
-    ]
+    cells = [cell for row in rows_of(out, "a") if "failed" not in row for cell in row[1:]]
+    scores = ["0.0"] * len(KEYS[bench])
+    assert cells == [cell for true in true_rooms.values() for cell in (*scores, "0", str(true), "–", "–")]
 
 
 @pytest.mark.slow
@@ -99,17 +104,16 @@ def test_all_methods_are_measured_on_all_sets_unless_some_are_named(tiny, tmp_pa
     json_file = tmp_path / "figures.json"
     assert run_pianta("bench", "segmentation", "--data", tiny, "--json", json_file).code == 0
     content = json.loads(json_file.read_text())
-    assert content["methods"] == list(METHODS)
-    assert [(part["name"], part["method"]) for part in content["parts"]] == [*product(SET_NAMES, METHODS)]
+    assert content["options"]["methods"] == list(METHODS)
+    assert {(record["part"], record["method"]) for record in content["records"]} == {*product(SET_NAMES, METHODS)}
     named = "--set", "clutter", "--method", METHODS[0], "--method", METHODS[0]
     assert run_pianta("bench", "segmentation", "--data", tiny, "--json", json_file, *named).code == 0
     content = json.loads(json_file.read_text())
-    assert [(part["name"], part["method"]) for part in content["parts"]] == [("clutter", METHODS[0])]
+    assert {(record["part"], record["method"]) for record in content["records"]} == {("clutter", METHODS[0])}
 
 
 def test_rows_of_the_maps_are_shown_for_several_methods_on_request(tiny, monkeypatch):
-    monkeypatch.setattr("pianta_bench.cli.METHODS", ("thesis", "other"))
-    monkeypatch.setattr("pianta_bench.cli.check_method", lambda _: None)
+    monkeypatch.setattr("pianta_bench.segmentation.measure.METHODS", ("thesis", "distance"))
     arguments = "bench", "segmentation", "--data", tiny, "--set", "clutter"
     assert not rows_of(run_pianta(*arguments).out, "a", "b")
     assert len(rows_of(run_pianta(*arguments, "--maps").out, "a", "b")) == 4
@@ -117,17 +121,17 @@ def test_rows_of_the_maps_are_shown_for_several_methods_on_request(tiny, monkeyp
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "name"),
     [
         (["--set", "attic"], "attic"),
         (["--set", "doors", "--data", "."], "doors"),
     ],
 )
-def test_a_set_that_is_none_or_missing_is_told(tiny, monkeypatch, options, told):
+def test_a_set_that_is_unknown_or_missing_is_named(tiny, monkeypatch, options, name):
     monkeypatch.chdir(tiny.parent)
     code, out, err = run_pianta("bench", "segmentation", "--data", tiny, *options, "--pictures", tiny.parent / "new")
     assert (code, out) == (2, "")
-    assert told in err
+    assert name in err
     assert len(err.splitlines()) == 1
 
 
@@ -157,7 +161,7 @@ def test_an_option_without_meaning_is_one_line_before_anything_is_measured(tiny,
     def stop(*_: object, **__: object) -> None:
         raise AssertionError("measured")
 
-    monkeypatch.setattr(rooms, "reconstruct", stop)
+    monkeypatch.setattr(timing, "reconstruct", stop)
     place = tiny.parent / "place"
     (place / "folder").mkdir(parents=True)
     (place / "file").touch()

@@ -112,7 +112,7 @@ def test_enough_was_seen_by_what_a_model_lets_expect(school_file, model):
     assert out.splitlines()[0].endswith(": stopped by the policy")
 
 
-def test_a_room_is_looked_for_by_what_a_model_lets_expect(school_file, model):
+def test_a_room_is_searched_by_the_expectations_of_a_model(school_file, model):
     options = "--policy", "predicted", "--model", model, "--start", "1,1.5"
     code, out, _ = run_pianta("explore", school_file, *options, "--find", "closet")
     assert code == 0
@@ -121,7 +121,7 @@ def test_a_room_is_looked_for_by_what_a_model_lets_expect(school_file, model):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "fragment"),
     [
         (["--model", "MODEL"], "--model"),
         (
@@ -134,12 +134,12 @@ def test_a_room_is_looked_for_by_what_a_model_lets_expect(school_file, model):
         (["--policy", "best", "--model", "MODEL"], "best"),
     ],
 )
-def test_options_of_a_model_that_make_no_sense_are_one_line(school_file, model, arguments, told):
-    given = [model if argument == "MODEL" else argument for argument in arguments]
-    code, out, err = run_pianta("explore", school_file, *given)
+def test_options_of_a_model_that_make_no_sense_are_one_line(school_file, model, arguments, fragment):
+    filled = [model if argument == "MODEL" else argument for argument in arguments]
+    code, out, err = run_pianta("explore", school_file, *filled)
     assert (code, out) == (2, "")
     assert err.startswith("error: ")
-    assert told in err
+    assert fragment in err
     assert len(err.splitlines()) == 1
 
 
@@ -208,7 +208,7 @@ def test_rooms_that_cannot_be_reached_are_one_warning(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "fragment"),
     [
         (["--start", "4,0.5"], "4, 0.5"),
         (["--start", "here"], "--start"),
@@ -220,23 +220,23 @@ def test_rooms_that_cannot_be_reached_are_one_warning(tmp_path):
         (["--animation", "avi"], "avi"),
     ],
 )
-def test_bad_options_are_one_line_and_write_nothing(tmp_path, floor_file, arguments, told):
+def test_bad_options_are_one_line_and_write_nothing(tmp_path, floor_file, arguments, fragment):
     code, out, err = run_pianta("explore", floor_file, *arguments, "-o", tmp_path / "out")
     assert (code, out) == (2, "")
     assert err.startswith("error: ")
-    assert told in err
+    assert fragment in err
     assert len(err.splitlines()) == 1
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
-    ("world", "told"),
+    ("world", "fragment"),
     [("castle", "castle"), ("", "truth.geojson")],
 )
-def test_a_world_that_is_none_is_one_line(tmp_path, world, told):
+def test_a_world_that_is_none_is_one_line(tmp_path, world, fragment):
     code, _, err = run_pianta("explore", world or tmp_path)
     assert code == 2
-    assert told in err
+    assert fragment in err
     assert len(err.splitlines()) == 1
 
 
@@ -251,8 +251,8 @@ def test_the_help_names_the_policies_there_are():
     assert "pianta explore ring -o exploration" in out
 
 
-def test_without_numba_one_line_says_how_to_be_faster(floor_file, monkeypatch):
-    monkeypatch.setattr("pianta.exploration.kernels.has_numba", lambda: False)
+def test_without_numba_one_line_explains_how_to_be_faster(floor_file, monkeypatch):
+    monkeypatch.setattr("pianta.exploration.beams.has_numba", lambda: False)
     code, out, err = run_pianta("explore", floor_file)
     assert code == 0
     assert out.startswith("1 robot, nearest: ")

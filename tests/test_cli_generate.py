@@ -18,13 +18,15 @@ from tests.command_line import list_files, run_pianta
 from tests.generated_types import make_schools
 
 
-def draw_floor(graph: nx.Graph, *, kind: str | None = "school") -> Floor:
+def draw_floor(graph: nx.Graph, *, building_type: str | None = "school") -> Floor:
     """A floor with the rooms and doors of a graph, its rooms squares in a row with ids from 1 on."""
     rooms = tuple(
         Room(node + 1, box(2 * node, 0, 2 * node + 1, 1), label=label) for node, label in graph.nodes("label")
     )
     doors = tuple(Door((one + 1, other + 1), LineString([(0, 0), (0, 1)]), 1.0) for one, other in graph.edges)
-    return Floor(rooms, doors, building_type={kind: 1.0} if kind else {}, source=graph.graph["source"])
+    return Floor(
+        rooms, doors, building_type={building_type: 1.0} if building_type else {}, source=graph.graph["source"]
+    )
 
 
 def part_floor(floor: Floor) -> Floor:
@@ -64,7 +66,7 @@ def read_made(folder: Path) -> list[nx.Graph]:
 
 class TestTrainType:
     @pytest.mark.slow
-    def test_learns_and_tells_what_next(self, schools, tmp_path):
+    def test_learns_and_prints_the_next_command(self, schools, tmp_path):
         outcome = run_pianta("train", "type", schools, "-o", tmp_path / "new" / "school.json")
         assert outcome.code == 0, outcome.err
         trained, mixed, written, following = outcome.out.splitlines()
@@ -107,7 +109,7 @@ class TestTrainType:
         assert "label" in unlabelled_line.replace("unlabelled.geojson", "")
 
     @pytest.mark.parametrize(
-        ("change", "told"),
+        ("change", "fragment"),
         [
             (lambda floor: replace(floor, rooms=tuple(replace(room, label=None) for room in floor.rooms)), "label"),
             (part_floor, "door"),
@@ -116,11 +118,11 @@ class TestTrainType:
             (lambda floor: replace(floor, building_type={"castle": 1.0}), "castle"),
         ],
     )
-    def test_refuses_a_set_that_it_cannot_use(self, change, told, tmp_path):
+    def test_refuses_a_set_that_it_cannot_use(self, change, fragment, tmp_path):
         for graph in make_schools()[:3]:
             save_floor(change(draw_floor(graph)), tmp_path / f"{Path(graph.graph['source']).stem}.geojson")
         outcome = run_pianta("train", "type", tmp_path, "-o", tmp_path / "model.json")
-        assert_one_error(outcome, told)
+        assert_one_error(outcome, fragment)
         assert not (tmp_path / "model.json").exists()
 
     def test_refuses_one_floor(self, schools, tmp_path):
@@ -128,7 +130,7 @@ class TestTrainType:
         assert_one_error(outcome, "floors")
 
     def test_refuses_several_types(self, schools, tmp_path):
-        save_floor(draw_floor(make_schools()[0], kind="office"), tmp_path / "office.geojson")
+        save_floor(draw_floor(make_schools()[0], building_type="office"), tmp_path / "office.geojson")
         outcome = run_pianta("train", "type", schools, tmp_path, "-o", tmp_path / "model.json")
         assert_one_error(outcome, "office, school")
 
@@ -143,15 +145,15 @@ class TestGenerate:
         outcome = run_pianta("generate", model, "-n", 5, "-o", tmp_path / "made")
         assert outcome.code == 0, outcome.err
         names = [f"building-{number:03}" for number in range(1, 6)]
-        expected = {f"{name}.{kind}" for name in names for kind in ("json", "graphml")} | {"sheet.png"}
+        expected = {f"{name}.{suffix}" for name in names for suffix in ("json", "graphml")} | {"sheet.png"}
         assert list_files(tmp_path / "made").keys() == expected
-        sizes, copies, place = outcome.out.splitlines()
-        made = read_made(tmp_path / "made")
-        rooms = [len(graph) for graph in made]
+        sizes, copies, outputs = outcome.out.splitlines()
+        graphs = read_made(tmp_path / "made")
+        rooms = [len(graph) for graph in graphs]
         assert sizes.startswith(f"5 buildings of type school, {min(rooms)} to {max(rooms)} rooms, ")
         assert copies.startswith("copies of a floor of the model: ")
-        assert str(tmp_path / "made") in place
-        for name, graph in zip(names, made, strict=True):
+        assert str(tmp_path / "made") in outputs
+        for name, graph in zip(names, graphs, strict=True):
             assert nx.is_connected(graph)
             assert graph.graph == {"source": name, "building_type": "school"}
             assert nx.utils.graphs_equal(read_graphml(tmp_path / "made" / f"{name}.graphml"), graph)
@@ -167,9 +169,9 @@ class TestGenerate:
         assert one != other
 
     @pytest.mark.slow
-    def test_meets_wishes(self, model, tmp_path):
-        wishes = ("--rooms", "12-16", "--at-least", "classroom=5", "--at-least", "GYM", "--at-most", "CLOSET=2")
-        outcome = run_pianta("generate", model, "-n", 6, *wishes, "-o", tmp_path / "made")
+    def test_meets_constraints(self, model, tmp_path):
+        constraints = ("--rooms", "12-16", "--at-least", "classroom=5", "--at-least", "GYM", "--at-most", "CLOSET=2")
+        outcome = run_pianta("generate", model, "-n", 6, *constraints, "-o", tmp_path / "made")
         assert outcome.code == 0, outcome.err
         for graph in read_made(tmp_path / "made"):
             counts = label_counts(graph)
@@ -193,16 +195,16 @@ class TestGenerate:
             "generate", model, "-n", 3, "--keep", schools / "school a.geojson", "-o", tmp_path / "made"
         )
         assert outcome.code == 0, outcome.err
-        known = make_schools()[0]
+        school = make_schools()[0]
         for graph in read_made(tmp_path / "made"):
-            assert len(graph) > len(known)
+            assert len(graph) > len(school)
             node_of = {room: node for node, room in graph.nodes(data="room") if room is not None}
             assert {room: graph.nodes[node]["label"] for room, node in node_of.items()} == {
-                node + 1: label for node, label in known.nodes(data="label")
+                node + 1: label for node, label in school.nodes(data="label")
             }
-            kept = graph.subgraph(node_of.values())
-            doors = {frozenset((node_of[one + 1], node_of[other + 1])) for one, other in known.edges}
-            assert {frozenset(edge) for edge in kept.edges} == doors
+            common = graph.subgraph(node_of.values())
+            doors = {frozenset((node_of[one + 1], node_of[other + 1])) for one, other in school.edges}
+            assert {frozenset(edge) for edge in common.edges} == doors
 
     @pytest.mark.slow
     def test_takes_the_folder_of_a_reading(self, model, schools, tmp_path):
@@ -213,7 +215,7 @@ class TestGenerate:
             assert run_pianta("generate", model, "-n", 1, "-q", "--keep", floor, "-o", tmp_path / name).code == 0
         assert list_files(tmp_path / "one") == list_files(tmp_path / "other")
 
-    def test_tells_rooms_that_no_door_leads_to(self, model, tmp_path):
+    def test_warns_of_rooms_without_a_door(self, model, tmp_path):
         graph = make_schools()[0]
         graph.add_node(len(graph), label="CLOSET")
         save_floor(draw_floor(graph), tmp_path / "floor.geojson")
@@ -232,13 +234,13 @@ class TestGenerate:
     @pytest.mark.slow
     def test_takes_what_it_has_made(self, model, tmp_path):
         assert run_pianta("generate", model, "-n", 1, "-q", "-o", tmp_path / "made").code == 0
-        for kind in ("json", "graphml"):
-            floor = tmp_path / "made" / f"building-001.{kind}"
-            assert run_pianta("generate", model, "-n", 1, "-q", "--keep", floor, "-o", tmp_path / kind).code == 0
+        for suffix in ("json", "graphml"):
+            floor = tmp_path / "made" / f"building-001.{suffix}"
+            assert run_pianta("generate", model, "-n", 1, "-q", "--keep", floor, "-o", tmp_path / suffix).code == 0
         assert list_files(tmp_path / "json") == list_files(tmp_path / "graphml")
 
     @pytest.mark.parametrize(
-        ("options", "told"),
+        ("options", "fragment"),
         [
             (("--rooms", "many"), "--rooms"),
             (("--rooms", "50-30"), "range"),
@@ -252,9 +254,9 @@ class TestGenerate:
             (("--like", "nowhere.geojson"), "nowhere.geojson"),
         ],
     )
-    def test_refuses_what_cannot_be(self, model, options, told, tmp_path):
+    def test_refuses_what_cannot_be(self, model, options, fragment, tmp_path):
         outcome = run_pianta("generate", model, "-n", 2, *options, "-o", tmp_path / "made")
-        assert_one_error(outcome, told)
+        assert_one_error(outcome, fragment)
         assert not (tmp_path / "made").exists()
 
     def test_refuses_a_floor_of_other_labels(self, model, tmp_path):
@@ -266,16 +268,16 @@ class TestGenerate:
         assert "castle.geojson" in outcome.err
 
     @pytest.mark.parametrize(
-        ("change", "told"),
+        ("change", "fragment"),
         [
             ({"version": "2.0"}, "2.0"),
             ({"format": "pianta labels"}, " model "),
             ({"sweeps": 0}, "sweeps"),
         ],
     )
-    def test_refuses_other_models(self, model, change, told, tmp_path):
+    def test_refuses_other_models(self, model, change, fragment, tmp_path):
         (tmp_path / "model.json").write_text(json.dumps(json.loads(model.read_text()) | change))
-        assert_one_error(run_pianta("generate", tmp_path / "model.json", "-o", tmp_path / "made"), told)
+        assert_one_error(run_pianta("generate", tmp_path / "model.json", "-o", tmp_path / "made"), fragment)
 
     @pytest.mark.slow
     def test_leaves_other_buildings_alone(self, model, tmp_path):
@@ -293,9 +295,9 @@ def min_max(model) -> str:
     return f"{min(sizes)} to {max(sizes)}"
 
 
-def assert_one_error(outcome, told: str) -> None:
+def assert_one_error(outcome, fragment: str) -> None:
     assert outcome.code == 2
     assert outcome.out == ""
     (line,) = [line for line in outcome.err.splitlines() if not line.startswith("warning: ")]
     assert line.startswith("error: ")
-    assert told in line
+    assert fragment in line

@@ -55,8 +55,8 @@ def true_floor() -> Floor:
 @pytest.fixture(scope="module")
 def plan(true_floor: Floor, tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("plan") / "plan.png"
-    drawn = draw_plan(true_floor, style="thick", px_per_metre=PX_PER_METRE, doors="arc", seed=1)
-    Image.fromarray(drawn.colors).save(file)
+    drawing = draw_plan(true_floor, style="thick", px_per_metre=PX_PER_METRE, doors="arc", seed=1)
+    Image.fromarray(drawing.colors).save(file)
     return file
 
 
@@ -114,26 +114,26 @@ def test_a_batch_goes_on_after_a_file_that_is_no_plan(plan: Path, tmp_path: Path
 
 
 @pytest.mark.slow
-def test_how_many_symbols_of_a_folder_are_found_is_told(plan: Path, true_floor: Floor, tmp_path: Path):
+def test_the_number_of_symbols_of_a_folder_is_printed(plan: Path, true_floor: Floor, tmp_path: Path):
     symbols = tmp_path / "symbols"
     symbols.mkdir()
     with Image.open(plan) as sheet:
         door = next(door for door in true_floor.doors if abs(door.line.coords[0][1] - door.line.coords[1][1]) < 0.01)
         reach, middle = round(0.8 * PX_PER_METRE), door.line.interpolate(0.5, normalized=True)
         grid = draw_plan(true_floor, style="thick", px_per_metre=PX_PER_METRE, doors="arc", seed=1).grid
-        row, col = (round(float(place)) for place in grid.map_to_pixel(middle.x, middle.y))
+        row, col = (round(float(value)) for value in grid.map_to_pixel(middle.x, middle.y))
         sheet.crop((col - reach, row - reach, col + reach, row + reach)).save(symbols / "door7.png")
     read = ("read", str(plan), "-o", str(tmp_path / "out"), "--no-labels", "--symbols", str(symbols))
     result = run_pianta(*read)
     assert result.code == 0, result.err
-    told = next(line for line in result.out.splitlines() if line.startswith("symbols: "))
-    assert re.search(r" found: \d+ door7\.png$", told)
+    matches = next(line for line in result.out.splitlines() if line.startswith("symbols: "))
+    assert re.search(r" found: \d+ door7\.png$", matches)
 
     Image.fromarray(np.tri(40, dtype=np.uint8) * 200).save(symbols / "door7.png")
     assert "found, cut them out of a sheet like this one, at its scale" in run_pianta(*read).out.replace("\n", " ")
 
 
-def test_a_file_that_is_neither_map_nor_plan_is_told_what_can_be_read(tmp_path: Path):
+def test_a_file_that_is_neither_map_nor_plan_is_refused_with_what_can_be_read(tmp_path: Path):
     (tmp_path / "notes.md").write_text("rooms")
     result = run_pianta("read", str(tmp_path / "notes.md"), "-o", str(tmp_path / "out"))
     assert result.code == 2
@@ -142,7 +142,7 @@ def test_a_file_that_is_neither_map_nor_plan_is_told_what_can_be_read(tmp_path: 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "fragment"),
     [
         (["--page", "2"], "--page"),
         (["--trust-thresholds"], "--trust-thresholds"),
@@ -151,10 +151,12 @@ def test_a_file_that_is_neither_map_nor_plan_is_told_what_can_be_read(tmp_path: 
         (["--words", "nowhere.json"], "nowhere.json"),
     ],
 )
-def test_options_that_make_no_sense_are_refused_in_one_line(plan: Path, tmp_path: Path, options: list[str], told: str):
+def test_options_that_make_no_sense_are_refused_in_one_line(
+    plan: Path, tmp_path: Path, options: list[str], fragment: str
+):
     result = run_pianta("read", str(plan), "-o", str(tmp_path / "out"), *options)
     assert result.code == 2
-    assert told in result.err.replace("\n", " ")
+    assert fragment in result.err.replace("\n", " ")
     assert not (tmp_path / "out" / "floor.geojson").exists()
 
 
@@ -178,16 +180,16 @@ def test_a_white_sheet_has_no_rooms(tmp_path: Path):
 def test_names_are_in_the_files(true_floor: Floor, tmp_path: Path):
     pytest.importorskip("rapidocr")
     texts = {room.id: "Office" for room in true_floor.rooms[1:4]}
-    drawn = draw_plan(true_floor, style="thick", px_per_metre=40, texts=texts, seed=1)
-    Image.fromarray(drawn.colors).save(tmp_path / "named.png")
+    drawing = draw_plan(true_floor, style="thick", px_per_metre=40, texts=texts, seed=1)
+    Image.fromarray(drawing.colors).save(tmp_path / "named.png")
     result = run_pianta("read", str(tmp_path / "named.png"), "-o", str(tmp_path / "out"))
     assert result.code == 0, result.err
     graph = json.loads((tmp_path / "out" / "graph.json").read_text())
-    assert [node["name"] for node in graph["nodes"]].count("Office") == len(drawn.names)
+    assert [node["name"] for node in graph["nodes"]].count("Office") == len(drawing.names)
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "fragment"),
     [
         (["--page", "2"], ("--page",)),
         (["--resolution", "0.05"], ("--resolution",)),
@@ -195,12 +197,12 @@ def test_names_are_in_the_files(true_floor: Floor, tmp_path: Path):
         (["--resolution", "1", "--page", "1"], ("--page", "--resolution")),
     ],
 )
-def test_options_of_drawings_are_refused_for_an_ifc(tmp_path: Path, options: list[str], told: tuple[str, ...]):
+def test_options_of_drawings_are_refused_for_an_ifc(tmp_path: Path, options: list[str], fragment: tuple[str, ...]):
     (tmp_path / "house.ifc").write_text("ISO-10303-21;")
     result = run_pianta("read", str(tmp_path / "house.ifc"), "-o", str(tmp_path / "out"), *options)
     assert result.code == 2
     assert "house.ifc" in result.err.replace("\n", "")
-    assert [option for option in ("--page", "--resolution", "--symbols") if option in result.err] == [*told]
+    assert [option for option in ("--page", "--resolution", "--symbols") if option in result.err] == [*fragment]
     assert not (tmp_path / "out").exists()
 
 
@@ -215,11 +217,11 @@ def test_floors_of_a_plan_are_written_all_or_none(tmp_path: Path, monkeypatch: p
     floors = opened_floors("floor-1", "floor-2")
     monkeypatch.setattr(Reader, "_open", lambda *_: floors)
     read = ("read", "plan.png", "-o", str(tmp_path / "out"), "--no-labels")
-    drawn = []
+    pictures = []
 
     def fail_at_second(*_: object, **__: object) -> None:
-        drawn.append(1)
-        if len(drawn) == 2:
+        pictures.append(1)
+        if len(pictures) == 2:
             raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patched:
@@ -244,13 +246,13 @@ def test_floors_of_a_plan_are_written_all_or_none(tmp_path: Path, monkeypatch: p
 
 @pytest.mark.slow
 @pytest.mark.parametrize("as_plan", [("--as", "plan"), ()])
-@pytest.mark.parametrize("kind", NO_DRAWINGS)
+@pytest.mark.parametrize("drawing", NO_DRAWINGS)
 def test_what_is_no_plan_is_refused_in_one_line_before_anything_slow(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, as_plan: tuple[str, ...]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawing: str, as_plan: tuple[str, ...]
 ):
-    for slow in ("read_texts", "find_regions", "find_symbols", "find_swings"):
+    for slow in ("read_texts", "segment_sheet", "find_symbols", "find_scale"):
         monkeypatch.setattr(f"pianta.plan.read_plan.{slow}", None)
-    Image.fromarray(NO_DRAWINGS[kind]).save(tmp_path / "no-plan.png")
+    Image.fromarray(NO_DRAWINGS[drawing]).save(tmp_path / "no-plan.png")
     result = run_pianta("read", str(tmp_path / "no-plan.png"), "-o", str(tmp_path / "out"), *as_plan)
     assert (result.code, result.out) == (2, "")
     assert result.err.startswith("error: ")

@@ -16,22 +16,22 @@ from pianta.generation.type_model_file import save_type_model
 from pianta.io.floors import save_floor
 from pianta.io.graphml import save_graphml
 from pianta.io.graphs import read_graph, save_graph
-from pianta.prediction.whole_floor import explore_floor
+from pianta.prediction.revealed_floor import reveal_corridors
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import SCHOOL, join_wings, make_schools, make_wing
 from tests.test_cli_generate import draw_floor
 
-# Two wings, of which the corridor of the second is discovered, and a closet that nobody has been in.
-SEEN = join_wings(("CCCCS", "CT"), ((0, 1),), source="seen")
-SEEN.nodes[5].update(label=None, partial=True)
-SEEN.nodes[6].update(partial=True)
+# Two wings, of which the corridor of the second is discovered, and a closet that was not entered.
+EXPLORED = join_wings(("CCCCS", "CT"), ((0, 1),), source="explored")
+EXPLORED.nodes[5].update(label=None, partial=True)
+EXPLORED.nodes[6].update(partial=True)
 
 
 def write_floor(graph: nx.Graph, path, **attributes: str):
-    given = graph.copy()
-    given.graph.clear()
-    given.graph.update(attributes)
-    save_graph(given, path)
+    copy = graph.copy()
+    copy.graph.clear()
+    copy.graph.update(attributes)
+    save_graph(copy, path)
     return path
 
 
@@ -45,30 +45,30 @@ def model(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def school_file(tmp_path_factory):
     """The fourth school, of four wings in a ring."""
-    path = tmp_path_factory.mktemp("whole") / "school d.geojson"
+    path = tmp_path_factory.mktemp("school_file") / "school d.geojson"
     save_floor(draw_floor(make_schools()[3]), path)
     return path
 
 
 @pytest.fixture
-def seen(tmp_path):
-    return write_floor(SEEN, tmp_path / "seen.json", building_type="school")
+def explored(tmp_path):
+    return write_floor(EXPLORED, tmp_path / "explored.json", building_type="school")
 
 
-def test_a_floor_that_is_explored_in_part_is_no_whole_one(seen, model):
-    code, out, err = run_pianta("predict", seen, model, "--explored", "1")
+def test_a_partly_explored_floor_cannot_be_explored_again(explored, model):
+    code, out, err = run_pianta("predict", explored, model, "--explored", "1")
     assert (code, out) == (2, "")
     assert "5, 6" in err
 
 
 class TestPredict:
-    def test_prints_sizes_open_ends_and_labels(self, seen, model):
-        outcome = run_pianta("predict", seen, model, "-n", 20)
+    def test_prints_sizes_open_ends_and_labels(self, explored, model):
+        outcome = run_pianta("predict", explored, model, "-n", 20)
         assert outcome.code == 0, outcome.err
-        known, size, *tables = outcome.out.splitlines()
-        assert known == "8 rooms known, 2 open ends, 20 floors sampled"
+        counts, size, *tables = outcome.out.splitlines()
+        assert counts == "8 rooms known, 2 open ends, 20 floors sampled"
         assert size.startswith("the whole floor: ")
         assert "true" not in outcome.out
         text = "\n".join(tables)
@@ -76,49 +76,49 @@ class TestPredict:
         assert "door 5" in text
         assert "0 CORRIDOR" in text
         assert "unknown rooms" in text
-        assert list_files(seen.parent).keys() == {"seen.json"}
+        assert list_files(explored.parent).keys() == {"explored.json"}
 
-    def test_writes_what_it_has_found(self, seen, model, tmp_path):
-        outcome = run_pianta("predict", seen, model, "-n", 6, "-o", tmp_path / "new" / "predicted")
+    def test_writes_prediction_picture_and_samples(self, explored, model, tmp_path):
+        outcome = run_pianta("predict", explored, model, "-n", 6, "-o", tmp_path / "new" / "predicted")
         assert outcome.code == 0, outcome.err
         assert outcome.out.splitlines()[-1].startswith(f"in {tmp_path / 'new' / 'predicted'}: prediction.json")
         names = [f"sample-{number:03}" for number in range(1, 7)]
         files = list_files(tmp_path / "new" / "predicted")
         assert files.keys() == {"prediction.json", "picture.png", *(f"{name}.json" for name in names)}
-        found = json.loads(files["prediction.json"])
-        assert (found["format"], found["version"]) == ("pianta prediction", "1.0")
-        assert (found["source"], found["building_type"], found["samples"]) == ("seen.json", "school", 6)
-        assert found["known"] == [0, 1, 2, 3, 4, 6, 7, 8]
-        assert [(end["kind"], end["room"], end["near"]) for end in found["open_ends"]] == [
+        content = json.loads(files["prediction.json"])
+        assert (content["format"], content["version"]) == ("pianta prediction", "1.0")
+        assert (content["source"], content["building_type"], content["samples"]) == ("explored.json", "school", 6)
+        assert content["known"] == [0, 1, 2, 3, 4, 6, 7, 8]
+        assert [(end["kind"], end["room"], end["near"]) for end in content["open_ends"]] == [
             ("corridor", 6, 6),
             ("door", 5, 0),
         ]
-        assert "truth" not in found
+        assert "truth" not in content
         with Image.open(tmp_path / "new" / "predicted" / "picture.png") as picture:
             assert picture.width > picture.height
 
     @pytest.mark.slow
-    def test_samples_keep_what_is_known_and_fill_what_is_not(self, seen, model, tmp_path):
-        assert run_pianta("predict", seen, model, "-n", 6, "-q", "-o", tmp_path / "new").code == 0
-        known = SEEN.subgraph([0, 1, 2, 3, 4, 6, 7, 8])
+    def test_samples_keep_the_known_part_and_complete_it(self, explored, model, tmp_path):
+        assert run_pianta("predict", explored, model, "-n", 6, "-q", "-o", tmp_path / "new").code == 0
+        known_part = EXPLORED.subgraph([0, 1, 2, 3, 4, 6, 7, 8])
         for number in range(1, 7):
             graph = read_graph(tmp_path / "new" / f"sample-{number:03}.json")
             assert graph.graph == {"source": f"sample-{number:03}", "building_type": "school"}
             node_of = {room: node for node, room in graph.nodes(data="room") if room is not None}
-            assert node_of.keys() == set(known)
-            doors = {frozenset((node_of[one], node_of[other])) for one, other in known.edges}
+            assert node_of.keys() == set(known_part)
+            doors = {frozenset((node_of[one], node_of[other])) for one, other in known_part.edges}
             assert {frozenset(edge) for edge in graph.subgraph(node_of.values()).edges} == doors
             for behind in [node for node, door in graph.nodes(data="door") if door == 5]:
                 assert graph.has_edge(behind, node_of[0])
                 assert graph.nodes[behind]["label"] in SCHOOL.by_name
 
     @pytest.mark.slow
-    def test_figures_agree_with_the_samples(self, seen, model, tmp_path):
-        assert run_pianta("predict", seen, model, "-n", 8, "-q", "-o", tmp_path / "new").code == 0
-        found = json.loads((tmp_path / "new" / "prediction.json").read_text())
+    def test_figures_agree_with_the_samples(self, explored, model, tmp_path):
+        assert run_pianta("predict", explored, model, "-n", 8, "-q", "-o", tmp_path / "new").code == 0
+        content = json.loads((tmp_path / "new" / "prediction.json").read_text())
         graphs = [read_graph(tmp_path / "new" / f"sample-{number:03}.json") for number in range(1, 9)]
-        assert found["rooms"]["mean"] == pytest.approx(sum(map(len, graphs)) / 8)
-        for label, spread in found["unknown"].items():
+        assert content["rooms"]["mean"] == pytest.approx(sum(map(len, graphs)) / 8)
+        for label, spread in content["unknown"].items():
             counts = [
                 sum(data["label"] == label and "room" not in data for _, data in graph.nodes(data=True))
                 for graph in graphs
@@ -126,31 +126,35 @@ class TestPredict:
             assert spread["mean"] == pytest.approx(sum(counts) / 8, abs=1e-4)
         behind = [data["label"] for graph in graphs for _, data in graph.nodes(data=True) if data.get("door") == 5]
         shares = {label: behind.count(label) / len(behind) for label in behind}
-        assert found["open_ends"][1]["labels"] == pytest.approx(shares, abs=1e-4)
+        assert content["open_ends"][1]["labels"] == pytest.approx(shares, abs=1e-4)
 
     @pytest.mark.slow
-    def test_gives_the_same_for_a_seed(self, seen, model, tmp_path):
+    def test_gives_the_same_for_a_seed(self, explored, model, tmp_path):
         for name, seed in (("one", 0), ("two", 0), ("other", 1)):
-            assert run_pianta("predict", seen, model, "-n", 3, "-q", "--seed", seed, "-o", tmp_path / name).code == 0
+            assert (
+                run_pianta("predict", explored, model, "-n", 3, "-q", "--seed", seed, "-o", tmp_path / name).code == 0
+            )
         one, two, other = (list_files(tmp_path / name) for name in ("one", "two", "other"))
         assert one == two
         assert one != other
 
-    def test_quiet_prints_nothing(self, seen, model):
-        assert run_pianta("predict", seen, model, "-n", 2, "-q") == (0, "", "")
+    def test_quiet_prints_nothing(self, explored, model):
+        assert run_pianta("predict", explored, model, "-n", 2, "-q") == (0, "", "")
 
     @pytest.mark.slow
-    def test_takes_graphml_as_it_takes_json(self, model, tmp_path):
-        """GraphML has what is known of labels as a text."""
-        graph = SEEN.copy()
+    def test_reads_graphml_like_json(self, model, tmp_path):
+        """GraphML holds label probabilities as text."""
+        graph = EXPLORED.copy()
         graph.nodes[5].update(label="CLOSET", label_probabilities={"school": {"CLOSET": 0.2}})
         graph.graph.clear()
-        save_graph(graph, tmp_path / "seen.json")
-        save_graphml(graph, tmp_path / "seen.graphml")
-        for kind in ("json", "graphml"):
-            outcome = run_pianta("predict", tmp_path / f"seen.{kind}", model, "-n", 2, "-q", "-o", tmp_path / kind)
+        save_graph(graph, tmp_path / "explored.json")
+        save_graphml(graph, tmp_path / "explored.graphml")
+        for suffix in ("json", "graphml"):
+            outcome = run_pianta(
+                "predict", tmp_path / f"explored.{suffix}", model, "-n", 2, "-q", "-o", tmp_path / suffix
+            )
             assert outcome.code == 0, outcome.err
-        one, other = (json.loads((tmp_path / kind / "prediction.json").read_text()) for kind in ("json", "graphml"))
+        one, other = (json.loads((tmp_path / suffix / "prediction.json").read_text()) for suffix in ("json", "graphml"))
         assert one | {"source": None} == other | {"source": None}
 
     @pytest.mark.slow
@@ -158,9 +162,9 @@ class TestPredict:
         "odd", [{"label_probabilities": "{"}, {"label_probabilities": [1]}, {"predicted_area": "much"}, {"area": None}]
     )
     def test_what_is_odd_about_a_partial_room_does_not_count(self, model, tmp_path, odd):
-        graph = SEEN.copy()
+        graph = EXPLORED.copy()
         graph.nodes[5].update({"label": "CLOSET", "predicted_area": 8.0, "area": 7.0} | odd)
-        outcome = run_pianta("predict", write_floor(graph, tmp_path / "seen.json"), model, "-n", 2)
+        outcome = run_pianta("predict", write_floor(graph, tmp_path / "explored.json"), model, "-n", 2)
         assert outcome.code == 0, outcome.err
         assert outcome.out.startswith("9 rooms known, 1 open end, ")
 
@@ -170,21 +174,21 @@ class TestPredict:
         [(4.9, 0.9, False), (5.1, 0.39, False), (5.1, 0.41, True), (7.4, 0.1, False), (7.6, 0.1, True)],
     )
     def test_a_glimpsed_room_is_unknown(self, model, tmp_path, seen_area, probability, is_known):
-        """Of 10 m², half must be seen for a probable label to count, and three quarters for any."""
-        graph = SEEN.copy()
+        """Of 10 m², half must be explored for a probable label to count, and three quarters for any."""
+        graph = EXPLORED.copy()
         label = {"label": "CLOSET", "label_probabilities": {"school": {"CLOSET": probability}}}
         graph.nodes[5].update(label, predicted_area=10.0, area=seen_area)
-        outcome = run_pianta("predict", write_floor(graph, tmp_path / "seen.json"), model, "-n", 2)
+        outcome = run_pianta("predict", write_floor(graph, tmp_path / "explored.json"), model, "-n", 2)
         assert outcome.code == 0, outcome.err
         assert outcome.out.startswith(f"{8 + is_known} rooms known, ")
 
-    def test_takes_the_folder_of_a_reading_and_tells_rooms_without_a_door(self, model, tmp_path):
+    def test_reads_the_folder_of_a_reading_and_warns_of_rooms_without_a_door(self, model, tmp_path):
         floor = draw_floor(join_wings(("CCCCS", "CT"), ((0, 1),), source="read"))
         *rooms, corridor, classroom, bathroom = floor.rooms
         alone = Room(20, box(0, 5, 1, 6), label="CLOSET")
-        seen = (*rooms, replace(corridor, partial=True), classroom, bathroom, alone)
+        partly_explored = (*rooms, replace(corridor, partial=True), classroom, bathroom, alone)
         (tmp_path / "read").mkdir()
-        save_floor(replace(floor, rooms=seen, last_id=20), tmp_path / "read" / "floor.geojson")
+        save_floor(replace(floor, rooms=partly_explored, last_id=20), tmp_path / "read" / "floor.geojson")
         outcome = run_pianta("predict", tmp_path / "read", model, "-n", 2)
         assert outcome.code == 0, outcome.err
         assert "rooms 20" in outcome.err
@@ -193,8 +197,8 @@ class TestPredict:
 
 class TestExplored:
     @pytest.mark.slow
-    def test_compares_with_the_truth(self, whole, model, tmp_path):
-        outcome = run_pianta("predict", whole, model, "--explored", 1, "-n", 10, "-o", tmp_path / "new")
+    def test_compares_with_the_truth(self, school_file, model, tmp_path):
+        outcome = run_pianta("predict", school_file, model, "--explored", 1, "-n", 10, "-o", tmp_path / "new")
         assert outcome.code == 0, outcome.err
         # The corridor with most doors has four rooms, a closet and two corridors at it.
         assert outcome.out.startswith("8 rooms known, 2 open ends, 10 floors sampled\n")
@@ -213,11 +217,11 @@ class TestExplored:
             "predict", tmp_path / "school.geojson", model, "--explored", 1, "-n", 3, "-o", tmp_path / "new"
         )
         assert outcome.code == 0, outcome.err
-        found = json.loads((tmp_path / "new" / "prediction.json").read_text())
+        content = json.loads((tmp_path / "new" / "prediction.json").read_text())
         # Rooms have ids from 1 on.
         name = f"2-{len(graph)}"
-        assert found["truth"]["behind"] == [{"door": name, "room": len(graph), "label": "CLOSET"}]
-        assert found["open_ends"][-1]["room"] == name
+        assert content["truth"]["behind"] == [{"door": name, "room": len(graph), "label": "CLOSET"}]
+        assert content["open_ends"][-1]["room"] == name
         assert f"door {name}" in outcome.out
 
     def test_warns_of_a_floor_that_the_model_knows(self, model, tmp_path):
@@ -226,40 +230,40 @@ class TestExplored:
         assert outcome.code == 0, outcome.err
         assert "trained" in outcome.err
 
-    @pytest.mark.parametrize(("corridors", "told"), [(9, "9"), (4, "--explored")])
-    def test_refuses_too_many_corridors(self, whole, model, corridors, told):
-        assert_one_error(run_pianta("predict", whole, model, "--explored", corridors), told)
+    @pytest.mark.parametrize(("corridors", "fragment"), [(9, "9"), (4, "--explored")])
+    def test_refuses_too_many_corridors(self, school_file, model, corridors, fragment):
+        assert_one_error(run_pianta("predict", school_file, model, "--explored", corridors), fragment)
 
 
 class TestRefusals:
-    def test_a_floor_without_open_ends(self, whole, model, tmp_path):
-        outcome = run_pianta("predict", whole, model, "-o", tmp_path / "new")
+    def test_a_floor_without_open_ends(self, school_file, model, tmp_path):
+        outcome = run_pianta("predict", school_file, model, "-o", tmp_path / "new")
         assert_one_error(outcome, "--explored")
         assert not (tmp_path / "new").exists()
 
     def test_a_floor_of_another_type(self, model, tmp_path):
-        floor = write_floor(SEEN, tmp_path / "office.json", building_type="office")
+        floor = write_floor(EXPLORED, tmp_path / "office.json", building_type="office")
         assert_one_error(run_pianta("predict", floor, model), "'office'")
 
     @pytest.mark.parametrize("label", [None, "FUNCTIONAL"])
     def test_a_reading_without_labels_of_the_type(self, model, tmp_path, label):
-        graph = SEEN.copy()
+        graph = EXPLORED.copy()
         graph.nodes[1]["label"] = label
-        outcome = run_pianta("predict", write_floor(graph, tmp_path / "seen.json"), model)
+        outcome = run_pianta("predict", write_floor(graph, tmp_path / "explored.json"), model)
         assert_one_error(outcome, "--type")
 
     def test_a_floor_that_is_not_there(self, model):
         assert_one_error(run_pianta("predict", "nowhere.geojson", model), "nowhere.geojson")
 
-    def test_a_model_by_ncut(self, seen, tmp_path):
+    def test_a_model_by_ncut(self, explored, tmp_path):
         save_type_model(learn_type(make_schools(), SCHOOL, segmentation=Segmentation.NCUT), tmp_path / "cut.json")
-        assert_one_error(run_pianta("predict", seen, tmp_path / "cut.json"), "corr")
+        assert_one_error(run_pianta("predict", explored, tmp_path / "cut.json"), "corr")
 
     @pytest.mark.slow
-    def test_a_folder_with_other_samples(self, seen, model, tmp_path):
-        assert run_pianta("predict", seen, model, "-n", 2, "-q", "-o", tmp_path / "new").code == 0
+    def test_a_folder_with_other_samples(self, explored, model, tmp_path):
+        assert run_pianta("predict", explored, model, "-n", 2, "-q", "-o", tmp_path / "new").code == 0
         before = list_files(tmp_path / "new")
-        outcome = run_pianta("predict", seen, model, "-n", 1, "-o", tmp_path / "new")
+        outcome = run_pianta("predict", explored, model, "-n", 1, "-o", tmp_path / "new")
         assert_one_error(outcome, "sample-002")
         assert list_files(tmp_path / "new") == before
 
@@ -271,7 +275,7 @@ class TestExploreFloor:
         graph.add_edge(1, 3, label=None)
         graph.nodes[3]["label"] = "CLOSET"
         graph = nx.relabel_nodes(graph, {0: "hub", 1: "2", 2: "2-1", 3: "1"})
-        floor = explore_floor(graph, SCHOOL, corridors=1)
+        floor = reveal_corridors(graph, SCHOOL, corridors=1)
         assert set(floor.graph) == {"hub", "2", "2-1", "1"}
         assert floor.behind == {"2-1'": "1"}
         assert floor.unknown == ("1",)
@@ -283,20 +287,20 @@ class TestExploreFloor:
     def test_sums_areas(self):
         graph = make_wing("CC")
         nx.set_node_attributes(graph, 2.5, "area")
-        assert explore_floor(graph, SCHOOL, corridors=1).area == 7.5
+        assert reveal_corridors(graph, SCHOOL, corridors=1).area == 7.5
 
     def test_refuses_what_no_model_takes(self):
         graph = make_wing("CC")
         with pytest.raises(OptionError, match="explore"):
-            explore_floor(graph, SCHOOL, corridors=0)
+            reveal_corridors(graph, SCHOOL, corridors=0)
         graph.nodes[1]["label"] = None
         with pytest.raises(LabelError, match="label"):
-            explore_floor(graph, SCHOOL, corridors=1)
+            reveal_corridors(graph, SCHOOL, corridors=1)
 
 
-def assert_one_error(outcome, told: str) -> None:
+def assert_one_error(outcome, fragment: str) -> None:
     assert outcome.code == 2
     assert not outcome.out
     (line,) = [line for line in outcome.err.splitlines() if line]
     assert line.startswith("error: ")
-    assert told in line
+    assert fragment in line

@@ -11,7 +11,7 @@ from PIL import Image
 from rich.console import Console
 from shapely import LineString, box
 
-from pianta.cli.room_table import tabulate_rooms
+from pianta.cli.read import tabulate_rooms
 from pianta.cli.terminal import describe_floor
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
@@ -19,14 +19,14 @@ from pianta.io.floors import read_floor, save_floor
 from pianta.io.ros_maps import save_ros_map
 from pianta.reading._reader import describe_ids
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.command_line import list_files, run_pianta
 
 
 @pytest.fixture(scope="module")
 def grid() -> GridMap:
     """A corridor with ten rooms."""
-    return map_floor(make_corridor_floor(length=20, room_width=(3, 5), seed=2))
+    return simulate_map(make_corridor_floor(length=20, room_width=(3, 5), seed=2))
 
 
 @pytest.fixture(scope="module")
@@ -87,20 +87,20 @@ def test_ids_stay_on_an_image_that_has_grown_to_all_sides(grid, older, tmp_path)
         Image.fromarray(greys).save(tmp_path / f"{name}.png")
     plain = ["--resolution", "0.05", "-q"]
     assert run_pianta("read", tmp_path / "small.png", *plain, "--previous", older, "-o", tmp_path / "a").code == 0
-    told = run_pianta("read", tmp_path / "grown.png", *plain, "--previous", tmp_path / "a", "-o", tmp_path / "b")
-    assert told == (0, "", "")
+    outcome = run_pianta("read", tmp_path / "grown.png", *plain, "--previous", tmp_path / "a", "-o", tmp_path / "b")
+    assert outcome == (0, "", "")
     assert ids_of(tmp_path / "a") == ids_of(tmp_path / "b") == ids_of(older)
 
 
 @pytest.mark.slow
-def test_rooms_behind_a_wall_that_is_gone_are_told(map_yaml, older, tmp_path):
+def test_rooms_behind_a_wall_that_is_gone_are_printed(map_yaml, older, tmp_path):
     floor = read_floor(older / "floor.geojson")
     (tmp_path / "in").mkdir()
     extra = Room(200, box(100, 100, 101, 101))
     save_floor(replace(floor, rooms=(*floor.rooms[1:], extra)), tmp_path / "in" / "floor.geojson")
     out = run_pianta("read", map_yaml, "--previous", tmp_path / "in", "-o", tmp_path / "out").out
-    told = f"{len(floor.rooms) - 1} rooms kept their ids, 1 is new, 1 is gone (200)"
-    assert out.splitlines()[-2] == told
+    summary = f"{len(floor.rooms) - 1} rooms kept their ids, 1 is new, 1 is gone (200)"
+    assert out.splitlines()[-2] == summary
     assert ids_of(tmp_path / "out") == [301, *ids_of(older)[1:]]
 
 
@@ -126,11 +126,11 @@ def test_one_floor_is_not_the_previous_one_of_several_maps(map_yaml, older, tmp_
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "fragment"),
     [(None, "exist"), ("", "empty"), ("{", "floor.geojson"), ("[]", "floor.geojson")],
 )
 @pytest.mark.parametrize("name", ["", "floor.geojson"])
-def test_a_bad_previous_floor_is_one_line_and_writes_nothing(map_yaml, tmp_path, content, told, name):
+def test_a_bad_previous_floor_is_one_line_and_writes_nothing(map_yaml, tmp_path, content, fragment, name):
     (tmp_path / "in").mkdir()
     if content is not None:
         (tmp_path / "in" / "floor.geojson").write_text(content)
@@ -138,12 +138,12 @@ def test_a_bad_previous_floor_is_one_line_and_writes_nothing(map_yaml, tmp_path,
     assert (code, out) == (2, "")
     (line,) = err.splitlines()
     assert line.startswith("error: ")
-    assert told in line
+    assert fragment in line
     assert [path.name for path in tmp_path.iterdir()] == ["in"]
 
 
 @pytest.mark.parametrize(
-    ("ids", "old_ids", "told"),
+    ("ids", "old_ids", "line"),
     [
         ([1], [1], "1 room kept its id, 0 are new, 0 are gone"),
         ([1, 2, 9], [1, 2, 7], "2 rooms kept their ids, 1 is new, 1 is gone (7)"),
@@ -151,9 +151,9 @@ def test_a_bad_previous_floor_is_one_line_and_writes_nothing(map_yaml, tmp_path,
         ([20, 21], range(1, 13), "0 rooms kept their ids, 2 are new, 12 are gone (1 2 3 4 5 6 7 8 9 10 …)"),
     ],
 )
-def test_what_happened_to_the_ids_is_told_in_a_line(ids, old_ids, told):
+def test_changes_of_the_ids_are_described_in_a_line(ids, old_ids, line):
     floor, previous = (Floor(tuple(Room(room_id, box(0, 0, 1, 1)) for room_id in each)) for each in (ids, old_ids))
-    assert describe_ids(floor, previous) == told
+    assert describe_ids(floor, previous) == line
 
 
 def test_entrances_are_counted_apart_from_doors():

@@ -21,18 +21,18 @@ from shapely import LineString, box
 
 from pianta import __version__
 from pianta.cli import main
-from pianta.cli.room_table import tabulate_rooms
+from pianta.cli.read import tabulate_rooms
 from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.io._folders import atomic_folder
-from pianta.io.floors import read_floor, read_label_image
+from pianta.io.floors import read_floor
 from pianta.io.graphs import read_graph
 from pianta.io.ros_maps import save_ros_map
 from pianta.layout.reconstruct import METHODS
 from pianta.reading.read import name_folders
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.command_line import list_files, run_pianta
 
 OUTPUTS = {"floor.geojson", "rooms.png", "graph.json", "picture.png"}
@@ -59,7 +59,7 @@ def sample_out(sample: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The map.yaml of a corridor with four rooms."""
     path = tmp_path_factory.mktemp("small") / "small.yaml"
-    save_ros_map(map_floor(make_corridor_floor(length=10, room_width=(5, 5))), path)
+    save_ros_map(simulate_map(make_corridor_floor(length=10, room_width=(5, 5))), path)
     return path
 
 
@@ -137,15 +137,15 @@ BAD_INPUTS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("write", "told"), BAD_INPUTS.values(), ids=BAD_INPUTS)
-def test_bad_input_is_one_line_and_writes_nothing(tmp_path, write, told):
+@pytest.mark.parametrize(("write", "fragments"), BAD_INPUTS.values(), ids=BAD_INPUTS)
+def test_bad_input_is_one_line_and_writes_nothing(tmp_path, write, fragments):
     (tmp_path / "in").mkdir()
-    options = ["--resolution", "0.05"] if "map.p" in str(given := write(tmp_path / "in")) else []
-    code, out, err = run_pianta("read", given, *options, "-o", tmp_path / "out" / "deep")
+    options = ["--resolution", "0.05"] if "map.p" in str(path := write(tmp_path / "in")) else []
+    code, out, err = run_pianta("read", path, *options, "-o", tmp_path / "out" / "deep")
     assert (code, out) == (2, "")
     (line,) = err.splitlines()
     assert line.startswith("error: ")
-    assert all(text in line for text in told), line
+    assert all(text in line for text in fragments), line
     assert [path.name for path in tmp_path.iterdir()] == ["in"]
 
 
@@ -157,7 +157,7 @@ def test_a_resolution_without_meaning_is_refused(tmp_path, resolution):
     assert err.startswith("error: resolution is ")
 
 
-def test_an_unknown_method_is_told_the_methods(small, tmp_path):
+def test_for_an_unknown_method_the_methods_are_listed(small, tmp_path):
     code, out, err = run_pianta("read", small, "-o", tmp_path / "out", "--method", "magic")
     assert (code, out, err) == (2, "", f"error: method is 'magic', give one of {', '.join(METHODS)}\n")
     assert not list(tmp_path.iterdir())
@@ -180,7 +180,7 @@ def test_the_outputs_belong_together(sample, sample_out):
     ids = {room.id for room in floor.rooms}
     assert len(ids) > 10
     grid = make_sample()[1]
-    labels = read_label_image(sample_out / "rooms.png")
+    labels = np.array(Image.open(sample_out / "rooms.png"))
     assert labels.shape == grid.shape
     assert set(np.unique(labels)) == ids | {0}
     assert (labels == floor.label_image(grid)).all()
@@ -235,9 +235,9 @@ def test_the_table_has_names_when_a_room_has_one():
 
 
 def test_the_table_has_the_probabilities_of_labels_within_80_columns():
-    said = {"school": {"SMALL ADMINISTRATIVE": 0.834, "CORRIDOR": 1.0}}
+    probabilities = {"school": {"SMALL ADMINISTRATIVE": 0.834, "CORRIDOR": 1.0}}
     labels = "CORRIDOR", "SMALL ADMINISTRATIVE", "LAB"
-    rooms = [Room(i, box(0, 0, 4, 3), label, {}, said) for i, label in enumerate(labels, start=1)]
+    rooms = [Room(i, box(0, 0, 4, 3), label, {}, probabilities) for i, label in enumerate(labels, start=1)]
     doors = tuple(Door((1, other), LineString([(0, 0), (0, 1)]), 1) for other in (2, 3))
     others = Door((1, 4), LineString([(0, 0), (0, 1)]), 1, "opening"), Door((4, None), LineString([(0, 0), (0, 1)]), 1)
     console = Console(file=StringIO(), width=80)
@@ -260,7 +260,7 @@ def test_walls_and_graph_change_the_picture_only(sample, sample_out, tmp_path):
 
 @pytest.mark.slow
 def test_an_image_is_read_with_a_resolution(tmp_path):
-    grid = map_floor(make_corridor_floor(length=10, room_width=(5, 5)))
+    grid = simulate_map(make_corridor_floor(length=10, room_width=(5, 5)))
     greys = np.select([grid.free, grid.occupied], [254, 0], 205).astype(np.uint8)
     Image.fromarray(greys).save(tmp_path / "scan.png")
     code, _, err = run_pianta("read", tmp_path / "scan.png", "-o", tmp_path / "out")
@@ -445,7 +445,7 @@ def test_the_map_itself_is_never_replaced(small, tmp_path):
     image = tmp_path / "rooms.png"
     image.write_bytes(small.with_suffix(".png").read_bytes())
     before = image.read_bytes()
-    told = run_pianta("read", image, "--resolution", "0.05", "-o", tmp_path)
-    assert told.code == 2
-    assert "would be replaced" in told.err
+    outcome = run_pianta("read", image, "--resolution", "0.05", "-o", tmp_path)
+    assert outcome.code == 2
+    assert "would be replaced" in outcome.err
     assert image.read_bytes() == before

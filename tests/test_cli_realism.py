@@ -60,14 +60,14 @@ def test_one_floor(offices, maze, tmp_path):
     assert (len(content["reference"]), content["unrealistic"]) == (8, [])
     (floor,) = content["floors"]
     assert (floor["floor"], floor["score"], floor["probability"], floor["left_out"]) == ("maze.geojson", 0, None, False)
-    told = [f"  {off['reason']}" for off in (*floor["measures"], *floor["patterns"])]
-    assert told == reasons
+    listed = [f"  {off['reason']}" for off in (*floor["measures"], *floor["patterns"])]
+    assert listed == reasons
     assert len(floor["measures"][0]["usual"]) == 8
 
 
 @pytest.mark.slow
 def test_several_floors_with_two_classes(offices, worlds, tmp_path):
-    arguments = worlds, "--reference", offices, "--unrealistic", worlds, "-o", tmp_path / "judged"
+    arguments = worlds, "--reference", offices, "--unrealistic", worlds, "-o", tmp_path / "pictures"
     code, out, err = run_pianta("realism", *arguments)
     assert (code, err) == (0, "")
     first, *others = out.splitlines()
@@ -80,10 +80,10 @@ def test_several_floors_with_two_classes(offices, worlds, tmp_path):
     for line in others:
         assert re.search(r": 0\.[0-4]\d, not realistic, probability 0\.[0-4]\d of being so; less typical", line)
         assert line.endswith(" (its building left out of the reference)")
-    assert {*list_files(tmp_path / "judged")} == {"grid 5x4.png", "snake 5x4.png", "snake 6x3.png"}
+    assert {*list_files(tmp_path / "pictures")} == {"grid 5x4.png", "snake 5x4.png", "snake 6x3.png"}
 
 
-def test_a_floor_of_the_reference_is_judged_by_the_others(offices):
+def test_a_floor_of_the_reference_is_compared_with_the_others(offices):
     code, out, _ = run_pianta("realism", offices / "l a.geojson", "--reference", offices)
     assert code == 0
     assert "of the 7 reference floors" in out
@@ -92,7 +92,7 @@ def test_a_floor_of_the_reference_is_judged_by_the_others(offices):
 
 
 @pytest.mark.slow
-def test_the_name_of_a_file_does_not_tell_whether_it_is_in_the_reference(offices, maze, tmp_path):
+def test_whether_a_floor_is_in_the_reference_does_not_depend_on_its_file_name(offices, maze, tmp_path):
     shutil.copy(offices / "l a.geojson", tmp_path / "copy.geojson")
     shutil.copy(maze, tmp_path / "l a.geojson")
     code, out, _ = run_pianta("realism", tmp_path / "copy.geojson", tmp_path / "l a.geojson", "--reference", offices)
@@ -120,7 +120,7 @@ def test_one_that_fails_stops_no_others(offices, maze, tmp_path):
 
 
 @pytest.mark.slow
-def test_labels_by_pianta_are_told(offices, maze, tmp_path):
+def test_labels_by_pianta_are_counted(offices, maze, tmp_path):
     floor = make_snake(4, 4)
     save_floor(
         replace(floor, rooms=tuple(replace(room, label=None) for room in floor.rooms)), tmp_path / "bare.geojson"
@@ -134,8 +134,8 @@ def test_labels_by_pianta_are_told(offices, maze, tmp_path):
 
 @pytest.mark.slow
 def test_floors_that_come_with_pianta(maze, monkeypatch, tmp_path):
-    known = [map_labels_upwards(label_as_office(floor), OFFICE) for floor in make_offices()]
-    described = tuple(describe_building(floor, LabelSet.F_C_E_S) for floor in known)
+    labelled = [map_labels_upwards(label_as_office(floor), OFFICE) for floor in make_offices()]
+    described = tuple(describe_building(floor, LabelSet.F_C_E_S) for floor in labelled)
     types = ("office",) * 4 + ("school",) * 4
     model = BuildingTypeModel(described, types, tuple(each.source for each in described), LabelSet.F_C_E_S)
     monkeypatch.setattr(building_model_file, "read_default_building_type_model", lambda: model)
@@ -152,7 +152,7 @@ def test_floors_that_come_with_pianta(maze, monkeypatch, tmp_path):
     (tmp_path / "corridor a.xml.geojson").rename(tmp_path / "corridor a.xml")
     code, out, _ = run_pianta("realism", tmp_path / "corridor a.xml")
     assert (code, "(its building left out of the reference)" in out) == (0, True)
-    for arguments, told in (
+    for arguments, fragment in (
         (("--labels", "R/C"), "F/C/E/S"),
         (("--type", "church"), "church"),
         (("--unrealistic", tmp_path), "--reference"),
@@ -160,7 +160,7 @@ def test_floors_that_come_with_pianta(maze, monkeypatch, tmp_path):
         code, out, err = run_pianta("realism", maze, *arguments)
         assert (code, out, err.count("\n")) == (2, "", 1)
         assert err.startswith("error: ")
-        assert told in err
+        assert fragment in err
 
 
 def label_as_office(floor: Floor) -> Floor:
@@ -173,7 +173,7 @@ def test_options_that_make_no_sense(offices, maze, tmp_path):
     (tmp_path / "two").mkdir()
     save_all(make_offices()[:2], tmp_path / "two")
     (tmp_path / "file").write_text("")
-    for arguments, told in (
+    for arguments, fragment in (
         ((maze, "--reference", offices, "--labels", "rooms"), "--labels"),
         ((maze, "--reference", offices, "--type", "office"), "--type"),
         ((maze, "--reference", tmp_path / "two"), "reference"),
@@ -186,7 +186,7 @@ def test_options_that_make_no_sense(offices, maze, tmp_path):
         assert code == 2
         line = err.splitlines()[-1]
         assert line.startswith("error: ")
-        assert told in line
+        assert fragment in line
 
 
 def test_names_of_pictures():

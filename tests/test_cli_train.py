@@ -16,7 +16,7 @@ from pianta.labels import SCHOOL
 from pianta.rooms.model_file import read_room_model, save_room_model
 from pianta.rooms.training import building_name
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.command_line import list_files, run_pianta
 from tests.labelled_floors import labelled_floors, small_model
 
@@ -51,7 +51,7 @@ def model(tmp_path_factory):
 @pytest.fixture(scope="module")
 def small_map(tmp_path_factory):
     path = tmp_path_factory.mktemp("map") / "map.yaml"
-    save_ros_map(map_floor(make_corridor_floor(seed=3)), path)
+    save_ros_map(simulate_map(make_corridor_floor(seed=3)), path)
     return path
 
 
@@ -82,10 +82,10 @@ def test_train_with_a_schema_and_simulated_maps(buildings, tmp_path):
 
 
 def test_unknown_labels_are_listed_and_nothing_is_written(buildings, tmp_path):
-    strange = labelled_floors()[0]
-    rooms = tuple(replace(room, label=f"POOL {room.id % 2}") for room in strange.rooms)
-    save_floor(replace(strange, rooms=rooms), tmp_path / "strange.geojson")
-    code, out, err = run_pianta("train", "places", buildings, tmp_path / "strange.geojson", "-o", tmp_path / "m.npz")
+    unusual = labelled_floors()[0]
+    rooms = tuple(replace(room, label=f"POOL {room.id % 2}") for room in unusual.rooms)
+    save_floor(replace(unusual, rooms=rooms), tmp_path / "unusual.geojson")
+    code, out, err = run_pianta("train", "places", buildings, tmp_path / "unusual.geojson", "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
     assert "'POOL 0', 'POOL 1'" in err
     assert err.count("\n") == 1
@@ -117,14 +117,14 @@ def test_floors_are_named_by_their_files(tmp_path):
 
 @pytest.mark.slow
 def test_all_names_have_their_folder_as_soon_as_one_repeats(tmp_path):
-    """Otherwise a/1 and a/2, floors of one building, would be learned from and left out at a time."""
-    places = ("a/house1", "a/house2", "b/house1", "c/x", "c/y", "c/z")
-    for floor, place in zip(labelled_floors(), places, strict=True):
-        save_as(floor, tmp_path / f"{place}.geojson")
+    """Otherwise a/1 and a/2, floors of one building, could be in the training and left out at the same time."""
+    paths = ("a/house1", "a/house2", "b/house1", "c/x", "c/y", "c/z")
+    for floor, path in zip(labelled_floors(), paths, strict=True):
+        save_as(floor, tmp_path / f"{path}.geojson")
     folders = [tmp_path / name for name in "abc"]
     assert run_pianta("train", "places", *folders, "-o", tmp_path / "m.npz", "-q")[0] == 0
     sources = read_room_model(tmp_path / "m.npz").training.floors
-    assert sources == tuple(f"{place}.geojson" for place in places)
+    assert sources == tuple(f"{path}.geojson" for path in paths)
     assert [building_name(source) for source in sources[:3]] == ["a/house", "a/house", "b/house"]
 
 
@@ -157,19 +157,19 @@ def test_a_type_without_a_name(buildings, tmp_path):
     assert "--type" in err
 
 
-def test_faults_are_told_once_and_before_simulation(tmp_path, monkeypatch):
+def test_faults_are_printed_once_and_before_simulation(tmp_path, monkeypatch):
     first, *others = labelled_floors()[:3]
     bare = (replace(first.rooms[0], label=None), *first.rooms[1:])
     save_as(first, tmp_path / "a.geojson", rooms=bare)
     for number, floor in enumerate(others):
         save_as(floor, tmp_path / f"b{number}.geojson")
-    monkeypatch.setattr("pianta.worlds.simulated_readings.simulate_reading", None)
+    monkeypatch.setattr("pianta.worlds.simulated_readings.simulate_and_reconstruct", None)
     code, out, err = run_pianta("train", "places", tmp_path, "--simulate", 2, "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
     assert err.count("a.geojson") == 1
 
 
-def test_one_file_that_cannot_be_read_is_told_in_one_line(tmp_path):
+def test_one_file_that_cannot_be_read_is_an_error_in_one_line(tmp_path):
     (tmp_path / "bad.xml").write_text("<svg/>")
     code, out, err = run_pianta("train", "places", tmp_path / "bad.xml", "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
@@ -229,7 +229,7 @@ def test_read_labels_rooms_in_all_outputs(small_map, tmp_path):
 
 
 @pytest.mark.slow
-def test_read_without_a_type_tells_functions(small_map, tmp_path):
+def test_read_without_a_type_labels_functions(small_map, tmp_path):
     assert run_pianta("read", small_map, "-o", tmp_path, "--quiet") == (0, "", "")
     floor = read_floor(tmp_path / "floor.geojson")
     assert {room.label for room in floor.rooms} <= {"FUNCTIONAL", "CONNECTION", "ENTRANCE", "SERVICE"}
@@ -251,7 +251,7 @@ def test_read_with_a_model_of_the_user(small_map, model, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "fragment"),
     [
         (("--type", ""), "--type"),
         (("--type", "castle"), "castle"),
@@ -259,10 +259,10 @@ def test_read_with_a_model_of_the_user(small_map, model, tmp_path):
         (("--no-labels", "--type", "school"), "--no-labels"),
     ],
 )
-def test_options_that_make_no_sense(small_map, tmp_path, options, told):
+def test_options_that_make_no_sense(small_map, tmp_path, options, fragment):
     code, out, err = run_pianta("read", small_map, "-o", tmp_path / "out", *options)
     assert (code, out) == (2, "")
-    assert told in err
+    assert fragment in err
     assert not list_files(tmp_path / "out")
 
 

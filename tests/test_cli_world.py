@@ -9,7 +9,7 @@ import pytest
 from pianta.io.floors import read_floor
 from pianta.io.maps import read_map
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.command_line import list_files, run_pianta
 
 
@@ -26,16 +26,16 @@ def test_the_sample_is_written_with_its_truth(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", FLOOR_MAKERS)
-def test_every_kind_is_made_with_defaults(tmp_path, kind):
-    assert run_pianta("world", kind, "-o", tmp_path).code == 0
-    assert read_floor(tmp_path / "truth.geojson") == make_floor(kind, seed=0)
+@pytest.mark.parametrize("floor_type", FLOOR_MAKERS)
+def test_every_type_is_made_with_defaults(tmp_path, floor_type):
+    assert run_pianta("world", floor_type, "-o", tmp_path).code == 0
+    assert read_floor(tmp_path / "truth.geojson") == make_floor(floor_type, seed=0)
 
 
 def test_options_reach_the_world(tmp_path):
     options = "--seed 7 --glass-spray --noise 0.5 --furniture 0.3 --resolution 0.1 --yaw 0.2"
     assert run_pianta("world", "hall", "-o", tmp_path, *options.split()).code == 0
-    grid = map_floor(
+    grid = simulate_map(
         make_floor("hall", seed=7), seed=7, glass_spray=True, noise=0.5, furniture=0.3, resolution=0.1, yaw=0.2
     )
     written = read_map(tmp_path / "map.yaml")
@@ -53,7 +53,7 @@ def test_the_next_command_works_as_printed(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "fragment"),
     [
         (["castle"], "castle"),
         (["sample", "--noise", "0.1"], "sample"),
@@ -65,11 +65,11 @@ def test_the_next_command_works_as_printed(tmp_path):
         ),
     ],
 )
-def test_an_option_without_meaning_is_one_line_and_writes_nothing(tmp_path, arguments, told):
+def test_an_option_without_meaning_is_one_line_and_writes_nothing(tmp_path, arguments, fragment):
     code, out, err = run_pianta("world", *arguments, "-o", tmp_path / "out")
     assert (code, out) == (2, "")
     assert err.startswith("error: ")
-    assert re.search(told, err)
+    assert re.search(fragment, err)
     assert len(err.splitlines()) == 1
     assert not list(tmp_path.iterdir())
 

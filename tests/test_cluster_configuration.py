@@ -14,21 +14,21 @@ from pianta.errors import ModelError
 from pianta.generation.cluster_configuration import (
     DRAWS,
     EMPTY,
-    EXCHANGE,
-    EXCHANGE_OF_LIKE,
-    LEAST_FREQUENCY,
-    MISS_COST,
-    SIZE_SPREAD,
+    MIN_FREQUENCY,
+    P_ANY_FLOOR,
+    P_ANY_FLOOR_IF_SIMILAR,
+    SIZE_DEVIATION,
+    VIOLATION_COST,
     AreaChains,
     DensityCost,
     DistanceCost,
     Slots,
     sample_areas,
 )
+from pianta.generation.constraints import Constraints
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.metropolis_hastings import BLOCK
 from pianta.generation.type_model import Counts, TypeModel, count_labels
-from pianta.generation.wishes import Wishes
 from tests.generated_types import SCHOOL, build_floor
 
 CHAINS, MOVES, JUMPS = 4000, 600, 150
@@ -52,11 +52,11 @@ def count_rooms(*kept) -> Counts:
     return count_labels([*MODEL.areas, *(area for floor in kept for area in floor.area_graphs)], SCHOOL)
 
 
-def run(slots, cost, *, wishes=None, label_counts=None, jumps=0) -> AreaChains:
+def run(slots, cost, *, constraints=None, label_counts=None, jumps=0) -> AreaChains:
     """Chains, all from the first floor, after their moves, or after so many jumps."""
     starts = slots.fill(np.full((CHAINS, 2), CONFIGURATIONS[0]), np.zeros((CHAINS, len(slots.clusters))))
     counts = count_rooms() if label_counts is None else label_counts
-    chains = AreaChains(slots, cost, starts, wishes=wishes or Wishes(), label_counts=counts)
+    chains = AreaChains(slots, cost, starts, constraints=constraints or Constraints(), label_counts=counts)
     random = np.random.default_rng(1)
     running = np.ones(CHAINS, bool)
     for _ in range(0 if jumps else MOVES):
@@ -67,8 +67,8 @@ def run(slots, cost, *, wishes=None, label_counts=None, jumps=0) -> AreaChains:
 
 
 def assert_distribution(chains, weights) -> None:
-    """Configurations and misses of wishes are as frequent as the weights say."""
-    found = np.column_stack([chains.slots.count_areas(chains.filled), chains.misses])
+    """Configurations and violations of constraints are as frequent as the weights say."""
+    found = np.column_stack([chains.slots.count_areas(chains.filled), chains.violations])
     counts = Counter(map(tuple, found.tolist()))
     assert counts.keys() <= weights.keys()
     total = sum(weights.values())
@@ -76,15 +76,15 @@ def assert_distribution(chains, weights) -> None:
     assert max(differences) < 0.025
 
 
-def weigh_density(filled, rooms, *, near=FLOORS, exchange=EXCHANGE) -> float:
+def weigh_density(filled, rooms, *, near=FLOORS, exchange=P_ANY_FLOOR) -> float:
     """e^-Γ1 as the docstring of DensityCost has it, by which of the slots 0, 1 and 2, 3 are filled."""
     values = count_filled(filled)
     weight = 0.0
     for floor in near:
         size = log(rooms / len(floor.graph))
-        part = exp(-(size**2) / (2 * SIZE_SPREAD**2))
+        part = exp(-(size**2) / (2 * SIZE_DEVIATION**2))
         for cluster, value in enumerate(values):
-            frequency = np.mean([of_floor[cluster] == value for of_floor in CONFIGURATIONS]) + LEAST_FREQUENCY
+            frequency = np.mean([of_floor[cluster] == value for of_floor in CONFIGURATIONS]) + MIN_FREQUENCY
             part *= (1 - exchange) * (floor.clusters.count(cluster) == value) + exchange * frequency
         weight += part
     return weight
@@ -102,8 +102,10 @@ def count_filled(filled) -> tuple[int, int]:
     return sum(filled[:-2]), sum(filled[-2:])
 
 
-def enumerate_all(weigh, *, label_counts=None, first=2, kept=(), wishes=None, ways=True) -> Counter[tuple[int, ...]]:
-    """The exact weight of each configuration and number of misses, over all ways to fill the slots with areas.
+def enumerate_all(
+    weigh, *, label_counts=None, first=2, kept=(), constraints=None, ways=True
+) -> Counter[tuple[int, ...]]:
+    """The exact weight of each configuration and number of violations, over all ways to fill the slots with areas.
 
     first: slots of the first cluster; there are two of the second.
     """
@@ -118,13 +120,15 @@ def enumerate_all(weigh, *, label_counts=None, first=2, kept=(), wishes=None, wa
         if not any(filled):
             continue
         rooms = counts[list(areas_of_slots)].sum(axis=0)
-        misses = int((wishes or Wishes()).count_misses(rooms[None], [*SCHOOL.by_name])[0])
+        violations = int((constraints or Constraints()).count_violations(rooms[None], [*SCHOOL.by_name])[0])
         # Step 3: all areas of a cluster are as likely; and all the ways to fill so many slots are one configuration.
         choices = prod(len(slots[place]) - 1 for place in range(len(kept), len(slots)) if filled[place])
         if ways:
             one, other = count_filled(filled)
             choices *= comb(first - len(kept), one - len(kept)) * comb(2, other)
-        weights[*count_filled(filled), misses] += weigh(filled, rooms.sum()) / choices * exp(-MISS_COST * misses)
+        weights[*count_filled(filled), violations] += (
+            weigh(filled, rooms.sum()) / choices * exp(-VIOLATION_COST * violations)
+        )
     return weights
 
 
@@ -139,8 +143,8 @@ def test_density_by_enumeration(jumps):
 @pytest.mark.parametrize("jumps", [0, JUMPS])
 def test_density_near_one_floor(jumps):
     slots, near = make_slots(), FLOORS[3]
-    weights = enumerate_all(partial(weigh_density, near=[near], exchange=EXCHANGE_OF_LIKE))
-    assert_distribution(run(slots, DensityCost(slots, like=near), jumps=jumps), weights)
+    weights = enumerate_all(partial(weigh_density, near=[near], exchange=P_ANY_FLOOR_IF_SIMILAR))
+    assert_distribution(run(slots, DensityCost(slots, similar_to=near), jumps=jumps), weights)
     assert weights[1, 1, 0] / sum(weights.values()) > 0.6
 
 
@@ -172,20 +176,22 @@ def test_alpha_is_of_the_segmentation():
     costs = cost.cost(cost.start(slots, filled), np.array([7, 4]))
     np.testing.assert_allclose(costs, 0.0575 * 50 / 4 * np.array([8, 6]))
     # Like the last floor alone: 2 and 1.
-    cost = DistanceCost(slots, like=FLOORS[3])
+    cost = DistanceCost(slots, similar_to=FLOORS[3])
     costs = cost.cost(cost.start(slots, filled), np.array([7, 4]))
     np.testing.assert_allclose(costs, 0.0575 * 50 * np.array([2, 1]))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("wishes", [Wishes(rooms=(7, 9)), Wishes(at_least={"classroom": 5}, at_most={"corridor": 2})])
-def test_wishes_by_enumeration(wishes):
+@pytest.mark.parametrize(
+    "constraints", [Constraints(rooms=(7, 9)), Constraints(at_least={"classroom": 5}, at_most={"corridor": 2})]
+)
+def test_constraints_by_enumeration(constraints):
     slots = make_slots()
-    exact = enumerate_all(weigh_density, wishes=wishes)
-    assert_distribution(run(slots, DensityCost(slots), wishes=wishes), exact)
-    assert_distribution(run(slots, DensityCost(slots), wishes=wishes, jumps=JUMPS), exact)
-    weights = enumerate_all(weigh_distance, wishes=wishes, ways=False)
-    assert_distribution(run(slots, DistanceCost(slots), wishes=wishes), weights)
+    exact = enumerate_all(weigh_density, constraints=constraints)
+    assert_distribution(run(slots, DensityCost(slots), constraints=constraints), exact)
+    assert_distribution(run(slots, DensityCost(slots), constraints=constraints, jumps=JUMPS), exact)
+    weights = enumerate_all(weigh_distance, constraints=constraints, ways=False)
+    assert_distribution(run(slots, DistanceCost(slots), constraints=constraints), weights)
 
 
 @pytest.mark.slow
@@ -200,17 +206,17 @@ def test_areas_of_a_cluster_are_as_likely():
 @pytest.mark.slow
 @pytest.mark.parametrize("jumps", [0, 20])
 def test_what_is_kept_up_to_date(jumps):
-    slots, wishes = make_slots(), Wishes(rooms=(7, 9))
-    chains = run(slots, DensityCost(slots), wishes=wishes, jumps=jumps)
-    again = AreaChains(slots, DensityCost(slots), chains.filled, wishes=wishes, label_counts=count_rooms())
+    slots, constraints = make_slots(), Constraints(rooms=(7, 9))
+    chains = run(slots, DensityCost(slots), constraints=constraints, jumps=jumps)
+    again = AreaChains(slots, DensityCost(slots), chains.filled, constraints=constraints, label_counts=count_rooms())
     np.testing.assert_allclose(chains.costs, again.costs, atol=1e-9)
-    np.testing.assert_array_equal(chains.misses, again.misses)
+    np.testing.assert_array_equal(chains.violations, again.violations)
 
 
 def test_chains_that_do_not_run_stay():
     slots = make_slots()
     starts = slots.fill(np.array([[2, 1], [2, 1]]), np.zeros((2, 4)))
-    chains = AreaChains(slots, DensityCost(slots), starts.copy(), wishes=Wishes(), label_counts=count_rooms())
+    chains = AreaChains(slots, DensityCost(slots), starts.copy(), constraints=Constraints(), label_counts=count_rooms())
     random = np.random.default_rng(0)
     for _ in range(50):
         chains.move(random.random((2, DRAWS)), np.array([True, False]))
@@ -243,32 +249,32 @@ def test_bounds_of_rooms():
     assert (fewest[-1], most[-1]) == (6 + 2, 6 + 5 + 4 + 4)
 
 
-def sample(wishes, *, seeds=range(5), sweeps=5) -> tuple[Indices, list[float]]:
+def sample(constraints, *, seeds=range(5), sweeps=5) -> tuple[Indices, list[float]]:
     slots = Slots(replace(MODEL, sweeps=sweeps), np.array([2, 2]), ((), ()))
     starts = slots.fill(np.tile([1, 1], (len(seeds), 1)), np.full((len(seeds), 4), 0.5))
-    chains = AreaChains(slots, DensityCost(slots), starts, wishes=wishes, label_counts=count_rooms())
+    chains = AreaChains(slots, DensityCost(slots), starts, constraints=constraints, label_counts=count_rooms())
     generators = [np.random.default_rng(seed) for seed in seeds]
     return sample_areas(chains, generators), [generator.random() for generator in generators]
 
 
-def test_wishes_are_met():
+def test_constraints_are_met():
     rooms = np.vstack([count_rooms(), 0 * count_rooms()[:1]]).sum(axis=1)
-    filled, _ = sample(Wishes(rooms=(12, 12)), seeds=range(30))
+    filled, _ = sample(Constraints(rooms=(12, 12)), seeds=range(30))
     assert rooms[filled].sum(axis=1).tolist() == [12] * 30
 
 
-def test_wishes_that_no_chain_meets():
+def test_constraints_that_no_chain_meets():
     # The largest area has 4 classrooms.
     message = "50 sweeps"
     with pytest.raises(ModelError, match=message):
-        sample(Wishes(at_least={"classroom": 5}, at_most={"corridor": 1}))
+        sample(Constraints(at_least={"classroom": 5}, at_most={"corridor": 1}))
 
 
 @pytest.mark.slow
 def test_all_sweeps_are_made_where_nothing_is_wished_for():
     slots = make_slots()
     starts = slots.fill(np.full((40, 2), CONFIGURATIONS[0]), np.zeros((40, 4)))
-    chains = AreaChains(slots, DensityCost(slots), starts.copy(), wishes=Wishes(), label_counts=count_rooms())
+    chains = AreaChains(slots, DensityCost(slots), starts.copy(), constraints=Constraints(), label_counts=count_rooms())
     traces: list[np.ndarray] = []
     filled = sample_areas(chains, [np.random.default_rng(seed) for seed in range(40)], traces=traces)
     assert len(traces) == MODEL.sweeps
@@ -280,10 +286,10 @@ def test_all_sweeps_are_made_where_nothing_is_wished_for():
 @pytest.mark.slow
 def test_how_long_other_chains_take_changes_nothing():
     # After 64 sweeps of 4 moves a block of random numbers is used up, and some chains go on.
-    wishes = Wishes(rooms=(13, 13))
-    together = sample(wishes, seeds=range(12), sweeps=BLOCK // 4)
+    constraints = Constraints(rooms=(13, 13))
+    together = sample(constraints, seeds=range(12), sweeps=BLOCK // 4)
     for seed in range(12):
-        alone = sample(wishes, seeds=[seed], sweeps=BLOCK // 4)
+        alone = sample(constraints, seeds=[seed], sweeps=BLOCK // 4)
         np.testing.assert_array_equal(together[0][seed], alone[0][0])
         assert together[1][seed] == alone[1][0]
 
@@ -292,7 +298,7 @@ def test_how_long_other_chains_take_changes_nothing():
 def test_a_building_is_never_empty():
     slots = Slots(MODEL, np.array([1, 0]), ((), ()))
     starts = slots.fill(np.array([[1, 0]] * 50), np.zeros((50, 1)))
-    chains = AreaChains(slots, DensityCost(slots), starts, wishes=Wishes(), label_counts=count_rooms())
+    chains = AreaChains(slots, DensityCost(slots), starts, constraints=Constraints(), label_counts=count_rooms())
     filled = sample_areas(chains, [np.random.default_rng(seed) for seed in range(50)])
     assert (filled != EMPTY).all()
 
@@ -301,5 +307,5 @@ def test_every_slot_is_kept():
     number = len(MODEL.areas)
     slots = Slots(MODEL, np.array([1, 0]), ((number,), ()))
     filled = slots.fill(np.array([[1, 0]]), np.zeros((1, 1)))
-    chains = AreaChains(slots, DensityCost(slots), filled, wishes=Wishes(), label_counts=count_rooms(KEPT))
+    chains = AreaChains(slots, DensityCost(slots), filled, constraints=Constraints(), label_counts=count_rooms(KEPT))
     assert sample_areas(chains, [np.random.default_rng(0)]).tolist() == [[number]]

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from pianta.layout.structure.clutter import remove_clutter
+from pianta.layout._working_grid import remove_clutter
 from tests.drawn_maps import carve
 
 masks = arrays(bool, array_shapes(min_dims=2, max_dims=2, max_side=12))

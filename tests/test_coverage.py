@@ -36,16 +36,16 @@ rooms = st.lists(
 
 
 def test_same_rooms_score_one():
-    assert score_layout(HALVES, HALVES[::-1]) == Scores(*PERFECT, found=2, true=2)
+    assert score_layout(HALVES, HALVES[::-1]) == Scores(*PERFECT, reconstructed=2, true=2)
 
 
 def test_split_room_lowers_backward_accuracy_only():
     """Each half lies in the room; the room lies half in each half, and neither half has an IoU above 0.5."""
-    assert score_layout(HALVES, [WHOLE]) == Scores(1.0, 0.5, 1.0, 0.5, mean_iou=0.5, f1=0.0, found=2, true=1)
+    assert score_layout(HALVES, [WHOLE]) == Scores(1.0, 0.5, 1.0, 0.5, mean_iou=0.5, f1=0.0, reconstructed=2, true=1)
 
 
 def test_merged_rooms_lower_forward_accuracy_only():
-    assert score_layout([WHOLE], HALVES) == Scores(0.5, 1.0, 0.5, 1.0, mean_iou=0.5, f1=0.0, found=1, true=2)
+    assert score_layout([WHOLE], HALVES) == Scores(0.5, 1.0, 0.5, 1.0, mean_iou=0.5, f1=0.0, reconstructed=1, true=2)
 
 
 def test_accuracy_weighs_by_area_and_precision_does_not():
@@ -65,7 +65,7 @@ def test_room_that_overlaps_nothing_counts_zero():
     """Touching is no overlap."""
     found = [HALVES[0], box(4, 0, 6, 1)]
     assert forward_coverage(found, [WHOLE]) == [0, None]
-    assert score_layout(found, [WHOLE]) == Scores(0.5, 0.5, 0.5, 0.5, mean_iou=0.5, f1=0.0, found=2, true=1)
+    assert score_layout(found, [WHOLE]) == Scores(0.5, 0.5, 0.5, 0.5, mean_iou=0.5, f1=0.0, reconstructed=2, true=1)
 
 
 def test_coverage_names_the_room_that_overlaps_most():
@@ -87,7 +87,7 @@ def test_empty_sides(found, truth, shares):
 def test_invalid_polygons_are_repaired():
     """The bow tie becomes its two triangles of 1 m² each, in a square of 4 m²."""
     scores = score_layout([BOW_TIE], [box(0, 0, 2, 2)])
-    assert scores == Scores(1.0, 0.5, 1.0, 0.5, mean_iou=0.5, f1=0.0, found=1, true=1)
+    assert scores == Scores(1.0, 0.5, 1.0, 0.5, mean_iou=0.5, f1=0.0, reconstructed=1, true=1)
 
 
 def test_spikes_are_repaired():
@@ -106,7 +106,7 @@ def test_any_outline_can_be_scored(corners):
 def test_room_without_area_counts_zero(nothing):
     assert score_layout([WHOLE, nothing], [WHOLE]).precision == 0.5
     assert score_layout([WHOLE], [WHOLE, nothing]).recall == 0.5
-    assert score_layout([nothing], [nothing]) == Scores(*NOTHING, found=1, true=1)
+    assert score_layout([nothing], [nothing]) == Scores(*NOTHING, reconstructed=1, true=1)
 
 
 @pytest.mark.slow
@@ -114,7 +114,7 @@ def test_room_without_area_counts_zero(nothing):
 def test_shares_lie_between_zero_and_one_and_mirror(found, truth):
     scores, mirrored = score_layout(found, truth), score_layout(truth, found)
     assert all(0 <= share <= 1 for share in astuple(scores)[:6])
-    assert (scores.a_fc, scores.precision, scores.found) == (mirrored.a_bc, mirrored.recall, mirrored.true)
+    assert (scores.a_fc, scores.precision, scores.reconstructed) == (mirrored.a_bc, mirrored.recall, mirrored.true)
     assert scores.f1 == mirrored.f1
 
 

@@ -51,7 +51,7 @@ def test_curves_stay_within_their_axes(items):
 
 
 @pytest.mark.parametrize(
-    ("truth", "scores", "told"),
+    ("truth", "scores", "message"),
     [
         ([True, True], [0.1, 0.2], "positive"),
         ([False], [0.1], "positive"),
@@ -60,7 +60,7 @@ def test_curves_stay_within_their_axes(items):
         ([True, False], [0.1, float("nan")], "finite"),
     ],
 )
-def test_what_has_no_curve(truth, scores, told):
+def test_what_has_no_curve(truth, scores, message):
     for measure in (measure_roc, measure_precision_recall):
-        with pytest.raises(OptionError, match=told):
+        with pytest.raises(OptionError, match=message):
             measure(truth, scores)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from shapely import LineString, box
 from shapely.affinity import translate
 
-from pianta.evaluation.doors import DoorScores, score_doors
+from pianta.evaluation.doors import DetectionScores, score_doors
 from pianta.floor import Door, Floor, Room
 
 ROOMS = tuple(Room(number, box(10 * number, 0, 10 * number + 10, 10)) for number in (1, 2, 3))
@@ -33,78 +33,78 @@ TRUTH = floor_of(door_at(20), door_at(30, rooms=(2, 3)))
 
 
 def test_doors_within_half_a_width_are_right():
-    found = floor_of(door_at(20.4), door_at(30, 5.6, rooms=(2, 3)))
-    scores = score_doors(found, TRUTH)
-    assert scores == DoorScores(true=2, found=2, right=1)
+    result = floor_of(door_at(20.4), door_at(30, 5.6, rooms=(2, 3)))
+    scores = score_doors(result, TRUTH)
+    assert scores == DetectionScores(true=2, detected=2, correct=1)
     assert (scores.precision, scores.recall, scores.f1) == (0.5, 0.5, 0.5)
 
 
 def test_the_reach_can_be_given():
-    found = floor_of(door_at(20.4), door_at(30, 5.6, rooms=(2, 3)))
-    assert score_doors(found, TRUTH, reach=0.6).right == 2
-    assert score_doors(found, TRUTH, reach=0.1).right == 0
+    result = floor_of(door_at(20.4), door_at(30, 5.6, rooms=(2, 3)))
+    assert score_doors(result, TRUTH, reach=0.6).correct == 2
+    assert score_doors(result, TRUTH, reach=0.1).correct == 0
 
 
 def test_the_reach_is_half_the_true_width_and_not_the_found_one():
     wide = door_at(20.8, width=3.0)
-    assert score_doors(floor_of(wide), floor_of(door_at(20))).right == 0
-    assert score_doors(floor_of(door_at(20.8)), floor_of(door_at(20, width=3.0))).right == 1
+    assert score_doors(floor_of(wide), floor_of(door_at(20))).correct == 0
+    assert score_doors(floor_of(door_at(20.8)), floor_of(door_at(20, width=3.0))).correct == 1
 
 
 def test_a_true_door_is_found_once():
-    found = floor_of(door_at(20, 4.9), door_at(20, 5.1), door_at(20))
-    scores = score_doors(found, floor_of(door_at(20)))
-    assert scores == DoorScores(true=1, found=3, right=1)
+    result = floor_of(door_at(20, 4.9), door_at(20, 5.1), door_at(20))
+    scores = score_doors(result, floor_of(door_at(20)))
+    assert scores == DetectionScores(true=1, detected=3, correct=1)
     assert scores.f1 == pytest.approx(0.5)
 
 
 def test_as_many_as_possible_are_matched():
     """The nearest pair first would leave the door at 5.3 without its true one."""
-    found = floor_of(door_at(20, 5.3), door_at(20, 4.85))
+    result = floor_of(door_at(20, 5.3), door_at(20, 4.85))
     truth = floor_of(door_at(20, 5.0), door_at(20, 4.4))
-    assert score_doors(found, truth).right == 2
+    assert score_doors(result, truth).correct == 2
 
 
 def test_the_rooms_do_not_count_and_points_are_places():
     point = Door((1, 3), LineString([(20, 5), (20, 5)]), 0.9)
-    assert score_doors(floor_of(point), TRUTH).right == 1
-    assert score_doors(floor_of(door_at(20.4, kind="opening")), floor_of(point)).right == 1
+    assert score_doors(floor_of(point), TRUTH).correct == 1
+    assert score_doors(floor_of(door_at(20.4, kind="opening")), floor_of(point)).correct == 1
 
 
 def test_entrances_count_only_where_the_truth_has_any():
     entrance = door_at(10, rooms=(1, None))
-    found = floor_of(door_at(20), entrance)
-    assert score_doors(found, floor_of(door_at(20))) == DoorScores(true=1, found=1, right=1)
-    assert score_doors(found, floor_of(door_at(20), door_at(40, rooms=(3, None)))) == DoorScores(2, 2, 1)
+    result = floor_of(door_at(20), entrance)
+    assert score_doors(result, floor_of(door_at(20))) == DetectionScores(true=1, detected=1, correct=1)
+    assert score_doors(result, floor_of(door_at(20), door_at(40, rooms=(3, None)))) == DetectionScores(2, 2, 1)
 
 
 @pytest.mark.parametrize(
-    ("found", "truth", "shares"),
+    ("result", "truth", "shares"),
     [
         ((), (), (1, 1, 1)),
         ((), (door_at(20),), (0, 0, 0)),
         ((door_at(20),), (), (0, 0, 0)),
     ],
 )
-def test_floors_without_doors(found, truth, shares):
-    scores = score_doors(floor_of(*found), floor_of(*truth))
+def test_floors_without_doors(result, truth, shares):
+    scores = score_doors(floor_of(*result), floor_of(*truth))
     assert (scores.precision, scores.recall, scores.f1) == shares
 
 
-places = st.lists(st.tuples(st.integers(0, 30), st.integers(0, 30)), max_size=6)
+indices = st.lists(st.tuples(st.integers(0, 30), st.integers(0, 30)), max_size=6)
 
 
-@given(places, st.floats(-50, 50), st.floats(-50, 50))
-def test_a_floor_finds_its_own_doors_wherever_it_lies(at, x, y):
-    doors = [door_at(*place) for place in at]
+@given(indices, st.floats(-50, 50), st.floats(-50, 50))
+def test_a_floor_matches_its_own_doors_at_any_position(at, x, y):
+    doors = [door_at(*index) for index in at]
     moved = [Door(door.rooms, translate(door.line, x, y), door.width) for door in doors]
     scores = score_doors(floor_of(*moved), floor_of(*reversed(moved)))
-    assert scores == DoorScores(len(at), len(at), len(at))
+    assert scores == DetectionScores(len(at), len(at), len(at))
     assert scores.f1 == 1
 
 
-@given(places, places)
+@given(indices, indices)
 def test_precision_is_recall_the_other_way_round(first, second):
-    one, other = (floor_of(*(door_at(*place) for place in at)) for at in (first, second))
+    one, other = (floor_of(*(door_at(*index) for index in at)) for at in (first, second))
     there, back = score_doors(one, other, reach=3), score_doors(other, one, reach=3)
     assert (there.precision, there.recall, there.f1) == (back.recall, back.precision, back.f1)

@@ -1,4 +1,4 @@
-"""Doors are found by their swings, at any size and angle; what is round otherwise is none."""
+"""Doors are found by their swings, at any size and angle; other round shapes are no doors."""
 
 from typing import Any
 
@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
-from pianta.plan.doors.swings import Swing, agree_on_size, find_swings
-from pianta.plan.sheets.binarization import binarise, measure_contrast
+from pianta.plan.doors.swings import Swing, consensus_door_width, find_swings
+from pianta.plan.sheets.sheet import Sheet
 
 Image = NDArray[Any]
 
@@ -51,8 +51,9 @@ def blank(height: int = 300, width: int = 300) -> Image:
 
 
 def ink_of(colors: Image) -> Image:
-    """Contrast, and what is black however wide: walls."""
-    return np.asarray(np.maximum(measure_contrast(colors), binarise(colors)))
+    """Contrast, and full contrast in wide black areas, which are walls."""
+    sheet = Sheet(colors)
+    return np.asarray(np.maximum(sheet.contrast, sheet.ink))
 
 
 def contrast_of(sheet: Image) -> Image:
@@ -136,11 +137,11 @@ def draw_room(sheet: Image) -> None:
 @pytest.mark.parametrize(
     "draw", [draw_table, draw_table_at_wall, draw_rounded_desk, draw_text, draw_disk, draw_room, lambda sheet: None]
 )
-def test_what_is_no_door_is_none(draw):
+def test_other_round_shapes_are_no_doors(draw):
     sheet = blank()
     draw(sheet)
     assert find_swings(contrast_of(sheet)) == ()
-    assert agree_on_size(find_swings(contrast_of(sheet))) is None
+    assert consensus_door_width(find_swings(contrast_of(sheet))) is None
 
 
 @pytest.mark.slow
@@ -162,7 +163,7 @@ def test_the_width_is_that_of_most_doors():
     for number in range(5):
         draw_door(sheet, (120, 120 + 160 * number), 20)
     draw_door(sheet, (350, 300), 45)
-    size = agree_on_size(find_swings(contrast_of(sheet)))
+    size = consensus_door_width(find_swings(contrast_of(sheet)))
     assert size is not None
     assert size.px == pytest.approx(20, abs=1.5)
     assert 4 <= size.count <= 5
@@ -173,23 +174,23 @@ def make_swing(radius: float, score: float = 1.0) -> Swing:
     return Swing(np.zeros(2), np.array([0.0, radius]), np.array([-radius, 0.0]), radius, score)
 
 
-def test_fewer_than_three_that_agree_tell_no_width():
-    assert agree_on_size([make_swing(20), make_swing(21)]) is None
-    assert agree_on_size([make_swing(20), make_swing(40), make_swing(80)]) is None
-    agreed = agree_on_size([make_swing(radius) for radius in (19.0, 20.0, 21.0)])
+def test_fewer_than_three_swings_that_agree_give_no_width():
+    assert consensus_door_width([make_swing(20), make_swing(21)]) is None
+    assert consensus_door_width([make_swing(20), make_swing(40), make_swing(80)]) is None
+    agreed = consensus_door_width([make_swing(radius) for radius in (19.0, 20.0, 21.0)])
     assert agreed is not None
     assert (agreed.px, agreed.count) == (20.0, 3)
     assert agreed.confidence == pytest.approx(3 / 5)
 
 
-def test_more_doors_that_agree_are_surer():
-    few, many = (agree_on_size([make_swing(20.0)] * count) for count in (3, 12))
+def test_more_doors_that_agree_are_more_certain():
+    few, many = (consensus_door_width([make_swing(20.0)] * count) for count in (3, 12))
     assert few is not None
     assert many is not None
     assert few.confidence < many.confidence < 1
 
 
-def test_ink_is_as_good_as_contrast_and_small_sheets_have_none():
+def test_ink_serves_as_contrast_and_small_sheets_have_no_swings():
     sheet = blank()
     draw_door(sheet, (150, 150), 30)
     assert len(find_swings(sheet < 128)) == 1
@@ -198,8 +199,8 @@ def test_ink_is_as_good_as_contrast_and_small_sheets_have_none():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "least", "most"), [("off2.jpg", 37, 44), ("village.png", 15, 20)])
-def test_doors_of_real_plans_tell_their_width(data, name, least, most):
+def test_doors_of_real_plans_have_their_width(data, name, least, most):
     colors = np.asarray(cv2.imread(str(data / "floorplans" / name)))
-    size = agree_on_size(find_swings(ink_of(colors)))
+    size = consensus_door_width(find_swings(ink_of(colors)))
     assert size is not None
     assert least < size.px < most

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from shapely import get_coordinates
 
-from pianta.layout._canvas import draw_canvas
 from pianta.layout._voronoi_doors import compute_clearance, draw_voronoi_diagram, find_doors
+from pianta.layout._working_grid import to_working_grid
 from pianta.layout.parameters import ThesisParameters
-from tests.drawn_maps import carve, make_canvas, make_grid
+from tests.drawn_maps import carve, make_grid, make_working_grid
 
 DEFAULT = ThesisParameters()
 CELL = 0.05
@@ -27,7 +27,7 @@ def build_rooms(*gaps: tuple[int, int]):
 
 def find_drawn_doors(*gaps: tuple[int, int], parameters=DEFAULT):
     free, owner = build_rooms(*gaps)
-    return find_doors(make_canvas(free), owner, parameters)
+    return find_doors(make_working_grid(free), owner, parameters)
 
 
 @pytest.mark.parametrize("width", [8, 12, 16, 17, 18, 20, 25, 39])
@@ -70,10 +70,10 @@ def test_the_narrowest_passage_is_a_parameter():
 
 def test_a_line_beside_the_wall_gives_the_same_door():
     free, owner = build_rooms((50, 68))
-    expected = find_doors(make_canvas(free), owner, DEFAULT)
+    expected = find_doors(make_working_grid(free), owner, DEFAULT)
     for shift in (-8, 8):
         shifted = np.where(owner >= 0, (np.arange(owner.shape[1]) >= 111 + shift).astype(int), -1)
-        (door,) = find_doors(make_canvas(free), shifted, DEFAULT)
+        (door,) = find_doors(make_working_grid(free), shifted, DEFAULT)
         assert door.rooms == (1, 2)
         assert door.width == pytest.approx(expected[0].width, abs=CELL)
         assert door.line.distance(expected[0].line) < 0.1
@@ -84,13 +84,13 @@ def test_a_line_beside_a_closed_wall_gives_no_door():
     free, _ = build_rooms()
     free &= ~carve(free.shape, (20, 50, 118, 130), (68, 100, 118, 130))
     owner = np.where(np.arange(free.shape[1]) < 124, 0, 1) * np.ones((len(free), 1), int)
-    assert find_doors(make_canvas(free), owner, DEFAULT) == []
+    assert find_doors(make_working_grid(free), owner, DEFAULT) == []
 
 
-def test_a_passage_that_a_ragged_line_crosses_again_and_again_is_one_door():
+def test_a_passage_that_a_ragged_line_crosses_repeatedly_is_one_door():
     free, owner = build_rooms((50, 68))
     owner[:, 104:118] = np.arange(14) // 2 % 2
-    (door,) = find_doors(make_canvas(free), owner, DEFAULT)
+    (door,) = find_doors(make_working_grid(free), owner, DEFAULT)
     assert door.width == pytest.approx(18 * CELL, abs=CELL)
 
 
@@ -101,14 +101,14 @@ def test_rooms_that_meet_at_a_corner_have_no_door():
     owner = np.full(free.shape, 0)
     owner[:, 59:] += 1
     owner[59:] += 2
-    doors = find_doors(make_canvas(free), owner, DEFAULT)
+    doors = find_doors(make_working_grid(free), owner, DEFAULT)
     assert sorted(door.rooms for door in doors) == [(1, 2), (1, 3)]
 
 
 def test_doors_lie_in_the_map_frame():
     free, _ = build_rooms((50, 68))
     grid = make_grid(free, yaw=0.3)
-    canvas = draw_canvas(grid, free, resolution=CELL)
+    canvas = to_working_grid(grid, free, resolution=CELL)
     # The canvas is the map upside down or mirrored or both, or neither; the wall is in its middle in any case.
     owner = np.broadcast_to(np.arange(canvas.free.shape[1]) >= canvas.free.shape[1] / 2, canvas.free.shape).astype(int)
     (door,) = find_doors(canvas, owner, DEFAULT)
@@ -129,7 +129,7 @@ def test_voronoi_diagram_of_a_corridor_is_its_middle():
     assert diagram[5, 10:30].all()
 
 
-def test_clearance_is_the_exact_root_wherever_the_image_lies_in_memory():
+def test_clearance_is_the_exact_root_at_every_memory_address():
     free = np.ones((301, 407), bool)
     free[150, 200] = False
     rows, cols = np.ogrid[:301, :407]

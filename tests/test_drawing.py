@@ -35,7 +35,7 @@ from pianta.plot.floor import (
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY, plot_grid
 from pianta.plot.styles import DARK_INK, LIGHT_INK, ROOM_COLORS, style_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 
 TWO_ROOMS = Floor(
     rooms=(Room(1, box(0, 0, 4, 3)), Room(2, box(4.1, 0, 8, 3), partial=True)),
@@ -61,7 +61,7 @@ def ax():
 
 
 def color_at(ax: Axes, x: float, y: float) -> tuple[int, ...]:
-    """Red, green and blue of the pixel that shows a place of the map frame."""
+    """Red, green and blue of the pixel at a position of the map frame."""
     content, figure = BytesIO(), ax.get_figure(root=True)
     assert figure
     figure.savefig(content, format="png")
@@ -81,7 +81,7 @@ def id_patches(ax: Axes):
 @pytest.mark.slow
 @pytest.mark.parametrize("origin", [(0, 0, 0), (-3, 70, 0.5), (10, 10, pi / 2), (4.5e6, 5e5, -2)])
 @pytest.mark.parametrize("resolution", [0.05, 2])
-def test_each_cell_has_its_grey_where_it_lies_in_the_map_frame(ax, origin, resolution):
+def test_each_cell_has_its_grey_at_its_position_in_the_map_frame(ax, origin, resolution):
     cells = np.array([[UNKNOWN, FREE, 50], [OCCUPIED, FREE, FREE]], np.int8)
     grid = GridMap(cells, resolution, origin)
     assert plot_grid(grid, ax=ax) is ax
@@ -105,8 +105,8 @@ def test_a_map_larger_than_any_picture_is_averaged_down_in_place(ax):
 @pytest.mark.slow
 @given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 1000))
 @settings(max_examples=10)
-def test_rooms_with_a_wall_in_common_differ_in_colour(kind, seed):
-    floor = make_floor(kind, seed=seed)
+def test_rooms_with_a_wall_in_common_differ_in_colour(floor_type, seed):
+    floor = make_floor(floor_type, seed=seed)
     ax = plot_rooms(floor, ax=Figure().add_axes((0, 0, 1, 1)))
     colors = [to_hex(patch.get_facecolor()) for patch in room_patches(ax)]
     assert set(colors) <= set(ROOM_COLORS)
@@ -118,8 +118,8 @@ def test_rooms_with_a_wall_in_common_differ_in_colour(kind, seed):
 @pytest.mark.slow
 @given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 1000))
 @settings(max_examples=10)
-def test_ids_stand_inside_their_rooms(kind, seed):
-    floor = make_floor(kind, seed=seed)
+def test_ids_stand_inside_their_rooms(floor_type, seed):
+    floor = make_floor(floor_type, seed=seed)
     ax = plot_rooms(floor, ax=Figure().add_axes((0, 0, 1, 1)))
     for room, digits in zip(floor.rooms, id_patches(ax), strict=True):
         left, bottom, right, top = digits.get_path().get_extents().extents
@@ -141,11 +141,11 @@ def test_a_room_with_a_hole_is_not_filled_there():
 
 
 def test_partial_rooms_are_grey_and_hatched(ax):
-    whole, partial = room_patches(plot_rooms(TWO_ROOMS, ax=ax))
+    full, partial = room_patches(plot_rooms(TWO_ROOMS, ax=ax))
     assert to_hex(partial.get_facecolor()) == PARTIAL_COLOR
     assert partial.get_hatch()
-    assert to_hex(whole.get_facecolor()) in ROOM_COLORS
-    assert not whole.get_hatch()
+    assert to_hex(full.get_facecolor()) in ROOM_COLORS
+    assert not full.get_hatch()
 
 
 def test_a_prediction_is_hatched_beside_what_was_seen_in_a_dashed_outline(ax):
@@ -173,9 +173,9 @@ def test_labelled_rooms_have_the_colours_of_their_labels_and_partial_ones_are_li
 def test_labels_are_drawn_on_request_only(ax):
     plot_rooms(LABELLED, ax=ax)
     plain = plot_rooms(TWO_ROOMS, ax=Figure().add_axes((0, 0, 1, 1)))
-    for drawn, expected in zip(ax.patches, plain.patches, strict=True):
-        assert drawn.get_facecolor() == expected.get_facecolor()
-        assert drawn.get_path().vertices == pytest.approx(expected.get_path().vertices)
+    for patch, expected in zip(ax.patches, plain.patches, strict=True):
+        assert patch.get_facecolor() == expected.get_facecolor()
+        assert patch.get_path().vertices == pytest.approx(expected.get_path().vertices)
     assert len(draw_floor(TWO_ROOMS, AROUND_TWO_ROOMS).axes) == 1
 
 
@@ -189,10 +189,10 @@ def test_ids_are_white_on_dark_labels_and_uncertain_ones_have_a_question_mark(ax
 @pytest.mark.slow
 @given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 1000))
 @settings(max_examples=10)
-def test_uncertain_ids_stand_inside_their_rooms_and_nodes(kind, seed):
-    floor = make_floor(kind, seed=seed)
-    said = {"type": {"ROOM": 0.5, "CORRIDOR": 0.5, "HALL": 0.5}}
-    floor = replace(floor, rooms=tuple(replace(room, label_probabilities=said) for room in floor.rooms))
+def test_uncertain_ids_stand_inside_their_rooms_and_nodes(floor_type, seed):
+    floor = make_floor(floor_type, seed=seed)
+    probabilities = {"type": {"ROOM": 0.5, "CORRIDOR": 0.5, "HALL": 0.5}}
+    floor = replace(floor, rooms=tuple(replace(room, label_probabilities=probabilities) for room in floor.rooms))
     ids = id_patches(plot_rooms(floor, ax=Figure().add_axes((0, 0, 1, 1)), labels=True))
     nodes = plot_graph(floor, ax=Figure().add_axes((0, 0, 1, 1)), labels=True).patches
     assert style_rooms(floor)[1].is_uncertain
@@ -212,9 +212,9 @@ def test_doors_are_strokes_from_jamb_to_jamb_and_openings_are_dashed(ax):
     assert (solid.is_dashed(), dashed.is_dashed()) == (False, True)
 
 
-@pytest.mark.parametrize(("kind", "dashed"), [("door", False), ("opening", True)])
-def test_an_entrance_has_another_colour_and_a_diamond_in_its_middle(ax, kind, dashed):
-    entrance = Door((1, None), LineString([(0, 1), (0, 2)]), 1, kind)
+@pytest.mark.parametrize(("door_kind", "dashed"), [("door", False), ("opening", True)])
+def test_an_entrance_has_another_colour_and_a_diamond_in_its_middle(ax, door_kind, dashed):
+    entrance = Door((1, None), LineString([(0, 1), (0, 2)]), 1, door_kind)
     plot_doors(replace(TWO_ROOMS, doors=(*TWO_ROOMS.doors, entrance)), ax=ax)
     door, stroke, diamond = ax.lines
     assert (door.get_color(), stroke.get_color(), diamond.get_color()) == (DOOR_COLOR, ENTRANCE_COLOR, ENTRANCE_COLOR)
@@ -250,7 +250,7 @@ def test_graph_has_a_node_a_room_and_edges_through_the_doors(ax):
     assert edge.get_xydata() == pytest.approx(np.array([(2, 1.5), (4.05, 1.5), (6.05, 1.5)]))
 
 
-def test_a_node_of_a_winding_room_lies_inside_it(ax):
+def test_a_node_of_a_winding_room_is_inside_it(ax):
     corridor = box(0, 0, 30, 2).union(box(0, 0, 2, 30))
     plot_graph(Floor((Room(1, corridor),)), ax=ax)
     (node,) = ax.patches
@@ -274,7 +274,7 @@ def legend_of(floor: Floor, *, graph: bool = False) -> list[str]:
     return [text.get_text() for text in legend.get_texts()]
 
 
-def test_the_legend_says_how_many_rooms_have_a_label_and_which():
+def test_the_legend_lists_the_rooms_of_each_label():
     labels = "LAB", "GYM", "LAB", None, "LAB", "LAB", "GYM"
     rooms = tuple(Room(id_, box(id_, 0, id_ + 0.9, 3), label) for id_, label in enumerate(labels, start=1))
     floor = Floor(rooms, building_type={"school": 1.0})
@@ -290,8 +290,8 @@ def test_the_legend_explains_marks_that_occur():
 
 
 def test_the_legend_takes_any_label(ax):
-    strange = "$x_{$" + " \n" + "_" * 50
-    plot_legend(Floor((Room(1, box(0, 0, 1, 1), strange),)), ax=ax)
+    unusual = "$x_{$" + " \n" + "_" * 50
+    plot_legend(Floor((Room(1, box(0, 0, 1, 1), unusual),)), ax=ax)
     legend = ax.get_legend()
     assert [text.get_text() for text in legend.get_texts()] == ["1 × $x_{$ " + "_" * 23 + "… (1)"]
     ax.get_figure().savefig(BytesIO(), format="png")
@@ -307,12 +307,12 @@ def test_the_legend_stands_beside_the_building_and_inside_the_picture(size, coun
     ]
     figure = draw_floor(Floor(tuple(rooms)), GridMap(np.zeros((1, 1), np.int8), 0.05))
     building, strip = figure.axes
-    shown = strip.get_legend()
-    assert shown
-    legend = shown.get_window_extent()
-    drawn = building.get_window_extent()
-    assert max(drawn.width, drawn.height) == pytest.approx(1600)
-    assert not drawn.overlaps(legend.padded(-1))
+    strip_legend = strip.get_legend()
+    assert strip_legend
+    legend = strip_legend.get_window_extent()
+    extent = building.get_window_extent()
+    assert max(extent.width, extent.height) == pytest.approx(1600)
+    assert not extent.overlaps(legend.padded(-1))
     assert figure.bbox.containsx(legend.x0)
     assert figure.bbox.containsx(legend.x1)
     assert figure.bbox.containsy(legend.y0)
@@ -346,11 +346,11 @@ def test_walls_and_graph_are_drawn_on_request_only():
 @pytest.mark.parametrize("yaw", [0, 0.5])
 def test_picture_is_cropped_to_the_building_with_little_of_the_spray(glass_spray, yaw):
     floor = make_floor("ring", seed=0)
-    ax = draw_floor(floor, map_floor(floor, margin=40, glass_spray=glass_spray, yaw=yaw)).axes[0]
-    shown = box(ax.get_xlim()[0], ax.get_ylim()[0], ax.get_xlim()[1], ax.get_ylim()[1])
+    ax = draw_floor(floor, simulate_map(floor, margin=40, glass_spray=glass_spray, yaw=yaw)).axes[0]
+    view = box(ax.get_xlim()[0], ax.get_ylim()[0], ax.get_xlim()[1], ax.get_ylim()[1])
     building = unary_union([room.polygon for room in floor.rooms])
-    assert shown.contains(building.buffer(0.5))
-    assert shown.area < (1.4 if glass_spray else 1.2) * building.envelope.area
+    assert view.contains(building.buffer(0.5))
+    assert view.area < (1.4 if glass_spray else 1.2) * building.envelope.area
 
 
 def test_what_was_seen_and_is_no_room_stays_in_the_picture():

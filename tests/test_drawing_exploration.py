@@ -40,19 +40,19 @@ def test_the_map_has_the_greys_of_what_was_known_and_orange_frontiers(world, run
     unseen = (run.scan_of_cell != 0) & ~orange
     assert np.unique(colors[unseen]).tolist() == [228, 243]
     assert (colors[unseen & world.free] == 243).all()
-    whole = np.asarray(plot_exploration(run, world, ax=Figure().add_subplot()).images[0].get_array())
-    assert (whole[run.map.cells == 100] == 110).all()
+    final = np.asarray(plot_exploration(run, world, ax=Figure().add_subplot()).images[0].get_array())
+    assert (final[run.map.cells == 100] == 110).all()
 
 
 def test_tracks_end_where_robots_were_at_the_scan(world, run):
     for scan in (0, 1, len(run.area) - 1):
         ax = plot_exploration(run, world, ax=Figure().add_subplot(), scan=scan)
         for number in range(2):
-            made = np.count_nonzero(run.robot[: scan + 1] == number)
-            drawn = np.column_stack(ax.lines[3 * number].get_data())
-            expected = run.tracks[number][:made, :2] - world.origin[:2]
-            assert drawn.shape == expected.shape
-            assert np.allclose(drawn, expected)
+            moves = np.count_nonzero(run.robot[: scan + 1] == number)
+            line = np.column_stack(ax.lines[3 * number].get_data())
+            expected = run.tracks[number][:moves, :2] - world.origin[:2]
+            assert line.shape == expected.shape
+            assert np.allclose(line, expected)
 
 
 def test_the_curve_is_the_share_over_the_metres(run):
@@ -73,7 +73,7 @@ def test_the_picture_is_the_same_for_the_same_run(world, run, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_animation_has_the_frames_asked_for_and_rests(world, run, tmp_path):
+def test_the_animation_has_the_given_number_of_frames_and_rests(world, run, tmp_path):
     save_animation(run, world, tmp_path / "run.gif", frames=3)
     with Image.open(tmp_path / "run.gif") as image:
         # Pillow joins the same frames at the end to one that lasts.
@@ -91,6 +91,6 @@ def test_an_animation_that_cannot_be_made_is_refused(monkeypatch):
         check_animation("mp4")
 
 
-def test_a_folder_that_is_none_is_an_error_in_one_line(world, run, tmp_path):
+def test_a_missing_folder_is_an_error_in_one_line(world, run, tmp_path):
     with pytest.raises(PiantaError, match="cannot"):
         save_figure(draw_exploration(run, world), tmp_path / "nowhere" / "picture.png")

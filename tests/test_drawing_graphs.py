@@ -101,16 +101,16 @@ def test_labels_are_those_of_the_schema_that_is_given(ax):
 
 def test_edges_join_the_middles_of_nodes_and_are_thick_between_corridors(ax):
     plot_room_graph(SMALL_SCHOOL, ax=ax, schema=SCHOOL)
-    places = place_nodes(SMALL_SCHOOL)
+    positions = place_nodes(SMALL_SCHOOL)
     (lines,) = (part for part in ax.collections if isinstance(part, LineCollection))
     ends = [tuple(map(tuple, segment)) for segment in lines.get_segments()]
-    assert ends == [(places[first], places[second]) for first, second in SMALL_SCHOOL.edges]
+    assert ends == [(positions[first], positions[second]) for first, second in SMALL_SCHOOL.edges]
     is_thick = np.equal(lines.get_linewidth(), SPINE)
     thick = [edge for edge, thick in zip(SMALL_SCHOOL.edges, is_thick, strict=True) if thick]
     assert thick == [("a", "b")]
 
 
-def test_each_node_is_drawn_at_its_place_and_seen(ax):
+def test_each_node_is_drawn_at_its_position_and_visible(ax):
     plot_room_graph(SMALL_SCHOOL, ax=ax, schema=SCHOOL)
     (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
     for patch, (x, y) in zip(ax.patches, place_nodes(SMALL_SCHOOL).values(), strict=True):
@@ -147,36 +147,36 @@ def test_an_edge_of_a_node_to_itself_is_not_drawn(ax):
 @given(st.integers(2, 40), st.floats(0, 1), st.integers(0, 1000))
 @settings(max_examples=25, deadline=None)
 def test_nodes_of_no_graph_overlap(count, density, seed):
-    places = place_nodes(nx.gnp_random_graph(count, density**2, seed=seed))
-    assert min(dist(one, other) for one, other in combinations(places.values(), 2)) > 2 * RADIUS
+    positions = place_nodes(nx.gnp_random_graph(count, density**2, seed=seed))
+    assert min(dist(one, other) for one, other in combinations(positions.values(), 2)) > 2 * RADIUS
 
 
 def test_rooms_lie_closest_to_their_own_corridor():
     """Two stars of six rooms, joined in their middles."""
     graph = nx.Graph([(0, 1), *((corridor, (corridor, room)) for corridor in (0, 1) for room in range(6))])
-    places = place_nodes(graph)
+    positions = place_nodes(graph)
     for corridor, other in ((0, 1), (1, 0)):
         for room in range(6):
-            place = places[corridor, room]
-            assert dist(place, places[corridor]) < dist(place, places[other])
+            position = positions[corridor, room]
+            assert dist(position, positions[corridor]) < dist(position, positions[other])
 
 
 def test_a_ring_of_corridors_with_rooms_has_no_crossings():
     """Each corridor lies on a convex ring, its rooms outside or inside of it but never across an edge."""
     ring = nx.cycle_graph(6)
     ring.add_edges_from((corridor, (corridor, room)) for corridor in range(6) for room in range(3))
-    places = place_nodes(ring)
+    positions = place_nodes(ring)
 
     def left(a, b, c) -> bool:
         return bool((b[0] - a[0]) * (c[1] - a[1]) > (b[1] - a[1]) * (c[0] - a[0]))
 
     for one, other in combinations(ring.edges, 2):
         if not {*one} & {*other}:
-            (a, b), (c, d) = ([places[node] for node in edge] for edge in (one, other))
+            (a, b), (c, d) = ([positions[node] for node in edge] for edge in (one, other))
             assert left(a, b, c) == left(a, b, d) or left(c, d, a) == left(c, d, b)
 
 
-def test_a_long_building_lies():
+def test_a_long_building_is_drawn_horizontally():
     xy = np.array([*place_nodes(nx.path_graph(20)).values()])
     width, height = np.ptp(xy, axis=0)
     assert width > 2 * height
@@ -185,16 +185,16 @@ def test_a_long_building_lies():
 def test_parts_of_a_building_lie_apart():
     """No box around a part reaches into that of another."""
     graph: nx.Graph = nx.disjoint_union_all([nx.star_graph(5), nx.cycle_graph(4), nx.empty_graph(1), nx.path_graph(3)])
-    places = place_nodes(graph)
+    positions = place_nodes(graph)
     boxes = []
     for part in nx.connected_components(graph):
-        xy = np.array([places[node] for node in part])
+        xy = np.array([positions[node] for node in part])
         boxes.append((xy.min(axis=0) - RADIUS, xy.max(axis=0) + RADIUS))
     for (low, high), (other_low, other_high) in combinations(boxes, 2):
         assert (high < other_low).any() or (other_high < low).any()
 
 
-def test_a_sheet_has_a_building_in_each_place_row_by_row():
+def test_a_sheet_has_its_buildings_row_by_row():
     graphs = [SMALL_SCHOOL, nx.empty_graph(1), nx.path_graph(3)]
     figure = draw_contact_sheet(graphs, schema=SCHOOL, columns=2)
     assert [ax.get_title() for ax in figure.axes] == ["1: 8 rooms", "2: 1 room", "3: 3 rooms"]
@@ -228,7 +228,7 @@ def test_the_legend_has_the_labels_of_all_buildings_in_the_order_of_the_schema()
     assert marks[-1] == ("o", "#ffffff")
 
 
-def test_the_legend_tells_what_is_fixed_only_where_something_is():
+def test_the_legend_explains_fixed_rooms_only_if_there_are_any():
     graphs = [building([("a", "b")], a="CORRIDOR", b="LAB")] * 2
     assert legend_of(draw_contact_sheet(graphs, schema=SCHOOL, fixed=[set(), set()])) == ["LAB", "CORRIDOR"]
     figure = draw_contact_sheet(graphs, schema=SCHOOL, fixed=[set(), {"b"}])
@@ -238,7 +238,7 @@ def test_the_legend_tells_what_is_fixed_only_where_something_is():
 
 
 @pytest.mark.slow
-def test_the_legend_lies_in_the_sheet_and_below_the_buildings():
+def test_the_legend_is_in_the_sheet_and_below_the_buildings():
     """All labels of a schema, in a sheet of one building and one of several."""
     graph: nx.Graph = nx.path_graph(len(SCHOOL.labels))
     nx.set_node_attributes(graph, dict(enumerate(SCHOOL.by_name)), "label")
@@ -253,13 +253,13 @@ def test_the_legend_lies_in_the_sheet_and_below_the_buildings():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("heading", "shown"), [(None, "24 of 26"), ("Schools", "Schools: 24 of 26")])
-def test_of_too_many_buildings_the_first_are_drawn_and_the_heading_says_so(heading, shown):
+@pytest.mark.parametrize(("heading", "drawn_heading"), [(None, "24 of 26"), ("Schools", "Schools: 24 of 26")])
+def test_of_too_many_buildings_the_first_are_drawn_and_the_heading_is_extended(heading, drawn_heading):
     graphs = [nx.empty_graph(1)] * MAX_SHEET + [SMALL_SCHOOL] * 2
     titles = [str(number) for number in range(26)]
     figure = draw_contact_sheet(graphs, schema=SCHOOL, heading=heading, titles=titles)
     assert [ax.get_title() for ax in figure.axes] == titles[:MAX_SHEET]
-    assert texts_of(figure) == [shown]
+    assert texts_of(figure) == [drawn_heading]
     assert legend_of(figure) == ["other or no label"]
 
 
@@ -300,7 +300,7 @@ def test_the_same_graphs_have_the_same_bytes_under_every_hash_seed(tmp_path):
         assert not image.text  # type: ignore[attr-defined]
 
 
-def test_a_sheet_that_cannot_be_written_is_told_in_one_line(tmp_path):
+def test_a_sheet_that_cannot_be_written_is_an_error_in_one_line(tmp_path):
     sheet, path = draw_contact_sheet([SMALL_SCHOOL], schema=SCHOOL), tmp_path / "missing" / "sheet.png"
     with pytest.raises(PiantaError, match=r"^cannot write '.*sheet\.png': .*$"):
         save_figure(sheet, path)
@@ -311,15 +311,15 @@ def test_a_sheet_that_cannot_be_written_is_told_in_one_line(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
-def test_no_room_of_real_schools_lies_on_an_edge_of_others_and_squares_are_their_corridors(data, ax):
+def test_no_room_of_real_schools_is_on_an_edge_of_other_rooms_and_squares_are_corridors(data, ax):
     for file in sorted((data / "buildings" / "school").glob("*.xml"))[:8]:
         graph = drop_isolated(read_building_xml(file).graph())
-        places = place_nodes(graph)
+        positions = place_nodes(graph)
         for first, second in graph.edges:
-            a, b = np.array(places[first]), np.array(places[second])
+            a, b = np.array(positions[first]), np.array(positions[second])
             for node in graph.nodes - {first, second}:
-                share = np.clip((places[node] - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
-                assert dist(places[node], a + share * (b - a)) > RADIUS
+                share = np.clip((positions[node] - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+                assert dist(positions[node], a + share * (b - a)) > RADIUS
         ax.clear()
         plot_room_graph(graph, ax=ax, schema=SCHOOL)
         squares = {node for node, patch in zip(graph, ax.patches, strict=True) if isinstance(patch, Rectangle)}

@@ -29,16 +29,16 @@ from pianta.plot.prediction import (
 )
 from pianta.prediction.explored_part import ExploredPart
 from pianta.prediction.prediction import Prediction, predict
+from pianta.prediction.revealed_floor import RevealedFloor, reveal_corridors
 from pianta.prediction.unexplored_part import SampledFloor
-from pianta.prediction.whole_floor import WholeFloor, explore_floor
 from tests.generated_types import SCHOOL, make_schools, make_wing
 
 
 @cache
-def predicted() -> tuple[Prediction, WholeFloor]:
+def predicted() -> tuple[Prediction, RevealedFloor]:
     """The fourth school, of which one corridor of four in a ring was explored, by a model of the others."""
     schools = make_schools()
-    truth = explore_floor(schools[3], SCHOOL, corridors=1)
+    truth = reveal_corridors(schools[3], SCHOOL, corridors=1)
     return predict(truth.part, learn_type([*schools[:3], *schools[4:]], SCHOOL), count=8), truth
 
 
@@ -53,9 +53,9 @@ def shade_of(ax) -> list[PathPatch]:
     ]
 
 
-def covers(ax, place) -> bool:
-    """Whether a place is in the shade."""
-    return any(patch.get_path().contains_point(place) for patch in shade_of(ax))
+def covers(ax, position) -> bool:
+    """Whether a position is in the shade."""
+    return any(patch.get_path().contains_point(position) for patch in shade_of(ax))
 
 
 def frames_of(ax) -> list[tuple[float, float]]:
@@ -71,13 +71,13 @@ class TestKnownPart:
     def test_shades_known_rooms_and_the_edges_between_them(self, ax):
         graph = make_wing("CCS")
         plot_known_part(graph, [0, 1], ax=ax, schema=SCHOOL)
-        places = {node: np.array(place) for node, place in place_nodes(graph).items()}
-        assert [covers(ax, places[node]) for node in graph] == [True, True, False, False]
-        assert covers(ax, (places[0] + places[1]) / 2)
-        assert not covers(ax, places[0] + 0.7 * (places[2] - places[0]))
+        positions = {node: np.array(position) for node, position in place_nodes(graph).items()}
+        assert [covers(ax, positions[node]) for node in graph] == [True, True, False, False]
+        assert covers(ax, (positions[0] + positions[1]) / 2)
+        assert not covers(ax, positions[0] + 0.7 * (positions[2] - positions[0]))
         assert sum(isinstance(patch, Circle) for patch in ax.patches) == 3
 
-    def test_rooms_without_a_label_are_asked_for_and_open_corridors_framed(self, ax):
+    def test_rooms_without_a_label_have_a_question_mark_and_open_corridors_a_frame(self, ax):
         graph = make_wing("CC")
         graph.nodes[2]["label"] = None
         plot_known_part(graph, [0, 1], ax=ax, schema=SCHOOL, open_ends=[0], names={0: "$corridor"})
@@ -85,10 +85,10 @@ class TestKnownPart:
         (frame,) = frames_of(ax)
         assert frame == pytest.approx(place_nodes(graph)[0])
 
-    @pytest.mark.parametrize("known", [[], [0, 1, 2]])
-    def test_none_or_all_is_known(self, ax, known):
-        plot_known_part(make_wing("CC"), known, ax=ax, schema=SCHOOL)
-        assert len(shade_of(ax)) == bool(known)
+    @pytest.mark.parametrize("known_nodes", [[], [0, 1, 2]])
+    def test_none_or_all_is_known(self, ax, known_nodes):
+        plot_known_part(make_wing("CC"), known_nodes, ax=ax, schema=SCHOOL)
+        assert len(shade_of(ax)) == bool(known_nodes)
 
 
 class TestPanels:
@@ -98,15 +98,15 @@ class TestPanels:
         explored = prediction.explored
         assert len(frames_of(ax)) == len(explored.open) == 2
         assert texts_of(ax).count("?") == len(explored.doors)
-        places = place_nodes(explored.graph)
-        assert all(covers(ax, places[node]) == (node in explored.known) for node in explored.graph)
-        assert f"{len(explored.known)} rooms known" in ax.get_title()
+        positions = place_nodes(explored.graph)
+        assert all(covers(ax, positions[node]) == (node in explored.known_graph) for node in explored.graph)
+        assert f"{len(explored.known_graph)} rooms known" in ax.get_title()
 
     def test_the_truth_is_the_whole_floor(self, ax):
         prediction, truth = predicted()
         plot_explored(prediction, ax=ax, truth=truth)
-        places = place_nodes(truth.graph)
-        assert {node for node in truth.graph if covers(ax, places[node])} == truth.graph.nodes - set(truth.unknown)
+        positions = place_nodes(truth.graph)
+        assert {node for node in truth.graph if covers(ax, positions[node])} == truth.graph.nodes - set(truth.unknown)
         corridors = {str(prediction.explored.graph.nodes[node]["room"]) for node in prediction.explored.corridors}
         assert set(texts_of(ax)) == corridors
 
@@ -114,8 +114,8 @@ class TestPanels:
         prediction, _ = predicted()
         sample = choose_sample(prediction)
         plot_sample(sample, prediction, ax=ax)
-        places = place_nodes(sample.graph)
-        assert {node for node in sample.graph if covers(ax, places[node])} == {*sample.known.values()}
+        positions = place_nodes(sample.graph)
+        assert {node for node in sample.graph if covers(ax, positions[node])} == {*sample.known_nodes.values()}
         assert len(frames_of(ax)) == len(prediction.explored.open)
         assert f"{len(sample.graph)} rooms" in ax.get_title()
 
@@ -143,10 +143,9 @@ class TestSkeleton:
         skeleton.add_edge("a", "door", probability=0.02)
         plot_skeleton(skeleton, ax=ax)
         assert sorted(texts_of(ax)) == ["40", "?", "a", "b"]
-        known, uncertain = ax.lines
-        assert known.get_linewidth() > uncertain.get_linewidth()
-
-        assert known.get_alpha() > uncertain.get_alpha() == 0.5
+        certain, uncertain = ax.lines
+        assert certain.get_linewidth() > uncertain.get_linewidth()
+        assert certain.get_alpha() > uncertain.get_alpha() == 0.5
 
     def test_a_floor_without_corridors_has_none(self, ax):
         plot_skeleton(nx.Graph(), ax=ax)
@@ -194,6 +193,6 @@ class TestPicture:
         assert (tmp_path / "one.png").read_bytes() == (tmp_path / "other.png").read_bytes()
 
     @pytest.mark.slow
-    def test_a_file_that_cannot_be_written_is_told(self, tmp_path):
+    def test_a_file_that_cannot_be_written_is_an_error(self, tmp_path):
         with pytest.raises(PiantaError, match="missing"):
             save_figure(draw_prediction(predicted()[0]), tmp_path / "missing" / "picture.png")

@@ -19,10 +19,10 @@ ROOM = [(0, 0, 9, 0), (9, 0, 9, 4.5), (9, 4.5, 0, 4.5), (0, 4.5, 0, 0)]
 
 
 def drawing(*lines: Sequence[float] | NDArray[np.float64], role: Role = "wall", **attributes: object) -> PlanDrawing:
-    """Lines x0, y0, x1, y1 of a role, in metres unless told."""
+    """Lines x0, y0, x1, y1 of a role, in metres by default."""
     ends = np.array(lines, float).reshape(-1, 2, 2)
-    given_ = {"roles": np.full(len(ends), ROLES.index(role)), "widths": np.zeros(len(ends)), "metres_per_unit": 1.0}
-    return PlanDrawing(lines=ends, **{**given_, **attributes})  # type: ignore[arg-type]
+    options = {"roles": np.full(len(ends), ROLES.index(role)), "widths": np.zeros(len(ends)), "metres_per_unit": 1.0}
+    return PlanDrawing(lines=ends, **{**options, **attributes})  # type: ignore[arg-type]
 
 
 def bounds(mask: NDArray[np.bool_]) -> list[int]:
@@ -48,7 +48,7 @@ def test_a_room_in_metres_has_doors_of_32_pixels():
     assert sheet.texts is None
 
 
-def test_units_and_the_place_of_the_origin_do_not_change_the_sheet():
+def test_units_and_origin_do_not_change_the_sheet():
     """The same room in millimetres, at the coordinates of a state plane, with a door and a text."""
     text, door = DrawnText("Office", 4, 2, 0.2, 0.5), np.array([[[1, 0], [2, 0]]], float)
     here = draw_sheet(drawing(*ROOM, doors=door, texts=(text,)))
@@ -90,7 +90,7 @@ def test_corners_of_texts_go_clockwise_from_where_reading_starts(angle, first, s
     assert text.height == pytest.approx(0.27 * 1.4 * 32 / 0.9)
 
 
-def test_without_units_the_median_door_tells_the_scale():
+def test_without_units_the_median_door_gives_the_scale():
     doors = np.array([[[1, 0], [2, 0]], [[3, 0], [4, 0]], [[5, 0], [9, 0]]], float)
     sheet = draw_sheet(drawing(*ROOM, doors=doors, metres_per_unit=None))
     assert sheet.colors.shape[:2] == (4.5 * 32 + 2 * M, 9 * 32 + 2 * M)
@@ -108,7 +108,7 @@ def test_a_large_building_is_drawn_smaller():
     assert sheet.resolution == pytest.approx(900 / (1000 - 2 * M - 1))
 
 
-def test_what_lies_far_off_is_left_out():
+def test_distant_pieces_are_left_out():
     """Forgotten pieces on three sides, one of them a detail of more lines than the walls; and what is beside them."""
     junk = [(x, -4e5 + x, x + 1, -4e5) for x in range(10)]
     lines = [*ROOM, (1e6, 0, 1e6 + 1, 0), (-5e7, 3, -5e7, 4), *junk]
@@ -119,7 +119,7 @@ def test_what_lies_far_off_is_left_out():
     assert (sheet.doors.shape, sheet.texts) == ((0, 2, 2), None)
 
 
-def test_two_floors_on_a_sheet_stay():
+def test_both_floors_of_a_sheet_stay():
     other = [(x0 + 14, y0, x1 + 14, y1) for x0, y0, x1, y1 in ROOM]
     assert draw_sheet(drawing(*ROOM, *other)).colors.shape[1] == pytest.approx(23 * 32 / 0.9 + 2 * M, abs=1)
 
@@ -161,12 +161,12 @@ def test_lines_are_as_wide_as_they_are_drawn_and_two_pixels_at_least():
         (drawing((1, 1, 1, 1), source="a.svg"), r"a\.svg"),
     ],
 )
-def test_a_plan_of_nothing_is_refused(plan, message):
+def test_an_empty_plan_is_refused(plan, message):
     with pytest.raises(PlanError, match=rf"^[^\n]*{message}[^\n]*$"):
         draw_sheet(plan)
 
 
-def test_a_sheet_of_nothing_is_refused():
+def test_a_sheet_without_room_is_refused():
     with pytest.raises(OptionError, match=f"longest_px.*{4 * M}"):
         draw_sheet(drawing(*ROOM), longest_px=90)
 

@@ -26,7 +26,7 @@ BARE_LINE = "0\nLINE\n8\nWALL\n10\n0\n20\n0\n11\n4\n21\n3\n"
 
 
 def new_document(units: int = 4) -> Any:
-    """An empty document, in millimetres unless told, whose block Door is 900 wide, hinged at its base point."""
+    """An empty document, in millimetres by default, whose block Door is 900 wide, hinged at its base point."""
     document = ezdxf.new()
     document.header["$INSUNITS"] = units
     block = document.blocks.new("Door")
@@ -115,7 +115,7 @@ def test_a_block_on_a_layer_of_doors_is_one_and_nested_blocks_are_its_parts(tmp_
 
 
 def test_loose_quarter_circles_on_a_layer_of_doors_are_doors(tmp_path):
-    """The leaf beside one tells its jamb, the wall that of the other; a lone line is none."""
+    """The leaf gives the jamb of the first door, the wall that of the second; a lone line is no door."""
     document = new_document()
     space = document.modelspace()
     space.add_arc((0, 0), 800, 0, 90, dxfattribs=ON_DOOR)

@@ -7,7 +7,7 @@ import pytest
 from pianta.errors import LabelError
 from pianta.exploration import expectations
 from pianta.exploration.expectations import Beyond, RoomExpectations
-from tests.expected_floors import CORRIDOR_DOOR, LIBRARY_DOOR, school_sampler, seen_rooms
+from tests.expected_floors import CORRIDOR_DOOR, LIBRARY_DOOR, recognised_rooms, school_sampler
 
 
 def test_the_rest_of_a_room_is_that_of_larger_rooms_of_its_label():
@@ -30,7 +30,7 @@ def test_of_a_room_of_unknown_or_strange_label_all_rooms_tell():
 
 
 def test_behind_the_doors_is_what_the_model_has():
-    found = RoomExpectations(school_sampler(), find="gym").predict_beyond(seen_rooms(), [])
+    found = RoomExpectations(school_sampler(), find="gym").predict_beyond(recognised_rooms(), [])
     assert found.area.keys() == found.hit.keys() == {LIBRARY_DOOR, CORRIDOR_DOOR}
     # Each school has a gym of 300 m², behind the library.
     assert found.hit[LIBRARY_DOOR] > 0.9
@@ -38,23 +38,23 @@ def test_behind_the_doors_is_what_the_model_has():
 
 
 def test_a_label_that_no_floor_of_the_model_has_is_nowhere():
-    found = RoomExpectations(school_sampler(), find="KITCHEN").predict_beyond(seen_rooms(), [])
+    found = RoomExpectations(school_sampler(), find="KITCHEN").predict_beyond(recognised_rooms(), [])
     assert set(found.hit.values()) == {0}
-    assert set(RoomExpectations(school_sampler()).predict_beyond(seen_rooms(), []).hit.values()) == {0}
+    assert set(RoomExpectations(school_sampler()).predict_beyond(recognised_rooms(), []).hit.values()) == {0}
 
 
 def test_an_open_corridor_is_an_end_of_its_own():
-    found = RoomExpectations(school_sampler()).predict_beyond(seen_rooms(), [1])
+    found = RoomExpectations(school_sampler()).predict_beyond(recognised_rooms(), [1])
     assert 1 in found.area
 
 
 def test_predictions_are_the_same_and_kept_while_nothing_new_is_seen():
     one, other = (RoomExpectations(school_sampler(), find="gym") for _ in range(2))
-    first = one.predict_beyond(seen_rooms(), [])
-    assert one.predict_beyond(seen_rooms(), []) is first
-    again = other.predict_beyond(seen_rooms(), [])
+    first = one.predict_beyond(recognised_rooms(), [])
+    assert one.predict_beyond(recognised_rooms(), []) is first
+    again = other.predict_beyond(recognised_rooms(), [])
     assert (again.area, again.hit) == (first.area, first.hit)
-    fewer = replace(seen_rooms(), unopened=((2, 5),))
+    fewer = replace(recognised_rooms(), unopened=((2, 5),))
     assert one.predict_beyond(fewer, []).area.keys() == {LIBRARY_DOOR}
 
 
@@ -63,5 +63,5 @@ def test_what_cannot_be_a_part_of_a_floor_lets_nothing_expect(monkeypatch):
         raise LabelError("strange")
 
     monkeypatch.setattr(expectations, "read_explored_part", refuse)
-    found = RoomExpectations(school_sampler()).predict_beyond(seen_rooms(), [])
+    found = RoomExpectations(school_sampler()).predict_beyond(recognised_rooms(), [])
     assert (found.area, found.hit) == (Beyond().area, Beyond().hit) == ({}, {})

@@ -17,7 +17,7 @@ from sklearn.svm import SVC
 
 from pianta.errors import GraphError
 from pianta.graphs.graph_hopper import GraphHopper
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from tests.labelled_graphs import assert_kernel, labelled_graphs, make_path, make_plan, rename
 
@@ -145,7 +145,7 @@ def test_support_vector_machines_take_the_features(kernel):
 
 
 @pytest.mark.parametrize("kernel", [WeisfeilerLehman(), GraphHopper(), NeighborhoodPairs(edge_label="door")], ids=str)
-def test_all_faults_of_graphs_are_told_together(kernel):
+def test_all_faults_of_graphs_are_listed_together(kernel):
     bare = nx.path_graph(7)
     loop = make_path("AB")
     loop.add_edge(0, 0, door="x")
@@ -174,7 +174,7 @@ def test_one_graph_is_no_list_of_graphs():
         WeisfeilerLehman().fit(make_path("AB"))
 
 
-def test_labels_are_told_apart_by_their_text():
+def test_labels_are_distinguished_by_their_text():
     one, same, other = (nx.Graph() for _ in range(3))
     one.add_node(0, room=7)
     same.add_node(0, room="7")
@@ -185,7 +185,7 @@ def test_labels_are_told_apart_by_their_text():
 SCRIPT = """
 import networkx as nx
 from pianta.graphs.graph_hopper import GraphHopper
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 
 graph = nx.Graph()

@@ -14,14 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 from shapely import LineString, box
 
 from pianta.errors import MapWarning, OptionError
-from pianta.exploration import kernels
+from pianta.exploration import beams
 from pianta.exploration.classical_policies import InformationGain, NearestFrontier
 from pianta.exploration.explore import explore
 from pianta.exploration.frontiers import Frontier
 from pianta.exploration.lidar import Lidar, Pose
-from pianta.exploration.perception import perceive_rooms
 from pianta.exploration.policies import POLICIES, make_policy
-from pianta.exploration.situation import Situation
+from pianta.exploration.policy_input import PolicyInput
+from pianta.exploration.recognised_rooms import recognise_rooms
 from pianta.exploration.world import World, build_world, read_world
 from pianta.floor import Door, Floor, Room
 from pianta.io.buildings.read import read_building
@@ -37,9 +37,9 @@ def row_of_rooms(*labels: str, door: bool = True) -> Floor:
     return Floor(rooms, doors)
 
 
-def situation_of(
+def make_policy_input(
     distances: list[list[float]], points: ArrayLike | None = None, *, known: NDArray[np.int8] | None = None
-) -> Situation:
+) -> PolicyInput:
     """Robots and frontiers at given distances from each other, on an unknown map of 0.1 m cells."""
     ways = np.array(distances, float)
     count = ways.shape[1]
@@ -48,7 +48,7 @@ def situation_of(
     targets = [(50, 20 * n + 30) for n in range(count)]
     frontiers = tuple(Frontier(np.array([target]), target, 1.0, n) for n, target in enumerate(targets))
     poses = tuple(Pose(0, 0) for _ in ways)
-    return Situation(known, known == 0, 0.1, (0, 0, 0), poses, frontiers, ways, places, (0,) * count, reach=2.0)
+    return PolicyInput(known, known == 0, 0.1, (0, 0, 0), poses, frontiers, ways, places, (0,) * count, reach=2.0)
 
 
 def ids_of(choice: Sequence[Frontier | None]) -> list[int | None]:
@@ -61,8 +61,8 @@ def test_two_rooms_are_explored_to_the_end(policy):
     assert run.outcome == "done"
     assert run.share[-1] == 1
     assert run.reachable_area == pytest.approx(3.9 * 4 + 2.9 * 4 + 0.2 * 0.9)
-    assert run.entered.keys() == {1, 2} or run.seen.keys() == {1, 2}
-    assert run.seen[1] == 0
+    assert run.entered_at.keys() == {1, 2} or run.recognised_at.keys() == {1, 2}
+    assert run.recognised_at[1] == 0
     assert 0 < run.distance[-1] < 20
     assert (np.diff(run.distance) >= 0).all()
     assert (np.diff(run.area) >= 0).all()
@@ -106,7 +106,7 @@ def test_another_seed_is_another_noise():
 def test_without_numba_the_run_is_the_same(monkeypatch):
     runs = []
     for numba in (True, False):
-        monkeypatch.setattr(kernels, "has_numba", lambda numba=numba: numba)
+        monkeypatch.setattr(beams, "has_numba", lambda numba=numba: numba)
         runs.append(explore(two_room_world(), InformationGain(), starts=[(2, 2)]))
     assert np.array_equal(runs[0].distance, runs[1].distance)
     assert np.array_equal(runs[0].map.cells, runs[1].map.cells)
@@ -119,7 +119,7 @@ def test_the_run_is_the_same_under_every_hash_seed():
         "from pianta.exploration.classical_policies import InformationGain;"
         "from tests.explored_worlds import two_room_world;"
         "run = explore(two_room_world(), InformationGain(), robots=2);"
-        "print(run.distance.tolist(), run.area.tolist(), run.seen, run.entered)"
+        "print(run.distance.tolist(), run.area.tolist(), run.recognised_at, run.entered_at)"
     )
     told = [
         subprocess.run(
@@ -165,8 +165,8 @@ def test_a_distance_ends_the_run():
 
 def test_a_policy_can_advise_to_stop():
     class Stay:
-        def choose(self, situation):
-            return [None] * len(situation.poses)
+        def choose(self, inputs):
+            return [None] * len(inputs.poses)
 
     run = explore(two_room_world(), Stay(), starts=[(2, 3.5)])
     assert (run.outcome, run.decisions, run.distance[-1]) == ("stopped by the policy", 1, 0)
@@ -175,11 +175,11 @@ def test_a_policy_can_advise_to_stop():
 def test_a_room_of_a_label_is_found():
     world = build_world(row_of_rooms("OFFICE", "LAB", "OFFICE", "GYM"))
     run = explore(world, NearestFrontier(), starts=[(2, 2)], find="gym")
-    assert (run.outcome, run.found) == ("found GYM", 4)
-    assert 4 in run.seen.keys() | run.entered.keys()
+    assert (run.outcome, run.found_room) == ("found GYM", 4)
+    assert 4 in run.recognised_at.keys() | run.entered_at.keys()
     assert run.distance[-1] > 3
     here = explore(world, NearestFrontier(), starts=[(2, 2)], find="office")
-    assert (here.found, here.distance[-1]) == (1, 0)
+    assert (here.found_room, here.distance[-1]) == (1, 0)
 
 
 def test_a_label_that_no_room_has_is_refused_with_those_there_are():
@@ -195,13 +195,13 @@ def test_a_room_that_cannot_be_reached_is_told_and_the_run_ends_in_order():
     with pytest.warns(MapWarning, match="GYM") as told:
         run = explore(world, NearestFrontier(), starts=[(2, 2)], find="GYM")
     assert len(told) == 1
-    assert (run.outcome, run.found) == ("done", None)
+    assert (run.outcome, run.found_room) == ("done", None)
     assert run.share[-1] > 0.99
 
 
 @pytest.mark.parametrize("start", [(4, 0.5), (-50, 2)])
 def test_a_start_in_a_wall_is_refused(start):
-    with pytest.raises(OptionError, match="place"):
+    with pytest.raises(OptionError, match="free point"):
         explore(two_room_world(), NearestFrontier(), starts=[start])
 
 
@@ -236,7 +236,7 @@ def test_a_grid_map_without_truth_is_explored():
     run = explore(read_world(two_room_world().grid), NearestFrontier())
     assert run.outcome == "done"
     assert run.share[-1] == 1
-    assert run.seen == run.entered == {}
+    assert run.recognised_at == run.entered_at == {}
 
 
 @pytest.mark.slow
@@ -245,9 +245,9 @@ def test_several_robots_explore_together_on_different_ways():
     asked = []
 
     class Watched(NearestFrontier):
-        def choose(self, situation):
-            choice = super().choose(situation)
-            asked.append((len(situation.frontiers), ids_of(choice)))
+        def choose(self, inputs):
+            choice = super().choose(inputs)
+            asked.append((len(inputs.frontiers), ids_of(choice)))
             return choice
 
     two = explore(world, Watched(), robots=2)
@@ -263,18 +263,18 @@ def test_several_robots_explore_together_on_different_ways():
 
 
 def test_the_nearest_frontier_is_chosen():
-    assert ids_of(NearestFrontier().choose(situation_of([[5, 3, 4]]))) == [1]
+    assert ids_of(NearestFrontier().choose(make_policy_input([[5, 3, 4]]))) == [1]
 
 
 def test_robots_get_different_frontiers_and_the_last_may_get_none():
-    assert ids_of(NearestFrontier().choose(situation_of([[5, 3, 4], [2.5, 1, 9]]))) == [2, 1]
-    assert ids_of(NearestFrontier().choose(situation_of([[1], [2]]))) == [0, None]
-    assert ids_of(NearestFrontier().choose(situation_of([[1, 2], [inf, inf]]))) == [0, None]
+    assert ids_of(NearestFrontier().choose(make_policy_input([[5, 3, 4], [2.5, 1, 9]]))) == [2, 1]
+    assert ids_of(NearestFrontier().choose(make_policy_input([[1], [2]]))) == [0, None]
+    assert ids_of(NearestFrontier().choose(make_policy_input([[1, 2], [inf, inf]]))) == [0, None]
 
 
 @pytest.mark.slow
 def test_robots_do_not_crowd():
-    beside = situation_of([[1, 1.5, 3], [1, 1.5, 3]], [(0, 0), (0.2, 0), (50, 0)])
+    beside = make_policy_input([[1, 1.5, 3], [1, 1.5, 3]], [(0, 0), (0.2, 0), (50, 0)])
     assert ids_of(NearestFrontier().choose(beside)) == [0, 2]
     assert ids_of(InformationGain().choose(beside)) == [0, 2]
 
@@ -284,8 +284,8 @@ def test_the_gain_is_weighed_against_the_way(worth):
     known = np.full((101, 101), -1, np.int8)
     known[:, :40] = 0
     near_and_poor = [[2.0, 4.0]]
-    assert ids_of(InformationGain(worth).choose(situation_of(near_and_poor, known=known))) == [1]
-    assert ids_of(InformationGain(worth).choose(situation_of([[2.0, 40.0]], known=known))) == [0]
+    assert ids_of(InformationGain(worth).choose(make_policy_input(near_and_poor, known=known))) == [1]
+    assert ids_of(InformationGain(worth).choose(make_policy_input([[2.0, 40.0]], known=known))) == [0]
 
 
 def test_a_gain_without_meaning_is_refused():
@@ -302,32 +302,32 @@ def test_rooms_are_recognised_by_what_was_seen_of_them():
     known = np.full(world.blocked.shape, -1, np.int8)
     known[world.room_of_cell == 1] = 0
     known[tuple(world.door_cells[0].T)] = 0
-    seen = perceive_rooms(world, known)
+    seen = recognise_rooms(world, known)
     assert seen is not None
     assert [(room.id, room.label, room.entered) for room in seen.rooms] == [(1, "OFFICE", False)]
     assert seen.rooms[0].share == 1
     assert seen.unopened == ((1, 0),)
     assert seen.floor.doors == ()
-    further = perceive_rooms(world, known, entered={2})
+    further = recognise_rooms(world, known, entered={2})
     assert further is not None
     assert [room.id for room in further.rooms] == [1, 2]
     assert [door.rooms for door in further.floor.doors] == [(1, 2)]
     assert further.unopened == ()
-    assert perceive_rooms(read_world(world.grid), known) is None
+    assert recognise_rooms(read_world(world.grid), known) is None
 
 
 def test_policies_are_told_what_was_recognised():
     told = []
 
     class Watched(NearestFrontier):
-        def choose(self, situation):
-            told.append(situation)
-            return super().choose(situation)
+        def choose(self, inputs):
+            told.append(inputs)
+            return super().choose(inputs)
 
     explore(build_world(row_of_rooms(*"ABC")), Watched(), starts=[(2, 2)])
-    assert told[0].seen.rooms[0].label == "A"
-    assert {room.label for room in told[-1].seen.rooms} == {*"ABC"}
-    assert not told[0].known.flags.writeable
+    assert told[0].recognised.rooms[0].label == "A"
+    assert {room.label for room in told[-1].recognised.rooms} == {*"ABC"}
+    assert not told[0].cells.flags.writeable
     assert all(len(one.rooms) == len(one.frontiers) for one in told)
     assert all(one.distances.shape == (1, len(one.frontiers)) for one in told)
 
@@ -354,7 +354,7 @@ def test_importing_the_simulator_does_not_import_numba():
 def test_only_the_unknown_floor_is_replaced():
     # The floor that is perceived keeps the type of the building, which policies may ask for.
     floor = replace(two_rooms(), building_type={"school": 1.0})
-    seen = perceive_rooms(build_world(floor), np.zeros(build_world(floor).blocked.shape, np.int8))
+    seen = recognise_rooms(build_world(floor), np.zeros(build_world(floor).blocked.shape, np.int8))
     assert seen is not None
     assert seen.floor.building_type == {"school": 1.0}
 

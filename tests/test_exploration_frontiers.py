@@ -3,18 +3,16 @@
 from math import inf, sqrt
 from typing import Any
 
+import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pianta.exploration import kernels
 from pianta.exploration.frontiers import Frontier, count_border, find_frontiers
 from pianta.exploration.routes import (
     find_route,
     measure_distances,
-    solve_costs,
-    spread_costs,
     straighten_route,
 )
 from tests.explored_worlds import draw_cells
@@ -139,14 +137,25 @@ masks = st.integers(1, 9).flatmap(
 
 @pytest.mark.slow
 @given(masks, st.data())
-def test_compiled_distances_are_those_of_scipy(cells, data):
-    passable = np.pad(np.array(cells), 1)
-    candidates = np.argwhere(passable)
-    if not len(candidates):
+def test_distances_are_those_of_the_graph_of_cells(cells, data):
+    passable = np.array(cells)
+    candidates = [(row, col) for row, col in np.argwhere(passable).tolist()]
+    if not candidates:
         return
-    chosen = data.draw(st.lists(st.integers(0, len(candidates) - 1), min_size=1, max_size=3))
-    sources = candidates[chosen].astype(np.int64)
-    assert np.array_equal(kernels.compile_kernel(spread_costs)(passable, sources), solve_costs(passable, sources))
+    sources = data.draw(st.lists(st.sampled_from(candidates), min_size=1, max_size=3))
+    graph = nx.Graph()
+    graph.add_nodes_from(candidates)
+    for row, col in candidates:
+        for down, right, cost in ((0, 1, 70), (1, 0, 70), (1, 1, 99), (1, -1, 99)):
+            beside = [(row + down, col + right), (row + down, col), (row, col + right)]
+            if all(cell in graph for cell in beside):
+                graph.add_edge((row, col), beside[0], weight=cost)
+    lengths = nx.multi_source_dijkstra_path_length(graph, set(sources))
+    distances = measure_distances(passable, sources, resolution=70)
+    expected = np.full(passable.shape, inf)
+    for cell, length in lengths.items():
+        expected[cell] = length
+    assert np.array_equal(distances, expected)
 
 
 @pytest.mark.slow

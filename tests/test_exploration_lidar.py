@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.errors import OptionError
-from pianta.exploration import kernels
-from pianta.exploration.gain import measure_gains, sum_beams, sum_beams_together
-from pianta.exploration.lidar import Lidar, Pose, cast_rays, scan, walk_beams, walk_beams_together
-from pianta.exploration.occupancy import OccupancyGrid, clear_ways, clear_ways_together
+from pianta.exploration import beams
+from pianta.exploration.beams import measure_ranges
+from pianta.exploration.gain import measure_gains
+from pianta.exploration.lidar import Lidar, Pose, scan
+from pianta.exploration.occupancy import OccupancyGrid
 from pianta.exploration.world import World
 from tests.explored_worlds import draw_cells, draw_world, two_room_world
 
@@ -26,85 +27,92 @@ EAST, NORTH, WEST, SOUTH = (0, 1), (-1, 0), (0, -1), (1, 0)
 
 
 @st.composite
-def looks(draw):
-    """Blocked cells, a place among them, and beams in all directions, the axes and diagonals among them."""
+def beam_cases(draw):
+    """Cells, a point among them, and beams in all directions, axes and diagonals included."""
     height, width = draw(st.integers(1, 8)), draw(st.integers(1, 8))
     cells = draw(st.lists(st.sampled_from([0, 0, -1, 100]), min_size=height * width, max_size=height * width))
     row = draw(st.floats(0, height, exclude_max=True))
     col = draw(st.floats(0, width, exclude_max=True))
     angles = np.array([*draw(st.lists(st.floats(-7, 7), max_size=20)), *np.arange(8) * pi / 4])
-    beams = np.vstack([np.column_stack([-np.sin(angles), np.cos(angles)]), [EAST, NORTH, WEST, SOUTH]])
-    return np.array(cells, np.int8).reshape(height, width), (row, col), beams
+    directions = np.vstack([np.column_stack([-np.sin(angles), np.cos(angles)]), [EAST, NORTH, WEST, SOUTH]])
+    return np.array(cells, np.int8).reshape(height, width), (row, col), directions
 
 
 @pytest.mark.slow
 def test_ranges_along_the_axes_are_exact():
     blocked = draw_cells(ROOM) == 100
-    ranges = cast_rays(blocked, (2.25, 4.5), np.array([EAST, NORTH, WEST, SOUTH], float), 100)
+    ranges = measure_ranges(blocked, (2.25, 4.5), np.array([EAST, NORTH, WEST, SOUTH], float), 100)
     assert ranges.tolist() == [1.5, 1.25, 3.5, 0.75]
 
 
 def test_a_diagonal_beam_ends_on_the_face_that_it_meets():
     blocked = draw_cells(ROOM) == 100
-    (length,) = cast_rays(blocked, (1.25, 1.5), np.array([[sqrt(0.5), sqrt(0.5)]]), 100)
+    (length,) = measure_ranges(blocked, (1.25, 1.5), np.array([[sqrt(0.5), sqrt(0.5)]]), 100)
     assert length == pytest.approx(2.5 * sqrt(2))
-    (short,) = cast_rays(blocked, (1.5, 2.25), np.array([[sqrt(0.5), sqrt(0.5)]]), 100)
+    (short,) = measure_ranges(blocked, (1.5, 2.25), np.array([[sqrt(0.5), sqrt(0.5)]]), 100)
     assert short == pytest.approx(1.75 * sqrt(2))
 
 
 def test_no_beam_slips_between_two_obstacles_that_touch_at_a_corner():
     blocked = draw_cells("...#. ..#.. .#...") == 100
     for col in (0.5, 0.25, 0.123):
-        (length,) = cast_rays(blocked, (0.5, col), np.array([[sqrt(0.5), sqrt(0.5)]]), 100)
+        (length,) = measure_ranges(blocked, (0.5, col), np.array([[sqrt(0.5), sqrt(0.5)]]), 100)
         assert length < 3
 
 
 def test_beyond_the_reach_and_at_its_end_there_is_no_echo():
     blocked = draw_cells(ROOM) == 100
     east = np.array([EAST], float)
-    assert cast_rays(blocked, (1.5, 1.5), east, 4.5)[0] == inf
-    assert cast_rays(blocked, (1.5, 1.5), east, 4.6)[0] == 4.5
+    assert measure_ranges(blocked, (1.5, 1.5), east, 4.5)[0] == inf
+    assert measure_ranges(blocked, (1.5, 1.5), east, 4.6)[0] == 4.5
 
 
 def test_the_world_ends_where_its_cells_do():
-    assert cast_rays(np.zeros((1, 4), bool), (0.5, 1.5), np.array([EAST, NORTH], float), 9).tolist() == [2.5, 0.5]
+    assert measure_ranges(np.zeros((1, 4), bool), (0.5, 1.5), np.array([EAST, NORTH], float), 9).tolist() == [2.5, 0.5]
 
 
-def test_a_place_in_an_obstacle_sees_nothing():
-    assert cast_rays(np.ones((2, 2), bool), (0.5, 0.5), np.array([EAST], float), 9).tolist() == [0]
-
-
-@pytest.mark.slow
-@given(looks(), st.floats(0.5, 12))
-def test_compiled_ranges_are_those_of_numpy(look, reach):
-    cells, (row, col), beams = look
-    ours = kernels.compile_kernel(walk_beams)(cells != 0, row, col, beams, reach)
-    assert np.array_equal(ours, walk_beams_together(cells != 0, row, col, beams, reach))
+def test_a_lidar_in_an_obstacle_measures_zero():
+    assert measure_ranges(np.ones((2, 2), bool), (0.5, 0.5), np.array([EAST], float), 9).tolist() == [0]
 
 
 @pytest.mark.slow
-@given(looks(), st.floats(0.5, 12), st.integers(0, 2**32 - 1))
-def test_compiled_maps_are_those_of_numpy(look, reach, seed):
-    cells, (row, col), beams = look
-    grids = []
-    for clear in (kernels.compile_kernel(clear_ways), clear_ways_together):
-        known, log_odds, scan_of_cell = cells.copy(), np.zeros(cells.shape, np.float32), np.zeros(cells.shape, np.int32)
-        ranges = walk_beams_together(cells != 0, row, col, beams, reach)
-        for number in (1, 2, 3):
-            limits, ends = np.minimum(ranges, reach), np.where(ranges < reach, ranges + 0.3, inf)
-            clear(log_odds, known, scan_of_cell, number, (row, col), beams, limits, ends)
-            ranges = ranges + np.random.default_rng(seed + number).normal(0, 0.5, len(beams)).clip(-ranges, None)
-        grids.append((known, log_odds, scan_of_cell))
-    assert all(np.array_equal(ours, theirs) for ours, theirs in zip(*grids, strict=True))
+@given(beam_cases(), st.floats(0.5, 12))
+def test_beams_cross_connected_cells_up_to_a_stop_the_limit_or_the_border(case, reach):
+    cells, origin, directions = case
+    stops = cells == 100
+    crossings = beams.cross_cells(stops, origin, directions, np.full(len(directions), reach))
+    ranges = beams.measure_ranges(stops, origin, directions, reach)
+    for number, direction in enumerate(directions):
+        entries, exits = (values[crossings.beams == number] for values in (crossings.entries, crossings.exits))
+        rows, cols = np.unravel_index(crossings.cells[crossings.beams == number], cells.shape)
+        assert not stops[rows, cols].any()
+        assert entries.tolist() == [0, *exits[:-1]][: len(exits)]
+        assert (entries < reach).all()
+        middles = np.array(origin) + ((entries + exits) / 2)[:, None] * direction
+        assert np.abs(middles - np.column_stack([rows, cols]) - 0.5).max(initial=0) <= 0.5 + 1e-9
+        end = exits[-1] if len(exits) else 0.0
+        assert ranges[number] == (end if end < reach else inf)
 
 
 @pytest.mark.slow
-@given(looks(), st.floats(0.5, 12))
-def test_compiled_gains_are_those_of_numpy(look, reach):
-    cells, _, beams = look
-    targets = np.argwhere(cells == 0).astype(np.int64)
-    ours = kernels.compile_kernel(sum_beams)(cells, targets, beams, reach)
-    assert np.array_equal(ours, sum_beams_together(cells, targets, beams, reach))
+@given(beam_cases(), st.floats(0.5, 12), st.integers(0, 2**32 - 1))
+def test_compiled_maps_and_gains_are_those_of_python(case, reach, seed):
+    cells, (row, col), _ = case
+    world = World(cells == 100, 1.0)
+    x, y = world.grid.pixel_to_map(row, col)
+    pose, lidar = Pose(float(x), float(y)), Lidar(beams=24, reach=reach, noise=0.5)
+    results = []
+    for compiled in (True, False):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(beams, "has_numba", lambda compiled=compiled: compiled)
+            grid, rng = OccupancyGrid(world), np.random.default_rng(seed)
+            for _ in range(3):
+                grid.add_scan(pose, lidar, scan(world, pose, lidar, rng))
+            gains = measure_gains(
+                cells, [(row, col) for row, col in np.argwhere(cells == 0).tolist()], reach=reach, resolution=1.0
+            )
+            results.append((grid.cells, grid.log_odds, gains))
+    assert all(np.array_equal(one, other) for one, other in zip(*results, strict=True))
 
 
 def test_a_scan_in_metres_turns_with_the_heading_and_the_frame():
@@ -182,7 +190,7 @@ def test_without_numba_everything_is_the_same(monkeypatch):
     world = two_room_world()
     lidar, pose, maps = Lidar(), Pose(2, 2), []
     for numba in (True, False):
-        monkeypatch.setattr(kernels, "has_numba", lambda numba=numba: numba)
+        monkeypatch.setattr(beams, "has_numba", lambda numba=numba: numba)
         grid = OccupancyGrid(world)
         grid.add_scan(pose, lidar, scan(world, pose, lidar, np.random.default_rng(1)))
         maps.append(grid.cells)

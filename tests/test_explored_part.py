@@ -65,7 +65,7 @@ def test_rooms_doors_and_open_corridors():
     assert part.corridors == {0, 2}
     assert (part.open, part.closed) == ((2,), (0, 1))
     assert part.doors == {3: 1}
-    assert set(part.known.edges) == {(0, 1), (0, 2)}
+    assert set(part.known_graph.edges) == {(0, 1), (0, 2)}
     assert part.open_ends == 2
     assert part.graph.nodes[0]["area"] == 20
     assert "area" not in part.graph.nodes[1]

@@ -6,10 +6,10 @@ from hypothesis import strategies as st
 
 from pianta.layout.thesis.faces import Faces, cut_lines, find_faces, label_faces, share_free, share_inside
 from pianta.layout.thesis.lines import RepresentativeLine
-from tests.drawn_maps import carve, make_canvas
+from tests.drawn_maps import carve, make_working_grid
 
 # 6 m by 6 m of free space; lines are drawn to 1 m beyond it.
-HALL = make_canvas(np.ones((120, 120), bool))
+HALL = make_working_grid(np.ones((120, 120), bool))
 ALL = [[-9.0, 9.0]]
 
 lines_of_any_kind = st.lists(
@@ -28,11 +28,11 @@ def level(y: float, covered=ALL):
     return RepresentativeLine(0.0, y, np.array(covered, float))
 
 
-def weigh_edge(faces: Faces, x, y):
+def edge_weight(faces: Faces, x, y):
     """Weight of the common edge whose middle is x, y."""
     middles = (faces.starts + faces.ends) / 2
-    (found,) = np.flatnonzero(np.abs(middles - [x, y]).max(axis=1) < 1e-5)
-    return faces.weight[found]
+    (index,) = np.flatnonzero(np.abs(middles - [x, y]).max(axis=1) < 1e-5)
+    return faces.weight[index]
 
 
 def test_four_lines_crossing_like_a_hash_make_nine_faces_and_twelve_edges():
@@ -49,14 +49,14 @@ def test_four_lines_crossing_like_a_hash_make_nine_faces_and_twelve_edges():
 def test_weight_is_the_share_of_the_edge_that_is_wall():
     walls = [upright(2), upright(4, [[2.5, 3.0]]), level(2, [[-1, 2.6], [3.0, 7]]), level(4, [[0, 2], [6, 9]])]
     faces = find_faces(walls, HALL)
-    assert weigh_edge(faces, 2, 3) == pytest.approx(1)
-    assert weigh_edge(faces, 4, 3) == pytest.approx(0.25)
+    assert edge_weight(faces, 2, 3) == pytest.approx(1)
+    assert edge_weight(faces, 4, 3) == pytest.approx(0.25)
     # A wall of 2 m with a gap of 0.4 m for a door.
-    assert weigh_edge(faces, 3, 2) == pytest.approx(0.8)
-    assert weigh_edge(faces, 3, 4) == pytest.approx(0, abs=1e-9)
+    assert edge_weight(faces, 3, 2) == pytest.approx(0.8)
+    assert edge_weight(faces, 3, 4) == pytest.approx(0, abs=1e-9)
     # 2 m of wall from -1 to 2, and 1 m of wall from 4 to 7.
-    assert weigh_edge(faces, 0.5, 4) == pytest.approx(2 / 3)
-    assert weigh_edge(faces, 5.5, 4) == pytest.approx(1 / 3)
+    assert edge_weight(faces, 0.5, 4) == pytest.approx(2 / 3)
+    assert edge_weight(faces, 5.5, 4) == pytest.approx(1 / 3)
 
 
 @pytest.mark.parametrize("apart", [1e-9, 1e-7, 3e-7])
@@ -117,9 +117,9 @@ def test_share_inside_of_a_face_without_a_cell_is_zero():
     assert share_inside(np.zeros((2, 2), np.int32), np.ones((2, 2), bool), 3).tolist() == [1, 0, 0]
 
 
-def test_share_free_is_how_much_of_an_edge_runs_through_free_cells():
+def test_share_free_is_the_share_of_an_edge_in_free_cells():
     # Free but for the left half of the middle rows, and for what lies off the canvas.
-    canvas = make_canvas(~carve((120, 120), (50, 70, 0, 60)))
+    canvas = make_working_grid(~carve((120, 120), (50, 70, 0, 60)))
     faces = find_faces([level(3)], canvas)
     assert share_free(faces, canvas).tolist() == pytest.approx([3 / 8], abs=1 / 32)
 

@@ -6,10 +6,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.lib.stride_tricks import sliding_window_view
 
-from pianta.layout.rivals.features import PLACES, Stumps, choose_cells, load_stumps, segment_by_features
-from pianta.layout.rivals.laser import BEAMS, describe_scans, scan_cells
+from pianta.layout.rivals.features import (
+    BEAMS,
+    PLACE_CLASSES,
+    Stumps,
+    choose_cells,
+    describe_scans,
+    load_stumps,
+    scan_cells,
+    segment_by_features,
+)
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.drawn_maps import carve
 
 ROOM = carve((80, 120), (10, 71, 10, 111))
@@ -91,30 +99,30 @@ def test_stumps_vote_by_weight():
     assert votes.tolist() == [[0, 1, 0.5], [1, 0.5, 0]]
 
 
-def test_the_classifier_that_comes_with_pianta_is_whole():
+def test_the_classifier_of_pianta_is_complete():
     stumps = load_stumps()
-    known = describe_scans(circle(1.0))
+    features = describe_scans(circle(1.0))
     assert len(stumps.feature) == 350
-    assert set(stumps.feature) <= known.keys()
+    assert set(stumps.feature) <= features.keys()
     assert (stumps.weight > 0).all()
-    assert {*stumps.below.tolist(), *stumps.above.tolist()} == set(range(len(PLACES)))
+    assert {*stumps.below.tolist(), *stumps.above.tolist()} == set(range(len(PLACE_CLASSES)))
 
 
-def test_it_tells_rooms_from_corridors_on_a_floor_it_has_not_seen():
+def test_rooms_and_corridors_of_an_unknown_floor_are_distinguished():
     floor = make_corridor_floor(seed=1234, length=24)
-    grid = map_floor(floor)
+    grid = simulate_map(floor)
     corridor = floor.label_image(grid) == 1
     cells = choose_cells(grid.free, 10)
-    places = load_stumps().vote(describe_scans(scan_cells(grid.free, cells, grid.resolution))).argmax(axis=1)
+    classes = load_stumps().vote(describe_scans(scan_cells(grid.free, cells, grid.resolution))).argmax(axis=1)
     is_corridor = corridor[tuple(cells.T)]
-    assert (places[is_corridor] == PLACES.index("corridor")).mean() > 0.85
-    assert (places[~is_corridor] == PLACES.index("room")).mean() > 0.85
+    assert (classes[is_corridor] == PLACE_CLASSES.index("corridor")).mean() > 0.85
+    assert (classes[~is_corridor] == PLACE_CLASSES.index("room")).mean() > 0.85
 
 
 @pytest.mark.slow
-def test_a_floor_it_has_not_seen_falls_into_its_rooms():
+def test_an_unknown_floor_is_divided_into_its_rooms():
     floor = make_corridor_floor(seed=1234, length=24)
-    grid = map_floor(floor)
+    grid = simulate_map(floor)
     labels = segment_by_features(grid)
     assert len(floor.rooms) - 1 <= labels.max() <= len(floor.rooms) + 1
 

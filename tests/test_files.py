@@ -20,10 +20,10 @@ with atomic_file(sys.argv[1]) as temporary:
 
 
 @pytest.mark.parametrize("url", ["http://a.b/m.yaml", "https://a/m", "ftp://a/m", "s3://bucket/m", "S3://bucket/m"])
-@pytest.mark.parametrize("kind", [str, Path])
-def test_addresses_are_to_be_downloaded_first(url, kind):
+@pytest.mark.parametrize("what", [str, Path])
+def test_addresses_are_to_be_downloaded_first(url, what):
     with pytest.raises(MapError, match="address"):
-        check_input_file(kind(url), "map", MapError)
+        check_input_file(what(url), "map", MapError)
 
 
 def test_unusable_inputs_are_named_in_one_line(tmp_path):
@@ -117,7 +117,7 @@ def test_killed_writer_is_never_in_the_way(tmp_path):
     assert target.read_text() == "new"
 
 
-def test_unwritable_targets_are_told_in_one_line(tmp_path):
+def test_unwritable_targets_are_refused_in_one_line(tmp_path):
     (tmp_path / "file").write_text("x")
     cases = {
         tmp_path: "folder",

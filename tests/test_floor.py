@@ -71,7 +71,7 @@ def test_probabilities_belong_to_a_label_set():
         Room(7, box(0, 0, 1, 1), label_probabilities={"LAB": 0.5})  # type: ignore[dict-item]
 
 
-def test_what_was_said_of_a_room_is_copied_and_a_label_needs_no_probability():
+def test_labels_of_a_room_are_copied_and_a_label_needs_no_probability():
     labels = {"R/C": "ROOM", "school": "LAB"}
     lab: dict[str, float] = {"LAB": np.float64(0.5)}
     room = Room(7, box(0, 0, 1, 1), "LAB", labels, {"school": lab})
@@ -145,29 +145,29 @@ def test_door_joins_two_rooms():
         Door((2, 2), WIDE, 1.0)
 
 
-def test_floor_tells_all_its_faults():
+def test_floor_lists_all_its_faults():
     room = Room(1, box(0, 0, 1, 1))
     with pytest.raises(FloorError, match=r"\b1\b.*\b8, 9\b"):
         Floor((room, room), (Door((9, 8), WIDE, 1.0),))
 
 
 def test_graph_joins_rooms_by_their_widest_door():
-    said = {"R/C": "ROOM", "office": "OFFICE"}, {"office": {"OFFICE": 0.8, "HALL": 0.2}}
-    office = Room(1, box(0, 0, 4, 3), "OFFICE", *said)
+    room_labels = {"R/C": "ROOM", "office": "OFFICE"}, {"office": {"OFFICE": 0.8, "HALL": 0.2}}
+    office = Room(1, box(0, 0, 4, 3), "OFFICE", *room_labels)
     rooms = office, Room(2, box(4, 0, 9, 3), partial=True), Room(3, box(9, 0, 10, 3))
     doors = Door((2, 1), WIDE, 2.0), Door((1, 2), NARROW, 0.6), Door((2, None), WIDE, 2.0), Door((2, None), NARROW, 0.6)
     graph = Floor(rooms, doors, source="here").graph()
     assert graph.graph == {"source": "here"}
     assert list(graph) == [1, 2, 3]
-    of_labels = {"label": "OFFICE", "labels": said[0], "label_probabilities": said[1]}
-    assert graph.nodes[1] == of_labels | {
+    label_fields = {"label": "OFFICE", "labels": room_labels[0], "label_probabilities": room_labels[1]}
+    assert graph.nodes[1] == label_fields | {
         "area": 12.0,
         "x": 2.0,
         "y": 1.5,
         "partial": False,
         "entrances": 0,
     } | dict.fromkeys(("name", "predicted_area", "confidence"))
-    assert [graph.nodes[2][name] for name in of_labels] == [None, {}, {}]
+    assert [graph.nodes[2][name] for name in label_fields] == [None, {}, {}]
     assert graph.nodes[2]["partial"]
     assert [graph.nodes[room_id]["entrances"] for room_id in graph] == [0, 2, 0]
     assert list(graph.edges(data=True)) == [(1, 2, {"doors": 2, "width": 2.0, "x": 4.0, "y": 1.0})]
@@ -188,7 +188,7 @@ def test_label_image_follows_the_yaw_of_the_map():
     assert labels.tolist() == [[1, 0], [0, 0], [0, 2]]
 
 
-def test_label_image_leaves_holes_and_what_lies_outside():
+def test_label_image_leaves_holes_and_the_outside():
     ring = Room(1, Polygon([(-5, -5), (50, -5), (50, 50), (-5, 50)], [[(2, 2), (9, 2), (9, 7), (2, 7)]]))
     labels = Floor((ring, Room(2, box(100, 100, 101, 101)))).label_image(free_map())
     assert (labels == 0).sum() == 35
@@ -275,7 +275,7 @@ def test_a_door_without_length_is_scaled():
     ("types", "given"),
     [({"school": 1.0}, "school"), ({"school": 0.9, "office": 0.1}, None), ({"school": 0.9}, None), ({}, None)],
 )
-def test_a_type_that_is_certain_was_given(types, given):
+def test_a_certain_type_is_a_users(types, given):
     assert Floor((), building_type=types).given_type == given
 
 
@@ -285,7 +285,7 @@ def test_a_room_may_have_a_name_which_its_node_has_too():
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [
         ("", "name"),
         (" ", "name"),
@@ -294,6 +294,6 @@ def test_a_room_may_have_a_name_which_its_node_has_too():
         ("a\nb", r"a\\nb"),
     ],
 )
-def test_the_name_of_a_room_is_a_short_printable_text(name, told):
-    with pytest.raises(FloorError, match=told):
+def test_the_name_of_a_room_is_a_short_printable_text(name, message):
+    with pytest.raises(FloorError, match=message):
         Room(7, box(0, 0, 1, 1), name=name)

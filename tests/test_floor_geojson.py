@@ -65,9 +65,9 @@ def is_room_name(text: str) -> bool:
 @st.composite
 def floors(draw) -> Floor:
     ids = draw(st.lists(st.integers(1, 10**6), unique=True, max_size=5))
-    said = st.tuples(polygons, st.none() | names, labels, label_probabilities, st.booleans())
+    labelling = st.tuples(polygons, st.none() | names, labels, label_probabilities, st.booleans())
     named = st.none() | names.filter(is_room_name)
-    rooms = tuple(replace(Room(id_, *draw(said)), name=draw(named)) for id_ in ids)
+    rooms = tuple(replace(Room(id_, *draw(labelling)), name=draw(named)) for id_ in ids)
     pairs = st.lists(st.sampled_from([*ids, None]), min_size=2, max_size=2, unique=True) if ids else st.nothing()
     kinds = st.sampled_from(["door", "opening"])
     doors = draw(st.lists(st.builds(Door, pairs.map(tuple), lines, st.floats(0, 1e300), kinds), max_size=3))
@@ -133,11 +133,11 @@ def test_file_is_plain_geojson(valid):
 
 def test_properties_are_named(valid):
     properties = [part["properties"] for part in json.loads(valid)["features"]]
-    nothing_said: dict[str, object] = {"name": None, "label": None, "labels": {}, "label_probabilities": {}}
+    unlabelled: dict[str, object] = {"name": None, "label": None, "labels": {}, "label_probabilities": {}}
     assert properties[0]["labels"] == {"R/C": "ROOM", "school": "AULA È"}
     assert properties[0]["label_probabilities"] == {"R/C": {"ROOM": 1.0}, "school": {"AULA È": 0.7, "LAB": 0.3}}
     predicted = dict.fromkeys(("predicted", "confidence"))
-    assert properties[1] == {"class": "room", "room": 2, "partial": True} | nothing_said | predicted
+    assert properties[1] == {"class": "room", "room": 2, "partial": True} | unlabelled | predicted
     assert properties[0].keys().isdisjoint(predicted)
     assert properties[3] == {"class": "door", "rooms": [2, 4], "width": 1.0, "kind": "opening"}
     assert properties[4] == {"class": "door", "rooms": [4, None], "width": 1.0, "kind": "door"}
@@ -170,7 +170,7 @@ def test_a_name_survives_and_a_file_of_2_1_has_none(path):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "expected"),
     [
         ({"name": "a\tb"}, "printed"),
         ({"name": "x" * 201}, "200"),
@@ -181,9 +181,9 @@ def test_a_name_survives_and_a_file_of_2_1_has_none(path):
         ({"partial": True, "predicted": LINE}, "Polygon"),
     ],
 )
-def test_a_faulty_prediction_is_refused(path, change, told):
+def test_a_faulty_prediction_is_refused(path, change, expected):
     write(path, feature(ROOM | change, SQUARE))
-    with pytest.raises(FloorError, match=told):
+    with pytest.raises(FloorError, match=expected):
         read_floor(path)
 
 
@@ -212,8 +212,8 @@ def test_newer_format_is_refused_before_anything_else(path):
 
 @pytest.mark.parametrize("version", ["1.0", "1.7"])
 def test_probabilities_of_version_1_become_those_of_the_type(path, version):
-    said = {"label": "LAB", "label_probabilities": {"LAB": 0.7}}
-    write(path, feature(ROOM | said, SQUARE), feature(ROOM | {"room": 2}, SQUARE), version=version)
+    labelling = {"label": "LAB", "label_probabilities": {"LAB": 0.7}}
+    write(path, feature(ROOM | labelling, SQUARE), feature(ROOM | {"room": 2}, SQUARE), version=version)
     first, second = read_floor(path).rooms
     assert (first.label, first.labels, first.label_probabilities) == ("LAB", {}, {"type": {"LAB": 0.7}})
     assert (second.label, second.labels, second.label_probabilities) == (None, {}, {})
@@ -277,7 +277,7 @@ def test_a_wrong_last_id_is_refused(path, last_id, message):
         read_floor(path)
 
 
-def test_faults_are_told_together_and_bounded(path):
+def test_faults_are_listed_together_and_bounded(path):
     write(path, *[feature(ROOM, BOW_TIE)] * 12, feature(DOOR | {"width": "wide"}, None))
     with pytest.raises(FloorError, match=r"features\[0\].*features\[9\].*4 more"):
         read_floor(path)

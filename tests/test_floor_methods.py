@@ -95,14 +95,14 @@ class TestFloorPictures:
         assert left < 0
         assert right > 8
 
-    def test_is_drawn_on_its_map_and_where_it_is_told(self):
+    def test_is_drawn_on_its_map_and_where_it_is_reported(self):
         from matplotlib.figure import Figure
 
         ax = Figure().add_subplot()
         assert FLOOR.plot(GRID, ax=ax) is ax
         assert len(ax.images) == 1
 
-    def test_walls_and_graph_are_drawn_when_asked_for(self):
+    def test_walls_and_graph_are_drawn_on_demand(self):
         plain, walls, graph = FLOOR.plot(), FLOOR.plot(walls=True), FLOOR.plot(graph=True)
         assert len(walls.lines) == len(plain.lines) + len(WALLS)
         # One edge joins the two rooms; the entrance leads to no room.

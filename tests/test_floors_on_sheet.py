@@ -1,4 +1,4 @@
-"""The floors on a sheet are parted, laid out each on its own, and remember their doors."""
+"""The floors on a sheet are separated, reconstructed each on its own, and get their drawn doors."""
 
 import numpy as np
 import pytest
@@ -9,11 +9,11 @@ from shapely import Polygon, box
 from pianta._types import Floats
 from pianta.floor import Floor, Room
 from pianta.plan.doors.lines import PlanDoors
-from pianta.plan.sheets.floors_on_sheet import lay_out_floors, part_floors
+from pianta.plan.sheets.floors_on_sheet import reconstruct_sheet_floors, split_sheet
 from pianta.plan.walls.floor_map import draw_floor_map
-from pianta.plan.walls.regions import DOOR, INSIDE
+from pianta.plan.walls.segmentation import DOOR, INSIDE
+from tests.drawn_class_maps import CELL_PX, RESOLUTION, CellClasses, as_class_map, draw_classes, sheet_shape, two_rooms
 from tests.drawn_maps import carve
-from tests.drawn_regions import CELL_PX, RESOLUTION, Kinds, as_regions, draw_kinds, sheet_shape, two_rooms
 
 NONE = np.zeros((0, 2, 2))
 JAMBS = np.array([[(112.0, 204.0), (144.0, 204.0)]])
@@ -21,19 +21,21 @@ JAMBS = np.array([[(112.0, 204.0), (144.0, 204.0)]])
 LEFT, RIGHT = box(40, 40, 200, 200), box(208, 40, 368, 200)
 
 
-def lay_out(
-    kinds: Kinds,
+def reconstruct(
+    classes: CellClasses,
     doors: Floats = NONE,
     *,
     method: str = "structure",
     closed: bool = True,
-    doubtful: list[bool] | None = None,
+    uncertain: list[bool] | None = None,
 ) -> list[Floor]:
-    """The floors; closed: whether doors are drawn into the map, too; doubtful: of each door, none unless given."""
-    drawn = doors if closed else NONE
-    floor_map = draw_floor_map(as_regions(kinds), drawn, sheet_shape=sheet_shape(kinds), resolution=RESOLUTION)
-    known = PlanDoors(doors, doors, np.zeros(len(doors), bool) if doubtful is None else np.array(doubtful))
-    return lay_out_floors(floor_map, known, method=method, source="plan.png")
+    """The floors; closed: whether doors are drawn into the map, too; uncertain: of each door, False by default."""
+    closed_doors = doors if closed else NONE
+    floor_map = draw_floor_map(
+        as_class_map(classes), closed_doors, sheet_shape=sheet_shape(classes), resolution=RESOLUTION
+    )
+    plan_doors = PlanDoors(doors, doors, np.zeros(len(doors), bool) if uncertain is None else np.array(uncertain))
+    return reconstruct_sheet_floors(floor_map, plan_doors, method=method, source="plan.png")
 
 
 def overlap(one: Polygon, other: Polygon) -> float:
@@ -41,14 +43,14 @@ def overlap(one: Polygon, other: Polygon) -> float:
 
 
 def room_at(floor: Floor, polygon: Polygon) -> Room:
-    """The room that is this polygon but for half a wall."""
-    (found,) = [room for room in floor.rooms if overlap(room.polygon, polygon) > 0.8]
-    return found
+    """The room of this polygon, up to half a wall."""
+    (same_room,) = [room for room in floor.rooms if overlap(room.polygon, polygon) > 0.8]
+    return same_room
 
 
 @pytest.mark.parametrize("method", ["structure", "thesis", "morphological"])
 def test_two_rooms_and_the_door_between_them(method):
-    (floor,) = lay_out(two_rooms(), JAMBS, method=method)
+    (floor,) = reconstruct(two_rooms(), JAMBS, method=method)
     assert len(floor.rooms) == 2
     ids = sorted([room_at(floor, LEFT).id, room_at(floor, RIGHT).id])
     (door,) = floor.doors
@@ -59,58 +61,58 @@ def test_two_rooms_and_the_door_between_them(method):
     assert floor.source == "plan.png"
 
 
-def test_rooms_of_a_plan_are_whole_and_nothing_is_predicted():
-    (floor,) = lay_out(two_rooms(), JAMBS)
+def test_rooms_of_a_plan_are_complete_and_not_predicted():
+    (floor,) = reconstruct(two_rooms(), JAMBS)
     assert [(room.partial, room.predicted, room.confidence) for room in floor.rooms] == [(False, None, None)] * 2
 
 
 def test_a_door_to_the_outside_is_an_entrance():
     entrance = np.array([[(206.0, 80.0), (206.0, 112.0)]])
-    (floor,) = lay_out(two_rooms(), np.concatenate([JAMBS, entrance]))
+    (floor,) = reconstruct(two_rooms(), np.concatenate([JAMBS, entrance]))
     left, right = room_at(floor, LEFT).id, room_at(floor, RIGHT).id
     assert sorted(door.rooms for door in floor.doors if door.is_entrance) == [(left, None)]
     assert [door.room_ids for door in floor.doors if not door.is_entrance] == [tuple(sorted([left, right]))]
 
 
-@pytest.mark.parametrize(("doubtful", "count"), [([False, False], 2), ([False, True], 1), ([True, True], 1)])
-def test_a_doubtful_door_is_one_where_a_room_has_no_other(doubtful, count):
+@pytest.mark.parametrize(("uncertain", "count"), [([False, False], 2), ([False, True], 1), ([True, True], 1)])
+def test_an_uncertain_door_counts_if_a_room_has_no_other(uncertain, count):
     second = JAMBS + np.array((-60.0, 0.0))
-    (floor,) = lay_out(two_rooms(), np.concatenate([JAMBS, second]), doubtful=doubtful)
+    (floor,) = reconstruct(two_rooms(), np.concatenate([JAMBS, second]), uncertain=uncertain)
     assert [door.kind for door in floor.doors] == ["door"] * count
 
 
-def test_a_door_that_the_layout_finds_as_well_is_one():
+def test_a_drawn_door_that_the_layout_finds_too_is_one_door():
     """Its gap is left open, so that the layout method finds it, too."""
-    (floor,) = lay_out(two_rooms(), JAMBS, closed=False)
+    (floor,) = reconstruct(two_rooms(), JAMBS, closed=False)
     assert len(floor.rooms) == 2
     assert [door.width for door in floor.doors] == pytest.approx([32])
-    (without,) = lay_out(two_rooms())
+    (without,) = reconstruct(two_rooms())
     assert len(without.doors) == 1
 
 
 def test_where_doors_are_drawn_a_passage_without_one_is_an_opening():
     """A third room below the left one, behind a gap that the layout method finds."""
-    kinds = draw_kinds((104, 102), (10, 50, 10, 50), (10, 50, 52, 92), (52, 92, 10, 50))
-    kinds[28:36, 50:52] = DOOR
-    kinds[50:52, 26:34] = INSIDE
-    (floor,) = lay_out(kinds, JAMBS)
+    classes = draw_classes((104, 102), (10, 50, 10, 50), (10, 50, 52, 92), (52, 92, 10, 50))
+    classes[28:36, 50:52] = DOOR
+    classes[50:52, 26:34] = INSIDE
+    (floor,) = reconstruct(classes, JAMBS)
     assert sorted(door.kind for door in floor.doors) == ["door", "opening"]
-    of_another_floor = JAMBS + np.array((0, 1000))
-    for doors in (NONE, of_another_floor):
-        (without,) = lay_out(kinds, doors)
+    elsewhere = JAMBS + np.array((0, 1000))
+    for doors in (NONE, elsewhere):
+        (without,) = reconstruct(classes, doors)
         assert {door.kind for door in without.doors} == {"door"}
 
 
-def test_doors_of_another_place_are_none_of_this_floor():
-    (floor,) = lay_out(two_rooms(doors=()), JAMBS - (0, 80))
+def test_doors_outside_of_a_floor_are_ignored():
+    (floor,) = reconstruct(two_rooms(doors=()), JAMBS - (0, 80))
     assert floor.doors == ()
 
 
-def test_floors_beside_each_other_are_two_the_larger_first():
+def test_floors_beside_each_other_come_the_larger_first():
     small, large = (10, 50, 10, 90), (10, 90, 130, 230)
-    kinds = draw_kinds((100, 240), small, large)
+    classes = draw_classes((100, 240), small, large)
     doors = np.array([[(100.0, 360.0), (132.0, 360.0)], [(200.0, 928.0), (232.0, 928.0)]])
-    first, second = lay_out(kinds, doors)
+    first, second = reconstruct(classes, doors)
     right, left = box(520, 40, 920, 360), box(40, 200, 360, 360)
     assert len(first.rooms) == len(second.rooms) == 1
     assert overlap(first.rooms[0].polygon, right) > 0.8
@@ -122,20 +124,20 @@ def test_floors_beside_each_other_are_two_the_larger_first():
 
 
 def test_a_sheet_without_rooms_has_no_floors():
-    assert lay_out(draw_kinds((60, 60))) == []
-    assert lay_out(draw_kinds((60, 60)), JAMBS) == []
+    assert reconstruct(draw_classes((60, 60))) == []
+    assert reconstruct(draw_classes((60, 60)), JAMBS) == []
 
 
 @pytest.mark.parametrize("quarters", [1, 2, 3])
-def test_turned_regions_give_turned_rooms_and_doors(quarters):
-    kinds = np.rot90(two_rooms(), quarters)
+def test_turned_class_maps_give_turned_rooms_and_doors(quarters):
+    classes = np.rot90(two_rooms(), quarters)
     height, width = 240.0, 408.0
     doors, rooms = JAMBS, [LEFT, RIGHT]
     for turn in range(quarters):
         high, wide = (height, width) if turn % 2 == 0 else (width, height)
         doors = np.stack([wide - doors[..., 1], doors[..., 0]], axis=-1)
         rooms = [Polygon([(high - y, x) for x, y in room.exterior.coords]) for room in rooms]
-    (floor,) = lay_out(kinds, doors)
+    (floor,) = reconstruct(classes, doors)
     assert len(floor.rooms) == 2
     ids = sorted(room_at(floor, room).id for room in rooms)
     (door,) = floor.doors
@@ -144,43 +146,43 @@ def test_turned_regions_give_turned_rooms_and_doors(quarters):
 
 
 @pytest.mark.parametrize(("down", "right"), [(5, 0), (-6, 3), (0, -6)])
-def test_shifted_regions_give_shifted_rooms_and_doors(down, right):
-    (base,) = lay_out(two_rooms(), JAMBS)
+def test_shifted_class_maps_give_shifted_rooms_and_doors(down, right):
+    (base,) = reconstruct(two_rooms(), JAMBS)
     shift = np.array([down, right]) * CELL_PX
-    (moved,) = lay_out(np.roll(two_rooms(), (down, right), (0, 1)), JAMBS + shift)
+    (moved,) = reconstruct(np.roll(two_rooms(), (down, right), (0, 1)), JAMBS + shift)
     for room, other in zip(base.rooms, moved.rooms, strict=True):
         expected = [(x + shift[1], y - shift[0]) for x, y in room.polygon.exterior.coords]
         assert overlap(other.polygon, Polygon(expected)) > 0.99
     assert [door.rooms for door in base.doors] == [door.rooms for door in moved.doors]
 
 
-def test_what_is_near_is_one_floor_and_what_is_far_another():
+def test_distant_parts_are_two_floors():
     """Blocks of 10 m × 10 m with a gap; 1.9 m is the wall of a courtyard, 2.5 m is paper."""
     for gap, floors in ((19, 1), (25, 2)):
         inside = carve((100, 300), (0, 100, 0, 100), (0, 100, 100 + gap, 200 + gap))
-        assert part_floors(inside, resolution=0.1).max() == floors
+        assert split_sheet(inside, resolution=0.1).max() == floors
 
 
 def test_floors_are_numbered_by_their_size():
     inside = carve((200, 400), (0, 80, 0, 80), (0, 120, 150, 300), (0, 90, 330, 400))
-    parts = part_floors(inside, resolution=0.1)
+    parts = split_sheet(inside, resolution=0.1)
     assert [parts[10, 10], parts[10, 200], parts[10, 350], parts[190, 10]] == [2, 1, 3, 0]
     assert np.array_equal(parts > 0, inside)
 
 
 def test_sketches_and_legends_are_no_floors():
-    """Beside a floor of 400 m²: 7 m × 7 m is less than its 0.15th part, and 5 m × 5 m less than any floor."""
+    """Beside a floor of 400 m²: 7 m × 7 m is less than 0.15 of it, and 5 m × 5 m less than any floor."""
     floor = (0, 200, 0, 200)
-    assert part_floors(carve((200, 300), floor, (0, 70, 225, 295)), resolution=0.1).max() == 1
-    assert part_floors(carve((200, 325), floor, (0, 80, 240, 320)), resolution=0.1).max() == 2
+    assert split_sheet(carve((200, 300), floor, (0, 70, 225, 295)), resolution=0.1).max() == 1
+    assert split_sheet(carve((200, 325), floor, (0, 80, 240, 320)), resolution=0.1).max() == 2
     small = carve((200, 325), (0, 80, 0, 80), (0, 50, 240, 290))
-    assert part_floors(small, resolution=0.1).max() == 1
+    assert split_sheet(small, resolution=0.1).max() == 1
 
 
-def test_the_only_floor_may_be_small_and_none_is_none():
-    assert part_floors(carve((100, 100), (0, 20, 0, 20)), resolution=0.1).max() == 1
-    assert part_floors(np.zeros((50, 60), bool), resolution=0.1).max() == 0
-    assert (part_floors(np.ones((50, 60), bool), resolution=0.1) == 1).all()
+def test_the_only_floor_may_be_small():
+    assert split_sheet(carve((100, 100), (0, 20, 0, 20)), resolution=0.1).max() == 1
+    assert split_sheet(np.zeros((50, 60), bool), resolution=0.1).max() == 0
+    assert (split_sheet(np.ones((50, 60), bool), resolution=0.1) == 1).all()
 
 
 @pytest.mark.slow
@@ -190,8 +192,8 @@ def test_turning_a_sheet_turns_its_floors(seed, quarters):
     corners, sizes = rng.integers(0, 100, (4, 2)), rng.integers(10, 60, (4, 2))
     boxes = [(top, top + high, left, left + wide) for (top, left), (high, wide) in zip(corners, sizes, strict=True)]
     inside = carve((160, 160), *boxes)
-    parts = part_floors(inside, resolution=0.2)
-    turned = part_floors(np.rot90(inside, quarters), resolution=0.2)
+    parts = split_sheet(inside, resolution=0.2)
+    turned = split_sheet(np.rot90(inside, quarters), resolution=0.2)
     areas = [np.bincount(image.ravel())[1:].tolist() for image in (parts, turned)]
     assert areas[0] == areas[1] == sorted(areas[0], reverse=True)
     assert np.array_equal(turned > 0, np.rot90(parts > 0, quarters))

@@ -94,21 +94,21 @@ def test_the_same_trees_as_of_the_classifier(parameters, same, weighted, directl
         for name in ("feature", "threshold", "value", "children_left", "children_right"):
             np.testing.assert_array_equal(getattr(tree, name), getattr(estimator.tree_, name))
     rows = random.normal(size=(50, 9))
-    said = forest.class_probabilities(rows, CLASSES)
-    np.testing.assert_array_equal(said[:, [0, 2, 3]], classifier.predict_proba(rows))
-    assert not said[:, [1, 4]].any()
+    predicted = forest.class_probabilities(rows, CLASSES)
+    np.testing.assert_array_equal(predicted[:, [0, 2, 3]], classifier.predict_proba(rows))
+    assert not predicted[:, [1, 4]].any()
 
 
 @given(trained())
 @settings(max_examples=60, deadline=None)
-def test_it_says_what_scikit_learn_says(found):
-    classifier, random = found
+def test_predictions_equal_those_of_scikit_learn(result):
+    classifier, random = result
     rooms = random.normal(size=(40, classifier.n_features_in_)) * 10.0 ** random.integers(-9, 9)
     rooms[:, 0] = random.integers(0, 4, 40)
-    said = Forest.from_trees(to_extra_trees(classifier), CLASSES).predict(rooms)
-    np.testing.assert_allclose(said[:, classifier.classes_], classifier.predict_proba(rooms), rtol=0, atol=1e-12)
-    assert said.sum(axis=1) == pytest.approx(1)
-    assert not np.delete(said, classifier.classes_, axis=1).any()
+    predicted = Forest.from_trees(to_extra_trees(classifier), CLASSES).predict(rooms)
+    np.testing.assert_allclose(predicted[:, classifier.classes_], classifier.predict_proba(rooms), rtol=0, atol=1e-12)
+    assert predicted.sum(axis=1) == pytest.approx(1)
+    assert not np.delete(predicted, classifier.classes_, axis=1).any()
 
 
 def test_rooms_on_the_threshold_go_where_scikit_learn_sends_them():
@@ -119,8 +119,8 @@ def test_rooms_on_the_threshold_go_where_scikit_learn_sends_them():
     thresholds = np.concatenate([tree.tree_.threshold for tree in classifier.estimators_]).astype(np.float32)
     near = [np.nextafter(thresholds, np.float32(end)) for end in (-np.inf, np.inf)]
     rooms = np.concatenate([thresholds, *near]).astype(np.float64)[:, None]
-    said = Forest.from_trees(to_extra_trees(classifier), 2).predict(rooms)
-    np.testing.assert_array_equal(said, classifier.predict_proba(rooms))
+    predicted = Forest.from_trees(to_extra_trees(classifier), 2).predict(rooms)
+    np.testing.assert_array_equal(predicted, classifier.predict_proba(rooms))
 
 
 @pytest.mark.parametrize(

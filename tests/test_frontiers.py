@@ -3,8 +3,8 @@ import pytest
 
 from pianta._types import Mask
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.layout._canvas import draw_canvas
-from pianta.layout.structure.frontiers import BLUR_PX, drop_spray, find_frontiers, measure_frontiers
+from pianta.layout._working_grid import to_working_grid
+from pianta.layout.structure.frontiers import BLUR_PX, find_frontiers, measure_frontiers, remove_ray_leaks
 from tests.drawn_maps import Rectangle, carve
 
 SHAPE = (60, 80)
@@ -21,7 +21,7 @@ def draw_map(*layers: tuple[Rectangle, int], resolution: float = 0.05) -> GridMa
 
 
 def frontier_of(grid: GridMap) -> tuple[Mask, float]:
-    canvas = draw_canvas(grid, grid.free, resolution=0.05)
+    canvas = to_working_grid(grid, grid.free, resolution=0.05)
     frontier = find_frontiers(grid, canvas, canvas.free)
     return frontier, float(measure_frontiers(canvas.free.astype(np.int32), frontier, resolution=canvas.resolution)[1])
 
@@ -67,7 +67,7 @@ def test_the_blurred_side_of_a_wall_is_no_frontier():
     assert frontier_of(grey)[1] > 9
 
 
-def test_a_door_to_unseen_space_is_a_frontier():
+def test_a_door_to_unknown_space_is_a_frontier():
     grid = draw_map(WALLS, ((20, 34, 70, 72), FREE), FLOOR)
     assert frontier_of(grid)[1] == pytest.approx((14 - 2 * BLUR_PX) * 0.05)
 
@@ -79,16 +79,16 @@ def test_each_label_has_the_frontier_of_its_own_cells():
     assert measure_frontiers(labels, np.zeros_like(frontier), resolution=0.5).tolist() == [0, 0, 0, 0]
 
 
-def test_a_strip_of_free_space_between_frontiers_is_spray():
+def test_a_strip_of_free_space_between_frontiers_is_a_ray_leak():
     # Strips 2 m long, 0.2 m and 0.4 m wide, with a frontier on both long sides, and a room with one on a side.
     labels = np.zeros((60, 40), np.int32)
     labels[2:6], labels[10:18], labels[20:60] = 1, 2, 3
     unseen = np.array([0.0, 4.0, 4.0, 2.0])
-    kept = drop_spray(labels, unseen, width=0.3, resolution=0.05)
-    assert np.unique(kept).tolist() == [0, 2, 3]
-    assert (kept == np.where(labels == 1, 0, labels)).all()
+    cleaned = remove_ray_leaks(labels, unseen, width=0.3, resolution=0.05)
+    assert np.unique(cleaned).tolist() == [0, 2, 3]
+    assert (cleaned == np.where(labels == 1, 0, labels)).all()
 
 
-def test_without_frontiers_nothing_is_spray():
+def test_without_frontiers_there_is_no_ray_leak():
     labels = np.eye(5, dtype=np.int32)
-    assert (drop_spray(labels, np.zeros(2), width=0.3, resolution=0.05) == labels).all()
+    assert (remove_ray_leaks(labels, np.zeros(2), width=0.3, resolution=0.05) == labels).all()

@@ -140,12 +140,12 @@ def test_the_threshold_is_the_normalised_cut():
 
 
 def test_least_is_of_both_sides():
-    assert len(segment_by_normalized_cut(RINGS, least=5)) == 2
-    assert len(segment_by_normalized_cut(RINGS, least=6)) == 1
+    assert len(segment_by_normalized_cut(RINGS, min_rooms=5)) == 2
+    assert len(segment_by_normalized_cut(RINGS, min_rooms=6)) == 1
     # The best cut leaves 3 rooms on a side, and no other is tried.
     lopsided = nx.Graph([*pairwise([0, 1, 2, 0]), (2, 3), *pairwise(range(3, 11)), (10, 3), (4, 9), (5, 8)])
-    assert len(segment_by_normalized_cut(lopsided, max_cut=2, least=3)) > 1
-    assert len(segment_by_normalized_cut(lopsided, max_cut=2, least=4)) == 1
+    assert len(segment_by_normalized_cut(lopsided, max_cut=2, min_rooms=3)) > 1
+    assert len(segment_by_normalized_cut(lopsided, max_cut=2, min_rooms=4)) == 1
 
 
 def find_best_split(graph) -> tuple[dict[frozenset[frozenset[int]], float], bool]:
@@ -177,8 +177,8 @@ def test_the_least_normalised_cut_of_all_splits_along_the_fiedler_vector(size, s
     best = [sides for sides, value in splits.items() if value < least + 1e-9]
     if not certain or len(best) > 1:
         return
-    assert len(segment_by_normalized_cut(graph, max_cut=least - 1e-6, least=1)) == 1
-    found = segment_by_normalized_cut(graph, max_cut=least + 1e-6, least=1)
+    assert len(segment_by_normalized_cut(graph, max_cut=least - 1e-6, min_rooms=1)) == 1
+    found = segment_by_normalized_cut(graph, max_cut=least + 1e-6, min_rooms=1)
     assert len(found) > 1
     (sides,) = best
     assert all(any(area <= side for side in sides) for area in found)

@@ -17,13 +17,13 @@ from pianta.generation.functional_graph import (
     draw_start,
     sample_functional_graphs,
 )
-from pianta.generation.gram_rows import References
+from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.node_connections import Pair
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from tests.generated_types import small_model
 
 H = [floor.functional_graph for floor in small_model().floors]
-REFERENCES = References(H)
+REFERENCES = ReferenceGraphs(H)
 
 
 def label(graph, labels="0123456789") -> nx.Graph:
@@ -53,9 +53,10 @@ def test_what_holds_after_every_move(labels, kept, seed):
     kept = min(kept, *map(len, labels))
     functional = nx.path_graph(kept) if kept else None
     starts = [
-        draw_start(of_graph, generator, kept=functional) for of_graph, generator in zip(labels, generators, strict=True)
+        draw_start(of_graph, generator, fixed=functional)
+        for of_graph, generator in zip(labels, generators, strict=True)
     ]
-    chains = FunctionalGraphs(REFERENCES, starts, kept=kept)
+    chains = FunctionalGraphs(REFERENCES, starts, n_fixed=kept)
     random = np.random.default_rng(seed)
     for _ in range(25):
         before = find_graphs(chains, labels)
@@ -117,7 +118,7 @@ def test_either_end_of_an_edge_is_swapped(end):
 
 def test_kept_areas_are_joined_as_they_were():
     start = label(nx.Graph([(0, 1), (1, 2), (2, 3), (3, 4)]), "01010")
-    chains = FunctionalGraphs(REFERENCES, [start] * 20, kept=3)
+    chains = FunctionalGraphs(REFERENCES, [start] * 20, n_fixed=3)
     random = np.random.default_rng(0)
     for _ in range(40):
         chains.move(random.random((20, DRAWS)))
@@ -129,7 +130,7 @@ def test_kept_areas_are_joined_as_they_were():
 
 def move_closed(start: nx.Graph, *, kept: int, closed: bool = True) -> list[nx.Graph]:
     """What a start becomes along twenty chains of forty moves, at every move."""
-    chains = FunctionalGraphs(REFERENCES, [start] * 20, kept=kept, closed=closed)
+    chains = FunctionalGraphs(REFERENCES, [start] * 20, n_fixed=kept, closed=closed)
     random = np.random.default_rng(0)
     found = []
     for _ in range(40):
@@ -217,7 +218,7 @@ def test_chains_go_where_graphs_are_like_the_references():
 @given(st.integers(1, 12), st.integers(0, 4), st.integers(0, 1000))
 def test_starts_are_connected(size, kept, seed):
     functional = label(nx.path_graph(min(kept, size))) if kept else None
-    start = draw_start(["1"] * size, np.random.default_rng(seed), kept=functional)
+    start = draw_start(["1"] * size, np.random.default_rng(seed), fixed=functional)
     assert nx.is_connected(start)
     assert list(start) == [*range(size)]
     assert start.number_of_edges() == size - 1

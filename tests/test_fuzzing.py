@@ -7,18 +7,18 @@ from tests.fuzzing import TIMES, fuzz
 
 
 def test_a_fuzzed_test_draws_more_and_other_examples():
-    drawn: list[int] = []
+    examples: list[int] = []
 
     @settings(max_examples=3, derandomize=True, database=None)
     @given(st.integers(0, 10**9))
     def sample(number: int) -> None:
-        drawn.append(number)
+        examples.append(number)
 
     sample()
-    usual, drawn[:] = len(drawn), []
+    usual, examples[:] = len(examples), []
     fuzz(sample)
     sample()
-    first, drawn[:] = drawn[:], []
+    first, examples[:] = examples[:], []
     sample()
     assert (usual, len(first)) == (3, 3 * TIMES)
-    assert drawn != first
+    assert examples != first

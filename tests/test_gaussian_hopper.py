@@ -133,7 +133,7 @@ def test_a_column_that_never_varies_does_not_count():
     assert kernel.scales_[0] == 1
 
 
-def test_a_gram_matrix_belongs_to_who_asked():
+def test_a_gram_matrix_belongs_to_its_caller():
     kernel = GaussianGraphHopper(normalize=False).fit(PLANS)
     kernel.compare()[:] = 0
     assert kernel.compare().all()
@@ -161,7 +161,7 @@ def test_transformer_of_scikit_learn():
     assert cross_val_score(classifier, small + large, [0] * 10 + [1] * 10, cv=5).mean() == 1
 
 
-def test_all_nodes_without_numbers_are_told():
+def test_all_nodes_without_numbers_are_listed():
     graphs = [make_numbered((1, 2), (1, nan), "x"), make_numbered((1, 2), (1, 2, 3), (1, inf), None)]
     with pytest.raises(GraphError) as caught:
         GaussianGraphHopper().fit(graphs)

@@ -1,4 +1,4 @@
-"""Buildings from end to end: with wishes, like a floor, around a floor; and nothing but the seed counts."""
+"""Buildings from end to end: with constraints, like a floor, around a floor; and nothing but the seed counts."""
 
 import os
 import subprocess
@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 
 from pianta.errors import ModelError, OptionError
 from pianta.generation.buildings import MAX_BUILDINGS, BuildingSampler, Costs, generate_buildings
+from pianta.generation.constraints import Constraints
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.type_model import TypeFloor, TypeModel, learn_type, recognize_areas
-from pianta.generation.wishes import Wishes
+from pianta.generation.type_model import TypeFloor, TypeModel, assign_area_clusters, learn_type
 from tests.generated_types import SCHOOL, build_floor, join_wings, make_wing, small_model
 
 # A part of a building that was seen, with names of rooms that are no numbers.
@@ -33,7 +33,7 @@ def quick_model(segmentation=Segmentation.CORR) -> TypeModel:
 
 @cache
 def seen_floor() -> TypeFloor:
-    return recognize_areas(SEEN, quick_model())
+    return assign_area_clusters(SEEN, quick_model())
 
 
 def list_rooms(building) -> tuple[list[Any], list[Any]]:
@@ -78,10 +78,10 @@ def test_sizes_are_a_fifth_beyond_those_of_floors_at_most():
 @settings(max_examples=8)
 @given(st.lists(st.integers(0, 40), min_size=1, max_size=4, unique=True), st.integers(0, 2**32))
 def test_a_building_depends_on_none_beside_it(numbers, seed):
-    wishes = Wishes(rooms=(15, 16), at_least={"gym": 1})
-    together = BuildingSampler(quick_model(), wishes).sample(numbers, seed=seed)
+    constraints = Constraints(rooms=(15, 16), at_least={"gym": 1})
+    together = BuildingSampler(quick_model(), constraints).sample(numbers, seed=seed)
     for number, building in zip(numbers, together, strict=True):
-        (alone,) = BuildingSampler(quick_model(), wishes).sample([number], seed=seed)
+        (alone,) = BuildingSampler(quick_model(), constraints).sample([number], seed=seed)
         assert list_rooms(alone) == list_rooms(building)
 
 
@@ -89,9 +89,9 @@ def test_a_building_depends_on_none_beside_it(numbers, seed):
 @pytest.mark.parametrize("given_floor", ["none", "like", "kept"])
 def test_batches_are_the_same_as_all_at_once(given_floor):
     like, kept = (seen_floor() if given_floor == name else None for name in ("like", "kept"))
-    sampler = BuildingSampler(quick_model(), like=like, kept=kept)
+    sampler = BuildingSampler(quick_model(), similar_to=like, fixed=kept)
     parts = [*sampler.sample(range(3), seed=2), *sampler.sample(range(3, 6), seed=2)]
-    whole = BuildingSampler(quick_model(), like=like, kept=kept).sample(range(6), seed=2)
+    whole = BuildingSampler(quick_model(), similar_to=like, fixed=kept).sample(range(6), seed=2)
     assert list(map(list_rooms, parts)) == list(map(list_rooms, whole))
 
 
@@ -114,14 +114,14 @@ HASHED = """
 import networkx as nx
 from dataclasses import replace
 from pianta.generation.buildings import generate_buildings
-from pianta.generation.type_model import learn_type, recognize_areas
+from pianta.generation.type_model import learn_type, assign_area_clusters
 from tests.generated_types import SCHOOL, join_wings, make_schools
 from tests.test_generated_buildings import SEEN, list_rooms
 named = [nx.relabel_nodes(graph, lambda node: f"room {node}") for graph in make_schools()]
 for segmentation in ("corr", "ncut"):
     model = replace(learn_type(named, SCHOOL, segmentation=segmentation), sweeps=5, edge_moves=20, door_moves=4)
-    floor = recognize_areas(SEEN, model)
-    for buildings in (generate_buildings(model, 3), generate_buildings(model, 2, kept=floor, like=floor)):
+    floor = assign_area_clusters(SEEN, model)
+    for buildings in (generate_buildings(model, 3), generate_buildings(model, 2, fixed=floor, similar_to=floor)):
         print(*map(list_rooms, buildings))
 """
 
@@ -143,9 +143,9 @@ def test_the_same_under_every_hash_seed():
     assert len(set(found)) == 1
 
 
-def test_wishes_are_met():
-    wishes = Wishes(rooms=(14, 18), at_least={"Classroom": 6, "GYM": 1}, at_most={"closet": 3})
-    buildings = generate_buildings(quick_model(), 20, wishes=wishes)
+def test_constraints_are_met():
+    constraints = Constraints(rooms=(14, 18), at_least={"Classroom": 6, "GYM": 1}, at_most={"closet": 3})
+    buildings = generate_buildings(quick_model(), 20, constraints=constraints)
     for building in buildings:
         assert_building(building, quick_model())
         assert 14 <= len(building) <= 18
@@ -158,40 +158,44 @@ def test_wishes_are_met():
 @pytest.mark.parametrize("rooms", [(3, 5), (21, 22)])
 def test_sizes_that_no_floor_has(rooms):
     # Floors have 9 to 19 rooms.
-    for building in generate_buildings(quick_model(), 10, wishes=Wishes(rooms=rooms)):
+    for building in generate_buildings(quick_model(), 10, constraints=Constraints(rooms=rooms)):
         assert rooms[0] <= len(building) <= rooms[1]
 
 
 def test_an_exact_number_of_rooms():
-    assert {len(building) for building in generate_buildings(quick_model(), 10, wishes=Wishes(rooms=(17, 17)))} == {17}
+    assert {
+        len(building) for building in generate_buildings(quick_model(), 10, constraints=Constraints(rooms=(17, 17)))
+    } == {17}
 
 
 @pytest.mark.parametrize(
-    ("wishes", "message"),
+    ("constraints", "message"),
     [
-        (Wishes(at_least={"gym": 30}), "GYM"),
-        (Wishes(at_least={"canteen": 1}), "CANTEEN"),
-        (Wishes(at_most={"pool": 1}), "POOL"),
-        (Wishes(rooms=(500, 600)), "500"),
+        (Constraints(at_least={"gym": 30}), "GYM"),
+        (Constraints(at_least={"canteen": 1}), "CANTEEN"),
+        (Constraints(at_most={"pool": 1}), "POOL"),
+        (Constraints(rooms=(500, 600)), "500"),
     ],
 )
-def test_wishes_that_no_building_can_meet(wishes, message):
+def test_constraints_that_no_building_can_meet(constraints, message):
     with pytest.raises(OptionError, match=rf"^[^\n]*{message}[^\n]*$"):
-        generate_buildings(quick_model(), 2, wishes=wishes)
+        generate_buildings(quick_model(), 2, constraints=constraints)
 
 
-def test_wishes_that_contradict_what_is_kept():
+def test_constraints_that_contradict_what_is_kept():
     with pytest.raises(OptionError, match="CLASSROOM") as caught:
-        generate_buildings(quick_model(), 2, kept=seen_floor(), wishes=Wishes(rooms=(1, 5), at_most={"classroom": 2}))
+        generate_buildings(
+            quick_model(), 2, fixed=seen_floor(), constraints=Constraints(rooms=(1, 5), at_most={"classroom": 2})
+        )
     assert "11" in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_wishes_that_are_not_met():
+def test_constraints_that_are_not_met():
     # Each area has one corridor, so that there are more rooms than any area has in all.
-    wishes = Wishes(rooms=(19, 20), at_most={"corridor": 1})
+    constraints = Constraints(rooms=(19, 20), at_most={"corridor": 1})
     with pytest.raises(ModelError, match="60 sweeps"):
-        generate_buildings(quick_model(), 1, wishes=wishes)
+        generate_buildings(quick_model(), 1, constraints=constraints)
 
 
 @pytest.mark.parametrize(
@@ -210,22 +214,22 @@ def test_options_that_are_none(options, message):
 
 def test_like_a_floor():
     like = quick_model().floors[3]
-    buildings = generate_buildings(quick_model(), 12, like=like)
+    buildings = generate_buildings(quick_model(), 12, similar_to=like)
     assert all(0.8 * len(like.graph) - 0.5 <= len(building) <= 1.2 * len(like.graph) + 0.5 for building in buildings)
     assert len({str(list_rooms(building)) for building in buildings}) > 6
-    asked = generate_buildings(quick_model(), 4, like=like, wishes=Wishes(rooms=(12, 12)))
+    asked = generate_buildings(quick_model(), 4, similar_to=like, constraints=Constraints(rooms=(12, 12)))
     assert [len(building) for building in asked] == [12] * 4
 
 
 def test_like_a_floor_with_areas_larger_than_any():
-    floor = recognize_areas(make_wing("C" * 80), quick_model())
+    floor = assign_area_clusters(make_wing("C" * 80), quick_model())
     # 81 rooms cannot be, and nobody has wished for them.
-    buildings = generate_buildings(quick_model(), 2, like=floor)
+    buildings = generate_buildings(quick_model(), 2, similar_to=floor)
     assert all(nx.is_connected(building) for building in buildings)
 
 
 def test_rooms_and_doors_that_are_kept():
-    for building in generate_buildings(quick_model(), 12, kept=seen_floor(), wishes=Wishes(rooms=(14, 20))):
+    for building in generate_buildings(quick_model(), 12, fixed=seen_floor(), constraints=Constraints(rooms=(14, 20))):
         assert_building(building, quick_model())
         node_of = {room: node for node, room in building.nodes(data="room") if room is not None}
         assert node_of.keys() == set(SEEN)
@@ -240,8 +244,8 @@ def test_what_is_kept_may_be_larger_than_any_floor():
     graph = join_wings(
         ("CCCCC", "CCCC", "AAS", "GS", "CCT", "AA", "CCCCCC"), tuple((0, n) for n in range(1, 7)), source=""
     )
-    floor = recognize_areas(graph, quick_model())
-    for building in generate_buildings(quick_model(), 2, kept=floor):
+    floor = assign_area_clusters(graph, quick_model())
+    for building in generate_buildings(quick_model(), 2, fixed=floor):
         assert len(building) >= len(graph)
         assert building.subgraph(range(len(graph))).number_of_edges() == graph.number_of_edges()
 
@@ -250,9 +254,9 @@ def test_kept_and_like_and_wishes_at_once():
     (building,) = generate_buildings(
         quick_model(),
         1,
-        kept=seen_floor(),
-        like=quick_model().floors[3],
-        wishes=Wishes(at_least={"small administrative": 2}),
+        fixed=seen_floor(),
+        similar_to=quick_model().floors[3],
+        constraints=Constraints(at_least={"small administrative": 2}),
     )
     assert count_label(building, "SMALL ADMINISTRATIVE") >= 2
     assert nx.get_node_attributes(building, "room")
@@ -275,7 +279,7 @@ def test_types_of_two_floors(graphs, segmentation):
     for building in generate_buildings(model, 6):
         assert_building(building, model)
     first, second = model.floors
-    (building,) = generate_buildings(model, 1, like=first, kept=second)
+    (building,) = generate_buildings(model, 1, similar_to=first, fixed=second)
     assert len(building) >= len(second.graph)
 
 
@@ -283,7 +287,7 @@ def test_clusters_that_no_floor_has_together():
     # Nothing tells how these areas are joined; where they come together they are all the same.
     floors = (build_floor(("CCT",), (), (0,)), build_floor(("AAS",), (), (1,)))
     model = TypeModel(SCHOOL, Segmentation.CORR, floors, 5, 20, 5)
-    buildings = generate_buildings(model, 40, wishes=Wishes(rooms=(8, 8)), costs=Costs.THESIS)
+    buildings = generate_buildings(model, 40, constraints=Constraints(rooms=(8, 8)), costs=Costs.THESIS)
     assert all(nx.is_connected(building) and len(building) == 8 for building in buildings)
 
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from pianta.graphs.graph_hopper import GraphHopper
-from pianta.graphs.hops import count_hops
+from pianta.graphs.graph_hopper import GraphHopper, count_hops
 from pianta.graphs.labelled_graphs import read_labelled_graphs
 from tests.labelled_graphs import labelled_graphs, make_path, make_plan, rename
 
@@ -49,7 +48,7 @@ def count_slowly(graph: nx.Graph) -> "Counter[tuple[int, int, str]]":
     counts: Counter[tuple[int, int, str]] = Counter()
     for start, end in product(graph, repeat=2):
         for path in nx.all_shortest_paths(graph, start, end) if nx.has_path(graph, start, end) else []:
-            counts.update((len(path), place, graph.nodes[node]["label"]) for place, node in enumerate(path))
+            counts.update((len(path), index, graph.nodes[node]["label"]) for index, node in enumerate(path))
     return counts
 
 
@@ -78,7 +77,9 @@ def test_equal_to_grakel(normalize):
     given = [
         grakel.Graph(
             {node: list(graph[node]) for node in graph},
-            node_labels={node: [float(label == kind) for kind in "ABCD"] for node, label in graph.nodes(data="label")},
+            node_labels={
+                node: [float(label == label_text) for label_text in "ABCD"] for node, label in graph.nodes(data="label")
+            },
         )
         for graph in graphs
     ]

@@ -89,10 +89,10 @@ def test_attributes_that_json_does_not_have_are_refused(path, value):
     assert path.read_text() == "old"
 
 
-@pytest.mark.parametrize("kind", [nx.DiGraph, nx.MultiGraph])
-def test_other_graphs_are_refused(path, kind):
+@pytest.mark.parametrize("graph_class", [nx.DiGraph, nx.MultiGraph])
+def test_other_graphs_are_refused(path, graph_class):
     with pytest.raises(FloorError, match=r"directed|multigraph"):
-        save_graph(kind([(1, 2)]), path)
+        save_graph(graph_class([(1, 2)]), path)
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_other_graphs_are_refused(path, kind):
         ({"graph": []}, "graph"),
     ],
 )
-def test_faults_are_told_together(path, changes, message):
+def test_faults_are_listed_together(path, changes, message):
     write(path, **changes)
     with pytest.raises(FloorError, match=message):
         read_graph(path)

@@ -68,10 +68,10 @@ def test_katz_of_a_star() -> None:
     assert measure_katz(nx.star_graph(4)) == pytest.approx({0: 1.4 / length} | dict.fromkeys(range(1, 5), 1.1 / length))
 
 
-@pytest.mark.parametrize(("rooms", "known"), [(99, True), (100, False), (101, False)])
-def test_katz_has_no_answer_for_a_corridor_with_a_hundred_rooms(rooms: int, known: bool) -> None:
+@pytest.mark.parametrize(("rooms", "training"), [(99, True), (100, False), (101, False)])
+def test_katz_has_no_answer_for_a_corridor_with_a_hundred_rooms(rooms: int, training: bool) -> None:
     measured = measure_graph(nx.star_graph(rooms), {0})
-    assert [measured[name] is not None for name in ("katz", "katz_r", "katz_c")] == [known] * 3
+    assert [measured[name] is not None for name in ("katz", "katz_r", "katz_c")] == [training] * 3
     assert measured["eigenvector_c"] == pytest.approx(1)
 
 

@@ -45,14 +45,14 @@ def test_a_graph_without_nodes_is_not_connected():
 
 
 def test_copies():
-    known = [make_path("ABC"), paint(nx.disjoint_union(nx.cycle_graph(3), nx.cycle_graph(3)))]
-    assert find_copies([make_path("CBA"), make_path("ACB"), make_path("ABCA"), make_path("AB")], known) == [
+    training = [make_path("ABC"), paint(nx.disjoint_union(nx.cycle_graph(3), nx.cycle_graph(3)))]
+    assert find_copies([make_path("CBA"), make_path("ACB"), make_path("ABCA"), make_path("AB")], training) == [
         *(True, False),  # the same labels and degrees, at other nodes
         *(False, False),
     ]
-    assert find_copies([paint(nx.disjoint_union(nx.cycle_graph(3), nx.cycle_graph(3)))], known) == [True]
+    assert find_copies([paint(nx.disjoint_union(nx.cycle_graph(3), nx.cycle_graph(3)))], training) == [True]
     # Each of its nodes looks as each of those of the two rings.
-    assert find_copies([paint(nx.cycle_graph(6))], known) == [False]
+    assert find_copies([paint(nx.cycle_graph(6))], training) == [False]
     assert find_copies([make_path("A")], []) == [False]
 
 
@@ -63,10 +63,10 @@ def test_repeats():
 
 @pytest.mark.slow
 @given(st.lists(labelled_graphs(max_size=4), max_size=4), st.lists(labelled_graphs(max_size=4), max_size=4))
-def test_copies_are_the_isomorphic_ones(graphs, known):
+def test_copies_are_the_isomorphic_ones(graphs, training):
     same_label = nx.isomorphism.categorical_node_match("label", None)
-    expected = [any(nx.is_isomorphic(graph, other, node_match=same_label) for other in known) for graph in graphs]
-    assert find_copies(graphs, known) == expected
+    expected = [any(nx.is_isomorphic(graph, other, node_match=same_label) for other in training) for graph in graphs]
+    assert find_copies(graphs, training) == expected
 
 
 @pytest.mark.slow
@@ -90,7 +90,7 @@ def test_clustering():
     # A triangle with a tail: the node that has both has one of three pairs of neighbours joined.
     tailed = nx.Graph([(0, 1), (1, 2), (2, 0), (0, 3)])
     (row,) = describe_statistic([tailed], "clustering")
-    assert {place: row[place] for place in np.flatnonzero(row)} == {0: 1 / 4, 33: 1 / 4, 99: 1 / 2}
+    assert {index: row[index] for index in np.flatnonzero(row)} == {0: 1 / 4, 33: 1 / 4, 99: 1 / 2}
 
 
 @pytest.mark.parametrize(
@@ -163,17 +163,17 @@ def test_discrepancy_by_its_definition(one, other):
 
 
 def test_the_ratio_is_that_of_the_means():
-    same, half, whole = [make_path("AA")], [make_path("AB")], [make_path("BB")]
-    trials = [Trial(whole, half, same), Trial(same, whole, same)]
+    same, half, total = [make_path("AA")], [make_path("AB")], [make_path("BB")]
+    trials = [Trial(total, half, same), Trial(same, total, same)]
     half_apart = 2 - 2 * exp(-1 / 8)
     compared = compare_discrepancy(trials, statistic="labels")
-    assert (compared.made, compared.real) == pytest.approx((ONE_APART / 2, (half_apart + ONE_APART) / 2))
+    assert (compared.generated, compared.real) == pytest.approx((ONE_APART / 2, (half_apart + ONE_APART) / 2))
     assert compared.ratio == pytest.approx(ONE_APART / (half_apart + ONE_APART))
 
 
-@pytest.mark.parametrize(("made", "real", "ratio"), [(3, 2, 1.5), (0, 2, 0), (0, 0, 1), (1, 0, inf)])
-def test_ratio(made, real, ratio):
-    assert DiscrepancyRatio(made, real).ratio == ratio
+@pytest.mark.parametrize(("built", "real", "ratio"), [(3, 2, 1.5), (0, 2, 0), (0, 0, 1), (1, 0, inf)])
+def test_ratio(built, real, ratio):
+    assert DiscrepancyRatio(built, real).ratio == ratio
 
 
 @pytest.mark.parametrize("count", [6, 7])
@@ -194,19 +194,19 @@ def test_trials_split_the_real_graphs(count):
 
 def test_trials_of_a_maker():
     real = [make_path("A" * size) for size in range(1, 9)]
-    asked = []
+    queries = []
 
     def make(half, random):
-        asked.append(half)
+        queries.append(half)
         return [nx.relabel_nodes(graph, {0: int(random.integers(100, 200))}) for graph in half]
 
     trials = draw_trials(make, real, repeats=5, seed=0)
-    assert asked == [trial.half_a for trial in trials]
+    assert queries == [trial.half_a for trial in trials]
     for trial in trials:
-        assert sorted(map(len, trial.made)) == sorted(map(len, trial.half_a))
+        assert sorted(map(len, trial.generated)) == sorted(map(len, trial.half_a))
     # What is made of half A is just as far from B as A is.
     compared = compare_discrepancy(trials, statistic="labels")
-    assert compared.made == compared.real
+    assert compared.generated == compared.real
 
 
 @pytest.mark.slow
@@ -216,7 +216,7 @@ def test_graphs_from_one_source_have_a_ratio_near_one(statistic):
     sources = [[make_plan(10, seed=40 * source + graph) for graph in range(40)] for source in range(40)]
     trials = [draw_trials(plans[:20], plans[20:], repeats=10, seed=0) for plans in sources]
     compared = [compare_discrepancy(of_source, statistic=statistic) for of_source in trials]
-    ratio = np.mean([one.made for one in compared]) / np.mean([one.real for one in compared])
+    ratio = np.mean([one.generated for one in compared]) / np.mean([one.real for one in compared])
     assert ratio == pytest.approx(1, abs=0.15)
 
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.errors import ModelError, OptionError, RelationError
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.relational.fact_files import read_interpretations
 from pianta.relational.facts import (
     FLOOR_SIGNATURES,
@@ -128,7 +128,7 @@ def test_a_number_where_there_was_none_has_one_bin():
     assert sorted(labels_of(graph).values()) == ["label('0')", "label('7')", "label(0)", "room"]
 
 
-def test_the_same_said_twice_or_in_the_other_order_is_one_atom():
+def test_repeated_and_reversed_facts_are_one_atom():
     rooms = [("room", "r1"), ("room", "r2")]
     (once,) = draw(interpret(*rooms, ("connected", "r1", "r2"), ("area", "r1", 5)))
     (often,) = draw(
@@ -200,8 +200,8 @@ def test_names_and_order_do_not_change_the_graph(floor, random, share_values):
     names = [f"n{n}" for n in range(6)]
     random.shuffle(names)
     facts = [
-        Fact(fact.relation, tuple(names[value] if isinstance(value, int) and place < 1 + (fact.relation == "connected")
-                                  else value for place, value in enumerate(fact.arguments)))
+        Fact(fact.relation, tuple(names[value] if isinstance(value, int) and index < 1 + (fact.relation == "connected")
+                                  else value for index, value in enumerate(fact.arguments)))
         for fact in floor.facts
     ]  # fmt: skip
     random.shuffle(facts)
@@ -218,7 +218,7 @@ def test_names_and_order_do_not_change_the_graph(floor, random, share_values):
 
 @pytest.mark.slow
 @given(floors(), st.booleans())
-def test_graphs_are_bipartite_and_say_no_identifier(floor, share_values):
+def test_graphs_are_bipartite_without_identifiers(floor, share_values):
     (graph,) = draw(floor, share_values=share_values)
     assert nx.is_bipartite(graph)
     pattern = r"room|connected|(area\(\d\)|label\([ab]\)|buildingtype\([ab]\))"

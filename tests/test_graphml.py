@@ -114,9 +114,9 @@ def test_round_trip_is_exact_and_stable(path, graph):
 @given(graph=graphs(integer_ids))
 def test_networkx_reads_the_same_graph(path, graph):
     save_graphml(graph, path)
-    theirs = nx.read_graphml(path, node_type=int)
-    del theirs.graph["node_default"], theirs.graph["edge_default"]
-    assert nx.utils.graphs_equal(theirs, graph)
+    read_by_networkx = nx.read_graphml(path, node_type=int)
+    del read_by_networkx.graph["node_default"], read_by_networkx.graph["edge_default"]
+    assert nx.utils.graphs_equal(read_by_networkx, graph)
 
 
 @pytest.mark.slow
@@ -131,7 +131,7 @@ def test_a_file_of_networkx_is_read(path, graph):
 
 
 def test_the_graph_of_a_floor(path):
-    """Dicts become JSON text, and what is None is left out."""
+    """Dicts become JSON text, and None is left out."""
     save_graphml(FLOOR.graph(), path)
     graph = read_graphml(path)
     assert graph.graph == {"source": "Büro"}
@@ -196,26 +196,26 @@ def test_attributes_that_graphml_does_not_have_are_refused(path, value, message)
     assert path.read_text() == "old"
 
 
-def test_faults_of_a_graph_are_told_together(path):
+def test_faults_of_a_graph_are_listed_together(path):
     graph = nx.Graph()
     graph.add_nodes_from([1, "1", (2, 3), False, "\x01"])
     graph.nodes["1"].update({4: "a", "\x02": "b"})
     with pytest.raises(FloorError) as error:
         save_graphml(graph, path)
-    told = str(error.value)
-    assert "'1'" in told
-    assert "(2, 3)" in told
-    assert "False" in told
-    assert "\\x01" in told
-    assert "attribute 4" in told
-    assert "\\x02" in told
-    assert "\n" not in told
+    message_text = str(error.value)
+    assert "'1'" in message_text
+    assert "(2, 3)" in message_text
+    assert "False" in message_text
+    assert "\\x01" in message_text
+    assert "attribute 4" in message_text
+    assert "\\x02" in message_text
+    assert "\n" not in message_text
 
 
-@pytest.mark.parametrize("kind", [nx.DiGraph, nx.MultiGraph])
-def test_other_graphs_are_refused(path, kind):
+@pytest.mark.parametrize("graph_class", [nx.DiGraph, nx.MultiGraph])
+def test_other_graphs_are_refused(path, graph_class):
     with pytest.raises(FloorError, match="directed"):
-        save_graphml(kind([(1, 2)]), path)
+        save_graphml(graph_class([(1, 2)]), path)
 
 
 def changed(old: str, new: str) -> str:
@@ -258,7 +258,7 @@ def test_other_files_are_refused(path, old, new, message):
     assert "\n" not in str(error.value)
 
 
-def test_faults_of_a_file_are_told_together(path):
+def test_faults_of_a_file_are_listed_together(path):
     path.write_text(changed("12.5", "nan").replace('target="0"', 'target="7"'))
     with pytest.raises(FloorError, match=r"double.*'7'"):
         read_graphml(path)
@@ -299,7 +299,7 @@ def test_defaults_fill_what_is_left_out(path):
     assert "label" not in read_graphml(path).edges[0, 1]
 
 
-def test_a_namespace_is_not_asked_for(path):
+def test_a_namespace_is_optional(path):
     path.write_text(
         changed(' xmlns="http://graphml.graphdrawing.org/xmlns"', "").replace(' edgedefault="undirected"', "")
     )

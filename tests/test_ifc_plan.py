@@ -30,7 +30,7 @@ LAB = [(5200, 0), (9000, 0), (9000, 3000), (5200, 3000)]
 
 
 class Model:
-    """An IFC in the making, of one building, in millimetres unless told."""
+    """An IFC under construction, of one building, in millimetres by default."""
 
     def __init__(self, *, schema: Any = "IFC4", prefix: str | None = "MILLI") -> None:
         from ifcopenshell.api import aggregate, context, owner, project, root, unit
@@ -40,28 +40,28 @@ class Model:
             person, group = owner.add_person(self.file), owner.add_organisation(self.file)
             owner.add_person_and_organisation(self.file, person=person, organisation=group)
             owner.add_application(self.file)
-        whole = root.create_entity(self.file, ifc_class="IfcProject", name="Project")
+        container = root.create_entity(self.file, ifc_class="IfcProject", name="Project")
         unit.assign_unit(self.file, units=[unit.add_si_unit(self.file, unit_type="LENGTHUNIT", prefix=prefix)])
         model = context.add_context(self.file, context_type="Model")
         self.body = context.add_context(
             self.file, context_type="Model", context_identifier="Body", target_view="MODEL_VIEW", parent=model
         )
         self.site, self.building = (
-            root.create_entity(self.file, ifc_class=f"Ifc{kind}") for kind in ("Site", "Building")
+            root.create_entity(self.file, ifc_class=f"Ifc{ifc_type}") for ifc_type in ("Site", "Building")
         )
-        for part, outer in pairwise([self.building, self.site, whole]):
+        for part, outer in pairwise([self.building, self.site, container]):
             aggregate.assign_object(self.file, products=[part], relating_object=outer)
 
     def storey(self, name: str = "Ground", elevation: float = 0.0) -> Any:
         return self.part("IfcBuildingStorey", self.building, Name=name, Elevation=elevation)
 
-    def part(self, kind: str, whole: Any, **attributes: object) -> Any:
+    def part(self, ifc_type: str, container: Any, **attributes: object) -> Any:
         from ifcopenshell.api import aggregate, root
 
-        entity = root.create_entity(self.file, ifc_class=kind)
+        entity = root.create_entity(self.file, ifc_class=ifc_type)
         for name, value in attributes.items():
             setattr(entity, name, value)
-        aggregate.assign_object(self.file, products=[entity], relating_object=whole)
+        aggregate.assign_object(self.file, products=[entity], relating_object=container)
         return entity
 
     def space(
@@ -71,7 +71,7 @@ class Model:
         space = self.part("IfcSpace", storey, **attributes)
         if corners:
             self.shape(space, corners)
-        self.place(space, at, turn)
+        self.locate(space, at, turn)
         return space
 
     def shape(self, product: Any, corners: Corners) -> None:
@@ -85,7 +85,7 @@ class Model:
         body = self.file.createIfcShapeRepresentation(self.body, "Body", "SweptSolid", [solid])
         geometry.assign_representation(self.file, product=product, representation=body)
 
-    def place(self, product: Any, at: Point, turn: float) -> None:
+    def locate(self, product: Any, at: Point, turn: float) -> None:
         from ifcopenshell.api import geometry
 
         matrix = np.eye(4)
@@ -110,7 +110,7 @@ class Model:
         door.OverallWidth = width
         if storey is not None:
             spatial.assign_container(self.file, products=[door], relating_structure=storey)
-        self.place(door, at, turn)
+        self.locate(door, at, turn)
         for space in bounding:
             relation = root.create_entity(self.file, ifc_class=self.boundary_class)
             relation.RelatingSpace, relation.RelatedBuildingElement = space, door
@@ -184,9 +184,9 @@ def test_a_door_is_as_long_as_the_opening_that_it_fills(path):
     model.space(ground, OFFICE)
     model.space(ground, LAB)
     door = model.door(ground, (5000, 1000))
-    wall, opening = (root.create_entity(model.file, ifc_class=f"Ifc{kind}") for kind in ("Wall", "OpeningElement"))
+    wall, opening = (root.create_entity(model.file, ifc_class=name) for name in ("IfcWall", "IfcOpeningElement"))
     model.shape(opening, [(5000, 900), (5200, 900), (5200, 2000), (5000, 2000)])
-    model.place(opening, (0, 0), 0)
+    model.locate(opening, (0, 0), 0)
     feature.add_feature(model.file, feature=opening, element=wall)
     feature.add_filling(model.file, opening=opening, element=door)
     ((line, width, rooms),) = [(door.line, door.width, door.rooms) for door in model.read(path)[0].floor.doors]
@@ -207,11 +207,13 @@ def test_a_door_with_a_shape_and_no_width_is_as_wide_as_its_shape(path):
     assert door.width == pytest.approx(0.8)
 
 
-@pytest.mark.parametrize("kind", ["IfcRelSpaceBoundary", "IfcRelSpaceBoundary1stLevel", "IfcRelSpaceBoundary2ndLevel"])
-def test_boundaries_of_any_level_tell_the_rooms_of_a_door(path, kind):
+@pytest.mark.parametrize(
+    "ifc_type", ["IfcRelSpaceBoundary", "IfcRelSpaceBoundary1stLevel", "IfcRelSpaceBoundary2ndLevel"]
+)
+def test_boundaries_of_any_level_give_the_rooms_of_a_door(path, ifc_type):
     """Even of a door that lies far from both, on no storey of its own."""
     model = Model()
-    model.boundary_class = kind
+    model.boundary_class = ifc_type
     ground = model.storey()
     spaces = [model.space(ground, OFFICE), model.space(ground, LAB)]
     model.door(None, (50_000, 0), bounding=spaces[::-1])
@@ -229,7 +231,7 @@ def test_a_door_that_bounds_one_space_is_an_entrance_if_it_is_outer(path, bounda
     assert [door.rooms for door in model.read(path)[0].floor.doors] == [rooms]
 
 
-def test_rooms_that_meet_in_the_middle_of_the_wall_are_told_apart(path):
+def test_rooms_that_meet_in_the_middle_of_the_wall_are_distinguished(path):
     """The door stands at the side of the wall, within the lab."""
     model = Model()
     ground = model.storey()
@@ -248,8 +250,8 @@ def test_what_cannot_be_placed_is_left_out_with_a_warning(path):
     model.door(ground, (50_000, 0))
     model.door(ground, (1000, 1000))
     model.door(None, (0, 0))
-    told = r"plan\.ifc.*1 spaces.*1 doors.*1 spaces.*2 doors"
-    with pytest.warns(PlanWarning, match=told):
+    expected = r"plan\.ifc.*1 spaces.*1 doors.*1 spaces.*2 doors"
+    with pytest.warns(PlanWarning, match=expected):
         (storey,) = model.read(path)
     assert (len(storey.floor.rooms), storey.floor.doors) == (1, ())
 
@@ -279,8 +281,8 @@ def test_storeys_are_ordered_from_below_and_chosen_by_name(path):
     ]
     (chosen,) = read_ifc_plan(path, storey="ground FLOOR ")
     assert is_same(outlines(chosen)[0], metres(OFFICE))
-    told = "Cellar.*Attic.*Ground floor"
-    with pytest.raises(PlanError, match=told):
+    expected = "Cellar.*Attic.*Ground floor"
+    with pytest.raises(PlanError, match=expected):
         read_ifc_plan(path, storey="Cellar")
 
 

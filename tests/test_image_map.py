@@ -130,7 +130,7 @@ def test_our_limit_stands_in_for_pillows(tmp_path, monkeypatch):
         (b"GIF89a\x01\x00\x01\x00\x00\x00\x00;", "PNG"),
     ],
 )
-def test_what_is_no_image_is_told_in_one_line(tmp_path, content, fault):
+def test_what_is_no_image_is_refused_in_one_line(tmp_path, content, fault):
     (tmp_path / "a.png").write_bytes(content)
     with pytest.raises(MapError, match=rf"^image '[^\n]*' [^\n]*{fault}[^\n]*$"):
         read_grey(tmp_path / "a.png")
@@ -165,7 +165,7 @@ def test_transparent_is_unknown(tmp_path):
     assert read_image_map(path, resolution=1).cells.tolist() == [[0, -1, -1]]
 
 
-def test_all_faults_of_the_options_are_told_at_once(tmp_path):
+def test_all_faults_of_the_options_are_listed_at_once(tmp_path):
     path = save(tmp_path / "a.png", GREYS)
     with pytest.raises(MapError, match=r"resolution.*origin.*occupied_below.*free_above"):
         read_image_map(path, resolution=-1, origin=(0, nan, 0), free_above=9, occupied_below=200)
@@ -334,7 +334,7 @@ def test_image_bombs_are_refused_before_they_are_decoded(tmp_path, content):
         (b"<svg/>", "PNG"),
     ],
 )
-def test_what_is_no_picture_is_told_in_one_line(tmp_path, content, fault):
+def test_what_is_no_picture_is_refused_in_one_line(tmp_path, content, fault):
     (tmp_path / "a.gif").write_bytes(content)
     with pytest.raises(MapError, match=rf"^image '[^\n]*' [^\n]*{fault}[^\n]*$"):
         read_picture(tmp_path / "a.gif")

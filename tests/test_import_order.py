@@ -1,4 +1,4 @@
-"""Who may import whom: the folders of pianta lie on levels, and every import leads downwards."""
+"""Which modules may import which: the folders of pianta have levels, and every import leads downwards."""
 
 import ast
 from functools import cache
@@ -80,8 +80,8 @@ def test_there_is_no_circle() -> None:
 
 
 def test_every_folder_and_file_has_a_level() -> None:
-    found = {path.stem for path in PACKAGE.iterdir() if path.suffix in {".py", ""}} - {"__init__", "__pycache__"}
-    assert found <= LEVEL.keys()
+    names = {path.stem for path in PACKAGE.iterdir() if path.suffix in {".py", ""}} - {"__init__", "__pycache__"}
+    assert names <= LEVEL.keys()
 
 
 def test_every_import_leads_downwards() -> None:
@@ -94,7 +94,7 @@ def test_every_import_leads_downwards() -> None:
 
 
 @pytest.mark.parametrize("name", sorted({path.parent.name for path in PACKAGE.rglob("__init__.py")}))
-def test_every_folder_says_what_it_holds(name: str) -> None:
+def test_every_folder_has_a_description(name: str) -> None:
     (folder,) = {path.parent for path in PACKAGE.rglob("__init__.py") if path.parent.name == name}
     docstring = ast.get_docstring(ast.parse((folder / "__init__.py").read_text(encoding="utf-8")))
     assert docstring

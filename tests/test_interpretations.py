@@ -98,19 +98,19 @@ def test_rooms_without_a_label_have_no_such_fact():
     assert facts.name == "floor"
 
 
-def test_the_schema_says_where_labels_lie():
+def test_the_schema_maps_labels():
     untyped = replace(FLOOR, building_type={})
     assert interpret_floor(untyped).facts_of("label")
     with pytest.raises(LabelError, match="CLASSROOM"):
         interpret_floor(untyped, label_set=LabelSet.R_C)
     typed = interpret_floor(untyped, label_set=LabelSet.R_C, schema=SCHOOL)
     assert typed.facts_of("label") == interpret_floor(FLOOR, label_set=LabelSet.R_C).facts_of("label")
-    strange = replace(FLOOR, rooms=(replace(ROOMS[0], label="MORGUE"), *ROOMS[1:]))
+    unusual = replace(FLOOR, rooms=(replace(ROOMS[0], label="MORGUE"), *ROOMS[1:]))
     with pytest.raises(LabelError, match="MORGUE"):
-        interpret_floor(strange, label_set=LabelSet.R_C)
+        interpret_floor(unusual, label_set=LabelSet.R_C)
 
 
-def test_what_a_room_says_of_itself_stands_where_the_schema_is_silent():
+def test_labels_of_the_room_count_if_the_schema_lacks_them():
     labels = {"R/C": "ROOM", "F/C/E/S": "FUNCTIONAL"}
     room = replace(ROOMS[0], label="FUNCTIONAL", labels=labels)
     for types in ({}, {"school": 1.0}):
@@ -118,13 +118,13 @@ def test_what_a_room_says_of_itself_stands_where_the_schema_is_silent():
         assert facts_of(facts, "label") == [("r3", "lroom")]
 
 
-def test_a_label_that_was_corrected_counts_and_not_what_was_said_before():
+def test_a_corrected_label_replaces_the_predicted_one():
     room = replace(ROOMS[0], label="CORRIDOR", labels={"R/C": "ROOM", "school": "CLASSROOM"})
     facts = interpret_floor(Floor((room,), building_type={"school": 1.0}), label_set=LabelSet.R_C)
     assert facts_of(facts, "label") == [("r3", "lcorridor")]
 
 
-def test_corridors_are_told_when_asked_for():
+def test_corridors_are_facts_on_request():
     facts = interpret_floor(FLOOR, relations=[is_corridor()], label_set=None)
     assert [str(fact) for fact in facts.facts] == ["room(r3)", "room(r1)", "room(r7)", "room(r9)", "iscorr(r7)"]
     figure = interpret_floor(FLOOR, relations=[is_corridor(convention=LabelConvention.FIGURE)])
@@ -173,17 +173,17 @@ def test_pairs_of_an_unordered_relation_come_once():
 
 
 @pytest.mark.parametrize(
-    ("found", "message"),
+    ("result", "message"),
     [
         ([(3, 4)], "near"),
         ([("r3", 1)], "'r3'"),
         ([(3,)], "(3,)"),
     ],
 )
-def test_what_a_function_finds_must_be_of_the_floor(found, message):
+def test_what_a_function_finds_must_be_of_the_floor(result, message):
     near = Signature("near", (Argument("r1", "room"), Argument("r2", "room")))
     with pytest.raises(RelationError, match=re.escape(message)):
-        interpret_floor(FLOOR, relations=[Relation(near, lambda floor: found)])
+        interpret_floor(FLOOR, relations=[Relation(near, lambda floor: result)])
 
 
 def test_a_relation_has_one_signature():
@@ -207,23 +207,23 @@ def name_of(interpretation: Interpretation) -> str:
 
 def by_place(interpretation: Interpretation, relation: str) -> set[tuple[object, ...]]:
     """Facts with the place of a room among the others instead of its identifier, once each."""
-    places = {room: place for place, (room,) in enumerate(facts_of(interpretation, "room"))}
-    facts = (tuple(places.get(value, value) for value in fact) for fact in facts_of(interpretation, relation))
+    indices = {room: index for index, (room,) in enumerate(facts_of(interpretation, "room"))}
+    facts = (tuple(indices.get(value, value) for value in fact) for fact in facts_of(interpretation, relation))
     return {tuple(sorted(fact)) if relation == "connected" else fact for fact in facts}  # type: ignore[type-var]
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
-@pytest.mark.parametrize("kind", ["school", "office"])
+@pytest.mark.parametrize("type_name", ["school", "office"])
 @pytest.mark.parametrize("label_set", LABEL_FILES)
-def test_annotated_buildings_have_the_rooms_doors_and_labels_that_the_authors_published(data, kind, label_set):
-    published = read_interpretations(data / "klog" / f"{kind}_{LABEL_FILES[label_set]}.pl")
-    files = {f"i{kind}{file.stem}": file for file in (data / "buildings" / kind).glob("*.xml")}
+def test_annotated_buildings_have_the_rooms_doors_and_labels_that_the_authors_published(data, type_name, label_set):
+    published = read_interpretations(data / "klog" / f"{type_name}_{LABEL_FILES[label_set]}.pl")
+    files = {f"i{type_name}{file.stem}": file for file in (data / "buildings" / type_name).glob("*.xml")}
     compared = [(floor, files[name_of(floor)]) for floor in published if name_of(floor) in files]
     assert len(compared) == len(published)
     for floor, file in compared:
-        ours = interpret_floor(read_building_xml(file), label_set=label_set)
-        assert [by_place(ours, relation) for relation in ("room", "connected", "label")] == [
+        measured = interpret_floor(read_building_xml(file), label_set=label_set)
+        assert [by_place(measured, relation) for relation in ("room", "connected", "label")] == [
             by_place(floor, relation) for relation in ("room", "connected", "label")
         ]
 

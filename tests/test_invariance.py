@@ -21,11 +21,11 @@ import pytest
 import shapely
 
 from pianta.floor import Floor
-from pianta.gridmap import FREE, FREE_AT_MOST, OCCUPIED, OCCUPIED_AT_LEAST, UNKNOWN, GridMap
+from pianta.gridmap import FREE, MAX_FREE, MIN_OCCUPIED, OCCUPIED, UNKNOWN, GridMap
 from pianta.io.maps import read_map
 from pianta.layout.reconstruct import reconstruct
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.drawn_maps import carve, make_grid
 
 pytestmark = pytest.mark.slow
@@ -75,8 +75,8 @@ def view_pooled(grid: GridMap):
     padding = [(0, size % 2) for size in grid.shape]
     cells = np.pad(grid.cells, padding, constant_values=UNKNOWN)
     blocks = cells.reshape(height, 2, width, 2).swapaxes(1, 2).reshape(height, width, 4)
-    occupied = (blocks >= OCCUPIED_AT_LEAST).any(axis=2)
-    free = ((blocks >= FREE) & (blocks <= FREE_AT_MOST)).all(axis=2)
+    occupied = (blocks >= MIN_OCCUPIED).any(axis=2)
+    free = ((blocks >= FREE) & (blocks <= MAX_FREE)).all(axis=2)
     pooled = np.select([occupied, free], [OCCUPIED, FREE], UNKNOWN)
     return View(GridMap(pooled, 2 * grid.resolution), lambda row, col: (2 * row, 2 * col))
 
@@ -126,15 +126,15 @@ def draw_building_cut_at_the_edge_of_the_map():
     return make_grid(free | carve(free.shape, (100, 103, 60, 78)))
 
 
-def map_world(kind: str, noise: float, seed: int = 20):
-    return map_floor(make_floor(kind, seed=seed), noise=noise, seed=seed)
+def map_world(floor_type: str, noise: float, seed: int = 20):
+    return simulate_map(make_floor(floor_type, seed=seed), noise=noise, seed=seed)
 
 
-WORLDS = {f"{kind} {noise}": (kind, noise) for kind in FLOOR_MAKERS for noise in (0.0, 0.2)}
+WORLDS = {f"{floor_type} {noise}": (floor_type, noise) for floor_type in FLOOR_MAKERS for noise in (0.0, 0.2)}
 MAPS: dict[str, Callable[[], GridMap]] = {
     **{name: partial(map_world, *world) for name, world in WORLDS.items()},
-    "fine cells": lambda: map_floor(make_floor("corridor", seed=1), resolution=0.025, noise=0.2, seed=1),
-    "coarse cells": lambda: map_floor(make_floor("corridor", seed=1), resolution=0.1, noise=0.2, seed=1),
+    "fine cells": lambda: simulate_map(make_floor("corridor", seed=1), resolution=0.025, noise=0.2, seed=1),
+    "coarse cells": lambda: simulate_map(make_floor("corridor", seed=1), resolution=0.1, noise=0.2, seed=1),
     "sample": lambda: make_sample()[1],
     "symmetric": draw_symmetric_building,
     "cut": draw_building_cut_at_the_edge_of_the_map,
@@ -146,7 +146,7 @@ SURVEY = ["Freiburg101_scan", "Freiburg79_scan", "NLB"]
 
 
 @cache
-def read_known(name: str, method: str, data: Path | None = None) -> tuple[GridMap, Floor]:
+def read_and_reconstruct(name: str, method: str, data: Path | None = None) -> tuple[GridMap, Floor]:
     """A map by its name, or a map of the survey, and the floor that a method finds in it."""
     grid = MAPS[name]() if data is None else read_map(data / "survey" / f"{name}.png", resolution=0.05)
     return grid, reconstruct(grid, method=method)
@@ -190,9 +190,9 @@ def polygons_of(floor: Floor):
 @pytest.mark.parametrize("view", EXACT_VIEWS)
 @pytest.mark.parametrize("name", MAPS)
 def test_rooms_and_doors_are_the_same_in_every_pose(name, view, method):
-    grid, floor = read_known(name, method)
-    seen = check_same_rooms(grid, floor, EXACT_VIEWS[view], method)
-    widths = sorted(door.width for door in seen.doors)
+    grid, floor = read_and_reconstruct(name, method)
+    viewed = check_same_rooms(grid, floor, EXACT_VIEWS[view], method)
+    widths = sorted(door.width for door in viewed.doors)
     assert widths == pytest.approx(sorted(door.width for door in floor.doors))
 
 
@@ -200,25 +200,25 @@ def test_rooms_and_doors_are_the_same_in_every_pose(name, view, method):
 @pytest.mark.parametrize("view", EXACT_VIEWS)
 @pytest.mark.parametrize("name", SURVEY)
 def test_rooms_of_real_maps_are_the_same_in_every_pose(data, name, view, method):
-    check_same_rooms(*read_known(name, method, data), EXACT_VIEWS[view], method)
+    check_same_rooms(*read_and_reconstruct(name, method, data), EXACT_VIEWS[view], method)
 
 
 def check_same_rooms(grid: GridMap, floor: Floor, make_view: Callable[[GridMap], View], method: str) -> Floor:
     """The floor that is found in the view, in its frame."""
     view = make_view(grid)
-    seen = reconstruct(view.grid, method=method)
-    rooms, others = polygons_of(floor), move_rooms(seen, view, grid)
+    viewed = reconstruct(view.grid, method=method)
+    rooms, others = polygons_of(floor), move_rooms(viewed, view, grid)
     assert len(others) == len(rooms)
     assert match_areas(rooms, others) == pytest.approx(np.ones(len(rooms)), abs=1e-6)
-    return seen
+    return viewed
 
 
 @pytest.mark.parametrize(("method", "alike"), [("structure", 0.95), ("thesis", 0.7)])
-@pytest.mark.parametrize("kind", FLOOR_MAKERS)
-def test_clean_maps_at_half_resolution_have_the_same_rooms(kind, method, alike):
+@pytest.mark.parametrize("floor_type", FLOOR_MAKERS)
+def test_clean_maps_at_half_resolution_have_the_same_rooms(floor_type, method, alike):
     ratios = []
     for seed in (20, 21, 22):
-        grid = map_world(kind, noise=0.0, seed=seed)
+        grid = map_world(floor_type, noise=0.0, seed=seed)
         rooms = polygons_of(reconstruct(grid, method=method))
         others = find_rooms(view_pooled(grid), grid, method)
         count, same_count, growth = compare_rooms(rooms, others)
@@ -232,7 +232,7 @@ def test_clean_maps_at_half_resolution_have_the_same_rooms(kind, method, alike):
 @pytest.mark.parametrize("view", HALF_VIEWS)
 @pytest.mark.parametrize("name", [*WORLDS, "sample"])
 def test_maps_at_half_resolution_have_the_same_number_of_rooms(name, view, method, miss):
-    grid, floor = read_known(name, method)
+    grid, floor = read_and_reconstruct(name, method)
     count, same_count, growth = compare_views(grid, floor, HALF_VIEWS[view](grid), method)
     assert abs(same_count - count) <= miss
     assert abs(growth) < 0.05
@@ -242,20 +242,20 @@ def test_maps_at_half_resolution_have_the_same_number_of_rooms(name, view, metho
 @pytest.mark.parametrize("view", HALF_VIEWS)
 @pytest.mark.parametrize("name", SURVEY)
 def test_real_maps_at_half_resolution_have_the_same_area(data, name, view, method):
-    grid, floor = read_known(name, method, data)
+    grid, floor = read_and_reconstruct(name, method, data)
     assert abs(compare_views(grid, floor, HALF_VIEWS[view](grid), method)[2]) < 0.05
 
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", [*WORLDS, "sample"])
 def test_maps_turned_by_17_degrees_have_the_same_rooms_within_a_tenth(name, method):
-    check_turned(*read_known(name, method), method)
+    check_turned(*read_and_reconstruct(name, method), method)
 
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SURVEY)
 def test_real_maps_turned_by_17_degrees_have_the_same_rooms_within_a_tenth(data, name, method):
-    check_turned(*read_known(name, method, data), method)
+    check_turned(*read_and_reconstruct(name, method, data), method)
 
 
 def check_turned(grid: GridMap, floor: Floor, method: str):
@@ -267,7 +267,7 @@ def check_turned(grid: GridMap, floor: Floor, method: str):
 @pytest.mark.parametrize("degrees", range(0, 90, 5))
 @pytest.mark.parametrize("name", [*WORLDS, "sample"])
 def test_maps_turned_by_any_angle_have_the_same_rooms(name, degrees):
-    grid, floor = read_known(name, "structure")
+    grid, floor = read_and_reconstruct(name, "structure")
     rooms, others = polygons_of(floor), find_rooms(view_turned(grid, degrees), grid, "structure")
     assert len(others) == len(rooms)
     assert match_areas(rooms, others) == pytest.approx(np.ones(len(rooms)), abs=0.05)

@@ -67,15 +67,15 @@ def fault_of(path, text, **options) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", FLOORS)
+@pytest.mark.parametrize("building_type", FLOORS)
 @pytest.mark.parametrize("labels", ["RC", "RCES", "all"])
-def test_real_files_are_read_whole_and_written_again_byte_for_byte(data, path, kind, labels):
-    file = data / "klog" / f"{kind}_{labels}.pl"
+def test_real_files_are_read_whole_and_written_again_byte_for_byte(data, path, building_type, labels):
+    file = data / "klog" / f"{building_type}_{labels}.pl"
     floors = read_interpretations(file)
     facts = [fact for floor in floors for fact in floor.facts]
     rooms, doors = (sum(fact.relation == relation for fact in facts) for relation in ("room", "connected"))
-    assert len(floors) == FLOORS[kind]
-    assert (len(facts), rooms, doors) == FACTS[kind]
+    assert len(floors) == FLOORS[building_type]
+    assert (len(facts), rooms, doors) == FACTS[building_type]
     save_interpretations(path, floors)
     assert path.read_bytes() == file.read_bytes()
     assert read_signatures(file) == FLOOR_SIGNATURES
@@ -106,7 +106,7 @@ def test_the_listing_as_printed_is_read(path):
     assert len(read_text(path, printed + LISTING_6_2)) == 1
 
 
-def test_roles_tell_which_relations_are_unordered(path):
+def test_equal_roles_mark_unordered_relations(path):
     path.write_text(
         "signature atm(a::self, element::property)::extensional. signature bond(x@b::atm,y@b::atm)::intensional.\n"
         "signature after(x@b::atm,y@c::atm)::extensional. signature next(x::atm,y::atm)::extensional.\n"
@@ -219,9 +219,9 @@ def test_white_space_and_comments_may_be_anywhere(path):
     ],
 )
 def test_what_is_no_fact_is_a_fault_with_its_line(path, clause, fault):
-    found = fault_of(path, f"interpretation(f,room(r1)).\n\n{clause}", signatures=FLOOR_SIGNATURES)
-    assert found.startswith("line 3: ")
-    assert fault in found
+    result = fault_of(path, f"interpretation(f,room(r1)).\n\n{clause}", signatures=FLOOR_SIGNATURES)
+    assert result.startswith("line 3: ")
+    assert fault in result
 
 
 def test_a_signature_has_one_meaning(path):
@@ -231,7 +231,7 @@ def test_a_signature_has_one_meaning(path):
     assert re.match("line 2: .*room", fault_of(path, text))
 
 
-def test_all_faults_of_a_file_are_told_together(path):
+def test_all_faults_of_a_file_are_listed_together(path):
     text = """\
 interpretation(f,room(r1)).
 interpretation(f,area(R2,5)).
@@ -241,15 +241,15 @@ interpretation(f,area(r1)).
 interpretation(f,room(r1)).
 """
     faults = fault_of(path, text).split("; ")
-    told = [
+    listed = [
         "line 2: .*R2",
         r"line 3: colour\(r1,red",
         r"line 4: perimeter\(r3,5",
         r"line 5: area\(r1",
         r"line 6: room\(r1",
     ]
-    assert len(faults) == len(told)
-    assert all(re.match(start, fault) for start, fault in zip(told, faults, strict=True))
+    assert len(faults) == len(listed)
+    assert all(re.match(start, fault) for start, fault in zip(listed, faults, strict=True))
 
 
 def test_many_faults_are_counted(path):
@@ -259,8 +259,8 @@ def test_many_faults_are_counted(path):
 
 
 def test_an_entity_that_an_unreadable_clause_may_declare_is_not_missed(path):
-    found = fault_of(path, "interpretation(f,room(r1) .\ninterpretation(f,area(r1,5)).\ninterpretation(f,area(r2,5)).")
-    assert found == "line 1: the clause ends where ) belongs; line 3: area(r2,5) names no room, add the fact room(r2)"
+    result = fault_of(path, "interpretation(f,room(r1) .\ninterpretation(f,area(r1,5)).\ninterpretation(f,area(r2,5)).")
+    assert result == "line 1: the clause ends where ) belongs; line 3: area(r2,5) names no room, add the fact room(r2)"
 
 
 def test_files_that_hold_no_text_or_no_facts_are_refused(path):
@@ -321,7 +321,7 @@ properties = st.text(max_size=6) | numbers
 @st.composite
 def floors(draw) -> list[Interpretation]:
     """Floors with any names, identifiers and properties that text has, their facts in any order."""
-    drawn = []
+    annotated = []
     for name in draw(st.lists(names, min_size=1, max_size=3, unique=True)):
         rooms = draw(st.lists(names | st.integers(), min_size=1, max_size=4, unique=True))
         a_room = st.sampled_from(rooms)
@@ -332,15 +332,15 @@ def floors(draw) -> list[Interpretation]:
             st.tuples(st.just("buildingtype"), properties),
         )
         facts = [("room", room) for room in rooms] + draw(st.lists(more, max_size=6))
-        drawn.append(interpret(*draw(st.permutations(facts)), name=name))
-    return drawn
+        annotated.append(interpret(*draw(st.permutations(facts)), name=name))
+    return annotated
 
 
 def test_a_floor_of_nothing_but_labels_keeps_its_place(path):
     signatures = [Signature("label", (Argument("label"),)), Signature("colour", (Argument("colour"),))]
-    drawn = [interpret(("label", "a"), name="f"), interpret(("colour", "b"), name="g")]
-    save_interpretations(path, drawn, signatures=signatures)
-    assert read_interpretations(path) == drawn
+    annotated = [interpret(("label", "a"), name="f"), interpret(("colour", "b"), name="g")]
+    save_interpretations(path, annotated, signatures=signatures)
+    assert read_interpretations(path) == annotated
 
 
 @pytest.mark.slow

@@ -88,9 +88,9 @@ def test_a_door_that_one_room_draws_is_where_it_draws_it(path):
 
 def test_two_doors_between_the_same_rooms_are_two(path):
     """The corridor draws its sides in the other order; the second door is 0.5 m in one room and 1 m in the other."""
-    of_office = [segment((100, 80), (90, 80), "K"), segment((90, 80), (60, 80)), segment(*OFFICE_DOOR, "K")]
-    of_corridor = [segment(*CORRIDOR_DOOR, "A"), segment((60, 84), (85, 84)), segment((85, 84), (105, 84), "A")]
-    floor = read(path, floor_xml(office(*of_office), corridor(*of_corridor)))
+    office_segments = [segment((100, 80), (90, 80), "K"), segment((90, 80), (60, 80)), segment(*OFFICE_DOOR, "K")]
+    corridor_segments = [segment(*CORRIDOR_DOOR, "A"), segment((60, 84), (85, 84)), segment((85, 84), (105, 84), "A")]
+    floor = read(path, floor_xml(office(*office_segments), corridor(*corridor_segments)))
     assert sorted((door.line.centroid.x, door.width) for door in floor.doors) == [
         pytest.approx((2.5, 1)),
         pytest.approx((4.75, 0.5)),
@@ -134,7 +134,7 @@ def test_segments_with_gaps_are_bridged(path):
     assert (room.label, room.polygon.area) == (None, pytest.approx(20))
 
 
-def test_a_room_that_no_door_leads_to_is_told(path):
+def test_a_room_that_no_door_leads_to_is_reported(path):
     alone = space("C", "TRAPP", [(300, 0), (400, 0), (400, 80), (300, 80)])
     with pytest.warns(BuildingWarning, match="TRAPP"):
         read(path, floor_xml(office(), corridor(), alone))

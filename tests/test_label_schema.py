@@ -133,7 +133,7 @@ def test_splits_of_the_file_are_taken(path):
     assert (label.in_experiments, label.corridor_in_graphs) == (FCES.FUNCTIONAL, True)
 
 
-def test_faults_are_told_together(path):
+def test_faults_are_listed_together(path):
     with pytest.raises(LabelError) as error:
         read_text(
             path,
@@ -178,7 +178,7 @@ def test_faults_are_told_together(path):
         ("labels: [{name: A, function: SERVICE, size: []}]", r"labels\[0\].size"),
     ],
 )
-def test_what_is_no_schema_is_told_in_one_line(path, text, message):
+def test_what_is_no_schema_is_refused_in_one_line(path, text, message):
     with pytest.raises(LabelError, match=message) as error:
         read_text(path, text)
     assert f"'{path}': " in str(error.value)
@@ -215,7 +215,7 @@ def test_hostile_files_are_refused_in_one_line(path, text, message):
 
 
 @pytest.mark.slow
-def test_thousands_of_faults_are_told_briefly(path):
+def test_thousands_of_faults_are_shortened(path):
     with pytest.raises(LabelError, match="9990") as error:
         read_text(path, "labels:\n" + "- {}\n" * 5000)
     assert len(str(error.value)) < 1000
@@ -227,7 +227,7 @@ def test_what_a_later_version_has_is_skipped(path):
     assert read_label_schema(path).labels == (Label("A", FCES.SERVICE, GeneralLabel.MEDIUM, "#8c8c8b"),)
 
 
-def test_missing_files_and_folders_are_told(tmp_path):
+def test_missing_files_and_folders_are_reported(tmp_path):
     for name, message in (("none.yaml", "exist"), (".", r"\bfolder\b")):
         with pytest.raises(LabelError, match=f"label schema .*{message}"):
             read_label_schema(tmp_path / name)

@@ -13,8 +13,8 @@ SQUARE = box(0, 0, 1, 1)
 SCHOOL, OFFICE = {"SCHOOL": 0.7, "office": 0.3}, {"school": 0.3, "office": 0.7}
 
 
-def style_of(label: str | None, building_type: dict[str, float] | None = None, **said) -> RoomStyle:
-    return style_rooms(Floor((Room(4, SQUARE, label, **said),), building_type=building_type or {}))[4]
+def style_of(label: str | None, building_type: dict[str, float] | None = None, **attributes) -> RoomStyle:
+    return style_rooms(Floor((Room(4, SQUARE, label, **attributes),), building_type=building_type or {}))[4]
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_a_label_has_the_colour_of_its_schema_else_of_its_function(label, labels
         (None, {}, SCHOOL, False),
     ],
 )
-def test_corridors_are_those_that_r_c_says_else_those_of_the_experiments_of_the_thesis(
+def test_corridors_are_those_of_r_c_else_those_of_the_experiments_of_the_thesis(
     label, labels, building_type, is_corridor
 ):
     assert style_of(label, building_type, labels=labels).is_corridor == is_corridor
@@ -80,9 +80,9 @@ def test_a_label_below_0_6_is_uncertain(probabilities, is_uncertain):
 
 
 def test_a_partial_room_is_lighter_in_the_same_colour():
-    whole, partial = style_of("LAB", SCHOOL), style_of("LAB", SCHOOL, partial=True)
-    assert whole.color == partial.color
-    assert whole.fill == "#598df5"  # 255 + 0.75 * (0x22, 0x67, 0xf2 - 255)
+    full, partial = style_of("LAB", SCHOOL), style_of("LAB", SCHOOL, partial=True)
+    assert full.color == partial.color
+    assert full.fill == "#598df5"  # 255 + 0.75 * (0x22, 0x67, 0xf2 - 255)
     assert partial.fill == "#a7c2fa"
 
 
@@ -130,8 +130,8 @@ def test_a_label_with_two_colours_is_listed_with_each():
 def test_colours_of_a_schema_of_the_user():
     ward = Label("WARD", FCES.FUNCTIONAL, GeneralLabel.MEDIUM, "#8c3b2e")
     schemas = {**SCHEMAS, "hospital": LabelSchema("hospital", (ward,))}
-    said = {"R/C": "ROOM", "F/C/E/S": "FUNCTIONAL", "hospital": "WARD"}
-    floor = Floor((Room(4, SQUARE, "WARD", labels=said),), building_type={"hospital": 1.0})
+    labels = {"R/C": "ROOM", "F/C/E/S": "FUNCTIONAL", "hospital": "WARD"}
+    floor = Floor((Room(4, SQUARE, "WARD", labels=labels),), building_type={"hospital": 1.0})
     assert style_rooms(floor)[4].color == FCES_COLORS[FCES.FUNCTIONAL]
     assert style_rooms(floor, schemas)[4].color == "#8c3b2e"
     assert [entry.color for entry in list_labels(floor, schemas)] == ["#8c3b2e"]
@@ -139,15 +139,15 @@ def test_colours_of_a_schema_of_the_user():
 
 @pytest.mark.parametrize("schema", SCHEMAS.values())
 def test_given_labels_look_like_those_of_a_model(schema):
-    """A model tells the sets above a label too, in the split of the experiments."""
+    """A model gives the coarser label sets, too, in the convention of the experiments."""
     for label in schema.labels:
         sets = {
             "R/C": str(label.room_or_corridor()),
             "F/C/E/S": str(label.function_in()),
             schema.building_type: label.name,
         }
-        of_type = {schema.building_type: 1.0}
-        assert style_of(label.name.title(), of_type) == style_of(label.name, of_type, labels=sets)
+        types = {schema.building_type: 1.0}
+        assert style_of(label.name.title(), types) == style_of(label.name, types, labels=sets)
 
 
 def test_a_label_in_several_spellings_is_listed_once():

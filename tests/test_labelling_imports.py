@@ -1,4 +1,4 @@
-"""What labels a floor and tells its building type imports nothing heavy."""
+"""Labelling a floor and predicting its building type import nothing heavy."""
 
 import os
 import subprocess
@@ -31,9 +31,9 @@ import pianta.building_types.model_file, pianta.rooms.model_file
 
 @pytest.mark.parametrize("code", [LABELLING, TRAINING], ids=["labelling", "modules of training"])
 def test_nothing_heavy_is_imported(code):
-    told = f"import sys\n{code}\nprint('heavy:', *sorted({set(HEAVY)!r} & sys.modules.keys()))"
+    script = f"import sys\n{code}\nprint('heavy:', *sorted({set(HEAVY)!r} & sys.modules.keys()))"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     process = subprocess.run(
-        [sys.executable, "-c", told], capture_output=True, text=True, env=environment, check=False, timeout=60
+        [sys.executable, "-c", script], capture_output=True, text=True, env=environment, check=False, timeout=60
     )
     assert (process.returncode, process.stdout, process.stderr) == (0, "heavy:\n", "")

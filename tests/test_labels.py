@@ -103,8 +103,8 @@ LAMP = Label("LAMP", FCES.SERVICE, GeneralLabel.SMALL, "#ffffff")
 @pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
 def test_split_of_the_figure_is_the_figure(schema):
     printed = FIGURE[schema.building_type]
-    places = {name: function for function, names in printed.items() for name in names}
-    assert {label.name: label.function_in(LabelConvention.FIGURE) for label in schema.labels} == places
+    functions = {name: function for function, names in printed.items() for name in names}
+    assert {label.name: label.function_in(LabelConvention.FIGURE) for label in schema.labels} == functions
     corridors = {
         name for name in schema.by_name if schema.by_name[name].room_or_corridor(LabelConvention.FIGURE) is RC.CORRIDOR
     }
@@ -169,7 +169,7 @@ def test_labels_are_mapped_to_every_set():
     assert SCHOOL.map_labels([], LabelSet.R_C) == []
 
 
-def test_all_unknown_labels_are_told():
+def test_all_unknown_labels_are_reported():
     with pytest.raises(LabelError, match=r"OFFICE.*POOL.*None"):
         SCHOOL.map_labels(["POOL", "GYM", None, "OFFICE", "POOL"], LabelSet.R_C)
     with pytest.raises(LabelError, match=r"'A\\nB'"):
@@ -228,7 +228,7 @@ def test_schemas_can_be_copied_and_sent_to_other_processes():
     assert copy.deepcopy(OFFICE) == OFFICE
 
 
-def test_colours_of_functions_are_those_of_a_label_of_theirs():
+def test_colours_of_functions_are_those_of_one_of_their_labels():
     assert set(FCES_COLORS) == set(FCES)
     for function, color in FCES_COLORS.items():
         for schema in SCHEMAS.values():
@@ -250,12 +250,12 @@ def labels_of(file: Path) -> tuple[LabelSchema, set[str]]:
     ["buildings/school", "buildings/office", "buildings/robocup", "floorplans", "partial", "slam", "survey"],
 )
 def test_every_label_of_real_buildings_is_known(data, folder):
-    found: dict[str, set[str]] = defaultdict(set)
+    colours: dict[str, set[str]] = defaultdict(set)
     for file in (data / folder).rglob("*.xml"):
         schema, labels = labels_of(file)
-        found[schema.building_type] |= labels
-    assert found
-    for building_type, labels in found.items():
+        colours[schema.building_type] |= labels
+    assert colours
+    for building_type, labels in colours.items():
         assert schema_of(building_type).map_labels(labels, LabelSet.TYPE)
 
 
@@ -275,8 +275,8 @@ def test_names_and_colours_are_those_of_the_annotators(data, name, schema, missi
         )
         for label in labels
     }
-    known = {label.name: label.color for label in schema.labels if label.name not in missing}
-    assert colors == known
+    label_colors = {label.name: label.color for label in schema.labels if label.name not in missing}
+    assert colors == label_colors
 
 
 @pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
@@ -308,12 +308,12 @@ def klog_labels(file: Path) -> dict[tuple[str, str], str]:
 
 @pytest.mark.parametrize(("name", "schema"), [("school", SCHOOL), ("office", OFFICE), ("robocup", OFFICE)])
 def test_experiments_are_those_of_the_facts(data, name, schema):
-    of_type, fces, rc = (klog_labels(data / "klog" / f"{name}_{labels}.pl") for labels in ("all", "RCES", "RC"))
-    assert of_type.keys() == fces.keys() == rc.keys()
+    type_labels, fces, rc = (klog_labels(data / "klog" / f"{name}_{labels}.pl") for labels in ("all", "RCES", "RC"))
+    assert type_labels.keys() == fces.keys() == rc.keys()
     spelled = {label.name.lower().replace(" ", ""): label for label in schema.labels}
     wrong = {
         (label, fces[room], rc[room])
-        for room, label in of_type.items()
+        for room, label in type_labels.items()
         if spelled[label].function_in() is not KLOG_FCES[fces[room]]
         or spelled[label].room_or_corridor() is not KLOG_RC[rc[room]]
     }

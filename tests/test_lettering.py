@@ -5,7 +5,7 @@ import pytest
 
 from pianta.errors import OptionError
 from pianta.plan.text.recognition import read_texts
-from pianta.worlds.plans.fonts import FONTS, NAMES, letter_rooms
+from pianta.worlds.plans.name_sheets import FONTS, NAMES, letter_rooms
 from pianta_bench.plans import text as plan_text
 from pianta_bench.plans.text import measure_text
 
@@ -19,7 +19,7 @@ def ink_of(sheet, number: int):
 
 @pytest.mark.parametrize("font", FONTS)
 @pytest.mark.parametrize("capital", [10, 16, 28])
-def test_capitals_are_as_high_as_asked_and_stand_in_the_middle(font, capital):
+def test_capitals_have_the_given_height_and_are_centred(font, capital):
     sheet = letter_rooms(["HHH", "HE"], font=font, capital=capital)
     for number in (0, 1):
         rows, cols, (height, width) = ink_of(sheet, number)
@@ -52,7 +52,7 @@ def test_names_are_in_five_languages_and_none_twice_within_one():
 
 
 @pytest.mark.parametrize(
-    ("names", "options", "told"),
+    ("names", "options", "message"),
     [
         ([], {}, "names"),
         (["A"], {"font": "Comic"}, "Comic"),
@@ -61,19 +61,19 @@ def test_names_are_in_five_languages_and_none_twice_within_one():
         (["A"], {"columns": 0}, "columns"),
     ],
 )
-def test_what_cannot_be_lettered(names, options, told):
-    with pytest.raises(OptionError, match=told):
+def test_invalid_options_are_refused(names, options, message):
+    with pytest.raises(OptionError, match=message):
         letter_rooms(names, **options)
 
 
 def test_names_are_counted_by_font_size_and_rotation(monkeypatch):
     """A reader that finds the first sheet's names only, the other texts not at all."""
     pytest.importorskip("rapidocr")
-    seen = []
+    shapes = []
 
     def read_once(colors):
-        seen.append(colors.shape)
-        return read_texts(colors) if len(seen) == 1 else ()
+        shapes.append(colors.shape)
+        return read_texts(colors) if len(shapes) == 1 else ()
 
     monkeypatch.setattr(plan_text, "read_texts", read_once)
     table = measure_text(fonts=["DejaVuSans"], capitals=[16], rotations=[0, 90], names=["LAB 1", "Library"])

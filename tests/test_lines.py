@@ -17,12 +17,12 @@ def aim(*degrees: float):
     return np.array([[0, 0, 2 * np.cos(angle), 2 * np.sin(angle)] for angle in np.radians(degrees)])
 
 
-def part(labels: np.ndarray):
+def partition(labels: np.ndarray):
     """Clusters as sets of positions."""
     return {frozenset(np.flatnonzero(labels == label).tolist()) for label in np.unique(labels)}
 
 
-def tell_apart(angle: np.ndarray, other: np.ndarray):
+def angle_between(angle: np.ndarray, other: np.ndarray):
     """Degrees between undirected lines at angles in radians."""
     return np.degrees(np.abs((angle - other + np.pi / 2) % np.pi - np.pi / 2))
 
@@ -52,24 +52,24 @@ def test_angles_within_the_kernel_drift_into_one_cluster():
 def test_directions_near_zero_and_near_pi_are_one_cluster():
     labels, angles = cluster_angles(aim(1, 178, 90), DEFAULT)
     assert labels[0] == labels[1] != labels[2]
-    assert tell_apart(angles[labels], np.radians([-0.5, -0.5, 90])) == pytest.approx([0, 0, 0], abs=0.01)
+    assert angle_between(angles[labels], np.radians([-0.5, -0.5, 90])) == pytest.approx([0, 0, 0], abs=0.01)
 
 
 @pytest.mark.parametrize("apart", [0.1, 1, 3, 5])
 def test_a_cluster_whose_angles_surround_zero_is_one(apart):
     labels, angles = cluster_angles(aim(apart, 180 - apart, 180 - apart, apart, 0), DEFAULT)
     assert labels.tolist() == [0] * 5
-    assert tell_apart(angles, np.zeros(1)) == pytest.approx([0], abs=0.01)
+    assert angle_between(angles, np.zeros(1)) == pytest.approx([0], abs=0.01)
 
 
 @given(st.lists(st.integers(0, 1799).map(lambda tenths: tenths / 10), min_size=1, max_size=8), st.integers(0, 255))
-def test_a_segment_has_no_direction(degrees, flips):
+def test_the_direction_of_a_segment_does_not_matter(degrees, flips):
     segments = aim(*degrees)
     reverse = (flips >> np.arange(len(degrees))) & 1 == 1
     turned = np.where(reverse[:, None], segments[:, [2, 3, 0, 1]], segments)
-    (labels, found), (same_labels, same_found) = cluster_angles(segments, DEFAULT), cluster_angles(turned, DEFAULT)
-    assert part(labels) == part(same_labels)
-    assert tell_apart(found[labels], same_found[same_labels]).max() < 0.1
+    (labels, angles), (same_labels, same_angles) = cluster_angles(segments, DEFAULT), cluster_angles(turned, DEFAULT)
+    assert partition(labels) == partition(same_labels)
+    assert angle_between(angles[labels], same_angles[same_labels]).max() < 0.1
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""`pianta.load_model`: any model file, told apart by its content."""
+"""`pianta.load_model`: any model file, distinguished by its content."""
 
 import json
 from pathlib import Path
@@ -39,7 +39,7 @@ def test_the_model_of_rooms_that_comes_with_pianta():
     assert model.building_types == ("office", "school")
 
 
-def test_the_name_of_the_file_tells_nothing(tmp_path):
+def test_the_name_of_the_file_does_not_matter(tmp_path):
     small_model().save(tmp_path / "rooms.npz")
     assert isinstance(pianta.load_model(tmp_path / "rooms.npz"), TypeModel)
 
@@ -68,11 +68,11 @@ def test_an_archive_that_is_no_model(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "told"), [("", "is a folder, give a file"), ("nowhere.json", "does not exist"), ("empty", "is empty")]
+    ("name", "fragment"), [("", "is a folder, give a file"), ("nowhere.json", "does not exist"), ("empty", "is empty")]
 )
-def test_what_is_no_file(tmp_path, name, told):
+def test_what_is_no_file(tmp_path, name, fragment):
     (tmp_path / "empty").touch()
-    refuse(tmp_path / name, told)
+    refuse(tmp_path / name, fragment)
 
 
 def test_a_model_of_a_newer_pianta(tmp_path):
@@ -89,8 +89,8 @@ def test_garbage_is_refused_in_one_line(tmp_path, content):
     refuse(tmp_path / "model", "")
 
 
-def refuse(path: Path, told: str) -> None:
+def refuse(path: Path, fragment: str) -> None:
     with pytest.raises(ModelError) as caught:
         pianta.load_model(path)
-    assert told in str(caught.value)
+    assert fragment in str(caught.value)
     assert "\n" not in str(caught.value)

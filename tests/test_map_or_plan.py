@@ -1,4 +1,4 @@
-"""Robots' maps and plans are told apart, by suffix and by what images show."""
+"""Robots' maps and plans are distinguished by suffix and by the pixels of images."""
 
 from pathlib import Path
 
@@ -34,8 +34,8 @@ def line_plan() -> NDArray[np.uint8]:
     return plan
 
 
-def with_alpha(greys: NDArray[np.uint8], seen: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    return np.dstack([greys, greys, greys, np.where(seen, 255, 0)]).astype(np.uint8)
+def with_alpha(greys: NDArray[np.uint8], opaque: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    return np.dstack([greys, greys, greys, np.where(opaque, 255, 0)]).astype(np.uint8)
 
 
 def kind_of(pixels: NDArray[np.generic], tmp_path: Path, *, suffix: str = ".png") -> str:
@@ -44,27 +44,27 @@ def kind_of(pixels: NDArray[np.generic], tmp_path: Path, *, suffix: str = ".png"
 
 
 @pytest.mark.parametrize("name", ["a.dxf", "a.svg", "a.pdf", "a.ifc", "a.gif", "a.webp", "A.DXF"])
-def test_drawings_and_pictures_that_maps_never_are_need_no_look(name):
+def test_formats_that_maps_never_have_are_plans_by_their_suffix(name):
     assert detect_input_kind(name) == "plan"
 
 
 @pytest.mark.parametrize("name", ["a.yaml", "a.yml", "a.npz", "a.pgm", "A.PGM", "a.txt", "a", "plan.png/a.yaml"])
-def test_other_files_are_maps_whether_they_exist_or_not(name):
+def test_other_suffixes_are_maps_without_opening_the_file(name):
     assert detect_input_kind(name) == "map"
 
 
 @pytest.mark.parametrize("suffix", [".png", ".bmp", ".tif", ".ppm", ".PNG"])
-def test_images_are_told_by_what_they_show(tmp_path, suffix):
+def test_images_are_distinguished_by_their_pixels(tmp_path, suffix):
     assert kind_of(gmapping_map(), tmp_path, suffix=suffix) == "map"
     assert kind_of(line_plan(), tmp_path, suffix=suffix) == "plan"
 
 
-def test_jpegs_have_more_greys_and_are_told_all_the_same(tmp_path):
+def test_jpegs_are_distinguished_although_they_have_more_greys(tmp_path):
     assert kind_of(gmapping_map(), tmp_path, suffix=".jpg") == "map"
     assert kind_of(line_plan(), tmp_path, suffix=".jpg") == "plan"
 
 
-def test_sixteen_bits_are_told_as_eight(tmp_path):
+def test_sixteen_bits_are_distinguished_as_eight(tmp_path):
     assert kind_of(gmapping_map().astype(np.uint16) * 257, tmp_path) == "map"
     assert kind_of(line_plan().astype(np.uint16) * 257, tmp_path) == "plan"
 
@@ -80,29 +80,29 @@ def test_colours_make_a_plan_and_a_few_coloured_pixels_do_not(tmp_path):
     assert kind_of(colors, tmp_path) == "map"
 
 
-@pytest.mark.parametrize(("paper", "kind"), [(244, "map"), (245, "plan")])
-def test_paper_along_most_of_the_border_makes_a_plan(tmp_path, paper, kind):
+@pytest.mark.parametrize(("paper", "expected"), [(244, "map"), (245, "plan")])
+def test_paper_along_most_of_the_border_makes_a_plan(tmp_path, paper, expected):
     """Above and below, 80 pixels each, are most of 280; the sides, 60 each, are not."""
     greys = gmapping_map()
     greys[:, [0, -1]] = paper
     assert kind_of(greys, tmp_path) == "map"
     greys = gmapping_map()
     greys[[0, -1]] = paper
-    assert kind_of(greys, tmp_path) == kind
+    assert kind_of(greys, tmp_path) == expected
 
 
 def test_many_greys_are_a_photo_or_scan(tmp_path):
     """A map keeps three greys on more than half of its pixels, however noisy the rest."""
     noise = np.random.default_rng(0).integers(0, 240, (60, 80)).astype(np.uint8)
     assert kind_of(noise, tmp_path) == "plan"
-    for noisy_rows, kind in ((24, "map"), (36, "plan")):
+    for noisy_rows, expected in ((24, "map"), (36, "plan")):
         greys = gmapping_map()
         greys[:noisy_rows] = noise[:noisy_rows]
-        assert kind_of(greys, tmp_path) == kind
+        assert kind_of(greys, tmp_path) == expected
 
 
 def test_a_transparent_map_has_free_space_and_a_transparent_drawing_only_lines(tmp_path):
-    """Colours that are not seen do not count, nor does free space; a fully opaque image is judged by its border."""
+    """Transparent pixels do not count; a fully opaque image is classified by its border."""
     greys = gmapping_map()
     assert kind_of(with_alpha(greys, greys != UNKNOWN), tmp_path) == "map"
     assert kind_of(with_alpha(line_plan(), line_plan() == 0), tmp_path) == "plan"
@@ -133,12 +133,12 @@ def test_images_beyond_the_limit_are_refused(tmp_path):
 
 @pytest.mark.slow
 @given(turns=st.integers(0, 3), flipped=st.booleans(), scale=st.integers(1, 4))
-def test_neither_turning_nor_enlarging_makes_another_kind(tmp_path_factory, turns, flipped, scale):
+def test_turning_and_enlarging_change_nothing(tmp_path_factory, turns, flipped, scale):
     path = tmp_path_factory.getbasetemp() / "turned.png"
-    for greys, kind in ((gmapping_map(), "map"), (line_plan(), "plan")):
+    for greys, expected in ((gmapping_map(), "map"), (line_plan(), "plan")):
         turned = np.rot90(greys[::-1] if flipped else greys, turns).repeat(scale, axis=0).repeat(scale, axis=1)
         Image.fromarray(np.ascontiguousarray(turned)).save(path)
-        assert detect_input_kind(path) == kind
+        assert detect_input_kind(path) == expected
 
 
 @pytest.mark.slow
@@ -157,7 +157,7 @@ def smallest(files: list[Path], *, count: int) -> list[Path]:
 
 @pytest.mark.slow
 def test_real_plans_are_plans(data):
-    """Ten small ones, every sixth, and those with ways of escape, in JPEG and PNG."""
+    """Ten small ones, every sixth, and evacuation maps, in JPEG and PNG."""
     folder = data / "floorplans"
     files = sorted(file for file in folder.glob("*.*") if file.suffix in (".png", ".jpg"))
     files = [file for file in files if file.stat().st_size < 300_000]
@@ -270,6 +270,6 @@ NO_DRAWINGS = {
 }
 
 
-@pytest.mark.parametrize("kind", NO_DRAWINGS)
-def test_blank_sheets_noise_photos_and_text_are_no_drawings(kind):
-    assert not looks_like_drawing(NO_DRAWINGS[kind])
+@pytest.mark.parametrize("name", NO_DRAWINGS)
+def test_blank_sheets_noise_photos_and_text_are_no_drawings(name):
+    assert not looks_like_drawing(NO_DRAWINGS[name])

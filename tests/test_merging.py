@@ -6,13 +6,13 @@ from hypothesis import strategies as st
 from pianta._types import Floats, Mask
 from pianta.layout._voronoi_doors import compute_clearance
 from pianta.layout.structure.merging import (
-    find_parting_borders,
+    find_active_separators,
+    initial_rooms,
     join_rooms,
-    merge_pieces,
+    merge_regions,
     read_default_merge_model,
-    start_rooms,
 )
-from pianta.layout.structure.pieces import Borders, Pieces, cut_into_pieces, find_borders
+from pianta.layout.structure.regions import Regions, Separators, cut_into_regions, find_separators
 from tests.drawn_maps import carve
 
 MODEL = read_default_merge_model()
@@ -24,75 +24,75 @@ DOORS = [[[59, 50], [78, 50]], [[59, 146], [78, 146]]]
 OPEN = [[[9, 98], [100, 98]]]
 
 
-def cut(space: Mask, lines: Floats) -> tuple[Pieces, Borders]:
-    pieces = cut_into_pieces(space, compute_clearance(space), lines, least=3.0, resolution=0.05)
-    return pieces, find_borders(pieces, space, lines, reach=3.0)
+def cut(space: Mask, lines: Floats) -> tuple[Regions, Separators]:
+    regions = cut_into_regions(space, compute_clearance(space), lines, min_clearance=3.0, resolution=0.05)
+    return regions, find_separators(regions, space, lines, reach=3.0)
 
 
 def merge(space: Mask, lines: Floats) -> set[frozenset[tuple[int, int]]]:
     """Rooms, as sets of cells on a coarse raster."""
-    pieces, borders = cut(space, lines)
-    rooms, _, _ = merge_pieces(pieces, borders, MODEL)
-    owner = rooms.owner[pieces.labels]
+    regions, separators = cut(space, lines)
+    rooms, _, _ = merge_regions(regions, separators, MODEL)
+    owner = rooms.owner[regions.labels]
     cells = [(row, col) for row in range(2, SHAPE[0], 6) for col in range(2, SHAPE[1], 6) if space[row, col]]
     return {frozenset(cell for cell in cells if owner[cell] == room) for room in {owner[cell] for cell in cells}}
 
 
 def test_halves_of_an_open_room_merge_and_rooms_with_a_door_do_not():
-    pieces, borders = cut(SPACE, np.array(DOORS + OPEN, float))
-    west, left, right, east = pieces.labels[30, [20, 70, 120, 180]]
+    regions, separators = cut(SPACE, np.array(DOORS + OPEN, float))
+    west, left, right, east = regions.labels[30, [20, 70, 120, 180]]
     assert len({west, left, right, east}) == 4
-    rooms, parting, odds = merge_pieces(pieces, borders, MODEL)
+    rooms, active, log_odds = merge_regions(regions, separators, MODEL)
     assert rooms.owner[left] == rooms.owner[right]
     assert len({rooms.owner[west], rooms.owner[left], rooms.owner[east]}) == 3
-    assert borders.lines[parting].tolist() == DOORS
-    assert odds.shape == (2,)
-    assert (odds < 0).all()
+    assert separators.lines[active].tolist() == DOORS
+    assert log_odds.shape == (2,)
+    assert (log_odds < 0).all()
 
 
 def test_a_merged_room_has_the_area_and_the_width_of_its_parts():
-    pieces, borders = cut(SPACE, np.array(DOORS + OPEN, float))
-    left, right = pieces.labels[30, [70, 120]]
-    rooms, _, _ = merge_pieces(pieces, borders, MODEL)
+    regions, separators = cut(SPACE, np.array(DOORS + OPEN, float))
+    left, right = regions.labels[30, [70, 120]]
+    rooms, _, _ = merge_regions(regions, separators, MODEL)
     room = rooms.owner[left]
     assert room == min(left, right)
-    assert rooms.area[room] == pytest.approx(pieces.area[left] + pieces.area[right])
-    assert rooms.width[room] == max(pieces.width[left], pieces.width[right])
+    assert rooms.area[room] == pytest.approx(regions.area[left] + regions.area[right])
+    assert rooms.width[room] == max(regions.width[left], regions.width[right])
     hull = rooms.hulls[room].reshape(-1, 2)
     assert (
-        hull.min(axis=0).tolist() == np.min([pieces.hulls[i].min(axis=(0, 1)) for i in (left, right)], axis=0).tolist()
+        hull.min(axis=0).tolist() == np.min([regions.hulls[i].min(axis=(0, 1)) for i in (left, right)], axis=0).tolist()
     )
     assert (
-        hull.max(axis=0).tolist() == np.max([pieces.hulls[i].max(axis=(0, 1)) for i in (left, right)], axis=0).tolist()
+        hull.max(axis=0).tolist() == np.max([regions.hulls[i].max(axis=(0, 1)) for i in (left, right)], axis=0).tolist()
     )
 
 
 def test_joining_pairs_keeps_the_total_area_and_numbers_rooms_by_the_smaller():
-    pieces, _ = cut(SPACE, np.array(DOORS + OPEN, float))
-    joined = join_rooms(start_rooms(pieces), np.array([[4, 2], [1, 3]]))
+    regions, _ = cut(SPACE, np.array(DOORS + OPEN, float))
+    joined = join_rooms(initial_rooms(regions), np.array([[4, 2], [1, 3]]))
     assert joined.owner.tolist() == [0, 1, 2, 1, 2]
-    assert joined.area[[1, 2]].sum() == pytest.approx(pieces.area.sum())
+    assert joined.area[[1, 2]].sum() == pytest.approx(regions.area.sum())
     again = join_rooms(joined, np.array([[2, 1]]))
     assert again.owner.tolist() == [0, 1, 1, 1, 1]
-    assert again.area[1] == pytest.approx(pieces.area.sum())
-    # What was joined is a copy.
-    assert start_rooms(pieces).owner.tolist() == [0, 1, 2, 3, 4]
+    assert again.area[1] == pytest.approx(regions.area.sum())
+    # The initial rooms are not changed.
+    assert initial_rooms(regions).owner.tolist() == [0, 1, 2, 3, 4]
     assert joined.area[1] < again.area[1]
 
 
-def test_borders_within_a_room_part_nothing():
-    pieces, borders = cut(SPACE, np.array(DOORS + OPEN, float))
-    rooms = start_rooms(pieces)
-    assert find_parting_borders(rooms, borders).tolist() == [0, 1, 2]
-    joined = join_rooms(rooms, borders.sides[[2]])
-    assert find_parting_borders(joined, borders).tolist() == [0, 1]
+def test_separators_within_a_room_are_not_active():
+    regions, separators = cut(SPACE, np.array(DOORS + OPEN, float))
+    rooms = initial_rooms(regions)
+    assert find_active_separators(rooms, separators).tolist() == [0, 1, 2]
+    joined = join_rooms(rooms, separators.sides[[2]])
+    assert find_active_separators(joined, separators).tolist() == [0, 1]
 
 
-def test_without_borders_every_piece_is_a_room():
-    pieces, borders = cut(carve(SHAPE, (10, 50, 10, 50), (60, 100, 10, 50)), np.zeros((0, 2, 2)))
-    rooms, parting, odds = merge_pieces(pieces, borders, MODEL)
+def test_without_separators_every_region_is_a_room():
+    regions, separators = cut(carve(SHAPE, (10, 50, 10, 50), (60, 100, 10, 50)), np.zeros((0, 2, 2)))
+    rooms, active, log_odds = merge_regions(regions, separators, MODEL)
     assert rooms.owner.tolist() == [0, 1, 2]
-    assert (len(parting), len(odds)) == (0, 0)
+    assert (len(active), len(log_odds)) == (0, 0)
 
 
 openings = st.lists(st.integers(8, 90), min_size=3, max_size=3)
@@ -100,7 +100,7 @@ openings = st.lists(st.integers(8, 90), min_size=3, max_size=3)
 
 @pytest.mark.slow
 @given(openings, st.permutations(range(3)), st.lists(st.booleans(), min_size=3, max_size=3))
-def test_rooms_do_not_depend_on_the_order_of_borders_nor_on_their_direction(heights, order, turned):
+def test_rooms_do_not_depend_on_the_order_or_direction_of_separators(heights, order, turned):
     walls = [48, 96, 144]
     gaps = [(100 - height, 100, col, col + 4) for height, col in zip(heights, walls, strict=True)]
     spans = [(10, 100, 4, 48), (10, 100, 52, 96), (10, 100, 100, 144), (10, 100, 148, 196)]

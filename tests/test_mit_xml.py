@@ -29,8 +29,8 @@ def portal(target: str, *edges: tuple[object, object], source: str = "", **kinds
     """Horizontal and explicit, unless class_ and type say otherwise."""
     kinds = {"class": kinds.get("class_", "horizontal"), "type": kinds.get("type", "explicit")}
     names = "".join(f'{name}="{value}" ' for name, value in {**kinds, "source": source, "target": target}.items())
-    places = "".join(f'<edge index="{index}" param="{param}"/>' for index, param in edges)
-    return f"<portal {names.replace('source=' + chr(34) * 2, '')}>{places}</portal>"
+    positions = "".join(f'<edge index="{index}" param="{param}"/>' for index, param in edges)
+    return f"<portal {names.replace('source=' + chr(34) * 2, '')}>{positions}</portal>"
 
 
 def space(name: str, type_: str, corners: Sequence[Point], *portals: str, closed: bool = True) -> str:

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from pianta._types import Floats
-from pianta.generation import mixing, train
+from pianta.generation import train
 from pianta.generation.buildings import BuildingSampler
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.mixing import CHAINS, TARGETS, find_mixing
-from pianta.generation.train import train_type
+from pianta.generation.train import CHAINS, TARGETS, count_mixing_iterations, train_type
 from pianta.generation.type_model import Mixing, ModelMixing, TypeModel
 from tests.generated_types import SCHOOL, build_floor, make_schools, make_wing, small_model
 
@@ -35,13 +34,13 @@ def make_runner(apart: Callable[[int], float], asked: list[int]) -> Runner:
 
 def use_runners(monkeypatch: pytest.MonkeyPatch, runner: Runner) -> None:
     for name in ("_run_sweeps", "_run_edge_moves", "_run_door_moves"):
-        monkeypatch.setattr(mixing, name, runner)
+        monkeypatch.setattr(train, name, runner)
 
 
 def test_chains_that_have_mixed_stay(monkeypatch):
     asked: list[int] = []
     use_runners(monkeypatch, make_runner(lambda _: 0.0, asked))
-    found = find_mixing(replace(QUICK, sweeps=200, edge_moves=300, door_moves=400))
+    found = count_mixing_iterations(replace(QUICK, sweeps=200, edge_moves=300, door_moves=400))
     assert asked == [200, 300, 400]
     assert [step.iterations for step in (found.sweeps, found.edge_moves, found.door_moves)] == asked
     assert found.sweeps.convergence == pytest.approx(1, abs=0.03)
@@ -50,7 +49,7 @@ def test_chains_that_have_mixed_stay(monkeypatch):
 def test_chains_that_mix_late_take_more(monkeypatch):
     asked: list[int] = []
     use_runners(monkeypatch, make_runner(lambda iterations: 5.0 * (iterations < 400), asked))
-    found = find_mixing(replace(QUICK, sweeps=200, edge_moves=400, door_moves=100))
+    found = count_mixing_iterations(replace(QUICK, sweeps=200, edge_moves=400, door_moves=100))
     assert asked == [200, 400, 400, 100, 200, 400]
     assert [step.iterations for step in (found.sweeps, found.edge_moves, found.door_moves)] == [400, 400, 400]
 
@@ -58,7 +57,7 @@ def test_chains_that_mix_late_take_more(monkeypatch):
 def test_chains_that_never_mix_take_four_times_as_many(monkeypatch):
     asked: list[int] = []
     use_runners(monkeypatch, make_runner(lambda _: 5.0, asked))
-    found = find_mixing(replace(QUICK, sweeps=100, edge_moves=50, door_moves=30))
+    found = count_mixing_iterations(replace(QUICK, sweeps=100, edge_moves=50, door_moves=30))
     assert [step.iterations for step in (found.sweeps, found.edge_moves, found.door_moves)] == [400, 200, 120]
     assert found.door_moves.convergence > 2
 
@@ -70,14 +69,14 @@ def test_only_the_second_half_counts(monkeypatch):
         return noise
 
     use_runners(monkeypatch, run)
-    assert find_mixing(replace(QUICK, sweeps=200)).sweeps.iterations == 200
+    assert count_mixing_iterations(replace(QUICK, sweeps=200)).sweeps.iterations == 200
 
 
 def test_traces_of_the_steps():
     sampler = BuildingSampler(QUICK)
-    sweeps = mixing._run_sweeps(sampler, 0)
-    edges = mixing._run_edge_moves(sampler, 0)
-    doors = mixing._run_door_moves(sampler, 0)
+    sweeps = train._run_sweeps(sampler, 0)
+    edges = train._run_edge_moves(sampler, 0)
+    doors = train._run_door_moves(sampler, 0)
     assert (sweeps.shape, edges.shape, doors.shape) == (
         (1, CHAINS * TARGETS, 8),
         (TARGETS, CHAINS, 40),
@@ -91,7 +90,9 @@ def test_traces_of_the_steps():
 @pytest.mark.slow
 @pytest.mark.parametrize("segmentation", Segmentation)
 def test_chains_of_the_small_schools(segmentation):
-    found = find_mixing(replace(small_model(segmentation), sweeps=40, edge_moves=300, door_moves=60), seed=1)
+    found = count_mixing_iterations(
+        replace(small_model(segmentation), sweeps=40, edge_moves=300, door_moves=60), seed=1
+    )
     assert found.sweeps.convergence < 1.1
     assert found.sweeps.iterations == 40
     assert found.edge_moves.iterations in (300, 600, 1200)
@@ -99,21 +100,21 @@ def test_chains_of_the_small_schools(segmentation):
 
 
 def test_the_same_seed_finds_the_same():
-    assert find_mixing(QUICK, seed=4) == find_mixing(QUICK, seed=4)
+    assert count_mixing_iterations(QUICK, seed=4) == count_mixing_iterations(QUICK, seed=4)
 
 
 def test_floors_of_one_area_have_nothing_to_join():
     model = TypeModel(
         SCHOOL, Segmentation.CORR, (build_floor(("CC",), (), (0,)), build_floor(("AA",), (), (0,))), 5, 20, 10
     )
-    found = find_mixing(model)
+    found = count_mixing_iterations(model)
     assert (found.edge_moves, found.door_moves) == (Mixing(20, 1.0), Mixing(10, 1.0))
 
 
 def test_a_type_is_trained_with_what_was_found(monkeypatch):
     monkeypatch.setattr(
         train,
-        "find_mixing",
+        "count_mixing_iterations",
         lambda model, *, seed, track: ModelMixing(Mixing(seed, 1.0), Mixing(8, 1.2), Mixing(9, 1.3)),
     )
     model = train_type(make_schools(), schema=SCHOOL, areas="ncut", seed=7)

@@ -16,7 +16,7 @@ from pianta.rooms.name_dictionary import (
     read_room_name_dictionary,
     room_name_prior,
 )
-from pianta.worlds.plans.fonts import NAMES
+from pianta.worlds.plans.name_sheets import NAMES
 from tests.mutation import mutated
 
 WORDS = read_default_room_name_dictionary()
@@ -74,8 +74,8 @@ def likely(name: str, schema: LabelSchema | None) -> set[str]:
     ],
 )
 def test_words_are_found(name, word):
-    found = match_phrase(name, WORDS)
-    assert (found.phrase if found else None) == word
+    result = match_phrase(name, WORDS)
+    assert (result.phrase if result else None) == word
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_words_are_found(name, word):
         (None, ["Storage", "Deposito", "Lager", "Réserve", "Almacén"], {"SERVICE"}),
     ],
 )  # fmt: skip
-def test_names_in_all_languages_say_the_label(schema, names, labels):
+def test_names_in_all_languages_determine_the_label(schema, names, labels):
     assert [likely(name, schema) for name in names] == [labels] * len(names)
 
 
@@ -117,13 +117,13 @@ def test_a_word_of_two_languages_stays_undecided():
     assert prior["CLASSROOM"] > prior["HALL"] > 0.2
 
 
-def test_unknown_names_say_nothing_and_a_worse_found_word_says_less():
+def test_unknown_names_have_no_prior_and_worse_matches_a_weaker_one():
     assert room_name_prior("Luperto", SCHOOL, WORDS) is None
-    whole, part, like = (room_name_prior(name, OFFICE, WORDS) for name in ("Kitchen", "Lunchkitchen", "Kitchem"))
-    assert whole is not None
+    total, part, like = (room_name_prior(name, OFFICE, WORDS) for name in ("Kitchen", "Lunchkitchen", "Kitchem"))
+    assert total is not None
     assert part is not None
     assert like is not None
-    assert whole["KITCHEN"] > part["KITCHEN"] > like["KITCHEN"] > 0.8
+    assert total["KITCHEN"] > part["KITCHEN"] > like["KITCHEN"] > 0.8
 
 
 def test_a_type_without_labels_for_a_word_takes_those_of_its_function():
@@ -132,16 +132,16 @@ def test_a_type_without_labels_for_a_word_takes_those_of_its_function():
     assert room_name_prior("Stairs", HOUSE, WORDS) is None
 
 
-def test_every_word_of_the_dictionary_says_a_label_of_each_schema():
-    for kind in WORDS.entries:
-        assert set(kind.labels) == set(SCHEMAS)
-        for building_type, labels in kind.labels.items():
+def test_every_word_of_the_dictionary_has_a_label_in_each_schema():
+    for type_name in WORDS.entries:
+        assert set(type_name.labels) == set(SCHEMAS)
+        for building_type, labels in type_name.labels.items():
             assert set(labels) <= set(SCHEMAS[building_type].by_name)
-        assert {"en", "it", "de", "fr", "es"} <= set(kind.words)
-    known = {label for kind in WORDS.entries for label in kind.labels["school"]}
-    assert known == set(SCHOOL.by_name)
-    known = {label for kind in WORDS.entries for label in kind.labels["office"]}
-    assert known == set(OFFICE.by_name)
+        assert {"en", "it", "de", "fr", "es"} <= set(type_name.words)
+    training = {label for type_name in WORDS.entries for label in type_name.labels["school"]}
+    assert training == set(SCHOOL.by_name)
+    training = {label for type_name in WORDS.entries for label in type_name.labels["office"]}
+    assert training == set(OFFICE.by_name)
 
 
 @pytest.mark.parametrize(
@@ -152,13 +152,13 @@ def test_folding(text, folded):
 
 
 @given(st.text(max_size=30))
-def test_any_name_is_looked_up_without_fault(name):
+def test_any_name_can_be_looked_up(name):
     prior = room_name_prior(name, SCHOOL, WORDS)
     assert prior is None or (set(prior) == set(SCHOOL.by_name) and sum(prior.values()) == pytest.approx(1))
     assert normalize_name(normalize_name(name)) == normalize_name(name)
 
 
-def test_users_add_words_and_theirs_come_first(tmp_path):
+def test_words_of_users_take_precedence(tmp_path):
     path = tmp_path / "words.json"
     path.write_text(json.dumps(OWN))
     words = read_room_name_dictionary(path)
@@ -177,7 +177,7 @@ def broken(**changes: object) -> str:
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         ("[]", "object"),
         ("{", "JSON"),
@@ -192,12 +192,12 @@ def broken(**changes: object) -> str:
         (" " * (256 * 2**10 + 1), "262144"),
     ],
 )
-def test_a_faulty_dictionary_is_refused_in_one_line(tmp_path, content, told):
+def test_a_faulty_dictionary_is_refused_in_one_line(tmp_path, content, message):
     path = tmp_path / "words.json"
     path.write_text(content)
     with pytest.raises(LabelError) as caught:
         read_room_name_dictionary(path)
-    assert told in str(caught.value)
+    assert message in str(caught.value)
     assert path.name in str(caught.value)
     assert "\n" not in str(caught.value)
 

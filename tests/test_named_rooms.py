@@ -37,7 +37,7 @@ def test_without_names_it_is_label_rooms(plain):
     assert label_named_rooms(plain, small_model()) == label_rooms(plain, small_model())
 
 
-def test_names_that_say_nothing_change_nothing_but_stay(plain):
+def test_unknown_names_change_no_label_and_stay(plain):
     floor = named(plain, room_2="Luperto", room_3="12")
     assert label_named_rooms(floor, small_model()) == label_rooms(floor, small_model())
     assert room_of(label_named_rooms(floor, small_model()), 2).name == "Luperto"
@@ -87,7 +87,7 @@ def test_probabilities_still_add_up_level_by_level(plain):
             assert sum(names[name] for name in below) == pytest.approx(probability)
 
 
-def test_without_a_type_names_say_the_function(plain):
+def test_without_a_type_names_determine_the_function(plain):
     room_id = a_classroom(plain)
     floor = replace(named(plain, **{f"room_{room_id}": "Lager"}), building_type={})
     room = room_of(label_named_rooms(floor, small_model()), room_id)
@@ -107,7 +107,7 @@ def test_neighbours_hear_of_a_name(plain):
     assert np.max(changed) > 1e-3
 
 
-def test_a_dictionary_of_ones_own_is_asked(plain):
+def test_a_dictionary_of_ones_own_is_used(plain):
     gym = SCHOOL.by_name["GYM"]
     words = RoomNameDictionary((RoomNameEntry(gym.function_in(), {"xx": ("blorp",)}, {"school": ("GYM",)}),))
     room_id = a_classroom(plain)

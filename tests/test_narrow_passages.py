@@ -10,25 +10,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely import LineString
 
-from pianta._types import Floats, Mask
+from pianta._types import Floats, LabelImage, Mask
 from pianta.floor import Door, Floor
 from pianta.gridmap import GridMap
 from pianta.layout._voronoi_doors import compute_clearance
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure import reconstruct as structure
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
-from pianta.layout.structure.pieces import Labels, Pieces
 from pianta.layout.structure.reconstruct import reconstruct_structure
+from pianta.layout.structure.regions import Regions
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.drawn_maps import Rectangle, carve, make_grid
 
-WIDEST = 7.0
+MAX_WIDTH = 7.0
 # Two rooms, one beside the other, with two columns of wall between them; and their labels.
 ONE, OTHER = (5, 45, 5, 30), (5, 45, 32, 60)
 
 
-def draw_rooms(*gaps: Rectangle, rooms: tuple[Rectangle, ...] = (ONE, OTHER)) -> tuple[Mask, Labels]:
+def draw_rooms(*gaps: Rectangle, rooms: tuple[Rectangle, ...] = (ONE, OTHER)) -> tuple[Mask, LabelImage]:
     """Space of rooms and gaps, and labels: rooms by their place in the order, gaps are of the first one."""
     labels = np.zeros((50, 65), np.int32)
     labels[carve((50, 65), *gaps)] = 1
@@ -37,9 +37,9 @@ def draw_rooms(*gaps: Rectangle, rooms: tuple[Rectangle, ...] = (ONE, OTHER)) ->
     return labels > 0, labels
 
 
-def find_gaps(space: Mask, labels: Labels) -> Floats:
-    pieces = Pieces(labels, np.zeros(1), np.zeros(1), (), 0.05)
-    return find_narrow_passages(pieces, space, compute_clearance(space), widest=WIDEST)
+def find_gaps(space: Mask, labels: LabelImage) -> Floats:
+    regions = Regions(labels, np.zeros(1), np.zeros(1), (), 0.05)
+    return find_narrow_passages(regions, space, compute_clearance(space), max_width=MAX_WIDTH)
 
 
 @pytest.mark.parametrize("width", [2, 3, 4, 6])
@@ -58,9 +58,12 @@ def test_rooms_without_a_gap_and_with_a_door_have_no_line():
 
 def test_rooms_that_are_joined_have_no_line():
     space, labels = draw_rooms((20, 22, 30, 32))
-    pieces = Pieces(labels, np.zeros(1), np.zeros(1), (), 0.05)
+    regions = Regions(labels, np.zeros(1), np.zeros(1), (), 0.05)
     for joined, count in (([(1, 2)], 0), ([(1, None), (1, 3)], 1)):
-        assert len(find_narrow_passages(pieces, space, compute_clearance(space), widest=WIDEST, joined=joined)) == count
+        assert (
+            len(find_narrow_passages(regions, space, compute_clearance(space), max_width=MAX_WIDTH, joined=joined))
+            == count
+        )
 
 
 def test_rooms_that_touch_by_a_corner_have_no_line():
@@ -68,7 +71,7 @@ def test_rooms_that_touch_by_a_corner_have_no_line():
     assert find_gaps(*draw_rooms(rooms=rooms)).shape == (0, 2, 2)
 
 
-def test_of_several_gaps_the_widest_is_taken():
+def test_the_widest_of_several_gaps_is_chosen():
     gaps = (10, 12, 30, 32), (20, 24, 30, 32), (35, 38, 30, 32)
     for order in permutations(gaps):
         (line,) = find_gaps(*draw_rooms(*order))
@@ -99,9 +102,9 @@ aaaaaaaaa..bbbbbbbb
 """
 
 
-def test_a_line_parts_the_rooms_where_they_meet_beside_the_narrowest_place():
-    drawn = np.array([[" ab".find(cell) for cell in row.replace(".", " ")] for row in NICHE.split()], np.int32)
-    labels = np.pad(np.pad(drawn, ((0, 0), (12, 12)), mode="edge"), 1)
+def test_a_line_divides_rooms_that_meet_beside_the_narrowest_point():
+    drawing = np.array([[" ab".find(cell) for cell in row.replace(".", " ")] for row in NICHE.split()], np.int32)
+    labels = np.pad(np.pad(drawing, ((0, 0), (12, 12)), mode="edge"), 1)
     (line,) = find_gaps(labels > 0, labels)
     # The upper jamb is beside the niche, the lower one is the end of the wall below
     (top, _), (bottom, col) = sorted(map(tuple, line.tolist()))
@@ -109,7 +112,7 @@ def test_a_line_parts_the_rooms_where_they_meet_beside_the_narrowest_place():
     assert col in (22, 23)
 
 
-def test_labels_may_be_turned_mirrored_and_named_otherwise():
+def test_labels_may_be_rotated_mirrored_and_renumbered():
     _, labels = draw_rooms((20, 22, 30, 32), (36, 39, 30, 32))
     for turns in range(4):
         for named in (labels, np.where(labels > 0, 3 - labels, 0).astype(np.int32)):
@@ -127,13 +130,13 @@ def list_pairs(doors: list[Door]) -> list[tuple[int, int | None, float]]:
     return [(door.rooms[0], door.rooms[1], door.width) for door in doors]
 
 
-def test_a_gap_opens_what_nothing_else_leads_to():
+def test_a_gap_is_a_door_if_nothing_else_leads_to_a_room():
     doors = [make_door(1, 2, 0.9), make_door(2, 3, 0.9)]
     narrow = [make_door(3, 4, 0.2), make_door(1, 3, 0.2), make_door(1, 2, 0.3)]
     assert list_pairs(choose_narrow_doors(doors, narrow, [1, 2, 3, 4])) == [(3, 4, 0.2)]
 
 
-def test_the_widest_of_several_gaps_opens_it():
+def test_the_widest_of_several_gaps_is_the_door():
     doors = [make_door(1, 2, 0.9)]
     narrow = [make_door(1, 3, 0.15), make_door(2, 3, 0.25), make_door(3, 4, 0.1), make_door(1, 4, 0.2)]
     assert list_pairs(choose_narrow_doors(doors, narrow, [1, 2, 3, 4])) == [(2, 3, 0.25), (1, 4, 0.2)]
@@ -172,21 +175,21 @@ pairs = st.tuples(st.integers(1, 9), st.integers(1, 9)).filter(lambda pair: pair
 
 
 @given(wide=st.lists(pairs, max_size=8), narrow=st.lists(st.tuples(pairs, st.integers(2, 6)), max_size=20))
-def test_all_rooms_that_gaps_lead_to_are_reached_and_none_by_a_gap_too_many(wide, narrow):
+def test_all_rooms_with_gaps_are_reached_without_superfluous_gaps(wide, narrow):
     rooms, doors = range(1, 10), [make_door(pair[0], pair[1], 0.9) for pair in wide]
     gaps = [make_door(pair[0], pair[1], 0.05 * width) for pair, width in narrow]
     chosen = choose_narrow_doors(doors, gaps, rooms)
-    known = nx.Graph([door.rooms for door in doors])
-    known.add_nodes_from(rooms)
-    with_all = nx.compose(known, nx.Graph([door.rooms for door in gaps]))
+    by_doors = nx.Graph([door.rooms for door in doors])
+    by_doors.add_nodes_from(rooms)
+    with_all = nx.compose(by_doors, nx.Graph([door.rooms for door in gaps]))
     # All gaps are narrower than half of any door
-    bound = nx.number_connected_components(known) - nx.number_connected_components(with_all)
-    with_chosen = nx.compose(known, nx.Graph([door.rooms for door in chosen]))
+    bound = nx.number_connected_components(by_doors) - nx.number_connected_components(with_all)
+    with_chosen = nx.compose(by_doors, nx.Graph([door.rooms for door in chosen]))
     assert nx.number_connected_components(with_chosen) == nx.number_connected_components(with_all)
     assert doors == [] or len(chosen) == bound
 
 
-def find(grid: GridMap) -> Floor:
+def run_structure(grid: GridMap) -> Floor:
     return reconstruct_structure(grid, parameters=StructureParameters())
 
 
@@ -196,7 +199,7 @@ def find_only_door(floor: Floor) -> Door:
 
 
 def close_door(floor: Floor, grid: GridMap, left: float) -> GridMap:
-    """The map with the only door of a room closed from both jambs, but for so many metres in its middle."""
+    """The map with the only door of a room closed from both jambs, except for a width in its middle; metres."""
     door = find_only_door(floor)
     (x0, y0), (x1, y1) = door.line.coords
     middle, length = np.array([x0 + x1, y0 + y1]) / 2, door.line.length
@@ -211,11 +214,11 @@ def close_door(floor: Floor, grid: GridMap, left: float) -> GridMap:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", FLOOR_MAKERS)
-def test_a_room_of_a_made_world_whose_door_is_narrowed_to_20_cm_is_still_joined(kind):
-    truth = make_floor(kind, seed=10)
-    grid = map_floor(truth)
-    open_, narrowed, closed = (find(close_door(truth, grid, left)) for left in (5.0, 0.2, 0.0))
+@pytest.mark.parametrize("name", FLOOR_MAKERS)
+def test_a_room_whose_door_is_narrowed_to_20_cm_is_still_joined(name):
+    truth = make_floor(name, seed=10)
+    grid = simulate_map(truth)
+    open_, narrowed, closed = (run_structure(close_door(truth, grid, left)) for left in (5.0, 0.2, 0.0))
     assert len(narrowed.rooms) == len(open_.rooms) == len(truth.rooms)
     assert narrowed.graph().edges == open_.graph().edges
     assert len(closed.graph().edges) == len(open_.graph().edges) - 1
@@ -227,21 +230,21 @@ def test_a_room_of_a_made_world_whose_door_is_narrowed_to_20_cm_is_still_joined(
 @pytest.mark.slow
 def test_rooms_are_the_same_without_the_gaps(monkeypatch):
     truth = make_floor("corridor", seed=10)
-    grid = close_door(truth, map_floor(truth), 0.2)
-    with_gap = find(grid)
+    grid = close_door(truth, simulate_map(truth), 0.2)
+    with_gap = run_structure(grid)
     monkeypatch.setattr(structure, "choose_narrow_doors", lambda *_: [])
-    without = find(grid)
+    without = run_structure(grid)
     assert without.rooms == with_gap.rooms
     assert len(without.doors) == len(with_gap.doors) - 1
 
 
-def test_a_gap_into_spray_is_no_door():
-    """A ray that left through a gap of 0.2 m in the outer wall, into what nobody has seen."""
+def test_a_gap_into_a_ray_leak_is_no_door():
+    """A ray that left through a gap of 0.2 m in the outer wall, into unknown space."""
     free = carve((140, 320), (40, 100, 10, 100), (40, 100, 103, 200), (65, 83, 100, 103), (60, 64, 200, 310))
     grid = make_grid(free)
     cells = grid.cells.copy()
     cells[:, 203:][~free[:, 203:]] = -1
-    floor = find(GridMap(cells, grid.resolution, grid.origin))
+    floor = run_structure(GridMap(cells, grid.resolution, grid.origin))
     assert [door.rooms for door in floor.doors if not door.is_entrance] == [(1, 2)]
     assert len(floor.rooms) == 2
 
@@ -252,6 +255,6 @@ def test_a_gap_is_found_in_cells_of_any_size(resolution, cells):
     scale = round(0.1 / resolution)
     free = free.repeat(scale, axis=0).repeat(scale, axis=1)
     free[30 * scale : 30 * scale + cells, 39 * scale : 43 * scale] = True
-    (door,) = find(make_grid(free, resolution=resolution)).doors
+    (door,) = run_structure(make_grid(free, resolution=resolution)).doors
     assert (door.rooms, door.kind) == ((1, 2), "door")
     assert door.width == pytest.approx(cells * resolution)

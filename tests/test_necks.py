@@ -17,14 +17,16 @@ def open_doors(*doors: tuple[int, int]) -> Mask:
     return TWO_ROOMS | carve(SHAPE, *[(top, bottom, 58, 62) for top, bottom in doors])
 
 
-def necks_of(space: Mask, *, saddle_ratio: float = 0.92, passage: float = 4.0, merge_distance: float = 7.0) -> Floats:
+def necks_of(
+    space: Mask, *, saddle_ratio: float = 0.92, passage_width: float = 4.0, merge_distance: float = 7.0
+) -> Floats:
     clearance = compute_clearance(space)
     return find_necks(
         space,
         clearance,
         saddle_ratio=saddle_ratio,
         mouth_ratio=0.65,
-        passage=passage,
+        passage_width=passage_width,
         merge_distance=merge_distance,
     )
 
@@ -46,7 +48,7 @@ def test_a_door_anywhere_in_a_wall_has_one_neck(top, width):
 
 @pytest.mark.parametrize("span", [(10, 50, 10, 110), (10, 20, 10, 110), (29, 31, 10, 110), (10, 50, 10, 20)])
 def test_a_room_or_corridor_of_constant_width_has_no_neck(span):
-    assert len(necks_of(carve(SHAPE, span), passage=0.5)) == 0
+    assert len(necks_of(carve(SHAPE, span), passage_width=0.5)) == 0
 
 
 def test_the_same_building_turned_has_the_same_necks_turned():
@@ -71,13 +73,13 @@ def test_a_room_between_two_doors_has_two_necks():
     assert sorted(map(sorted, necks_of(space)[:, :, 0].tolist())) == [[25, 38], [29, 40]]
 
 
-def test_what_is_narrower_than_a_passage_has_no_neck():
+def test_space_narrower_than_a_passage_has_no_neck():
     space = open_doors((28, 32))
-    assert len(necks_of(space, passage=2.0)) == 1
-    assert len(necks_of(space, passage=6.0)) == 0
+    assert len(necks_of(space, passage_width=2.0)) == 1
+    assert len(necks_of(space, passage_width=6.0)) == 0
 
 
-def test_what_is_hardly_narrower_than_the_rooms_has_a_neck_only_for_a_greater_saddle_ratio():
+def test_a_slight_narrowing_has_a_neck_only_with_a_greater_saddle_ratio():
     space = open_doors((11, 49))
     assert len(necks_of(space, saddle_ratio=0.92)) == 0
     assert len(necks_of(space, saddle_ratio=0.99)) == 1
@@ -113,13 +115,13 @@ ends = st.tuples(st.integers(0, 9), st.integers(0, 9))
 
 
 @given(st.lists(st.tuples(ends, ends), max_size=12), st.floats(0.5, 6))
-def test_lines_that_stay_do_not_repeat_each_other_and_lines_that_go_repeat_one(lines, distance):
+def test_selected_lines_do_not_repeat_each_other_and_dropped_lines_repeat_one(lines, distance):
     all_lines = np.array(lines, float).reshape(-1, 2, 2)
-    kept = drop_repeated_lines(all_lines, distance)
+    distinct = drop_repeated_lines(all_lines, distance)
 
     def repeats(one: Floats, other: Floats) -> bool:
         return bool(min(np.hypot(*(one - turned).T).max() for turned in (other, other[::-1])) < distance)
 
-    assert not any(repeats(one, other) for i, one in enumerate(kept) for other in kept[:i])
-    assert all(any(repeats(line, other) for other in kept) for line in all_lines)
-    assert (np.diff(measure_lengths(kept)) >= 0).all()
+    assert not any(repeats(one, other) for i, one in enumerate(distinct) for other in distinct[:i])
+    assert all(any(repeats(line, other) for other in distinct) for line in all_lines)
+    assert (np.diff(measure_lengths(distinct)) >= 0).all()

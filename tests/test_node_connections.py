@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pianta._types import Floats
 from pianta.generation.cut_potentials import CutPotentials, build_neighborhood, describe_neighborhood
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.gram_rows import References
+from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, Pair, connect_areas
 from pianta.generation.type_model import TypeModel
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
@@ -22,7 +22,7 @@ BACK_DOOR = build_floor(("CCT", "SA"), ((0, 1),), (0, 1))
 BACK_DOOR.graph.add_edge(1, 5)
 MODEL = TypeModel(SCHOOL, Segmentation.CORR, (build_floor(("CCC", "AS"), ((0, 1),), (0, 1)), BACK_DOOR))
 POTENTIALS = CutPotentials(MODEL)
-REFERENCES = References([floor.graph for floor in MODEL.floors])
+REFERENCES = ReferenceGraphs([floor.graph for floor in MODEL.floors])
 Connected = tuple[NodeConnections, list[Counter[Pair]], list[nx.Graph]]
 # New buildings: corridor 0 with rooms 1 to 3, corridor 4 with rooms 5 and 6.
 # Learned before hypothesis looks on, which takes random numbers for its own.
@@ -98,14 +98,14 @@ def test_pairs_that_close_a_triangle_are_as_likely_as_among_cuts():
     # None of the three cuts does, and one half is counted besides: (0 + 1/2) / (3 + 1).
     assert POTENTIALS.closed == 1 / 8
     building = ConnectedBuilding(AREAS)
-    building.join(0, 5)
+    building.connect(0, 5)
     candidates = building.list_candidates((0, 1), POTENTIALS)
     closing = [bool(common) for *_, common in candidates.neighborhoods]
     assert dict(zip(candidates.pairs, closing, strict=True)) == {(0, 4): True, (1, 5): True, (2, 5): True}
     apart = ConnectedBuilding([*AREAS, make_wing("C")])
     hub = apart.areas[2][0]
-    apart.join(0, hub)
-    apart.join(4, hub)
+    apart.connect(0, hub)
+    apart.connect(4, hub)
     candidates = apart.list_candidates((0, 1), POTENTIALS)
     assert [bool(common) for *_, common in candidates.neighborhoods] == [True, False, False]
     assert candidates.draw(POTENTIALS, 1 / 8 - 1e-9) == (0, 4)
@@ -158,8 +158,8 @@ def test_neighborhoods_are_those_of_the_graph(seed):
 
 def test_rooms_that_are_joined_are_no_candidates():
     building = ConnectedBuilding(AREAS)
-    building.join(0, 4)
-    building.join(1, 5)
+    building.connect(0, 4)
+    building.connect(1, 5)
     assert building.list_candidates((0, 1), POTENTIALS).pairs == [(2, 5)]
 
 
@@ -208,7 +208,7 @@ def connect(areas, functional, *, seeds=(0,), model=None, moves=10) -> Connected
     model = model or small_model()
     buildings = [ConnectedBuilding(areas) for _ in seeds]
     generators = [np.random.default_rng(seed) for seed in seeds]
-    references = References([floor.graph for floor in model.floors])
+    references = ReferenceGraphs([floor.graph for floor in model.floors])
     chains = NodeConnections(references, buildings, [functional] * len(seeds), CutPotentials(model), generators)
     starts = [count_doors(building, functional) for building in buildings]
     graphs = connect_areas(chains, moves=moves)
@@ -310,11 +310,11 @@ def test_kept_doors_never_move():
     functional = nx.Graph()
     functional.add_edges_from([*kept.functional_graph.edges, (0, 4), (4, 5)], cuts=2)
     building = ConnectedBuilding(areas)
-    building.keep_doors(kept)
+    building.add_fixed_doors(kept)
     before = {*building.list_doors()}
-    references = References([floor.graph for floor in small_model().floors])
+    references = ReferenceGraphs([floor.graph for floor in small_model().floors])
     chains = NodeConnections(
-        references, [building], [functional], CutPotentials(small_model()), [np.random.default_rng(0)], kept=4
+        references, [building], [functional], CutPotentials(small_model()), [np.random.default_rng(0)], n_fixed=4
     )
     (graph,) = connect_areas(chains, moves=30)
     assert before <= {*graph.edges}
@@ -331,8 +331,8 @@ def connect_known_ends(ends: list[int], *, seed: int, moves: int = 30) -> tuple[
     building.known_ends[0, 1] = ends
     functional = nx.Graph()
     functional.add_edge(0, 1, cuts=len(ends))
-    references = References([floor.graph for floor in MODEL.floors])
-    chains = NodeConnections(references, [building], [functional], POTENTIALS, [np.random.default_rng(seed)], kept=1)
+    references = ReferenceGraphs([floor.graph for floor in MODEL.floors])
+    chains = NodeConnections(references, [building], [functional], POTENTIALS, [np.random.default_rng(seed)], n_fixed=1)
     (graph,) = connect_areas(chains, moves=moves)
     return building, graph
 
@@ -356,10 +356,10 @@ def test_candidates_of_a_known_end():
     building = ConnectedBuilding(AREAS)
     building.known_ends[0, 1] = [3, 0]
     # No cut has a bathroom, so any room may be behind its door; a corridor leads to a corridor.
-    assert building.list_candidates((0, 1), POTENTIALS, place=0).pairs == [(3, 4), (3, 5), (3, 6)]
-    assert building.list_candidates((0, 1), POTENTIALS, place=1).pairs == [(0, 4)]
-    building.join(0, 4)
-    assert building.list_candidates((0, 1), POTENTIALS, place=1).pairs == [(0, 5), (0, 6)]
+    assert building.list_candidates((0, 1), POTENTIALS, index=0).pairs == [(3, 4), (3, 5), (3, 6)]
+    assert building.list_candidates((0, 1), POTENTIALS, index=1).pairs == [(0, 4)]
+    building.connect(0, 4)
+    assert building.list_candidates((0, 1), POTENTIALS, index=1).pairs == [(0, 5), (0, 6)]
 
 
 def test_more_doors_than_rooms_behind_them():
@@ -373,11 +373,11 @@ def test_known_doors_are_made_even_where_they_cross():
     building = ConnectedBuilding([make_wing("CC"), make_wing("CC"), make_wing("C")])
     for one in range(3):
         for other in range(3, 6):
-            building.join(one, other)
+            building.connect(one, other)
     building.known_ends[0, 2] = [0, 1]
     functional = nx.Graph()
     functional.add_edge(0, 2, cuts=2)
-    references = References([floor.graph for floor in MODEL.floors])
+    references = ReferenceGraphs([floor.graph for floor in MODEL.floors])
     NodeConnections(references, [building], [functional], POTENTIALS, [np.random.default_rng(0)])
     assert [one for one, _ in building.doors[0, 2]] == [0, 1]
 
@@ -388,7 +388,7 @@ def test_planar_is_as_networkx_says(count, seed):
     building = ConnectedBuilding([make_wing("C" * int(random.integers(0, 4))) for _ in range(count)])
     # Only the first two may be joined, the others are alone: their trees count as well.
     for _ in range(int(random.integers(0, 16))):
-        building.join(int(random.choice(building.areas[0])), int(random.choice(building.areas[1])))
+        building.connect(int(random.choice(building.areas[0])), int(random.choice(building.areas[1])))
     assert building.is_planar() == nx.check_planarity(building.to_graph())[0]
 
 
@@ -397,5 +397,5 @@ def test_a_crossing_is_told_beside_areas_that_are_alone():
     building = ConnectedBuilding([make_wing("CC"), make_wing("CC"), *[make_wing("C")] * 9])
     for one in range(3):
         for other in range(3, 6):
-            building.join(one, other)
+            building.connect(one, other)
     assert not building.is_planar()

@@ -36,7 +36,7 @@ def test_a_cabinet_in_a_corner_or_on_a_side_is_filled(cabinet, turn):
     assert covers_same(filled, expected)
 
 
-def test_what_is_filled_has_no_corners_left_over_and_either_direction_of_the_outline_will_do():
+def test_a_filled_outline_has_no_surplus_corners_in_either_direction():
     outline = ROOM - box(0, 0, 0.6, 2) - box(2, 4.4, 4, 5)
     assert len(fill(outline)[0].exterior.coords) == 5
     assert covers_same(fill(outline.reverse())[0], ROOM)
@@ -58,13 +58,13 @@ def test_the_wall_between_a_door_and_the_corner_is_not_filled(corner):
 
 
 @pytest.mark.parametrize("missing", [box(0, 0, 1.1, 2), box(2, 3.9, 4, 5), box(0, 0, 0.6, 3.1), box(2, 4, 5.1, 5)])
-def test_what_is_too_deep_or_too_wide_for_furniture_stays(missing):
+def test_a_notch_too_deep_or_too_wide_for_furniture_stays(missing):
     outline = ROOM - missing
     assert covers_same(fill(outline)[0], outline)
     assert covers_same(fill(outline, depth=1.2, width=3.2)[0], ROOM)
 
 
-def test_a_room_in_the_form_of_an_l_stays():
+def test_an_l_shaped_room_stays():
     outline = box(0, 0, 6, 2) | box(0, 0, 2, 6)
     assert covers_same(fill(outline)[0], outline)
 
@@ -81,7 +81,7 @@ def test_the_wall_beside_a_niche_stays_where_it_is_longer_than_furniture():
     assert covers_same(fill(ROOM | box(2, 5, 3, 5.6))[0], box(0, 0, 6, 5.6))
 
 
-def test_a_notch_that_holds_another_room_stays():
+def test_a_notch_that_overlaps_another_room_stays():
     outline, shaft = ROOM - box(5.2, 4.2, 6, 5), box(5.4, 4.4, 6, 5)
     assert all(map(covers_same, fill(outline, shaft), (outline, shaft)))
     assert all(map(covers_same, fill(shaft, outline), (shaft, outline)))
@@ -89,13 +89,13 @@ def test_a_notch_that_holds_another_room_stays():
     assert all(map(covers_same, fill(outline, far), (ROOM, far)))
 
 
-def test_of_two_rooms_with_one_corner_between_them_one_takes_it():
+def test_a_notch_between_two_rooms_goes_to_one_of_them():
     one, other = box(0, 0, 4, 4) - box(3, 3, 4, 4), box(3, 3, 7, 7) - box(3, 3, 4, 4)
     filled = fill(one, other)
     assert all(map(covers_same, filled, (box(0, 0, 4, 4), other)))
 
 
-def test_where_a_notch_touches_another_room_that_room_keeps_its_floor():
+def test_a_room_that_a_notch_touches_keeps_its_area():
     outline, beside = ROOM - box(5, 4, 6, 5), box(5.99, 4, 8, 5)
     filled = fill(outline, beside)
     assert covers_same(filled[1], beside)
@@ -112,7 +112,7 @@ def test_holes_stay():
     assert covers_same(fill(outline)[0], ROOM - box(3, 2, 4, 3))
 
 
-def test_no_outline_or_an_empty_one_is_left_alone():
+def test_no_outline_and_an_empty_one_are_unchanged():
     assert fill() == []
     assert fill(Polygon(), ROOM)[0].is_empty
 
@@ -124,7 +124,7 @@ furniture = st.lists(st.tuples(st.integers(0, 130), decimetres, sizes, sizes), m
 
 @pytest.mark.slow
 @given(furniture)
-def test_filled_rooms_are_valid_hold_what_they_were_and_never_overlap(pieces):
+def test_filled_rooms_are_valid_contain_their_outline_and_never_overlap(pieces):
     obstacles = shapely.union_all(
         [box(x / 10, y / 10, (x + wide) / 10, (y + deep) / 10) for x, y, wide, deep in pieces]
     )
@@ -143,7 +143,7 @@ def test_filled_rooms_are_valid_hold_what_they_were_and_never_overlap(pieces):
 
 @pytest.mark.slow
 @given(furniture)
-def test_what_is_filled_has_no_notch_left(pieces):
+def test_a_filled_outline_has_no_notch_left(pieces):
     obstacles = shapely.union_all(
         [box(x / 20, y / 10, (x + wide) / 20, (y + deep) / 10) for x, y, wide, deep in pieces]
     )

@@ -65,7 +65,7 @@ def test_map_is_only_saved_as_npz(tmp_path):
         ),
     ],
 )
-def test_all_faults_are_told_at_once(tmp_path, members, faults):
+def test_all_faults_are_listed_at_once(tmp_path, members, faults):
     np.savez(tmp_path / "a.npz", **members)
     with pytest.raises(MapError, match=rf"^[^\n]*a\.npz[^\n]*{'.*; .*'.join(faults)}[^\n]*$"):
         read_npz_map(tmp_path / "a.npz")

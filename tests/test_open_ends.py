@@ -8,7 +8,7 @@ from pianta.errors import ModelError, OptionError
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import learn_type
 from pianta.prediction.explored_part import explore_by_corridors, hide_rooms, read_explored_part
-from pianta.prediction.open_ends import OpenEnds, count_known_labels, find_hub, take_branch
+from pianta.prediction.open_ends import OpenEnds, count_labels_of_part, extract_branch, find_hub
 from tests.generated_types import SCHOOL, WINGS, join_wings, make_wing, small_model
 
 ENDS = OpenEnds(small_model())
@@ -57,7 +57,7 @@ def test_weights():
     floor = small_model().floors[3]
     corridors = {node for node, label in floor.graph.nodes(data="label") if label == "CORRIDOR"}
     known = read_explored_part(explore_by_corridors(floor.graph, corridors)[0], SCHOOL)
-    weights = ENDS.weigh_stages(known)
+    weights = ENDS.stage_weights(known)
     assert weights.shape == (len(ENDS.stages),)
     assert weights.sum() == pytest.approx(1)
     assert (weights > 0).all()
@@ -73,8 +73,8 @@ def test_weights_as_written():
     """exp(-d² / (2 · 0.5²) - JS / 0.2) over the stages of a floor, d of the logarithms of one more."""
     known = read_explored_part(hide_rooms(make_wing("CC"), {0}), SCHOOL)
     assert (len(known.open), len(known.doors)) == (0, 2)
-    found = ENDS.weigh_stages(known)
-    labels = count_known_labels(known, SCHOOL)
+    found = ENDS.stage_weights(known)
+    labels = count_labels_of_part(known, SCHOOL)
     assert labels.sum() == 1
 
     def weigh(stage) -> float:
@@ -104,7 +104,7 @@ def test_hubs():
 def test_branches_begin_at_the_door():
     graph = nx.path_graph(6)
     nx.set_node_attributes(graph, "CLOSET", "label")
-    branch = take_branch(graph, frozenset({0, 1, 2, 4}), 2)
+    branch = extract_branch(graph, frozenset({0, 1, 2, 4}), 2)
     assert [*branch] == [2, 0, 1]
     assert {frozenset(edge) for edge in branch.edges} == {frozenset((0, 1)), frozenset((1, 2))}
     assert branch.nodes[0] == {"label": "CLOSET"}
@@ -123,5 +123,5 @@ def test_models_that_cannot_be_explored():
 def test_known_labels():
     graph = join_wings(*WINGS["a"], source="a")
     known = read_explored_part(hide_rooms(graph, {0, 1, 5}, {6}), SCHOOL)
-    counts = dict(zip(SCHOOL.by_name, count_known_labels(known, SCHOOL).tolist(), strict=True))
+    counts = dict(zip(SCHOOL.by_name, count_labels_of_part(known, SCHOOL).tolist(), strict=True))
     assert {label: count for label, count in counts.items() if count} == {"CORRIDOR": 2, "CLASSROOM": 1, "BATHROOM": 1}

@@ -7,7 +7,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from scipy import ndimage
 from shapely import LineString, MultiPolygon, Point, Polygon, box
 
-from pianta.layout._outlines import join_outlines, largest_part, outline_labels
+from pianta.layout._label_images import join_outlines, largest_part, outline_labels
 
 
 def outline(*rows: str) -> dict[int, Polygon]:
@@ -84,10 +84,10 @@ def test_outlines_are_a_coverage_by_the_largest_parts(image):
     ],
 )
 def test_the_largest_polygon_of_a_geometry(shape, largest):
-    found = largest_part(shape)
-    assert isinstance(found, Polygon)
-    assert found.area == pytest.approx(largest.area)
-    assert found.is_valid
+    part = largest_part(shape)
+    assert isinstance(part, Polygon)
+    assert part.area == pytest.approx(largest.area)
+    assert part.is_valid
 
 
 def test_a_part_inside_a_collection_is_found():
@@ -107,13 +107,13 @@ def test_a_corner_on_the_side_of_a_neighbour_becomes_a_corner_of_both():
     assert (2.0, 2.0) in joined[0].exterior.coords
 
 
-def test_what_two_outlines_cover_belongs_to_the_first():
+def test_the_overlap_of_two_outlines_belongs_to_the_first():
     joined = join_outlines(np.array([box(0, 0, 2.001, 4), box(2, 0, 4, 4)]))
     assert shapely.coverage_is_valid(joined)
     assert shapely.area(joined) == pytest.approx([8.004, 7.996])
 
 
-def test_a_hole_of_a_room_holds_the_room_in_it():
+def test_a_hole_of_a_room_contains_the_room_in_it():
     inner = box(1, 1, 2, 2)
     joined = join_outlines(np.array([box(0, 0, 3, 3) - inner, inner]))
     assert shapely.area(joined) == pytest.approx([8.0, 1.0])

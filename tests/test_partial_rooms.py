@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from shapely import Point, Polygon, box
 from shapely.affinity import rotate, translate
 
-from pianta.cli.room_table import tabulate_rooms
+from pianta.cli.read import tabulate_rooms
 from pianta.errors import FloorError, OptionError
 from pianta.floor import Door, Floor, Room, scale_floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -18,39 +18,39 @@ from pianta.layout.partial.scene import find_main_direction
 from pianta.layout.reconstruct import reconstruct
 from pianta.layout.room_ids import keep_room_ids
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.partial_scan import explore_in_part, see_cells, walk_rooms
-from pianta.worlds.scan import map_floor
+from pianta.worlds.partial_scan import choose_viewpoints, find_visible_cells, simulate_partial_map
+from pianta.worlds.scan import simulate_map
 
 RESOLUTION = 0.05
-# A row of rooms of 4 m x 5 m north of a corridor; the third was seen to a depth of 3 m.
-WHOLE = (box(0, 2.2, 4, 7.2), box(4.2, 2.2, 8.2, 7.2), box(12.6, 2.2, 16.6, 7.2))
-CORRIDOR, SEEN, TRUE = box(0, 0, 16.6, 2), box(8.4, 2.2, 12.4, 5.2), box(8.4, 2.2, 12.4, 7.2)
+# A row of rooms of 4 m x 5 m north of a corridor; the third was observed to a depth of 3 m.
+COMPLETE = (box(0, 2.2, 4, 7.2), box(4.2, 2.2, 8.2, 7.2), box(12.6, 2.2, 16.6, 7.2))
+CORRIDOR, OBSERVED, TRUE = box(0, 0, 16.6, 2), box(8.4, 2.2, 12.4, 5.2), box(8.4, 2.2, 12.4, 7.2)
 
 
 def draw_row() -> tuple[Floor, GridMap]:
-    """The row with its map: wall faces around what was seen, but not beyond it."""
+    """The row with its map: wall faces around the observed part, but not beyond it."""
     grid = GridMap(np.full((220, 400), UNKNOWN, np.int8), RESOLUTION, (-1.5, -1.5, 0.0))
-    seen = [*WHOLE, CORRIDOR, SEEN]
+    observed = [*COMPLETE, CORRIDOR, OBSERVED]
     cells = np.full(grid.shape, UNKNOWN, np.int8)
     rows, cols = np.indices(grid.shape) + 0.5
     x, y = grid.pixel_to_map(rows, cols)
-    whole = shapely.union_all([*WHOLE, CORRIDOR, TRUE])
-    sight = shapely.union_all(seen)
-    cells[shapely.contains_xy(sight.buffer(0.1, join_style="mitre"), x, y) & ~shapely.contains_xy(whole, x, y)] = (
-        OCCUPIED
-    )
-    cells[shapely.contains_xy(sight, x, y)] = FREE
-    # The end of the walls that was seen
+    complete = shapely.union_all([*COMPLETE, CORRIDOR, TRUE])
+    observed_area = shapely.union_all(observed)
+    cells[
+        shapely.contains_xy(observed_area.buffer(0.1, join_style="mitre"), x, y) & ~shapely.contains_xy(complete, x, y)
+    ] = OCCUPIED
+    cells[shapely.contains_xy(observed_area, x, y)] = FREE
+    # The observed end of the walls
     cells[shapely.contains_xy(box(8.4, 5.2, 12.4, 5.4), x, y)] = UNKNOWN
-    rooms = [Room(i, polygon) for i, polygon in enumerate((*WHOLE, CORRIDOR), start=1)]
+    rooms = [Room(i, polygon) for i, polygon in enumerate((*COMPLETE, CORRIDOR), start=1)]
     floor = Floor(
-        (*rooms, Room(5, SEEN, partial=True)), (Door((4, 5), shapely.LineString([(10, 2.1), (11, 2.1)]), 1.0),)
+        (*rooms, Room(5, OBSERVED, partial=True)), (Door((4, 5), shapely.LineString([(10, 2.1), (11, 2.1)]), 1.0),)
     )
     return floor, replace_cells(grid, cells)
 
 
-def prediction_of(floor: Floor) -> Polygon:
-    """What is predicted of the last room."""
+def last_prediction(floor: Floor) -> Polygon:
+    """The prediction for the last room."""
     predicted = floor.rooms[-1].predicted
     assert predicted
     return predicted
@@ -66,17 +66,17 @@ def row() -> tuple[Floor, GridMap]:
 
 
 def test_a_room_between_others_is_as_deep_as_they_are(row):
-    predicted = prediction_of(predict_partial_rooms(*row))
+    predicted = last_prediction(predict_partial_rooms(*row))
     wall = measure_half_wall(row[0])
     # A cell of the scene is 0.1 m
     assert predicted.bounds == pytest.approx(TRUE.buffer(wall, join_style="mitre").bounds, abs=0.15)
 
 
-def test_a_prediction_contains_what_was_seen_and_overlaps_no_room(row):
+def test_a_prediction_contains_the_observed_part_and_overlaps_no_room(row):
     floor = predict_partial_rooms(*row)
     room = floor.rooms[-1]
-    assert room.polygon.equals(SEEN)
-    predicted = prediction_of(floor)
+    assert room.polygon.equals(OBSERVED)
+    predicted = last_prediction(floor)
     assert predicted.buffer(1e-6).contains(room.polygon)
     assert all(predicted.intersection(other.polygon).area < 1e-6 for other in floor.rooms[:-1])
     assert 0 < (room.confidence or 0) <= 1
@@ -87,13 +87,13 @@ def test_only_partial_rooms_are_predicted(row):
     assert all(
         room.predicted is None and room.confidence is None for room in predict_partial_rooms(floor, grid).rooms[:-1]
     )
-    whole = replace(floor, rooms=tuple(replace(room, partial=False) for room in floor.rooms))
-    assert predict_partial_rooms(whole, grid) is whole
+    complete = replace(floor, rooms=tuple(replace(room, partial=False) for room in floor.rooms))
+    assert predict_partial_rooms(complete, grid) is complete
 
 
 def test_a_room_thinner_than_a_cell_is_predicted_too(row):
     thin = box(8.51, 6, 8.52, 6.01)
-    predicted = prediction_of(predict_partial_rooms(Floor((Room(1, thin, partial=True),)), row[1]))
+    predicted = last_prediction(predict_partial_rooms(Floor((Room(1, thin, partial=True),)), row[1]))
     assert predicted.buffer(1e-6).contains(thin)
 
 
@@ -101,7 +101,7 @@ def test_half_a_wall_is_half_the_distance_of_rooms(row):
     assert measure_half_wall(row[0]) == pytest.approx(0.1)
 
 
-def test_half_a_wall_is_nothing_where_rooms_touch():
+def test_half_a_wall_is_0_if_rooms_touch():
     assert measure_half_wall(Floor((Room(1, box(0, 0, 4, 4)), Room(2, box(4, 0, 8, 4))))) == pytest.approx(0, abs=0.01)
 
 
@@ -122,9 +122,9 @@ def test_a_turned_map_gives_the_turned_prediction(row, angle, x, y):
     turned = GridMap(grid.cells, grid.resolution, (x0, y0, grid.origin[2] + angle))
     rooms = tuple(replace(room, polygon=move(room.polygon)) for room in floor.rooms)
     doors = tuple(replace(door, line=move(door.line)) for door in floor.doors)
-    found = prediction_of(predict_partial_rooms(Floor(rooms, doors), turned))
-    expected = move(prediction_of(predict_partial_rooms(floor, grid)))
-    assert found.intersection(expected).area / found.union(expected).area > 0.9
+    reconstructed = last_prediction(predict_partial_rooms(Floor(rooms, doors), turned))
+    expected = move(last_prediction(predict_partial_rooms(floor, grid)))
+    assert reconstructed.intersection(expected).area / reconstructed.union(expected).area > 0.9
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, -0.6])
@@ -139,16 +139,16 @@ def test_the_main_direction_is_that_of_the_walls(row, angle):
 @pytest.mark.parametrize("method", ["structure", "thesis"])
 def test_predictions_of_a_floor_overlap_neither_rooms_nor_each_other(method):
     floor = make_corridor_floor(seed=3)
-    grid = explore_in_part(floor, map_floor(floor, seed=3), share=0.6, reach=8, entered=0.2, seed=3)
-    found = reconstruct(grid, method=method)
-    predicted = [room for room in found.rooms if room.predicted]
+    grid = simulate_partial_map(floor, simulate_map(floor, seed=3), share=0.6, reach=8, entered=0.2, seed=3)
+    reconstructed = reconstruct(grid, method=method)
+    predicted = [room for room in reconstructed.rooms if room.predicted]
     assert predicted
     assert all(room.partial for room in predicted)
-    assert len(predicted) == sum(room.partial for room in found.rooms)
+    assert len(predicted) == sum(room.partial for room in reconstructed.rooms)
     for room in predicted:
         shape = room.predicted or Polygon()
         assert shape.buffer(1e-6).contains(room.polygon)
-        rest = [other.predicted or other.polygon for other in found.rooms if other.id != room.id]
+        rest = [other.predicted or other.polygon for other in reconstructed.rooms if other.id != room.id]
         assert shape.intersection(shapely.union_all(rest)).area < 0.05
 
 
@@ -157,24 +157,24 @@ def test_the_same_map_gives_the_same_prediction(row):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"predicted": box(0, 0, 1, 1)}, "partial"),
         ({"partial": True, "confidence": 0.5}, "predicted"),
         ({"partial": True, "predicted": box(0, 0, 1, 1), "confidence": 1.5}, r"1\.5"),
     ],
 )
-def test_a_prediction_without_meaning_is_refused(change, told):
-    with pytest.raises(FloorError, match=told):
+def test_an_invalid_prediction_is_refused(change, message):
+    with pytest.raises(FloorError, match=message):
         Room(1, box(0, 0, 1, 1), **change)
 
 
 def test_a_scaled_floor_scales_predictions():
     room = Room(1, box(0, 0, 1, 1), partial=True, predicted=box(0, 0, 2, 1), confidence=0.5)
-    assert prediction_of(scale_floor(Floor((room,)), 2, 3)).bounds == (0, 0, 4, 3)
+    assert last_prediction(scale_floor(Floor((room,)), 2, 3)).bounds == (0, 0, 4, 3)
 
 
-def test_the_graph_knows_predictions():
+def test_the_graph_contains_predictions():
     rooms = (
         Room(1, box(0, 0, 1, 1), partial=True, predicted=box(0, 0, 2, 1), confidence=0.5),
         Room(2, box(3, 0, 4, 1)),
@@ -184,33 +184,38 @@ def test_the_graph_knows_predictions():
     assert (nodes[2]["predicted_area"], nodes[2]["confidence"]) == (None, None)
 
 
-def test_a_lidar_sees_no_cell_behind_a_wall():
+def test_a_lidar_detects_no_cell_behind_a_wall():
     cells = np.zeros((20, 40), np.int8)
     cells[:, 20] = OCCUPIED
-    seen = see_cells(GridMap(cells, 0.1), Point(1.0, 1.0), reach=10)
-    assert seen[:, 20].any()
-    assert seen[10, :20].all()
-    assert not seen[:, 22:].any()
+    observed = find_visible_cells(GridMap(cells, 0.1), Point(1.0, 1.0), reach=10)
+    assert observed[:, 20].any()
+    assert observed[10, :20].all()
+    assert not observed[:, 22:].any()
 
 
-def test_a_robot_that_passes_no_door_looks_around_once():
+def test_a_robot_that_passes_no_door_takes_one_scan():
     floor = make_corridor_floor(seed=1)
-    assert len(walk_rooms(floor, share=0, entered=1, seed=1)) == 1
+    assert len(choose_viewpoints(floor, share=0, entered=1, seed=1)) == 1
 
 
-def test_a_share_without_meaning_is_refused():
+def test_an_invalid_share_is_refused():
     floor = make_corridor_floor(seed=1)
     with pytest.raises(OptionError, match="share"):
-        explore_in_part(floor, map_floor(floor), share=2, reach=8)
+        simulate_partial_map(floor, simulate_map(floor), share=2, reach=8)
 
 
 def test_a_room_that_keeps_its_id_keeps_its_prediction():
     room = Room(1, box(0, 0, 2, 3), partial=True, predicted=box(0, 0, 4, 3), confidence=0.5)
-    (kept,) = keep_room_ids(Floor((room,)), Floor((Room(7, box(0, 0, 2, 3), "LAB"),))).rooms
-    assert (kept.id, kept.label, kept.predicted, kept.confidence) == (7, "LAB", room.predicted, 0.5)
+    (same,) = keep_room_ids(Floor((room,)), Floor((Room(7, box(0, 0, 2, 3), "LAB"),))).rooms
+    assert (same.id, same.label, same.predicted, same.confidence) == (
+        7,
+        "LAB",
+        room.predicted,
+        0.5,
+    )
 
 
-def test_the_table_tells_how_much_of_a_room_was_seen():
+def test_the_table_shows_the_observed_share_of_a_room():
     rooms = (Room(1, box(0, 0, 2, 3), partial=True, predicted=box(0, 0, 4, 3)), Room(2, box(5, 0, 6, 1), partial=True))
     column = tabulate_rooms(Floor(rooms)).columns[-1]
     assert [*column.cells] == ["in part, ~50 %", "in part"]

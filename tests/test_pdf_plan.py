@@ -132,7 +132,7 @@ def test_curves_are_chains_and_dark_areas_are_filled(path):
 
 
 @pytest.mark.parametrize(
-    ("told", "scale"),
+    ("expected", "scale"),
     [
         ("Scale 1:100", 100),
         ("Scala 1 : 75", 75),
@@ -148,8 +148,8 @@ def test_curves_are_chains_and_dark_areas_are_filled(path):
         ("ratio", None),
     ],
 )
-def test_the_scale_is_what_the_texts_agree_on(path, told, scale):
-    drawing = read(path, ROOMS + text(told, 10, 10))
+def test_the_scale_is_what_the_texts_agree_on(path, expected, scale):
+    drawing = read(path, ROOMS + text(expected, 10, 10))
     assert drawing.metres_per_unit == (scale and pytest.approx(scale * METRES_PER_POINT))
 
 
@@ -185,7 +185,7 @@ def test_a_scan_with_a_frame_is_a_picture(path):
     assert isinstance(read(path, SCAN.replace("300 0 0 200", "30 0 0 20") + ROOMS), PlanDrawing)
 
 
-def test_a_page_is_asked_for_and_chosen(path):
+def test_a_page_must_be_chosen(path):
     pages = [ROOMS.replace("2 w", f"{number} w") for number in range(1, 101)]
     with pytest.raises(PlanError, match=r"page=.*100"):
         read(path, *pages)
@@ -198,7 +198,7 @@ def test_a_page_is_asked_for_and_chosen(path):
         read(path, ROOMS, page=2)
 
 
-def test_a_password_is_told_of(path):
+def test_a_password_is_reported(path):
     keys = f"/Filter /Standard /V 1 /R 2 /P -4 /O <{'00' * 32}> /U <{'00' * 32}>"
     with pytest.raises(PlanError, match=r"\bpassword\b"):
         read(path, ROOMS, Encrypt=f"<< {keys} >>", ID=f"[<{'00' * 16}> <{'00' * 16}>]")
@@ -240,8 +240,8 @@ def test_more_than_any_page_draws_is_refused(path, monkeypatch):
 
 @pytest.mark.slow
 def test_a_process_of_its_own_reads_the_same(path):
-    drawn = ROOMS + text("Office \\366 1:100", 80, 70) + " 0 g 10 10 5 5 re f 30 10 5 5 re f"
-    path.write_bytes(pdf(drawn, ""))
+    page_content = ROOMS + text("Office \\366 1:100", 80, 70) + " 0 g 10 10 5 5 re f 30 10 5 5 re f"
+    path.write_bytes(pdf(page_content, ""))
     here, there = read_document(path, page=1), read_pdf_plan(path, page=1)
     assert isinstance(here, PlanDrawing)
     assert isinstance(there, PlanDrawing)
@@ -273,21 +273,21 @@ def test_a_page_that_unfolds_without_end_is_refused(path, monkeypatch, seconds, 
     monkeypatch.setattr(pdf_plan, "MAX_SECONDS", seconds)
     monkeypatch.setattr(pdf_plan, "MAX_MEMORY", memory)
     path.write_bytes(unfolding(9))
-    told = rf"{seconds} s.*{memory / 2**30:.2g} GiB"
-    with pytest.raises(PlanError, match=told) as caught:
+    expected = rf"{seconds} s.*{memory / 2**30:.2g} GiB"
+    with pytest.raises(PlanError, match=expected) as caught:
         read_pdf_plan(path)
     assert "\n" not in str(caught.value)
 
 
 def test_a_reader_that_does_not_come_back_is_given_up(path, monkeypatch):
-    monkeypatch.setattr(pdf_plan, "_BY_CLOCK", 1e-6)
+    monkeypatch.setattr(pdf_plan, "_CLOCK_FACTOR", 1e-6)
     path.write_bytes(pdf(ROOMS))
     with pytest.raises(PlanError, match="20 s"):
         read_pdf_plan(path)
 
 
 @pytest.mark.slow
-def test_nothing_that_lies_in_the_working_folder_is_run(path, monkeypatch):
+def test_nothing_in_the_working_folder_is_run(path, monkeypatch):
     for name in ("json", "sys", "numpy", "pianta"):
         path.with_name(f"{name}.py").write_text("raise SystemExit(9)\n", encoding="utf-8")
     monkeypatch.chdir(path.parent)
@@ -296,7 +296,7 @@ def test_nothing_that_lies_in_the_working_folder_is_run(path, monkeypatch):
 
 
 @pytest.mark.parametrize("python", ["", "/no/such/python", "/bin/true", "/bin/false"])
-def test_a_reader_that_cannot_be_started_is_told_of_and_not_called_too_large(path, monkeypatch, python):
+def test_a_reader_that_cannot_be_started_is_reported_and_not_called_too_large(path, monkeypatch, python):
     monkeypatch.setattr(sys, "executable", python)
     path.write_bytes(pdf(ROOMS))
     with pytest.raises(PlanError, match="process"):

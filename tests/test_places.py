@@ -15,7 +15,7 @@ from pianta.rooms.label import label_rooms
 from pianta.rooms.model import FUNCTIONS, choose_functions, has_manual_label, keep_manual_label
 from pianta.rooms.training import SIMULATED_WEIGHT, building_name, check_labels, train_rooms
 from pianta.worlds.floors import make_floor
-from pianta.worlds.simulated_readings import simulate_reading
+from pianta.worlds.simulated_readings import simulate_and_reconstruct
 from tests.labelled_floors import label_by_rule, labelled_floors, small_model
 
 
@@ -86,8 +86,8 @@ def test_turned_moved_and_rescaled_floors_get_the_same_labels(unseen):
     rooms = tuple(replace(room, polygon=move(room.polygon)) for room in unseen.rooms)
     doors = tuple(replace(door, line=move(door.line), width=door.width * 1.7) for door in unseen.doors)
     moved = replace(unseen, rooms=rooms, doors=doors, walls=())
-    said, said_of_moved = (small_model().passes(each)["random field"] for each in (unseen, moved))
-    assert said_of_moved == pytest.approx(said, abs=0.05)
+    predicted, said_of_moved = (small_model().passes(each)["random field"] for each in (unseen, moved))
+    assert said_of_moved == pytest.approx(predicted, abs=0.05)
 
 
 def test_a_single_room_and_none():
@@ -96,7 +96,7 @@ def test_a_single_room_and_none():
     assert label_rooms(Floor(()), small_model()) == Floor(())
 
 
-def test_training_says_what_it_was_trained_on():
+def test_training_record_in_words():
     training = small_model().training
     assert training.floors == tuple(sorted(floor.source for floor in labelled_floors()))
     assert training.rooms == {"school": sum(len(floor.rooms) for floor in labelled_floors())}
@@ -107,8 +107,8 @@ def test_training_says_what_it_was_trained_on():
 @pytest.mark.slow
 def test_the_same_seed_trains_the_same_model(unseen):
     again = train_rooms(labelled_floors())
-    for said, said_again in zip(small_model().passes(unseen).values(), again.passes(unseen).values(), strict=True):
-        assert (said == said_again).all()
+    for predicted, said_again in zip(small_model().passes(unseen).values(), again.passes(unseen).values(), strict=True):
+        assert (predicted == said_again).all()
     assert again.field.temperature == small_model().field.temperature
 
 
@@ -121,18 +121,18 @@ def test_the_order_of_floors_does_not_choose_the_parts_left_out():
 def test_passes_are_the_steps(unseen):
     passes = small_model().passes(unseen)
     assert list(passes) == ["first pass", "second pass", "random field"]
-    assert all(said.shape == (len(unseen.rooms), len(FUNCTIONS)) for said in passes.values())
-    assert all(said.sum(axis=1) == pytest.approx(1) for said in passes.values())
+    assert all(predicted.shape == (len(unseen.rooms), len(FUNCTIONS)) for predicted in passes.values())
+    assert all(predicted.sum(axis=1) == pytest.approx(1) for predicted in passes.values())
 
 
-def test_unknown_labels_are_all_told():
+def test_unknown_labels_are_all_listed():
     first, *others = labelled_floors()
     rooms = (replace(first.rooms[0], label="POOL"), replace(first.rooms[1], label=None), *first.rooms[2:])
     with pytest.raises(LabelError, match=rf"rooms {rooms[1].id} of corridor house 1.xml have no label.*'POOL' "):
         train_rooms([replace(first, rooms=rooms), *others])
 
 
-def test_unknown_types_are_told():
+def test_unknown_types_are_listed():
     first, *others = labelled_floors()
     with pytest.raises(LabelError, match="no schema of building type 'castle'"):
         train_rooms([replace(first, building_type={"castle": 1.0}), *others])
@@ -190,20 +190,20 @@ def test_building_of_a_file(source, building):
 @pytest.mark.slow
 def test_simulated_reading_keeps_labels():
     floor = labelled_floors()[0]
-    read = simulate_reading(floor, seed=1)
+    read = simulate_and_reconstruct(floor, seed=1)
     assert abs(len(read.rooms) - len(floor.rooms)) <= 2
     assert read.building_type == floor.building_type
     assert read.source == floor.source
     corridors = [room for room in read.rooms if room.label == "CORRIDOR"]
     assert max(read.rooms, key=lambda room: read.graph().degree(room.id)) in corridors
-    assert simulate_reading(floor, seed=1) == read
-    assert simulate_reading(floor, seed=2) != read
+    assert simulate_and_reconstruct(floor, seed=1) == read
+    assert simulate_and_reconstruct(floor, seed=2) != read
 
 
-def test_labels_that_somebody_gave():
+def test_labels_set_by_a_person():
     room = Room(1, box(0, 0, 4, 3))
-    said = {"R/C": {"ROOM": 0.9, "CORRIDOR": 0.1}}
-    by_model = replace(room, label="GYM", labels={"R/C": "ROOM", "school": "GYM"}, label_probabilities=said)
+    predicted = {"R/C": {"ROOM": 0.9, "CORRIDOR": 0.1}}
+    by_model = replace(room, label="GYM", labels={"R/C": "ROOM", "school": "GYM"}, label_probabilities=predicted)
     assert not has_manual_label(room)
     assert not has_manual_label(by_model)
     assert has_manual_label(replace(room, label="GYM"))
@@ -231,15 +231,15 @@ def test_a_type_may_be_in_any_case(unseen):
 
 def test_a_function_is_chosen_from_r_c_down():
     """The second is no corridor, though CONNECTION is the most probable of the four."""
-    judged = np.array([[0.1, 0.6, 0.2, 0.1], [0.3, 0.4, 0.2, 0.1], [0.0, 0.5, 0.1, 0.4], [0.7, 0.1, 0.1, 0.1]])
-    assert choose_functions(judged).tolist() == [1, 0, 3, 0]
+    assessed = np.array([[0.1, 0.6, 0.2, 0.1], [0.3, 0.4, 0.2, 0.1], [0.0, 0.5, 0.1, 0.4], [0.7, 0.1, 0.1, 0.1]])
+    assert choose_functions(assessed).tolist() == [1, 0, 3, 0]
 
 
-def test_faults_of_simulated_floors_are_told_once_and_those_of_drawn_ones_first():
+def test_faults_of_simulated_floors_are_listed_once_after_those_of_annotated_ones():
     first, *others = labelled_floors()
-    strange = replace(first, rooms=(replace(first.rooms[0], label="POOL"), *first.rooms[1:]))
+    unusual = replace(first, rooms=(replace(first.rooms[0], label="POOL"), *first.rooms[1:]))
     with pytest.raises(LabelError, match="'POOL'"):
-        train_rooms(labelled_floors(), simulated=[strange])
+        train_rooms(labelled_floors(), simulated=[unusual])
     bare = replace(first, rooms=(replace(first.rooms[0], label=None), *first.rooms[1:]))
     with pytest.raises(LabelError) as caught:
         train_rooms([bare, *others], simulated=[bare])
@@ -257,13 +257,13 @@ def test_simulated_rooms_count_less_for_names():
         for floor in floors
     ]
     model = train_rooms(floors, simulated=simulated)
-    said = [
+    predicted = [
         room.label_probabilities["school"]
         for floor in floors
         for room, true in zip(model.label(floor).rooms, floor.rooms, strict=True)
         if true.label == "CLASSROOM"
     ]
-    shares = [names["LAB"] / (names["LAB"] + names["CLASSROOM"]) for names in said]
+    shares = [names["LAB"] / (names["LAB"] + names["CLASSROOM"]) for names in predicted]
     assert np.median(shares) == pytest.approx(SIMULATED_WEIGHT / (1 + SIMULATED_WEIGHT), abs=0.01)
 
 
@@ -271,12 +271,12 @@ def test_simulated_rooms_count_less_for_names():
 def test_simulated_rooms_without_weight_change_nothing(monkeypatch):
     """They would join classrooms to classrooms, were they counted."""
     floors = labelled_floors()
-    strange = [replace(each, rooms=tuple(replace(room, label="STAIRS") for room in each.rooms)) for each in floors]
-    drawn = train_rooms(floors)
+    unusual = [replace(each, rooms=tuple(replace(room, label="STAIRS") for room in each.rooms)) for each in floors]
+    annotated = train_rooms(floors)
     monkeypatch.setattr("pianta.rooms.training.SIMULATED_WEIGHT", 1e-9)
-    both = train_rooms(floors, simulated=strange)
-    assert both.field.doors == pytest.approx(drawn.field.doors, abs=0.1)
-    assert both.field.alike == pytest.approx(drawn.field.alike, abs=0.1)
+    both = train_rooms(floors, simulated=unusual)
+    assert both.field.doors == pytest.approx(annotated.field.doors, abs=0.1)
+    assert both.field.alike == pytest.approx(annotated.field.alike, abs=0.1)
     monkeypatch.setattr("pianta.rooms.training.SIMULATED_WEIGHT", 0.99)
-    counted = train_rooms(floors, simulated=strange)
-    assert abs(counted.field.doors - drawn.field.doors).max() > 1
+    counted = train_rooms(floors, simulated=unusual)
+    assert abs(counted.field.doors - annotated.field.doors).max() > 1

@@ -7,11 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta._types import Mask
-from pianta.plan.sheets.sheet import PlacedText
+from pianta.plan.sheets.sheet import PlacedText, PlanScale
 from pianta.plan.text import dimensions
 from pianta.plan.text.dimensions import (
-    Scale,
-    parse_drawing_scale,
     parse_length,
     parse_scale_bar,
     parse_size,
@@ -105,23 +103,6 @@ def test_measures_are_taken_out_of_names(text, left):
     assert remove_measures(text) == left
 
 
-@pytest.mark.parametrize(
-    ("text", "scale"),
-    [
-        ("Scale 1:100", 100),
-        ("MASSSTAB 1 : 50", 50),
-        ("1/200", 200),
-        ('1/8" = 1\'-0"', 96),
-        ("·SCALE. lINCH = 20 FOaT,", 240),
-        ('1/0" = 1 ft', 12),
-        ("11:30", None),
-        ("Room 1", None),
-    ],
-)
-def test_scales_of_drawings(text, scale):
-    assert parse_drawing_scale(text) == scale
-
-
 def test_a_bar_below_its_numbers_gives_metres_per_pixel():
     ink = NO_INK.copy()
     ink[112:115, 100:301] = True
@@ -132,12 +113,12 @@ def test_a_bar_below_its_numbers_gives_metres_per_pixel():
     assert scale.confidence > 0.9
 
 
-def read_bar(ink: Mask, *texts: tuple[str, float]) -> Scale | None:
-    """What a bar below numbers of a height of 10 at row 100 says, numbers and units at columns."""
+def read_bar(ink: Mask, *texts: tuple[str, float]) -> PlanScale | None:
+    """The scale of a bar below texts of a height of 10 at row 100; texts: with their columns."""
     return parse_scale_bar([number(text, col) for text, col in texts], ink)
 
 
-def test_a_bar_begins_at_a_zero_that_was_overlooked_and_one_wrong_number_is_passed_by():
+def test_a_bar_may_lack_its_zero_and_have_one_wrong_number():
     texts = [number(text, col) for text, col in (("20", 140), ("40", 180), ("8", 220), ("80", 260))]
     unit = number("Scale in feet", 180, row=80)
     ink = NO_INK.copy()
@@ -191,7 +172,7 @@ def test_a_bar_beside_its_numbers_is_read_at_every_size():
 
 
 def test_a_bar_that_does_not_agree_with_its_numbers_is_not_trusted():
-    """The line is 15 % longer than the numbers are apart; only they are left, which nobody should be sure of."""
+    """The line is 15 % longer than the numbers are apart; only they count, with low confidence."""
     texts = ("0", 100), ("5", 200), ("10", 300), ("m", 340)
     scale = read_bar(blocks(NO_INK.copy(), (85, 315)), *texts)
     assert scale is not None
@@ -222,7 +203,7 @@ def test_numbers_beside_walls_are_no_bar(ink, texts):
     assert read_bar(ink, *texts) is None
 
 
-def test_numbers_in_one_text_and_a_unit_behind_the_last():
+def test_a_unit_may_follow_the_last_number():
     corners = np.array([(95, 100), (95, 200), (105, 200), (105, 100)], float)
     texts = [number("0", 100), number("5", 150), number("10m", 200)]
     scale = parse_scale_bar(texts, NO_INK)
@@ -246,11 +227,11 @@ def test_numbers_in_one_text_and_a_unit_behind_the_last():
         [number("0", 100), number("50000", 150), number("100000", 200), number("m", 220)],
     ],
 )
-def test_what_is_no_scale_bar(texts):
+def test_other_numbers_are_no_scale_bar(texts):
     assert parse_scale_bar(texts, NO_INK) is None
 
 
-def test_a_tall_number_on_the_line_of_a_bar_is_none_of_its_numbers():
+def test_a_tall_number_on_the_line_of_a_bar_does_not_belong_to_it():
     """It stands where 12.5 would; the bar is sought within some heights of the others."""
     texts = [number("0", 101), number("5", 201), number("10", 301), number("m", 330)]
     scale = parse_scale_bar([*texts, number("12.5", 351, height=100)], TICKS)
@@ -261,7 +242,7 @@ def test_a_tall_number_on_the_line_of_a_bar_is_none_of_its_numbers():
 
 @pytest.fixture
 def windows(monkeypatch) -> list[tuple[int, ...]]:
-    """The shapes of what is searched for bars."""
+    """The shapes of the windows that are searched for bars."""
     searched: list[tuple[int, ...]] = []
     search = cv2.connectedComponentsWithStats
 
@@ -273,7 +254,7 @@ def windows(monkeypatch) -> list[tuple[int, ...]]:
     return searched
 
 
-def test_a_number_as_tall_as_the_sheet_does_not_have_the_sheet_searched(windows):
+def test_a_number_as_tall_as_the_sheet_does_not_enlarge_the_search(windows):
     """Each row begins with two small numbers and a unit above them."""
     texts = []
     for row in range(20, 190, 15):
@@ -337,7 +318,7 @@ def test_sizes_of_rooms_vote_for_the_scale():
 
 
 @given(st.text(max_size=40))
-def test_any_text_is_read_without_fault(text):
-    for length in (parse_length(text), parse_drawing_scale(text), *(parse_size(text) or ())):
+def test_any_text_is_parsed_without_error(text):
+    for length in (parse_length(text), *(parse_size(text) or ())):
         assert length is None or length >= 0
     assert len(remove_measures(text)) <= len(text)

@@ -81,26 +81,26 @@ def test_pillars_stay_out_of_rooms_of_single_walls():
     st.sampled_from([0, 2, 3]),
     st.floats(-180, 180),
 )
-def test_walls_are_closed_but_for_doors(kind, style, doors, windows, rotation):
-    """Along the outline of a room ink is everywhere but in doors."""
-    floor = make_floor(kind, seed=7)
+def test_walls_are_closed_except_for_doors(name, style, doors, windows, rotation):
+    """Along the outline of a room there is ink everywhere except in doors."""
+    floor = make_floor(name, seed=7)
     plan = draw_plan(floor, style=style, doors=doors, windows=windows, rotation=rotation, px_per_metre=25)
     inked = plan.colors[:, :, 0] < 160
     room = plan.truth.rooms[1].polygon
     gaps = unary_union([door.line.buffer(0.5) for door in plan.truth.doors])
-    places = [room.exterior.interpolate(step) for step in np.arange(0.3, room.exterior.length, 0.5)]
-    places = [place for place in places if not gaps.contains(place)]
-    pixels = np.column_stack(plan.grid.map_to_pixel([place.x for place in places], [place.y for place in places]))
+    points = [room.exterior.interpolate(step) for step in np.arange(0.3, room.exterior.length, 0.5)]
+    points = [point for point in points if not gaps.contains(point)]
+    pixels = np.column_stack(plan.grid.map_to_pixel([point.x for point in points], [point.y for point in points]))
     near = [inked[row - 3 : row + 4, col - 3 : col + 4].any() for row, col in pixels.astype(int)]
-    assert places
+    assert points
     assert all(near)
 
 
 @pytest.mark.slow
 @settings(max_examples=15)
 @given(st.sampled_from(sorted(FLOOR_MAKERS)), st.integers(0, 20), st.floats(-180, 180))
-def test_doors_are_gaps_on_a_turned_sheet(kind, seed, rotation):
-    floor = make_floor(kind, seed=seed)
+def test_doors_are_gaps_on_a_turned_sheet(name, seed, rotation):
+    floor = make_floor(name, seed=seed)
     plan = draw_plan(floor, doors="gap", rotation=rotation, px_per_metre=20)
     assert colors_at(plan, *map(middle_of, floor.doors)) == [WHITE] * len(floor.doors)
     assert colors_at(plan, *(room.polygon.representative_point().coords[0] for room in floor.rooms)) == [WHITE] * len(
@@ -159,7 +159,7 @@ def test_text_runs_upwards_at_90_degrees():
 
 @given(st.floats(-180, 180), st.text("abcXYZ", min_size=1, max_size=8))
 def test_corners_go_clockwise_from_the_upper_left_one(angle, letters):
-    placed = WrittenText(letters, Lettering().face(), (50.0, 60.0), angle).place()
+    placed = WrittenText(letters, Lettering().face(), (50.0, 60.0), angle).to_placed()
     first, second, third, _ = placed.corners
     along, down = second - first, third - second
     assert placed.middle == pytest.approx((50, 60))
@@ -168,7 +168,7 @@ def test_corners_go_clockwise_from_the_upper_left_one(angle, letters):
     assert np.degrees(np.arctan2(-along[0], along[1])) == pytest.approx(angle, abs=1e-6) or abs(angle) == 180
 
 
-def test_a_legend_tells_what_the_numbers_mean():
+def test_a_legend_explains_the_numbers():
     plan = draw_plan(SMALL, texts={1: "Hall", 2: "Office", 3: "Office"}, legend=True)
     assert [text.text for text in plan.texts] == ["1", "2", "2", "Legend", "1 Hall", "2 Office"]
     assert plan.names == {1: "Hall", 2: "Office", 3: "Office"}
@@ -213,14 +213,14 @@ def test_noise_darkens_and_leaves_the_shape():
     assert colors_at(noisy, (0, 1))[0][0] < 120 < colors_at(noisy, (3, 1))[0][0]
 
 
-def test_the_floor_given_is_not_changed():
+def test_the_input_floor_is_not_changed():
     floor = make_floor("corridor", seed=2)
     before = Floor(floor.rooms, floor.doors, floor.walls, source=floor.source)
     assert draw_plan(floor, furniture=0.3, px_per_metre=15).truth == before == floor
     assert floor.rooms[0].polygon.contains(Point(floor.rooms[0].polygon.representative_point()))
 
 
-def test_looks_that_make_no_plan_are_told_together():
+def test_all_invalid_fields_of_a_look_are_named_in_one_message():
     with pytest.raises(OptionError, match=r"style.*doors.*windows.*px_per_metre"):
         PlanLook(style="fat", doors="none", windows=4, px_per_metre=1)  # type: ignore[arg-type]
     with pytest.raises(OptionError, match=r"furniture.*noise.*ink"):

@@ -1,4 +1,4 @@
-"""Names of layers tell roles in five languages, and the pieces of a door tell where its jambs are."""
+"""Names of layers give roles in five languages, and the pieces of a door give its jambs."""
 
 import re
 from pathlib import Path
@@ -18,7 +18,7 @@ from pianta.io.drawings._layers import (
     DrawnPieces,
     bezier_points,
     chains_of_steps,
-    checked_plan,
+    check_plan_file,
     jambs_of_swings,
     jambs_of_symbol,
     role_of_names,
@@ -117,13 +117,13 @@ def test_an_open_leaf_may_have_a_thickness():
 
 @pytest.mark.parametrize(("wall", "jamb"), [((1, 0), (1, 0)), ((0, 1), (0, 1))])
 @pytest.mark.parametrize("leaves", [[], [line((0, 0), (1, 0)), line((0, 0), (0, 1))]])
-def test_a_wall_tells_the_jamb_where_no_leaf_does(wall, jamb, leaves):
+def test_a_wall_gives_the_jamb_without_an_open_leaf(wall, jamb, leaves):
     (door,) = jambs_of_symbol([*leaves, OPEN_LEAF[1]], walls=KDTree(line(wall, (5, 5))))
     assert ends(door) == sorted([(0, 0), jamb])
 
 
 @pytest.mark.parametrize(("axis", "jamb"), [((1, 0), (1, 0)), ((0, -1), (0, 1))])
-def test_the_axis_of_a_symbol_tells_the_jamb_where_nothing_else_does(axis, jamb):
+def test_the_axis_of_a_symbol_gives_the_jamb_as_a_last_resort(axis, jamb):
     (door,) = jambs_of_symbol([OPEN_LEAF[1]], axis=np.array(axis, float), walls=NO_WALLS)
     assert ends(door) == sorted([(0, 0), jamb])
 
@@ -263,8 +263,8 @@ def test_more_than_any_plan_draws_is_refused(monkeypatch):
 def test_files_that_are_none_or_too_large_are_refused(tmp_path):
     path = tmp_path / "a.dxf"
     with pytest.raises(PlanError, match=re.escape(str(path))):
-        checked_plan(path, max_bytes=10)
+        check_plan_file(path, max_bytes=10)
     path.write_bytes(b"12345678901")
     with pytest.raises(PlanError, match="bytes"):
-        checked_plan(path, max_bytes=10)
-    assert checked_plan(path, max_bytes=11) == path
+        check_plan_file(path, max_bytes=10)
+    assert check_plan_file(path, max_bytes=11) == path

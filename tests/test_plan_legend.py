@@ -1,4 +1,4 @@
-"""Legends are found by their lines, and rooms in rows are not taken for one."""
+"""Legends are found by their lines, and rooms in rows are no legend."""
 
 import numpy as np
 import pytest
@@ -80,7 +80,7 @@ def test_two_columns_are_read_and_other_texts_are_not_used():
         column("Legend", "Fire extinguisher", "Hydrant"),
     ],
 )
-def test_what_is_no_legend(texts):
+def test_other_texts_are_no_legend(texts):
     legend = find_legend(texts)
     assert (dict(legend.entries), legend.texts) == ({}, ())
 
@@ -95,8 +95,8 @@ def test_upright_lines_are_no_legend():
 
 def test_a_legend_finds_names_by_their_keys():
     legend = find_legend(column("1. Vestibule", "2. Lobby", "2. Hall", "3. WC"))
-    found = [legend.find_name(text) for text in ("2", "02", " 1. ", "(1)", "4", "Lobby")]
-    assert found == ["Lobby", "Lobby", "Vestibule", "Vestibule", None, None]
+    names = [legend.find_name(text) for text in ("2", "02", " 1. ", "(1)", "4", "Lobby")]
+    assert names == ["Lobby", "Lobby", "Vestibule", "Vestibule", None, None]
 
 
 @pytest.mark.parametrize(("text", "key"), [("7.", "7"), ("007", "7"), ("0", "0"), ("a)", "A"), (" 12b ", "12B")])
@@ -105,8 +105,8 @@ def test_standard_keys(text, key):
 
 
 @given(st.lists(st.tuples(st.text(max_size=30), st.floats(0, 200), st.floats(0, 200)), max_size=12))
-def test_every_entry_comes_from_a_text_that_is_used(found):
-    texts = [line(text, row, col) for text, row, col in found]
+def test_every_entry_comes_from_a_text_that_is_used(positions):
+    texts = [line(text, row, col) for text, row, col in positions]
     legend = find_legend(texts)
     assert set(map(id, legend.texts)) <= set(map(id, texts))
     read = " ".join(word for text in legend.texts for word in text.text.split())
@@ -123,7 +123,7 @@ def test_a_legend_is_found_among_twenty_thousand_numbers():
     assert legend.entries == {"1": "Office", "2": "Lab"}
 
 
-def test_an_entry_of_too_many_keys_is_none():
+def test_an_entry_with_too_many_keys_is_ignored():
     assert len(find_legend(column("1-100 - Room", "101 - Hall")).entries) == 101
     assert not find_legend(column("1-80,101-181 - Room", "182 - Hall")).entries
 

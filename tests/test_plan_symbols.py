@@ -55,12 +55,12 @@ def cells_at(
 
 
 def test_there_are_doors_windows_and_objects():
-    kinds = {name: symbol.kind for name, symbol in SYMBOLS.items()}
-    assert {name for name, kind in kinds.items() if kind == "door"} == {
+    symbol_kinds = {name: symbol.kind for name, symbol in SYMBOLS.items()}
+    assert {name for name, symbol_kind in symbol_kinds.items() if symbol_kind == "door"} == {
         *("door", "door 45", "leaf", "leaf 45", "double door", "sliding door"),
     }
-    assert {name for name, kind in kinds.items() if kind == "window"} == {"window", "window 3"}
-    assert {"stairs", "lift", "extinguisher", "hydrant", "exit", "first aid", "assembly point"} <= kinds.keys()
+    assert {name for name, symbol_kind in symbol_kinds.items() if symbol_kind == "window"} == {"window", "window 3"}
+    assert {"stairs", "lift", "extinguisher", "hydrant", "exit", "first aid", "assembly point"} <= symbol_kinds.keys()
     assert [name for name, symbol in SYMBOLS.items() if (symbol.jambs is None) != (symbol.kind == "object")] == []
 
 
@@ -90,7 +90,7 @@ def test_a_double_door_is_its_own_mirror_image():
 
 
 @pytest.mark.parametrize(("name", "lines"), [("window", 2), ("window 3", 3)])
-def test_a_window_has_so_many_lines(name, lines):
+def test_a_window_has_two_or_three_lines(name, lines):
     dark = draw_symbol(name, size_px=60)[:, 45] < 128
     assert int((np.diff(dark.astype(int)) == 1).sum()) == lines
 
@@ -125,7 +125,7 @@ def test_jambs_lie_in_the_symbol(name):
         assert np.hypot(np.ptp(cols), np.ptp(rows)) == pytest.approx(20 * np.hypot(*(jambs[1] - jambs[0])))
 
 
-def test_what_cannot_be_drawn_is_told():
+def test_invalid_symbols_are_refused_with_a_message():
     with pytest.raises(OptionError, match="sofa"):
         draw_symbol("sofa", size_px=20)
     with pytest.raises(OptionError, match="3 px"):
@@ -219,19 +219,19 @@ def test_stairs_and_lifts_stand_in_their_rooms(label, lines):
 @pytest.mark.slow
 @given(st.integers(0, 20))
 def test_furniture_keeps_clear(seed):
-    kept = box(3, 1, 5, 3)
+    blocked = box(3, 1, 5, 3)
     rng = np.random.default_rng(seed)
-    marks = mark_furniture(Room(1, SOUTH), [MIDDLE_DOOR], density=1.0, kept=kept, rng=rng)
+    marks = mark_furniture(Room(1, SOUTH), [MIDDLE_DOOR], density=1.0, blocked=blocked, rng=rng)
     pieces = GeometryCollection([Polygon(mark.points) for mark in marks])
     assert marks
     assert SOUTH.buffer(-0.09).contains(pieces)
     assert pieces.distance(MIDDLE_DOOR.line) > 1.05
-    assert pieces.disjoint(kept)
+    assert pieces.disjoint(blocked)
 
 
-def test_no_furniture_at_density_0():
+def test_there_is_no_furniture_at_density_0():
     nothing = GeometryCollection()
-    assert mark_furniture(Room(1, SOUTH), [], density=0.0, kept=nothing, rng=np.random.default_rng(0)) == []
+    assert mark_furniture(Room(1, SOUTH), [], density=0.0, blocked=nothing, rng=np.random.default_rng(0)) == []
 
 
 def test_signs_stand_in_the_passage():

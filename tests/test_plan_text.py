@@ -1,15 +1,14 @@
-"""Texts of a sheet are read where rapidocr is, and their letters leave the ink without its walls."""
+"""Texts of a sheet are read with rapidocr, and their letters are removed from the ink, but not its walls."""
 
 import socket
 
 import numpy as np
 import pytest
 
-from pianta.plan.sheets.binarization import binarise
-from pianta.plan.sheets.sheet import PlacedText
+from pianta.plan.sheets.sheet import PlacedText, Sheet
 from pianta.plan.text import recognition as plan_text
 from pianta.plan.text.recognition import erase_texts, read_texts, remove_texts, text_reader_available
-from pianta.worlds.plans.fonts import letter_rooms
+from pianta.worlds.plans.name_sheets import letter_rooms
 
 
 def placed(text: str, top: float, left: float, height: float, width: float) -> PlacedText:
@@ -29,7 +28,7 @@ def test_texts_are_read_level_and_upright_without_a_network(monkeypatch):
     pytest.importorskip("rapidocr")
 
     def refuse(*_, **__):
-        raise AssertionError("the network is asked")
+        raise AssertionError("the internet is used")
 
     monkeypatch.setattr(socket.socket, "connect", refuse)
     monkeypatch.setattr(socket, "getaddrinfo", refuse)
@@ -44,7 +43,7 @@ def test_texts_are_read_level_and_upright_without_a_network(monkeypatch):
     assert sorted(text.text for text in texts) == sorted(2 * names)
     for text in texts:
         right, down = text.corners[1] - text.corners[0], text.corners[3] - text.corners[0]
-        # Upright names are read from below upwards: their lines go on to the right.
+        # Upright names are read from below upwards, so their lines go on to the right
         is_level = text.middle[0] < level.colors.shape[0]
         assert right[1] > 3 * abs(right[0]) if is_level else -right[0] > 3 * abs(right[1])
         assert down[0 if is_level else 1] > 0
@@ -61,7 +60,7 @@ def test_a_sheet_without_ink_has_no_texts():
 
 
 @pytest.mark.parametrize(
-    ("read", "tidied"),
+    ("read", "expected"),
     [
         ("CLASSR0OM  12", "CLASSROOM 12"),
         ("CLASSR00M", "CLASSROOM"),
@@ -72,8 +71,8 @@ def test_a_sheet_without_ink_has_no_texts():
         (" WC ", "WC"),
     ],
 )
-def test_a_zero_between_letters_is_an_o(read, tidied):
-    assert plan_text._tidied(read) == tidied
+def test_a_zero_between_letters_is_an_o(read, expected):
+    assert plan_text._normalise(read) == expected
 
 
 def test_drawn_circles_and_signs_of_another_script_are_no_texts():
@@ -83,7 +82,7 @@ def test_drawn_circles_and_signs_of_another_script_are_no_texts():
     assert plan_text._without_symbols(asian) == asian
 
 
-def test_letters_go_and_walls_stay():
+def test_letters_are_removed_and_walls_stay():
     """A text of three letters, of which one touches the wall below, beside a wall that runs through the box."""
     ink = np.zeros((30, 60), bool)
     ink[20, :] = True
@@ -105,7 +104,7 @@ def test_a_diagonal_wall_through_a_text_and_ink_far_from_it_stay():
     assert (remove_texts(ink, [placed("I", 25, 10, 10, 40)]) == walls).all()
 
 
-def test_an_upright_text_and_one_at_the_border_go():
+def test_an_upright_text_and_one_at_the_border_are_removed():
     ink = np.zeros((50, 20), bool)
     ink[10:40:4, 5:12] = True
     corners = np.array([(42, 4), (8, 4), (8, 13), (42, 13)], float)
@@ -138,26 +137,26 @@ def test_where_letters_stood_is_the_colour_of_the_room(room, ink):
     """Also of light lines on dark paper."""
     colors, bare = lettered(room, ink)
     before = colors.copy()
-    erased = erase_texts(colors, binarise(colors), [placed("l'", 32, 46, 16, 20)])
-    assert np.array_equal(erased, bare)
+    erased = erase_texts(Sheet(colors), [placed("l'", 32, 46, 16, 20)])
+    assert np.array_equal(erased.colors, bare)
     assert np.array_equal(colors, before)
 
 
 def test_without_letters_the_sheet_is_the_same():
     colors, _ = lettered((255, 255, 255), 0)
-    ink = binarise(colors)
-    assert np.array_equal(erase_texts(colors, ink, []), colors)
-    assert np.array_equal(erase_texts(colors, ink, [placed("x", 55, 20, 8, 8)]), colors)
+    sheet = Sheet(colors)
+    assert np.array_equal(erase_texts(sheet, []).colors, colors)
+    assert np.array_equal(erase_texts(sheet, [placed("x", 55, 20, 8, 8)]).colors, colors)
 
 
-def test_soft_edges_of_letters_go_with_them():
+def test_soft_edges_of_letters_are_removed():
     colors, bare = lettered((255, 255, 255), 0)
     colors[34:46, [49, 53]] = 210
-    assert np.array_equal(erase_texts(colors, binarise(colors), [placed("l'", 32, 46, 16, 20)]), bare)
+    assert np.array_equal(erase_texts(Sheet(colors), [placed("l'", 32, 46, 16, 20)]).colors, bare)
 
 
 @pytest.mark.slow
-def test_a_text_that_claims_to_be_larger_than_the_sheet_needs_no_memory():
+def test_a_text_larger_than_the_sheet_needs_no_memory():
     colors, _ = lettered((255, 255, 255), 0)
-    erased = erase_texts(colors, binarise(colors), [placed("x", -1e9, -1e9, 2e9, 2e9)])
-    assert erased.shape == colors.shape
+    erased = erase_texts(Sheet(colors), [placed("x", -1e9, -1e9, 2e9, 2e9)])
+    assert erased.colors.shape == colors.shape

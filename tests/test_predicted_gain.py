@@ -17,10 +17,10 @@ from pianta.prediction.unexplored_part import FloorSampler
 from tests.expected_floors import (
     CORRIDOR_DOOR,
     LIBRARY_DOOR,
+    make_policy_input,
+    recognised_rooms,
     school_sampler,
-    seen_rooms,
-    situate,
-    weigh_sight_alone,
+    sight_only_weights,
 )
 from tests.test_exploration import ids_of
 from tests.typed_floors import make_school
@@ -33,7 +33,7 @@ WAYS = [[4, 9]]
 @pytest.fixture
 def plain(monkeypatch):
     """What is in sight is all that is found, and the gym is behind the library."""
-    monkeypatch.setattr(frontier_area, "_read_weights", weigh_sight_alone)
+    monkeypatch.setattr(frontier_area, "_read_weights", sight_only_weights)
     found = Beyond({LIBRARY_DOOR: 20.0, CORRIDOR_DOOR: 20.0}, {LIBRARY_DOOR: 1.0, CORRIDOR_DOOR: 0.0})
     monkeypatch.setattr(RoomExpectations, "predict_beyond", lambda *_: found)
 
@@ -52,32 +52,32 @@ def school():
 
 
 def test_a_search_goes_to_the_door_behind_which_the_label_is_certain(plain):
-    known = situate(AT_DOORS, WAYS, seen=seen_rooms())
+    known = make_policy_input(AT_DOORS, WAYS, recognised=recognised_rooms())
     assert ids_of(PredictedGain(school_sampler()).choose(known)) == [0]
     assert ids_of(PredictedGain(school_sampler(), find="gym").choose(known)) == [1]
 
 
 def test_two_robots_get_different_frontiers_and_the_last_may_get_none(plain):
-    known = situate(AT_DOORS, [*WAYS, *WAYS], seen=seen_rooms())
+    known = make_policy_input(AT_DOORS, [*WAYS, *WAYS], recognised=recognised_rooms())
     for find in (None, "gym"):
         first, second = ids_of(PredictedGain(school_sampler(), find=find).choose(known))
         assert {first, second} == {0, 1}
-    assert ids_of(PredictedGain().choose(situate([(19, 1.5)], [[4], [5]]))) == [0, None]
-    assert ids_of(PredictedGain().choose(situate(AT_DOORS, [[inf, inf], [4, 9]]))) == [None, 0]
+    assert ids_of(PredictedGain().choose(make_policy_input([(19, 1.5)], [[4], [5]]))) == [0, None]
+    assert ids_of(PredictedGain().choose(make_policy_input(AT_DOORS, [[inf, inf], [4, 9]]))) == [None, 0]
 
 
 def test_robots_keep_apart():
     # Two frontiers side by side, and one that is a little further.
-    known = situate([(19, 1.5), (18, 1.5), (3, 2.5)], [[3, 3.5, 8], [3, 3.5, 6]])
+    known = make_policy_input([(19, 1.5), (18, 1.5), (3, 2.5)], [[3, 3.5, 8], [3, 3.5, 6]])
     assert ids_of(PredictedGain().choose(known)) == [0, 2]
 
 
 def test_without_a_model_the_unknown_in_sight_is_all_that_is_expected():
-    _, areas, hits = PredictedGain().expect(situate(AT_DOORS, WAYS, seen=seen_rooms()))
+    _, areas, hits = PredictedGain().expect(make_policy_input(AT_DOORS, WAYS, recognised=recognised_rooms()))
     assert (areas > 1).all()
     assert not hits.any()
     all_known = np.zeros((20, 50), np.int8)
-    assert PredictedGain().expect(situate(AT_DOORS, WAYS, known=all_known))[1].tolist() == [0.25, 0.25]
+    assert PredictedGain().expect(make_policy_input(AT_DOORS, WAYS, cells=all_known))[1].tolist() == [0.25, 0.25]
 
 
 def test_what_is_hardly_worth_the_way_is_left_for_the_last():
@@ -85,19 +85,19 @@ def test_what_is_hardly_worth_the_way_is_left_for_the_last():
     known[:8, :] = -1
     # The unknown is out of sight of the near frontier, but in that of the far one.
     known[10, :] = 100
-    poor = situate([(5, 1), (12, 6)], [[1, 20]], known=known)
+    poor = make_policy_input([(5, 1), (12, 6)], [[1, 20]], cells=known)
     assert ids_of(PredictedGain().choose(poor)) == [1]
-    assert ids_of(PredictedGain().choose(situate([(5, 1), (12, 6)], [[1, inf]], known=known))) == [0]
+    assert ids_of(PredictedGain().choose(make_policy_input([(5, 1), (12, 6)], [[1, inf]], cells=known))) == [0]
 
 
 def test_the_share_that_was_seen_is_that_of_all_that_is_expected():
-    known = situate(AT_DOORS, WAYS)
+    known = make_policy_input(AT_DOORS, WAYS)
     # The corridor has 60 m².
     assert PredictedGain().expect_share(known, np.array([15.0, 5.0])) == pytest.approx(0.75)
 
 
 def test_it_advises_to_stop_when_enough_was_seen(plain):
-    known = situate(AT_DOORS, [*WAYS, *WAYS], seen=seen_rooms())
+    known = make_policy_input(AT_DOORS, [*WAYS, *WAYS], recognised=recognised_rooms())
     _, areas, _ = PredictedGain(school_sampler()).expect(known)
     share = 60 / (60 + areas.sum())
     assert PredictedGain(school_sampler(), enough=share - 0.01).choose(known) == [None, None]

@@ -14,10 +14,10 @@ from pianta.prediction.explored_part import ExploredPart, explore_by_corridors, 
 from pianta.prediction.prediction import (
     MAX_SAMPLES,
     Prediction,
-    Spread,
+    SampleInterval,
+    assign_unseen_rooms,
     find_nearest_distribution,
     predict,
-    share_unseen,
 )
 from pianta.prediction.unexplored_part import FloorSampler, SampledFloor
 from tests.generated_types import SCHOOL, WINGS, join_wings, small_model
@@ -65,16 +65,16 @@ TWO = make_sample("RC", "0-3 1-4 2-4")
 
 def test_spreads():
     """Of ten numbers four of five are between the second and the ninth."""
-    assert Spread.of([*range(10)]) == Spread(4.5, 1, 8)
-    assert Spread.of([3.0]) == Spread(3, 3, 3)
+    assert SampleInterval.from_values([*range(10)]) == SampleInterval(4.5, 1, 8)
+    assert SampleInterval.from_values([3.0]) == SampleInterval(3, 3, 3)
 
 
 def test_numbers_of_rooms():
     prediction = predict_by(ONE, TWO)
-    assert prediction.rooms == Spread(6.5, 5, 8)
+    assert prediction.rooms == SampleInterval(6.5, 5, 8)
     assert prediction.area is not None
     # 80 m² are known; 3 + 4 + 5 + 6 + 7 more, and 3 + 4.
-    assert prediction.area == Spread(96, 87, 105)
+    assert prediction.area == SampleInterval(96, 87, 105)
     assert {label: spread.mean for label, spread in prediction.counts.items()} == {
         "CLOSET": 1.5,
         "CLASSROOM": 1,
@@ -103,12 +103,12 @@ def test_nothing_is_shared_where_no_sample_has_anything():
 
 def test_rooms_are_those_of_the_nearest_end():
     part = make_part()
-    assert share_unseen(ONE, part) == {2: [6, 7], 3: [3, 5], 4: [4]}
+    assert assign_unseen_rooms(ONE, part) == {2: [6, 7], 3: [3, 5], 4: [4]}
     # Room 4 is behind the door "??", and one hop from the open corridor.
-    assert share_unseen(TWO, part) == {2: [], 3: [3], 4: [4]}
+    assert assign_unseen_rooms(TWO, part) == {2: [], 3: [3], 4: [4]}
     # Without its door it is the open corridor's.
     without = make_sample("RC", "0-3 2-4", behind={3: 3})
-    assert share_unseen(without, part) == {2: [4], 3: [3], 4: []}
+    assert assign_unseen_rooms(without, part) == {2: [4], 3: [3], 4: []}
 
 
 def test_open_ends():
@@ -120,9 +120,9 @@ def test_open_ends():
     assert door.labels == {"CORRIDOR": 0.5, "CLASSROOM": 0.5}
     assert other.labels == {"CLASSROOM": 0.5, "CORRIDOR": 0.5}
     assert (side.leads_on, door.leads_on, other.leads_on) == (0, 0.5, 0.5)
-    assert side.rooms == Spread(1, 0, 2)
-    assert door.rooms == Spread(1.5, 1, 2)
-    assert door.area == Spread(5.5, 3, 8)
+    assert side.rooms == SampleInterval(1, 0, 2)
+    assert door.rooms == SampleInterval(1.5, 1, 2)
+    assert door.area == SampleInterval(5.5, 3, 8)
 
 
 def test_skeleton():
@@ -142,7 +142,7 @@ def test_skeleton():
 def test_typical():
     prediction = predict_by(ONE, TWO, make_sample("RC", "0-3 1-4 2-4"), make_sample("RCS", "0-3 1-4 2-4 3-5"))
     assert prediction.typical is TWO
-    assert nx.is_isomorphic(prediction.take_skeleton(TWO), nx.path_graph(3))
+    assert nx.is_isomorphic(prediction.corridor_graph(TWO), nx.path_graph(3))
     assert predict_by(ONE).typical is ONE
 
 
@@ -186,7 +186,7 @@ def test_predictions_of_a_floor():
     prediction = predict(explore("d", 0), small_model(), count=20)
     assert len(prediction.samples) == 20
     assert prediction.average == SAMPLER.label_shares
-    assert prediction.rooms.low >= len(prediction.explored.known)
+    assert prediction.rooms.low >= len(prediction.explored.known_graph)
     by_sampler = predict(explore("d", 0), SAMPLER, count=20)
     assert by_sampler.shares == prediction.shares
     assert [nx.to_dict_of_lists(sample.graph) for sample in by_sampler.samples] == [
@@ -206,10 +206,10 @@ def test_predictions_of_a_floor():
 def test_the_more_corridors_are_open_the_more_is_expected():
     """Of school d two corridors are open at first, and then of the fourth corridor alone the rooms are unseen."""
     first, last = (predict(explore("d", number), SAMPLER, count=60) for number in (0, 2))
-    unseen = [prediction.rooms.mean - len(prediction.explored.known) for prediction in (first, last)]
+    unseen = [prediction.rooms.mean - len(prediction.explored.known_graph) for prediction in (first, last)]
     assert unseen[0] > unseen[1] > 0
     # The corridors of the whole floor: four are known in the end.
-    assert all(len(last.take_skeleton(sample)) >= 4 for sample in last.samples)
+    assert all(len(last.corridor_graph(sample)) >= 4 for sample in last.samples)
 
 
 def test_a_reading_of_a_partial_map():
@@ -226,7 +226,7 @@ def test_a_reading_of_a_partial_map():
     (_, door) = prediction.ends
     assert sum(door.labels.values()) == pytest.approx(1)
     assert door.rooms.mean >= 1
-    assert 4 in [room for _, room in prediction.explored.known.nodes(data="room")]
+    assert 4 in [room for _, room in prediction.explored.known_graph.nodes(data="room")]
 
 
 def test_what_cannot_be_predicted():
@@ -238,7 +238,9 @@ def test_what_cannot_be_predicted():
             predict(graph, SAMPLER)
     with pytest.raises(GraphError, match="no room of it is known"):
         predict(nx.Graph(), SAMPLER)
-    with pytest.raises(OptionError, match=r"^the model has areas by ncut, prediction takes one by corr; train it so$"):
+    with pytest.raises(
+        OptionError, match=r"^the model has areas by ncut, prediction needs areas by corr; train it with these$"
+    ):
         predict(explore("a", 0), small_model(Segmentation.NCUT))
     for count in (0, MAX_SAMPLES + 1):
         with pytest.raises(OptionError, match=rf"^{count} samples are wanted, give 1 to 10000$"):

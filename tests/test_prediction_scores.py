@@ -14,7 +14,7 @@ from pianta.evaluation.prediction import (
     measure_kernel_distances,
     measure_label_reliability,
 )
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 
 SHARES = st.lists(st.integers(0, 9), min_size=4, max_size=4).filter(any)
@@ -57,9 +57,9 @@ def test_divergence_that_chance_leaves():
 @pytest.mark.parametrize("kernel", [WeisfeilerLehman(), NeighborhoodPairs()])
 def test_kernel_distances(kernel):
     truth = label(nx.path_graph(3), "CCH")
-    strange = label(nx.path_graph(3), "ZZZ")
+    unusual = label(nx.path_graph(3), "ZZZ")
     larger = label(nx.path_graph(4), "CCCH")
-    same, far, near = measure_kernel_distances(truth, [truth, strange, larger], kernel)
+    same, far, near = measure_kernel_distances(truth, [truth, unusual, larger], kernel)
     assert same == 0
     assert far == pytest.approx(2**0.5)
     assert 0 < near < far
@@ -94,9 +94,9 @@ def test_edits_bound_the_edit_distance(seed):
         for size in sizes
     )
     exact = nx.graph_edit_distance(one, other, node_match=lambda first, second: first["label"] == second["label"])
-    found = bound_edit_distance(one, other)
-    assert found >= exact
-    assert found <= len(one) + len(other) + one.number_of_edges() + other.number_of_edges()
+    result = bound_edit_distance(one, other)
+    assert result >= exact
+    assert result <= len(one) + len(other) + one.number_of_edges() + other.number_of_edges()
 
 
 def test_edits_do_not_depend_on_the_order_of_equal_graphs():
@@ -107,10 +107,10 @@ def test_edits_do_not_depend_on_the_order_of_equal_graphs():
 
 def test_reliability_of_every_label():
     """0.8 right, 0.2 wrong; 0.6 wrong, 0.4 right: bins above 0.7, 0.1, 0.5 and 0.3."""
-    found = measure_label_reliability(np.array([[0.8, 0.2, 0], [0.6, 0.4, 0]]), np.array([0, 1]))
-    assert found.counts.tolist() == [0, 1, 0, 1, 0, 1, 0, 1, 0, 0]
-    assert found.accuracy[[1, 3, 5, 7]].tolist() == [0, 1, 0, 1]
-    assert found.error == pytest.approx((0.2 + 0.6 + 0.6 + 0.2) / 4)
+    result = measure_label_reliability(np.array([[0.8, 0.2, 0], [0.6, 0.4, 0]]), np.array([0, 1]))
+    assert result.counts.tolist() == [0, 1, 0, 1, 0, 1, 0, 1, 0, 0]
+    assert result.accuracy[[1, 3, 5, 7]].tolist() == [0, 1, 0, 1]
+    assert result.error == pytest.approx((0.2 + 0.6 + 0.6 + 0.2) / 4)
     # A true label that was held impossible counts, and others without probability do not.
     missed = measure_label_reliability(np.array([[1.0, 0, 0]]), np.array([2]))
     assert missed.counts.tolist() == [1, 0, 0, 0, 0, 0, 0, 0, 0, 1]

@@ -1,4 +1,4 @@
-"""The front door: which names are public, what their docstrings say, and that their examples run."""
+"""The public interface: its names, their docstrings and their examples."""
 
 import ast
 import doctest
@@ -22,8 +22,8 @@ from pianta.building_types.model import BuildingTypeModel
 from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
 from pianta.plan.read_plan import PlanFloor, PlanReading
-from pianta.plan.scale import PlanScale
-from pianta.prediction.prediction import OpenEnd, Spread
+from pianta.plan.sheets.sheet import PlanScale
+from pianta.prediction.prediction import OpenEnd, SampleInterval
 from pianta.reading.reading import StoreyReading
 from pianta.realism.model import Realism
 from pianta.rooms.model import RoomModel
@@ -40,7 +40,7 @@ RESULTS = (
     PlanReading,
     PlanScale,
     Realism,
-    Spread,
+    SampleInterval,
     StoreyReading,
     TypeModel,
 )
@@ -54,10 +54,10 @@ CHECKS = {
 
 
 def find_public() -> dict[str, object]:
-    found = {f"pianta.{name}": getattr(pianta, name) for name in pianta.__all__}
-    found |= {f"pianta.plot.{name}": getattr(plot, name) for name in plot.__all__}
-    found |= {f"pianta.errors.{name}": value for name, value in vars(errors).items() if inspect.isclass(value)}
-    return found | {kind.__qualname__: kind for kind in RESULTS}
+    public = {f"pianta.{name}": getattr(pianta, name) for name in pianta.__all__}
+    public |= {f"pianta.plot.{name}": getattr(plot, name) for name in plot.__all__}
+    public |= {f"pianta.errors.{name}": value for name, value in vars(errors).items() if inspect.isclass(value)}
+    return public | {result.__qualname__: result for result in RESULTS}
 
 
 PUBLIC = find_public()
@@ -105,7 +105,7 @@ class TestNames:
         with pytest.raises(AttributeError, match="has no attribute 'read_minds'"):
             _ = module.read_minds
 
-    def test_a_name_is_looked_up_once(self):
+    def test_a_name_is_imported_once(self):
         assert pianta.read is pianta.read
         assert "read" in vars(pianta)
 
@@ -128,32 +128,32 @@ class TestDocstrings:
         path = f"{public.__module__}.{public.__qualname__}"  # type: ignore[attr-defined]
         faults = []
         for each in (path, *(f"{path}.{member}" for member, _ in list_members(public))):
-            found = [(code, told) for code, told in validate(each)["errors"] if code in CHECKS]
+            errors_found = [(code, message) for code, message in validate(each)["errors"] if code in CHECKS]
             is_result = each == path and is_dataclass(public)
-            # Fields of a result are attributes, which test_they_tell_all_fields checks.
-            faults += [(each, code, told) for code, told in found if not (is_result and code == "PR01")]
+            # Fields of a result are attributes, which test_they_name_all_fields checks.
+            faults += [(each, code, message) for code, message in errors_found if not (is_result and code == "PR01")]
         assert faults == []
 
     @pytest.mark.parametrize("name", [name for name in DOCUMENTED if is_dataclass(PUBLIC[name])])
-    def test_they_tell_all_fields(self, name):
+    def test_they_name_all_fields(self, name):
         public = PUBLIC[name]
         sections = NumpyDocString(inspect.cleandoc(str(public.__doc__)))
-        told = [*sections["Parameters"], *sections["Attributes"]]
-        named = [each for entry in told for each in (entry.name or entry.type).split(", ")]
+        entries = [*sections["Parameters"], *sections["Attributes"]]
+        named = [each for entry in entries for each in (entry.name or entry.type).split(", ")]
         assert named == [field.name for field in fields(public)]  # type: ignore[arg-type]
 
     @pytest.mark.parametrize("name", DOCUMENTED)
     @pytest.mark.usefixtures("folder")
     def test_their_examples_run(self, name):
-        told: list[str] = []
+        failures: list[str] = []
         runner = doctest.DocTestRunner(verbose=False)
         for test in doctest.DocTestFinder().find(PUBLIC[name], name, globs={}):
-            runner.run(test, out=told.append)
-        assert "".join(told) == ""
+            runner.run(test, out=failures.append)
+        assert "".join(failures) == ""
 
     @pytest.fixture
     def folder(self, tmp_path, monkeypatch):
-        """Examples write files where they are, and draw on figures that nobody sees."""
+        """Examples write files where they are, and draw on hidden figures."""
         monkeypatch.chdir(tmp_path)
         with hiding_figures():
             yield
@@ -166,10 +166,10 @@ class TestSignatures:
         public = PUBLIC[name]
         functions = [public] if inspect.isfunction(public) else [value for _, value in list_members(public)]
         for function in filter(inspect.isfunction, functions):
-            given = [
+            positional = [
                 parameter
                 for parameter in inspect.signature(function).parameters.values()
                 if parameter.kind is parameter.POSITIONAL_OR_KEYWORD and parameter.name != "self"
             ]
-            assert len(given) <= 2
-            assert sum(parameter.default is not parameter.empty for parameter in given) <= 1
+            assert len(positional) <= 2
+            assert sum(parameter.default is not parameter.empty for parameter in positional) <= 1

@@ -80,7 +80,7 @@ def test_fit_learns_what_doors_join():
     assert (marginals.argmax(axis=1) == truth).all()
 
 
-def test_fit_tempers_a_classifier_that_is_too_sure():
+def test_fit_tempers_a_classifier_that_is_too_confident():
     """It says 0.99 and is right in seven cases of ten."""
     truth = np.tile([0] * 7 + [1] * 3, 40)
     probabilities = np.tile([0.99, 0.01], (len(truth), 1))

@@ -14,10 +14,10 @@ from pianta._types import Colors
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor
 from pianta.plan import read_plan as plan_reading
+from pianta.plan import scale as plan_scale
 from pianta.plan.doors.swings import Swing
 from pianta.plan.read_plan import PlanFloor, PlanReading, read_plan
-from pianta.plan.scale import PlanScale
-from pianta.plan.sheets.sheet import Sheet
+from pianta.plan.sheets.sheet import PlanScale, Sheet
 from pianta.worlds.floors import build_floor
 from pianta.worlds.plans.drawing import DrawnPlan, draw_plan
 
@@ -47,13 +47,13 @@ def overlap(one: Polygon, other: Polygon) -> float:
 def match_rooms(floor: Floor, truth: Floor, offset: tuple[float, float]) -> dict[int, int]:
     """The true room of each room by ids, both one to one; offset: of the truth, metres."""
     moved = {room.id: translate(room.polygon, *offset) for room in truth.rooms}
-    found = {
+    matches = {
         room.id: max((overlap(room.polygon, polygon), true_id) for true_id, polygon in moved.items())[1]
         for room in floor.rooms
     }
-    assert sorted(found.values()) == sorted(moved)
-    assert all(overlap(room.polygon, moved[found[room.id]]) > 0.7 for room in floor.rooms)
-    return found
+    assert sorted(matches.values()) == sorted(moved)
+    assert all(overlap(room.polygon, moved[matches[room.id]]) > 0.7 for room in floor.rooms)
+    return matches
 
 
 def offset_of(plan: DrawnPlan) -> tuple[float, float]:
@@ -76,24 +76,28 @@ def only_floor(reading: PlanReading) -> PlanFloor:
 @pytest.mark.parametrize("style", ["thick", "double"])
 def test_rooms_and_doors_of_a_drawn_plan_are_found(tmp_path, truth, style):
     plan = draw_plan(truth, px_per_metre=30, style=style)
-    found = only_floor(read(plan, tmp_path, resolution=1 / 30))
-    true_ids = match_rooms(found.floor, truth, offset_of(plan))
-    assert doors_between(found.floor, true_ids) == sorted(door.room_ids for door in truth.doors)
+    plan_floor = only_floor(read(plan, tmp_path, resolution=1 / 30))
+    true_ids = match_rooms(plan_floor.floor, truth, offset_of(plan))
+    assert doors_between(plan_floor.floor, true_ids) == sorted(door.room_ids for door in truth.doors)
     true_doors = {door.room_ids: translate(door.line, *offset_of(plan)) for door in truth.doors}
-    for door in found.floor.doors:
+    for door in plan_floor.floor.doors:
         line = true_doors[tuple(sorted(true_ids[room] for room in door.room_ids))]
         assert door.line.centroid.distance(line.centroid) < 0.45
         assert door.width == pytest.approx(line.length, abs=0.3)
 
 
-def test_the_resolution_that_is_given_is_kept(tmp_path):
+def test_a_given_resolution_is_the_scale(tmp_path):
     plan = draw_plan(THREE, px_per_metre=40)
-    found = only_floor(read(plan, tmp_path, resolution=0.05))
-    assert (found.scale.resolution, found.scale.source, found.scale.confidence) == (0.05, "the given resolution", 1.0)
-    assert found.grid.resolution == 0.05
-    assert found.grid.shape == plan.colors.shape[:2]
-    assert list(found.grid.origin) == [0, 0, 0]
-    left, bottom, right, top = np.array([room.polygon.bounds for room in found.floor.rooms]).T
+    plan_floor = only_floor(read(plan, tmp_path, resolution=0.05))
+    assert (plan_floor.scale.resolution, plan_floor.scale.source, plan_floor.scale.confidence) == (
+        0.05,
+        "the given resolution",
+        1.0,
+    )
+    assert plan_floor.grid.resolution == 0.05
+    assert plan_floor.grid.shape == plan.colors.shape[:2]
+    assert list(plan_floor.grid.origin) == [0, 0, 0]
+    left, bottom, right, top = np.array([room.polygon.bounds for room in plan_floor.floor.rooms]).T
     # Twice the true size
     assert right.max() - left.min() == pytest.approx(18, abs=1)
     assert top.max() - bottom.min() == pytest.approx(24, abs=1)
@@ -101,32 +105,32 @@ def test_the_resolution_that_is_given_is_kept(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("style", ["thick", "double"])
-def test_doors_with_arcs_tell_the_scale(tmp_path, style):
-    found = only_floor(read(draw_plan(FIVE, px_per_metre=40, style=style), tmp_path))
-    assert found.scale.resolution == pytest.approx(1 / 40, rel=0.15)
-    assert "doors of 0.9 m" in found.scale.source
-    assert 0 < found.scale.confidence < 1
-    assert sum(room.polygon.area > 10 for room in found.floor.rooms) == 6
+def test_doors_with_arcs_give_the_scale(tmp_path, style):
+    plan_floor = only_floor(read(draw_plan(FIVE, px_per_metre=40, style=style), tmp_path))
+    assert plan_floor.scale.resolution == pytest.approx(1 / 40, rel=0.15)
+    assert "doors of 0.9 m" in plan_floor.scale.source
+    assert 0 < plan_floor.scale.confidence < 1
+    assert sum(room.polygon.area > 10 for room in plan_floor.floor.rooms) == 6
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("confidence", "source"), [(0.1, "doors of 0.9 m"), (0.59, "the scale bar"), (0.85, "the scale bar")]
 )
-def test_the_surer_of_doors_and_an_unsure_scale_bar_counts(tmp_path, monkeypatch, confidence, source):
+def test_the_more_certain_one_of_doors_and_scale_bar_counts(tmp_path, monkeypatch, confidence, source):
     stated = PlanScale(1 / 44, "the scale bar", confidence)
-    monkeypatch.setattr(plan_reading, "find_stated_scale", lambda *_, **__: stated)
-    found = only_floor(read(draw_plan(FIVE, px_per_metre=40, style="thick"), tmp_path))
-    assert source in found.scale.source
+    monkeypatch.setattr(plan_scale, "find_stated_scale", lambda *_, **__: stated)
+    plan_floor = only_floor(read(draw_plan(FIVE, px_per_metre=40, style="thick"), tmp_path))
+    assert source in plan_floor.scale.source
 
 
 @pytest.mark.slow
-def test_without_symbols_rooms_are_read_all_the_same(tmp_path):
+def test_rooms_are_read_without_symbols(tmp_path):
     plan = draw_plan(THREE, px_per_metre=40)
-    found = only_floor(read(plan, tmp_path, resolution=0.025, with_symbols=False))
-    assert len(found.floor.rooms) >= 1
+    plan_floor = only_floor(read(plan, tmp_path, resolution=0.025, with_symbols=False))
+    assert len(plan_floor.floor.rooms) >= 1
     outlines = [translate(room.polygon, *offset_of(plan)) for room in THREE.rooms]
-    covered = sum(room.polygon.intersection(outline).area for room in found.floor.rooms for outline in outlines)
+    covered = sum(room.polygon.intersection(outline).area for room in plan_floor.floor.rooms for outline in outlines)
     assert covered > 0.8 * sum(outline.area for outline in outlines)
 
 
@@ -139,7 +143,7 @@ def test_reading_again_reads_the_same(tmp_path):
 
 
 @pytest.mark.slow
-def test_two_floors_on_a_sheet_are_two_and_it_says_so(tmp_path):
+def test_two_floors_on_a_sheet_are_read_with_a_warning(tmp_path):
     upper, lower = (draw_plan(floor, px_per_metre=25) for floor in (FIVE, THREE))
     height = max(upper.colors.shape[0], lower.colors.shape[0])
     parts = [
@@ -173,7 +177,7 @@ def wash(height: int = 300, width: int = 400) -> Colors:
     ],
     ids=["white", "black", "thin", "grain", "wash"],
 )
-def test_what_is_no_plan_is_refused_in_one_line(tmp_path, colors):
+def test_other_pictures_are_refused_in_one_line(tmp_path, colors):
     with pytest.raises(PlanError, match=r"^[^\n]*plan\.png[^\n]*blank[^\n]*$"):
         read(colors, tmp_path)
 
@@ -216,23 +220,23 @@ def draw_dxf(path: Path) -> None:
 @pytest.mark.slow
 def test_a_dxf_is_read_with_its_names_doors_and_units(tmp_path):
     draw_dxf(tmp_path / "plan.dxf")
-    found = only_floor(read_plan(tmp_path / "plan.dxf"))
-    assert found.scale.source == "the units of the file"
-    rooms = {str(room.name): room for room in found.floor.rooms}
+    plan_floor = only_floor(read_plan(tmp_path / "plan.dxf"))
+    assert plan_floor.scale.source == "the units of the file"
+    rooms = {str(room.name): room for room in plan_floor.floor.rooms}
     assert sorted(rooms) == ["Büro", "Labor"]
     assert [room.polygon.area for room in rooms.values()] == pytest.approx([16.8, 16.8], abs=1.5)
-    (door,) = found.floor.doors
+    (door,) = plan_floor.floor.doors
     assert door.room_ids == tuple(sorted(room.id for room in rooms.values()))
     assert door.width == pytest.approx(0.9, abs=0.05)
-    assert found.floor.source == "plan.dxf"
+    assert plan_floor.floor.source == "plan.dxf"
 
 
-def test_without_a_text_reader_the_plan_is_read_and_says_so(tmp_path, monkeypatch):
+def test_without_a_text_reader_the_plan_is_read_with_a_warning(tmp_path, monkeypatch):
     monkeypatch.setattr(plan_reading, "text_reader_available", lambda: False)
     path = save(draw_plan(THREE, px_per_metre=30).colors, tmp_path)
     with pytest.warns(PlanWarning, match=r"pianta\[plan\]"):
-        found = only_floor(read_plan(path, resolution=1 / 30))
-    assert [room.name for room in found.floor.rooms] == [None] * 4
+        plan_floor = only_floor(read_plan(path, resolution=1 / 30))
+    assert [room.name for room in plan_floor.floor.rooms] == [None] * 4
 
 
 @pytest.mark.slow
@@ -243,40 +247,41 @@ def test_names_in_rooms_and_in_a_legend_are_read(tmp_path, legend):
     plan = draw_plan(THREE, texts=texts, legend=legend, px_per_metre=40)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = only_floor(read(plan, tmp_path, with_text=True, resolution=0.025))
-    true_ids = match_rooms(found.floor, THREE, offset_of(plan))
-    assert {true_ids[room.id]: room.name for room in found.floor.rooms} == texts
+        plan_floor = only_floor(read(plan, tmp_path, with_text=True, resolution=0.025))
+    true_ids = match_rooms(plan_floor.floor, THREE, offset_of(plan))
+    assert {true_ids[room.id]: room.name for room in plan_floor.floor.rooms} == texts
 
 
 @pytest.mark.slow
-def test_the_resolution_of_an_svg_is_of_its_units(tmp_path):
+def test_the_resolution_of_an_svg_is_metres_per_unit(tmp_path):
     """Two rooms of 4 m side by side, in centimetres, that name neither walls nor doors."""
     pytest.importorskip("svgelements")
     outlines = "M50 50 H850 V450 H50 Z M450 50 V200 M450 290 V450"
     svg = f'<svg xmlns="http://www.w3.org/2000/svg" width="900" height="500"><path d="{outlines}" {{}}/></svg>'
     path = tmp_path / "rooms.svg"
     path.write_text(svg.format('stroke="black" stroke-width="12" fill="none"'), encoding="utf-8")
-    found = only_floor(read_plan(path, resolution=0.01, with_text=False))
-    assert sum(room.polygon.area for room in found.floor.rooms) == pytest.approx(32, rel=0.1)
+    plan_floor = only_floor(read_plan(path, resolution=0.01, with_text=False))
+    assert sum(room.polygon.area for room in plan_floor.floor.rooms) == pytest.approx(32, rel=0.1)
 
 
-@pytest.mark.parametrize(("look", "drawn_px", "radii"), [(9.0, 12.0, [12.0] * 9 + [70.0]), (90.0, 90.0, [70.0])])
-def test_curves_that_agree_are_dropped_where_the_look_has_nothing_to_do_with_them(monkeypatch, look, drawn_px, radii):
-    """Nine quarter circles of 12 pixels and one of 70, on a sheet of 3200 that looks as if its doors had 9, or 90."""
-    places = [(np.array((40.0, 100 * number)), 12.0 if number < 9 else 70.0) for number in range(10)]
+@pytest.mark.parametrize(("network_px", "drawn_px", "radii"), [(9.0, 12.0, [12.0] * 9 + [70.0]), (90.0, 90.0, [70.0])])
+def test_curves_that_disagree_with_the_network_are_dropped(monkeypatch, network_px, drawn_px, radii):
+    """Nine quarter circles of 12 pixels and one of 70, on a sheet of 3200; the network fits doors of 9, or of 90."""
+    hinges = [(np.array((40.0, 100 * number)), 12.0 if number < 9 else 70.0) for number in range(10)]
     swings = [
-        Swing(hinge, hinge + np.array((0, side)), hinge - np.array((side, 0)), side, 1.0) for hinge, side in places
+        Swing(hinge, hinge + np.array((0, side)), hinge - np.array((side, 0)), side, 1.0) for hinge, side in hinges
     ]
-    asked = []
+    calls = []
 
-    def fit_door_px(_, *, door_px, is_sure, networks):
-        asked.append((door_px, is_sure))
-        return look
+    def fit_door_px(_, *, door_px, is_reliable, networks):
+        calls.append((door_px, is_reliable))
+        return network_px
 
-    monkeypatch.setattr(plan_reading, "find_swings", lambda _: tuple(swings))
-    monkeypatch.setattr(plan_reading, "fit_door_px", fit_door_px)
-    view = plan_reading._view_sheet(Sheet(np.full((200, 3200, 3), 255, np.uint8)), (), resolution=None, networks=())
-    assert asked == [(12.0, False)]
-    assert view.drawn_px == pytest.approx(drawn_px)
-    assert [swing.radius for swing in view.swings] == radii
-    assert ("doors" in view.scale.source) == (look == 9.0)
+    monkeypatch.setattr(plan_scale, "find_swings", lambda _: tuple(swings))
+    monkeypatch.setattr(plan_scale, "fit_door_px", fit_door_px)
+    sheet = Sheet(np.full((200, 3200, 3), 255, np.uint8))
+    measured = plan_scale.find_scale(sheet, sheet, (), networks=())
+    assert calls == [(12.0, False)]
+    assert measured.drawn_door_px == pytest.approx(drawn_px)
+    assert [swing.radius for swing in measured.swings] == radii
+    assert ("doors" in measured.scale.source) == (network_px == 9.0)

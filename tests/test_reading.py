@@ -16,7 +16,7 @@ from pianta.reading._reader import ReadOptions
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.plans.drawing import draw_plan
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import small_model
 from tests.hidden_figures import hiding_figures
@@ -24,7 +24,7 @@ from tests.hidden_figures import hiding_figures
 
 def write_map(path: Path, *, length: float = 10.0) -> Path:
     """The map of a corridor with rooms of 5 m on both sides."""
-    map_floor(make_corridor_floor(length=length, room_width=(5, 5))).save(path)
+    simulate_map(make_corridor_floor(length=length, room_width=(5, 5))).save(path)
     return path
 
 
@@ -100,11 +100,11 @@ class TestRead:
         older.save(tmp_path / "floor.geojson")
         run_pianta("read", small, "-o", tmp_path / "command", "--previous", tmp_path, "-q")
         for previous in (older, tmp_path, str(tmp_path / "floor.geojson")):
-            kept = pianta.read(small, previous=previous)
-            assert [room.id for room in kept.floor] == [11, 12, 13, 14, 15]
-            assert kept.floor.given_type == "school"
-            assert kept.messages == ("5 rooms kept their ids, 0 are new, 0 are gone",)
-            kept.save(tmp_path / "library")
+            with_previous = pianta.read(small, previous=previous)
+            assert [room.id for room in with_previous.floor] == [11, 12, 13, 14, 15]
+            assert with_previous.floor.given_type == "school"
+            assert with_previous.messages == ("5 rooms kept their ids, 0 are new, 0 are gone",)
+            with_previous.save(tmp_path / "library")
             assert list_files(tmp_path / "library") == list_files(tmp_path / "command")
 
     def test_takes_models_as_objects_and_as_files(self, small, reading):
@@ -117,11 +117,11 @@ class TestRead:
         assert by_file.floor == loaded.floor == reading.floor
 
     @pytest.mark.parametrize(
-        ("options", "error", "told"),
+        ("options", "error", "expected"),
         [
-            ({"kind": "photo"}, OptionError, "kind is 'photo', give one of map, plan, or None"),
-            ({"kind": "map", "page": 3}, OptionError, "leave out page= or give kind='plan'"),
-            ({"symbols": "symbols"}, OptionError, "leave out symbols= or give kind='plan'"),
+            ({"input_kind": "photo"}, OptionError, "input_kind is 'photo', give one of map, plan, or None"),
+            ({"input_kind": "map", "page": 3}, OptionError, "leave out page= or give input_kind='plan'"),
+            ({"symbols": "symbols"}, OptionError, "leave out symbols= or give input_kind='plan'"),
             ({"method": "magic"}, OptionError, "method is 'magic', give one of structure, thesis"),
             ({"parameters": pianta.ThesisParameters()}, OptionError, "give StructureParameters"),
             ({"labels": False, "building_type": "school"}, OptionError, "labels=False makes building_type= useless"),
@@ -139,10 +139,10 @@ class TestRead:
         ],
         ids=lambda value: "-".join(value) if isinstance(value, dict) else "",
     )
-    def test_refuses_what_makes_no_sense(self, small, options, error, told):
+    def test_refuses_what_makes_no_sense(self, small, options, error, expected):
         with pytest.raises(error) as caught:
             pianta.read(small, **options)
-        assert told in str(caught.value)
+        assert expected in str(caught.value)
         assert "\n" not in str(caught.value)
 
     def test_warns(self, tmp_path):
@@ -151,19 +151,19 @@ class TestRead:
             pianta.read(path, labels=False)
 
     def test_parameters_are_not_for_plans(self, plan):
-        with pytest.raises(OptionError, match="is no map, leave out parameters= or give kind='map'"):
+        with pytest.raises(OptionError, match="is no map, leave out parameters= or give input_kind='map'"):
             pianta.read(plan, parameters=pianta.StructureParameters())
 
     def test_reads_a_plan(self, plan, monkeypatch):
         monkeypatch.setattr("pianta.plan.read_plan.read_texts", lambda _: ())  # there is no text to be read
-        found = pianta.read(plan, resolution=1 / 30, labels=False)
-        assert len(found.floor) == 5
-        assert found.scale is not None
-        assert found.scale.resolution == pytest.approx(1 / 30)
-        paper = found.storeys[0].paper
+        plan_reading = pianta.read(plan, resolution=1 / 30, labels=False)
+        assert len(plan_reading.floor) == 5
+        assert plan_reading.scale is not None
+        assert plan_reading.scale.resolution == pytest.approx(1 / 30)
+        paper = plan_reading.storeys[0].paper
         assert paper is not None
-        assert paper.shape[:2] == found.grid.shape
-        assert found._repr_png_().startswith(b"\x89PNG")
+        assert paper.shape[:2] == plan_reading.grid.shape
+        assert plan_reading._repr_png_().startswith(b"\x89PNG")
 
     def test_its_options_are_those_of_read_all(self):
         _, *options = inspect.signature(pianta.read).parameters.values()
@@ -201,9 +201,9 @@ class TestReading:
 
 class TestReadAll:
     def test_gives_readings_and_failures_in_order(self, small, tmp_path):
-        told: list[tuple[int, int]] = []
+        counts: list[tuple[int, int]] = []
         paths = ["nowhere.yaml", small, str(tmp_path)]
-        first, second, third = pianta.read_all(paths, labels=False, progress=lambda *counts: told.append(counts))
+        first, second, third = pianta.read_all(paths, labels=False, progress=lambda *count: counts.append(count))
         assert isinstance(first, pianta.Failure)
         assert isinstance(second, Reading)
         assert isinstance(third, pianta.Failure)
@@ -214,34 +214,38 @@ class TestReadAll:
         assert second.floor == pianta.read(small, labels=False).floor
         assert second.folder is None
         assert third.path == tmp_path
-        assert told == [(0, 3), (1, 3), (2, 3), (3, 3)]
+        assert counts == [(0, 3), (1, 3), (2, 3), (3, 3)]
 
-    def test_reads_when_it_is_asked(self, small):
-        told: list[tuple[int, int]] = []
-        results = pianta.read_all([small, "nowhere.yaml"], labels=False, progress=lambda *counts: told.append(counts))
-        assert told == []
+    def test_reads_on_demand(self, small):
+        counts: list[tuple[int, int]] = []
+        results = pianta.read_all([small, "nowhere.yaml"], labels=False, progress=lambda *count: counts.append(count))
+        assert counts == []
         next(results)
-        assert told == [(0, 2), (1, 2)]
+        assert counts == [(0, 2), (1, 2)]
 
     def test_no_files_are_no_error(self):
         assert list(pianta.read_all([])) == []
 
     def test_processes_change_nothing(self, small, tmp_path):
-        """The same files, in the same order, and the same warnings, which tell where read_all was called."""
+        """The same files, in the same order, and the same warnings, which point to the call of read_all."""
         other = write_suspicious_map(tmp_path / "other.yaml")
         paths = [small, "nowhere.yaml", other]
         outcomes = []
         for jobs in (1, 2):
             out = tmp_path / str(jobs)
-            told: list[tuple[int, int]] = []
+            counts: list[tuple[int, int]] = []
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
                 results = list(
                     pianta.read_all(
-                        paths, out=out, jobs=jobs, labels=False, progress=lambda *counts, told=told: told.append(counts)
+                        paths,
+                        out=out,
+                        jobs=jobs,
+                        labels=False,
+                        progress=lambda *count, counts=counts: counts.append(count),
                     )
                 )
-            assert told == [(0, 3), (1, 3), (2, 3), (3, 3)]
+            assert counts == [(0, 3), (1, 3), (2, 3), (3, 3)]
             kinds = [type(result) for result in results]
             floors = [result.floor for result in results if isinstance(result, Reading)]
             folders = [result.folder for result in results if isinstance(result, Reading)]
@@ -260,7 +264,7 @@ class TestReadAll:
         assert list_files(tmp_path / "library") == list_files(tmp_path / "command")
 
     @pytest.mark.parametrize(
-        ("paths", "options", "told"),
+        ("paths", "options", "expected"),
         [
             (["a.yaml", "b.yaml"], {"previous": "floor.geojson"}, "previous= is one floor and 2 files are given"),
             (["a.yaml"], {"jobs": 0}, "jobs is 0, give 1 to 256"),
@@ -269,10 +273,10 @@ class TestReadAll:
             (Path("a.yaml"), {}, "paths is 'a.yaml', give a list of files"),
         ],
     )
-    def test_refuses_at_once_what_makes_no_sense(self, paths, options, told):
+    def test_refuses_at_once_what_makes_no_sense(self, paths, options, expected):
         with pytest.raises(OptionError) as caught:
             pianta.read_all(paths, **options)
-        assert told in str(caught.value)
+        assert expected in str(caught.value)
 
     def test_refuses_options_that_there_are_not(self):
         with pytest.raises(TypeError, match="there is no option colour="):
@@ -286,6 +290,6 @@ class TestReadAll:
         picture = tmp_path / "rooms" / "rooms.png"
         picture.parent.mkdir()
         Image.fromarray(np.full((20, 30), 254, np.uint8)).save(picture)
-        (failure,) = pianta.read_all([picture], out=tmp_path, kind="map", resolution=0.05)
+        (failure,) = pianta.read_all([picture], out=tmp_path, input_kind="map", resolution=0.05)
         assert isinstance(failure, pianta.Failure)
         assert "would be replaced by a result" in str(failure.error)

@@ -74,10 +74,10 @@ def test_patterns_by_hand():
 def test_off_patterns_by_hand():
     through = RoomPattern("ROOM", (("ROOM", 2),))
     alone = RoomPattern("ROOM", ())
-    known = [[ROOM_AT_CORRIDOR] * 9 + [through], [ROOM_AT_CORRIDOR] * 8 + [through] * 2]
-    found = find_unusual_patterns([through] * 9 + [alone], known, [*range(11, 21)])
-    assert [(off.pattern, off.is_frequent) for off in found] == [(through, True), (ROOM_AT_CORRIDOR, False)]
-    often, seldom = found
+    training = [[ROOM_AT_CORRIDOR] * 9 + [through], [ROOM_AT_CORRIDOR] * 8 + [through] * 2]
+    result = find_unusual_patterns([through] * 9 + [alone], training, [*range(11, 21)])
+    assert [(off.pattern, off.is_frequent) for off in result] == [(through, True), (ROOM_AT_CORRIDOR, False)]
+    often, seldom = result
     assert often.rooms == (*range(11, 20),)
     assert often.usual == pytest.approx((0.1, 0.2))
     # Poisson's deviance of 9 where 1.5 are expected, and of 0 where 8.5 are.
@@ -88,7 +88,7 @@ def test_off_patterns_by_hand():
         "(rooms 11 12 13 14 15 16 17 18 19)"
     )
     assert str(seldom) == "seldom a ROOM that leads to 1 CORRIDOR only: 0% of the rooms, usually 80% to 90%"
-    assert find_unusual_patterns(known[0], known, [*range(10)]) == ()
+    assert find_unusual_patterns(training[0], training, [*range(10)]) == ()
 
 
 def test_measures_by_hand():
@@ -107,23 +107,23 @@ def test_measures_by_hand():
 
 def test_off_measures_by_hand():
     keys = [measure.key for measure in list_measures(R_C)]
-    known: list[dict[str, float | None]] = [dict.fromkeys(keys, 10.0 + number) for number in range(5)]
+    training: list[dict[str, float | None]] = [dict.fromkeys(keys, 10.0 + number) for number in range(5)]
     usual = dict.fromkeys(keys, 12.0)
-    assert find_unusual_measures(usual, known, R_C) == ()
+    assert find_unusual_measures(usual, training, R_C) == ()
     # 5 and 95 % of 10 … 14 are 10.2 and 13.8; a tenth of that range more is not off yet.
-    assert find_unusual_measures(usual | {"diameter": 14.1}, known, R_C) == ()
-    (off,) = find_unusual_measures(usual | {"diameter": 19.2, "path_length": 18.0}, known, R_C)
+    assert find_unusual_measures(usual | {"diameter": 14.1}, training, R_C) == ()
+    (off,) = find_unusual_measures(usual | {"diameter": 19.2, "path_length": 18.0}, training, R_C)
     assert off.deviation == pytest.approx(2)
     assert [*off.usual] == [10, 11, 12, 13, 14]
     assert str(off) == (
         "the longest way leads through many doors: doors on the longest way 19.2, usually 10.2 to 13.8 (median 12)"
     )
-    (low,) = find_unusual_measures(usual | {"diameter": 1.0}, known, R_C)
+    (low,) = find_unusual_measures(usual | {"diameter": 1.0}, training, R_C)
     assert low.meaning == "the longest way leads through few doors"
-    all_off = find_unusual_measures(dict.fromkeys(keys, 99.0), known, R_C)
+    all_off = find_unusual_measures(dict.fromkeys(keys, 99.0), training, R_C)
     assert len(all_off) == len({each.measure.family for each in all_off}) == MAX_MEASURES
-    assert find_unusual_measures(dict.fromkeys(keys), known, R_C) == ()
-    rare = [floor | {"diameter": None} for floor in known[:3]] + known[3:]
+    assert find_unusual_measures(dict.fromkeys(keys), training, R_C) == ()
+    rare = [floor | {"diameter": None} for floor in training[:3]] + training[3:]
     assert find_unusual_measures(usual | {"diameter": 99.0}, rare, R_C) == ()
 
 
@@ -138,10 +138,10 @@ def test_off_measures_by_hand():
     ],
 )
 def test_verdicts(typicality, words):
-    judged = make_realism(typicality)
-    assert (judged.score, judged.verdict) == (typicality, words)
-    judged = make_realism(typicality, 0.2)
-    assert (judged.score, judged.verdict) == (0.2, f"not realistic, probability 0.20 of being so; {words}")
+    assessed = make_realism(typicality)
+    assert (assessed.score, assessed.verdict) == (typicality, words)
+    assessed = make_realism(typicality, 0.2)
+    assert (assessed.score, assessed.verdict) == (0.2, f"not realistic, probability 0.20 of being so; {words}")
     joined = ", but " if typicality <= 0.1 else "; "
     assert make_realism(typicality, 0.5).verdict == f"realistic, probability 0.50 of being so{joined}{words}"
 
@@ -158,17 +158,17 @@ def test_one_class_ranks_worlds_below_offices():
 
 
 def test_reasons_name_what_is_off():
-    judged = one_class().assess(make_snake(5, 4))
-    assert {"paths", "betweenness"} <= {off.measure.family for off in judged.measures}
-    often = next(off for off in judged.patterns if off.is_frequent)
+    assessed = one_class().assess(make_snake(5, 4))
+    assert {"paths", "betweenness"} <= {off.measure.family for off in assessed.measures}
+    often = next(off for off in assessed.patterns if off.is_frequent)
     assert often.pattern == RoomPattern("ROOM", (("ROOM", 2),))
     assert often.rooms == (*range(2, 19),)
-    assert any(off.pattern == ROOM_AT_CORRIDOR and not off.is_frequent for off in judged.patterns)
-    assert judged.reasons == (*map(str, judged.measures), *map(str, judged.patterns))
+    assert any(off.pattern == ROOM_AT_CORRIDOR and not off.is_frequent for off in assessed.patterns)
+    assert assessed.reasons == (*map(str, assessed.measures), *map(str, assessed.patterns))
 
 
 @pytest.mark.slow
-def test_two_classes_tell_left_out_floors_apart():
+def test_two_classes_separate_held_out_floors():
     model = two_classes()
     for floor in make_offices()[::3]:
         assert (model.leave_out(floor.source).assess(floor).probability or 0) > 0.5
@@ -178,9 +178,9 @@ def test_two_classes_tell_left_out_floors_apart():
 
 def test_features_of_a_floor_unlike_all_are_on_a_side():
     """Twice as far from the mean is twice the decision, where a Gaussian has forgotten it."""
-    known = [describe_building(floor, R_C) for floor in make_offices()]
-    linear, gaussian = (kernel().fit(known) for kernel in (LinearBuildingKernel, BuildingKernel))
-    far = [replace(known[0], features=linear.means_ + factor * linear.deviations_) for factor in (20, 40)]
+    training = [describe_building(floor, R_C) for floor in make_offices()]
+    linear, gaussian = (kernel().fit(training) for kernel in (LinearBuildingKernel, BuildingKernel))
+    far = [replace(training[0], features=linear.means_ + factor * linear.deviations_) for factor in (20, 40)]
     one, two = linear.compare_features(far)
     np.testing.assert_allclose(two, 2 * one)
     np.testing.assert_allclose(gaussian.compare_features(far), 0, atol=1e-12)
@@ -189,10 +189,10 @@ def test_features_of_a_floor_unlike_all_are_on_a_side():
 def test_classes_count_the_same_however_many_floors_they_have():
     descriptions = [describe_building(floor, R_C) for floor in (*make_offices()[:3], *make_worlds())]
     names = [description.source for description in descriptions]
-    said = RealismClassifier().fit(descriptions, [True] * 3 + [False] * 3, names)
+    predicted = RealismClassifier().fit(descriptions, [True] * 3 + [False] * 3, names)
     opposite = RealismClassifier().fit(descriptions, [False] * 3 + [True] * 3, names)
     for description in descriptions:
-        assert said.predict_probability(description) + opposite.predict_probability(description) == pytest.approx(
+        assert predicted.predict_probability(description) + opposite.predict_probability(description) == pytest.approx(
             1, abs=1e-4
         )
 
@@ -227,10 +227,10 @@ def test_pose_scale_and_order_change_nothing(floor, factor, angle, shift, random
 @pytest.mark.slow
 def test_order_of_the_reference_changes_nothing():
     turned = train_realism(make_offices()[::-1], label_set=R_C, unrealistic=make_worlds()[::-1])
-    judged, expected = (model.assess(make_snake(4, 4)) for model in (turned, two_classes()))
-    assert judged.likeness == pytest.approx(expected.likeness)
-    assert judged.probability == pytest.approx(expected.probability, abs=1e-3)
-    assert judged.reasons == expected.reasons
+    assessed, expected = (model.assess(make_snake(4, 4)) for model in (turned, two_classes()))
+    assert assessed.likeness == pytest.approx(expected.likeness)
+    assert assessed.probability == pytest.approx(expected.probability, abs=1e-3)
+    assert assessed.reasons == expected.reasons
 
 
 def test_too_few_buildings():
@@ -250,15 +250,15 @@ def test_too_few_buildings():
 
 
 def test_names_of_buildings():
-    many = [f"house {kind}{floor}.xml" for kind in "abcde" for floor in (1, 2)]
-    assert name_buildings(many) == [f"house {kind}" for kind in "abcde" for _ in (1, 2)]
+    many = [f"house {type_name}{floor}.xml" for type_name in "abcde" for floor in (1, 2)]
+    assert name_buildings(many) == [f"house {type_name}" for type_name in "abcde" for _ in (1, 2)]
     assert name_buildings(["office1.xml", "office2.xml"]) == ["office1.xml", "office2.xml"]
 
 
 def test_floors_of_a_building_model():
-    known = tuple(describe_building(floor, R_C) for floor in (*make_offices(), *make_worlds()))
+    training = tuple(describe_building(floor, R_C) for floor in (*make_offices(), *make_worlds()))
     types = ("office",) * 8 + ("maze",) * 3
-    model = BuildingTypeModel(known, types, tuple(each.source for each in known), R_C)
+    model = BuildingTypeModel(training, types, tuple(each.source for each in training), R_C)
     offices = reference_from_types(model, ["office"])
     assert offices.assess(make_snake(4, 4)) == one_class().assess(make_snake(4, 4))
     assert len(reference_from_types(model).reference_floors) == 11
@@ -268,7 +268,7 @@ def test_floors_of_a_building_model():
 
 def test_given_labels():
     """In R/C: office, school, F/C/E/S and R/C labels; as label sets have them; those that pianta has found."""
-    found = {"R/C": {"ROOM": 0.9, "CORRIDOR": 0.1}}
+    result = {"R/C": {"ROOM": 0.9, "CORRIDOR": 0.1}}
     rooms = (
         Room(1, box(0, 0, 1, 1), label="lobby"),
         Room(2, box(1, 0, 2, 1), label="CLASSROOM"),
@@ -276,21 +276,21 @@ def test_given_labels():
         Room(4, box(3, 0, 4, 1), label="SERVICE"),
         Room(5, box(4, 0, 5, 1), label="CORRIDOR"),
         Room(6, box(5, 0, 6, 1), labels={"R/C": "CORRIDOR"}),
-        Room(7, box(6, 0, 7, 1), label="ROOM", labels={"R/C": "ROOM"}, label_probabilities=found),
+        Room(7, box(6, 0, 7, 1), label="ROOM", labels={"R/C": "ROOM"}, label_probabilities=result),
     )
     coarse = fill_missing_labels(Floor(rooms), R_C)
     kinds = ["CORRIDOR", "ROOM", "CORRIDOR", "ROOM", "CORRIDOR", "CORRIDOR", "ROOM"]
     assert [room.label for room in coarse.floor.rooms] == kinds
-    assert [dict(room.labels) for room in coarse.floor.rooms] == [{"R/C": kind} for kind in kinds]
+    assert [dict(room.labels) for room in coarse.floor.rooms] == [{"R/C": type_name} for type_name in kinds]
     assert coarse.predicted == (7,)
     floor = Floor(rooms[:2], building_type={"office": 1.0})
     assert [room.label for room in fill_missing_labels(floor, F_C_E_S).floor.rooms] == ["CONNECTION", "FUNCTIONAL"]
 
 
-def test_labels_that_nobody_has_given():
+def test_labels_that_are_predicted():
     floor = make_offices()[0]
-    strange = replace(floor, rooms=tuple(replace(room, label="WARD" if room.id > 1 else None) for room in floor.rooms))
-    coarse = fill_missing_labels(strange, R_C)
+    unusual = replace(floor, rooms=tuple(replace(room, label="WARD" if room.id > 1 else None) for room in floor.rooms))
+    coarse = fill_missing_labels(unusual, R_C)
     assert coarse.predicted == tuple(room.id for room in floor.rooms)
     assert coarse.floor.rooms[0].label == "CORRIDOR"
     assert {room.label for room in coarse.floor.rooms[1:]} == {"ROOM"}
@@ -299,14 +299,14 @@ def test_labels_that_nobody_has_given():
 
 def test_picture(tmp_path):
     floor = fill_missing_labels(make_grid_floor(4, 4), R_C).floor
-    judged = one_class().assess(floor)
-    figure = draw_realism(floor, judged)
+    assessed = one_class().assess(floor)
+    figure = draw_realism(floor, assessed)
     # The floor, its legend, and a strip for the likeness and for each reason.
-    assert len(figure.axes) == 3 + len(judged.reasons)
+    assert len(figure.axes) == 3 + len(assessed.reasons)
     hatched = [patch for patch in figure.axes[0].patches if patch.get_hatch()]
-    assert len(hatched) == sum(len(off.rooms) for off in judged.patterns if off.is_frequent) > 0
+    assert len(hatched) == sum(len(off.rooms) for off in assessed.patterns if off.is_frequent) > 0
     for name in ("one.png", "other.png"):
-        save_figure(draw_realism(floor, judged), tmp_path / name)
+        save_figure(draw_realism(floor, assessed), tmp_path / name)
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "other.png").read_bytes()
     with Image.open(tmp_path / "one.png") as image:
         assert image.size == tuple(round(side * figure.dpi) for side in figure.get_size_inches())
@@ -314,18 +314,18 @@ def test_picture(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("label_set", [R_C, F_C_E_S])
-def test_robocup_worlds_are_told_from_offices(data, label_set):
-    def describe(drawn):
-        floor = fill_missing_labels(replace(drawn.floor, source=drawn.item), label_set).floor
-        return drawn.building, describe_building(floor, label_set), [room.id for room in floor.rooms]
+def test_robocup_worlds_are_separated_from_offices(data, label_set):
+    def describe(annotated):
+        floor = fill_missing_labels(replace(annotated.floor, source=annotated.item), label_set).floor
+        return annotated.building, describe_building(floor, label_set), [room.id for room in floor.rooms]
 
     (offices, failed), (worlds, failed_worlds) = (
-        read_annotated_buildings(data, kind, describe) for kind in ("office", "robocup")
+        read_annotated_buildings(data, type_name, describe) for type_name in ("office", "robocup")
     )
     assert (len(offices), len(worlds), failed, failed_worlds) == (11, 5, (), ())
-    names, known, _ = zip(*offices, strict=True)
+    names, training, _ = zip(*offices, strict=True)
     unrealistic_names, unrealistic_floors, _ = zip(*worlds, strict=True)
-    two = RealismModel(known, names, label_set, unrealistic_floors, unrealistic_names)
+    two = RealismModel(training, names, label_set, unrealistic_floors, unrealistic_names)
     one = replace(two, unrealistic_floors=(), unrealistic_buildings=())
     of_offices, of_worlds = (
         [one.leave_out(name).assess_description(floor, ids) for name, floor, ids in part] for part in (offices, worlds)
@@ -335,7 +335,7 @@ def test_robocup_worlds_are_told_from_offices(data, label_set):
     assert min(len(world.reasons) for world in of_worlds) > np.median([len(office.reasons) for office in of_offices])
     # Of the offices those that are least like the others, by two classes.
     least = np.argsort([office.likeness for office in of_offices])[:3]
-    for name, floor, ids in [*(offices[place] for place in least), *worlds]:
-        said = two.leave_out(name).assess_description(floor, ids).probability
-        assert said is not None
-        assert (said > 0.5) is (floor in known)
+    for name, floor, ids in [*(offices[index] for index in least), *worlds]:
+        predicted = two.leave_out(name).assess_description(floor, ids).probability
+        assert predicted is not None
+        assert (predicted > 0.5) is (floor in training)

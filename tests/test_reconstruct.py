@@ -13,7 +13,7 @@ from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.layout.parameters import ThesisParameters
 from pianta.layout.reconstruct import METHODS, reconstruct
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.drawn_maps import carve, make_grid
 from tests.strategies import noise_maps
 
@@ -31,9 +31,9 @@ def method(request):
 
 @pytest.fixture(scope="module")
 def worlds(method) -> list[tuple[Floor, Floor]]:
-    """True floors of every kind, and what is read from clean maps of them."""
-    floors = [make_floor(kind, seed=seed) for kind in FLOOR_MAKERS for seed in range(10, 13)]
-    return [(floor, reconstruct(map_floor(floor), method=method)) for floor in floors]
+    """True floors of every name, and their reconstructions from clean maps."""
+    floors = [make_floor(name, seed=seed) for name in FLOOR_MAKERS for seed in range(10, 13)]
+    return [(floor, reconstruct(simulate_map(floor), method=method)) for floor in floors]
 
 
 @pytest.fixture(scope="module")
@@ -46,8 +46,10 @@ def sample(method) -> tuple[GridMap, Floor]:
 def match_rooms(floor: Floor, truth: Floor):
     """Id of the true room that each room overlaps most."""
     polygons, true_polygons = ([room.polygon for room in side.rooms] for side in (floor, truth))
-    found = forward_coverage(polygons, true_polygons)
-    return {room.id: truth.rooms[index].id for room, index in zip(floor.rooms, found, strict=True) if index is not None}
+    predicted = forward_coverage(polygons, true_polygons)
+    return {
+        room.id: truth.rooms[index].id for room, index in zip(floor.rooms, predicted, strict=True) if index is not None
+    }
 
 
 def test_rooms_of_a_suite_are_found_in_place(method):
@@ -143,9 +145,9 @@ def test_the_graph_of_clean_worlds_is_the_true_graph(worlds):
     shares = []
     for truth, floor in worlds:
         true_id = match_rooms(floor, truth)
-        found = {frozenset(true_id[room] for room in door.rooms) for door in floor.doors}
+        predicted = {frozenset(true_id[room] for room in door.rooms) for door in floor.doors}
         true = {frozenset(door.rooms) for door in truth.doors}
-        shares.append(2 * len(found & true) / (len(found) + len(true)))
+        shares.append(2 * len(predicted & true) / (len(predicted) + len(true)))
     assert np.mean(shares) > 0.98
     assert min(shares) > 0.9
 

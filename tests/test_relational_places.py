@@ -30,19 +30,19 @@ def tell_row(name: str, rooms: int, *, first: str = "r", labelled: bool = True, 
 
 
 def test_rooms_are_known_by_those_around():
-    places = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
-    assert places.labels_ == {"label": ("lcorridor", "lstairs")}
+    classifier = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
+    assert classifier.labels_ == {"label": ("lcorridor", "lstairs")}
     new = tell_row("c", 5, first="s", labelled=False)
-    assert places.predict([new]) == {"label": [["lstairs", *["lcorridor"] * 3, "lstairs"]]}
+    assert classifier.predict([new]) == {"label": [["lstairs", *["lcorridor"] * 3, "lstairs"]]}
 
 
-def test_labels_are_hidden_from_those_who_judge():
-    places = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
+def test_labels_are_hidden_from_the_kernel():
+    classifier = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
     new = tell_row("c", 5)
     wrong = replace(
         new, facts=(*new.without("label").facts, Fact("label", ("r0", "lcorridor")), Fact("iscorr", ("r0",)))
     )
-    for one, other in zip(places.decide([new])["label"], places.decide([wrong])["label"], strict=True):
+    for one, other in zip(classifier.decide([new])["label"], classifier.decide([wrong])["label"], strict=True):
         np.testing.assert_array_equal(one, other)
 
 
@@ -50,9 +50,9 @@ def test_two_label_sets_share_a_matrix():
     floors = [tell_row("a", 4, labelled=False), tell_row("b", 6, labelled=False)]
     ends = [["E", *["M"] * 2, "E"], ["E", *["M"] * 4, "E"]]
     three = [["E", "N", "N", "E"], ["E", "N", "M", "M", "N", "E"]]
-    places = RelationalRoomClassifier().fit(floors, {"ends": ends, "three": three})
-    assert places.predict(floors) == {"ends": ends, "three": three}
-    decided = places.decide(floors)
+    classifier = RelationalRoomClassifier().fit(floors, {"ends": ends, "three": three})
+    assert classifier.predict(floors) == {"ends": ends, "three": three}
+    decided = classifier.decide(floors)
     assert [values.shape for values in decided["ends"]] == [(4, 2), (6, 2)]
     assert [values.shape for values in decided["three"]] == [(4, 3), (6, 3)]
 
@@ -66,18 +66,18 @@ def test_floors_are_learnt_from_as_facts_are():
         return Floor(tuple(rooms), building_type={"office": 1.0}, source=f"{width}")
 
     floors = [draw(3), draw(3.5), draw(4)]
-    places = RelationalRoomClassifier().fit(floors[:2])
-    assert places.predict(floors[2:]) == {"label": [["lcorridor", "loffice", "loffice"]]}
-    told = to_interpretations(floors[:2])
-    assert RelationalRoomClassifier().fit(told).predict(floors[2:]) == places.predict(floors[2:])
+    classifier = RelationalRoomClassifier().fit(floors[:2])
+    assert classifier.predict(floors[2:]) == {"label": [["lcorridor", "loffice", "loffice"]]}
+    interpretations = to_interpretations(floors[:2])
+    assert RelationalRoomClassifier().fit(interpretations).predict(floors[2:]) == classifier.predict(floors[2:])
 
 
 def test_fact_files(tmp_path: Path):
     file = tmp_path / "facts.pl"
     save_interpretations(file, [tell_row("a", 4, kind=""), tell_row("b", 6, kind=""), tell_row("c", 5, kind="")])
     floors = read_interpretations(file)
-    places = RelationalRoomClassifier(RoomKernel(signatures=read_signatures(file))).fit(floors[:2])
-    assert places.predict(floors[2:])["label"] == [["lstairs", *["lcorridor"] * 3, "lstairs"]]
+    classifier = RelationalRoomClassifier(RoomKernel(signatures=read_signatures(file))).fit(floors[:2])
+    assert classifier.predict(floors[2:])["label"] == [["lstairs", *["lcorridor"] * 3, "lstairs"]]
 
 
 def test_a_fact_file_without_the_signature_of_an_entity(tmp_path: Path):
@@ -97,8 +97,8 @@ def test_entities_of_another_name():
         facts = tell_row(name, count, kind="").facts
         return Interpretation(name, tuple(replace(f, relation="space") if f.relation == "room" else f for f in facts))
 
-    places = RelationalRoomClassifier(RoomKernel(signatures=LISTING_SIGNATURES)).fit([tell("a", 4), tell("b", 6)])
-    assert places.predict([tell("c", 3)])["label"] == [["lstairs", "lcorridor", "lstairs"]]
+    classifier = RelationalRoomClassifier(RoomKernel(signatures=LISTING_SIGNATURES)).fit([tell("a", 4), tell("b", 6)])
+    assert classifier.predict([tell("c", 3)])["label"] == [["lstairs", "lcorridor", "lstairs"]]
 
 
 @pytest.mark.slow
@@ -107,12 +107,14 @@ def test_files_of_the_data(data):
     if not file.is_file():
         pytest.skip(f"no {file}")
     floors = read_interpretations(file)
-    places = RelationalRoomClassifier(RoomKernel(signatures=read_signatures(file))).fit(floors[1:])
+    classifier = RelationalRoomClassifier(RoomKernel(signatures=read_signatures(file))).fit(floors[1:])
     truth = [str(fact.arguments[1]) for fact in floors[0].facts_of("label")]
-    given = dict(zip(places.kernel.list_rooms(floors[0]), places.predict(floors[:1])["label"][0], strict=True))
-    wrong = sum(given[fact.arguments[0]] != fact.arguments[1] for fact in floors[0].facts_of("label"))
+    predicted_labels = dict(
+        zip(classifier.kernel.list_rooms(floors[0]), classifier.predict(floors[:1])["label"][0], strict=True)
+    )
+    wrong = sum(predicted_labels[fact.arguments[0]] != fact.arguments[1] for fact in floors[0].facts_of("label"))
     assert wrong / len(truth) < 0.15
-    assert set(given.values()) == {"lroom", "lcorridor"}
+    assert set(predicted_labels.values()) == {"lroom", "lcorridor"}
 
 
 def test_bins_may_come_from_elsewhere():
@@ -150,19 +152,19 @@ def test_decisions_of_labels_not_learnt_are_the_lowest():
     assert decided.argmin(axis=1).tolist() == [1, 1]
 
 
-def test_a_label_told_twice_is_one():
+def test_a_repeated_label_counts_once():
     row = tell_row("a", 4)
     twice = replace(row, facts=(*row.facts, *row.facts_of("label")))
-    places = RelationalRoomClassifier().fit([twice])
-    assert places.predict([row]) == RelationalRoomClassifier().fit([row]).predict([row])
+    classifier = RelationalRoomClassifier().fit([twice])
+    assert classifier.predict([row]) == RelationalRoomClassifier().fit([row]).predict([row])
 
 
 def test_nothing_to_predict():
-    places = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
+    classifier = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
     empty = Interpretation("e", (Fact("buildingtype", ("school",)),))
-    assert places.predict([]) == {"label": []}
-    assert places.predict([empty]) == {"label": [[]]}
-    assert [values.shape for values in places.decide([empty, tell_row("c", 3), empty])["label"]] == [
+    assert classifier.predict([]) == {"label": []}
+    assert classifier.predict([empty]) == {"label": [[]]}
+    assert [values.shape for values in classifier.decide([empty, tell_row("c", 3), empty])["label"]] == [
         (0, 2),
         (3, 2),
         (0, 2),

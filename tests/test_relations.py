@@ -56,7 +56,7 @@ def test_floor_signatures_have_the_relations_of_the_real_files_and_more():
     assert len(names) == len(FLOOR_SIGNATURES)
 
 
-def test_a_role_tells_which_entities_are_interchangeable():
+def test_equal_roles_mark_interchangeable_entities():
     bond = Signature("bond", (Argument("a1", "atm"), Argument("kind"), Argument("a2", "atm")), unordered=True)
     assert str(bond) == "signature bond(a1::atm, kind::property, a2::atm)::extensional."
     assert bond.declare(role="b") == "signature bond(a1@b::atm, kind::property, a2@b::atm)::extensional."
@@ -160,10 +160,10 @@ def test_a_floor_that_agrees_with_its_signatures_has_no_faults():
     ],
 )
 def test_faults_are_named_with_a_remedy(facts, faults):
-    found = faults_of(*facts)
-    assert len(found) == len(faults)
-    for fault, told in zip(found, faults, strict=True):
-        start, _, word = told.partition(" .*")
+    result = faults_of(*facts)
+    assert len(result) == len(faults)
+    for fault, text in zip(result, faults, strict=True):
+        start, _, word = text.partition(" .*")
         assert fault.startswith(start)
         assert word in fault
 
@@ -176,7 +176,7 @@ def test_entities_of_another_kind_are_missed():
     assert len(find_faults(interpret(("room", "r1"), ("door", "r1")), signatures)) == 1
 
 
-def test_all_faults_are_told_in_one_line():
+def test_all_faults_are_listed_in_one_line():
     facts = [("area", f"r{number}", 5) for number in range(12)]
     with pytest.raises(RelationError) as refused:
         check_interpretation(interpret(*facts, name="my floor\n"), FLOOR_SIGNATURES)
@@ -196,7 +196,7 @@ values = st.text(max_size=8) | st.integers(-(10**20), 10**20) | st.floats()
 
 
 @given(st.lists(st.tuples(st.sampled_from([*by_name(FLOOR_SIGNATURES), "other"]), values, values), max_size=8))
-def test_any_facts_are_judged(facts):
+def test_any_facts_can_be_checked(facts):
     try:
         floor = interpret(*facts)
     except RelationError:

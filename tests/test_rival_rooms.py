@@ -11,15 +11,15 @@ from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.layout.reconstruct import reconstruct
 from pianta.layout.rivals.methods import SEGMENTATIONS, segment_rooms
 from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.command_line import run_pianta
 from tests.drawn_maps import carve, make_grid
 
 # Two rooms of 6 × 6 m, more than one room of the morphological method holds, and 0.2 m of wall with a door of 0.9 m.
 PAIR = carve((140, 264), (10, 130, 10, 130), (10, 130, 134, 254), (61, 79, 130, 134))
 MAPS = {
-    "furnished": map_floor(make_corridor_floor(length=14, seed=3), furniture=0.6, seed=3),
-    "noisy": map_floor(make_corridor_floor(length=14, seed=4), noise=0.5, seed=4),
+    "furnished": simulate_map(make_corridor_floor(length=14, seed=3), furniture=0.6, seed=3),
+    "noisy": simulate_map(make_corridor_floor(length=14, seed=4), noise=0.5, seed=4),
 }
 # The skeleton of the Voronoi diagram and the grid of scans depend on the pose of the map, and one door that is missed
 # joins two rooms.

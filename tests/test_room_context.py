@@ -39,7 +39,7 @@ def build(*polygons: Polygon, doors: tuple[Door, ...] = ()) -> Floor:
 
 
 def row_of_rooms() -> Floor:
-    doors = tuple(hang_door(1, 2 + place, 1 + 4 * place, 2) for place in range(3))
+    doors = tuple(hang_door(1, 2 + index, 1 + 4 * index, 2) for index in range(3))
     return build(CORRIDOR, *ROOMS, doors=doors)
 
 
@@ -192,19 +192,19 @@ def test_rooms_behind_rooms_are_cut_off_with_them() -> None:
 
 
 def test_outlines_meet_in_the_middle_of_thick_walls() -> None:
-    drawn = row_of_rooms()
+    annotated = row_of_rooms()
     thick = replace(
-        drawn,
-        rooms=tuple(replace(room, polygon=room.polygon.buffer(-0.1, join_style="mitre")) for room in drawn.rooms),
+        annotated,
+        rooms=tuple(replace(room, polygon=room.polygon.buffer(-0.1, join_style="mitre")) for room in annotated.rooms),
     )
     outlines = draw_outlines(thick, measure_unit(thick))
-    for room, outline in zip(drawn.rooms, outlines, strict=True):
+    for room, outline in zip(annotated.rooms, outlines, strict=True):
         assert outline.symmetric_difference(room.polygon).area < 1e-9
     for name in ("compactness", "share_of_floor", "wall_neighbours", "facade_sides", "main_end", "alike"):
-        assert_allclose(column(describe_rooms(thick), name), column(describe_rooms(drawn), name))
+        assert_allclose(column(describe_rooms(thick), name), column(describe_rooms(annotated), name))
 
 
-def test_an_opening_tells_nothing_of_the_thickness_of_walls() -> None:
+def test_openings_do_not_count_for_the_wall_thickness() -> None:
     apart = build(box(0, 0, 4, 3), box(4.4, 0, 8.4, 3), doors=(hang_door(1, 2, 4.2, 1, "opening"),))
     assert_allclose(shapely.area(draw_outlines(apart, measure_unit(apart))), 12)
 
@@ -357,5 +357,5 @@ def check_finite(floor: Floor) -> None:
     assert not context.alike.diagonal().any()
 
 
-def test_names_are_told_once() -> None:
+def test_names_are_listed_once() -> None:
     assert len({*CONTEXT_FEATURES}) == len(CONTEXT_FEATURES)

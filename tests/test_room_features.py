@@ -45,7 +45,7 @@ def floors(draw: st.DrawFn) -> Floor:
     shapes = draw(st.lists(st.lists(st.floats(1, 10), min_size=3, max_size=8), min_size=1, max_size=6))
     rooms = []
     for number, radii in enumerate(shapes, start=1):
-        turns = [tau * place / len(radii) for place in range(len(radii))]
+        turns = [tau * index / len(radii) for index in range(len(radii))]
         corners = [(30 * number + r * cos(turn), r * sin(turn)) for r, turn in zip(radii, turns, strict=True)]
         rooms.append(Room(number, Polygon(corners)))
     ids = st.integers(1, len(rooms))
@@ -173,10 +173,10 @@ def test_the_geometry_that_the_files_carry(data: Path) -> None:
             outline = Polygon([(int(point.get("x")) // door, int(point.get("y")) // door) for point in points])
             if area(outline) % 1:
                 continue
-            ours = [measure(outline) for measure in GEOMETRIC.values()]
-            theirs = [float(space.find(f"features/{name}").get("value")) for name in IN_FILES]
-            same += np.isclose(ours, theirs, rtol=1e-6)
-            from_origin += np.isclose(np.hypot(*outline.exterior.xy)[:-1].mean(), theirs[3])
+            measured = [measure(outline) for measure in GEOMETRIC.values()]
+            reference = [float(space.find(f"features/{name}").get("value")) for name in IN_FILES]
+            same += np.isclose(measured, reference, rtol=1e-6)
+            from_origin += np.isclose(np.hypot(*outline.exterior.xy)[:-1].mean(), reference[3])
             rooms += 1
     shares = dict(zip(GEOMETRIC, same / rooms, strict=True))
     assert shares.pop("mean_distance") == shares.pop("normalised_mean_distance") == 0
@@ -190,17 +190,21 @@ def test_the_roles_that_the_files_carry(data: Path) -> None:
     same, rooms = np.zeros(2), 0
     for path in list_buildings(data):
         spaces = ElementTree.parse(path).getroot().iterfind("floor/spaces/space")
-        theirs = [
+        reference = [
             [float(space.find(f"features/{name}").get("value")) for name in ("closeness", "betweenness")]
             for space in spaces
         ]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", BuildingWarning)
-            ours = compute_room_features(read_building_xml(path))[:, 9:] * (1, 2)
-        same += np.isclose(ours, theirs, rtol=1e-6, atol=1e-9).sum(axis=0)
-        rooms += len(ours)
+            measured = compute_room_features(read_building_xml(path))[:, 9:] * (1, 2)
+        same += np.isclose(measured, reference, rtol=1e-6, atol=1e-9).sum(axis=0)
+        rooms += len(measured)
     assert (same / rooms > (0.75, 0.65)).all()
 
 
 def list_buildings(data: Path) -> list[Path]:
-    return [path for kind in ("school", "office") for path in sorted((data / "buildings" / kind).glob("*.xml"))]
+    return [
+        path
+        for building_type in ("school", "office")
+        for path in sorted((data / "buildings" / building_type).glob("*.xml"))
+    ]

@@ -153,7 +153,7 @@ def test_the_first_graph_of_the_thesis_survives(data, path):
         (save_graphml, "a.xml"),
     ],
 )
-def test_graphs_are_told_by_their_content(tmp_path, save, name):
+def test_graphs_are_detected_by_their_content(tmp_path, save, name):
     graph = FLOOR.graph()
     graph.graph["building_type"] = "SCHOOL"
     save(graph, tmp_path / name)
@@ -164,7 +164,7 @@ def test_graphs_are_told_by_their_content(tmp_path, save, name):
     assert dict(read.nodes(data="area")) == {4: 12.0, 2: 15.0}
 
 
-def test_graphml_in_utf_16_is_told_by_its_name(tmp_path):
+def test_graphml_in_utf_16_is_detected_by_its_name(tmp_path):
     text = '<graphml><graph edgedefault="undirected"><node id="7"/></graph></graphml>'
     (tmp_path / "a.GraphML").write_bytes(text.encode("utf-16"))
     assert dict(read_room_graph(tmp_path / "a.GraphML").nodes(data="label")) == {7: None}
@@ -179,7 +179,7 @@ def test_a_floor_is_a_room_graph(tmp_path, name):
     assert graph.graph == {"source": name, "building_type": "school"}
 
 
-def test_a_type_that_nobody_has_given_is_none(tmp_path):
+def test_a_predicted_type_is_left_out(tmp_path):
     floor = Floor(FLOOR.rooms, building_type={"school": 0.6, "office": 0.4})
     save_floor(floor, tmp_path / "floor.geojson")
     assert read_room_graph(tmp_path / "floor.geojson").graph == {"source": "floor.geojson"}

@@ -99,10 +99,10 @@ def test_doors_and_entrances_lead_to_the_same_rooms():
 
 def test_a_label_stays_until_there_is_another():
     labels, probabilities = {"R/C": "ROOM", "school": "LAB"}, {"school": {"LAB": 0.7, "OFFICE": 0.3}}
-    said = labels, probabilities
-    previous = Floor((Room(3, LEFT, "LAB", *said), Room(4, MIDDLE, "OFFICE", *said), Room(5, RIGHT)))
+    old_labels = labels, probabilities
+    previous = Floor((Room(3, LEFT, "LAB", *old_labels), Room(4, MIDDLE, "OFFICE", *old_labels), Room(5, RIGHT)))
     floor = Floor((Room(1, LEFT), Room(2, MIDDLE, "HALL", partial=True), Room(3, RIGHT)), source="new")
-    expected = Room(3, LEFT, "LAB", *said), Room(4, MIDDLE, "HALL", partial=True), Room(5, RIGHT)
+    expected = Room(3, LEFT, "LAB", *old_labels), Room(4, MIDDLE, "HALL", partial=True), Room(5, RIGHT)
     assert keep_room_ids(floor, previous) == Floor(expected, source="new")
 
 
@@ -114,23 +114,23 @@ def test_a_name_stays_until_there_is_another():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", sorted(FLOOR_MAKERS))
+@pytest.mark.parametrize("name", sorted(FLOOR_MAKERS))
 @pytest.mark.parametrize("shift", [(0.3, -0.3), (1.0, 0), (-6.55, 3.1), (1e6, -3e5)])
-def test_ids_stay_when_the_frame_has_moved(kind, shift):
-    previous = make_floor(kind, seed=1)
+def test_ids_stay_when_the_frame_has_moved(name, shift):
+    previous = make_floor(name, seed=1)
     mixed = Floor(tuple(replace(room, id=99 - room.id) for room in move(previous, *shift).rooms))
     assert ids_of(keep_room_ids(mixed, previous)) == ids_of(previous)
 
 
 def test_ids_stay_when_the_map_has_grown_and_its_frame_has_moved():
     """The first half of a floor, whose rooms are numbered from 30, then all of it."""
-    whole = make_floor("l", seed=3)
-    half = Floor(tuple(replace(room, id=room.id + 29) for room in whole.rooms[:11]))
-    kept = ids_of(keep_room_ids(move(whole, 8.3, 5.2), half))
-    assert kept == list(range(30, 41)) + list(range(41, 30 + len(whole.rooms)))
+    complete = make_floor("l", seed=3)
+    half = Floor(tuple(replace(room, id=room.id + 29) for room in complete.rooms[:11]))
+    same_ids = ids_of(keep_room_ids(move(complete, 8.3, 5.2), half))
+    assert same_ids == list(range(30, 41)) + list(range(41, 30 + len(complete.rooms)))
 
 
-def test_a_shift_is_found_to_a_cell_and_gains_what_it_lays_on_each_other():
+def test_a_shift_is_estimated_to_one_cell_with_its_gain():
     polygons = np.array([LEFT, MIDDLE, RIGHT], dtype=object)
     shift, gain = find_shift(np.array([shapely.affinity.translate(room, -7, 50) for room in polygons]), polygons)
     assert shift == pytest.approx((-7, 50))
@@ -139,14 +139,14 @@ def test_a_shift_is_found_to_a_cell_and_gains_what_it_lays_on_each_other():
     assert (shift.tolist(), gain) == ([0, 0], 0)
 
 
-def test_a_frame_in_which_rooms_lie_where_they_were_is_not_moved():
+def test_a_frame_with_rooms_at_their_old_positions_is_not_shifted():
     """Of three equal rooms the first is gone, and a fourth is new: moved by one room all three would be there again."""
     row = [box(4 * i, 0, 4 * i + 4, 3) for i in range(4)]
     assert ids_of(keep_room_ids(floor_of(*row[1:]), floor_of(*row[:3]))) == [2, 3, 4]
 
 
-def test_a_frame_is_not_moved_for_one_wall_more():
-    """Rooms seen a third deep; moved by a room, the end of what was seen of the last would lie on a closet's wall."""
+def test_a_frame_is_not_shifted_for_one_more_common_wall():
+    """Rooms observed to a third of their depth; shifted by a room, the end of the last would lie on a closet's wall."""
     previous = floor_of(*(box(left, 0, right, 1) for left, right in ((4, 8), (8, 12), (12, 15.2))))
     row = [box(left, 0, right, 3) for left, right in pairwise((0, 4, 8, 11.2, 12, 16))]
     shift, gain = find_shift(*(np.array([room.polygon for room in each.rooms]) for each in (floor_of(*row), previous)))
@@ -168,11 +168,11 @@ def test_the_same_floor_stays_as_it_is(floor):
 @pytest.mark.slow
 @given(tilings(), tilings())
 def test_ids_are_unique_and_new_or_old(floor, previous):
-    kept = keep_room_ids(floor, previous)
-    new = [room_id for room_id in ids_of(kept) if room_id not in ids_of(previous)]
-    assert new == list(range(previous.last_id + 1, kept.last_id + 1))
-    assert len(set(ids_of(kept))) == len(floor.rooms)
-    assert [room.polygon for room in kept.rooms] == [room.polygon for room in floor.rooms]
+    same_ids = keep_room_ids(floor, previous)
+    new = [room_id for room_id in ids_of(same_ids) if room_id not in ids_of(previous)]
+    assert new == list(range(previous.last_id + 1, same_ids.last_id + 1))
+    assert len(set(ids_of(same_ids))) == len(floor.rooms)
+    assert [room.polygon for room in same_ids.rooms] == [room.polygon for room in floor.rooms]
 
 
 @pytest.mark.slow
@@ -182,8 +182,8 @@ def test_ids_do_not_depend_on_the_order_and_the_numbers_of_the_rooms(floor, prev
     renumbered = [replace(room, id=number) for room, number in zip(floor.rooms, numbers, strict=True)]
     shuffled = Floor(tuple(data.draw(st.permutations(renumbered))))
     one, other = keep_room_ids(floor, previous), keep_room_ids(shuffled, previous)
-    places = [{room.id: room.polygon for room in each.rooms if room.id <= previous.last_id} for each in (one, other)]
-    assert places[0] == places[1]
+    polygons = [{room.id: room.polygon for room in each.rooms if room.id <= previous.last_id} for each in (one, other)]
+    assert polygons[0] == polygons[1]
     assert sorted(ids_of(one)) == sorted(ids_of(other))
     assert ids_of(keep_room_ids(Floor(tuple(renumbered)), previous)) == ids_of(one)
 
@@ -193,11 +193,11 @@ def test_ids_do_not_depend_on_the_order_and_the_numbers_of_the_rooms(floor, prev
 def test_a_room_that_is_mostly_the_same_is_matched(floor, previous):
     """Whatever else the two floors have."""
     polygons, old_polygons = (np.array([room.polygon for room in each.rooms], object) for each in (floor, previous))
-    heirs = match_rooms(polygons, old_polygons)
-    for old, heir, iou in zip(previous.rooms, heirs.room, heirs.iou, strict=True):
+    matches = match_rooms(polygons, old_polygons)
+    for old, match, iou in zip(previous.rooms, matches.room, matches.iou, strict=True):
         shares = [share_of(room, old) for room in floor.rooms]
-        assert iou == pytest.approx(shares[heir] if heir >= 0 else 0)
-        assert all(index == heir for index, share in enumerate(shares) if share > 0.5)
+        assert iou == pytest.approx(shares[match] if match >= 0 else 0)
+        assert all(index == match for index, share in enumerate(shares) if share > 0.5)
 
 
 def share_of(room: Room, old: Room) -> float:
@@ -205,11 +205,11 @@ def share_of(room: Room, old: Room) -> float:
     return float(room.polygon.intersection(old.polygon).area / room.polygon.union(old.polygon).area)
 
 
-def assert_alike_rooms_keep_ids(floor: Floor, previous: Floor) -> int:
+def check_similar_rooms_keep_ids(floor: Floor, previous: Floor) -> int:
     """How many rooms have an IoU above 0.5 with a previous room; each has its id."""
-    alike = [(room.id, old.id) for room in floor.rooms for old in previous.rooms if share_of(room, old) > 0.5]
-    assert all(new == old for new, old in alike)
-    return len(alike)
+    similar = [(room.id, old.id) for room in floor.rooms for old in previous.rooms if share_of(room, old) > 0.5]
+    assert all(new == old for new, old in similar)
+    return len(similar)
 
 
 @pytest.mark.slow
@@ -219,15 +219,15 @@ def test_ids_stay_while_a_real_map_grows(data: Path):
         pytest.skip(f"no growing maps in {folder}")
     grids = [read_map(folder / f"r_{step:03}.png", resolution=0.05) for step in (10, 12, 15)]
     floors = [reconstruct(grid, method="thesis") for grid in grids]
-    kept = [floors[0]]
+    same_ids = [floors[0]]
     for floor in floors[1:]:
-        kept.append(keep_room_ids(floor, kept[-1]))
-        assert assert_alike_rooms_keep_ids(kept[-1], kept[-2]) >= 10
-        moved = keep_room_ids(move(floor, 12.35, -7.8), kept[-2])
-        assert np.mean(np.array(ids_of(moved)) == ids_of(kept[-1])) == 1
-    raw, scores = score_persistence(floors), score_persistence(kept)
-    assert (scores.rooms, scores.still_there) == (raw.rooms, raw.still_there)
-    assert scores.share_kept_id > 2 * raw.share_kept_id
+        same_ids.append(keep_room_ids(floor, same_ids[-1]))
+        assert check_similar_rooms_keep_ids(same_ids[-1], same_ids[-2]) >= 10
+        moved = keep_room_ids(move(floor, 12.35, -7.8), same_ids[-2])
+        assert np.mean(np.array(ids_of(moved)) == ids_of(same_ids[-1])) == 1
+    raw, scores = score_persistence(floors), score_persistence(same_ids)
+    assert (scores.rooms, scores.persisting) == (raw.rooms, raw.persisting)
+    assert scores.same_id_share > 2 * raw.same_id_share
 
 
 def test_persistence_counts_rooms_that_last_and_ids_that_stay():
@@ -237,16 +237,16 @@ def test_persistence_counts_rooms_that_last_and_ids_that_stay():
         Floor((Room(1, LEFT), Room(7, MIDDLE))),
         Floor((Room(1, box(-9, 0, 4, 3)), Room(7, box(4, 0, 6.5, 3)))),
     ]
-    assert score_persistence(floors) == Persistence(rooms=5, still_there=3, kept_id=2)
-    assert score_persistence(floors).share_still_there == pytest.approx(3 / 5)
-    assert score_persistence(floors).share_kept_id == pytest.approx(2 / 3)
+    assert score_persistence(floors) == Persistence(rooms=5, persisting=3, same_id=2)
+    assert score_persistence(floors).persisting_share == pytest.approx(3 / 5)
+    assert score_persistence(floors).same_id_share == pytest.approx(2 / 3)
 
 
 @pytest.mark.parametrize("floors", [[], [floor_of(LEFT)], [Floor(()), floor_of(LEFT)]])
 def test_persistence_of_nothing_is_perfect(floors):
     scores = score_persistence(floors)
-    assert (scores.rooms, scores.share_still_there, scores.share_kept_id) == (0, 1, 1)
+    assert (scores.rooms, scores.persisting_share, scores.same_id_share) == (0, 1, 1)
 
 
 def test_persistence_of_rooms_that_are_all_gone_is_none():
-    assert score_persistence([floor_of(LEFT), Floor(())]) == Persistence(rooms=1, still_there=0, kept_id=0)
+    assert score_persistence([floor_of(LEFT), Floor(())]) == Persistence(rooms=1, persisting=0, same_id=0)

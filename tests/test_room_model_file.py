@@ -78,8 +78,8 @@ def refuse(path: Path, match: str) -> None:
 
 def test_round_trip(model_file):
     read, floor = read_room_model(model_file), labelled_floors()[0]
-    for said, said_before in zip(read.passes(floor).values(), small_model().passes(floor).values(), strict=True):
-        assert (said == said_before).all()
+    for predicted, said_before in zip(read.passes(floor).values(), small_model().passes(floor).values(), strict=True):
+        assert (predicted == said_before).all()
     assert read.label(floor) == small_model().label(floor)
     assert read.training == small_model().training
     assert read.schemas == small_model().schemas
@@ -143,7 +143,7 @@ def test_a_newer_minor_version_is_read(model_file, tmp_path):
         ({"field": {}}, "field"),
         ({"training": {}}, "training.floors: Field required"),
         ({"schemas": {"school": [{"name": "LAB", "function": "POOL"}]}}, r"schemas.school\[0\].function"),
-        ({"schemas": {"school": [LAB | {"color": "red"}]}}, r"schemas.school\[0\]: the colour 'red' is none"),
+        ({"schemas": {"school": [LAB | {"color": "red"}]}}, r"schemas.school\[0\]: the colour 'red' is invalid"),
         ({"schemas": {"school": [LAB, LAB]}}, "has labels twice: LAB"),
     ],
 )
@@ -265,8 +265,8 @@ def test_a_member_that_is_missing(model_file, tmp_path):
 def test_a_member_that_is_damaged(model_file, tmp_path):
     content = bytearray(model_file.read_bytes())
     with zipfile.ZipFile(model_file) as archive:
-        place = archive.getinfo("first.thresholds.npy").header_offset + 300
-    content[place : place + 20] = bytes(20)
+        index = archive.getinfo("first.thresholds.npy").header_offset + 300
+    content[index : index + 20] = bytes(20)
     (tmp_path / "m.npz").write_bytes(content)
     refuse(tmp_path / "m.npz", "trees are damaged: 'first.thresholds.npy' is damaged")
 
@@ -334,8 +334,8 @@ def test_an_archive_packed_in_a_way_that_python_does_not_know(model_file, tmp_pa
     with zipfile.ZipFile(model_file) as archive:
         start = archive.getinfo(HEADER).header_offset
     entry = content.rindex(HEADER.encode()) - 46
-    for place in (start + 8, entry + 10):
-        content[place : place + 2] = (97).to_bytes(2, "little")
+    for index in (start + 8, entry + 10):
+        content[index : index + 2] = (97).to_bytes(2, "little")
     (tmp_path / "m.npz").write_bytes(content)
     refuse(tmp_path / "m.npz", "no model of rooms")
 

@@ -10,7 +10,7 @@ from pianta.floor import MAX_ROOM_NAME_LENGTH, Floor, Room
 from pianta.gridmap import GridMap
 from pianta.plan.sheets.sheet import PlacedText
 from pianta.plan.text.legend import Legend
-from pianta.plan.text.room_names import name_of_texts, name_rooms
+from pianta.plan.text.room_names import compose_room_name, name_rooms
 
 # 10 m × 6 m at 0.05 m per pixel; the map frame starts at (-2, 3).
 GRID = GridMap(np.zeros((120, 200), np.int8), 0.05, (-2.0, 3.0, 0.0))
@@ -34,7 +34,7 @@ def names_of(*texts: PlacedText, legend: Legend | None = None) -> list[str | Non
     return [room.name for room in name_rooms(Floor((LEFT, RIGHT)), texts, GRID, legend).rooms]
 
 
-def test_a_text_names_the_room_in_which_its_middle_lies():
+def test_a_text_names_the_room_around_its_middle():
     assert names_of(line("Lab", 20, 30), line("WC", 100, 150)) == ["Lab", "WC"]
     assert names_of(line("Lab", 20, 96)) == ["Lab", "Older"]
     assert names_of(line("Lab", -20, 30)) == [None, "Older"]
@@ -48,7 +48,7 @@ def test_nothing_but_names_changes():
     assert (named.source, named.building_type, named.rooms[0].polygon) == ("plan.png", {"school": 1.0}, LEFT.polygon)
 
 
-def test_one_line_over_two_rooms_is_taken_apart():
+def test_a_line_over_two_rooms_is_split():
     assert names_of(line("203 204", 20, 100, width=70)) == ["203", "204"]
     assert names_of(line("Main office", 20, 60, width=80)) == ["Main office", "Older"]
 
@@ -77,8 +77,8 @@ def test_one_line_over_two_rooms_is_taken_apart():
     ],
 )
 def test_texts_of_a_room_become_its_name(texts, name):
-    assert name_of_texts(texts) == name
-    assert name_of_texts(texts[::-1]) == name
+    assert compose_room_name(texts) == name
+    assert compose_room_name(texts[::-1]) == name
 
 
 @pytest.mark.parametrize(
@@ -92,8 +92,8 @@ def test_texts_of_a_room_become_its_name(texts, name):
         ([line("20", 50, 50)], "20"),
     ],
 )
-def test_numbers_are_looked_up_in_the_legend(texts, name):
-    assert name_of_texts(texts, LEGEND) == name
+def test_numbers_get_their_name_from_the_legend(texts, name):
+    assert compose_room_name(texts, LEGEND) == name
 
 
 def test_texts_of_the_legend_name_no_room():
@@ -104,8 +104,8 @@ def test_texts_of_the_legend_name_no_room():
 
 @pytest.mark.slow
 @given(st.lists(st.tuples(st.text(max_size=20), st.floats(0, 120), st.floats(0, 200)), max_size=8))
-def test_every_name_is_fit_for_a_room_and_made_of_texts(found):
-    texts = [line(text, row, col) for text, row, col in found]
-    name = name_of_texts(texts)
+def test_every_name_is_valid_for_a_room(positions):
+    texts = [line(text, row, col) for text, row, col in positions]
+    name = compose_room_name(texts)
     assert name is None or Room(1, box(0, 0, 1, 1), name=name).name == name
     assert len(name_rooms(Floor((LEFT, RIGHT)), texts, GRID).rooms) == 2

@@ -15,7 +15,7 @@ from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.layout.reconstruct import reconstruct
 from pianta.relational.room_relations import find_aligned, find_symmetric
 from pianta.worlds.floors import make_corridor_floor, make_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 
 
 def floor_of(*polygons: Polygon, walls=()) -> Floor:
@@ -131,11 +131,11 @@ motions = st.fixed_dictionaries(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("with_walls", [False, True])
-@pytest.mark.parametrize("kind", ["corridor", "hall", "ring"])
+@pytest.mark.parametrize("building_type", ["corridor", "hall", "ring"])
 @settings(max_examples=40)
 @given(motion=motions, random=st.randoms(use_true_random=False))
-def test_scale_turn_shift_and_order_change_nothing(kind, with_walls, motion, random):
-    floor = make_floor(kind, seed=4)
+def test_scale_turn_shift_and_order_change_nothing(building_type, with_walls, motion, random):
+    floor = make_floor(building_type, seed=4)
     floor = floor if with_walls else replace(floor, walls=())
     rooms = [*floor.rooms]
     random.shuffle(rooms)
@@ -160,13 +160,13 @@ def test_rooms_of_one_row_are_aligned(seed):
 
 def test_a_map_has_the_relations_of_the_floor():
     truth = make_floor("corridor", seed=1)
-    floor = reconstruct(map_floor(truth))
+    floor = reconstruct(simulate_map(truth))
     same = {room.id: max(truth.rooms, key=lambda one: one.polygon.intersection(room.polygon).area).id
             for room in floor.rooms}  # fmt: skip
     for find, least in ((find_aligned, 0.85), (find_symmetric, 1.0)):
         there = set(find(truth))
-        found = {tuple(sorted((same[one], same[other]))) for one, other in find(floor)}
-        assert len(there & found) >= least * len(there | found)
+        result = {tuple(sorted((same[one], same[other]))) for one, other in find(floor)}
+        assert len(there & result) >= least * len(there | result)
 
 
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")

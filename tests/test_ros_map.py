@@ -30,7 +30,7 @@ EVERY_GREY = np.arange(256, dtype=np.uint8).reshape(16, 16)
 
 
 def write_map(folder: Path, pixels=EVERY_GREY, **keys: object) -> Path:
-    """map.yaml with KEYS and those given, without those that are None, and map.png."""
+    """map.yaml with KEYS and other keys, without those whose value is None, and map.png."""
     Image.fromarray(np.asarray(pixels, np.uint8)).save(folder / "map.png")
     lines = [f"{key}: {value}\n" for key, value in (KEYS | keys).items() if value is not None]
     (folder / "map.yaml").write_text("".join(lines), encoding="utf-8")
@@ -74,7 +74,7 @@ def test_greys_at_the_borders(tmp_path, mode, negate, cells):
     assert {grey: int(grid.cells.flat[grey]) for grey in cells} == cells
 
 
-def test_mode_is_trinary_unless_said_in_any_case(tmp_path):
+def test_mode_is_trinary_by_default_and_in_any_case(tmp_path):
     assert set(np.unique(read_ros_map(write_map(tmp_path)).cells)) == {-1, 0, 100}
     assert read_ros_map(write_map(tmp_path, mode="Raw")).cells.flat[42] == 42
 
@@ -150,9 +150,9 @@ SAVED = [[205] * 6, [0, 254, 254, 254, 254, 205]]
 def test_saved_unknown_stays_unknown_with_one_warning(tmp_path, mode, free_thresh):
     path = write_map(tmp_path, SAVED, mode=mode, free_thresh=free_thresh)
     expected = rf"^[^\n]*map\.yaml[^\n]*{free_thresh} [^\n]*205[^\n]*58%[^\n]*trust_thresholds=[^\n]*$"
-    with pytest.warns(MapWarning, match=expected) as told:
+    with pytest.warns(MapWarning, match=expected) as caught:
         grid = read_map(path)
-    assert len(told) == 1
+    assert len(caught) == 1
     assert grid.cells.tolist() == [[-1] * 6, [100, 0, 0, 0, 0, -1]]
 
 
@@ -186,7 +186,7 @@ def test_there_is_no_trap(tmp_path, pixels, keys):
     assert read_ros_map(path).cells.tolist() == literal.cells.tolist()
 
 
-def test_all_faults_of_a_yaml_are_told_at_once_and_plainly(tmp_path):
+def test_all_faults_of_a_yaml_are_listed_at_once(tmp_path):
     path = write_map(
         tmp_path,
         image="''",
@@ -201,7 +201,7 @@ def test_all_faults_of_a_yaml_are_told_at_once_and_plainly(tmp_path):
         read_ros_map(path)
     start, _, faults = str(caught.value).partition(": ")
     assert start == f"map '{path}'"
-    told = {
+    values = {
         "image": "''",
         "resolution": "'0'",
         "origin": "['0', '.nan']",
@@ -210,8 +210,8 @@ def test_all_faults_of_a_yaml_are_told_at_once_and_plainly(tmp_path):
         "negate": "'2'",
         "mode": "'foo'",
     }
-    assert [fault.split()[0] for fault in faults.split("; ")] == [*told]
-    assert all(value in fault for value, fault in zip(told.values(), faults.split("; "), strict=True))
+    assert [fault.split()[0] for fault in faults.split("; ")] == [*values]
+    assert all(value in fault for value, fault in zip(values.values(), faults.split("; "), strict=True))
 
 
 @pytest.mark.parametrize("key", KEYS)
@@ -246,7 +246,7 @@ def test_origin_has_three_numbers(tmp_path, origin):
         ("/dev/zero", "device"),
     ],
 )
-def test_unusable_image_is_told_in_one_line(tmp_path, image, fault):
+def test_unusable_image_is_refused_in_one_line(tmp_path, image, fault):
     (tmp_path / "empty.png").touch()
     with pytest.raises(MapError, match=rf"^[^\n]*{fault}[^\n]*$"):
         read_ros_map(write_map(tmp_path, image=image))
@@ -268,7 +268,7 @@ def test_unusable_image_is_told_in_one_line(tmp_path, image, fault):
         (b"image: !!python/object/apply:os.getcwd []\n", "image"),
     ],
 )
-def test_what_is_no_map_yaml_is_told_in_one_line(tmp_path, content, fault):
+def test_what_is_no_map_yaml_is_refused_in_one_line(tmp_path, content, fault):
     (tmp_path / "map.yaml").write_bytes(content)
     with pytest.raises(MapError, match=rf"^[^\n]*map.yaml'[^\n]*{fault}[^\n]*$"):
         read_map(tmp_path / "map.yaml")
@@ -308,8 +308,8 @@ def test_saved_map_reads_back(tmp_path_factory, mode, image_format, grid):
     save_ros_map(grid, path, mode=mode, image_format=image_format)
     again = read_ros_map(path)
     assert (again.resolution, again.origin) == (grid.resolution, grid.origin)
-    kept = np.where(grid.free, 0, np.where(grid.occupied, 100, -1)) if mode == "trinary" else grid.cells
-    assert again.cells.tolist() == kept.tolist()
+    expected_cells = np.where(grid.free, 0, np.where(grid.occupied, 100, -1)) if mode == "trinary" else grid.cells
+    assert again.cells.tolist() == expected_cells.tolist()
 
 
 def test_trinary_map_is_written_as_nav2_writes_it(tmp_path):
@@ -335,7 +335,7 @@ def test_trinary_map_is_written_as_nav2_writes_it(tmp_path):
         ("map.yaml", "scale", "bmp", "transparency"),
     ],
 )
-def test_faulty_options_of_saving_are_told_at_once(tmp_path, name, mode, image_format, fault):
+def test_faulty_options_of_saving_are_listed_at_once(tmp_path, name, mode, image_format, fault):
     grid = GridMap(np.zeros((1, 1), np.int8), 1)
     with pytest.raises(MapError, match=fault):
         save_ros_map(grid, tmp_path / name, mode=mode, image_format=image_format)

@@ -26,37 +26,37 @@ def image(*rows: str) -> np.ndarray:
 
 
 def test_ids_need_not_agree():
-    assert score_labels(image("1102"), image("5503")) == Scores(1, 1, 1, 1, 1, 1, found=2, true=2)
+    assert score_labels(image("1102"), image("5503")) == Scores(1, 1, 1, 1, 1, 1, reconstructed=2, true=2)
 
 
 def test_split_room():
     """The found rooms of 3 and 1 pixels lie in the true room of 4."""
     scores = score_labels(image("1112"), image("1111"))
-    assert scores == Scores(1.0, 0.75, 1.0, 0.75, mean_iou=0.75, f1=2 / 3, found=2, true=1)
+    assert scores == Scores(1.0, 0.75, 1.0, 0.75, mean_iou=0.75, f1=2 / 3, reconstructed=2, true=1)
 
 
 def test_pixels_without_a_room_count_against_the_rooms():
     """Room 1 has 4 pixels, 2 of them in the true room, whose third pixel nobody found."""
     scores = score_labels(image("11110"), image("00999"))
-    assert scores == Scores(2 / 4, 2 / 3, 2 / 4, 2 / 3, mean_iou=2 / 5, f1=0.0, found=1, true=1)
+    assert scores == Scores(2 / 4, 2 / 3, 2 / 4, 2 / 3, mean_iou=2 / 5, f1=0.0, reconstructed=1, true=1)
 
 
 def test_only_counted_pixels_count():
     """Without the wall in the middle nothing is wrong; room 7 lies in the wall alone and does not exist."""
     labels, truth, counted = image("11722"), image("11022"), image("11011") == 1
-    assert score_labels(labels, truth, counted=counted) == Scores(1, 1, 1, 1, 1, 1, found=2, true=2)
-    assert score_labels(labels, truth) == Scores(0.8, 1, 2 / 3, 1, mean_iou=1, f1=0.8, found=3, true=2)
+    assert score_labels(labels, truth, counted=counted) == Scores(1, 1, 1, 1, 1, 1, reconstructed=2, true=2)
+    assert score_labels(labels, truth) == Scores(0.8, 1, 2 / 3, 1, mean_iou=1, f1=0.8, reconstructed=3, true=2)
 
 
 def test_label_below_one_is_no_room():
     """Watersheds are -1."""
-    assert score_labels(np.array([[1, -1, 2]]), image("102")).found == 2
+    assert score_labels(np.array([[1, -1, 2]]), image("102")).reconstructed == 2
 
 
 @pytest.mark.parametrize(("labels", "truth", "share"), [("00", "11", 0), ("11", "00", 0), ("00", "00", 1)])
 def test_empty_sides(labels, truth, share):
-    found, true = int(labels != "00"), int(truth != "00")
-    assert astuple(score_labels(image(labels), image(truth))) == (*[share] * 6, found, true)
+    result, true = int(labels != "00"), int(truth != "00")
+    assert astuple(score_labels(image(labels), image(truth))) == (*[share] * 6, result, true)
 
 
 def test_rooms_up_to_a_quarter_of_a_square_metre_are_dropped():
@@ -102,7 +102,7 @@ def test_shares_lie_between_zero_and_one_and_mirror(labels, truth, counted):
     scores = score_labels(labels, truth, counted=counted)
     mirrored = score_labels(truth, labels, counted=counted)
     assert all(0 <= share <= 1 for share in astuple(scores)[:6])
-    assert (scores.a_fc, scores.precision, scores.found) == (mirrored.a_bc, mirrored.recall, mirrored.true)
+    assert (scores.a_fc, scores.precision, scores.reconstructed) == (mirrored.a_bc, mirrored.recall, mirrored.true)
 
 
 @pytest.mark.slow
@@ -117,10 +117,10 @@ def test_permuted_labels_score_the_same(labels, truth, ids):
 def test_polygons_and_pixels_agree_on_rectangles(cuts, shift):
     grid = GridMap(np.zeros((10, 20), np.int8), resolution=0.5)
     spans = list(pairwise(cuts))
-    found = [box(left / 2, 0, right / 2, 4) for left, right in spans]
+    result = [box(left / 2, 0, right / 2, 4) for left, right in spans]
     truth = [box(left / 2, 1, (right + shift) / 2, 5) for left, right in spans if right + shift <= 20][::2]
-    by_polygon = score_layout(found, truth)
-    by_pixel = score_labels(*(label_rooms(polygons).label_image(grid) for polygons in (found, truth)))
+    by_polygon = score_layout(result, truth)
+    by_pixel = score_labels(*(label_rooms(polygons).label_image(grid) for polygons in (result, truth)))
     # Where true rooms overlap, an image can only hold one of them.
     if all(one.intersection(other).area == 0 for one in truth for other in truth if one is not other):
         assert astuple(by_pixel) == pytest.approx(astuple(by_polygon))

@@ -27,7 +27,7 @@ def score(rooms: list[Polygon], labels: list[str]) -> tuple[float, float]:
     return forward, backward
 
 
-def test_a_layout_that_is_the_truth_is_judged_by_its_labels_alone():
+def test_a_layout_that_is_the_truth_is_predicted_by_its_labels_alone():
     assert score(TRUTH, TRUE_LABELS) == (1, 1)
     assert score(TRUTH, ["C", "S", "S"]) == (2 / 3, 2 / 3)
 
@@ -48,10 +48,10 @@ def test_rooms_in_one_can_be_right_for_one_of_them():
 
 
 def test_what_overlaps_nothing_is_wrong():
-    found = [TRUTH[0], box(20, 0, 25, 4)]
-    assert score(found, ["C", "F"]) == (1 / 2, 1 / 3)
-    assert pair_forward(found, ["C", "F"], TRUTH, TRUE_LABELS) == [LabelPair("C", "C"), LabelPair("F", None)]
-    backward = pair_backward(found, ["C", "F"], TRUTH, TRUE_LABELS)
+    result = [TRUTH[0], box(20, 0, 25, 4)]
+    assert score(result, ["C", "F"]) == (1 / 2, 1 / 3)
+    assert pair_forward(result, ["C", "F"], TRUTH, TRUE_LABELS) == [LabelPair("C", "C"), LabelPair("F", None)]
+    backward = pair_backward(result, ["C", "F"], TRUTH, TRUE_LABELS)
     assert backward == [LabelPair("C", "C"), LabelPair(None, "F"), LabelPair(None, "S")]
     assert not LabelPair(None, None).agree
 
@@ -73,16 +73,16 @@ def test_each_room_needs_a_label(labels: list[str]):
 
 def test_confusion_in_per_cent_of_the_true_label():
     pairs = [("F", "F"), ("F", "F"), ("S", "F"), (None, "F"), ("F", "C"), ("C", None)]
-    found = count_confusion([LabelPair(*pair) for pair in pairs], "FCS")
-    np.testing.assert_array_equal(found, [[50, 0, 25, 25], [100, 0, 0, 0], [np.nan] * 4])
+    result = count_confusion([LabelPair(*pair) for pair in pairs], "FCS")
+    np.testing.assert_array_equal(result, [[50, 0, 25, 25], [100, 0, 0, 0], [np.nan] * 4])
     with pytest.raises(ValueError, match="not in list"):
         count_confusion([LabelPair("E", "F")], "FCS")
 
 
 def test_calibration_by_hand():
     # Four rooms near 0.75, three right; two near 0.95, one right: 4/6 of 0.02 and 2/6 of 0.45.
-    sure = np.array([0.72, 0.72, 0.74, 0.74, 0.94, 0.96])
-    probabilities = np.column_stack([sure, 1 - sure])
+    confident = np.array([0.72, 0.72, 0.74, 0.74, 0.94, 0.96])
+    probabilities = np.column_stack([confident, 1 - confident])
     curve = measure_reliability(probabilities, np.array([0, 0, 0, 1, 0, 1]))
     assert curve.counts.tolist() == [0, 0, 0, 0, 0, 0, 0, 4, 0, 2]
     np.testing.assert_allclose(curve.confidence[[7, 9]], [0.73, 0.95])
@@ -107,8 +107,8 @@ def test_no_rooms_have_no_calibration():
 @given(st.lists(st.tuples(st.floats(0.5, 1), st.booleans()), min_size=1, max_size=30))
 def test_the_error_is_at_least_the_mean_distance(rooms: list[tuple[float, bool]]):
     """Bins can only add up distances: the error is at least |accuracy - mean confidence|, and at most 1."""
-    sure, right = np.array([sure for sure, _ in rooms]), np.array([right for _, right in rooms])
+    confident, right = np.array([confident for confident, _ in rooms]), np.array([right for _, right in rooms])
     # argmax takes the first of two equal columns.
-    curve = measure_reliability(np.column_stack([sure, 1 - sure]), np.where(right, 0, 1))
+    curve = measure_reliability(np.column_stack([confident, 1 - confident]), np.where(right, 0, 1))
     assert curve.counts.sum() == len(rooms)
-    assert abs(sure.mean() - right.mean()) - 1e-9 <= curve.error <= 1
+    assert abs(confident.mean() - right.mean()) - 1e-9 <= curve.error <= 1

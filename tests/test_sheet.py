@@ -1,4 +1,4 @@
-"""A sheet knows no more than its file says, and a text where it is and how high."""
+"""A sheet has what its file states and the ink of its pixels, a text its middle and height."""
 
 from dataclasses import FrozenInstanceError
 
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pianta.plan.sheets.sheet import PlacedText, Sheet
 
 
-def place(*corners: tuple[float, float]) -> PlacedText:
+def placed(*corners: tuple[float, float]) -> PlacedText:
     return PlacedText("WC", np.array(corners, float))
 
 
@@ -25,7 +25,7 @@ def place(*corners: tuple[float, float]) -> PlacedText:
     ],
 )
 def test_middle_and_height_follow_the_corners(corners, middle, height):
-    text = place(*corners)
+    text = placed(*corners)
     assert text.middle.tolist() == middle
     assert text.height == height
     assert type(text.height) is float
@@ -40,20 +40,20 @@ def test_middle_and_height_follow_the_corners(corners, middle, height):
 def test_turning_a_text_moves_no_middle_and_changes_no_height(height, width, angle, shift):
     upright = np.array([(-height, -width), (-height, width), (height, width), (height, -width)]) / 2
     turn = np.array([(np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))])
-    text = place(*(upright @ turn.T + shift))
+    text = placed(*(upright @ turn.T + shift))
     assert text.middle == pytest.approx(np.array(shift), abs=1e-6)
     assert text.height == pytest.approx(height, abs=1e-6)
 
 
-def test_a_picture_says_nothing_beyond_its_pixels():
+def test_a_picture_has_only_its_pixels():
     sheet = Sheet(np.zeros((2, 3, 3), np.uint8))
     assert (sheet.walls, sheet.texts, sheet.resolution, sheet.source) == (None, None, None, "")
     assert sheet.doors.shape == (0, 2, 2)
-    assert place(*[(0, 0)] * 4).confidence == 1
+    assert placed(*[(0, 0)] * 4).confidence == 1
 
 
 def test_sheets_and_texts_are_frozen():
     with pytest.raises(FrozenInstanceError):
         Sheet(np.zeros((1, 1, 3), np.uint8)).source = "a"  # type: ignore[misc]
     with pytest.raises(FrozenInstanceError):
-        place(*[(0, 0)] * 4).text = "a"  # type: ignore[misc]
+        placed(*[(0, 0)] * 4).text = "a"  # type: ignore[misc]

@@ -24,8 +24,8 @@ def test_distances_and_numbers_of_paths(graph):
         lengths = nx.single_source_shortest_path_length(graph, root)
         for node in graph:
             assert paths.distances[root, node] == lengths.get(node, np.inf)
-            told = len([*nx.all_shortest_paths(graph, root, node)]) if node in lengths else 0
-            assert paths.counts[root, node] == told
+            message = len([*nx.all_shortest_paths(graph, root, node)]) if node in lengths else 0
+            assert paths.counts[root, node] == message
 
 
 @given(graphs(), st.integers(0, 6))

@@ -7,15 +7,15 @@ from pianta._types import Colors
 from pianta.plan.symbols.detection import remove_symbols
 from pianta.plan.symbols.poses import PlacedSymbol, is_sign
 from pianta.plan.symbols.signs import find_signs
-from pianta.plan.symbols.templates import own_templates
+from pianta.plan.symbols.templates import builtin_templates
 
-SIGNS = [template for template in own_templates() if is_sign(template)]
+SIGNS = [template for template in builtin_templates() if is_sign(template)]
 WHITE, DARK_RED, GREEN, BLUE = (255, 255, 255), (110, 40, 40), (0, 120, 60), (0, 60, 160)
 DOOR_PX = 20.0
 
 
 def draw_sheet(*corners: tuple[int, int], color: tuple[int, int, int] = DARK_RED, side: int = 22) -> Colors:
-    """A white sheet with squares at their upper left corners, in each a picture that is none of ours."""
+    """A white sheet with squares at their upper left corners, each with a picture that no template has."""
     sheet = np.full((120, 160, 3), WHITE, np.uint8)
     for row, col in corners:
         sheet[row : row + side, col : col + side] = color
@@ -30,7 +30,7 @@ def find(sheet: Colors, *, door_px: float = DOOR_PX) -> list[PlacedSymbol]:
 
 @pytest.mark.parametrize("color", [DARK_RED, GREEN])
 @pytest.mark.parametrize("door_px", [DOOR_PX, 5.0])
-def test_a_square_with_a_strange_picture_is_a_sign_however_wide_the_door_is_thought(color, door_px):
+def test_a_square_with_an_unknown_picture_is_a_sign_even_with_a_wrong_door_width(color, door_px):
     (sign,) = find(draw_sheet((40, 60), color=color), door_px=door_px)
     assert sign.kind == "object"
     assert sign.corners.min(axis=0) == pytest.approx([40, 60], abs=2)
@@ -38,8 +38,8 @@ def test_a_square_with_a_strange_picture_is_a_sign_however_wide_the_door_is_thou
 
 
 def test_signs_in_a_row_are_found_one_by_one():
-    found = find(draw_sheet((40, 20), (40, 44), (40, 68)))
-    assert sorted(sign.corners[0, 1] for sign in found) == pytest.approx([20, 44, 68], abs=3)
+    signs = find(draw_sheet((40, 20), (40, 44), (40, 68)))
+    assert sorted(sign.corners[0, 1] for sign in signs) == pytest.approx([20, 44, 68], abs=3)
 
 
 def test_areas_of_a_colour_and_blue_squares_are_no_signs_of_any_picture():
@@ -50,7 +50,7 @@ def test_areas_of_a_colour_and_blue_squares_are_no_signs_of_any_picture():
     assert find(draw_sheet((5, 5), side=110)) == []
 
 
-def test_the_wall_behind_a_sign_is_drawn_on():
+def test_a_wall_is_drawn_on_behind_a_sign():
     sheet = draw_sheet()
     sheet[48:52] = 0
     sheet[40:62, 60:82] = draw_sheet((40, 60))[40:62, 60:82]
@@ -59,7 +59,7 @@ def test_the_wall_behind_a_sign_is_drawn_on():
     assert (np.delete(cleared, np.s_[48:52], axis=0) == 255).all()
 
 
-def test_a_sign_between_two_walls_makes_none_across():
+def test_no_wall_is_drawn_across_a_sign_between_two_walls():
     """A corridor as wide as the sign, whose walls are 4 pixels thick."""
     sheet = draw_sheet((40, 60))
     sheet[:, 54:58] = sheet[:, 84:88] = 0

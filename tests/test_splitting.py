@@ -2,9 +2,8 @@ import cv2
 import numpy as np
 import pytest
 
-from pianta._types import Floats, Mask
+from pianta._types import Floats, LabelImage, Mask
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.pieces import Labels
 from pianta.layout.structure.splitting import split_rooms
 from pianta.layout.structure.wall_lines import WallLines, find_wall_lines
 from tests.drawn_maps import carve
@@ -12,7 +11,7 @@ from tests.drawn_maps import carve
 NONE = WallLines(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2)))
 
 
-def split(space: Mask, labels: Labels | None = None, lines: WallLines | None = None) -> tuple[Labels, Floats]:
+def split(space: Mask, labels: LabelImage | None = None, lines: WallLines | None = None) -> tuple[LabelImage, Floats]:
     clearance = cv2.distanceTransform(space.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE).astype(np.float32)
     lines = find_wall_lines(space, resolution=0.05) if lines is None else lines
     labels = space.astype(np.int32) if labels is None else labels
@@ -52,8 +51,8 @@ def test_a_half_wall_divides_a_hall_and_a_strip():
 def test_rooms_open_by_most_of_their_front_leave_the_corridor():
     labels, closed = split(draw_corridor())
 
-    places = labels[[60, 60, 60, 130], [70, 174, 278, 174]]
-    assert sorted(places.tolist()) == [1, 2, 3, 4]
+    numbers = labels[[60, 60, 60, 130], [70, 174, 278, 174]]
+    assert sorted(numbers.tolist()) == [1, 2, 3, 4]
     assert len(closed) == 3
 
 
@@ -62,7 +61,7 @@ def test_rooms_open_by_most_of_their_front_leave_the_corridor():
     [carve((140, 180), (20, 120, 20, 160)), carve((240, 240), (20, 120, 20, 220), (120, 220, 20, 120)), draw_pillars()],
     ids=["plain", "L-shaped", "pillars"],
 )
-def test_a_room_without_a_dividing_wall_stays_whole(space):
+def test_a_room_without_a_dividing_wall_is_not_split(space):
     labels, closed = split(space)
 
     np.testing.assert_array_equal(labels, space)
@@ -80,25 +79,25 @@ def test_a_turned_map_is_divided_in_the_same_way():
     assert not apart[108:].any()
 
 
-def test_what_no_line_divides_is_untouched():
+def test_rooms_that_no_line_divides_are_unchanged():
     space = draw_hall_and_strip()
     space[2:12, 5:30] = True
     labels = space.astype(np.int32)
     labels[2:12, 5:30] = 7
 
-    found, _ = split(space, labels)
+    divided, _ = split(space, labels)
 
-    assert (found[2:12, 5:30] == 7).all()
-    assert (found[~space] == 0).all()
-    assert (found[space] > 0).all()
-    assert set(np.unique(found)) == {0, 1, 7, 8}
+    assert (divided[2:12, 5:30] == 7).all()
+    assert (divided[~space] == 0).all()
+    assert (divided[space] > 0).all()
+    assert set(np.unique(divided)) == {0, 1, 7, 8}
     assert (labels[space] != 8).all()
 
 
 @pytest.mark.parametrize(("labels", "lines"), [(None, NONE), (np.zeros((180, 240), np.int32), None)])
 def test_without_lines_or_without_rooms_nothing_changes(labels, lines):
     space = draw_hall_and_strip()
-    found, closed = split(space, labels, lines)
+    divided, closed = split(space, labels, lines)
 
-    np.testing.assert_array_equal(found, space if labels is None else labels)
+    np.testing.assert_array_equal(divided, space if labels is None else labels)
     assert closed.shape == (0, 2, 2)

@@ -39,5 +39,5 @@ def test_other_codes_mix_to_others(one, other):
 
 @pytest.mark.slow
 @given(st.lists(codes, max_size=4), st.lists(codes, max_size=4))
-def test_tuples_are_told_apart_by_order_and_length(one, other):
+def test_tuples_are_distinguished_by_order_and_length(one, other):
     assert (join(*map(to_array, one)) == join(*map(to_array, other))).all() == (one == other)

@@ -14,13 +14,13 @@ from pianta import Floor, GridMap, Room
 from pianta._types import Floats
 from pianta.errors import BuildingWarning, GraphError, LabelError, ModelError, OptionError
 from pianta.exploration.lidar import Lidar
-from pianta.generation import mixing
+from pianta.generation import train
 from pianta.generation.buildings import BuildingSampler
 from pianta.labels import LabelSet
 from pianta.realism.model import train_realism
 from pianta.rooms.completion import fill_missing_labels
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 from tests.explored_worlds import two_rooms
 from tests.generated_types import SCHOOL, make_schools, make_wing, small_model
 from tests.test_cli_generate import draw_floor
@@ -39,49 +39,49 @@ class TestMakeWorld:
         assert floor == make_sample()[0]
         assert (grid.cells == make_sample()[1].cells).all()
 
-    @pytest.mark.parametrize("kind", FLOOR_MAKERS)
-    def test_every_kind(self, kind):
-        floor, grid = pianta.make_world(kind, seed=3, resolution=0.2, noise=0.3)
-        assert floor == make_floor(kind, seed=3)
-        assert (grid.cells == map_floor(floor, seed=3, resolution=0.2, noise=0.3).cells).all()
+    @pytest.mark.parametrize("world_type", FLOOR_MAKERS)
+    def test_every_kind(self, world_type):
+        floor, grid = pianta.make_world(world_type, seed=3, resolution=0.2, noise=0.3)
+        assert floor == make_floor(world_type, seed=3)
+        assert (grid.cells == simulate_map(floor, seed=3, resolution=0.2, noise=0.3).cells).all()
 
     def test_the_seed_is_0_unless_given(self):
         assert pianta.make_world("hall")[0] == pianta.make_world("hall", seed=0)[0]
 
     @pytest.mark.parametrize(
-        ("arguments", "options", "told"),
+        ("arguments", "options", "message"),
         [
-            (["castle"], {}, "kind is 'castle', give one of sample, corridor, l, ring, hall"),
+            (["castle"], {}, "name is 'castle', give one of sample, corridor, l, ring, hall"),
             ([], {"seed": 0}, "the sample is always the same"),
             (["sample"], {"noise": 0.5}, "the sample is always the same"),
             (["ring"], {"seed": -1}, "seed is -1, give 0 or more"),
             (["ring"], {"noise": 2}, "noise is 2, give 0 … 1"),
         ],
     )
-    def test_refuses_what_makes_no_sense(self, arguments, options, told):
-        with pytest.raises(OptionError, match=told):
+    def test_refuses_what_makes_no_sense(self, arguments, options, message):
+        with pytest.raises(OptionError, match=message):
             pianta.make_world(*arguments, **options)
 
 
-class TestJudgeRealism:
-    MADE = tuple(make_floor(kind, seed=seed) for kind in ("corridor", "ring", "hall") for seed in range(2))
+class TestAssessRealism:
+    WORLDS = tuple(make_floor(name, seed=seed) for name in ("corridor", "ring", "hall") for seed in range(2))
 
     def test_takes_floors_or_their_model(self):
         model = train_realism(
-            [fill_missing_labels(floor, LabelSet.R_C).floor for floor in self.MADE], label_set=LabelSet.R_C
+            [fill_missing_labels(floor, LabelSet.R_C).floor for floor in self.WORLDS], label_set=LabelSet.R_C
         )
-        of_floors, of_model = (pianta.assess_realism(two_rooms(), reference) for reference in (self.MADE, model))
-        assert of_floors == of_model
-        assert of_floors.score == 0
-        assert len(of_floors.usual) == 6
+        by_floors, by_model = (pianta.assess_realism(two_rooms(), reference) for reference in (self.WORLDS, model))
+        assert by_floors == by_model
+        assert by_floors.score == 0
+        assert len(by_floors.usual) == 6
 
     def test_refuses_few_buildings(self):
         with pytest.raises(ModelError, match="1 reference buildings are too few, give 3 at least"):
-            pianta.assess_realism(two_rooms(), self.MADE[:1])
+            pianta.assess_realism(two_rooms(), self.WORLDS[:1])
 
     def test_refuses_a_floor_without_rooms(self):
         with pytest.raises(LabelError):
-            pianta.assess_realism(Floor(()), self.MADE)
+            pianta.assess_realism(Floor(()), self.WORLDS)
 
 
 class TestGenerate:
@@ -109,12 +109,12 @@ class TestGenerate:
         with pytest.warns(BuildingWarning, match=r"rooms 10 have no door and are left out") as caught:
             (building,) = pianta.generate(QUICK, keep=draw_floor(wing))
         assert caught[0].filename == __file__
-        kept = [node for node, room in building.nodes(data="room") if room is not None]
-        assert len(kept) == 3
-        assert sorted(building.nodes[node]["label"] for node in kept) == ["CLASSROOM", "CLASSROOM", "CORRIDOR"]
+        room_nodes = [node for node, room in building.nodes(data="room") if room is not None]
+        assert len(room_nodes) == 3
+        assert sorted(building.nodes[node]["label"] for node in room_nodes) == ["CLASSROOM", "CLASSROOM", "CORRIDOR"]
 
     @pytest.mark.parametrize(
-        ("options", "error", "told"),
+        ("options", "error", "message"),
         [
             ({"costs": "money"}, OptionError, "costs is 'money', give one of density, thesis"),
             ({"rooms": (12, 8)}, OptionError, "12 to 8 rooms is no range"),
@@ -122,19 +122,19 @@ class TestGenerate:
             ({"seed": -1}, OptionError, "seed is -1, give 0 or more"),
             ({"count": 0}, OptionError, "0 buildings are wanted"),
             ({"at_least": {"THRONE ROOM": 1}}, OptionError, "no rooms of label THRONE ROOM"),
-            ({"like": Floor((Room(1, box(0, 0, 1, 1), "CORRIDOR"),))}, GraphError, "floor ''"),
+            ({"similar_to": Floor((Room(1, box(0, 0, 1, 1), "CORRIDOR"),))}, GraphError, "floor ''"),
             ({"keep": two_rooms(door=True)}, None, ""),
-            ({"like": nx.path_graph(3)}, LabelError, "floor ''"),
+            ({"similar_to": nx.path_graph(3)}, LabelError, "floor ''"),
         ],
         ids=lambda value: "-".join(value) if isinstance(value, dict) else "",
     )
-    def test_refuses_what_makes_no_sense(self, options, error, told):
+    def test_refuses_what_makes_no_sense(self, options, error, message):
         if error is None:
             assert pianta.generate(QUICK, **options)
             return
         with pytest.raises(error) as caught:
             pianta.generate(QUICK, **options)
-        assert told in str(caught.value)
+        assert message in str(caught.value)
         assert "\n" not in str(caught.value)
 
 
@@ -144,10 +144,10 @@ class TestTrainType:
         """Chains that have mixed at once."""
 
         def run(sampler: BuildingSampler, seed: int) -> Floats:
-            return np.random.default_rng(seed).normal(size=(3, mixing.CHAINS, sampler.model.sweeps))
+            return np.random.default_rng(seed).normal(size=(3, train.CHAINS, sampler.model.sweeps))
 
         for name in ("_run_sweeps", "_run_edge_moves", "_run_door_moves"):
-            monkeypatch.setattr(mixing, name, run)
+            monkeypatch.setattr(train, name, run)
 
     def test_takes_graphs_with_a_schema(self, tmp_path):
         model = pianta.train_type(make_schools(), schema=SCHOOL)
@@ -156,34 +156,35 @@ class TestTrainType:
         model.save(tmp_path / "school.json")
         assert str(pianta.load_model(tmp_path / "school.json")) == str(model)
 
-    def test_takes_floors_that_tell_their_type(self):
+    def test_takes_floors_with_a_type(self):
         floors = [replace(draw_floor(graph), building_type={"School": 1.0}) for graph in make_schools()[:3]]
-        of_list, of_iterator = pianta.train_type(floors), pianta.train_type(iter(floors))  # type: ignore[arg-type]
-        assert str(of_list) == str(of_iterator)
-        assert of_list.building_type == "school"
-        assert len(of_list.floors) == 3
+        from_list, from_iterator = pianta.train_type(floors), pianta.train_type(iter(floors))  # type: ignore[arg-type]
+        assert str(from_list) == str(from_iterator)
+        assert from_list.building_type == "school"
+        assert len(from_list.floors) == 3
 
     @pytest.mark.parametrize(
-        ("types", "options", "error", "told"),
+        ("types", "options", "error", "message"),
         [
-            ([], {}, ModelError, "no floor tells the type of the buildings"),
+            ([], {}, ModelError, "no floor has a building type"),
             ([], {"schema": SCHOOL}, ModelError, "0 floors given, give two at least"),
             (["school"], {}, ModelError, "1 floor given, give two at least"),
             (["school", "office"], {}, ModelError, "the buildings are of types office, school"),
-            (["school", None], {}, ModelError, "does not tell its building type"),
+            (["school", None], {}, ModelError, "has no building type"),
             (["castle", "castle"], {}, LabelError, "no schema of building type 'castle', give one by schema="),
             (["school", "school"], {"areas": "rooms"}, OptionError, "areas is 'rooms', give one of corr, ncut"),
             (["school", "school"], {"seed": -1}, OptionError, "seed is -1, give 0 or more"),
         ],
     )
-    def test_refuses_what_it_cannot_use(self, types, options, error, told):
-        drawn = [draw_floor(graph) for graph in make_schools()[: len(types)]]
+    def test_refuses_what_it_cannot_use(self, types, options, error, message):
+        drawings = [draw_floor(graph) for graph in make_schools()[: len(types)]]
         floors = [
-            replace(floor, building_type={kind: 1.0} if kind else {}) for floor, kind in zip(drawn, types, strict=True)
+            replace(floor, building_type={name: 1.0} if name else {})
+            for floor, name in zip(drawings, types, strict=True)
         ]
         with pytest.raises(error) as caught:
             pianta.train_type(floors, **options)
-        assert told in str(caught.value)
+        assert message in str(caught.value)
         assert "\n" not in str(caught.value)
 
 
@@ -192,13 +193,13 @@ class TestExplore:
     def test_a_floor_with_a_policy_by_its_name(self, policy):
         run = pianta.explore(two_rooms(), policy, lidar=SHORT_SIGHTED)
         assert run.outcome == "done"
-        assert run.seen.keys() == {1, 2}
+        assert run.recognised_at.keys() == {1, 2}
         assert run.share[-1] > 0.999
         assert run.decisions > 0
 
     def test_looks_for_a_label(self):
         run = pianta.explore(two_rooms(), find="stairs", lidar=SHORT_SIGHTED, starts=[(1, 1)])
-        assert (run.outcome, run.found) == ("found STAIRS", 2)
+        assert (run.outcome, run.found_room) == ("found STAIRS", 2)
 
     def test_a_map(self):
         """A square of 2 × 2 m without a wall is seen at once."""
@@ -209,11 +210,11 @@ class TestExplore:
 
     def test_a_file(self, tmp_path):
         two_rooms().save(tmp_path / "floor.geojson")
-        of_floor, of_file, of_folder = (
+        from_floor, from_file, from_folder = (
             pianta.explore(world, lidar=SHORT_SIGHTED)
             for world in (two_rooms(), tmp_path / "floor.geojson", str(tmp_path))
         )
-        assert of_floor.distance.tolist() == of_file.distance.tolist() == of_folder.distance.tolist()
+        assert from_floor.distance.tolist() == from_file.distance.tolist() == from_folder.distance.tolist()
 
     def test_a_kind_of_world_with_the_seed(self):
         by_kind, by_floor, other = (
@@ -230,7 +231,7 @@ class TestExplore:
         assert array.distance.tolist() == listed.distance.tolist()
 
     @pytest.mark.parametrize(
-        ("world", "arguments", "options", "told"),
+        ("world", "arguments", "options", "message"),
         [
             (two_rooms(), ["wise"], {}, "policy is 'wise', give one of nearest"),
             (two_rooms(), [], {"seed": -1}, "seed is -1, give 0 or more"),
@@ -241,8 +242,8 @@ class TestExplore:
             (Floor(()), [], {}, "the floor has no rooms"),
         ],
     )
-    def test_refuses_what_makes_no_sense(self, world, arguments, options, told):
-        with pytest.raises(OptionError, match=told):
+    def test_refuses_what_makes_no_sense(self, world, arguments, options, message):
+        with pytest.raises(OptionError, match=message):
             pianta.explore(world, *arguments, **options)
 
 

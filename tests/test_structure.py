@@ -14,7 +14,7 @@ from pianta.gridmap import FREE, UNKNOWN, GridMap
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.reconstruct import reconstruct_structure
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor, make_hall_floor
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 from tests.drawn_maps import carve, make_grid
 
 # Two rooms above a corridor, one cell of 5 cm, and a door of 0.9 m and one of 1 m to the corridor.
@@ -28,29 +28,29 @@ CONDITIONS = {"clean": CLEAN, "noisy": NOISY, "furnished": FURNISHED}
 
 
 class World(NamedTuple):
-    """A true floor, a map of it, and what is found in the map."""
+    """A true floor, a map of it, and the floor reconstructed from it."""
 
     truth: Floor
     grid: GridMap
-    found: Floor
+    reconstructed: Floor
 
 
-def find(grid: GridMap) -> Floor:
+def run_structure(grid: GridMap) -> Floor:
     return reconstruct_structure(grid, parameters=StructureParameters())
 
 
 @cache
 def survey_worlds(condition: str, *, glass_spray: bool = False) -> list[World]:
-    """Two worlds of each kind."""
+    """Two worlds of each name in FLOOR_MAKERS."""
     worlds = []
-    for kind in FLOOR_MAKERS:
+    for name in FLOOR_MAKERS:
         for seed in (10, 11):
-            truth = make_floor(kind, seed=seed)
+            truth = make_floor(name, seed=seed)
             level = CONDITIONS[condition]
-            grid = map_floor(
+            grid = simulate_map(
                 truth, noise=level["noise"], furniture=level["furniture"], glass_spray=glass_spray, seed=seed
             )
-            worlds.append(World(truth, grid, find(grid)))
+            worlds.append(World(truth, grid, run_structure(grid)))
     return worlds
 
 
@@ -59,19 +59,19 @@ def polygons_of(floor: Floor):
 
 
 def match_doors(world: World):
-    """The true doors of each pair of true rooms, and the doors found between the rooms that lie on them."""
-    indices = forward_coverage(list(polygons_of(world.found)), list(polygons_of(world.truth)))
+    """The true doors of each pair of true rooms, and the reconstructed doors between the rooms that overlap them."""
+    indices = forward_coverage(list(polygons_of(world.reconstructed)), list(polygons_of(world.truth)))
     true_id = {
         room.id: 0 if index is None else world.truth.rooms[index].id
-        for room, index in zip(world.found.rooms, indices, strict=True)
+        for room, index in zip(world.reconstructed.rooms, indices, strict=True)
     }
     true: dict[frozenset[int], list[Door]] = {}
-    found: dict[frozenset[int], list[Door]] = {}
+    reconstructed: dict[frozenset[int], list[Door]] = {}
     for door in world.truth.doors:
         true.setdefault(frozenset(door.room_ids), []).append(door)
-    for door in world.found.doors:
-        found.setdefault(frozenset(true_id[room] for room in door.room_ids), []).append(door)
-    return true, found
+    for door in world.reconstructed.doors:
+        reconstructed.setdefault(frozenset(true_id[room] for room in door.room_ids), []).append(door)
+    return true, reconstructed
 
 
 def check_rooms(grid: GridMap, floor: Floor, *, reach: float = 0.15):
@@ -94,21 +94,23 @@ def check_rooms(grid: GridMap, floor: Floor, *, reach: float = 0.15):
 @pytest.mark.parametrize("condition", ["clean", "noisy"])
 def test_worlds_without_furniture_have_the_true_rooms_and_doors(condition):
     for world in survey_worlds(condition):
-        assert len(world.found.rooms) == len(world.truth.rooms), world.truth.source
-        scores = score_layout(list(polygons_of(world.found)), list(polygons_of(world.truth)))
+        assert len(world.reconstructed.rooms) == len(world.truth.rooms), world.truth.source
+        scores = score_layout(list(polygons_of(world.reconstructed)), list(polygons_of(world.truth)))
         assert scores.mean_iou > 0.95
-        true, found = match_doors(world)
-        assert {pair: len(doors) for pair, doors in found.items()} == {pair: len(doors) for pair, doors in true.items()}
+        true, reconstructed = match_doors(world)
+        assert {pair: len(doors) for pair, doors in reconstructed.items()} == {
+            pair: len(doors) for pair, doors in true.items()
+        }
 
 
 @pytest.mark.slow
 def test_furnished_worlds_keep_their_rooms_and_doors_and_gain_few():
     # A row of cupboards now and then divides a room: that is one room more in every second or third building.
     for world in survey_worlds("furnished"):
-        assert 0 <= len(world.found.rooms) - len(world.truth.rooms) <= 1, world.truth.source
-        true, found = match_doors(world)
-        assert true.keys() <= found.keys()
-    right = [len(world.found.rooms) == len(world.truth.rooms) for world in survey_worlds("furnished")]
+        assert 0 <= len(world.reconstructed.rooms) - len(world.truth.rooms) <= 1, world.truth.source
+        true, reconstructed = match_doors(world)
+        assert true.keys() <= reconstructed.keys()
+    right = [len(world.reconstructed.rooms) == len(world.truth.rooms) for world in survey_worlds("furnished")]
     assert np.mean(right) >= 0.5
 
 
@@ -116,21 +118,21 @@ def test_furnished_worlds_keep_their_rooms_and_doors_and_gain_few():
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_rooms_of_worlds_cover_the_free_space_once(condition):
     for world in survey_worlds(condition):
-        check_rooms(world.grid, world.found, reach=0.25 if condition == "furnished" else 0.15)
+        check_rooms(world.grid, world.reconstructed, reach=0.25 if condition == "furnished" else 0.15)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_no_room_of_a_complete_map_is_partial(condition):
-    assert not any(room.partial for world in survey_worlds(condition) for room in world.found.rooms)
+    assert not any(room.partial for world in survey_worlds(condition) for room in world.reconstructed.rooms)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_doors_lie_between_their_two_rooms(condition):
     for world in survey_worlds(condition):
-        rooms = {room.id: room.polygon for room in world.found.rooms}
-        for door in world.found.doors:
+        rooms = {room.id: room.polygon for room in world.reconstructed.rooms}
+        for door in world.reconstructed.doors:
             assert all(door.line.distance(rooms[room]) < 0.3 for room in door.room_ids)
 
 
@@ -138,9 +140,9 @@ def test_doors_lie_between_their_two_rooms(condition):
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_doors_are_as_wide_as_the_true_ones(condition):
     for world in survey_worlds(condition):
-        true, found = match_doors(world)
-        for pair in true.keys() & found.keys():
-            for door in found[pair]:
+        true, reconstructed = match_doors(world)
+        for pair in true.keys() & reconstructed.keys():
+            for door in reconstructed[pair]:
                 nearest = min(true[pair], key=lambda one: one.line.distance(door.line))
                 assert door.line.distance(nearest.line) < 0.3
                 assert door.width == pytest.approx(nearest.width, abs=0.1)
@@ -148,26 +150,26 @@ def test_doors_are_as_wide_as_the_true_ones(condition):
 
 
 @pytest.mark.slow
-def test_spray_through_glass_is_no_room():
+def test_rays_through_glass_are_no_room():
     for world in survey_worlds("clean", glass_spray=True):
-        assert len(world.found.rooms) == len(world.truth.rooms), world.truth.source
-        assert sum(room.partial for room in world.found.rooms) <= 1
+        assert len(world.reconstructed.rooms) == len(world.truth.rooms), world.truth.source
+        assert sum(room.partial for room in world.reconstructed.rooms) <= 1
         check_rooms_near_the_building(world)
 
 
 def check_rooms_near_the_building(world: World):
     """The rooms reach no further out than rays make them, and they cover the building."""
     building = shapely.union_all(polygons_of(world.truth))
-    rooms = shapely.union_all(polygons_of(world.found))
-    assert shapely.coverage_is_valid(polygons_of(world.found))
+    rooms = shapely.union_all(polygons_of(world.reconstructed))
+    assert shapely.coverage_is_valid(polygons_of(world.reconstructed))
     assert rooms.intersection(building).area > 0.99 * building.area
 
 
 @pytest.mark.slow
-def test_rooms_that_are_sprayed_and_furnished_are_valid():
+def test_rooms_with_ray_leaks_and_furniture_are_valid():
     # One of them once had an outline that touched itself, and became no polygon at all in the map frame.
     for world in survey_worlds("furnished", glass_spray=True):
-        rooms = polygons_of(world.found)
+        rooms = polygons_of(world.reconstructed)
         assert shapely.coverage_is_valid(rooms)
         assert shapely.area(rooms).min() > 1.0
 
@@ -175,11 +177,12 @@ def test_rooms_that_are_sprayed_and_furnished_are_valid():
 def test_the_method_by_its_name_is_the_default():
     from pianta.layout.reconstruct import reconstruct
 
-    assert reconstruct(make_grid(SUITE)) == reconstruct(make_grid(SUITE), method="structure") == find(make_grid(SUITE))
+    grid = make_grid(SUITE)
+    assert reconstruct(grid) == reconstruct(grid, method="structure") == run_structure(grid)
 
 
 def test_a_suite_has_its_three_rooms_and_two_doors():
-    floor = find(make_grid(SUITE))
+    floor = run_structure(make_grid(SUITE))
     assert [door.rooms for door in floor.doors] == [(1, 3), (2, 3)]
     assert [door.width for door in floor.doors] == pytest.approx([0.9, 1.0], abs=0.01)
     # 80 by 80, 80 by 97 and 40 by 180 cells; the doors, 3 by 18 and 3 by 20 cells, may belong to either side.
@@ -189,17 +192,17 @@ def test_a_suite_has_its_three_rooms_and_two_doors():
 
 
 @pytest.mark.parametrize(
-    ("width", "kind"), [(0.8, "door"), (1.5, "door"), (1.9, "door"), (2.1, "opening"), (3.0, "opening")]
+    ("width", "door_kind"), [(0.8, "door"), (1.5, "door"), (1.9, "door"), (2.1, "opening"), (3.0, "opening")]
 )
-def test_what_is_wider_than_a_door_is_an_opening(width, kind):
+def test_passages_wider_than_a_door_are_openings(width, door_kind):
     half = round(width / 0.05 / 2)
     free = carve((143, 260), (10, 133, 10, 90), (10, 133, 93, 250), (70 - half, 70 + half, 90, 93))
-    floor = find(make_grid(free))
-    assert [(door.rooms, door.kind) for door in floor.doors] == [((1, 2), kind)]
+    floor = run_structure(make_grid(free))
+    assert [(door.rooms, door.kind) for door in floor.doors] == [((1, 2), door_kind)]
     assert floor.doors[0].width == pytest.approx(2 * half * 0.05, abs=0.02)
 
 
-# What nobody has seen, as rows and columns of the suite, and the rooms that end there.
+# What nobody has visited, as rows and columns of the suite, and the rooms that end there.
 HIDDEN = {
     "right end of the right room": ((0, 90, 160, 200), [2]),
     "left end of all": ((0, 143, 0, 50), [1, 3]),
@@ -214,7 +217,7 @@ def test_rooms_cut_off_by_unknown_space_are_partial(name):
     cells = make_grid(SUITE).cells.copy()
     cells[top:bottom, left:right] = UNKNOWN
     grid = GridMap(cells, 0.05)
-    floor = find(grid)
+    floor = run_structure(grid)
     assert [room.id for room in floor.rooms if room.partial] == partial
     assert len(floor.rooms) == 3
     check_rooms(grid, floor)
@@ -223,19 +226,22 @@ def test_rooms_cut_off_by_unknown_space_are_partial(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 0.7])
 def test_half_a_building_has_partial_rooms_at_its_end_alone(share):
-    whole = map_floor(make_floor("corridor", seed=10))
-    cells = whole.cells.copy()
+    complete = simulate_map(make_floor("corridor", seed=10))
+    cells = complete.cells.copy()
     cut = int(share * cells.shape[1])
     cells[:, cut:] = UNKNOWN
-    floor = find(GridMap(cells, whole.resolution, whole.origin))
-    end = whole.pixel_to_map(np.array([0.0]), np.array([float(cut)]))[0].item()
+    floor = run_structure(GridMap(cells, complete.resolution, complete.origin))
+    end = complete.pixel_to_map(np.array([0.0]), np.array([float(cut)]))[0].item()
     at_end = [room.polygon.bounds[2] > end - 0.1 for room in floor.rooms]
     assert [room.partial for room in floor.rooms] == at_end
     assert 2 <= sum(at_end) <= 3
 
 
 def test_the_same_building_in_fine_cells_has_the_same_rooms():
-    floor, fine = find(make_grid(SUITE)), find(make_grid(SUITE.repeat(5, 0).repeat(5, 1), resolution=0.01))
+    floor, fine = (
+        run_structure(make_grid(SUITE)),
+        run_structure(make_grid(SUITE.repeat(5, 0).repeat(5, 1), resolution=0.01)),
+    )
     areas, fine_areas = shapely.area(polygons_of(floor)), shapely.area(polygons_of(fine))
     assert fine_areas == pytest.approx(areas, abs=1e-6)
     assert [door.width for door in fine.doors] == pytest.approx([door.width for door in floor.doors])
@@ -244,7 +250,7 @@ def test_the_same_building_in_fine_cells_has_the_same_rooms():
 @pytest.mark.slow
 def test_a_floor_at_one_centimetre_a_cell_has_the_true_rooms():
     truth = make_floor("hall", seed=11)
-    floor = find(map_floor(truth, resolution=0.01))
+    floor = run_structure(simulate_map(truth, resolution=0.01))
     assert len(floor.rooms) == len(truth.rooms)
     assert len(floor.doors) == len(truth.doors)
 
@@ -254,7 +260,7 @@ def test_cells_of_half_a_metre_show_rooms_and_doors():
     # that the wall between them, as thick as a cell, is too long for furniture.
     free = carve((13, 42), (1, 9, 1, 20), (1, 9, 21, 41), (10, 12, 1, 41), (9, 10, 10, 11), (9, 10, 30, 31))
     grid = make_grid(free, resolution=0.5)
-    floor = find(grid)
+    floor = run_structure(grid)
     assert [door.rooms for door in floor.doors] == [(1, 3), (2, 3)]
     assert [door.width for door in floor.doors] == pytest.approx([0.5, 0.5], abs=0.1)
     assert shapely.area(polygons_of(floor)) == pytest.approx([38.0, 40.0, 20.0], abs=0.51)
@@ -265,7 +271,7 @@ def test_cells_of_half_a_metre_show_rooms_and_doors():
 @pytest.mark.parametrize("size", [20, 80, 600])
 def test_a_building_of_one_room_is_one_room(size):
     grid = make_grid(carve((size + 20, 2 * size + 20), (10, size + 10, 10, 2 * size + 10)))
-    floor = find(grid)
+    floor = run_structure(grid)
     assert [room.polygon.area for room in floor.rooms] == pytest.approx([2 * size**2 * 0.05**2])
     assert floor.doors == ()
     assert not floor.rooms[0].partial
@@ -277,7 +283,7 @@ def test_five_hundred_rooms_are_five_hundred_rooms():
     unit = carve((24, 24), (0, 22, 0, 22), (22, 24, 8, 15), (8, 15, 22, 24))
     free = np.tile(unit, (20, 25))
     free[-2:], free[:, -2:] = False, False
-    floor = find(make_grid(np.pad(free, 4), resolution=0.1))
+    floor = run_structure(make_grid(np.pad(free, 4), resolution=0.1))
     assert len(floor.rooms) == 500
     # 20 rows with 24 doors between columns, and 19 times 25 between rows.
     assert len(floor.doors) == 20 * 24 + 19 * 25
@@ -292,13 +298,13 @@ def test_an_enormous_hall_with_or_without_pillars_is_one_room(pitch):
     for row in range(110, 600, 100) if pitch else ():
         for col in range(110, 1000, 100):
             free[row : row + 8, col : col + 8] = False
-    floor = find(make_grid(free))
+    floor = run_structure(make_grid(free))
     assert [room.polygon.area for room in floor.rooms] == pytest.approx([50 * 30])
 
 
 def test_a_hall_with_pillars_has_its_rooms_around_it():
     truth = make_hall_floor(seed=12, pillars=True)
-    floor = find(map_floor(truth))
+    floor = run_structure(simulate_map(truth))
     assert len(floor.rooms) == len(truth.rooms)
     assert len(floor.doors) == len(truth.doors)
 
@@ -307,16 +313,16 @@ def draw_maze(rows: int, cols: int, *, width: int, wall: int):
     """Free cells of a maze without loops, all corridors of one width; cells."""
     rng, pitch = np.random.default_rng(0), width + wall
     free = np.zeros((rows * pitch + wall, cols * pitch + wall), bool)
-    path, seen = [(0, 0)], {(0, 0)}
+    path, visited = [(0, 0)], {(0, 0)}
     while path:
         row, col = path[-1]
         steps = [(row + 1, col), (row - 1, col), (row, col + 1), (row, col - 1)]
-        steps = [(r, c) for r, c in steps if 0 <= r < rows and 0 <= c < cols and (r, c) not in seen]
+        steps = [(r, c) for r, c in steps if 0 <= r < rows and 0 <= c < cols and (r, c) not in visited]
         if not steps:
             path.pop()
             continue
         path.append(steps[rng.integers(len(steps))])
-        seen.add(path[-1])
+        visited.add(path[-1])
         top, bottom = sorted((row, path[-1][0]))
         left, right = sorted((col, path[-1][1]))
         free[wall + top * pitch : (bottom + 1) * pitch, wall + left * pitch : (right + 1) * pitch] = True
@@ -326,27 +332,27 @@ def draw_maze(rows: int, cols: int, *, width: int, wall: int):
 @pytest.mark.slow
 def test_a_maze_is_all_covered_and_joined():
     grid = make_grid(draw_maze(9, 12, width=30, wall=3))
-    floor = find(grid)
+    floor = run_structure(grid)
     check_rooms(grid, floor)
-    # Nobody can say how many rooms a maze is; but all of it is joined, and without loops, so are they.
+    # The number of rooms of a maze is undefined; but it is connected and has no loops, and so must the rooms.
     assert len(floor.doors) == len(floor.rooms) - 1
     assert not any(room.partial for room in floor.rooms)
 
 
 @pytest.mark.slow
 def test_two_buildings_in_one_map_have_the_rooms_of_both():
-    first, second = (map_floor(make_floor(kind, seed=10)) for kind in ("corridor", "hall"))
+    first, second = (simulate_map(make_floor(name, seed=10)) for name in ("corridor", "hall"))
     width = max(first.shape[1], second.shape[1] + 20)
     cells = np.full((first.shape[0] + second.shape[0] + 40, width), UNKNOWN, np.int8)
     cells[: first.shape[0], : first.shape[1]] = first.cells
     cells[-second.shape[0] :, 20 : 20 + second.shape[1]] = second.cells
-    both, alone = find(GridMap(cells, 0.05)), [find(first), find(second)]
+    both, alone = run_structure(GridMap(cells, 0.05)), [run_structure(first), run_structure(second)]
     areas = np.sort(shapely.area(polygons_of(both)))
     assert areas == pytest.approx(np.sort(np.concatenate([shapely.area(polygons_of(floor)) for floor in alone])), 0.01)
     assert len(both.doors) == sum(len(floor.doors) for floor in alone)
     assert not any(room.partial for room in both.rooms)
 
 
-def test_a_map_of_nothing_but_free_cells_is_refused():
+def test_a_map_of_free_cells_only_is_refused():
     with pytest.raises(MapError, match="free"):
-        find(GridMap(np.full((60, 80), FREE), 0.05))
+        run_structure(GridMap(np.full((60, 80), FREE), 0.05))

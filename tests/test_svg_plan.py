@@ -30,8 +30,8 @@ LEAF = '<path d="M0 0 V-9 A9 9 0 0 1 9 0"/>'
 
 
 def svg(*content: str, **attributes: object) -> str:
-    given_ = " ".join(f'{name.replace("_", "-")}="{value}"' for name, value in attributes.items())
-    return f"<svg {SPACES} {given_}>{''.join(content)}</svg>"
+    attribute_text = " ".join(f'{name.replace("_", "-")}="{value}"' for name, value in attributes.items())
+    return f"<svg {SPACES} {attribute_text}>{''.join(content)}</svg>"
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +133,7 @@ def test_doors_lie_between_jambs(path):
     ]
 
 
-def test_doors_of_one_layer_are_told_apart_and_a_leaf_is_no_door(path):
+def test_doors_of_one_layer_are_distinguished_and_a_leaf_is_no_door(path):
     shapes = '<line x1="0" y1="0" x2="0" y2="-9"/><path d="M0 -9A9 9 0 0 1 9 0"/>'
     layer = f'<g inkscape:label="Doors" {STROKE}>{shapes}<g transform="translate(30 0)">{shapes}</g></g>'
     assert [ends(door) for door in read(path, layer).doors] == [[(0, 0), (9, 0)], [(30, 0), (39, 0)]]
@@ -201,7 +201,7 @@ def test_texts_lie_by_their_middle(path):
     }
 
 
-def test_metres_are_told_by_their_attribute_alone(path):
+def test_metres_come_from_their_attribute_alone(path):
     assert read(path, f'<line x2="1" {STROKE}/>', data_metres_per_unit="0.01").metres_per_unit == 0.01
     assert read(path, f'<line x2="1" {STROKE}/>', width="210mm", viewBox="0 0 210 297").metres_per_unit is None
     for value in ("0", "-1", "nan", "1 cm"):

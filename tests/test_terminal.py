@@ -11,20 +11,20 @@ NAMES = st.text(max_size=40) | st.lists(st.sampled_from([*FLAGS, " ", "'", '"', 
 
 
 @pytest.mark.parametrize(
-    ("message", "told"),
+    ("message", "fragment"),
     [
-        ("map 'a.png' is no plan, leave out page= or give kind='plan'", "--page or give --as plan"),
+        ("map 'a.png' is no plan, leave out page= or give input_kind='plan'", "--page or give --as plan"),
         ("labels=False makes room_model= and words= useless", "--no-labels makes --model and --words useless"),
         ("lift it with max_cells=", "lift it with --max-cells"),
         ("give the schema of their labels by schema=, or school", "by --labels, or school"),
         ("give page=3", "give --page 3"),
-        ("building_model=: it is none", "--building-model: it is none"),
+        ("building_model=: it is missing", "--building-model: it is missing"),
         ("trust_thresholds=True or trust_thresholds=", "--trust-thresholds or --trust-thresholds"),
         ("pianta's page= and the floors' page=", "pianta's --page and the floors' --page"),
     ],
 )
-def test_arguments_are_called_by_their_flags(message, told):
-    assert told in name_flags(message)
+def test_arguments_are_called_by_their_flags(message, fragment):
+    assert fragment in name_flags(message)
 
 
 @pytest.mark.parametrize(

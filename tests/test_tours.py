@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
-from pianta.exploration.tours import choose_first_visit, measure_between
+from pianta.exploration.routes import measure_distances_between
+from pianta.exploration.tours import choose_first_target
 from tests.explored_worlds import draw_cells
 
 
@@ -17,7 +18,7 @@ def first_on_line(robot: float, places: ArrayLike, worths: ArrayLike, lengths: A
     """The first of places on a line, metres, that a robot on it visits."""
     here = np.array(places, float)
     within = np.zeros(len(here)) if lengths is None else np.array(lengths, float)
-    return choose_first_visit(abs(here - robot), abs(here[:, None] - here), np.array(worths, float), within)
+    return choose_first_target(abs(here - robot), abs(here[:, None] - here), np.array(worths, float), within)
 
 
 def cost_of(order, distances, between, worths, lengths) -> float:
@@ -53,7 +54,7 @@ def test_a_single_place_is_the_first():
 
 def test_places_without_a_way_between_them_leave_the_nearer_one():
     apart = np.array([[0, inf], [inf, 0]])
-    assert choose_first_visit(np.array([3.0, 2.0]), apart, np.ones(2), np.zeros(2)) == 1
+    assert choose_first_target(np.array([3.0, 2.0]), apart, np.ones(2), np.zeros(2)) == 1
 
 
 figures = st.integers(0, 40).map(float)
@@ -74,7 +75,7 @@ def test_the_first_of_few_places_is_that_of_the_best_of_all_orders(tour):
     costs: dict[int, float] = {}
     for order in permutations(range(len(tour[0]))):
         costs[order[0]] = min(costs.get(order[0], inf), cost_of(order, *tour))
-    assert costs[choose_first_visit(*tour)] == pytest.approx(min(costs.values()))
+    assert costs[choose_first_target(*tour)] == pytest.approx(min(costs.values()))
 
 
 def test_ways_between_places_lead_around_walls():
@@ -89,16 +90,16 @@ def test_ways_between_places_lead_around_walls():
         """)
         == 0
     )
-    found = measure_between(passable, np.array([(0, 0), (5, 0), (0, 5)]), resolution=0.5)
+    found = measure_distances_between(passable, np.array([(0, 0), (5, 0), (0, 5)]), resolution=0.5)
     # Coarse cells of 1 m: two steps right, two down and two back.
     assert found == pytest.approx(np.array([[0, 6, 2], [6, 0, 4], [2, 4, 0]]))
     parted = draw_cells("""
         ..####..
         ..####..
         """)
-    assert measure_between(parted == 0, np.array([(0, 0), (0, 7)]), resolution=0.5)[0, 1] == inf
+    assert measure_distances_between(parted == 0, np.array([(0, 0), (0, 7)]), resolution=0.5)[0, 1] == inf
 
 
 def test_a_target_in_a_cell_that_is_barred_is_reached_and_odd_sides_count():
     passable = np.array([[1, 1, 1, 1, 0]], bool)
-    assert measure_between(passable, np.array([(0, 0), (0, 4)]), resolution=1.0)[0, 1] == 4
+    assert measure_distances_between(passable, np.array([(0, 0), (0, 4)]), resolution=1.0)[0, 1] == 4

@@ -15,7 +15,7 @@ from pianta.evaluation.two_sample import (
     kernel_two_sample_test,
 )
 from pianta.graphs.metrics import find_corridors
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.labels import SCHOOL
 from tests.labelled_graphs import labelled_graphs, make_path, make_plan, rename
@@ -66,7 +66,7 @@ def test_names_change_nothing(graph, seed):
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_a_kernel_tells_other_labels_always(kernel):
+def test_a_kernel_always_separates_other_labels(kernel):
     real, generated = ([make_path(label * size) for size in range(3, 9)] for label in ("AB", "CD"))
     expected = TwoSampleScores((1, 1), (1, 1))
     assert kernel_two_sample_test(real, [*generated, *generated], kernel, repeats=2, seed=0) == expected
@@ -74,7 +74,7 @@ def test_a_kernel_tells_other_labels_always(kernel):
 
 
 @pytest.mark.slow
-def test_trees_tell_other_features_always():
+def test_trees_always_separate_other_features():
     real, generated = np.arange(12.0).reshape(6, 2), 100 + np.arange(20.0).reshape(10, 2)
     assert forest_two_sample_test(real, generated, repeats=2, seed=0, trees=10) == TwoSampleScores((1, 1), (1, 1))
 
@@ -91,24 +91,24 @@ def test_who_knows_nothing_names_the_larger_set():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kernel", KERNELS)
-def test_a_kernel_tells_one_source_half_of_the_time(kernel):
+def test_the_accuracy_of_a_kernel_on_one_source_is_a_half(kernel):
     # One set of so few real graphs is off by chance.
     sources = [[make_plan(12, seed=100 * source + graph) for graph in range(60)] for source in range(20)]
-    told = [kernel_two_sample_test(plans[:20], plans[20:], kernel, repeats=2, seed=0) for plans in sources]
-    pair_out = np.mean([scores.pair_out for scores in told])
+    message = [kernel_two_sample_test(plans[:20], plans[20:], kernel, repeats=2, seed=0) for plans in sources]
+    pair_out = np.mean([scores.pair_out for scores in message])
     assert pair_out == pytest.approx(0.5, abs=0.04)
-    assert np.mean([scores.one_out for scores in told]) < pair_out
+    assert np.mean([scores.one_out for scores in message]) < pair_out
 
 
 @pytest.mark.slow
-def test_trees_tell_one_source_half_of_the_time():
+def test_the_accuracy_of_trees_on_one_source_is_a_half():
     sources = np.random.default_rng(0).normal(size=(20, 30, 3))
-    told = [forest_two_sample_test(rows[:10], rows[10:], repeats=1, seed=0, trees=10) for rows in sources]
-    assert np.mean([scores.pair_out for scores in told]) == pytest.approx(0.5, abs=0.06)
+    message = [forest_two_sample_test(rows[:10], rows[10:], repeats=1, seed=0, trees=10) for rows in sources]
+    assert np.mean([scores.pair_out for scores in message]) == pytest.approx(0.5, abs=0.06)
 
 
 @pytest.mark.slow
-def test_copies_are_told_less_than_half_of_the_time():
+def test_the_accuracy_on_copies_is_below_a_half():
     real = [make_plan(12, seed=seed) for seed in range(20)]
     scores = kernel_two_sample_test(real, [rename(graph, seed=1) for graph in real], KERNELS[0], repeats=5, seed=0)
     assert max(scores.pair_out) < 0.25
@@ -118,17 +118,19 @@ def test_copies_are_told_less_than_half_of_the_time():
 def test_each_repeat_draws_other_graphs():
     # Four of the generated graphs are told, four are copies.
     real, others = ([make_path(label * size) for size in range(1, 5)] for label in ("AB", "CD"))
-    tell = [kernel_two_sample_test(real, [*real, *others], KERNELS[0], repeats=20, seed=seed) for seed in (0, 0, 1)]
-    assert len(set(tell[0].pair_out)) > 2
-    assert len(set(tell[0].one_out)) > 2
-    assert tell[0] == tell[1] != tell[2]
+    run_test = [kernel_two_sample_test(real, [*real, *others], KERNELS[0], repeats=20, seed=seed) for seed in (0, 0, 1)]
+    assert len(set(run_test[0].pair_out)) > 2
+    assert len(set(run_test[0].one_out)) > 2
+    assert run_test[0] == run_test[1] != run_test[2]
 
 
 @pytest.mark.slow
 def test_a_seed_grows_the_same_trees():
     features = np.random.default_rng(0).normal(size=(30, 3))
-    tell = [forest_two_sample_test(features[:10], features[10:], repeats=4, seed=seed, trees=5) for seed in (0, 0, 1)]
-    assert tell[0] == tell[1] != tell[2]
+    run_test = [
+        forest_two_sample_test(features[:10], features[10:], repeats=4, seed=seed, trees=5) for seed in (0, 0, 1)
+    ]
+    assert run_test[0] == run_test[1] != run_test[2]
 
 
 @pytest.mark.slow
@@ -162,8 +164,8 @@ def test_features_of_other_lengths(shapes):
 def test_the_samples_of_the_thesis_beside_real_schools(data):
     real, samples = read_schools(data), read_samples(data)
     kernels = NeighborhoodPairs(radius=2, distance=4), WeisfeilerLehman(iterations=5)
-    told = [np.mean(kernel_two_sample_test(real, samples, kernel, seed=0).pair_out) for kernel in kernels]
-    assert told == pytest.approx([0.44, 0.40], abs=0.06)
+    message = [np.mean(kernel_two_sample_test(real, samples, kernel, seed=0).pair_out) for kernel in kernels]
+    assert message == pytest.approx([0.44, 0.40], abs=0.06)
     features = [
         np.array([describe_structure(graph, find_corridors(graph, SCHOOL)) for graph in graphs])
         for graphs in (real, samples)

@@ -11,11 +11,11 @@ from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import (
     MAX_ROOMS,
     TypeModel,
+    area_subgraph,
+    assign_area_clusters,
     count_labels,
     learn_type,
     prepare_room_graph,
-    recognize_areas,
-    take_area,
 )
 from tests.generated_types import SCHOOL, build_floor, join_wings, make_schools, make_wing, small_model
 
@@ -166,17 +166,17 @@ def test_one_floor_is_no_type(graphs):
 
 def test_areas_that_a_model_knows_are_recognized():
     for floor, graph in zip(small_model().floors, make_schools(), strict=True):
-        found = recognize_areas(graph, small_model())
+        found = assign_area_clusters(graph, small_model())
         assert found.source == floor.source
         assert found.areas == floor.areas
         assert found.clusters == floor.clusters
         assert nx.utils.graphs_equal(found.graph, floor.graph)
-    assert len(set(recognize_areas(join_wings(("CCCC", "AA"), ((0, 1),), source=""), small_model()).clusters)) == 2
+    assert len(set(assign_area_clusters(join_wings(("CCCC", "AA"), ((0, 1),), source=""), small_model()).clusters)) == 2
 
 
 def test_names_of_recognized_rooms():
     graph = nx.relabel_nodes(join_wings(("CCC", "AAS"), ((0, 1),), source="x"), lambda node: f"r{node}")
-    floor = recognize_areas(graph, small_model())
+    floor = assign_area_clusters(graph, small_model())
     assert [room for _, room in floor.graph.nodes(data="room")] == list(graph)
     assert [room for area in floor.area_graphs for _, room in area.nodes(data="room")] == list(graph)
 
@@ -184,16 +184,16 @@ def test_names_of_recognized_rooms():
 @pytest.mark.parametrize("graph", [nx.Graph(), CUT, LOOP])
 def test_floors_that_cannot_be_recognized(graph):
     with pytest.raises(GraphError):
-        recognize_areas(graph, small_model())
+        assign_area_clusters(graph, small_model())
     with pytest.raises(LabelError):
-        recognize_areas(change_label("POOL"), small_model())
+        assign_area_clusters(change_label("POOL"), small_model())
 
 
 @pytest.mark.slow
 @given(st.sets(st.integers(0, 13), min_size=1))
 def test_areas_are_taken_as_they_are(area):
     graph = make_schools()[1]
-    part = take_area(graph, frozenset(area))
+    part = area_subgraph(graph, frozenset(area))
     assert list(part) == [node for node in graph if node in area]
     assert {frozenset(edge) for edge in part.edges} == {frozenset(edge) for edge in graph.subgraph(area).edges}
     assert dict(part.nodes(data="label")) == dict(graph.subgraph(area).nodes(data="label"))

@@ -148,8 +148,8 @@ def test_the_floor_that_is_changed(model_file):
         (change_floor(doors=[*DOORS, [1]]), r"doors\[9\]"),
         (change_floor(doors=[*DOORS, [1, 2, 3]]), r"doors\[9\]"),
         (change_floor(doors=[*DOORS, [1, "2"]]), r"doors\[9\]\[1\]"),
-        (change_floor(doors=DOORS[:-1]), "parts"),
-        (change_floor(doors=[]), "parts"),
+        (change_floor(doors=DOORS[:-1]), "not connected"),
+        (change_floor(doors=[]), "not connected"),
         (change_floor(labels=["CORRIDOR"] * 9), "rooms.*area"),
         (change_floor(labels=["CORRIDOR"] * 9 + ["POOL"]), "POOL"),
         (change_floor(labels=["CORRIDOR"] * 9 + ["gym"]), "gym"),
@@ -257,7 +257,7 @@ def test_all_faults_are_told(model_file, tmp_path):
 
     path = rewrite(model_file, tmp_path / "changed.json", change)
     refuse(path, "clusters")
-    refuse(path, r"school b\.xml.*parts")
+    refuse(path, r"school b\.xml.*not connected")
     refuse(path, "sweeps")
 
 

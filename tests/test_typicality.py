@@ -37,25 +37,28 @@ def test_floors_of_a_building_are_not_compared():
 
 
 def test_a_known_floor_is_compared_as_a_new_one_is():
-    known = [describe((float(n), float(n * n)), *["ROOM"] * (n + 1), "CORRIDOR") for n in range(4)]
-    learnt = fit_typicality(known, "abcd").likenesses
-    as_new = [measure_likeness(BuildingKernel().fit(known[:n] + known[n + 1 :]).compare([known[n]])) for n in range(4)]
+    training = [describe((float(n), float(n * n)), *["ROOM"] * (n + 1), "CORRIDOR") for n in range(4)]
+    learnt = fit_typicality(training, "abcd").likenesses
+    as_new = [
+        measure_likeness(BuildingKernel().fit(training[:n] + training[n + 1 :]).compare([training[n]]))
+        for n in range(4)
+    ]
     assert_allclose(learnt, np.sort(np.ravel(as_new)))
 
 
 def test_ranks():
-    known = Typicality(np.array([0.2, 0.4, 0.4, 0.8]))
-    assert_allclose(known.rank(np.array([0.1, 0.2, 0.3, 0.4, 0.8, 0.9])), [0, 1 / 8, 1 / 4, 1 / 2, 7 / 8, 1])
+    training = Typicality(np.array([0.2, 0.4, 0.4, 0.8]))
+    assert_allclose(training.rank(np.array([0.1, 0.2, 0.3, 0.4, 0.8, 0.9])), [0, 1 / 8, 1 / 4, 1 / 2, 7 / 8, 1])
 
 
 @given(arrays(np.float64, st.integers(1, 20), elements=st.floats(0, 1)), st.floats(0, 1), st.floats(0, 1))
 def test_what_is_more_alike_is_not_less_typical(likenesses, one, other):
-    known = Typicality(np.sort(likenesses))
-    less, more = known.rank(np.array(sorted((one, other))))
+    training = Typicality(np.sort(likenesses))
+    less, more = training.rank(np.array(sorted((one, other))))
     assert 0 <= less <= more <= 1
 
 
 @given(arrays(np.float64, st.integers(1, 20), elements=st.floats(0, 1)))
 def test_known_floors_are_as_typical_as_the_median_on_average(likenesses):
-    known = Typicality(np.sort(likenesses))
-    assert_allclose(known.rank(likenesses).mean(), 0.5)
+    training = Typicality(np.sort(likenesses))
+    assert_allclose(training.rank(likenesses).mean(), 0.5)

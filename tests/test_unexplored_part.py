@@ -40,14 +40,14 @@ def list_corridors(graph: nx.Graph) -> list[int]:
 
 def check_known_part(sample: SampledFloor, explored: ExploredPart) -> None:
     """Known rooms, their labels and doors are in the sample; closed rooms have no others but behind unopened doors."""
-    graph, known = sample.graph, sample.known
+    graph, known = sample.graph, sample.known_nodes
     assert [*graph] == [*range(len(graph))]
-    assert {*known} == {*explored.known}
+    assert {*known} == {*explored.known_graph}
     assert len({*known.values()}) == len(known)
     for node, place in known.items():
         assert graph.nodes[place]["label"] == explored.graph.nodes[node]["label"]
     doors = {frozenset((known[near], sample.behind.get(door))) for door, near in explored.doors.items()}
-    before = {frozenset((known[one], known[other])) for one, other in explored.known.edges}
+    before = {frozenset((known[one], known[other])) for one, other in explored.known_graph.edges}
     found = {frozenset(edge) for edge in graph.edges}
     ends = {known[corridor] for corridor in explored.open}
     assert before <= found
@@ -57,11 +57,11 @@ def check_known_part(sample: SampledFloor, explored: ExploredPart) -> None:
 
 def check_doors(sample: SampledFloor, explored: ExploredPart) -> None:
     """Each door leads from its room to one unknown room or, seldom, to an open corridor."""
-    ends = {sample.known[corridor] for corridor in explored.open}
+    ends = {sample.known_nodes[corridor] for corridor in explored.open}
     behind: dict[int, list[int]] = {}
     for door, place in sample.behind.items():
         near = explored.doors[door]
-        assert sample.graph.has_edge(sample.known[near], place)
+        assert sample.graph.has_edge(sample.known_nodes[near], place)
         assert place in ends or place in sample.unseen
         behind.setdefault(near, []).append(place)
     # Doors of one room lead to different rooms.
@@ -84,7 +84,7 @@ def test_what_holds_for_any_explored_part(name, data, seed):
     for sample in samples:
         check_known_part(sample, part)
         check_doors(sample, part)
-        if nx.is_connected(part.known):
+        if nx.is_connected(part.known_graph):
             assert nx.is_connected(sample.graph)
 
 
@@ -136,7 +136,7 @@ def test_only_an_open_corridor_is_known():
     part = explore(join_wings(*WINGS["d"], source="d"), set(), {0})
     for sample in SAMPLER.sample(part, range(60)):
         assert nx.is_connected(sample.graph)
-        assert sample.known.keys() == {0}
+        assert sample.known_nodes.keys() == {0}
 
 
 def test_parallel_doors():
@@ -158,8 +158,8 @@ def test_a_known_room_at_an_open_corridor():
     assert part.graph.number_of_edges() == 6
     for sample in SAMPLER.sample(part, range(30)):
         check_known_part(sample, part)
-        room = next(node for node in part.known if part.graph.nodes[node]["room"] == 6)
-        assert sample.graph.degree(sample.known[room]) == 1
+        room = next(node for node in part.known_graph if part.graph.nodes[node]["room"] == 6)
+        assert sample.graph.degree(sample.known_nodes[room]) == 1
         assert nx.is_connected(sample.graph)
 
 
@@ -170,7 +170,7 @@ def test_samples_depend_on_their_seed_and_number_alone():
 
     def sample(numbers, seed=0, sampler=BACK_DOORS) -> list[object]:
         return [
-            (nx.to_dict_of_lists(one.graph), [*one.graph.nodes(data=True)], one.known, one.behind)
+            (nx.to_dict_of_lists(one.graph), [*one.graph.nodes(data=True)], one.known_nodes, one.behind)
             for one in sampler.sample(part, numbers, seed=seed)
         ]
 
@@ -195,7 +195,7 @@ def test_sizes_of_rooms(seen):
     part = read_explored_part(explore_by_corridors(graph, list_corridors(graph))[0], SCHOOL)
     found: set[float] = set()
     for sample in sampler.sample(part, range(10)):
-        sizes = {node: sample.graph.nodes[place]["area"] for node, place in sample.known.items()}
+        sizes = {node: sample.graph.nodes[place]["area"] for node, place in sample.known_nodes.items()}
         assert {sizes[node] for node in part.closed} == {seen}
         found.update(sizes[node] for node in part.open)
         assert {sample.graph.nodes[node]["area"] for node in sample.unseen} <= {10.0}

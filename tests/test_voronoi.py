@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 from pianta._types import Mask
-from pianta.layout.rivals.cells import WALL, MergeRule, measure_cells, merge_cells
-from pianta.layout.rivals.patches import measure_clearance
+from pianta.layout._voronoi_doors import draw_voronoi_diagram
+from pianta.layout.rivals.patches import measure_padded_clearance
 from pianta.layout.rivals.voronoi import (
+    WALL,
+    MergeRule,
     VoronoiParameters,
     draw_critical_lines,
-    draw_diagram,
     find_critical_points,
+    measure_cells,
+    merge_cells,
     prune_diagram,
     segment_by_voronoi_diagram,
 )
@@ -28,8 +31,8 @@ ROW = np.array([[1, 1, 2, 2, 0, 0], [1, 1, 2, 2, 3, 3], [1, 1, 2, 2, 0, 0]])
 
 
 def diagram_of(free: Mask):
-    clearance = measure_clearance(free)
-    return prune_diagram(draw_diagram(free), clearance), clearance
+    clearance = measure_padded_clearance(free)
+    return prune_diagram(draw_voronoi_diagram(free), clearance), clearance
 
 
 def test_branches_into_corners_are_pruned_and_the_way_through_the_door_stays():
@@ -42,7 +45,7 @@ def test_branches_into_corners_are_pruned_and_the_way_through_the_door_stays():
 
 def test_a_lone_line_is_no_branch():
     line = carve((9, 30), (4, 5, 3, 27))
-    assert (prune_diagram(line, measure_clearance(line)) == line).all()
+    assert (prune_diagram(line, measure_padded_clearance(line)) == line).all()
 
 
 def test_the_door_is_the_narrowest_critical_point():
@@ -63,7 +66,7 @@ def test_a_diagram_without_a_point_has_no_critical_one():
 
 
 def test_a_critical_line_closes_the_door_from_jamb_to_jamb():
-    lines = draw_critical_lines(np.array([[49, 92]]), measure_clearance(PAIR), DEFAULT.spacing)
+    lines = draw_critical_lines(np.array([[49, 92]]), measure_padded_clearance(PAIR), DEFAULT.spacing)
     rows, cols = np.nonzero(lines & PAIR)
     assert sorted(rows.tolist()) == list(range(41, 59))
     assert set(cols.tolist()) <= set(range(90, 94))
@@ -72,8 +75,8 @@ def test_a_critical_line_closes_the_door_from_jamb_to_jamb():
 @pytest.mark.parametrize(("spacing", "lines"), [(0.05, 2), (0.5, 1)])
 def test_of_two_near_points_the_narrower_draws_its_line(spacing, lines):
     corridor = carve((40, 100), (10, 30, 0, 100))
-    drawn = draw_critical_lines(np.array([[20, 50], [20, 53]]), measure_clearance(corridor), spacing)
-    assert drawn[20].nonzero()[0].tolist() == [50, 53][:lines]
+    lines_drawn = draw_critical_lines(np.array([[20, 50], [20, 53]]), measure_padded_clearance(corridor), spacing)
+    assert lines_drawn[20].nonzero()[0].tolist() == [50, 53][:lines]
 
 
 def test_two_rooms_meet_in_the_door():
@@ -85,12 +88,12 @@ def test_two_rooms_meet_in_the_door():
 
 
 def test_narrow_gaps_are_no_passage():
-    # Without its door the wall has a gap of 0.1 m; no line is drawn there, and the gap divides nothing.
+    # Without its door the wall has a gap of 0.1 m; no line is lines_drawn there, and the gap divides nothing.
     free = PAIR.copy()
     free[DOOR] = False
     free[50:52, 90:94] = True
     assert segment_by_voronoi_diagram(make_grid(free)).max() == 1
-    assert segment_by_voronoi_diagram(make_grid(free), parameters=replace(DEFAULT, narrowest=0.04)).max() == 2
+    assert segment_by_voronoi_diagram(make_grid(free), parameters=replace(DEFAULT, passage_width=0.04)).max() == 2
 
 
 def test_borders_are_counted_in_sides_of_cells():

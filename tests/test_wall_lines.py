@@ -5,7 +5,7 @@ from pianta.layout.structure.wall_lines import WallLines, find_wall_lines, span_
 from tests.drawn_maps import carve
 
 
-def test_a_plain_room_has_a_line_a_wall_with_the_wall_outside():
+def test_a_plain_room_has_one_line_per_wall_with_the_wall_outside():
     lines = find_wall_lines(carve((140, 180), (20, 120, 20, 160)), resolution=0.05)
 
     middle = np.array([69.5, 89.5])
@@ -42,7 +42,7 @@ def test_a_map_without_walls_has_no_lines(space):
 
 
 @pytest.mark.parametrize(("face", "length"), [((30, 90), 60), ((59, 60), None)])
-def test_a_wall_spans_its_face_and_a_single_place_is_none(face, length):
+def test_a_wall_spans_its_face_and_a_single_sample_is_no_wall(face, length):
     """A line along row 60 whose wall, below it, has its face in some columns; space is on both sides elsewhere."""
     space = np.ones((120, 120), bool)
     space[60:, face[0] : face[1]] = False

@@ -3,11 +3,11 @@ import pytest
 
 from pianta.layout.parameters import ThesisParameters
 from pianta.layout.thesis.segments import detect_edges, detect_segments
-from tests.drawn_maps import carve, make_canvas
+from tests.drawn_maps import carve, make_working_grid
 
 DEFAULT = ThesisParameters()
 
-ROOM = make_canvas(carve((120, 180), (20, 100, 30, 150)))
+ROOM = make_working_grid(carve((120, 180), (20, 100, 30, 150)))
 # x, y of the two corners of the room, metres.
 LEFT, TOP, RIGHT, BOTTOM = 1.5, 1.0, 7.5, 5.0
 
@@ -24,7 +24,7 @@ def count_stubs_found(column: int, passes: int):
     """Segments on a stub of wall, 12 cells long at a given column, beside a door at the end of a cross wall."""
     rooms = carve((160, 240), (10, 78, 10, 230), (82, 150, 10, 230))
     wall, door = carve(rooms.shape, (10, 78, column, column + 3)), carve(rooms.shape, (48, 66, column, column + 3))
-    edges = detect_edges(make_canvas(rooms & ~wall | door), DEFAULT)
+    edges = detect_edges(make_working_grid(rooms & ~wall | door), DEFAULT)
     segments = detect_segments(edges, 0.05, ThesisParameters(hough_passes=passes)) / 0.05
     upright = np.abs(segments[:, 0] - segments[:, 2]) < 2
     beside = np.abs(segments[:, 0] - column - 1.5) < 4
@@ -40,20 +40,20 @@ def test_edges_run_around_the_free_space():
 
 
 def test_segments_lie_on_the_sides_of_a_room():
-    *sides, astray = measure_along_sides(detect_segments(detect_edges(ROOM, DEFAULT), 0.05, DEFAULT))
+    *sides, distance = measure_along_sides(detect_segments(detect_edges(ROOM, DEFAULT), 0.05, DEFAULT))
     assert sides == pytest.approx([4, 4, 6, 6], abs=0.2)
-    assert astray == 0
+    assert distance == 0
 
 
 def test_segments_are_in_metres_whatever_the_cells():
-    room = make_canvas(ROOM.free.repeat(2, axis=0).repeat(2, axis=1), resolution=0.025)
-    *sides, astray = measure_along_sides(detect_segments(detect_edges(room, DEFAULT), 0.025, DEFAULT))
+    room = make_working_grid(ROOM.free.repeat(2, axis=0).repeat(2, axis=1), resolution=0.025)
+    *sides, distance = measure_along_sides(detect_segments(detect_edges(room, DEFAULT), 0.025, DEFAULT))
     assert sides == pytest.approx([4, 4, 6, 6], abs=0.2)
-    assert astray == 0
+    assert distance == 0
 
 
 def test_walls_shorter_than_a_segment_are_not_found():
-    pillar = make_canvas(~carve((60, 60), (28, 32, 28, 32)))
+    pillar = make_working_grid(~carve((60, 60), (28, 32, 28, 32)))
     edges = detect_edges(pillar, DEFAULT)
     assert edges.any()
     assert len(detect_segments(edges, 0.05, DEFAULT)) == 0
@@ -62,7 +62,7 @@ def test_walls_shorter_than_a_segment_are_not_found():
 def test_later_passes_find_short_walls_beside_doors():
     columns = range(60, 120, 6)
     once, thrice = ([count_stubs_found(column, passes) > 0 for column in columns] for passes in (1, 3))
-    assert all(found for found, before in zip(thrice, once, strict=True) if before)
+    assert all(covered for covered, before in zip(thrice, once, strict=True) if before)
     assert sum(thrice) > sum(once)
 
 

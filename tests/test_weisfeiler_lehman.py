@@ -55,12 +55,12 @@ def test_iterations_that_are_none(iterations):
 def test_equal_to_grakel(normalize):
     grakel = pytest.importorskip("grakel")
     graphs = [make_plan(size, seed=size) for size in range(2, 40)]
-    given = [
+    inputs = [
         grakel.Graph({node: list(graph[node]) for node in graph}, node_labels=dict(graph.nodes(data="label")))
         for graph in graphs
     ]
-    theirs = grakel.WeisfeilerLehman(n_iter=4, base_graph_kernel=grakel.VertexHistogram, normalize=normalize)
-    expected = theirs.fit_transform(given[:30]), theirs.transform(given[30:])
+    reference = grakel.WeisfeilerLehman(n_iter=4, base_graph_kernel=grakel.VertexHistogram, normalize=normalize)
+    expected = reference.fit_transform(inputs[:30]), reference.transform(inputs[30:])
     kernel = WeisfeilerLehman(iterations=4, normalize=normalize).fit(graphs[:30])
     np.testing.assert_allclose(kernel.compare(), expected[0], rtol=1e-12)
     np.testing.assert_allclose(kernel.compare(graphs[30:]), expected[1], rtol=1e-12)

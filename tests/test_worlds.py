@@ -11,9 +11,9 @@ from pianta.errors import OptionError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta.worlds.floors import FLOOR_MAKERS, build_floor, make_corridor_floor, make_floor, make_hall_floor
-from pianta.worlds.scan import make_sample, map_floor
+from pianta.worlds.scan import make_sample, simulate_map
 
-kinds = st.sampled_from(sorted(FLOOR_MAKERS))
+names = st.sampled_from(sorted(FLOOR_MAKERS))
 
 seeds = st.integers(0, 10_000)
 
@@ -72,10 +72,10 @@ def test_ring_corridor_has_a_hole():
 
 
 @pytest.mark.slow
-@given(kinds, seeds)
-def test_every_floor_is_connected_with_walls_between_its_rooms(kind, seed):
-    floor = make_floor(kind, seed=seed)
-    assert floor.source == f"{kind}-{seed}"
+@given(names, seeds)
+def test_every_floor_is_connected_with_walls_between_its_rooms(name, seed):
+    floor = make_floor(name, seed=seed)
+    assert floor.source == f"{name}-{seed}"
     assert nx.is_connected(floor.graph())
     polygons = [room.polygon for room in floor.rooms]
     near = shapely.STRtree(polygons).query(polygons, "dwithin", 0.149)
@@ -83,9 +83,9 @@ def test_every_floor_is_connected_with_walls_between_its_rooms(kind, seed):
 
 
 @pytest.mark.slow
-@given(kinds, seeds)
-def test_every_door_lies_in_the_middle_of_its_wall_clear_of_corners(kind, seed):
-    floor = make_floor(kind, seed=seed)
+@given(names, seeds)
+def test_every_door_is_in_the_middle_of_its_wall_clear_of_corners(name, seed):
+    floor = make_floor(name, seed=seed)
     for door in floor.doors:
         assert 0.8 <= door.width <= 1.0
         assert door.line.length == pytest.approx(door.width)
@@ -96,13 +96,13 @@ def test_every_door_lies_in_the_middle_of_its_wall_clear_of_corners(kind, seed):
 
 @pytest.mark.slow
 @given(seeds)
-def test_rooms_are_as_wide_as_asked(seed):
+def test_rooms_have_at_least_the_given_width(seed):
     floor = make_corridor_floor(seed=seed, length=31.7, room_width=(3.5, 4.5))
     widths = [room.polygon.bounds[2] - room.polygon.bounds[0] for room in floor.rooms[1:]]
     assert min(widths) > 3.5 - 0.15 / 2 - 0.3 / 2 - 0.02
 
 
-def test_floors_depend_on_nothing_but_the_seed():
+def test_floors_depend_only_on_the_seed():
     first, again, other = (make_floor("l", seed=seed) for seed in (1, 1, 2))
     assert [room.polygon for room in first.rooms] == [room.polygon for room in again.rooms]
     assert [door.line for door in first.doors] == [door.line for door in again.doors]
@@ -124,11 +124,11 @@ def test_impossible_floors_are_refused(make, message):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", FLOOR_MAKERS)
+@pytest.mark.parametrize("name", FLOOR_MAKERS)
 @pytest.mark.parametrize("yaw", [0.0, 0.3, -2.0])
-def test_free_cells_of_a_clean_map_are_the_rooms_and_door_gaps(kind, yaw):
-    floor = make_floor(kind, seed=4)
-    grid = map_floor(floor, resolution=0.1, margin=1.013, yaw=yaw)
+def test_free_cells_of_a_clean_map_are_the_rooms_and_door_gaps(name, yaw):
+    floor = make_floor(name, seed=4)
+    grid = simulate_map(floor, resolution=0.1, margin=1.013, yaw=yaw)
     gaps = [door.line.buffer(0.076, cap_style="flat") for door in floor.doors]
     truth = unary_union([room.polygon for room in floor.rooms] + gaps)
     assert grid.origin[2] == yaw
@@ -136,38 +136,38 @@ def test_free_cells_of_a_clean_map_are_the_rooms_and_door_gaps(kind, yaw):
 
 
 @pytest.mark.slow
-@given(kinds, seeds, st.floats(-3, 3), st.sampled_from([0.05, 0.1]))
+@given(names, seeds, st.floats(-3, 3), st.sampled_from([0.05, 0.1]))
 @settings(max_examples=20)
-def test_free_space_of_a_clean_map_is_connected_and_walled_in(kind, seed, yaw, resolution):
-    grid = map_floor(make_floor(kind, seed=seed), yaw=yaw, resolution=resolution)
+def test_free_space_of_a_clean_map_is_connected_and_walled_in(name, seed, yaw, resolution):
+    grid = simulate_map(make_floor(name, seed=seed), yaw=yaw, resolution=resolution)
     assert label(grid.free)[1] == 1
     beside_free = find_free_border(grid)
     assert grid.occupied[beside_free].all()
 
 
 def test_margin_surrounds_the_outer_walls(tiny):
-    grid = map_floor(tiny, margin=0.5, wall_thickness=0.3, resolution=0.1)
+    grid = simulate_map(tiny, margin=0.5, wall_thickness=0.3, resolution=0.1)
     xmin, ymin, xmax, ymax = unary_union([room.polygon for room in tiny.rooms]).bounds
     assert grid.origin == pytest.approx((xmin - 0.8, ymin - 0.8, 0))
     assert grid.shape == (np.ceil((ymax - ymin + 1.6) * 10 - 1e-9), np.ceil((xmax - xmin + 1.6) * 10 - 1e-9))
 
 
-def test_lidar_sees_faces_of_walls_and_a_plan_shows_them_solid(tiny):
+def test_a_lidar_detects_faces_of_walls_and_a_plan_has_solid_walls(tiny):
     inside_inner_wall, inside_outer_wall = (5.0, 4.0), (0.0, 4.0)
     for solid, values in ((False, (-1, -1)), (True, (100, 100))):
-        grid = map_floor(tiny, resolution=0.02, solid_walls=solid, furniture=2)
-        places = [grid.map_to_pixel(*place) for place in (inside_inner_wall, inside_outer_wall)]
-        assert tuple(grid.cells[int(row), int(col)] for row, col in places) == values
+        grid = simulate_map(tiny, resolution=0.02, solid_walls=solid, furniture=2)
+        pixels = [grid.map_to_pixel(*point) for point in (inside_inner_wall, inside_outer_wall)]
+        assert tuple(grid.cells[int(row), int(col)] for row, col in pixels) == values
         assert (label(grid.unknown)[1] == 1) == solid
 
 
 @pytest.mark.slow
-@given(kinds, seeds, st.sampled_from([1.0, 5.0]))
+@given(names, seeds, st.sampled_from([1.0, 5.0]))
 @settings(max_examples=20)
-def test_furniture_keeps_all_free_space_connected_and_doors_clear(kind, seed, density):
-    floor = make_floor(kind, seed=seed)
-    empty = map_floor(floor, resolution=0.1)
-    full = map_floor(floor, resolution=0.1, furniture=density, seed=seed)
+def test_furniture_keeps_all_free_space_connected_and_doors_clear(name, seed, density):
+    floor = make_floor(name, seed=seed)
+    empty = simulate_map(floor, resolution=0.1)
+    full = simulate_map(floor, resolution=0.1, furniture=density, seed=seed)
     assert label(full.free)[1] == 1
     blocked = empty.free & ~full.free
     assert blocked.any()
@@ -175,52 +175,52 @@ def test_furniture_keeps_all_free_space_connected_and_doors_clear(kind, seed, de
     before_doors = unary_union(
         [door.line.buffer(0.9).intersection(rooms[room]) for door in floor.doors for room in door.room_ids]
     )
-    assert not shapely.contains_xy(before_doors, *(places[blocked] for places in cell_centres(full))).any()
+    assert not shapely.contains_xy(before_doors, *(coordinates[blocked] for coordinates in cell_centres(full))).any()
 
 
 def test_corridors_stay_empty():
     floor = make_floor("corridor", seed=2)
-    empty, full = map_floor(floor), map_floor(floor, furniture=3)
+    empty, full = simulate_map(floor), simulate_map(floor, furniture=3)
     assert not (empty.free & ~full.free & (floor.label_image(empty) == 1)).any()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", FLOOR_MAKERS)
+@pytest.mark.parametrize("name", FLOOR_MAKERS)
 @pytest.mark.parametrize("seed", range(3))
-def test_spray_leaves_the_building_through_one_wall(kind, seed):
-    floor = make_floor(kind, seed=seed)
-    plain = map_floor(floor, margin=6)
-    sprayed = map_floor(floor, margin=6, glass_spray=True, seed=seed)
-    changed = plain.cells != sprayed.cells
+def test_rays_leave_the_building_through_one_wall(name, seed):
+    floor = make_floor(name, seed=seed)
+    plain = simulate_map(floor, margin=6)
+    with_rays = simulate_map(floor, margin=6, glass_spray=True, seed=seed)
+    changed = plain.cells != with_rays.cells
     assert not (changed & (floor.label_image(plain) > 0)).any()
     building = unary_union([room.polygon for room in floor.rooms]).buffer(0.3, join_style="mitre")
     hull = shapely.Polygon(building.exterior)
     x, y = cell_centres(plain)
     far = ~shapely.contains_xy(hull.buffer(2), x, y)
-    assert (sprayed.free & far).sum() > 50
-    assert (sprayed.occupied & far).sum() > 5
+    assert (with_rays.free & far).sum() > 50
+    assert (with_rays.occupied & far).sum() > 5
     broken = plain.occupied & changed
     assert 0 < broken.sum() < 0.1 * plain.occupied.sum()
 
 
-def test_spray_gets_room_when_no_margin_is_given(tiny):
-    assert map_floor(tiny, glass_spray=True).shape == map_floor(tiny, margin=6).shape
+def test_the_default_margin_has_space_for_rays(tiny):
+    assert simulate_map(tiny, glass_spray=True).shape == simulate_map(tiny, margin=6).shape
 
 
 @pytest.mark.slow
-def test_noise_moves_walls_a_little_and_more_of_it_moves_them_more():
+def test_more_noise_moves_walls_more():
     floor = make_floor("ring", seed=3)
-    clean = map_floor(floor)
+    clean = simulate_map(floor)
     overlaps = []
     for noise in (0.1, 0.5, 1.0):
-        noisy = map_floor(floor, noise=noise)
+        noisy = simulate_map(floor, noise=noise)
         overlaps.append((clean.free & noisy.free).sum() / (clean.free | noisy.free).sum())
     assert 1 > overlaps[0] > overlaps[1] > overlaps[2] > 0.93
 
 
 def test_noise_leaves_every_room_reachable():
     floor = make_floor("l", seed=6)
-    grid = map_floor(floor, noise=1.0, furniture=1.0)
+    grid = simulate_map(floor, noise=1.0, furniture=1.0)
     parts, _ = label(grid.free)
     main = parts == np.bincount(parts[parts > 0]).argmax()
     rooms = floor.label_image(grid)
@@ -229,21 +229,23 @@ def test_noise_leaves_every_room_reachable():
 
 
 @pytest.mark.parametrize("options", [{"noise": 0.5}, {"furniture": 1.0}, {"glass_spray": True}])
-def test_maps_depend_on_nothing_but_the_seed(tiny, options):
-    first, again, other = (map_floor(tiny, seed=seed, **options).cells for seed in (1, 1, 2))
+def test_maps_depend_only_on_the_seed(tiny, options):
+    first, again, other = (simulate_map(tiny, seed=seed, **options).cells for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()
 
 
 def test_furniture_and_noise_have_random_streams_of_their_own(tiny):
-    plain, sprayed = (map_floor(tiny, furniture=1, noise=0.5, margin=6, glass_spray=spray) for spray in (False, True))
+    plain, with_rays = (
+        simulate_map(tiny, furniture=1, noise=0.5, margin=6, glass_spray=spray) for spray in (False, True)
+    )
     inside = tiny.label_image(plain) == 1
-    np.testing.assert_array_equal(plain.cells[inside], sprayed.cells[inside])
+    np.testing.assert_array_equal(plain.cells[inside], with_rays.cells[inside])
 
 
 def test_faults_of_all_options_come_in_one_message():
     with pytest.raises(OptionError) as caught:
-        map_floor(Floor(rooms=()), resolution=0, margin=-1, wall_thickness=0, noise=2, furniture=-1, yaw=np.nan)
+        simulate_map(Floor(rooms=()), resolution=0, margin=-1, wall_thickness=0, noise=2, furniture=-1, yaw=np.nan)
     for fault in (
         "rooms",
         "resolution",
@@ -266,7 +268,7 @@ def test_sample_is_a_connected_floor_and_always_the_same():
 
 def test_an_entrance_is_a_gap_in_the_outer_wall():
     entrance = Door((1, None), LineString([(0, 1), (0, 2)]), 1.0)
-    closed, open_ = (map_floor(Floor((Room(1, box(0.1, 0, 4, 3)),), doors)) for doors in ((), (entrance,)))
-    row, col = (int(place) for place in open_.map_to_pixel(0.075, 1.5))
+    closed, open_ = (simulate_map(Floor((Room(1, box(0.1, 0, 4, 3)),), doors)) for doors in ((), (entrance,)))
+    row, col = (int(point) for point in open_.map_to_pixel(0.075, 1.5))
     assert closed.occupied[row, col]
     assert open_.free[row, col]

@@ -1,17 +1,13 @@
-"""Data folders of two tiny rooms, whose scores can be reckoned by hand, of tiny schools, and what a bench prints."""
+"""Data folders of two tiny rooms, whose scores can be reckoned by hand, and tiny schools."""
 
 from collections.abc import Sequence
-from io import StringIO
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
-from rich.console import Console
 from shapely import Polygon, box
 
 from pianta.floor import Floor, Room
-from pianta_bench.harness.old_report import show_bench_table
-from pianta_bench.harness.table import BenchTable
 
 # A room of 4 m × 3 m and one of 2 m × 3 m, with a wall of 0.2 m between them, in a map of 8 m × 5 m.
 SIZE = (8.0, 5.0)
@@ -99,14 +95,6 @@ def write_building(outlines: tuple[Polygon, ...], resolution: float) -> str:
         "<real_distance><value>90</value><um>cm</um></real_distance></scale>"
         f"<floor><spaces>{spaces}</spaces></floor></building>"
     )
-
-
-def show_lines(table: BenchTable, width: int = 80, *, maps: bool = True) -> list[str]:
-    """What a terminal of a width shows of a table."""
-    console = Console(file=StringIO(), width=width)
-    console.print(show_bench_table(table, maps=maps))
-    assert isinstance(console.file, StringIO)
-    return [line.rstrip() for line in console.file.getvalue().splitlines()]
 
 
 def write_schools(data: Path, *wings: str) -> None:

@@ -20,11 +20,11 @@ HOUSE = LabelSchema(
 ALL_SCHEMAS = {**SCHEMAS, "house": HOUSE}
 
 
-def build(kind: str, source: str, rooms: list[tuple[str, Polygon]], doors: list[Door]) -> Floor:
+def build(type_name: str, source: str, rooms: list[tuple[str, Polygon]], doors: list[Door]) -> Floor:
     return Floor(
         tuple(Room(number, polygon, label=label) for number, (label, polygon) in enumerate(rooms, start=1)),
         tuple(doors),
-        building_type={kind: 1.0},
+        building_type={type_name: 1.0},
         source=source,
     )
 
@@ -47,7 +47,7 @@ def make_school(rooms: int, *, width: float = 7.0, source: str = "school.xml") -
 def make_office(rooms: int, *, depth: float = 3.0, source: str = "office.xml") -> Floor:
     """A square hall with small rooms on its four sides."""
     side = rooms * 2.5
-    found: list[tuple[str, Polygon]] = [("HALL", box(0, 0, side, side))]
+    result: list[tuple[str, Polygon]] = [("HALL", box(0, 0, side, side))]
     doors = []
     for i in range(rooms):
         a, b = i * 2.5, (i + 1) * 2.5
@@ -57,17 +57,17 @@ def make_office(rooms: int, *, depth: float = 3.0, source: str = "office.xml") -
             box(-depth, a, 0, b),
             box(side, a, side + depth, b),
         )
-        places = ((a + 0.8, side), (a + 0.8, 0), (0, a + 0.8), (side, a + 0.8))
-        for number, (polygon, (x, y)) in enumerate(zip(sides, places, strict=True)):
-            found.append(("OFFICE" if i else "BATHROOM", polygon))
-            doors.append(hang_door(1, len(found), x, y, upright=number >= 2))
-    return build("office", source, found, doors)
+        indices = ((a + 0.8, side), (a + 0.8, 0), (0, a + 0.8), (side, a + 0.8))
+        for number, (polygon, (x, y)) in enumerate(zip(sides, indices, strict=True)):
+            result.append(("OFFICE" if i else "BATHROOM", polygon))
+            doors.append(hang_door(1, len(result), x, y, upright=number >= 2))
+    return build("office", source, result, doors)
 
 
 def make_house(rooms: int, *, width: float = 5.0, source: str = "house.xml") -> Floor:
     """Rooms one behind the other, without a corridor."""
-    found = [("BATH" if i == rooms - 1 else "LIVING ROOM", box(0, i * 4, width, (i + 1) * 4)) for i in range(rooms)]
-    return build("house", source, found, [hang_door(i, i + 1, 1, i * 4) for i in range(1, rooms)])
+    result = [("BATH" if i == rooms - 1 else "LIVING ROOM", box(0, i * 4, width, (i + 1) * 4)) for i in range(rooms)]
+    return build("house", source, result, [hang_door(i, i + 1, 1, i * 4) for i in range(1, rooms)])
 
 
 @cache

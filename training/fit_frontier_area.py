@@ -1,9 +1,9 @@
-"""Fit the perceptron that says how much area is behind a frontier, on simulated runs in the schools of the data.
+"""Fit the perceptron of the area behind a frontier on simulated runs in the schools of the data.
 
     python training/fit_frontier_area.py [--data DIR] [--fold 0|1] [--jobs N] -o frontier_area.json
 
-Writes the weights that src/pianta/models/frontier_area.json has. What is predicted beyond open ends comes from
-models without the school. --fold leaves every other school out, so that those can be judged.
+Writes the weights that src/pianta/models/frontier_area.json has. The predictions beyond open ends come from
+models without the school. --fold leaves every other school out, so that the weights can be evaluated on them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pianta.exploration.expectations import RoomExpectations
 from pianta.exploration.explore import explore
 from pianta.exploration.frontier_area import measure_frontiers
 from pianta.exploration.frontiers import Frontier
-from pianta.exploration.situation import Policy, Situation
+from pianta.exploration.policy_input import Policy, PolicyInput
 from pianta.exploration.starts import find_starts
 from pianta.exploration.world import World, build_world
 from pianta.generation.type_model import learn_type
@@ -35,55 +35,61 @@ from pianta.prediction.unexplored_part import FloorSampler
 from pianta_bench.data.folders import find_data
 from pianta_bench.exploration.buildings import ExploredBuilding, read_buildings
 
-RESOLUTION, EVERY, STOP, LESSONS = 0.2, 3, 0.98, 120_000
+# All values were chosen by hand. Of the worlds, metres per cell.
+RESOLUTION = 0.2
+# Every third decision is recorded, because consecutive ones are alike.
+DECISION_STEP = 3
+# Runs end at this share of the area.
+STOP = 0.98
+MAX_SAMPLES = 120_000
 HIDDEN = (24, 12)
 
 
 class Watcher:
-    """A policy that takes lessons while another decides: measures of frontiers, and the area that really is there."""
+    """Records measures of frontiers and the true area behind them, while another policy decides."""
 
     def __init__(self, policy: Policy, expectations: RoomExpectations, world: World) -> None:
         self.policy, self.expectations, self.world = policy, expectations, world
-        self.lessons: list[Floats] = []
+        self.samples: list[Floats] = []
 
-    def choose(self, situation: Situation) -> list[Frontier | None]:
-        """As the other policy."""
-        if situation.decision % EVERY == 0:
-            measured, _ = measure_frontiers(situation, self.expectations)
-            self.lessons.append(np.column_stack([measured, np.sqrt(measure_true_areas(situation, self.world))]))
-        return self.policy.choose(situation)
+    def choose(self, inputs: PolicyInput) -> list[Frontier | None]:
+        """Choose as the other policy."""
+        if inputs.decision % DECISION_STEP == 0:
+            measures, _ = measure_frontiers(inputs, self.expectations)
+            self.samples.append(np.column_stack([measures, np.sqrt(measure_true_areas(inputs, self.world))]))
+        return self.policy.choose(inputs)
 
 
-def measure_true_areas(situation: Situation, world: World) -> Floats:
+def measure_true_areas(inputs: PolicyInput, world: World) -> Floats:
     """Unknown free area of the world nearest to each frontier, on foot through the unknown, m², shape (frontiers,)."""
-    markers = np.zeros(situation.known.shape, np.int32)
-    for place, frontier in enumerate(situation.frontiers, 1):
-        markers[tuple(frontier.cells.T)] = place
-    hidden = (situation.known == UNKNOWN) & world.free
+    markers = np.zeros(inputs.cells.shape, np.int32)
+    for number, frontier in enumerate(inputs.frontiers, 1):
+        markers[tuple(frontier.cells.T)] = number
+    hidden = (inputs.cells == UNKNOWN) & world.free
     nearest = watershed(np.zeros(markers.shape), markers, mask=hidden | (markers > 0))
-    counts = np.bincount(nearest[hidden], minlength=len(situation.frontiers) + 1)[1:]
-    return np.asarray(counts * situation.resolution**2, float)
+    counts = np.bincount(nearest[hidden], minlength=len(inputs.frontiers) + 1)[1:]
+    return np.asarray(counts * inputs.resolution**2, float)
 
 
-def take_lessons(building: ExploredBuilding) -> Floats:
-    """Lessons of one school, by both classical policies."""
+def record_runs(building: ExploredBuilding) -> Floats:
+    """Samples of one school, by both classical policies."""
     warnings.simplefilter("ignore")
     world = build_world(building.floor, resolution=RESOLUTION)
     sampler = FloorSampler(learn_type(building.others, SCHEMAS["school"]))
-    found = []
+    samples = []
     for make in (InformationGain, NearestFrontier):
         watcher = Watcher(make(), RoomExpectations(sampler), world)
         explore(world, watcher, starts=find_starts(world)[:1], stop=STOP)
-        found += watcher.lessons
-    return np.concatenate(found)
+        samples += watcher.samples
+    return np.concatenate(samples)
 
 
-def fit(lessons: Floats, seed: int = 0) -> dict[str, list[object]]:
+def fit(samples: Floats, seed: int = 0) -> dict[str, list[object]]:
     """The weights of the perceptron."""
-    order = np.random.default_rng(seed).permutation(len(lessons))[:LESSONS]
-    scaler = StandardScaler().fit(lessons[order, :-1])
+    order = np.random.default_rng(seed).permutation(len(samples))[:MAX_SAMPLES]
+    scaler = StandardScaler().fit(samples[order, :-1])
     network = MLPRegressor(hidden_layer_sizes=HIDDEN, random_state=seed, max_iter=60, early_stopping=True, alpha=1e-3)
-    network.fit(scaler.transform(lessons[order, :-1]), lessons[order, -1])
+    network.fit(scaler.transform(samples[order, :-1]), samples[order, -1])
     weights = {"mean": scaler.mean_, "spread": scaler.scale_}
     for layer, (weight, bias) in enumerate(zip(network.coefs_, network.intercepts_, strict=True)):
         weights |= {f"weights {layer}": weight, f"bias {layer}": bias}
@@ -97,13 +103,13 @@ def main() -> None:
     parser.add_argument("--fold", type=int, choices=(0, 1))
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("-o", "--out", type=Path, required=True)
-    given = parser.parse_args()
-    buildings = read_buildings(find_data(given.data), "school").buildings
-    taken = [building for place, building in enumerate(buildings) if given.fold is None or place % 2 != given.fold]
-    found = Parallel(n_jobs=given.jobs)(delayed(take_lessons)(building) for building in taken if building.others)
-    lessons = np.concatenate(found)
-    given.out.write_text(json.dumps(fit(lessons)) + "\n")
-    print(f"{len(lessons)} lessons from {len(taken)} schools, in {given.out}")
+    arguments = parser.parse_args()
+    buildings = read_buildings(find_data(arguments.data), "school").buildings
+    training = [building for i, building in enumerate(buildings) if arguments.fold is None or i % 2 != arguments.fold]
+    runs = Parallel(n_jobs=arguments.jobs)(delayed(record_runs)(building) for building in training if building.others)
+    samples = np.concatenate(runs)
+    arguments.out.write_text(json.dumps(fit(samples)) + "\n")
+    print(f"{len(samples)} samples from {len(training)} schools, in {arguments.out}")
 
 
 if __name__ == "__main__":

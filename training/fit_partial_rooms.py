@@ -1,11 +1,11 @@
-"""Fit the model that says how well a hypothesis of a partial room fits, and measure it on buildings left out.
+"""Fit the model that predicts the IoU of a hypothesis for a partial room, with cross-validation by floor.
 
 Run: python training/fit_partial_rooms.py [--data DIR] [--rounds N].
 
-The model learns from simulated robots that have explored drawn schools, offices and made-up floors in part: of each
-room that is found partial it sees every hypothesis and its IoU with the true room. Schools that data/partial shows are
-left out, so that `pianta bench partial` tells how the model does on buildings that it has never seen. The folds are by
-floor: the floors of one building can be in several.
+The model learns from simulated robots that have explored a part of drawn schools and offices, and of synthetic floors:
+from every hypothesis for each partial room, and its IoU with the true room. Schools of data/partial are left out, so
+that `pianta bench partial` measures the model on unknown buildings. The folds are by floor: the floors of one building
+can be in different folds.
 """
 
 from __future__ import annotations
@@ -28,36 +28,50 @@ from sklearn.neural_network import MLPRegressor
 
 from pianta.errors import PiantaError
 from pianta.floor import Floor
+from pianta.layout._label_images import grow_mask
 from pianta.layout.partial.hypotheses import FEATURES, list_hypotheses
 from pianta.layout.partial.predict import MODEL_FILE, PartialModel
-from pianta.layout.partial.scene import Sight, grow, look_around
+from pianta.layout.partial.scene import ObservedCells, build_scene
 from pianta.layout.reconstruct import find_rooms
 from pianta_bench.data.annotated_floors import read_drawing
 from pianta_bench.data.folders import find_data
 from pianta_bench.partial.maps import PartialMap, simulate_drawing, simulate_world
 
-FOLDS, ROUNDS, WORLDS = 4, 3, 16
-# Perceptrons that are averaged, and cells of the hidden layer of each; weight of the penalty.
-NETS, HIDDEN, PENALTY = 4, 24, 0.01
-# Of each room so many hypotheses are learned from.
-MOST_HYPOTHESES = 60
-# Every so many maps are read by the thesis' method too.
+# The constants were chosen by hand.
+# Folds of the cross-validation.
+FOLDS = 4
+# Simulated maps of each drawing.
+ROUNDS = 3
+# Synthetic floors in each round.
+WORLDS = 16
+# Perceptrons that are averaged.
+NETS = 4
+# Units in the hidden layer of each.
+HIDDEN = 24
+# Weight of the L2 penalty.
+PENALTY = 0.01
+# Step of the optimiser at the beginning.
+LEARNING_RATE = 0.003
+# Hypotheses of each room that the model learns from, at most.
+MAX_HYPOTHESES = 60
+# One in this number of maps is reconstructed by the method of the thesis too.
 THESIS_EVERY = 4
-A_THIRD = 1 / 3
+# Rooms with at least this share observed count in the scores, as in `pianta bench partial`.
+MIN_OBSERVED_SHARE = 1 / 3
 
 
 @dataclass(frozen=True, eq=False)
-class Lesson:
-    """The hypotheses of a partial room.
+class Example:
+    """The hypotheses for a partial room.
 
-    features: shape (N, 26). iou: shape (N,), with the true room; that of the seen part comes first. seen: its IoU
-    without walls. share: of the true room that was seen.
+    features: shape (N, 26). iou: shape (N,), with the true room; that of the observed part comes first. observed_iou:
+    IoU of the observed part without walls. share: observed share of the true room.
     """
 
     building: str
     features: NDArray[np.float64]
     iou: NDArray[np.float64]
-    seen: float
+    observed_iou: float
     share: float
 
     @property
@@ -68,72 +82,76 @@ class Lesson:
 
 @dataclass(frozen=True)
 class Job:
-    """A map to simulate: a drawing, or a world where there is none."""
+    """A map to simulate: of a drawing, or of a synthetic floor if there is no drawing."""
 
     drawing: Path | None
     seed: int
 
 
 def list_jobs(data: Path, rounds: int) -> list[Job]:
-    """Each drawing so many times, and made-up worlds."""
-    known = {folder.name for folder in (data / "partial").iterdir()}
-    files = [file for kind in ("school", "office") for file in sorted((data / "buildings" / kind).glob("*.xml"))]
-    left = [file for file in files if file.stem not in known]
-    drawn = [Job(file, 1000 * i + j) for i in range(rounds) for j, file in enumerate(left)]
-    return drawn + [Job(None, i) for i in range(WORLDS * rounds)]
+    """Maps of each drawing and of synthetic floors in a number of rounds."""
+    benchmark = {folder.name for folder in (data / "partial").iterdir()}
+    files = [file for folder in ("school", "office") for file in sorted((data / "buildings" / folder).glob("*.xml"))]
+    drawings = [file for file in files if file.stem not in benchmark]
+    jobs = [Job(file, 1000 * i + j) for i in range(rounds) for j, file in enumerate(drawings)]
+    return jobs + [Job(None, i) for i in range(WORLDS * rounds)]
 
 
-def do_job(job: Job) -> list[Lesson]:
-    """The lessons of a map; none where nothing can be made of it."""
+def do_job(job: Job) -> list[Example]:
+    """The examples of a map; empty if it cannot be simulated or reconstructed."""
     try:
         if job.drawing:
-            known, name = simulate_drawing(read_drawing(job.drawing), seed=job.seed), job.drawing.stem
+            partial_map, name = simulate_drawing(read_drawing(job.drawing), seed=job.seed), job.drawing.stem
         else:
-            known, name = simulate_world(job.seed, first_seed=0), f"world {job.seed}"
+            partial_map, name = simulate_world(job.seed, first_seed=0), f"world {job.seed}"
         methods = ("structure", "thesis") if job.seed % THESIS_EVERY == 0 else ("structure",)
-        floors = [find_rooms(known.grid, method=method) for method in methods]
-        return [lesson for floor in floors for lesson in learn_floor(name, floor, known)]
+        floors = [find_rooms(partial_map.grid, method=method) for method in methods]
+        return [example for floor in floors for example in list_examples(name, floor, partial_map)]
     except PiantaError:
         return []
 
 
-def learn_floor(name: str, floor: Floor, known: PartialMap) -> Iterator[Lesson]:
-    """A lesson for each partial room that lies in a true one."""
-    true, sight = np.array(known.rooms, dtype=object), Sight.of(known.grid)
+def list_examples(name: str, floor: Floor, partial_map: PartialMap) -> Iterator[Example]:
+    """An example for each partial room that overlaps a true one."""
+    true_rooms, observed_cells = np.array(partial_map.rooms, dtype=object), ObservedCells.from_grid(partial_map.grid)
     for room in floor.rooms:
-        shared = area_of(intersection(true, room.polygon))
+        shared = area_of(intersection(true_rooms, room.polygon))
         if not room.partial or not shared.any():
             continue
-        scene = look_around(floor, room, sight)
-        best: Polygon = true[int(shared.argmax())]
+        scene = build_scene(floor, room, observed_cells)
+        best: Polygon = true_rooms[int(shared.argmax())]
         truth = scene.view.draw([best])
         hypotheses = list_hypotheses(scene)
         iou = []
         for hypothesis in hypotheses:
-            cells = np.zeros_like(scene.seen)
+            cells = np.zeros_like(scene.observed)
             cells[hypothesis.window] = hypothesis.cells
-            # Half a wall is about a cell
-            whole = cells | (grow(cells, 1) & ~scene.others)
-            iou.append((whole & truth).sum() / max(1, (whole | truth).sum()))
-        seen = (scene.seen & truth).sum() / max(1, (scene.seen | truth).sum())
+            # Half a wall is about one cell
+            with_walls = cells | (grow_mask(cells, 1) & ~scene.others)
+            iou.append((with_walls & truth).sum() / max(1, (with_walls | truth).sum()))
+        observed_iou = (scene.observed & truth).sum() / max(1, (scene.observed | truth).sum())
         features = np.array([hypothesis.features for hypothesis in hypotheses])
-        yield Lesson(name, features, np.array(iou), float(seen), float(shared.max() / best.area))
+        yield Example(name, features, np.array(iou), float(observed_iou), float(shared.max() / best.area))
 
 
-def fit_model(lessons: Sequence[Lesson]) -> PartialModel:
-    """The mean of perceptrons, which is one with all their hidden cells."""
+def fit_model(examples: Sequence[Example]) -> PartialModel:
+    """The mean of perceptrons, as one perceptron with the hidden units of all."""
     rng = np.random.default_rng(0)
     features, iou = [], []
-    for lesson in lessons:
-        order = rng.permutation(len(lesson.iou))[:MOST_HYPOTHESES]
-        features.append(lesson.features[order])
-        iou.append(lesson.iou[order])
-    every, target = np.concatenate(features), np.concatenate(iou)
-    means, spreads = every.mean(axis=0), every.std(axis=0) + 1e-6
-    standard = ((every - means) / spreads).clip(-4, 4)
+    for example in examples:
+        order = rng.permutation(len(example.iou))[:MAX_HYPOTHESES]
+        features.append(example.features[order])
+        iou.append(example.iou[order])
+    inputs, target = np.concatenate(features), np.concatenate(iou)
+    means, spreads = inputs.mean(axis=0), inputs.std(axis=0) + 1e-6
+    standard = ((inputs - means) / spreads).clip(-4, 4)
     nets = [
         MLPRegressor(
-            hidden_layer_sizes=(HIDDEN,), alpha=PENALTY, early_stopping=True, learning_rate_init=0.003, random_state=i
+            hidden_layer_sizes=(HIDDEN,),
+            alpha=PENALTY,
+            early_stopping=True,
+            learning_rate_init=LEARNING_RATE,
+            random_state=i,
         ).fit(standard, target)
         for i in range(NETS)
     ]
@@ -143,16 +161,16 @@ def fit_model(lessons: Sequence[Lesson]) -> PartialModel:
     return PartialModel(means, spreads, hidden, bias, output, float(np.mean([net.intercepts_[1][0] for net in nets])))
 
 
-def score_lessons(lessons: Sequence[Lesson], models: Sequence[PartialModel]) -> dict[str, float]:
-    """Means over rooms of which a third was seen, each judged by the model that has not seen its building; %."""
-    chosen = [lesson for lesson in lessons if lesson.share >= A_THIRD]
-    expected = [models[lesson.fold].expect_iou(lesson.features) for lesson in chosen]
-    picked = [lesson.iou[says.argmax()] for lesson, says in zip(chosen, expected, strict=True)]
+def score_models(examples: Sequence[Example], models: Sequence[PartialModel]) -> dict[str, float]:
+    """Means over rooms of which a third was observed, predicted by the model that was not fitted to their floor; %."""
+    chosen = [example for example in examples if example.share >= MIN_OBSERVED_SHARE]
+    expected = [models[example.fold].predict_iou(example.features) for example in chosen]
+    best = [example.iou[iou.argmax()] for example, iou in zip(chosen, expected, strict=True)]
     means = {
-        "seen": fmean(lesson.seen for lesson in chosen),
-        "predicted": fmean(picked),
-        "best hypothesis": fmean(lesson.iou.max() for lesson in chosen),
-        "confidence": fmean(says.max() for says in expected),
+        "seen": fmean(example.observed_iou for example in chosen),
+        "predicted": fmean(best),
+        "best hypothesis": fmean(example.iou.max() for example in chosen),
+        "confidence": fmean(iou.max() for iou in expected),
     }
     return {"rooms": len(chosen)} | {name: round(100 * float(mean), 1) for name, mean in means.items()}
 
@@ -170,18 +188,18 @@ def write_model(model: PartialModel, left_out: dict[str, float], path: Path = MO
 
 
 def main() -> None:
-    """Measure the model on buildings left out, then fit it to all of them and write it."""
+    """Cross-validate the model by floor, then fit it to all floors and write it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, help="folder of the data; $PIANTA_DATA, or ../shared/data, unless given")
-    parser.add_argument("--rounds", type=int, default=ROUNDS, help="how often each drawing is explored")
+    parser.add_argument("--rounds", type=int, default=ROUNDS, help="number of simulated maps of each drawing")
     options = parser.parse_args()
     jobs = list_jobs(find_data(options.data), options.rounds)
     with Pool() as pool:
-        lessons = [lesson for of_map in pool.imap(do_job, jobs) for lesson in of_map]
-    folds = [fit_model([lesson for lesson in lessons if lesson.fold != fold]) for fold in range(FOLDS)]
-    left_out = score_lessons(lessons, folds)
+        examples = [example for map_examples in pool.imap(do_job, jobs) for example in map_examples]
+    folds = [fit_model([example for example in examples if example.fold != fold]) for fold in range(FOLDS)]
+    left_out = score_models(examples, folds)
     sys.stdout.write(f"on buildings left out: {json.dumps(left_out, indent=1)}\n")
-    write_model(fit_model(lessons), left_out)
+    write_model(fit_model(examples), left_out)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,14 @@
-"""Fit the networks that tell walls, doors, inside and outside of plans, on the plans of the data and drawn ones.
+"""Fit the networks that segment plans into walls, doors, inside and outside, on real and synthetic plans.
 
     pip install torch onnx
     python training/fit_plan_regions.py --fold 0 --minutes 60 -o plan_regions_0.onnx [--data DIR]
         [--start plan_regions_0.pt] [--average]
 
-The plans of every other building are left out, by --fold 0 or 1, so that each network can be judged on those that it
-has not seen; src/pianta/models/plan_regions.json says which it has. Besides the real plans each network sees their
-floors drawn anew by pianta.worlds in other styles. Half of the lessons are real. The networks that come with pianta
-were fitted in four goes; the last went on with --start and --average, which takes the mean of the weights before and
-after (Izmailov et al., Averaging weights leads to wider optima and better generalization, 2018).
+The plans of every other building are left out, by --fold 0 or 1, so that each network can be evaluated on plans that
+it was not trained on; src/pianta/models/plan_regions.json lists its training plans. Besides real plans each network is
+trained on synthetic ones, their floors drawn anew by pianta.worlds in other styles. Half of the lessons are real. The
+networks that come with pianta were fitted in four runs; the last continued with --start and --average, the mean of the
+weights before and after (Izmailov et al., Averaging weights leads to wider optima and better generalization, 2018).
 """
 
 from __future__ import annotations
@@ -37,24 +37,33 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.images import read_picture
-from pianta.plan.walls.regions import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, describe_sheet
+from pianta.plan.walls.segmentation import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, input_layers
 from pianta.worlds.plans.drawing import draw_plan
 from pianta.worlds.plans.look import PlanLook
 from pianta_bench.data.annotated_floors import read_buildings_of_files
 from pianta_bench.data.folders import find_data
 from pianta_bench.plans.plan_sets import find_image, list_plans, read_true_plan
 
-Layers, Regions = NDArray[np.uint8], NDArray[np.uint8]
-Lesson = tuple[Layers, Regions]
+Layers, ClassMap = NDArray[np.uint8], NDArray[np.uint8]
+Lesson = tuple[Layers, ClassMap]
 
+# Channels of the U-Net at each depth.
 CHANNELS = (16, 32, 48, 64, 96, 128)
-SIDE, BATCH, RATE = 288, 5, 3e-3
+# All of these are chosen by hand. Side of a square in training, cells of the network.
+SIDE = 288
+BATCH = 5
+LEARNING_RATE = 3e-3
+# Weights of the classes in the loss; walls and doors cover little area.
 WEIGHTS = {INSIDE: 1.0, WALL: 2.5, DOOR: 5.0, OUTSIDE: 1.0}
-WALL_CELLS, PASSAGE_CELLS = 3, 4
-DRAWINGS, DRAWN_WEIGHT = 3, 0.25
+# Widths of walls and doors in the true regions, cells.
+WALL_CELLS = 3
+DOOR_LINE_CELLS = 4
+# Synthetic plans of each floor, and the probability of one of them in a batch, per that of a real plan of its size.
+DRAWINGS = 3
+SYNTHETIC_WEIGHT = 0.25
 SCREENSHOT = "screenshot"
-# Batches that tell the statistics of averaged weights.
-STATISTICS = 80
+# Batches from which the statistics of averaged weights are computed.
+STATISTICS_BATCHES = 80
 
 
 class Block(nn.Sequential):
@@ -107,13 +116,13 @@ def fold_of(building: str, buildings: list[str]) -> int:
     return ordered.index(building) % 2
 
 
-def teach(colors: NDArray[np.uint8], floors: list[Floor], grid: GridMap) -> Lesson:
-    """The layers of a sheet and the true regions, both in cells of the network.
+def make_lesson(colors: NDArray[np.uint8], floors: list[Floor], grid: GridMap) -> Lesson:
+    """The layers of a sheet and its true regions, both in cells of the network.
 
-    Walls are the outlines of the rooms, doors their lines, whatever the ink there.
+    Walls are the outlines of the rooms, doors their lines, with or without ink there.
     """
     cell = 0.9 / grid.resolution / DOOR_CELLS
-    layers = (describe_sheet(colors, cell_px=cell) * 255).astype(np.uint8)
+    layers = (input_layers(colors, cell_px=cell) * 255).astype(np.uint8)
     regions = np.full(layers.shape[1:], OUTSIDE, np.uint8)
 
     def points(shape: shapely.Geometry) -> NDArray[np.int32]:
@@ -126,39 +135,39 @@ def teach(colors: NDArray[np.uint8], floors: list[Floor], grid: GridMap) -> Less
         rings = [points(ring) for ring in (room.polygon.exterior, *room.polygon.interiors)]
         cv2.polylines(regions, rings, True, WALL, WALL_CELLS, cv2.LINE_8, 4)  # noqa: FBT003
     for door in (door for floor in floors for door in floor.doors):
-        cv2.polylines(regions, [points(door.line)], False, DOOR, PASSAGE_CELLS, cv2.LINE_8, 4)  # noqa: FBT003
+        cv2.polylines(regions, [points(door.line)], False, DOOR, DOOR_LINE_CELLS, cv2.LINE_8, 4)  # noqa: FBT003
     return layers, regions
 
 
 def read_lessons(data: Path, fold: int) -> tuple[list[Lesson], list[Lesson], list[str]]:
-    """Lessons of real plans and of drawn ones, without the buildings of a fold, and the buildings that they show."""
+    """Lessons of real and of synthetic plans, without the buildings of a fold, and the buildings that they show."""
     building_name = {Path(file).stem: building for file, building in read_buildings_of_files(data).items()}
     drawings = sorted((data / "buildings").glob("[so]*/*.xml"))
     files = [*list_plans(data), *(file.stem for file in drawings)]
     buildings = sorted({building_name.get(name, name) for name in files})
     chosen = [name for name in buildings if fold_of(name, buildings) != fold]
-    real, seen = [], set[str]()
+    real, used_buildings = [], set[str]()
     images: dict[bytes, list[Any]] = {}
     for name in list_plans(data):
         plan = read_true_plan(data, name)
         if building_name.get(name, name) in chosen and plan.kind != SCREENSHOT:
-            # Two floors of a building can have the same image, and each truth has one of them.
+            # Two floors of a building can be on the same image; the truth of each has one of them.
             images.setdefault(find_image(data, name).read_bytes(), []).append((name, plan))
     for plans in images.values():
         name, plan = plans[0]
-        real.append(teach(read_picture(find_image(data, name)), [other.truth for _, other in plans], plan.grid))
-        seen.add(building_name.get(name, name))
+        real.append(make_lesson(read_picture(find_image(data, name)), [other.truth for _, other in plans], plan.grid))
+        used_buildings.add(building_name.get(name, name))
     rng = np.random.default_rng(5)
-    drawn = []
+    synthetic = []
     for file in drawings:
         if building_name.get(file.stem, file.stem) in chosen:
-            seen.add(building_name.get(file.stem, file.stem))
-            drawn += [lesson for _ in range(DRAWINGS) if (lesson := draw_lesson(read_building_xml(file), rng))]
-    return real, drawn, sorted(seen)
+            used_buildings.add(building_name.get(file.stem, file.stem))
+            synthetic += [lesson for _ in range(DRAWINGS) if (lesson := draw_lesson(read_building_xml(file), rng))]
+    return real, synthetic, sorted(used_buildings)
 
 
 def draw_lesson(floor: Floor, rng: np.random.Generator) -> Lesson | None:
-    """A lesson from a floor drawn in any style; None where it cannot be drawn."""
+    """A lesson from a floor drawn in a random style; None if it cannot be drawn."""
     half = rng.uniform(0.06, 0.16)
     rooms = []
     for room in floor.rooms:
@@ -186,24 +195,24 @@ def draw_lesson(floor: Floor, rng: np.random.Generator) -> Lesson | None:
         plan = draw_plan(replace(floor, rooms=tuple(rooms)), look, seed=int(rng.integers(10**6)), texts=names)
     except PiantaError:
         return None
-    return teach(plan.colors, [floor], plan.grid)
+    return make_lesson(plan.colors, [floor], plan.grid)
 
 
-def take_lesson(lesson: Lesson, rng: np.random.Generator) -> Lesson:
-    """A square of a lesson, scaled, turned, mirrored, and with other tones."""
+def augment_lesson(lesson: Lesson, rng: np.random.Generator) -> Lesson:
+    """A square of a lesson, scaled, rotated, mirrored, and with other tones."""
     layers, regions = lesson
     scale = np.exp(rng.uniform(np.log(0.6), np.log(1.65)))
     angle = rng.integers(4) * 90 + (rng.uniform(-45, 45) if rng.random() < 0.25 else rng.normal())
-    places = rng.uniform((0, 0), regions.shape, (4, 2))
-    row, col = next((place for place in places if regions[tuple(place.astype(int))] != OUTSIDE), places[-1])
+    centers = rng.uniform((0, 0), regions.shape, (4, 2))
+    row, col = next((center for center in centers if regions[tuple(center.astype(int))] != OUTSIDE), centers[-1])
     matrix = cv2.getRotationMatrix2D((col, row), angle, scale)
     matrix[:, 2] += np.array([SIDE / 2 - col, SIDE / 2 - row]) + rng.uniform(-60, 60, 2)
     if rng.random() < 0.5:
         matrix = np.array([[-1.0, 0, SIDE - 1], [0, 1, 0]]) @ np.vstack([matrix, [0, 0, 1]])
     paper = [int(np.percentile(layer, 90)) for layer in layers[:2]] + [0, 0]
     moved = cv2.warpAffine(layers.transpose(1, 2, 0), matrix, (SIDE, SIDE), flags=cv2.INTER_LINEAR, borderValue=paper)
-    told = cv2.warpAffine(regions, matrix, (SIDE, SIDE), flags=cv2.INTER_NEAREST, borderValue=OUTSIDE)
-    return change_tones(moved.transpose(2, 0, 1).astype(np.float32) / 255, rng), told
+    moved_regions = cv2.warpAffine(regions, matrix, (SIDE, SIDE), flags=cv2.INTER_NEAREST, borderValue=OUTSIDE)
+    return change_tones(moved.transpose(2, 0, 1).astype(np.float32) / 255, rng), moved_regions
 
 
 def change_tones(layers: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
@@ -231,33 +240,33 @@ def change_tones(layers: NDArray[np.float32], rng: np.random.Generator) -> NDArr
     return layers
 
 
-def draw_batches(real: list[Lesson], drawn: list[Lesson], rng: np.random.Generator) -> Iterator[tuple[Any, Any]]:
-    """Batches of lessons without end; large sheets come more often."""
-    lessons = [*real, *drawn]
+def draw_batches(real: list[Lesson], synthetic: list[Lesson], rng: np.random.Generator) -> Iterator[tuple[Any, Any]]:
+    """Endless batches of lessons; large sheets are more frequent."""
+    lessons = [*real, *synthetic]
     weights = np.sqrt([regions.size for _, regions in lessons])
-    weights[len(real) :] *= DRAWN_WEIGHT
+    weights[len(real) :] *= SYNTHETIC_WEIGHT
     while True:
         picked = rng.choice(len(lessons), BATCH, p=weights / weights.sum())
-        layers, regions = zip(*(take_lesson(lessons[i], rng) for i in picked), strict=True)
+        layers, regions = zip(*(augment_lesson(lessons[i], rng) for i in picked), strict=True)
         yield torch.from_numpy(np.stack(layers)), torch.from_numpy(np.stack(regions).astype(np.int64))
 
 
-def fit(network: UNet, real: list[Lesson], drawn: list[Lesson], *, minutes: float, seed: int) -> None:
-    """Fit a network by AdamW, at a rate that goes down as a cosine; prints the loss.
+def fit(network: UNet, real: list[Lesson], synthetic: list[Lesson], *, minutes: float, seed: int) -> None:
+    """Fit a network by AdamW, with a rate that decreases as a cosine; prints the loss.
 
-    In bfloat16 where the processor has it; elsewhere that is ten times as slow.
+    In bfloat16 if the processor supports it; without support it would be ten times slower.
     """
     has_bfloat16 = torch.ops.mkldnn._is_mkldnn_bf16_supported()
     network.to(memory_format=torch.channels_last)
-    optimizer = torch.optim.AdamW(network.parameters(), RATE, weight_decay=1e-3)
+    optimizer = torch.optim.AdamW(network.parameters(), LEARNING_RATE, weight_decay=1e-3)
     weights = torch.tensor([WEIGHTS[region] for region in sorted(WEIGHTS)])
     start, loss_so_far = time.monotonic(), 0.0
-    for step, (layers, regions) in enumerate(draw_batches(real, drawn, np.random.default_rng(seed)), start=1):
+    for step, (layers, regions) in enumerate(draw_batches(real, synthetic, np.random.default_rng(seed)), start=1):
         done = (time.monotonic() - start) / 60 / minutes
         if done >= 1:
             return
         for group in optimizer.param_groups:
-            group["lr"] = RATE * min(1, step / 100) * ((1 + np.cos(np.pi * done)) / 2 + 0.01)
+            group["lr"] = LEARNING_RATE * min(1, step / 100) * ((1 + np.cos(np.pi * done)) / 2 + 0.01)
         with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16):
             scores = network(layers.to(memory_format=torch.channels_last))
         loss = functional.cross_entropy(scores.float(), regions, weights, label_smoothing=0.03)
@@ -270,8 +279,8 @@ def fit(network: UNet, real: list[Lesson], drawn: list[Lesson], *, minutes: floa
             sys.stdout.flush()
 
 
-def average(network: UNet, other: dict[str, torch.Tensor], real: list[Lesson], drawn: list[Lesson]) -> None:
-    """The mean of a network's weights and other ones, with the statistics of its batches taken anew."""
+def average(network: UNet, other: dict[str, torch.Tensor], real: list[Lesson], synthetic: list[Lesson]) -> None:
+    """Set the weights of a network to their mean with other weights, and recompute its batch statistics."""
     own = network.state_dict()
     network.load_state_dict(
         {key: (own[key] + other[key]) / 2 if own[key].is_floating_point() else own[key] for key in own}
@@ -281,20 +290,20 @@ def average(network: UNet, other: dict[str, torch.Tensor], real: list[Lesson], d
             module.reset_running_stats()
             module.momentum = None
     network.train()
-    batches = draw_batches(real, drawn, np.random.default_rng(3))
+    batches = draw_batches(real, synthetic, np.random.default_rng(3))
     with torch.no_grad():
-        for _ in range(STATISTICS):
+        for _ in range(STATISTICS_BATCHES):
             network(next(batches)[0])
 
 
 def main() -> None:
-    """Fit a network and save it as ONNX, with its weights beside it to go on from, and the buildings that it saw."""
+    """Fit a network and save it as ONNX, with its weights to start from, and the buildings that it was trained on."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path)
     parser.add_argument("--fold", type=int, choices=(0, 1), required=True)
     parser.add_argument("--minutes", type=float, default=60)
-    parser.add_argument("--start", type=Path, help="weights to go on from")
-    parser.add_argument("--average", action="store_true", help="with the weights that it went on from")
+    parser.add_argument("--start", type=Path, help="weights to start from")
+    parser.add_argument("--average", action="store_true", help="with the weights of --start")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("-o", "--out", type=Path, required=True)
     options = parser.parse_args()
@@ -302,15 +311,15 @@ def main() -> None:
     torch.manual_seed(options.fold)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        real, drawn, buildings = read_lessons(find_data(options.data), options.fold)
-    sys.stdout.write(f"{len(real)} plans, {len(drawn)} drawn ones, of {len(buildings)} buildings\n")
+        real, synthetic, buildings = read_lessons(find_data(options.data), options.fold)
+    sys.stdout.write(f"{len(real)} plans, {len(synthetic)} synthetic ones, of {len(buildings)} buildings\n")
     network = UNet()
-    started = torch.load(options.start, weights_only=True) if options.start else None
-    if started:
-        network.load_state_dict(started)
-    fit(network, real, drawn, minutes=options.minutes, seed=options.fold)
-    if started and options.average:
-        average(network, started, real, drawn)
+    start_weights = torch.load(options.start, weights_only=True) if options.start else None
+    if start_weights:
+        network.load_state_dict(start_weights)
+    fit(network, real, synthetic, minutes=options.minutes, seed=options.fold)
+    if start_weights and options.average:
+        average(network, start_weights, real, synthetic)
     torch.save(network.state_dict(), options.out.with_suffix(".pt"))
     sides = {2: "height", 3: "width"}
     torch.onnx.export(

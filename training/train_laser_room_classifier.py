@@ -16,11 +16,10 @@ from sklearn.tree import DecisionTreeClassifier
 
 from pianta.floor import Floor, cells_of_polygon
 from pianta.gridmap import GridMap
-from pianta.layout.rivals.features import PLACES, choose_cells
-from pianta.layout.rivals.laser import describe_scans, scan_cells
+from pianta.layout.rivals.features import PLACE_CLASSES, choose_cells, describe_scans, scan_cells
 from pianta.models import MODELS
 from pianta.worlds.floors import FLOOR_MAKERS
-from pianta.worlds.scan import map_floor
+from pianta.worlds.scan import simulate_map
 
 MODEL = MODELS / "laser_room_classifier.json"
 WEAK_CLASSIFIERS = 350
@@ -42,17 +41,19 @@ def make_training_maps() -> Iterator[tuple[Floor, GridMap]]:
                 options["corridor_width"] = 1.6 + 1.6 * rng.random()
             floor = make(seed=seed, **options)
             for furniture in FURNITURE:
-                yield floor, map_floor(floor, furniture=furniture, noise=0.3 * (seed % 2), seed=seed)
+                yield floor, simulate_map(floor, furniture=furniture, noise=0.3 * (seed % 2), seed=seed)
 
 
 def label_places(floor: Floor, grid: GridMap) -> NDArray[np.int32]:
-    """Index in PLACES of each cell of a map, shape (H, W); -1 outside the building."""
+    """Index in PLACE_CLASSES of each cell of a map, shape (H, W); -1 outside the building."""
     corridors = [room.id for room in floor.rooms if room.label == "CORRIDOR"]
     ids = floor.label_image(grid)
-    places = np.select([np.isin(ids, corridors), ids > 0], [PLACES.index("corridor"), PLACES.index("room")], -1)
+    places = np.select(
+        [np.isin(ids, corridors), ids > 0], [PLACE_CLASSES.index("corridor"), PLACE_CLASSES.index("room")], -1
+    )
     for doorway in unary_union([door.line.buffer(DOOR_DEPTH, cap_style="flat") for door in floor.doors]).geoms:
         rows, cols, inside = cells_of_polygon(doorway, grid)
-        places[rows, cols][inside] = PLACES.index("doorway")
+        places[rows, cols][inside] = PLACE_CLASSES.index("doorway")
     return np.asarray(places, np.int32)
 
 
@@ -62,7 +63,7 @@ def collect_scans() -> tuple[dict[str, NDArray[np.float64]], NDArray[np.int32]]:
     for floor, grid in make_training_maps():
         truth = label_places(floor, grid)
         cells = choose_cells(grid.free & (truth >= 0), round(SPACING / grid.resolution))
-        doorway = np.argwhere(grid.free & (truth == PLACES.index("doorway")))[::40]
+        doorway = np.argwhere(grid.free & (truth == PLACE_CLASSES.index("doorway")))[::40]
         cells = np.concatenate([cells, doorway.astype(np.int32)])
         features.append(describe_scans(scan_cells(grid.free, cells, grid.resolution)))
         places.append(truth[tuple(cells.T)])
@@ -72,7 +73,7 @@ def collect_scans() -> tuple[dict[str, NDArray[np.float64]], NDArray[np.int32]]:
 def train_stumps(features: dict[str, NDArray[np.float64]], places: NDArray[np.int32]) -> list[list[object]]:
     """AdaBoost of decision stumps, each as feature, threshold, place up to it, place beyond it, weight."""
     names = list(features)
-    share = np.bincount(places, minlength=len(PLACES)) / len(places)
+    share = np.bincount(places, minlength=len(PLACE_CLASSES)) / len(places)
     boosted = AdaBoostClassifier(DecisionTreeClassifier(max_depth=1), n_estimators=WEAK_CLASSIFIERS, random_state=0)
     boosted.fit(np.column_stack(list(features.values())), places, sample_weight=1 / share[places])
     stumps = []
@@ -88,7 +89,7 @@ def main() -> None:
     features, places = collect_scans()
     stumps = train_stumps(features, places)
     lines = ",\n".join(json.dumps(stump) for stump in stumps)
-    MODEL.write_text(f'{{"places": {json.dumps(PLACES)}, "stumps": [\n{lines}\n]}}\n', encoding="utf-8")
+    MODEL.write_text(f'{{"places": {json.dumps(PLACE_CLASSES)}, "stumps": [\n{lines}\n]}}\n', encoding="utf-8")
     print(f"{len(places)} scans, {len(stumps)} stumps, in {MODEL}")
 
 

@@ -7,7 +7,7 @@ All other modules are internal, unless a page of the documentation shows them, a
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 if TYPE_CHECKING:
     from pianta import errors, plot

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import gc
 
-# New objects after which Python looks for garbage, in the place of 700: imports make many that stay, and looking
-# through them again and again takes a tenth of a short command.
+# New objects after which Python collects garbage, instead of 700: imports create many permanent objects, and scanning
+# them repeatedly takes a tenth of the time of a short command (measured).
 GARBAGE_THRESHOLD = 300_000
 
 
@@ -17,7 +17,7 @@ def main() -> None:
     try:
         run()
     finally:
-        # What is left goes with the process; the collection at its end need not look through all of it.
+        # The process ends here, so its last collection need not scan the remaining objects.
         gc.freeze()
 
 

@@ -2,9 +2,9 @@
 
 
 class PiantaError(ValueError):
-    """Something given to pianta cannot be used; the message says what, the value, and the remedy, in one line.
+    """An input of pianta cannot be used; the message names it, its value and the remedy, in one line.
 
-    It is a ValueError. Each kind of what can be wrong has a subclass in `pianta.errors`.
+    It is a ValueError. The subclasses in `pianta.errors` are for different inputs.
 
     Examples
     --------
@@ -26,11 +26,11 @@ class FloorError(PiantaError):
 
 
 class BuildingError(PiantaError):
-    """A layout XML of a building cannot be read."""
+    """A file of a building cannot be read."""
 
 
 class OptionError(PiantaError):
-    """An option or parameter has a value that makes no sense."""
+    """An option or parameter has an impossible value."""
 
 
 class DataError(PiantaError):
@@ -42,23 +42,23 @@ class PlanError(PiantaError):
 
 
 class PlanWarning(UserWarning):
-    """A plan was readable but not all of it; the message says what was found and what was done about it."""
+    """A plan was read with parts left out; the message describes them."""
 
 
 class MapWarning(UserWarning):
-    """A map was readable but suspicious; the message says what was found and what was done about it."""
+    """A map was read but is suspicious; the message describes the defect and its treatment."""
 
 
 class BuildingWarning(UserWarning):
-    """A layout XML had defects that were repaired; the message lists them."""
+    """A building had defects, which may have been repaired; the message lists them."""
 
 
 class GraphError(PiantaError):
-    """A graph that a kernel cannot compare: what is no simple undirected graph, nodes without labels."""
+    """A graph that a kernel cannot compare: it is directed, has parallel edges, or nodes without labels."""
 
 
 class LabelError(PiantaError):
-    """A label that no schema has, or a schema that is none."""
+    """A label that is not in a schema, or an invalid schema."""
 
 
 class ModelError(PiantaError):

@@ -1,4 +1,4 @@
-"""Floor, Room and Door: the reconstructed building that every stage takes and gives."""
+"""Floor, Room and Door: the building, which is the input and output of every stage."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from shapely import LineString, Polygon, get_coordinates
 from shapely.affinity import scale
 from shapely.geometry.polygon import orient
 
+from pianta._types import Floats, Mask
 from pianta.errors import FloorError, LabelError
 from pianta.gridmap import GridMap
 from pianta.labels import standard_building_type
@@ -26,8 +27,9 @@ if TYPE_CHECKING:
 
 Shape = TypeVar("Shape", LineString, Polygon)
 
+DOOR_WIDTH = 0.9  # metres, of a usual door; by definition the distance that scales the layout XMLs of the thesis
 MAX_LABEL_IMAGE_ID = np.iinfo(np.uint16).max
-MAX_ROOM_NAME_LENGTH = 200
+MAX_ROOM_NAME_LENGTH = 200  # characters
 
 
 @dataclass(frozen=True)
@@ -41,20 +43,20 @@ class Room:
     polygon
         Metres in the map frame; the shell is stored counter-clockwise, holes clockwise.
     label
-        What the room is for, the most specific label; None if unknown.
+        The purpose of the room, its most specific label; None if unknown.
     labels
         Label set -> label, from the coarsest set to the finest; empty if unknown.
     label_probabilities
         Label set -> label -> probability, empty if unknown.
     partial
-        The room touches space that nobody has seen; the polygon is what was seen of it.
+        Whether the room borders on unexplored space; the polygon is its explored part.
     predicted
-        What a partial room is thought to be as a whole, metres in the map frame, stored like the polygon; None
-        if unknown.
+        The predicted complete polygon of a partial room, metres in the map frame, stored like the polygon; None if
+        unknown.
     confidence
-        The IoU that is expected of the predicted room with the true one, 0 … 1; None if unknown.
+        The expected IoU of the predicted polygon with the true one, 0 … 1; None if unknown.
     name
-        What people call this very room, such as "204 French"; None if unknown.
+        The name of this room in the building, such as "204 French"; None if unknown.
 
     Raises
     ------
@@ -121,12 +123,12 @@ class Room:
 
     @property
     def label_probability(self) -> float | None:
-        """The probability of its label, in the finest label set that has one; None if unknown."""
-        finest_first = [*[*self.labels][::-1], *[*self.label_probabilities][::-1]]
-        of_label_sets = (self.label_probabilities.get(label_set, {}) for label_set in finest_first)
-        return next(
-            (of_set[self.label] for of_set in of_label_sets if self.label is not None and self.label in of_set), None
-        )
+        """The probability of its label, in the finest label set with one; None if unknown."""
+        for label_set in [*reversed([*self.labels]), *reversed([*self.label_probabilities])]:
+            probabilities = self.label_probabilities.get(label_set, {})
+            if self.label is not None and self.label in probabilities:
+                return probabilities[self.label]
+        return None
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,7 @@ class Door:
     width
         Clear width, metres.
     kind
-        "door", or "opening" where the rooms meet with much less wall than a door leaves.
+        "door", or "opening" if there is much less wall between the rooms than beside a door.
 
     Raises
     ------
@@ -211,24 +213,24 @@ class Door:
 class Floor:
     """One floor of a building, in metres of the map frame.
 
-    `floor[3]` is the room with the id 3, `len(floor)` the number of rooms, `for room in floor` goes over the rooms, and
-    `3 in floor` says whether a room has the id 3. A notebook shows a floor as its picture.
+    `floor[3]` is the room with the id 3, `len(floor)` the number of rooms, `for room in floor` iterates over the rooms,
+    and `3 in floor` is whether a room has the id 3. A notebook shows a floor as its picture.
 
     Parameters
     ----------
     rooms
-        Ordered as found; ids are unique.
+        In any order; ids are unique.
     doors
         Each joins two rooms of this floor, or one of them to the outside.
     walls
         The representative lines of the building, cut to its extent.
     building_type
-        Type -> probability, empty if unknown; types are in any case, and become lower case.
+        Type -> probability, empty if unknown; types in any case become lower case.
     source
-        The name of the map or file that the floor was read from.
+        The name of the map or file of the floor.
     last_id
-        The highest id that a room of this building ever had, so that no id is given twice; 0 stands for the highest on
-        this floor.
+        The highest id that a room of this building ever had, so that ids are never reused; 0 for the highest on this
+        floor.
 
     Raises
     ------
@@ -277,28 +279,12 @@ class Floor:
             raise FloorError("not a floor: " + "; ".join(faults))
 
     def __repr__(self) -> str:
-        """The source and the numbers: a floor in full fills screens."""
+        """The source and the numbers; all rooms would fill screens."""
         area = sum(room.polygon.area for room in self.rooms)
         return f"<Floor {self.source!r}: {len(self.rooms)} rooms, {len(self.doors)} doors, {area:.1f} m²>"
 
     def __getitem__(self, room_id: int) -> Room:
-        """The room with an id.
-
-        Parameters
-        ----------
-        room_id
-            The id.
-
-        Returns
-        -------
-        Room
-            The room.
-
-        Raises
-        ------
-        KeyError
-            No room has this id.
-        """
+        """The room with an id; KeyError if it does not exist."""
         for room in self.rooms:
             if room.id == room_id:
                 return room
@@ -328,7 +314,7 @@ class Floor:
         Parameters
         ----------
         grid
-            The map to draw below; None for none.
+            The map to draw below; None for no map.
         ax
             Where to draw, in metres of the map frame; a new figure if None.
         walls, graph
@@ -337,7 +323,7 @@ class Floor:
         Returns
         -------
         Axes
-            The ax that was drawn on; nothing is shown.
+            The ax with the drawing; nothing is shown.
 
         Examples
         --------
@@ -357,17 +343,17 @@ class Floor:
         return render_floor(self) if self.rooms else None
 
     def save(self, path: str | Path) -> None:
-        """Write the floor as floor.geojson, metres of the map frame; `read_floor` gives back an equal one.
+        """Write the floor as floor.geojson, metres of the map frame; `read_floor` returns an equal one.
 
         Parameters
         ----------
         path
-            The file; an older one is replaced. The same floor gives the same bytes.
+            The file; an older one is replaced. Equal floors give equal bytes.
 
         Raises
         ------
         FloorError
-            The floor could not be read again.
+            `read_floor` would refuse the floor.
         PiantaError
             The file cannot be written.
 
@@ -401,7 +387,7 @@ class Floor:
         Raises
         ------
         OptionError
-            The layer is none of the three, or geopandas is not installed (`pip install 'pianta[geo]'`).
+            The layer does not exist, or geopandas is not installed (`pip install 'pianta[geo]'`).
 
         Examples
         --------
@@ -417,12 +403,12 @@ class Floor:
 
     @property
     def given_type(self) -> str | None:
-        """The building type that somebody has given: it is certain and alone, where a model tells of all it knows."""
+        """The building type from a user, which is the only one and has probability 1; None for a predicted one."""
         return self.building_types[0] if [*self.building_type.values()] == [1] else None
 
     @property
     def building_types(self) -> tuple[str, ...]:
-        """The types that the building may have, the most probable first."""
+        """The possible types of the building, the most probable first."""
         return tuple(sorted(self.building_type, key=lambda name: -self.building_type[name]))
 
     def graph(self) -> nx.Graph:
@@ -478,12 +464,12 @@ class Floor:
         Parameters
         ----------
         grid
-            The map whose cells are numbered; of its values nothing is used.
+            The map whose cells get ids; its values are not used.
 
         Returns
         -------
         numpy.ndarray
-            Shape (H, W) of the grid; the id of the room in which the centre of a cell lies, 0 for none.
+            Shape (H, W) of the grid; the id of the room that contains the centre of a cell, 0 outside of rooms.
 
         Raises
         ------
@@ -508,27 +494,30 @@ class Floor:
 
 
 def scale_floor(floor: Floor, x_factor: float, y_factor: float) -> Floor:
-    """The floor with all lengths multiplied by a factor along each axis; doors become as much wider as their lines.
+    """The floor with all lengths multiplied by a factor along each axis; the width of a door scales with its line.
 
-    A door whose line is a point becomes wider by the geometric mean of the factors.
+    The width of a door whose line is a point scales by the geometric mean of the factors.
     """
+    mean_factor = (x_factor * y_factor) ** 0.5
 
-    def scaled(shape: Shape) -> Shape:
+    def scale_shape(shape: Shape) -> Shape:
         larger: Shape = scale(shape, x_factor, y_factor, origin=(0, 0))
         return larger
 
-    def scaled_door(door: Door) -> Door:
-        line, length = scaled(door.line), door.line.length
+    def scale_door(door: Door) -> Door:
+        line, length = scale_shape(door.line), door.line.length
         return replace(door, line=line, width=door.width * (line.length / length if length else mean_factor))
 
-    mean_factor = (x_factor * y_factor) ** 0.5
+    def scale_room(room: Room) -> Room:
+        predicted = scale_shape(room.predicted) if room.predicted else None
+        return replace(room, polygon=scale_shape(room.polygon), predicted=predicted)
 
-    def scaled_room(room: Room) -> Room:
-        return replace(room, polygon=scaled(room.polygon), predicted=scaled(room.predicted) if room.predicted else None)
-
-    rooms = tuple(map(scaled_room, floor.rooms))
-    doors, walls = tuple(map(scaled_door, floor.doors)), tuple(map(scaled, floor.walls))
-    return replace(floor, rooms=rooms, doors=doors, walls=walls)
+    return replace(
+        floor,
+        rooms=tuple(map(scale_room, floor.rooms)),
+        doors=tuple(map(scale_door, floor.doors)),
+        walls=tuple(map(scale_shape, floor.walls)),
+    )
 
 
 def _standardise_types(probabilities: Mapping[str, float]) -> dict[str, float]:
@@ -536,24 +525,24 @@ def _standardise_types(probabilities: Mapping[str, float]) -> dict[str, float]:
     standard: defaultdict[str, float] = defaultdict(float)
     for name, probability in probabilities.items():
         key = name
-        with suppress(LabelError):  # what is no name stays, and no schema knows it
+        with suppress(LabelError):  # an invalid name stays as it is; it is in no schema
             key = standard_building_type(name)
         standard[key] += probability
     return dict(standard)
 
 
 def _copy_probabilities(probabilities: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
-    """A copy of built-in types, which JSON can hold."""
+    """A copy in types of Python, which JSON can hold."""
     return {
-        label_set: {label: float(probability) for label, probability in of_labels.items()}
-        for label_set, of_labels in probabilities.items()
+        label_set: {label: float(probability) for label, probability in by_label.items()}
+        for label_set, by_label in probabilities.items()
     }
 
 
-def cells_of_polygon(polygon: Polygon, grid: GridMap) -> tuple[slice, slice, NDArray[np.bool_]]:
-    """Cells of a grid map whose centres lie in a polygon: a window of rows and columns, and the mask in it.
+def cells_of_polygon(polygon: Polygon, grid: GridMap) -> tuple[slice, slice, Mask]:
+    """The cells whose centres are in a polygon: a window of rows and columns, and the mask in it.
 
-    Even-odd scan conversion: each ring edge toggles the cells right of where it crosses a row of cell centres,
+    Even-odd scan conversion: each ring edge toggles the cells to the right of its crossing with a row of cell centres,
     so polygons that share an edge never share a cell.
     """
     starts, ends = _ring_edges(polygon, grid)
@@ -565,7 +554,7 @@ def cells_of_polygon(polygon: Polygon, grid: GridMap) -> tuple[slice, slice, NDA
         return slice(0, 0), slice(0, 0), np.zeros((0, 0), bool)
     toggles = np.zeros((bottom - top, right - left + 1), np.int32)
     for edge in zip(starts.tolist(), ends.tolist(), strict=True):
-        # From the top down, so that an edge crosses the same cells in both polygons that it bounds.
+        # From top to bottom, so that a common edge of two polygons crosses the same cells in both.
         (row0, col0), (row1, col1) = sorted(edge)
         first, last = np.ceil(np.clip((row0, row1), top, bottom)).astype(int)
         if first == last:
@@ -578,7 +567,7 @@ def cells_of_polygon(polygon: Polygon, grid: GridMap) -> tuple[slice, slice, NDA
     return slice(top, bottom), slice(left, right), inside
 
 
-def _ring_edges(polygon: Polygon, grid: GridMap) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _ring_edges(polygon: Polygon, grid: GridMap) -> tuple[Floats, Floats]:
     """Starts and ends, shape (N, 2), of all ring edges as row, col where cell centres are integers."""
     starts, ends = [], []
     for ring in (polygon.exterior, *polygon.interiors):

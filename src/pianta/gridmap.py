@@ -1,4 +1,4 @@
-"""GridMap: the cells of an occupancy grid, their size, and where they lie in the map frame."""
+"""GridMap: the cells of an occupancy grid, their size, and their position in the map frame."""
 
 from __future__ import annotations
 
@@ -15,10 +15,13 @@ from pianta.errors import MapError
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-UNKNOWN, FREE, OCCUPIED = -1, 0, 100
-
-# map_saver's thresholds on cell values: at most 25 is free, at least 65 is occupied.
-FREE_AT_MOST, OCCUPIED_AT_LEAST = 25, 65
+# Cell values of ROS.
+UNKNOWN = -1
+FREE = 0
+OCCUPIED = 100
+# Thresholds on cell values of Nav2's map_saver.
+MAX_FREE = 25
+MIN_OCCUPIED = 65
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +39,12 @@ class GridMap:
     origin
         The x, y (m) and yaw (rad, counter-clockwise) of the outer corner of the lower-left cell, in the map frame.
     source
-        The name of the file that the map was read from; empty if there is none.
+        The name of the map's file; empty if unknown.
 
     Raises
     ------
     MapError
-        The parts do not make a map; every fault is in one message.
+        A parameter is invalid; every fault is in one message.
 
     Examples
     --------
@@ -87,12 +90,12 @@ class GridMap:
     @property
     def free(self) -> NDArray[np.bool_]:
         """Cells that a robot may enter: value 0 … 25; shape (H, W)."""
-        return np.asarray((self.cells >= FREE) & (self.cells <= FREE_AT_MOST))
+        return np.asarray((self.cells >= FREE) & (self.cells <= MAX_FREE))
 
     @property
     def occupied(self) -> NDArray[np.bool_]:
         """Cells that hold an obstacle: value 65 … 100; shape (H, W)."""
-        return np.asarray(self.cells >= OCCUPIED_AT_LEAST)
+        return np.asarray(self.cells >= MIN_OCCUPIED)
 
     @property
     def unknown(self) -> NDArray[np.bool_]:
@@ -115,7 +118,7 @@ class GridMap:
         Returns
         -------
         Axes
-            The ax that was drawn on; nothing is shown.
+            The ax with the drawing; nothing is shown.
 
         Examples
         --------
@@ -139,7 +142,7 @@ class GridMap:
         Parameters
         ----------
         path
-            Ends in .yaml, .yml or .npz, which tells the kind.
+            Ends in .yaml, .yml or .npz, which gives the format.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""What rooms are for: the hierarchical label schema of the thesis, section 4.3, and L_general of section 4.2.
+"""Labels of rooms: the hierarchical label schema of the thesis, section 4.3, and L_general of section 4.2.
 
 A schema lists the labels of a building type (Fig. 4.5). Each maps upwards to F/C/E/S, and that to R/C. The thesis
 maps them in three ways (LabelConvention), because its experiments and its graphs depart from its figure. The tables
@@ -17,18 +17,18 @@ from types import MappingProxyType
 
 from pianta.errors import LabelError
 
-MAX_NAME_LENGTH = 100
+MAX_NAME_LENGTH = 100  # characters of a label
 
 
 class RC(StrEnum):
-    """L_R/C: a space for an activity, or one that connects others."""
+    """L_R/C: a space for an activity, or one that connects spaces."""
 
     ROOM = "ROOM"
     CORRIDOR = "CORRIDOR"
 
 
 class FCES(StrEnum):
-    """L_F/C/E/S: the core activity of the building, ways on a floor, ways to other floors and outside, support."""
+    """L_F/C/E/S: core activity of the building, connection on a floor, way to other floors or outside, support."""
 
     FUNCTIONAL = "FUNCTIONAL"
     CONNECTION = "CONNECTION"
@@ -37,7 +37,7 @@ class FCES(StrEnum):
 
 
 class GeneralLabel(StrEnum):
-    """L_general of section 4.2.1: two kinds of connecting rooms, and the size of the others."""
+    """L_general of section 4.2.1: two types of connecting rooms, and the size of the others."""
 
     CORRIDOR = "C"
     HALL = "H"
@@ -47,7 +47,7 @@ class GeneralLabel(StrEnum):
 
 
 class LabelSet(StrEnum):
-    """The label sets, from the coarsest to that of a building type."""
+    """The label sets, from the coarsest to the labels of a building type."""
 
     R_C = "R/C"
     F_C_E_S = "F/C/E/S"
@@ -56,13 +56,13 @@ class LabelSet(StrEnum):
 
 
 class LabelConvention(StrEnum):
-    """Which labels are corridors, and what gyms and conference rooms are.
+    """The thesis' three ways to map labels to F/C/E/S and R/C.
 
-    FIGURE: as Fig. 4.5 prints it: CONNECTION and ENTRANCE are CORRIDOR; a school's gym and conference room are SERVICE.
-    EXPERIMENTS: as in the experiments of sections 5.3, 6.2 and 8.1: only CONNECTION is CORRIDOR; a school's gym and
-        conference room are FUNCTIONAL.
-    GRAPHS: as in Table 5.1 and chapter 7: CORRIDOR, HALL, LOBBY, ENTRANCE and OPENSPACE are CORRIDOR, whatever their
-        place in F/C/E/S, which is that of EXPERIMENTS.
+    FIGURE: Fig. 4.5. CONNECTION and ENTRANCE are CORRIDOR; a school's gym and conference room are SERVICE.
+    EXPERIMENTS: sections 5.3, 6.2 and 8.1. Only CONNECTION is CORRIDOR; a school's gym and conference room are
+        FUNCTIONAL.
+    GRAPHS: Table 5.1 and chapter 7. CORRIDOR, HALL, LOBBY, ENTRANCE and OPENSPACE are CORRIDOR; F/C/E/S is that of
+        EXPERIMENTS.
     """
 
     FIGURE = "figure"
@@ -73,9 +73,14 @@ class LabelConvention(StrEnum):
 def standard_name(name: str) -> str:
     """A label's name in capitals, with one space between words.
 
-    Raises LabelError when nothing is left, when it has more than 100 characters, or some that cannot be printed.
+    Raises LabelError for an empty name, more than 100 characters, or some that cannot be printed.
     """
-    return _checked_name(_one_spaced(name).upper())
+    return _check_name(_one_spaced(name).upper())
+
+
+def normalize_label(text: str | None) -> str | None:
+    """A label in capitals with single blanks, whether a schema has it or not; None for an empty one."""
+    return _one_spaced(text or "").upper() or None
 
 
 def standard_building_type(building_type: str) -> str:
@@ -83,14 +88,14 @@ def standard_building_type(building_type: str) -> str:
 
     Raises LabelError as standard_name does.
     """
-    return _checked_name(_one_spaced(building_type).lower())
+    return _check_name(_one_spaced(building_type).lower())
 
 
 def _one_spaced(text: str) -> str:
     return " ".join(text.split())
 
 
-def _checked_name(name: str) -> str:
+def _check_name(name: str) -> str:
     if not name:
         raise LabelError("the name is empty, give a word")
     if len(name) > MAX_NAME_LENGTH:
@@ -103,25 +108,25 @@ def _checked_name(name: str) -> str:
 def standard_color(color: str) -> str:
     """A colour as #rrggbb, in lower case.
 
-    Raises LabelError for what is no colour.
+    Raises LabelError for any other text.
     """
     standard = color.lower()
     if not re.fullmatch("#[0-9a-f]{6}", standard):
-        raise LabelError(f"the colour {color[:20]!r} is none, give #rrggbb")
+        raise LabelError(f"the colour {color[:20]!r} is invalid, give #rrggbb")
     return standard
 
 
 @dataclass(frozen=True)
 class Label:
-    """A label of a building type, and where it lies in the hierarchy.
+    """A label of a building type, and its labels in the coarser sets.
 
-    name: in any case, becomes capitals. function: its place in Fig. 4.5. general: its place in L_general.
+    name: in any case, becomes capitals. function: in F/C/E/S, by Fig. 4.5. general: in L_general.
     color: #rrggbb, of Figs. 5.2 and 5.3.
-    in_experiments: its place in F/C/E/S in the experiments, the same as `function` unless given.
-    corridor_in_graphs: whether it is a corridor in Table 5.1; whether it is a CONNECTION unless given.
+    in_experiments: in F/C/E/S in the experiments; None for the same as `function`.
+    corridor_in_graphs: whether it is a corridor in Table 5.1; None for whether it is a CONNECTION.
 
-    Raises LabelError for a name or colour that is none, and when function and general disagree about what connects:
-    a CONNECTION is C or H, FUNCTIONAL and SERVICE are S, M or B (section 4.3.1), an ENTRANCE is either.
+    Raises LabelError for an invalid name or colour, and if function and general contradict each other:
+    a CONNECTION is C or H, FUNCTIONAL and SERVICE are S, M or B (section 4.3.1), an ENTRANCE is any.
     """
 
     name: str
@@ -138,15 +143,15 @@ class Label:
         if self.function is not FCES.ENTRANCE and connects is not (self.function is FCES.CONNECTION):
             raise LabelError(
                 f"{self.name} is {self.function} and of size {self.general}; "
-                "give a CONNECTION the size C or H, what is FUNCTIONAL or SERVICE S, M or B"
+                "give a CONNECTION the size C or H, FUNCTIONAL and SERVICE S, M or B"
             )
 
     def function_in(self, convention: LabelConvention = LabelConvention.EXPERIMENTS) -> FCES:
-        """Its place in F/C/E/S."""
+        """Its label in F/C/E/S."""
         return self.function if convention is LabelConvention.FIGURE else self.in_experiments or self.function
 
     def room_or_corridor(self, convention: LabelConvention = LabelConvention.EXPERIMENTS) -> RC:
-        """Its place in R/C."""
+        """Its label in R/C."""
         function = self.function_in(convention)
         corridor = function is FCES.CONNECTION
         if convention is LabelConvention.FIGURE:
@@ -154,6 +159,18 @@ class Label:
         if convention is LabelConvention.GRAPHS and self.corridor_in_graphs is not None:
             corridor = self.corridor_in_graphs
         return RC.CORRIDOR if corridor else RC.ROOM
+
+    def map_to(self, label_set: LabelSet, convention: LabelConvention = LabelConvention.EXPERIMENTS) -> str:
+        """Its label in a set."""
+        match label_set:
+            case LabelSet.R_C:
+                return self.room_or_corridor(convention)
+            case LabelSet.F_C_E_S:
+                return self.function_in(convention)
+            case LabelSet.GENERAL:
+                return self.general
+            case LabelSet.TYPE:
+                return self.name
 
 
 @dataclass(frozen=True)
@@ -214,11 +231,11 @@ class LabelSchema:
         Parameters
         ----------
         names
-            Labels of the schema, in any case. None, a room without a label, is refused.
+            Labels of the schema, in any case. None, for a room without a label, is refused.
         label_set
             The set to map to: R/C, F/C/E/S, L_general, or the schema's own.
         convention
-            Which of the splits of the thesis is taken for R/C and F/C/E/S, where these differ.
+            The convention of the thesis for R/C and F/C/E/S.
 
         Returns
         -------
@@ -228,7 +245,7 @@ class LabelSchema:
         Raises
         ------
         LabelError
-            The schema does not have all names; the message lists those.
+            A name is not in the schema; the message lists all of them.
 
         Examples
         --------
@@ -237,23 +254,14 @@ class LabelSchema:
         ['ROOM', 'CORRIDOR']
         """
         names = list(names)
-        known = {name: label for name in names if (label := self._find(name))}
-        unknown = sorted({repr(name) for name in names if name not in known})
+        labels = [self._find(name) for name in names]
+        unknown = sorted({repr(name) for name, label in zip(names, labels, strict=True) if label is None})
         if unknown:
             raise LabelError(
                 f"labels {', '.join(unknown)} are not in the schema of {self.building_type!r}, "
                 f"which has {', '.join(self.by_name)}; rename them or give a schema that has them"
             )
-        labels = [known[name] for name in names]
-        match label_set:
-            case LabelSet.R_C:
-                return [label.room_or_corridor(convention) for label in labels]
-            case LabelSet.F_C_E_S:
-                return [label.function_in(convention) for label in labels]
-            case LabelSet.GENERAL:
-                return [label.general for label in labels]
-            case LabelSet.TYPE:
-                return [label.name for label in labels]
+        return [label.map_to(label_set, convention) for label in labels if label]
 
     def _find(self, name: str | None) -> Label | None:
         return None if name is None else self.by_name.get(_one_spaced(name).upper())
@@ -322,17 +330,14 @@ OFFICE = LabelSchema(
     ),
 )
 
-# The colour of each function's commonest label.
+# The colour of the most common label of each function.
 FCES_COLORS = MappingProxyType({_F: "#1bddf2", _C: "#f28705", _E: "#268080", _S: "#8c8c8b"})
 
 SCHEMAS = MappingProxyType({schema.building_type: schema for schema in (SCHOOL, OFFICE)})
 
 
 def schema_of(building_type: str) -> LabelSchema:
-    """The schema of a building type that the thesis has, in any case.
-
-    Raises LabelError that lists the types that have one.
-    """
+    """The schema of a building type of the thesis, in any case; LabelError for other types."""
     schema = SCHEMAS.get(_one_spaced(building_type).lower())
     if schema is None:
         raise LabelError(

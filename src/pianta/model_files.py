@@ -1,4 +1,4 @@
-"""Model files of every kind, told apart by their content."""
+"""Model files of all formats, detected by their content."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from pianta.io._files import check_input_file, short_repr
 from pianta.rooms.model import RoomModel
 from pianta.rooms.model_file import read_room_model
 
-# A model is refused beyond this by its own reader; here it bounds what is parsed to see its kind. Bytes.
-MAX_FILE_BYTES = 64 * 2**20
+MAX_FILE_BYTES = 64 * 2**20  # to detect the format; the readers of models have lower limits
 
 
 def load_model(path: str | Path) -> RoomModel | BuildingTypeModel | TypeModel:
@@ -45,10 +44,10 @@ def load_model(path: str | Path) -> RoomModel | BuildingTypeModel | TypeModel:
     file = check_input_file(path, "model", ModelError)
     if zipfile.is_zipfile(file):
         return read_room_model(file)
-    kind = _read_format(file)
-    if kind == "pianta buildings":
+    file_format = _read_format(file)
+    if file_format == "pianta buildings":
         return read_building_type_model(file)
-    if kind == "pianta type":
+    if file_format == "pianta type":
         return read_type_model(file)
     raise ModelError(
         f"cannot read the model {short_repr(file)}: it is no model of pianta, make one with `pianta train`"
@@ -56,7 +55,7 @@ def load_model(path: str | Path) -> RoomModel | BuildingTypeModel | TypeModel:
 
 
 def _read_format(file: Path) -> str:
-    """What a JSON file says of its format; empty for all else."""
+    """The member `format` of a JSON file; empty for other files."""
     if file.stat().st_size > MAX_FILE_BYTES:
         return ""
     try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -14,35 +13,29 @@ from pianta.cli.terminal import show_examples, stdout, track_items
 from pianta.errors import OptionError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
-from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS, check_method
+from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
 from pianta_bench import _exploration_cli as bench_exploration
 from pianta_bench import _plans_cli as bench_plans
 from pianta_bench._options import (
     Buildings,
     Data,
-    ErrorPictures,
     GenerationPictures,
     Json,
-    Maps,
     Method,
-    Methods,
     Pictures,
     PredictionPictures,
     RealismPictures,
     Samples,
     Seed,
-    Sets,
     TypesPictures,
 )
-from pianta_bench.data.folders import check_set
 
 if TYPE_CHECKING:
     from pianta_bench.harness.comparison import ComparisonTable, Items
-    from pianta_bench.harness.table import BenchTable
 
 Bench = TypeVar("Bench")
 # In the order of the help. Each is a folder with a BENCH.
-BENCHES = ("graphs", "places", "buildings")
+BENCHES = ("layout", "segmentation", "cost", "graphs", "places", "buildings")
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
 for name in BENCHES:
@@ -50,74 +43,6 @@ for name in BENCHES:
     app.command(name, epilog=show_examples(bench.examples))(bench.make_command())
 app.command("exploration", epilog=show_examples(bench_exploration.EXAMPLES))(bench_exploration.bench_exploration)
 app.command("plans", epilog=show_examples(bench_plans.EXAMPLES))(bench_plans.bench_plans)
-
-
-@app.command("layout", epilog=show_examples(["pianta bench layout", "pianta bench layout --pictures layouts"]))
-def bench_layout(*, data: Data = None, method: Method = "thesis", json: Json = None, pictures: Pictures = None) -> None:
-    """Layouts of schools against the true ones (Table 3.1a).
-
-    Reads slam/NAME.png and slam/NAME_gt.xml of the data. A map that fails
-    counts as 0; the exit code is then 1.
-    """
-    from pianta_bench.layout.measure import measure_layout
-
-    check_method(method)
-    _run(partial(measure_layout, method=method), data, json, pictures, maps=True)
-
-
-@app.command(
-    "segmentation",
-    epilog=show_examples(
-        [
-            "pianta bench segmentation --json figures.json",
-            "pianta bench segmentation --method thesis --set survey --set clutter --pictures errors",
-        ]
-    ),
-)
-def bench_segmentation(
-    *,
-    data: Data = None,
-    method: Methods = None,
-    set_: Sets = None,
-    maps: Maps = False,
-    json: Json = None,
-    pictures: ErrorPictures = None,
-) -> None:
-    """Rooms of all methods on real and simulated maps (Table 3.1b and more).
-
-    Reads the sets of maps that are in the data: the survey without and with
-    furniture, real clutter, closed doors, schools, and a map that grows. A
-    map that fails counts as 0; the exit code is then 1.
-    """
-    from pianta_bench.segmentation.measure import measure_segmentation
-
-    methods = tuple(dict.fromkeys(method or METHODS))
-    for name in methods:
-        check_method(name)
-    for name in set_ or ():
-        check_set(name)
-    measure = partial(measure_segmentation, methods=methods, sets=set_ or ())
-    _run(measure, data, json, pictures, maps=maps or len(methods) == 1)
-
-
-@app.command("cost", epilog=show_examples(["pianta bench cost --method thesis"]))
-def bench_cost(*, method: Methods = None, json: Json = None) -> None:
-    """Time and memory for sixteen floors on one map, against one of them.
-
-    The floors are made, no data are needed: a map of 1000 x 1000 cells, and
-    one of 4000 x 4000 with sixteen copies of it.
-    """
-    methods = tuple(dict.fromkeys(method or METHODS))
-    for name in methods:
-        check_method(name)
-    _check_outputs(json, None)
-    from pianta_bench.cost.measure import measure_cost, save_growths, show_growths
-
-    growths = measure_cost(methods=methods, track=track_items)
-    stdout.print(show_growths(growths))
-    if json:
-        with atomic_folder(json.parent) as new:
-            save_growths(growths, new / json.name)
 
 
 @app.command("types", epilog=show_examples(["pianta bench types", "pianta bench types --pictures types"]))
@@ -238,27 +163,6 @@ def bench_prediction(
     _show(tabulate_prediction(bench), bench.items)
     _save(bench, json, save_prediction, pictures, save_prediction_pictures)
     _exit_on_failure(bench.items)
-
-
-def _run(
-    measure: Callable[..., BenchTable], data: Path | None, json: Path | None, pictures: Path | None, *, maps: bool
-) -> None:
-    """Measure, print, save; nothing is measured when an option makes no sense."""
-    from pianta_bench.data.folders import find_data
-    from pianta_bench.harness.old_report import show_bench_table
-    from pianta_bench.harness.table import save_bench_table
-
-    _check_outputs(json, pictures)
-    folder = find_data(data)
-    if pictures:
-        pictures.mkdir(parents=True, exist_ok=True)
-    table = measure(folder, pictures=pictures, track=track_items)
-    stdout.print(show_bench_table(table, maps=maps))
-    if json:
-        with atomic_folder(json.parent) as new:
-            save_bench_table(table, new / json.name)
-    if table.failed:
-        raise typer.Exit(1)
 
 
 def _show(tables: Sequence[ComparisonTable], items: Items) -> None:

@@ -12,7 +12,7 @@ from pianta._types import Floats
 from pianta.building_types.description import BuildingDescription
 from pianta.graphs.feature_counts import FeatureCounts, compare_counts, gather_counts, merge_counts
 from pianta.graphs.labelled_graphs import LabelledNodes, hash_labels
-from pianta.graphs.neighborhood_features import list_codes
+from pianta.graphs.nspdk_features import list_codes
 from pianta.graphs.stable_hash import Codes
 
 # Node labels of the rooms of a floor, and the pairs of rooms that a door joins.

@@ -15,18 +15,16 @@ from pianta import __version__
 from pianta.cli.terminal import print_error, print_warnings, show_examples
 from pianta.errors import OptionError, PiantaError
 
-# Verb -> the function of its module that runs it; None for a verb with verbs of its own.
+# Verb -> the function of its module that runs it; None for a verb with sub-verbs.
 VERBS = {
     "read": "read_maps",
-    "realism": "judge_floors",
+    "realism": "assess_floors",
     "generate": "generate",
     "predict": "predict_floor",
     "explore": "explore_world",
     "world": "make_world",
     "train": None,
 }
-
-
 # Entry points of packages that add verbs, each a typer.Typer.
 PLUGINS = "pianta.verbs"
 # Verbs of packages that may not be installed, and the extra that installs each.
@@ -34,7 +32,7 @@ EXTRAS = {"bench": "bench"}
 
 
 def build_app(verbs: Iterable[str] = VERBS, plugins: Iterable[EntryPoint] = ()) -> typer.Typer:
-    """The command line with some verbs, own ones and those of plug-ins; only their modules are imported."""
+    """The command line with some own verbs and those of plug-ins; imports only their modules."""
     app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
     app.callback(invoke_without_command=True)(describe)
     for verb in verbs:
@@ -49,7 +47,7 @@ def build_app(verbs: Iterable[str] = VERBS, plugins: Iterable[EntryPoint] = ()) 
 
 
 def choose_app(verb: str | None) -> typer.Typer:
-    """The command line for a verb, without the modules of other verbs; all verbs where it is none of them.
+    """The command line for a verb, without the modules of other verbs; with all verbs if there is no such verb.
 
     Raises OptionError for the verb of a package that is not installed.
     """
@@ -64,26 +62,26 @@ def choose_app(verb: str | None) -> typer.Typer:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run a command line, by default the one that the process was started with, and exit.
+    """Run a command line, by default that of this process, and exit.
 
-    The exit code is 0, or 1 when some maps of several could not be read, or 2 when nothing could be done.
+    The exit code is 0; 1 if some of several files could not be read; 2 if nothing could be done.
     """
-    given = sys.argv[1:] if arguments is None else [*arguments]
+    arguments = sys.argv[1:] if arguments is None else [*arguments]
     if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # file names can hold what no encoding has
+        sys.stdout.reconfigure(errors="backslashreplace")  # file names may have characters that cannot be encoded
     try:
         with print_warnings():
-            app = choose_app(given[0] if given else None)
-            app(given, prog_name="pianta")
+            app = choose_app(arguments[0] if arguments else None)
+            app(arguments, prog_name="pianta")
     except PiantaError as error:
         print_error(error)
         sys.exit(2)
 
 
 def describe(
-    *, version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False
+    *, version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False
 ) -> None:
-    """Read buildings: rooms, what each is for, doors and the topological graph, from a robot's map."""
+    """Read buildings from robots' maps and plans: rooms and their use, doors and the topological graph."""
     if version:
         typer.echo(f"pianta {__version__}")
         raise typer.Exit

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
@@ -13,14 +12,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import print_result, stderr
+from pianta.cli.terminal import Quiet, print_result, stderr
 from pianta.errors import BuildingWarning, OptionError
-from pianta.io._files import short_repr
+from pianta.io._files import count_noun, short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 
 if TYPE_CHECKING:
+    from pianta.exploration.policy_input import Policy
     from pianta.exploration.record import Exploration
-    from pianta.exploration.situation import Policy
     from pianta.exploration.world import World
 
 PREDICTED = "predicted"
@@ -39,46 +38,45 @@ World_ = Annotated[
     str,
     typer.Argument(
         metavar="WORLD",
-        help="A floor or building file, a folder of `pianta read` or `world`, a map.yaml, or a kind of `pianta world`.",
+        help="A floor or building file, a folder of `pianta read` or `world`, a map.yaml, or a KIND of `pianta world`.",
     ),
 ]
 PolicyOption = Annotated[
     str,
     typer.Option(
         "--policy",
-        help=f"Who chooses the next frontier: {', '.join(POLICY_NAMES)}; the last by geometry alone without --model.",
+        help=f"How the next frontier is chosen: {', '.join(POLICY_NAMES)}; the last without --model by geometry alone.",
     ),
 ]
 Model = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="Of predicted: a model of the building's type, of `pianta train type`."),
+    typer.Option(metavar="FILE", help="For predicted: a model of the building's type, of `pianta train type`."),
 ]
 Enough = Annotated[
     float | None,
-    typer.Option(metavar="SHARE", help="Of predicted: stop when it expects that so much of the floor was seen."),
+    typer.Option(metavar="SHARE", help="For predicted: stop when this share of the floor is expected to be explored."),
 ]
 Out = Annotated[Path | None, typer.Option("--out", "-o", help="Folder for table, picture and animation.")]
-Robots = Annotated[int, typer.Option(help="How many robots, which share their map.")]
+Robots = Annotated[int, typer.Option(help="How many robots; they share their map.")]
 Find = Annotated[str | None, typer.Option(metavar="LABEL", help="End when a room of this label is recognised.")]
 Start = Annotated[
     list[str] | None,
     typer.Option(
-        metavar="X,Y", help="Where a robot starts, metres of the map frame; once for each. Unless given: the entrance."
+        metavar="X,Y", help="Where a robot starts, metres of the map frame; once for each robot. Default: the entrance."
     ),
 ]
 Stop = Annotated[
-    float | None, typer.Option(metavar="SHARE", help="End when this share of the area was seen; all unless given.")
+    float | None, typer.Option(metavar="SHARE", help="End when this share of the area is explored; all unless given.")
 ]
-Reach = Annotated[float, typer.Option(help="Of the lidar, metres.")]
-Noise = Annotated[float, typer.Option(help="Standard deviation of its ranges, metres.")]
-Radius = Annotated[float, typer.Option(help="Of a robot, metres.")]
-DriveOption = Annotated[str, typer.Option("--drive", help="point moves any way at once; differential turns first.")]
+Reach = Annotated[float, typer.Option(help="Range of the lidar, metres.")]
+Noise = Annotated[float, typer.Option(help="Standard deviation of the lidar's ranges, metres.")]
+Radius = Annotated[float, typer.Option(help="Radius of a robot, metres.")]
+DriveOption = Annotated[str, typer.Option("--drive", help="point moves in any direction; differential turns first.")]
 MaxDistance = Annotated[
-    float | None, typer.Option(help="End after so many metres; derived from the area unless given.")
+    float | None, typer.Option(help="End after this many metres; derived from the area unless given.")
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Of the noise, and of a synthetic building.")]
 Animation = Annotated[str, typer.Option(help=f"One of {', '.join(ANIMATIONS)}; mp4 needs ffmpeg.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
 
 
 def explore_world(
@@ -101,27 +99,30 @@ def explore_world(
     animation: Animation = "gif",
     quiet: Quiet = False,
 ) -> None:
-    """Let simulated robots explore a building that they do not know, with a lidar each.
+    """Let simulated robots with lidars explore an unknown building.
 
-    Writes area.csv (area seen over metres driven), picture.png and exploration.gif when a
-    folder is given. Entrances are closed; rooms that robots do not fit into are left out.
+    With -o writes area.csv (explored area over metres driven), picture.png and
+    exploration.gif. Entrances are closed; rooms too narrow for the robots are left out.
     """
     from pianta.exploration.explore import explore
     from pianta.exploration.lidar import Lidar
     from pianta.exploration.world import open_world
 
-    _check_outputs(out, animation)
+    if out is not None:
+        _check_outputs(out, animation)
     _check_policy(policy, model, enough)
     starts, lidar = [read_point(text) for text in start or ()] or None, Lidar(reach=reach, noise=noise)
-    stop_at = "all" if stop is None else stop
-    built = open_world(world, seed=seed)
-    chosen = _make_policy(policy, model, built, name=world, find=find, enough=enough)
+    stop_share = "all" if stop is None else stop
+    opened = open_world(world, seed=seed)
+    chosen = _make_policy(policy, model, opened, name=world, find=find, enough=enough)
     with _tracking(quiet=quiet) as track:
-        run = explore(built, chosen, starts=starts, lidar=lidar, robots=robots, radius=radius, drive=drive,
-                      stop=stop_at, find=find, max_distance=max_distance, seed=seed, track=track)  # fmt: skip
-    _save_exploration(run, built, out, animation)
+        run = explore(opened, chosen, starts=starts, lidar=lidar, robots=robots, radius=radius, drive=drive,
+                      stop=stop_share, find=find, max_distance=max_distance, seed=seed, track=track)  # fmt: skip
+    names = [] if out is None else _save_exploration(run, opened, out, animation)
     if not quiet:
-        _tell_exploration(run, policy, find, written=_list_outputs(out, animation))
+        _print_exploration(run, policy, find)
+        if names:
+            print_result(f"in {out}: {', '.join(names)}")
 
 
 def read_point(text: str) -> tuple[float, float]:
@@ -138,32 +139,30 @@ def read_point(text: str) -> tuple[float, float]:
     return x, y
 
 
-def _check_outputs(out: Path | None, animation: str) -> None:
+def _check_outputs(out: Path, animation: str) -> None:
     from pianta.plot.exploration import check_animation
 
-    if out is None:
-        return
     check_output_folder(out)
     if animation != "none":
         check_animation(animation)
 
 
 def _check_policy(policy: str, model: Path | None, enough: float | None) -> None:
-    """Refuse names of no policy, and options that it would make no use of."""
+    """Raise OptionError for an unknown policy, and for options that the policy does not use."""
     from pianta.exploration.policies import check_policy
 
     check_policy(policy)
-    given = [option for option, value in (("--model", model), ("--enough", enough)) if value is not None]
-    if given and policy != PREDICTED:
-        raise OptionError(f"policy {policy} makes no use of {' and '.join(given)}, give --policy {PREDICTED}")
+    options = [option for option, value in (("--model", model), ("--enough", enough)) if value is not None]
+    if options and policy != PREDICTED:
+        raise OptionError(f"policy {policy} does not use {' and '.join(options)}, give --policy {PREDICTED}")
     if enough is not None and model is None:
-        raise OptionError("--enough is a share of what a model lets expect, give --model")
+        raise OptionError("--enough is a share of the floor that a model predicts, give --model")
 
 
 def _make_policy(
     policy: str, model: Path | None, world: World, *, name: str, find: str | None, enough: float | None
 ) -> Policy:
-    """The policy, with what the model of a building's type lets expect; the model is that of the world's type."""
+    """The policy, with a model of the building type of the world, if one is given."""
     from pianta.exploration.policies import make_policy
 
     if model is None:
@@ -172,26 +171,23 @@ def _make_policy(
     from pianta.prediction.prediction import check_model_type
     from pianta.prediction.unexplored_part import FloorSampler
 
-    known = read_type_model(model)
+    type_model, quoted = read_type_model(model), short_repr(name)
     if world.floor is None:
-        raise OptionError(f"world {short_repr(name)} has no rooms that a model could tell of, leave out --model")
-    check_model_type(world.floor.given_type, known, f"world {short_repr(name)}")
+        raise OptionError(f"world {quoted} has no rooms to compare with a model, leave out --model")
+    check_model_type(world.floor.given_type, type_model, f"world {quoted}")
     labels = {room.label for room in world.floor.rooms if room.label is not None}
-    if strange := sorted(label for label in labels if label.upper() not in known.schema.by_name):
-        message = (
-            f"labels {', '.join(strange)} of world {short_repr(name)} are not in the model's schema, "
-            "which expects little there"
-        )
+    if unknown := sorted(label for label in labels if label.upper() not in type_model.schema.by_name):
+        message = f"the model does not have labels {', '.join(unknown)} of world {quoted}, and predicts little there"
         warnings.warn(BuildingWarning(message), stacklevel=2)
-    return make_policy(policy, sampler=FloorSampler(known), find=find, enough=enough)
+    return make_policy(policy, sampler=FloorSampler(type_model), find=find, enough=enough)
 
 
 @contextmanager
 def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
-    """A progress bar on stderr, where that is a terminal, and the function that moves it to a share."""
+    """A progress bar on stderr if that is a terminal, and the function that moves it to a share."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-    from pianta.exploration.kernels import has_numba
+    from pianta.exploration.beams import has_numba
 
     if not has_numba() and not quiet:
         stderr.print("without numba this takes long; install it with: pip install 'pianta[sim]'", markup=False)
@@ -202,54 +198,40 @@ def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
         yield lambda share: bar.update(task, completed=share)
 
 
-def _save_exploration(run: Exploration, world: World, out: Path | None, animation: str) -> None:
-    """Write table, picture and animation, all or none."""
+def _save_exploration(run: Exploration, world: World, out: Path, animation: str) -> list[str]:
+    """Write table, picture and animation, all or none; their names."""
     from pianta.plot.exploration import draw_exploration, save_animation
     from pianta.plot.figure import save_figure
 
-    if out is None:
-        return
+    names = ["area.csv", "picture.png", *([] if animation == "none" else [f"exploration.{animation}"])]
     with atomic_folder(out) as new:
-        _save_table(run, new / "area.csv")
-        save_figure(draw_exploration(run, world), new / "picture.png")
-        if animation != "none":
-            with stderr.status(f"drawing exploration.{animation}"):
-                save_animation(run, world, new / f"exploration.{animation}", file_format=animation)
+        _save_table(run, new / names[0])
+        save_figure(draw_exploration(run, world), new / names[1])
+        for name in names[2:]:
+            with stderr.status(f"drawing {name}"):
+                save_animation(run, world, new / name, file_format=animation)
+    return names
 
 
 def _save_table(run: Exploration, path: Path) -> None:
-    """Write a row for each scan; with several robots, the metres of each, too."""
-    several = run.robot_distance.shape[1] > 1
-    robots = [f"robot_{number}_m" for number in range(1, run.robot_distance.shape[1] + 1)] if several else []
-    with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(["distance_m", "area_m2", "share", "time_s", *robots])
-        for distance, area, share, time, of_robots in zip(
-            run.distance, run.area, run.share, run.time, run.robot_distance, strict=True
-        ):
-            further: Sequence[float] = of_robots.tolist() if several else ()
-            figures = [f"{distance:.2f}", f"{area:.2f}", f"{share:.4f}", f"{time:.1f}"]
-            table.writerow([*figures, *(f"{metres:.2f}" for metres in further)])
+    """Write a row for each scan; with several robots, also the metres of each."""
+    import numpy as np
+
+    robots = run.robot_distance.shape[1] if run.robot_distance.shape[1] > 1 else 0
+    names = ["distance_m", "area_m2", "share", "time_s", *(f"robot_{number}_m" for number in range(1, robots + 1))]
+    formats = ["%.2f", "%.2f", "%.4f", "%.1f", *["%.2f"] * robots]
+    table = np.column_stack([run.distance, run.area, run.share, run.time, run.robot_distance[:, :robots]])
+    np.savetxt(path, table, fmt=formats, delimiter=",", newline="\r\n", header=",".join(names), comments="")
 
 
-def _tell_exploration(run: Exploration, policy: str, find: str | None, *, written: str) -> None:
-    """Print how much was seen on which way, why the run ended, and what was written, if anything."""
-    robots = len(run.tracks)
-    who = f"{robots} robots" if robots > 1 else "1 robot"
-    seen = f"{100 * run.share[-1]:.1f} % of {run.reachable_area:.0f} m²"
-    print_result(
-        f"{who}, {policy}: {seen} seen in {run.distance[-1]:.0f} m, {run.time[-1] / 60:.0f} min: {run.outcome}"
-    )
-    reached = [(share, run.distance_to(share)) for share in SHARES]
-    parts = [f"{100 * share:.0f} % after {metres:.0f} m" for share, metres in reached if isfinite(metres)]
-    if parts:
-        print_result(", ".join(parts))
+def _print_exploration(run: Exploration, policy: str, find: str | None) -> None:
+    """Print how much was explored on how many metres, why the run ended, and whether a room was found."""
+    explored = f"{100 * run.share[-1]:.1f} % of {run.reachable_area:.0f} m² seen"
+    effort = f"{run.distance[-1]:.0f} m, {run.time[-1] / 60:.0f} min"
+    print_result(f"{count_noun(len(run.tracks), 'robot')}, {policy}: {explored} in {effort}: {run.outcome}")
+    distances = [(share, run.distance_to(share)) for share in SHARES]
+    reached = [f"{100 * share:.0f} % after {metres:.0f} m" for share, metres in distances if isfinite(metres)]
+    if reached:
+        print_result(", ".join(reached))
     if find is not None:
-        print_result(f"{find.upper()} is room {run.found}" if run.found else f"no {find.upper()} was found")
-    if written:
-        print_result(written)
-
-
-def _list_outputs(out: Path | None, animation: str) -> str:
-    names = ["area.csv", "picture.png", *([] if animation == "none" else [f"exploration.{animation}"])]
-    return "" if out is None else f"in {out}: {', '.join(names)}"
+        print_result(f"{find.upper()} is room {run.found_room}" if run.found_room else f"no {find.upper()} was found")

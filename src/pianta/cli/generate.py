@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import print_result, track_items
+from pianta.cli.terminal import Quiet, print_result, track_items
 from pianta.errors import OptionError
-from pianta.io._files import short_repr
-from pianta.io._folders import atomic_folder, check_leftovers, check_output_folder
+from pianta.io._files import count_noun, short_repr
+from pianta.io._folders import atomic_folder, number_outputs
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -30,20 +30,21 @@ EXAMPLES = (
 SHEET = "sheet.png"
 
 Model = Annotated[Path, typer.Argument(metavar="MODEL", help="Model of a building type, of `pianta train type`.")]
-Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the buildings; it is made when there is none.")]
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the buildings; created if necessary.")]
 Count = Annotated[int, typer.Option("--count", "-n", help="How many buildings.", min=1, max=100_000)]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same buildings.")]
 Jobs = Annotated[int, typer.Option(min=1, max=256, help="Processes; the buildings are the same for any number.")]
 Rooms = Annotated[str | None, typer.Option(metavar="N or N-M", help="Rooms of each building, corridors included.")]
 AtLeast = Annotated[
     list[str] | None,
-    typer.Option(metavar="LABEL[=N]", help="So many rooms of a label or more, one unless given; may be repeated."),
+    typer.Option(metavar="LABEL[=N]", help="At least N rooms of a label, one unless given; may be repeated."),
 ]
 AtMost = Annotated[
-    list[str] | None, typer.Option(metavar="LABEL=N", help="So many rooms of a label or fewer; may be repeated.")
+    list[str] | None, typer.Option(metavar="LABEL=N", help="At most N rooms of a label; may be repeated.")
 ]
-Like = Annotated[
-    Path | None, typer.Option(metavar="FLOOR", help="A floor that the buildings shall be like, and about as large.")
+SimilarTo = Annotated[
+    Path | None,
+    typer.Option("--like", metavar="FLOOR", help="A floor to which the buildings are similar, also in size."),
 ]
 Keep = Annotated[
     Path | None, typer.Option(metavar="FLOOR", help="A floor whose rooms and doors each building has, and others.")
@@ -51,7 +52,6 @@ Keep = Annotated[
 ChosenCosts = Annotated[
     str, typer.Option("--costs", help="What the steps follow: density, or thesis, as in section 7.4.3.", metavar="NAME")
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
 
 
 def generate(
@@ -64,45 +64,43 @@ def generate(
     rooms: Rooms = None,
     at_least: AtLeast = None,
     at_most: AtMost = None,
-    like: Like = None,
+    similar_to: SimilarTo = None,
     keep: Keep = None,
     costs: ChosenCosts = "density",
     quiet: Quiet = False,
 ) -> None:
-    """Make new buildings of a type, as graphs of labelled rooms joined by doors.
+    """Generate new buildings of a type, as graphs of labelled rooms joined by doors.
 
     Writes building-001.json (networkx node-link), .graphml and so on, and sheet.png.
 
     FLOOR is a folder of `pianta read --type`, or a floor.geojson, layout XML, graph.json or
     GraphML whose rooms have labels of the type. With --keep its rooms have their ids
-    as `room` in the new graphs; those without a door are left out.
+    as `room` in the new graphs; rooms without a door are left out.
     """
     from pianta.generation import generate as generation
     from pianta.generation.type_model_file import read_type_model
     from pianta.io.graphs import read_floor_graph
 
-    check_output_folder(out)
-    names = [f"building-{number:0{max(3, len(str(count)))}}" for number in range(1, count + 1)]
-    check_leftovers(out, names, stem="building")
-    wished = _read_numbers(at_least or (), "--at-least", unless_given=1), _read_numbers(at_most or (), "--at-most")
-    size = None if rooms is None else read_range(rooms)
-    known = read_type_model(model)
+    names = number_outputs("building", count, out)
+    fewest, most = _read_numbers(at_least or (), "--at-least", default=1), _read_numbers(at_most or (), "--at-most")
+    room_range = None if rooms is None else read_range(rooms)
+    type_model = read_type_model(model)
     buildings = generation.generate(
-        known,
+        type_model,
         count,
-        rooms=size,
-        at_least=wished[0],
-        at_most=wished[1],
-        like=None if like is None else read_floor_graph(like),
+        rooms=room_range,
+        at_least=fewest,
+        at_most=most,
+        similar_to=None if similar_to is None else read_floor_graph(similar_to),
         keep=None if keep is None else read_floor_graph(keep),
         costs=costs,
         seed=seed,
         jobs=jobs,
         track=partial(track_items, quiet=quiet),
     )
-    save_buildings(buildings, names, known, out)
+    save_buildings(buildings, names, type_model, out)
     if not quiet:
-        _tell_buildings(buildings, known, out)
+        _print_buildings(buildings, type_model, out)
 
 
 def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: TypeModel, out: Path) -> None:
@@ -112,13 +110,13 @@ def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: T
     from pianta.plot.figure import save_figure
     from pianta.plot.graphs import draw_contact_sheet
 
-    kept = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
+    kept_rooms = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
     with atomic_folder(out) as new:
         for name, building in zip(names, buildings, strict=True):
             building.graph.update(source=name, building_type=model.building_type)
             save_graph(building, new / f"{name}.json")
             save_graphml(building, new / f"{name}.graphml")
-        save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept), new / SHEET)
+        save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept_rooms), new / SHEET)
 
 
 def read_range(text: str) -> tuple[int, int]:
@@ -126,34 +124,34 @@ def read_range(text: str) -> tuple[int, int]:
 
     Raises OptionError for anything else.
     """
-    found = re.fullmatch(r"\s*(\d{1,6})\s*(?:-\s*(\d{1,6})\s*)?", text, re.ASCII)
-    if found is None:
+    match = re.fullmatch(r"\s*(\d{1,6})\s*(?:-\s*(\d{1,6})\s*)?", text, re.ASCII)
+    if match is None:
         raise OptionError(f"--rooms is {short_repr(text)}, give a number such as 40, or two such as 30-50")
-    return int(found[1]), int(found[2] or found[1])
+    return int(match[1]), int(match[2] or match[1])
 
 
-def _read_numbers(texts: Sequence[str], option: str, *, unless_given: int | None = None) -> Mapping[str, int]:
-    """Label -> number of LABEL=N, or of LABEL where a number is known without."""
+def _read_numbers(texts: Sequence[str], option: str, *, default: int | None = None) -> Mapping[str, int]:
+    """Label -> number of LABEL=N, or of LABEL alone if there is a default."""
     numbers: dict[str, int] = {}
     for text in texts:
         label, equals, number = text.partition("=")
-        if (not equals and unless_given is None) or (equals and not re.fullmatch(r"\d{1,6}", number.strip(), re.ASCII)):
+        if (not equals and default is None) or (equals and not re.fullmatch(r"\d{1,6}", number.strip(), re.ASCII)):
             raise OptionError(f"{option} is {short_repr(text)}, give a label and a number such as CLASSROOM=12")
         key = label.strip().upper()
         if key in numbers:
             raise OptionError(f"{option} gives {key} twice, leave one out")
-        numbers[key] = int(number) if equals else int(unless_given or 0)
+        numbers[key] = int(number) if equals else int(default or 0)
     return numbers
 
 
-def _tell_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path) -> None:
-    """Print how large the buildings are beside those of the model, how new, and where they are."""
+def _print_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path) -> None:
+    """Print the sizes of the buildings beside those of the model's floors, how many are copies, and where they are."""
     from pianta.evaluation.graph_sets import find_copies, find_repeats
 
-    known = [floor.graph for floor in model.floors]
-    made, copies, repeats = len(buildings), sum(find_copies(buildings, known)), sum(find_repeats(buildings))
-    noun = f"building{'s' * (made != 1)} of type {model.building_type}"
-    print_result(f"{made} {noun}, {_describe_sizes(buildings)}; the {len(known)} of the model {_describe_sizes(known)}")
+    floors = [floor.graph for floor in model.floors]
+    total = f"{count_noun(len(buildings), 'building')} of type {model.building_type}"
+    copies, repeats = sum(find_copies(buildings, floors)), sum(find_repeats(buildings))
+    print_result(f"{total}, {_describe_sizes(buildings)}; the {len(floors)} of the model {_describe_sizes(floors)}")
     print_result(f"copies of a floor of the model: {copies}; of another new building: {repeats}")
     print_result(f"in {out}: building-*.json, building-*.graphml, {SHEET}")
 

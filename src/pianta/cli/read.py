@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
+from rich.table import Table
 
-from pianta.cli.room_table import tabulate_rooms
-from pianta.cli.terminal import counting_files, describe_floor, print_error, print_result, stdout
-from pianta.floor import Floor
+from pianta.cli.terminal import Quiet, counting_files, describe_floor, make_table, print_error, print_result, stdout
+from pianta.floor import Floor, Room
 from pianta.io._files import MAX_CELLS
 from pianta.io._folders import check_output_folder
 from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS
@@ -34,46 +35,45 @@ Maps = Annotated[
         metavar="FILE", help="A map.yaml, NumPy archive (.npz) or image; a plan as image, DXF, SVG, PDF or IFC."
     ),
 ]
-Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made when there is none.")]
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; created if necessary.")]
 Previous = Annotated[
-    Path | None, typer.Option(metavar="FLOOR", help="Older floor.geojson, or its folder, whose room ids are kept.")
+    Path | None, typer.Option(metavar="FLOOR", help="Older floor.geojson, or its folder; rooms keep its ids.")
 ]
 Method = Annotated[str, typer.Option(help=f"How rooms are found: {', '.join(METHODS)}.")]
 As = Annotated[
     Literal["map", "plan"] | None,
-    typer.Option("--as", help="Whether it is a robot's map or a plan; seen in the file unless given."),
+    typer.Option("--as", help="Whether it is a robot's map or a plan; detected unless given."),
 ]
 Page = Annotated[int | None, typer.Option(min=1, help="Page of a PDF.")]
 Symbols = Annotated[
-    Path | None, typer.Option(metavar="FOLDER", help="PNGs of symbols of plans, besides our own; door*.png are doors.")
+    Path | None, typer.Option(metavar="FOLDER", help="PNGs of further symbols of plans; door*.png are doors.")
 ]
-Words = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="JSON with words that names of rooms have, besides our own.")
-]
+Words = Annotated[Path | None, typer.Option(metavar="FILE", help="JSON with further words in names of rooms.")]
 Resolution = Annotated[
     float | None,
     typer.Option(help="Metres per cell of an image without map.yaml, per pixel of a plan, per unit of a DXF or SVG."),
 ]
 TrustThresholds = Annotated[
-    bool, typer.Option("--trust-thresholds", help="Keep grey 205 free where free_thresh makes it so.")
+    bool, typer.Option("--trust-thresholds", help="Read grey 205 as free if free_thresh says so.")
 ]
 MaxCells = Annotated[int, typer.Option(min=1, help="Largest map that is read.")]
-Walls = Annotated[bool, typer.Option("--walls", help="Draw the lines of walls into the picture; the rivals find none.")]
+Walls = Annotated[bool, typer.Option("--walls", help="Draw lines of walls into the picture, if the method has them.")]
 Graph = Annotated[bool, typer.Option("--graph", help="Draw the topological graph into the picture.")]
-Model = Annotated[Path | None, typer.Option(metavar="FILE", help="Model of `pianta train places`; ours unless given.")]
+Model = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Model of `pianta train places`; else the included one.")
+]
 Type = Annotated[
     str | None,
-    typer.Option("--type", metavar="NAME", help="Building type, such as school or office, where you know it."),
+    typer.Option("--type", metavar="NAME", help="Building type, such as school or office, if you know it."),
 ]
 BuildingModelFile = Annotated[
     Path | None,
-    typer.Option("--building-model", metavar="FILE", help="Model of `pianta train buildings`; ours unless given."),
+    typer.Option("--building-model", metavar="FILE", help="Model of `pianta train buildings`; else the included one."),
 ]
 Jobs = Annotated[
     int, typer.Option(min=1, max=MAX_JOBS, help="Processes for several files; the results are the same for any number.")
 ]
-NoLabels = Annotated[bool, typer.Option("--no-labels", help="Do not say what rooms are for, nor the building.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
+NoLabels = Annotated[bool, typer.Option("--no-labels", help="Leave out the labels of rooms and the building type.")]
 
 
 def read_maps(
@@ -103,22 +103,22 @@ def read_maps(
     Writes floor.geojson (metres of the map frame), rooms.png (16 bits: 0 is no
     room, n the room with id n), graph.json (networkx node-link), picture.png.
 
-    Several files get a folder each in OUT. One that cannot be read does not
-    stop the others; the exit code is then 1.
+    Several files get a folder each in OUT. If one cannot be read, the others are
+    still read; the exit code is then 1.
 
-    Rooms of plans get the names that are written in them, which tell what they
-    are for; several floors on a plan get a folder each, floor-1, floor-2, ….
+    Rooms of plans get the names that are written in them, from which their labels
+    follow; several floors on a plan get a folder each, floor-1, floor-2, ….
 
     Rooms are labelled ROOM or CORRIDOR; FUNCTIONAL, CONNECTION, ENTRANCE or
-    SERVICE; and with --type by the names of that building type.
+    SERVICE; and with --type by the labels of that building type.
 
-    With --previous rooms keep their ids, and labels and a type that somebody
-    has given stay; the map may have grown, and its origin may have moved.
+    With --previous rooms keep their ids, and manual labels and a manual type stay;
+    the map may have grown, and its origin may have moved.
     """
     options: ReadOptions = {
         "previous": previous,
         "method": method,
-        "kind": as_kind,
+        "input_kind": as_kind,
         "resolution": resolution,
         "trust_thresholds": trust_thresholds,
         "max_cells": max_cells,
@@ -135,7 +135,7 @@ def read_maps(
         return
     with counting_files(maps, quiet=quiet) as progress:
         results = read_all(maps, out=out, walls=walls, graph=graph, jobs=jobs, progress=progress, **options)
-        read_count = sum([_tell_one_of_several(result, quiet=quiet) for result in results])
+        read_count = sum([_print_one_of_several(result, quiet=quiet) for result in results])
     if not quiet:
         print_result(f"{read_count} of {len(maps)} files read")
     if read_count < len(maps):
@@ -143,33 +143,68 @@ def read_maps(
 
 
 def _read_one(path: str, out: Path, options: ReadOptions, *, walls: bool, graph: bool, quiet: bool) -> None:
-    """Read a file; print its rooms, what else is worth a line, and where the results are."""
+    """Read a file; print its rooms, its messages, and where the results are."""
     check_output_folder(out)
     check_output(path, out)
     reading = read(path, **options)
     folders = reading.save(out, walls=walls, graph=graph)
     for storey, folder in zip(reading.storeys, folders, strict=True) if not quiet else ():
         stdout.print(tabulate_rooms(storey.floor))
-        if storey.known_types:
-            print_result(f"building: {describe_type(storey.floor, storey.known_types)}")
+        if storey.candidate_types:
+            print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
         for line in storey.messages:
             print_result(line)
         print_result(f"{describe_floor(storey.floor)}, in {folder}")
 
 
-def _tell_one_of_several(result: Reading | Failure, *, quiet: bool) -> bool:
-    """Print a line for each storey, or why a file was not read; whether it was read."""
+def _print_one_of_several(result: Reading | Failure, *, quiet: bool) -> bool:
+    """Print a line for each storey, or why the file could not be read; whether it was read."""
     if isinstance(result, Failure):
         print_error(result.error)
         return False
     for storey in () if quiet else result.storeys:
-        kind = f", {name_type(storey.floor)}" if storey.known_types else ""
+        building_type = f", {_name_type(storey.floor)}" if storey.candidate_types else ""
         folder = (result.folder or Path()) / storey.name
-        print_result("; ".join([f"{describe_floor(storey.floor)}{kind}, in {folder}", *storey.messages]))
+        print_result("; ".join([f"{describe_floor(storey.floor)}{building_type}, in {folder}", *storey.messages]))
     return True
 
 
-def name_type(floor: Floor) -> str:
-    """The most probable type of a floor's building, with its probability, in a few words."""
-    kinds = floor.building_types
-    return f"{kinds[0]} {floor.building_type[kinds[0]]:.2f}" if kinds else "unknown type"
+def _name_type(floor: Floor) -> str:
+    """The most probable type of a floor's building with its probability, in a few words."""
+    types = floor.building_types
+    return f"{types[0]} {floor.building_type[types[0]]:.2f}" if types else "unknown type"
+
+
+def tabulate_rooms(floor: Floor) -> Table:
+    """Table of the rooms: id, area, doors, neighbours; openings, entrances, name, label and seen part if any has.
+
+    An entrance counts as an entrance only, not as a door or an opening.
+    """
+    graph = floor.graph()
+    counts = Counter((room_id, door.kind) for door in floor.doors if not door.is_entrance for room_id in door.room_ids)
+    columns = {
+        "room": [str(room.id) for room in floor.rooms],
+        "area m²": [f"{room.polygon.area:.1f}" for room in floor.rooms],
+        "doors": [str(counts[room.id, "door"]) for room in floor.rooms],
+        "openings": [str(counts[room.id, "opening"] or "") for room in floor.rooms],
+        "entrances": [str(graph.nodes[room.id]["entrances"] or "") for room in floor.rooms],
+        "neighbours": [" ".join(map(str, sorted(graph[room.id]))) for room in floor.rooms],
+        "name": [room.name or "" for room in floor.rooms],
+        "label": [_describe_label(room) for room in floor.rooms],
+        "seen": [_describe_observed_part(room) for room in floor.rooms],
+    }
+    wrapped = ("neighbours", "name", "label")
+    return make_table(columns, left=(*wrapped, "seen"), wrapped=wrapped)
+
+
+def _describe_observed_part(room: Room) -> str:
+    """In part, with its share of the predicted room; empty if all of the room was observed."""
+    if room.predicted is None:
+        return "in part" if room.partial else ""
+    return f"in part, ~{100 * min(1.0, room.polygon.area / room.predicted.area):.0f} %"
+
+
+def _describe_label(room: Room) -> str:
+    """The label with its probability, if these are known."""
+    probability = room.label_probability
+    return (room.label or "") if probability is None else f"{room.label} {probability:.2f}"

@@ -6,49 +6,44 @@ import re
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Annotated, TextIO
 
-from rich.console import Console
+import typer
+from rich import box
+from rich.console import Console, JustifyMethod
+from rich.markup import escape
+from rich.table import Table
 from rich.text import Text
 
 from pianta.errors import BuildingWarning, MapWarning, PlanWarning
 from pianta.floor import Floor
+from pianta.io._files import count_noun
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
+
 OWN_WARNINGS = (MapWarning, BuildingWarning, PlanWarning)
 
+# Arguments of functions whose flags have the same names.
+SAME_NAMES = "building_model jobs max_cells method page previous resolution symbols trust_thresholds words"
 # Messages of the library name arguments of functions; these are their flags.
 FLAGS = {
     "labels=False": "--no-labels",
-    "kind='map'": "--as map",
-    "kind='plan'": "--as plan",
+    "input_kind='map'": "--as map",
+    "input_kind='plan'": "--as plan",
     "trust_thresholds=True": "--trust-thresholds",
     "kind=": "--as",
     "building_type=": "--type",
     "room_model=": "--model",
     "schema=": "--labels",
-    **{
-        f"{name}=": f"--{name.replace('_', '-')}"
-        for name in (
-            "building_model",
-            "jobs",
-            "max_cells",
-            "method",
-            "page",
-            "previous",
-            "resolution",
-            "symbols",
-            "trust_thresholds",
-            "words",
-        )
-    },
+    **{f"{name}=": f"--{name.replace('_', '-')}" for name in SAME_NAMES.split()},
 }
-# A quoted text, such as the name of a file, is passed over as a whole.
+# Quoted text, such as the name of a file, is left as it is.
 _QUOTED = r"""(?<!\w)'(?:[^'\\]|\\.)*'(?!\w)|(?<!\w)"(?:[^"\\]|\\.)*"(?!\w)"""
 _ARGUMENT = re.compile(rf"(?<![\w'\"-])({'|'.join(map(re.escape, FLAGS))})(\w?)|{_QUOTED}", re.DOTALL)
 
@@ -57,23 +52,23 @@ stderr = Console(stderr=True)
 
 
 def print_result(line: str) -> None:
-    """Print a line on stdout; above the progress bar, when there is one in the same terminal."""
-    # typer.echo keeps the stream that it saw first, and would write into the bar.
+    """Print a line on stdout; above the progress bar, if there is one in the same terminal."""
+    # typer.echo keeps the first stream that it used, and would write into the bar.
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 
 
 def name_flags(message: str) -> str:
-    """A message of the library with the flags of the command in place of the arguments of functions.
+    """A message of the library with arguments of functions replaced by the flags of the command.
 
-    >>> name_flags("map 'a.png' is no plan, leave out page= or give kind='plan'; page=3")
+    >>> name_flags("map 'a.png' is no plan, leave out page= or give input_kind='plan'; page=3")
     "map 'a.png' is no plan, leave out --page or give --as plan; --page 3"
     """
 
-    def name_flag(found: re.Match[str]) -> str:
-        if found[1] is None:
-            return found[0]
-        return FLAGS[found[1]] + (f" {found[2]}" if found[2] else "")
+    def name_flag(match: re.Match[str]) -> str:
+        if match[1] is None:
+            return match[0]
+        return FLAGS[match[1]] + (f" {match[2]}" if match[2] else "")
 
     return _ARGUMENT.sub(name_flag, message)
 
@@ -84,13 +79,13 @@ def print_error(error: Exception) -> None:
 
 
 def show_examples(commands: Sequence[str]) -> str:
-    """Commands as the end of a help text, a line each, which typer breaks at empty lines only."""
+    """Commands as the end of a help text, a line each; typer breaks it at empty lines only."""
     return "\n\n".join(["Examples:", *commands])
 
 
 @contextmanager
 def print_warnings() -> Iterator[None]:
-    """A block in which each of pianta's warnings is one line on stderr; those of others stay what they are."""
+    """A block in which each of pianta's warnings is one line on stderr; warnings of other packages do not change."""
     with warnings.catch_warnings():
         show_other = warnings.showwarning
 
@@ -115,7 +110,7 @@ def print_warnings() -> Iterator[None]:
 
 @contextmanager
 def counting_files(files: Sequence[str], *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on stderr where that is a terminal, unless quiet, and the function that moves it.
+    """A progress bar on stderr if that is a terminal, unless quiet, and the function that moves it.
 
     The function takes the number of files that are done, and of all.
     """
@@ -128,6 +123,14 @@ def counting_files(files: Sequence[str], *, quiet: bool = False) -> Iterator[Cal
         yield move
 
 
+def track_items(items: Sequence[str], *, quiet: bool = False) -> Iterator[str]:
+    """Names or paths one by one, with a progress bar on stderr if that is a terminal, unless quiet."""
+    with counting_files(items, quiet=quiet) as move:
+        for done, item in enumerate(items):
+            move(done, len(items))
+            yield item
+
+
 def _make_bar(*, quiet: bool) -> Progress:
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
@@ -137,27 +140,35 @@ def _make_bar(*, quiet: bool) -> Progress:
         *columns,
         console=stderr,
         transient=True,
-        # What is piped away must not be drawn into the terminal.
+        # Output to a pipe must not be drawn into the terminal.
         redirect_stdout=sys.stdout.isatty(),
         disable=quiet or not stderr.is_terminal,
     )
 
 
-def track_items(items: Sequence[str], *, quiet: bool = False) -> Iterator[str]:
-    """Names or paths one by one, with a progress bar on stderr where that is a terminal, unless quiet."""
-    with _make_bar(quiet=quiet) as bar:
-        task = bar.add_task("", total=len(items))
-        for item in items:
-            bar.update(task, description=Path(item).name)
-            yield item
-            bar.advance(task)
+def make_table(
+    columns: Mapping[str, Sequence[str]], *, left: Collection[str] = (), wrapped: Collection[str] = ()
+) -> Table:
+    """A table of columns by their headings, without those that are empty in every row.
+
+    left: columns that are aligned left. wrapped: columns whose words become several lines on a narrow terminal.
+    """
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    filled = {heading: cells for heading, cells in columns.items() if any(cells)}
+    for heading in filled:
+        justify: JustifyMethod = "left" if heading in left else "right"
+        table.add_column(heading, justify=justify, no_wrap=heading not in wrapped, overflow="fold")
+    for row in zip(*filled.values(), strict=True):
+        # Names come from files, and are no markup.
+        table.add_row(*map(escape, row))
+    return table
 
 
 def describe_floor(floor: Floor) -> str:
     """How many rooms, doors, openings and entrances there are, and the area of the rooms together."""
-    kinds = Counter("entrance" if door.is_entrance else door.kind for door in floor.doors)
-    counts = {"room": len(floor.rooms), "door": kinds["door"]}
-    counts |= {kind: kinds[kind] for kind in ("opening", "entrance") if kinds[kind]}
-    told = [f"{count} {noun}{'s' * (count != 1)}" for noun, count in counts.items()]
+    door_kinds = Counter("entrance" if door.is_entrance else door.kind for door in floor.doors)
+    counts = {"room": len(floor.rooms), "door": door_kinds["door"]}
+    counts |= {noun: door_kinds[noun] for noun in ("opening", "entrance") if door_kinds[noun]}
+    listed = ", ".join(count_noun(count, noun) for noun, count in counts.items())
     area = sum(room.polygon.area for room in floor.rooms)
-    return f"{', '.join(told)}, {area:.1f} m²"
+    return f"{listed}, {area:.1f} m²"

@@ -1,4 +1,4 @@
-"""The verb train: models from buildings that people have labelled."""
+"""The verb train: models of labelled buildings."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import print_error, print_result, show_examples, track_items
+from pianta.cli.terminal import Quiet, print_error, print_result, show_examples, track_items
 from pianta.errors import BuildingWarning, LabelError, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
-from pianta.io._files import one_line_reason, short_repr
-from pianta.io._folders import check_output_folder
+from pianta.io._files import count_noun, one_line_reason, short_repr
+from pianta.io._folders import check_output_file
 from pianta.labels import SCHEMAS, LabelSchema
 from pianta.reading._labelling import check_type_name
 
@@ -44,7 +44,7 @@ TYPE_EXAMPLES = (
     "pianta generate school.json -n 24 -o schools",
 )
 
-app = typer.Typer(no_args_is_help=True, help="Train models on buildings that people have labelled.")
+app = typer.Typer(no_args_is_help=True, help="Train models on labelled buildings.")
 
 Buildings = Annotated[
     list[str], typer.Argument(metavar="BUILDING", help="Files of labelled buildings, or folders of them.")
@@ -54,26 +54,23 @@ Archive = Annotated[
     Path, typer.Option("--out", "-o", help="File for the model, which ends in .npz; an older one is replaced.")
 ]
 Labels = Annotated[
-    list[Path] | None, typer.Option(help="Label schema of a building type of yours, YAML; may be repeated.")
+    list[Path] | None, typer.Option(help="Label schema of another building type, YAML; may be repeated.")
 ]
 Type = Annotated[
-    str | None, typer.Option("--type", help="Building type of the files that do not tell theirs.", metavar="NAME")
+    str | None, typer.Option("--type", help="Building type of files that do not name theirs.", metavar="NAME")
 ]
-Simulate = Annotated[
-    int, typer.Option(min=0, max=20, help="Simulated robot's maps of each building to learn from as well.")
-]
-Seed = Annotated[int, typer.Option(min=0, help="Of the trees and the simulation.")]
-ChainSeed = Annotated[int, typer.Option(min=0, help="Of the chains by which iterations are counted.")]
+Simulate = Annotated[int, typer.Option(min=0, max=20, help="Simulated robots' maps of each building to train on, too.")]
+Seed = Annotated[int, typer.Option(min=0, help="Of the trees and of the simulation.")]
+ChainSeed = Annotated[int, typer.Option(min=0, help="Of the chains that determine the iterations.")]
 Areas = Annotated[
     str,
-    typer.Option(help=f"How functional areas are found: {', '.join(SEGMENTATIONS)}; by corridors, or where cuts are."),
+    typer.Option(help=f"How functional areas are found: {', '.join(SEGMENTATIONS)}; by corridors, or by cuts."),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
 
 
 @app.callback()
 def describe() -> None:
-    """Train models on buildings that people have labelled."""
+    """Train models on labelled buildings."""
 
 
 @app.command("places", epilog=show_examples(PLACES_EXAMPLES))
@@ -87,13 +84,13 @@ def train_places(
     seed: Seed = 0,
     quiet: Quiet = False,
 ) -> None:
-    """Train a model of what rooms are for, for `pianta read --model`.
+    """Train a model of room labels, for `pianta read --model`.
 
-    Takes layout XML, KTH XML, MIT XML and floor.geojson whose rooms have labels of the
+    Reads layout XML, KTH XML, MIT XML and floor.geojson whose rooms have labels of the
     schema of their building type: school and office, and those given by --labels.
 
-    Tells how often the model is wrong on buildings that were left out. A building
-    that cannot be read does not stop the others; the exit code is then 1.
+    Prints the error rate on buildings that were left out of the training. If a building
+    cannot be read, the others are still used; the exit code is then 1.
     """
     from pianta.rooms import training
     from pianta.rooms.model_file import check_model_path, save_room_model
@@ -101,14 +98,14 @@ def train_places(
     if not out.is_dir():
         check_model_path(out)
     _check_options(out, building_type)
-    schemas = read_schemas(labels or ())
+    schemas = _read_schemas(labels or ())
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     training.check_labels(floors, schemas)
-    simulated = simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
+    simulated = _simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
     model = training.train_rooms(floors, simulated=simulated, schemas=schemas, seed=seed)
     save_room_model(model, out)
     if not quiet:
-        _tell_model(model, out)
+        _print_room_model(model, out)
     if not all_read:
         raise typer.Exit(1)
 
@@ -124,22 +121,22 @@ def train_buildings(
 ) -> None:
     """Train a model of building types, for `pianta read --building-model`.
 
-    Takes the same files as `pianta train places`, of two types of buildings or more,
-    and of two buildings of each type at least; dozens are better.
+    Reads the same files as `pianta train places`, of two types of buildings or more,
+    and at least two buildings of each type; dozens are better.
 
-    Tells how often the model is wrong on buildings that were left out. A building
-    that cannot be read does not stop the others; the exit code is then 1.
+    Prints the error rate on buildings that were left out of the training. If a building
+    cannot be read, the others are still used; the exit code is then 1.
     """
     from pianta.building_types import model as building_types
     from pianta.building_types.model_file import save_building_type_model
 
     _check_options(out, building_type)
-    schemas = read_schemas(labels or ())
+    schemas = _read_schemas(labels or ())
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     model = building_types.train_building_types(floors, schemas=schemas)
     save_building_type_model(model, out)
     if not quiet:
-        _tell_building_model(model, building_types.predict_held_out(model), out)
+        _print_building_model(model, building_types.predict_held_out(model), out)
     if not all_read:
         raise typer.Exit(1)
 
@@ -157,12 +154,12 @@ def train_type(
 ) -> None:
     """Train a model of one type of buildings, for `pianta generate`.
 
-    Takes the same files as `pianta train places`, all of one type. Learns which groups
-    of rooms the floors have, which groups are alike, and how they are joined.
-    Two floors are the least; dozens are better.
+    Reads the same files as `pianta train places`, all of one type. Learns which groups
+    of rooms the floors have, which groups are similar, and how they are joined.
+    Two floors are the minimum; dozens are better.
 
     Rooms without a door do not count. A floor that cannot be read, that has rooms
-    without a label, or that doors leave in parts does not stop the others; the exit
+    without a label, or whose doors do not connect all rooms is left out; the exit
     code is then 1.
     """
     from pianta.generation import train as training
@@ -170,7 +167,7 @@ def train_type(
     _check_options(out, building_type)
     if areas not in SEGMENTATIONS:
         raise OptionError(f"areas is {areas!r}, give one of {', '.join(SEGMENTATIONS)}")
-    schemas = read_schemas(labels or ())
+    schemas = _read_schemas(labels or ())
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     schema = training.choose_schema(floors, schemas)
     usable, all_usable = _list_usable(floors, schema)
@@ -178,50 +175,48 @@ def train_type(
     model = training.train_type(usable, schema=schema, areas=areas, seed=seed, track=track)
     model.save(out)
     if not quiet:
-        _tell_type_model(model, out)
+        _print_type_model(model, out)
     if not (all_read and all_usable):
         raise typer.Exit(1)
 
 
-def read_schemas(paths: Iterable[Path]) -> Mapping[str, LabelSchema]:
-    """The schemas that come with pianta and those of files, by building type; a file's replaces ours.
+def _read_schemas(paths: Iterable[Path]) -> Mapping[str, LabelSchema]:
+    """The included schemas and those of files, by building type; a schema of a file replaces an included one.
 
-    Raises LabelError for a file that is none, and for two files of one type.
+    Raises LabelError for a file without a valid schema, and for two files of one type.
     """
     from pianta.io.label_schemas import read_label_schema
 
-    given: dict[str, LabelSchema] = {}
+    schemas: dict[str, LabelSchema] = {}
     for path in paths:
         schema = read_label_schema(path)
-        if schema.building_type in given:
+        if schema.building_type in schemas:
             raise LabelError(f"two schemas of building type {schema.building_type!r} are given, leave one out")
-        given[schema.building_type] = schema
-    return {**SCHEMAS, **given}
+        schemas[schema.building_type] = schema
+    return {**SCHEMAS, **schemas}
 
 
-def simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: bool = False) -> list[Floor]:
-    """Floors as read from so many simulated maps of each; a map on which nothing is found gives none."""
-    from pianta.worlds.simulated_readings import simulate_reading
+def _simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: bool) -> list[Floor]:
+    """Floors as read from a number of simulated maps of each floor; maps without any room are left out."""
+    from pianta.worlds.simulated_readings import simulate_and_reconstruct
 
     runs = [*floors] * maps
-    found = []
+    readings = []
     names = track_items([floor.source for floor in runs], quiet=quiet)
     for number, (floor, _) in enumerate(zip(runs, names, strict=True)):
         try:
-            found.append(simulate_reading(floor, seed=seed + number))
+            readings.append(simulate_and_reconstruct(floor, seed=seed + number))
         except PiantaError as error:
-            message = f"building {short_repr(floor.source)} is not learned from in simulation: {error}"
+            message = f"a simulated map of building {short_repr(floor.source)} is left out: {error}"
             warnings.warn(BuildingWarning(message), stacklevel=2)
-    return found
+    return readings
 
 
 def _check_options(out: Path, building_type: str | None) -> None:
-    """Refuse, before any work, a model file that cannot be written, and a type that has no name."""
+    """Raise OptionError, before any work, for an unwritable model file and for an invalid building type."""
     if building_type is not None:
         check_type_name(building_type)
-    check_output_folder(out.parent)
-    if out.is_dir():
-        raise OptionError(f"model file {short_repr(out)} is a folder, give the name of a file")
+    check_output_file(out, "model file")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as exception:
@@ -229,34 +224,30 @@ def _check_options(out: Path, building_type: str | None) -> None:
 
 
 def _read_floors(paths: Sequence[str], building_type: str | None, *, quiet: bool) -> tuple[list[Floor], bool]:
-    """The floors of files and folders, their type filled in, and whether all could be read.
+    """The floors of files and folders with their types, and whether all could be read.
 
-    What cannot be read is told and left out, unless nothing is left.
-
-    A type that pianta has guessed is none: it may be wrong, and a model does not learn from what a model has said.
+    Errors are printed, unless there is a single file. A predicted building type does not count: it may be wrong, and a
+    model must not learn from predictions.
     """
-    from pianta.io.buildings.read import list_buildings, name_sources, read_building
+    from pianta.io.buildings.read import list_buildings, read_buildings
 
-    files = list(map(str, list_buildings(paths)))
-    floors = []
-    for file, source in zip(track_items(files, quiet=quiet), name_sources(files), strict=True):
-        try:
-            floor = read_building(file)
-        except PiantaError as error:
-            if len(files) == 1:
-                raise
-            print_error(error)
-            continue
-        kind = floor.given_type or building_type
-        floors.append(replace(floor, source=source, building_type={kind: 1.0} if kind else {}))
+    files, floors = list_buildings(paths), []
+    for _, result in read_buildings(files, track=partial(track_items, quiet=quiet)):
+        if isinstance(result, Floor):
+            type_name = result.given_type or building_type
+            floors.append(replace(result, building_type={type_name: 1.0} if type_name else {}))
+        elif len(files) == 1:
+            raise result
+        else:
+            print_error(result)
     if not floors:
         raise ModelError(f"none of {len(files)} buildings could be read, so there is nothing to train on")
     return floors, len(floors) == len(files)
 
 
 def _list_usable(floors: Sequence[Floor], schema: LabelSchema) -> tuple[list[Floor], bool]:
-    """The floors that a model can take, and whether it can take all; the others are told."""
-    from pianta.generation.type_model import LEAST_FLOORS, prepare_room_graph
+    """The floors that a model can use, and whether that are all; the faults of the others are printed."""
+    from pianta.generation.type_model import MIN_FLOORS, prepare_room_graph
 
     usable, faults = [], []
     for floor in floors:
@@ -265,66 +256,60 @@ def _list_usable(floors: Sequence[Floor], schema: LabelSchema) -> tuple[list[Flo
             usable.append(floor)
         except PiantaError as error:
             faults.append(f"floor {short_repr(floor.source)} is left out: {error}")
-    if len(usable) < LEAST_FLOORS:
+    if len(usable) < MIN_FLOORS:
         rest = f": {join_faults(faults)}" if faults else ""
-        raise ModelError(
-            f"a model takes two floors at least, better dozens, and {len(usable)} of {len(floors)} can be used{rest}"
-        )
+        total = f"{len(usable)} of {len(floors)} can be used"
+        raise ModelError(f"a model takes two floors at least, better dozens, and {total}{rest}")
     for fault in faults:
         print_error(ModelError(fault))
     return usable, not faults
 
 
-def _tell_type_model(model: TypeModel, out: Path) -> None:
-    """Print what a model knows, and how long its chains are."""
+def _print_type_model(model: TypeModel, out: Path) -> None:
+    """Print the size of a model, and the lengths of its chains."""
     sizes = sorted(int((model.clusters == cluster).sum()) for cluster in range(model.configurations.shape[1]))
     print_result(f"trained on {model} of {sizes[0]} to {sizes[-1]}, type {model.building_type}")
-    mixing = model.mixing
-    steps = (
-        {"sweeps": mixing.sweeps, "moves of edges": mixing.edge_moves, "moves of doors": mixing.door_moves}
-        if mixing
-        else {}
-    )
-    told = ", ".join(f"{found.iterations} {name} ({found.convergence:.2f})" for name, found in steps.items())
-    print_result(f"iterations of the chains, and their R-hat: {told}")
-    if slow := [name for name, found in steps.items() if not found.has_mixed]:
-        print_result(
-            f"the chains of {', '.join(slow)} had not mixed by then, R-hat is 1.1 or above: give more buildings"
-        )
-    print_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")
+    if mixing := model.mixing:
+        chains = {"sweeps": mixing.sweeps, "moves of edges": mixing.edge_moves, "moves of doors": mixing.door_moves}
+        lengths = ", ".join(f"{chain.iterations} {name} ({chain.convergence:.2f})" for name, chain in chains.items())
+        print_result(f"iterations of the chains, and their R-hat: {lengths}")
+        if unmixed := ", ".join(name for name, chain in chains.items() if not chain.has_mixed):
+            print_result(f"the chains of {unmixed} did not mix, R-hat is 1.1 or above: give more buildings")
+    _print_file(out)
     print_result(f"next: pianta generate {quote(str(out))} -n 24 -o {quote(str(out.with_suffix('')) + '-buildings')}")
 
 
-def _tell_model(model: RoomModel, out: Path) -> None:
+def _print_room_model(model: RoomModel, out: Path) -> None:
     errors = ", ".join(f"{error:.1%} in {labels}" for labels, error in model.training.errors.items())
     print_result(f"trained on {model.training}")
     print_result(f"wrong labels on buildings left out: {errors}")
     print_result(f"in {out}, {out.stat().st_size / 2**20:.1f} MB")
 
 
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'s' * (number != 1)}"
+def _print_building_model(model: BuildingTypeModel, held_out: Sequence[TypePrediction], out: Path) -> None:
+    """Print the size of a model, and its error rate.
 
-
-def _tell_building_model(model: BuildingTypeModel, held_out: Sequence[TypePrediction], out: Path) -> None:
-    """Print what a model knows, and how right it is of each floor when it does not know its building.
-
-    held_out: what is said of each floor that it knows, by the model of all other buildings.
+    held_out: the prediction for each training floor, by the model without its building.
     """
     counts = []
-    for kind in model.building_types:
-        names = [name for name, other in zip(model.buildings, model.types, strict=True) if other == kind]
-        counts.append(f"{_count(len(names), 'floor')} of {_count(len(set(names)), 'building')} of type {kind}")
-    floors = len(model.training_floors)
-    said = [verdict.likeliest for verdict in held_out]
-    wrong = sum(kind != right for kind, right in zip(said, model.types, strict=True))
-    unknown = sum(not verdict.is_known for verdict in held_out)
-    guessed = floors - max(model.types.count(kind) for kind in model.building_types)
-    print_result(f"trained on {_count(floors, 'floor')}: {', '.join(counts)}")
-    print_result(f"wrong types of floors whose building was left out: {wrong} of {floors}, {wrong / floors:.1%}")
-    if wrong >= guessed:
+    for name in model.building_types:
+        buildings = [building for building, other in zip(model.buildings, model.types, strict=True) if other == name]
+        sizes = count_noun(len(buildings), "floor"), count_noun(len(set(buildings)), "building")
+        counts.append(f"{' of '.join(sizes)} of type {name}")
+    total = len(model.training_floors)
+    wrong = sum(each.likeliest != true for each, true in zip(held_out, model.types, strict=True))
+    unknown = sum(not prediction.is_known for prediction in held_out)
+    wrong_by_commonest = total - max(model.types.count(name) for name in model.building_types)
+    print_result(f"trained on {count_noun(total, 'floor')}: {', '.join(counts)}")
+    print_result(f"wrong types of floors whose building was left out: {wrong} of {total}, {wrong / total:.1%}")
+    if wrong >= wrong_by_commonest:
         print_result(
-            f"guessing the commonest type errs on {guessed}: they are too few, or too alike; give more buildings"
+            f"always the commonest type would be wrong on {wrong_by_commonest}: the buildings are too few, or too "
+            "similar; give more"
         )
-    print_result(f"called unknown when left out: {unknown} of {floors}, {unknown / floors:.1%}")
+    print_result(f"called unknown when left out: {unknown} of {total}, {unknown / total:.1%}")
+    _print_file(out)
+
+
+def _print_file(out: Path) -> None:
     print_result(f"in {out}, {out.stat().st_size / 2**10:.0f} KB")

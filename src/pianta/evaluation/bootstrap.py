@@ -1,4 +1,7 @@
-"""Intervals of means and of ratios by the bootstrap: items are drawn again, with replacement (Efron, 1979)."""
+"""Bootstrap intervals of means and ratios (Efron, 1979).
+
+Not by scipy.stats.bootstrap: it draws other samples from the same seed, so published figures would change.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +13,13 @@ import numpy as np
 from pianta._types import Floats
 from pianta.errors import OptionError
 
-REPEATS, SHARE = 10_000, 0.95
+REPEATS = 10_000
+CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A mean, and between what it lies; count: over how many items."""
+    """A mean with its confidence interval; count: number of items."""
 
     mean: float
     low: float
@@ -24,12 +28,12 @@ class Interval:
 
 
 def bootstrap_mean(
-    values: Sequence[float], *, seed: int, repeats: int = REPEATS, share: float = SHARE
+    values: Sequence[float], *, seed: int, repeats: int = REPEATS, share: float = CONFIDENCE
 ) -> Interval | None:
-    """The mean of values, and its interval when they are drawn again; None for no values.
+    """The mean of values with its bootstrap interval; None without values.
 
-    share: of the means of what is drawn that the interval holds; as many are below as above.
-    Raises OptionError for values that are not finite, and for repeats and a share without meaning.
+    share: of the resampled means that are in the interval; as many are below as above.
+    Raises OptionError for values that are not finite, repeats below 1, and a share outside 0 … 1.
     """
     return bootstrap_ratio(values, [1.0] * len(values), seed=seed, repeats=repeats, share=share)
 
@@ -40,19 +44,19 @@ def bootstrap_ratio(
     *,
     seed: int,
     repeats: int = REPEATS,
-    share: float = SHARE,
+    share: float = CONFIDENCE,
 ) -> Interval | None:
-    """The sum of values over that of others, and its interval when the pairs are drawn again; None for no values.
+    """The ratio of two sums with its bootstrap interval, resampled by pairs; None without values.
 
-    share: as in bootstrap_mean. others: one above 0 for each value.
-    Raises OptionError as bootstrap_mean, and for others that are 0 or less.
+    share: as in bootstrap_mean. others: a positive one for each value.
+    Raises OptionError as bootstrap_mean, and for others that are not positive.
     """
     above, below = np.array(values, float), np.array(others, float)
     _check(above, below, repeats=repeats, share=share)
     if not len(above):
         return None
-    drawn = np.random.default_rng(seed).integers(len(above), size=(repeats, len(above)))
-    ratios = above[drawn].sum(axis=1) / below[drawn].sum(axis=1)
+    samples = np.random.default_rng(seed).integers(len(above), size=(repeats, len(above)))
+    ratios = above[samples].sum(axis=1) / below[samples].sum(axis=1)
     low, high = np.quantile(ratios, [(1 - share) / 2, (1 + share) / 2]).tolist()
     return Interval(float(above.sum() / below.sum()), low, high, len(above))
 

@@ -1,7 +1,7 @@
-"""Coverage of reconstructed rooms by true rooms and back (thesis, section 3.2), for polygons in any one plane frame.
+"""Coverage of reconstructed rooms by true rooms and back (thesis, section 3.2), for polygons in one planar frame.
 
-Every share lies in 0 … 1. Where one of the two sides has no rooms every share is 0; where neither has, each is 1.
-A room without area, or one that overlaps nothing, counts 0. Invalid polygons are repaired with shapely.make_valid.
+Every share is in 0 … 1: 0 if only one side has rooms, 1 if neither has. A room without area, or without any overlap,
+counts 0. Invalid polygons are repaired with shapely.make_valid.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from shapely import Polygon, STRtree
 
 @dataclass(frozen=True)
 class Scores:
-    """How well the found rooms and the true rooms cover each other.
+    """How well reconstructed rooms and true rooms cover each other.
 
     a_fc, a_bc: forward and backward accuracy, weighted by area (thesis, section 3.2).
     precision, recall: the same as unweighted means over the rooms (thesis, section 3.2).
-    mean_iou: mean over the true rooms of the best intersection over union with a found room.
-    f1: harmonic mean of the shares of found and of true rooms that match one to one with IoU above 0.5.
-    found, true: numbers of rooms.
+    mean_iou: mean over the true rooms of the best intersection over union with a reconstructed room.
+    f1: harmonic mean of the shares of reconstructed and of true rooms that match one to one with IoU above 0.5.
+    reconstructed, true: numbers of rooms.
     """
 
     a_fc: float
@@ -32,18 +32,19 @@ class Scores:
     recall: float
     mean_iou: float
     f1: float
-    found: int
+    reconstructed: int
     true: int
 
 
 def score_layout(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> Scores:
     """Scores of reconstructed rooms against true rooms; the whole area of each polygon counts."""
-    found, true = _repair_polygons(rooms), _repair_polygons(truth)
-    return score_overlaps(overlap_areas(found, true), shapely.area(found), shapely.area(true))
+    reconstructed, true = _repair_polygons(rooms), _repair_polygons(truth)
+    overlaps = overlap_areas(reconstructed, true)
+    return score_overlaps(overlaps, shapely.area(reconstructed), shapely.area(true))
 
 
 def forward_coverage(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> list[int | None]:
-    """FC: for each room the index of the true room that overlaps it most, None where none does."""
+    """FC: for each room the index of the true room that overlaps it most, or None."""
     overlaps = overlap_areas(_repair_polygons(rooms), _repair_polygons(truth))
     if not truth:
         return [None] * len(rooms)
@@ -51,48 +52,48 @@ def forward_coverage(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> list
 
 
 def backward_coverage(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> list[int | None]:
-    """BC: for each true room the index of the room that overlaps it most, None where none does."""
+    """BC: for each true room the index of the room that overlaps it most, or None."""
     return forward_coverage(truth, rooms)
 
 
 def forward_accuracy(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> float:
-    """A_FC: the share of the rooms' area that lies in the true room each is mapped to; low when under-segmented."""
+    """A_FC: share of the rooms' area within the true rooms that they are mapped to; low if under-segmented."""
     return score_layout(rooms, truth).a_fc
 
 
 def backward_accuracy(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> float:
-    """A_BC: the share of the true rooms' area that lies in the room each is mapped to; low when over-segmented."""
+    """A_BC: share of the true rooms' area within the rooms that they are mapped to; low if over-segmented."""
     return score_layout(rooms, truth).a_bc
 
 
 def precision(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> float:
-    """Mean over the rooms of the share of each that lies in the true room it is mapped to."""
+    """Mean over the rooms of the share of each within the true room that it is mapped to."""
     return score_layout(rooms, truth).precision
 
 
 def recall(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> float:
-    """Mean over the true rooms of the share of each that lies in the room it is mapped to."""
+    """Mean over the true rooms of the share of each within the room that it is mapped to."""
     return score_layout(rooms, truth).recall
 
 
 def score_overlaps(
-    overlaps: NDArray[np.float64], found_areas: NDArray[np.float64], true_areas: NDArray[np.float64]
+    overlaps: NDArray[np.float64], areas: NDArray[np.float64], true_areas: NDArray[np.float64]
 ) -> Scores:
-    """Scores from the overlaps of N found with M true rooms, shape (N, M), and the areas, shapes (N,) and (M,)."""
-    found, true = overlaps.shape
-    if not (found and true):
-        share = 1.0 if found == true else 0.0
-        return Scores(share, share, share, share, share, share, found, true)
+    """Scores from the overlaps of N rooms with M true rooms, shape (N, M), and their areas, shapes (N,) and (M,)."""
+    reconstructed, true = overlaps.shape
+    if not (reconstructed and true):
+        share = 1.0 if reconstructed == true else 0.0
+        return Scores(share, share, share, share, share, share, reconstructed, true)
     forward, backward = overlaps.max(axis=1), overlaps.max(axis=0)
-    iou = _ratio(overlaps, found_areas[:, None] + true_areas - overlaps)
+    iou = _ratio(overlaps, areas[:, None] + true_areas - overlaps)
     return Scores(
-        a_fc=float(_ratio(forward.sum(), found_areas.sum())),
+        a_fc=float(_ratio(forward.sum(), areas.sum())),
         a_bc=float(_ratio(backward.sum(), true_areas.sum())),
-        precision=float(_ratio(forward, found_areas).mean()),
+        precision=float(_ratio(forward, areas).mean()),
         recall=float(_ratio(backward, true_areas).mean()),
         mean_iou=float(iou.max(axis=0).mean()),
-        f1=2 * _count_matches(iou > 0.5) / (found + true),
-        found=found,
+        f1=2 * count_matches(iou > 0.5) / (reconstructed + true),
+        reconstructed=reconstructed,
         true=true,
     )
 
@@ -111,15 +112,18 @@ def overlap_areas(rooms: NDArray[np.object_], truth: NDArray[np.object_]) -> NDA
     return overlaps
 
 
-def _ratio(part: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Part of the whole, at most 1 in spite of rounding; 0 where the whole is 0."""
-    share: NDArray[np.float64] = np.divide(part, whole, out=np.zeros(np.shape(whole)), where=whole > 0)
+def _ratio(part: NDArray[np.float64], total: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Share of the total, at most 1 in spite of rounding; 0 if the total is 0."""
+    share: NDArray[np.float64] = np.divide(part, total, out=np.zeros(np.shape(total)), where=total > 0)
     return np.minimum(share, 1.0)
 
 
-def _count_matches(alike: NDArray[np.bool_]) -> int:
-    """Most pairs that match one to one; found rooms that do not overlap each other have no choice above IoU 0.5."""
+def count_matches(is_match: NDArray[np.bool_]) -> int:
+    """The size of the largest one-to-one matching, shape (N, M).
+
+    Rooms that do not overlap each other have at most one partner with IoU above 0.5.
+    """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import maximum_bipartite_matching
 
-    return int((maximum_bipartite_matching(csr_array(alike)) >= 0).sum())
+    return int((maximum_bipartite_matching(csr_array(is_match)) >= 0).sum()) if is_match.any() else 0

@@ -14,9 +14,9 @@ from pianta.errors import OptionError
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Points of a curve, one for each threshold of the scores, from 0 to 1 on both axes, and the area below.
+    """A curve with a point for each threshold of the scores, from 0 to 1 on both axes, and the area below it.
 
-    x, y: shape (n,), x ascending. area: 1 of a perfect classifier. chance: the area that random scores have.
+    x, y: shape (n,), x ascending. area: 1 for a perfect classifier. chance: expected area for random scores.
     """
 
     x: Floats
@@ -28,7 +28,7 @@ class Curve:
 def measure_roc(truth: Sequence[bool], scores: Sequence[float]) -> Curve:
     """False positive rate (x) and true positive rate (y), with straight lines between the points.
 
-    truth: whether each item is positive. scores: higher for what is thought so.
+    truth: whether each item is positive. scores: higher for predicted positives.
     Raises OptionError unless there are positive and negative items, one score each, all finite.
     """
     from sklearn.metrics import auc, roc_curve
@@ -39,10 +39,10 @@ def measure_roc(truth: Sequence[bool], scores: Sequence[float]) -> Curve:
 
 
 def measure_precision_recall(truth: Sequence[bool], scores: Sequence[float]) -> Curve:
-    """Recall (x) and precision (y), a step for each point, as high as the point at its right end.
+    """Recall (x) and precision (y), as steps, each as high as the point at its right end.
 
-    The area is that of the steps, the average precision: a straight line between two points promises what no threshold
-    gives. Arguments and errors as of measure_roc.
+    The area is that of the steps, the average precision: no threshold attains the points of a straight line between
+    two others. Arguments and errors as of measure_roc.
     """
     from sklearn.metrics import average_precision_score, precision_recall_curve
 

@@ -1,67 +1,82 @@
-"""Doors that were found, against the true ones, by where they are."""
+"""Detected doors against true ones: by their positions, and by the rooms that they connect (thesis, section 3.1)."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pianta._types import Floats
+from pianta.evaluation.coverage import count_matches, forward_coverage
 from pianta.floor import Door, Floor
 
 
 @dataclass(frozen=True)
-class DoorScores:
-    """Numbers of doors: true ones, found ones, and found ones that are each where one true door is."""
+class DetectionScores:
+    """Numbers of true and of detected items, and of detected items that are correct.
+
+    Shares are 0 if only one side has items, and 1 if neither has.
+    """
 
     true: int
-    found: int
-    right: int
+    detected: int
+    correct: int
 
     @property
     def recall(self) -> float:
-        """Share of the true doors that were found; where one side has no doors 0, where neither has 1."""
-        return self.right / self.true if self.true else float(not self.found)
+        """Share of the true items that were detected."""
+        return self.correct / self.true if self.true else float(not self.detected)
 
     @property
     def precision(self) -> float:
-        """Share of the found doors that are true; where one side has no doors 0, where neither has 1."""
-        return self.right / self.found if self.found else float(not self.true)
+        """Share of the detected items that are correct."""
+        return self.correct / self.detected if self.detected else float(not self.true)
 
     @property
     def f1(self) -> float:
         """Harmonic mean of precision and recall."""
-        both = self.true + self.found
-        return 2 * self.right / both if both else 1.0
+        both = self.true + self.detected
+        return 2 * self.correct / both if both else 1.0
 
 
-def score_doors(found: Floor, truth: Floor, *, reach: float | None = None) -> DoorScores:
+def score_doors(floor: Floor, truth: Floor, *, reach: float | None = None) -> DetectionScores:
     """Doors and openings of a floor against those of the true floor, both in one frame.
 
-    As many as possible are matched one to one; a found door can be a true one when their middles are at most the reach
-    apart. The rooms that they join do not count.
-
+    The largest one-to-one matching of doors whose midpoints are at most the reach apart; the rooms beside them do not
+    matter. Some truths, such as the thesis', have only doors between rooms: if the truth has no entrances, those of the
+    floor are ignored.
     reach: metres; None for half the width of each true door.
-    The thesis' truth lists doors between rooms only. Where the truth has no entrances, those that are found are
-    neither right nor wrong and are left out.
     """
-    entrances = any(door.is_entrance for door in truth.doors)
-    judged = [door for door in found.doors if entrances or not door.is_entrance]
+    has_entrances = any(door.is_entrance for door in truth.doors)
+    counted = [door for door in floor.doors if has_entrances or not door.is_entrance]
     reaches = np.array([door.width / 2 if reach is None else reach for door in truth.doors])
-    apart = np.linalg.norm(_find_middles(judged)[:, None] - _find_middles(truth.doors)[None], axis=2)
-    return DoorScores(len(truth.doors), len(judged), _count_matches(apart, reaches))
+    distances = np.linalg.norm(_find_midpoints(counted)[:, None] - _find_midpoints(truth.doors)[None], axis=2)
+    return DetectionScores(len(truth.doors), len(counted), count_matches(distances <= reaches + 1e-9))
 
 
-def _find_middles(doors: tuple[Door, ...] | list[Door]) -> Floats:
-    """Middles of doors, shape (N, 2)."""
-    middles = [door.line.interpolate(0.5, normalized=True) for door in doors]
-    return np.array([(middle.x, middle.y) for middle in middles]).reshape(-1, 2)
+def score_connections(floor: Floor, truth: Floor) -> DetectionScores:
+    """Pairs of rooms that the doors of a floor connect, against those of the true floor; both in one frame.
+
+    A room stands for the true room that it overlaps most. Several doors of one pair count once; entrances, doors within
+    one true room, and doors to a room that overlaps no true one do not count.
+    """
+    indices = forward_coverage([room.polygon for room in floor.rooms], [room.polygon for room in truth.rooms])
+    true_ids = {
+        room.id: truth.rooms[index].id for room, index in zip(floor.rooms, indices, strict=True) if index is not None
+    }
+    pairs = _list_pairs(floor, true_ids)
+    true_pairs = _list_pairs(truth, {room.id: room.id for room in truth.rooms})
+    return DetectionScores(len(true_pairs), len(pairs), len(pairs & true_pairs))
 
 
-def _count_matches(apart: Floats, reaches: Floats) -> int:
-    """Most pairs that lie within reach; apart: shape (N, M), reaches: shape (M,)."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import maximum_bipartite_matching
+def _list_pairs(floor: Floor, true_ids: dict[int, int]) -> set[frozenset[int]]:
+    """Pairs of the true rooms that doors connect."""
+    pairs = (frozenset(true_ids.get(room, 0) for room in door.room_ids) for door in floor.doors)
+    return {pair for pair in pairs if len(pair) == 2 and 0 not in pair}
 
-    near = apart <= reaches + 1e-9
-    return int((maximum_bipartite_matching(csr_array(near)) >= 0).sum()) if near.any() else 0
+
+def _find_midpoints(doors: Sequence[Door]) -> Floats:
+    """Midpoints of doors, shape (N, 2)."""
+    points = [door.line.interpolate(0.5, normalized=True) for door in doors]
+    return np.array([(point.x, point.y) for point in points]).reshape(-1, 2)

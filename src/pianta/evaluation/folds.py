@@ -1,4 +1,4 @@
-"""Folds by building: floors of one building are alike, and are left out together."""
+"""Cross-validation by buildings: floors of one building are similar, so they are left out together."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from pianta._types import Indices
 
 
 def leave_buildings_out(buildings: Sequence[str], *, parts: int | None = None) -> Iterator[tuple[Indices, Indices]]:
-    """For each building, in order, the places of the floors of all others, and of its own.
+    """For each building, in order, the indices of the floors of all others, and of its own.
 
-    parts: of more buildings than this some are left out together.
+    parts: number of folds; of more buildings than this, several are left out together.
     """
     numbers = {name: number for number, name in enumerate(dict.fromkeys(buildings))}
     count = min(parts or len(numbers), len(numbers))

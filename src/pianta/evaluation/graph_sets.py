@@ -1,7 +1,7 @@
-"""Generated graphs beside real ones, as sets: are they valid, are they copies, and are their statistics the same.
+"""Comparison of sets of generated and real graphs: validity, novelty, uniqueness, and statistics.
 
-Graphs are simple undirected networkx graphs with the attribute `label` at each node. The functions raise GraphError
-that lists what is no such graph, and for sets that are too small.
+Graphs are simple undirected networkx graphs with the attribute `label` at each node. The functions raise GraphError for
+other graphs, which it lists, and for sets that are too small.
 """
 
 from __future__ import annotations
@@ -24,14 +24,15 @@ GraphMaker: TypeAlias = Callable[[Sequence[nx.Graph], np.random.Generator], Sequ
 
 # Rounds of colour refinement before graphs are compared node by node.
 ROUNDS = 5
+# Edges of the bins of clustering coefficients and of eigenvalues.
 CLUSTERING_EDGES = np.linspace(0, 1, 101)
-# The first edge is below 0, so that 0, 1/2, 1 and 3/2, which graphs of rooms have often, are on no edge.
+# The first edge is below 0, so that 0, 1/2, 1 and 3/2, frequent in graphs of rooms, are not on edges.
 SPECTRUM_EDGES = np.linspace(-1e-5, 2, 201)
 
 
 @dataclass(frozen=True)
 class Validity:
-    """Shares of the graphs, 0 … 1, that are in one part, that are planar, and whose nodes all have a known label."""
+    """Shares of the graphs, 0 … 1, that are connected, that are planar, and whose nodes all have a valid label."""
 
     connected: float
     planar: float
@@ -39,79 +40,80 @@ class Validity:
 
 
 class Trial(NamedTuple):
-    """Real graphs in two halves at random, and as many graphs as half_a has, made without a look at half_b."""
+    """A random split of real graphs into halves, and as many generated graphs as half_a has, independent of half_b."""
 
-    made: Sequence[nx.Graph]
+    generated: Sequence[nx.Graph]
     half_a: Sequence[nx.Graph]
     half_b: Sequence[nx.Graph]
 
 
 @dataclass(frozen=True)
 class DiscrepancyRatio:
-    """Squared discrepancies from half B of real graphs, means over trials: of made graphs, and of half A."""
+    """Mean squared discrepancies from half B of real graphs, over trials: of generated graphs, and of half A."""
 
-    made: float
+    generated: float
     real: float
 
     @property
     def ratio(self) -> float:
-        """Made / real: about 1 where made graphs are as real ones; 1 where both are 0, infinite where only real is."""
-        if self.made == self.real:
+        """Generated / real: about 1 if generated graphs are like real ones; 1 if both are 0, infinite if real is."""
+        if self.generated == self.real:
             return 1.0
-        return self.made / self.real if self.real > 0 else float("inf")
+        return self.generated / self.real if self.real > 0 else float("inf")
 
 
 def measure_validity(graphs: Iterable[nx.Graph], labels: Collection[str]) -> Validity:
     """Validity of a set of graphs; a graph without nodes is not connected.
 
-    labels: those that a node may have, such as `LabelSchema.by_name`. A node may lack a label here.
+    labels: the valid ones, such as `LabelSchema.by_name`. Nodes without a label are accepted here.
     """
-    graphs = _check_graphs(graphs)
-    known = frozenset(labels)
+    graphs = _check_simple(graphs)
+    _check_filled(graphs=graphs)
+    valid = frozenset(labels)
     connected = [nx.number_connected_components(graph) == 1 for graph in graphs]
     planar = [nx.check_planarity(graph)[0] for graph in graphs]
-    labelled = [all(label in known for _, label in graph.nodes(data="label")) for graph in graphs]
+    labelled = [all(label in valid for _, label in graph.nodes(data="label")) for graph in graphs]
     return Validity(*(float(np.mean(shares)) for shares in (connected, planar, labelled)))
 
 
-def find_copies(graphs: Iterable[nx.Graph], known: Iterable[nx.Graph]) -> list[bool]:
-    """For each graph, whether one of the known graphs is isomorphic to it, labels included: 1 - mean is novelty."""
-    seen = _SeenGraphs()
-    for graph in read_labelled_graphs(known, node_label="label"):
-        seen.add(graph)
-    return [seen.find(graph) for graph in read_labelled_graphs(graphs, node_label="label")]
+def find_copies(graphs: Iterable[nx.Graph], training: Iterable[nx.Graph]) -> list[bool]:
+    """For each graph, whether a training graph is isomorphic to it, labels included: 1 - mean is novelty."""
+    index = _GraphIndex()
+    for graph in read_labelled_graphs(training, node_label="label"):
+        index.add(graph)
+    return [index.find(graph) for graph in read_labelled_graphs(graphs, node_label="label")]
 
 
 def find_repeats(graphs: Iterable[nx.Graph]) -> list[bool]:
     """For each graph, whether an earlier one is isomorphic to it, labels included: 1 - mean is uniqueness."""
-    seen = _SeenGraphs()
-    return [seen.add(graph) for graph in read_labelled_graphs(graphs, node_label="label")]
+    index = _GraphIndex()
+    return [index.add(graph) for graph in read_labelled_graphs(graphs, node_label="label")]
 
 
 def describe_statistic(graphs: Iterable[nx.Graph], statistic: str) -> Floats:
-    """Histograms, shape (graphs, bins), each with the sum 1; zeros for a graph without nodes.
+    """Normalised histograms, shape (graphs, bins); zeros for a graph without nodes.
 
     statistic: `degree`, a bin for each of 0 … the largest degree of all graphs; `clustering`, the local clustering
     coefficients in 100 bins of 0 … 1; `spectrum`, the eigenvalues of the normalised Laplacian in 200 bins of 0 … 2;
-    `labels`, a bin for each label that one of the graphs has, in the order of the alphabet.
-    Rows can be compared when they come from one call. Raises OptionError for another statistic.
+    `labels`, a bin for each label of the graphs, in alphabetical order.
+    Only rows of one call have the same bins. Raises OptionError for another statistic.
     """
     bins = _get_statistic(statistic).find_bins(graphs)
-    count = 1 + max((int(of_graph.max(initial=-1)) for of_graph in bins), default=-1)
-    counts = np.array([np.bincount(of_graph, minlength=count) for of_graph in bins], float).reshape(len(bins), count)
+    count = 1 + max((int(each.max(initial=-1)) for each in bins), default=-1)
+    counts = np.array([np.bincount(each, minlength=count) for each in bins], float).reshape(len(bins), count)
     sizes = counts.sum(axis=1, keepdims=True)
     shares: Floats = np.divide(counts, sizes, out=np.zeros_like(counts), where=sizes > 0)
     return shares
 
 
 def measure_discrepancy(one: Sequence[nx.Graph], other: Sequence[nx.Graph], *, statistic: str) -> float:
-    """Squared maximum mean discrepancy of a statistic of two sets of graphs: 0 where it is the same, at most 2.
+    """Squared maximum mean discrepancy of a statistic of two sets of graphs: 0 if it is equal, at most 2.
 
-    As of You et al., GraphRNN, 2018, with the kernel of Liao et al., GRAN, 2019: k(x, y) = exp(-d² / 2σ²), d the total
-    variation distance of the histograms of two graphs (half of the sum of differences), σ = 1, for clustering 0.1;
-    mean k within one set + mean k within the other - 2 mean k across. A graph is compared with itself too, as there,
-    so that small sets from one source are apart by chance: see `compare_discrepancy`. The kernel is not positive
-    definite: of very few graphs the discrepancy can be a little below 0.
+    Defined by You et al., GraphRNN, 2018, with the kernel of Liao et al., GRAN, 2019: k(x, y) = exp(-d² / 2σ²), where d
+    is the total variation distance of two histograms (half the sum of absolute differences), and σ = 1, but 0.1 for
+    clustering; mean k within one set + mean k within the other - 2 mean k across. As there, a graph is also compared
+    with itself, so small sets from one source differ by chance: see `compare_discrepancy`. The kernel is not positive
+    definite, so for very few graphs the discrepancy can be slightly below 0.
     """
     _check_filled(one=one, other=other)
     rows = describe_statistic([*one, *other], statistic)
@@ -121,11 +123,11 @@ def measure_discrepancy(one: Sequence[nx.Graph], other: Sequence[nx.Graph], *, s
 def draw_trials(
     generated: Sequence[nx.Graph] | GraphMaker, real: Sequence[nx.Graph], *, repeats: int, seed: int
 ) -> list[Trial]:
-    """Random splits of real graphs into halves A and B (of an odd number one is left out), with graphs of each.
+    """Random splits of real graphs into halves A and B (of an odd number one is left out), with generated graphs.
 
-    generated: the set that graphs are drawn from, each once in a trial; what comes from a model of all real graphs has
-    seen half B too, and can be nearer to it than half A. Or a function of half A and a generator of random numbers,
-    that makes graphs of a model of half A alone.
+    generated: a set from which graphs are sampled, each at most once in a trial; if their model was trained on all real
+    graphs, half B included, they may be nearer to B than A is. Or a function of half A and a random generator, which
+    generates graphs by a model of half A alone.
     """
     if len(real) < 2:
         raise GraphError(f"real has {len(real)} graphs, give 2 at least to have two halves")
@@ -134,62 +136,64 @@ def draw_trials(
     trials = []
     for _ in range(repeats):
         order = random.permutation(len(real))
-        half_a, half_b = ([real[place] for place in places] for places in (order[:size], order[size : 2 * size]))
-        made = generated(half_a, random) if callable(generated) else generated
-        if len(made) < size:
-            raise GraphError(f"generated has {len(made)} graphs beside a half of {size}, give as many at least")
-        trials.append(Trial([made[place] for place in random.permutation(len(made))[:size]], half_a, half_b))
+        half_a, half_b = ([real[i] for i in indices] for indices in (order[:size], order[size : 2 * size]))
+        graphs = generated(half_a, random) if callable(generated) else generated
+        if len(graphs) < size:
+            raise GraphError(f"generated has {len(graphs)} graphs beside a half of {size}, give as many at least")
+        trials.append(Trial([graphs[i] for i in random.permutation(len(graphs))[:size]], half_a, half_b))
     return trials
 
 
 def compare_discrepancy(trials: Iterable[Trial], *, statistic: str) -> DiscrepancyRatio:
-    """How far made graphs are from half B of real ones, beside half A, by `measure_discrepancy`.
+    """The discrepancy of generated graphs from half B of real ones, and that of half A, by `measure_discrepancy`.
 
-    Made graphs and half A are equally many: what sets of this size are apart by chance is the same on both sides, and
-    the ratio is 1 where graphs are made by what made the real ones, and less only where they are more of a kind.
-    Raises GraphError for no trials, and for a trial with an empty part or with more or fewer made graphs than half A.
+    Generated graphs and half A have the same number, so chance has the same effect on both. The ratio is 1 if the
+    generated graphs have the distribution of the real ones, and less only if they are less diverse.
+    Raises GraphError for no trials, and for a trial with an empty part or with more or fewer generated graphs than
+    half A.
     """
     trials = [Trial(*trial) for trial in trials]
     _check_filled(trials=trials)
     for trial in trials:
         _check_filled(**trial._asdict())
-        if len(trial.made) != len(trial.half_a):
-            raise GraphError(f"{len(trial.made)} made graphs beside {len(trial.half_a)} of half A, give equally many")
+        generated, half = len(trial.generated), len(trial.half_a)
+        if generated != half:
+            raise GraphError(f"{generated} generated graphs beside {half} of half A, give equally many")
     graphs = {id(graph): graph for trial in trials for graph in chain(*trial)}
     rows = dict(zip(graphs, describe_statistic(graphs.values(), statistic), strict=True))
     width = _get_statistic(statistic).width
     measured = []
     for trial in trials:
-        made, half_a, half_b = (np.array([rows[id(graph)] for graph in part]) for part in trial)
-        measured.append((_measure_rows(made, half_b, width), _measure_rows(half_a, half_b, width)))
+        generated_rows, half_a, half_b = (np.array([rows[id(graph)] for graph in part]) for part in trial)
+        measured.append((_measure_rows(generated_rows, half_b, width), _measure_rows(half_a, half_b, width)))
     return DiscrepancyRatio(*(float(mean) for mean in np.mean(measured, axis=0)))
 
 
-class _SeenGraphs:
-    """Graphs by a fingerprint that isomorphic ones share; those that share it are compared node by node."""
+class _GraphIndex:
+    """Graphs by a fingerprint that is equal for isomorphic ones; those with equal ones are compared node by node."""
 
     def __init__(self) -> None:
         self._by_fingerprint: dict[bytes, list[nx.Graph]] = {}
 
     def add(self, graph: LabelledGraph) -> bool:
-        """Keep a graph; whether it was there already."""
+        """Add a graph; returns whether an isomorphic one was there already."""
         colors = _refine(graph)
-        alike = self._by_fingerprint.setdefault(_join_colors(colors), [])
-        painted = _paint(graph, colors)
-        found = _has_isomorphic(painted, alike)
-        if not found:
-            alike.append(painted)
-        return found
+        candidates = self._by_fingerprint.setdefault(_join_colors(colors), [])
+        colored = _color_nodes(graph, colors)
+        is_repeated = _has_isomorphic(colored, candidates)
+        if not is_repeated:
+            candidates.append(colored)
+        return is_repeated
 
     def find(self, graph: LabelledGraph) -> bool:
-        """Whether a graph is there."""
+        """Whether an isomorphic graph is there."""
         colors = _refine(graph)
-        alike = self._by_fingerprint.get(_join_colors(colors), [])
-        return _has_isomorphic(_paint(graph, colors), alike)
+        candidates = self._by_fingerprint.get(_join_colors(colors), [])
+        return _has_isomorphic(_color_nodes(graph, colors), candidates)
 
 
 def _refine(graph: LabelledGraph) -> Codes:
-    """Colours of nodes, shape (n,), that an isomorphism keeps: the label, and what is up to `ROUNDS` edges around."""
+    """Colours of nodes that isomorphisms preserve, shape (n,): hashes of the labels within `ROUNDS` edges."""
     colors = graph.labels
     for number in range(ROUNDS):
         around = np.zeros_like(colors)
@@ -202,17 +206,17 @@ def _join_colors(colors: Codes) -> bytes:
     return np.sort(colors).tobytes()
 
 
-def _paint(graph: LabelledGraph, colors: Codes) -> nx.Graph:
-    """The graph with the text of the label and the colour of each node as its attributes."""
-    painted = nx.Graph()
+def _color_nodes(graph: LabelledGraph, colors: Codes) -> nx.Graph:
+    """A copy of the graph with the text of the label and the colour as node attributes."""
+    copy = nx.Graph()
     nodes = zip(graph.graph.nodes(data="label"), colors.tolist(), strict=True)
-    painted.add_nodes_from((node, {"label": str(label), "color": color}) for (node, label), color in nodes)
-    painted.add_edges_from(graph.graph.edges)
-    return painted
+    copy.add_nodes_from((node, {"label": str(label), "color": color}) for (node, label), color in nodes)
+    copy.add_edges_from(graph.graph.edges)
+    return copy
 
 
 def _has_isomorphic(graph: nx.Graph, others: Iterable[nx.Graph]) -> bool:
-    # Colours leave few nodes to try.
+    # Colours leave few pairs of nodes to try.
     same = nx.isomorphism.categorical_node_match(["label", "color"], [None, None])
     return any(nx.is_isomorphic(graph, other, node_match=same) for other in others)
 
@@ -233,12 +237,12 @@ def _find_degrees(graphs: Iterable[nx.Graph]) -> list[Indices]:
 
 
 def _find_clustering(graphs: Iterable[nx.Graph]) -> list[Indices]:
-    found = (np.array(list(nx.clustering(graph).values()), float) for graph in _check_simple(graphs))
-    return [_find_places(values, CLUSTERING_EDGES) for values in found]
+    coefficients = (np.array(list(nx.clustering(graph).values()), float) for graph in _check_simple(graphs))
+    return [_find_bins(values, CLUSTERING_EDGES) for values in coefficients]
 
 
 def _find_spectra(graphs: Iterable[nx.Graph]) -> list[Indices]:
-    return [_find_places(_measure_spectrum(graph), SPECTRUM_EDGES) for graph in _check_simple(graphs)]
+    return [_find_bins(_measure_spectrum(graph), SPECTRUM_EDGES) for graph in _check_simple(graphs)]
 
 
 def _measure_spectrum(graph: nx.Graph) -> Floats:
@@ -251,18 +255,18 @@ def _measure_spectrum(graph: nx.Graph) -> Floats:
 def _find_labels(graphs: Iterable[nx.Graph]) -> list[Indices]:
     read = read_labelled_graphs(graphs, node_label="label")
     texts = [[str(label) for _, label in graph.graph.nodes(data="label")] for graph in read]
-    places = {text: place for place, text in enumerate(sorted(set(chain(*texts))))}
-    return [np.array([places[text] for text in of_graph], np.intp) for of_graph in texts]
+    indices = {text: index for index, text in enumerate(sorted(set(chain(*texts))))}
+    return [np.array([indices[text] for text in each], np.intp) for each in texts]
 
 
-def _find_places(values: Floats, edges: Floats) -> Indices:
-    """The bin of each value; what rounding puts outside is in the first or the last."""
+def _find_bins(values: Floats, edges: Floats) -> Indices:
+    """The bin of each value; values outside, by rounding, are in the first or the last."""
     return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
 
 
 @dataclass(frozen=True)
 class _Statistic:
-    """find_bins: for each graph the bins that its nodes or eigenvalues are in. width: σ of the kernel."""
+    """find_bins: for each graph, the bins of its nodes or eigenvalues. width: σ of the kernel."""
 
     find_bins: Callable[[Iterable[nx.Graph]], list[Indices]]
     width: float
@@ -289,14 +293,8 @@ def _check_simple(graphs: Iterable[nx.Graph]) -> list[nx.Graph]:
     return [graph.graph for graph in read_labelled_graphs(graphs, node_label=None)]
 
 
-def _check_graphs(graphs: Iterable[nx.Graph]) -> list[nx.Graph]:
-    checked = _check_simple(graphs)
-    _check_filled(graphs=checked)
-    return checked
-
-
 def _check_filled(**sets: Sequence[object]) -> None:
     """Raise GraphError for the first of the sets, by name, that is empty."""
-    for name, given in sets.items():
-        if not len(given):
+    for name, graphs in sets.items():
+        if not len(graphs):
             raise GraphError(f"{name} is empty, give 1 at least")

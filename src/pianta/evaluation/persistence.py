@@ -1,4 +1,4 @@
-"""How well rooms and their ids last over maps of one building that grow step by step."""
+"""Persistence of rooms and their ids over growing maps of one building."""
 
 from __future__ import annotations
 
@@ -13,54 +13,53 @@ from numpy.typing import NDArray
 from pianta.evaluation.coverage import overlap_areas
 from pianta.floor import Floor
 
-# A room is still there where a room of the next step has this IoU with it, or holds this share of it.
-SAME_IOU, HELD_SHARE = 0.5, 0.8
+# A room persists if a room of the next step has a larger IoU with it, or covers a larger share of it.
+MIN_IOU = 0.5
+MIN_COVERED_SHARE = 0.8
 
 
 @dataclass(frozen=True)
 class Persistence:
-    """Counts over all steps but the last, a room counting once a step.
+    """Numbers of rooms over all steps but the last; a room counts once a step.
 
-    rooms: rooms that were found.
-    still_there: those of them that the next step finds again.
-    kept_id: those of these whose id the next step gives to a room that is the same.
+    rooms: all rooms. persisting: those that persist in the next step. same_id: those of these that have the same id
+    there.
     """
 
     rooms: int
-    still_there: int
-    kept_id: int
+    persisting: int
+    same_id: int
 
     @property
-    def share_still_there(self) -> float:
-        """Share of the rooms that the next step finds again, 1 where there are no rooms."""
-        return self.still_there / self.rooms if self.rooms else 1.0
+    def persisting_share(self) -> float:
+        """Share of the rooms that persist in the next step; 1 without rooms."""
+        return self.persisting / self.rooms if self.rooms else 1.0
 
     @property
-    def share_kept_id(self) -> float:
-        """Share of the rooms found again that kept their id, 1 where there are none."""
-        return self.kept_id / self.still_there if self.still_there else 1.0
+    def same_id_share(self) -> float:
+        """Share of the persisting rooms with the same id; 1 without such rooms."""
+        return self.same_id / self.persisting if self.persisting else 1.0
 
 
 def score_persistence(floors: Sequence[Floor]) -> Persistence:
     """Persistence of rooms and ids over the floors of one building in one frame, the oldest first.
 
-    A room is still there when a room of the next step overlaps it with IoU above 0.5 or holds more than 80 % of it. Of
-    several rooms that one room holds, because they were merged, only one can keep its id.
+    Of several rooms that one room of the next step covers, because they were merged, only one can keep its id.
     """
-    rooms = still_there = kept_id = 0
+    rooms = persisting = same_id = 0
     for floor, following in pairwise(floors):
-        again = _find_again(floor, following)
+        persists = _find_persisting(floor, following)
         ids, next_ids = ([room.id for room in each.rooms] for each in (floor, following))
-        same_id = np.equal.outer(np.array(ids, dtype=object), np.array(next_ids, dtype=object)).astype(bool)
+        equal_ids = np.equal.outer(np.array(ids, dtype=object), np.array(next_ids, dtype=object)).astype(bool)
         rooms += len(floor.rooms)
-        still_there += int(again.any(axis=1).sum())
-        kept_id += int((again & same_id).any(axis=1).sum())
-    return Persistence(rooms, still_there, kept_id)
+        persisting += int(persists.any(axis=1).sum())
+        same_id += int((persists & equal_ids).any(axis=1).sum())
+    return Persistence(rooms, persisting, same_id)
 
 
-def _find_again(floor: Floor, following: Floor) -> NDArray[np.bool_]:
-    """Which room of the next step is which room of this step again, shape (rooms now, rooms next)."""
+def _find_persisting(floor: Floor, following: Floor) -> NDArray[np.bool_]:
+    """Whether a room of this step persists as a room of the next, shape (rooms now, rooms next)."""
     now, then = (np.array([room.polygon for room in each.rooms], dtype=object) for each in (floor, following))
     common = overlap_areas(now, then)
     area = shapely.area(now)[:, None]
-    return np.asarray((common > SAME_IOU * (area + shapely.area(then) - common)) | (common > HELD_SHARE * area))
+    return np.asarray((common > MIN_IOU * (area + shapely.area(then) - common)) | (common > MIN_COVERED_SHARE * area))

@@ -1,7 +1,7 @@
-"""The classifier two-sample test: how often a classifier tells generated graphs from real ones.
+"""The classifier two-sample test: the accuracy of a classifier of generated and real graphs.
 
-Lopez-Paz and Oquab, Revisiting Classifier Two-Sample Tests, 2017: of two sets from the same source a classifier, asked
-about graphs that it has not seen, is right half of the time.
+Lopez-Paz and Oquab, Revisiting Classifier Two-Sample Tests, 2017: for two sets from the same source, the accuracy on
+held-out graphs is one half.
 """
 
 from __future__ import annotations
@@ -21,14 +21,15 @@ from pianta.graphs.metrics import measure_graph
 if TYPE_CHECKING:
     from pianta.graphs.explicit_kernel import ExplicitKernel
 
-# Of the places of seen graphs and of those left out: whether each of the latter is thought to be generated.
-Guess: TypeAlias = Callable[[Indices, Indices], NDArray[np.bool_]]
+# From the indices of training graphs and of held-out graphs: whether each of the latter is predicted to be generated.
+Predictor: TypeAlias = Callable[[Indices, Indices], NDArray[np.bool_]]
 
-# `nodes_r` and `nodes_c` are rooms and corridors.
+# `nodes_r` and `nodes_c` are the numbers of rooms and corridors.
 STRUCTURE_METRICS: tuple[str, ...] = (
     *("nodes", "edges", "nodes_r", "nodes_c", "mean_degree", "largest_degree", "leaves", "path_length", "diameter"),
     *("art_points", "assortativity", "cycles", "transitivity"),
 )
+# C of the support vector machine, trees of the forest, and repeats with other generated graphs; chosen by hand.
 COST = 10.0
 TREES = 100
 REPEATS = 10
@@ -36,12 +37,12 @@ REPEATS = 10
 
 @dataclass(frozen=True)
 class TwoSampleScores:
-    """Shares of graphs that were told right, 0 … 1, one for each repeat; as many graphs are real as generated.
+    """Accuracies, 0 … 1, one for each repeat, with equally many real and generated graphs.
 
-    one_out: each graph is left out alone. In what is left its own set is the smaller one, so that a classifier that
-    has learnt nothing but which set is larger is always wrong: of sets that are the same, this is below a half.
-    pair_out: a real and a generated graph are left out together, each graph once. The sets stay equally large, and
-    this is a half of sets that are the same. Well below a half it is where generated graphs are copies of real ones.
+    one_out: each graph is left out alone. Its own set is then the smaller one, so a classifier that has only learnt
+    which set is larger is always wrong: for equal sets, this is below one half.
+    pair_out: a real and a generated graph are left out together, each graph once, so both sets have the same size; for
+    equal sets this is one half. It is far below if generated graphs are copies of real ones.
     """
 
     one_out: tuple[float, ...]
@@ -49,7 +50,7 @@ class TwoSampleScores:
 
 
 def describe_structure(graph: nx.Graph, corridors: Collection[Hashable]) -> Floats:
-    """STRUCTURE_METRICS of a simple undirected graph, shape (13,), 0 for what it does not have.
+    """STRUCTURE_METRICS of a simple undirected graph, shape (13,); 0 if undefined.
 
     corridors: its nodes that are CORRIDOR, such as `find_corridors` finds. Leaves are nodes with one edge; cycles are
     edges - nodes + parts; transitivity is the share of pairs of edges at a node that a third edge closes; the others
@@ -78,21 +79,21 @@ def kernel_two_sample_test(
 ) -> TwoSampleScores:
     """Scores of a support vector machine on a graph kernel, such as `NeighborhoodPairs` or `WeisfeilerLehman`.
 
-    kernel: normalised, else the machine looks at the sizes of graphs first. cost: C of the machine.
-    In each repeat as many generated graphs are drawn as there are real ones.
-    Raises GraphError for less than 2 real graphs, for fewer generated ones, and as the kernel does.
+    kernel: should be normalised, else sizes of graphs dominate. cost: C of the machine.
+    Each repeat samples as many generated graphs as there are real ones.
+    Raises GraphError for fewer than 2 real graphs, for fewer generated than real ones, and as the kernel does.
     """
     from sklearn.base import clone
     from sklearn.svm import SVC
 
-    # What a graph shares with another does not depend on the other graphs, so one matrix serves all parts.
+    # The kernel of two graphs does not depend on others, so one matrix serves all folds.
     gram = clone(kernel).fit([*real, *generated]).compare()
 
-    def guess(seen: Indices, left_out: Indices) -> NDArray[np.bool_]:
-        machine = SVC(kernel="precomputed", C=cost).fit(gram[np.ix_(seen, seen)], seen >= len(real))
-        return np.asarray(machine.predict(gram[np.ix_(left_out, seen)]))
+    def predict(training: Indices, held_out: Indices) -> NDArray[np.bool_]:
+        machine = SVC(kernel="precomputed", C=cost).fit(gram[np.ix_(training, training)], training >= len(real))
+        return np.asarray(machine.predict(gram[np.ix_(held_out, training)]))
 
-    return _score(guess, len(real), len(generated), repeats=repeats, random=np.random.default_rng(seed))
+    return _score(predict, len(real), len(generated), repeats=repeats, random=np.random.default_rng(seed))
 
 
 def forest_two_sample_test(
@@ -100,8 +101,8 @@ def forest_two_sample_test(
 ) -> TwoSampleScores:
     """Scores of Extra-Trees on features, shapes (real, features) and (generated, features), as `describe_structure`.
 
-    In each repeat as many generated graphs are drawn as there are real ones; `trees` grow for each part left out.
-    Raises OptionError for arrays that are not of such shapes, GraphError as `kernel_two_sample_test` does.
+    Each repeat samples as many generated graphs as there are real ones. trees: of the forest of each fold.
+    Raises OptionError for arrays of other shapes, GraphError as `kernel_two_sample_test` does.
     """
     from sklearn.ensemble import ExtraTreesClassifier
 
@@ -111,15 +112,17 @@ def forest_two_sample_test(
     features = np.concatenate([real, generated])
     random = np.random.default_rng(seed)
 
-    def guess(seen: Indices, left_out: Indices) -> NDArray[np.bool_]:
+    def predict(training: Indices, held_out: Indices) -> NDArray[np.bool_]:
         forest = ExtraTreesClassifier(trees, random_state=int(random.integers(2**32)))
-        return np.asarray(forest.fit(features[seen], seen >= len(real)).predict(features[left_out]))
+        return np.asarray(forest.fit(features[training], training >= len(real)).predict(features[held_out]))
 
-    return _score(guess, len(real), len(generated), repeats=repeats, random=random)
+    return _score(predict, len(real), len(generated), repeats=repeats, random=random)
 
 
-def _score(guess: Guess, real: int, generated: int, *, repeats: int, random: np.random.Generator) -> TwoSampleScores:
-    """Scores over repeats; places 0 … real - 1 are real graphs, those after them generated ones."""
+def _score(
+    predict: Predictor, real: int, generated: int, *, repeats: int, random: np.random.Generator
+) -> TwoSampleScores:
+    """Scores over repeats; graphs 0 … real - 1 are real, the rest generated."""
     if real < 2:
         raise GraphError(f"real has {real} graphs, give 2 at least")
     if generated < real:
@@ -127,12 +130,12 @@ def _score(guess: Guess, real: int, generated: int, *, repeats: int, random: np.
     one_out, pair_out = [], []
     for _ in range(repeats):
         pairs = np.column_stack([np.arange(real), real + random.permutation(generated)[:real]])
-        one_out.append(_score_parts(guess, pairs.reshape(-1, 1), real))
-        pair_out.append(_score_parts(guess, pairs, real))
+        one_out.append(_score_folds(predict, pairs.reshape(-1, 1), real))
+        pair_out.append(_score_folds(predict, pairs, real))
     return TwoSampleScores(tuple(one_out), tuple(pair_out))
 
 
-def _score_parts(guess: Guess, parts: Indices, real: int) -> float:
-    """Share told right, each row of parts left out once."""
-    told = [guess(np.setdiff1d(parts, left_out), left_out) == (left_out >= real) for left_out in parts]
-    return float(np.mean(told))
+def _score_folds(predict: Predictor, folds: Indices, real: int) -> float:
+    """Accuracy, with each row of folds left out once."""
+    is_correct = [predict(np.setdiff1d(folds, fold), fold) == (fold >= real) for fold in folds]
+    return float(np.mean(is_correct))

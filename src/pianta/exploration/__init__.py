@@ -1,1 +1,1 @@
-"""A simulated robot that explores a building, and the policies that tell it where to go (thesis, section 8.3)."""
+"""Simulated robots that explore a building, and the policies that choose their targets (thesis, section 8.3)."""

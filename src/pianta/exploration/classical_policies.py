@@ -1,4 +1,4 @@
-"""The classical policies: the nearest frontier, and the most to see for the way.
+"""The classical policies: the nearest frontier, and the most unknown area for the path.
 
 Several robots share frontiers as in Burgard et al., 2005.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from math import inf, isfinite
 from typing import Literal
 
@@ -17,49 +16,56 @@ from pianta._types import Floats
 from pianta.errors import OptionError
 from pianta.exploration.frontiers import Frontier
 from pianta.exploration.gain import measure_gains
-from pianta.exploration.situation import Situation
+from pianta.exploration.policy_input import PolicyInput
 
-# A way counts as this long at least, m, or the frontier at the robot's feet would be worth more than any other.
-SHORTEST_WAY = 1.0
+# Lower limit of a path length in ratios, m; otherwise a frontier next to the robot beats any other. Chosen by hand.
+MIN_PATH_LENGTH = 1.0
+# Lower limit of the share of a worth that crowding leaves. Chosen by hand.
+MIN_UNCROWDED_SHARE = 0.01
 
 
-def assign_frontiers(situation: Situation, score: Callable[[Floats], Floats]) -> list[Frontier | None]:
-    """A frontier for each robot: again and again the best pair of both that are left (Burgard et al., 2005).
+def assign_frontiers(inputs: PolicyInput, score: Callable[[Floats], Floats]) -> list[Frontier | None]:
+    """Assign a frontier to each robot: repeatedly the best remaining pair (Burgard et al., 2005).
 
-    score: from how crowded each frontier is, shape (frontiers,), the scores of all pairs, shape (robots, frontiers),
-        more is better. Crowded are frontiers near one that another robot got: 1 at the same place, and less by its
-        distance in reaches of the lidar.
-    A robot that can reach none of those left gets None.
+    score: from the crowding of each frontier, shape (frontiers,), the scores of all pairs, shape (robots, frontiers);
+        more is better. Crowding grows by 1 at the target of another robot, and by less in proportion to the distance
+        from it, to 0 at the reach of the lidar.
+    A robot that can reach no remaining frontier gets None.
     """
-    chosen: list[Frontier | None] = [None] * len(situation.poses)
-    crowded = np.zeros(len(situation.frontiers))
-    possible = np.isfinite(situation.distances)
+    chosen: list[Frontier | None] = [None] * len(inputs.poses)
+    crowding = np.zeros(len(inputs.frontiers))
+    possible = np.isfinite(inputs.distances)
     while possible.any():
-        scores = np.where(possible, score(crowded), -inf)
+        scores = np.where(possible, score(crowding), -inf)
         robot, target = np.unravel_index(int(np.argmax(scores)), scores.shape)
-        chosen[robot] = situation.frontiers[target]
+        chosen[robot] = inputs.frontiers[target]
         possible[robot, :] = possible[:, target] = False
-        apart = np.hypot(*(situation.points - situation.points[target]).T)
-        crowded += np.maximum(1 - apart / situation.reach, 0)
+        gaps = np.hypot(*(inputs.points - inputs.points[target]).T)
+        crowding += np.maximum(1 - gaps / inputs.reach, 0)
     return chosen
 
 
-class NearestFrontier:
-    """The frontier with the shortest way (Yamauchi, 1997); with several robots, a reach further where it is crowded."""
+def apply_crowding(worths: Floats, crowding: Floats) -> Floats:
+    """Reduce the worth of crowded frontiers, shape (frontiers,)."""
+    return np.asarray(worths * np.maximum(1 - crowding, MIN_UNCROWDED_SHARE))
 
-    def choose(self, situation: Situation) -> list[Frontier | None]:
-        """A frontier for each robot."""
-        return assign_frontiers(situation, lambda crowded: -situation.distances - situation.reach * crowded)
+
+class NearestFrontier:
+    """The frontier with the shortest path (Yamauchi, 1997); a fully crowded one counts as a reach further away."""
+
+    def choose(self, inputs: PolicyInput) -> list[Frontier | None]:
+        """Return a frontier for each robot."""
+        return assign_frontiers(inputs, lambda crowding: -inputs.distances - inputs.reach * crowding)
 
 
 @dataclass(frozen=True)
 class InformationGain:
-    """The frontier from which most of the unknown may be seen for the way there.
+    """The frontier with most unknown area in sight for the path to it.
 
-    The gain is the unknown area in sight of the target when nothing but known obstacles hides it. Its worth is divided
-    by the way ("ratio", the shorter way to 90 % of a school), or multiplied by exp(-decay · way) ("exponential";
-    González-Baños and Latombe, 2002; the shorter one to 99 %). decay: per metre. Where it is crowded, robots gain less.
-    Raises OptionError for values without meaning.
+    The gain is the unknown area in sight of the target if only mapped obstacles hide it. The worth is the gain divided
+    by the path length ("ratio", the shorter run to 90 % of a school), or multiplied by exp(-decay · length)
+    ("exponential"; González-Baños and Latombe, 2002; the shorter run to 99 %). decay: per metre.
+    Raises OptionError for values that make no sense.
     """
 
     worth: Literal["ratio", "exponential"] = "ratio"
@@ -71,21 +77,18 @@ class InformationGain:
         if not (isfinite(self.decay) and self.decay >= 0):
             raise OptionError(f"decay is {self.decay}, give 0 or more per metre")
 
-    def choose(self, situation: Situation) -> list[Frontier | None]:
-        """A frontier for each robot."""
-        gains = measure_gains(
-            situation.known,
-            [frontier.target for frontier in situation.frontiers],
-            reach=situation.reach,
-            resolution=situation.resolution,
-        )
+    def choose(self, inputs: PolicyInput) -> list[Frontier | None]:
+        """Return a frontier for each robot."""
+        targets = [frontier.target for frontier in inputs.frontiers]
+        gains = measure_gains(inputs.cells, targets, reach=inputs.reach, resolution=inputs.resolution)
         # A frontier without gain is still better than none.
-        gains = np.maximum(gains, situation.resolution**2)
-        return assign_frontiers(situation, partial(self._score, gains, situation.distances))
+        gains = np.maximum(gains, inputs.resolution**2)
 
-    def _score(self, gains: Floats, distances: Floats, crowded: Floats) -> Floats:
-        left = gains * np.maximum(1 - crowded, 0.01)
-        if self.worth == "ratio":
-            return np.asarray(left / np.maximum(distances, SHORTEST_WAY))
-        # The logarithm: products of far frontiers would be 0.
-        return np.asarray(np.log(left) - self.decay * distances)
+        def score(crowding: Floats) -> Floats:
+            left = apply_crowding(gains, crowding)
+            if self.worth == "ratio":
+                return np.asarray(left / np.maximum(inputs.distances, MIN_PATH_LENGTH))
+            # The logarithm, because the product underflows for distant frontiers.
+            return np.asarray(np.log(left) - self.decay * inputs.distances)
+
+        return assign_frontiers(inputs, score)

@@ -1,4 +1,4 @@
-"""The exploration of an unknown world: scan, map, find frontiers, choose, drive, until nothing is left to see."""
+"""The exploration of an unknown world: scan, map, find frontiers, choose a target, drive; until none is left."""
 
 from __future__ import annotations
 
@@ -16,30 +16,32 @@ from pianta.errors import MapWarning, OptionError
 from pianta.exploration.frontiers import MIN_LENGTH, Frontier, count_border, find_frontiers
 from pianta.exploration.lidar import Lidar, Pose, scan
 from pianta.exploration.occupancy import OccupancyGrid
-from pianta.exploration.perception import perceive_counts
 from pianta.exploration.policies import make_policy
+from pianta.exploration.policy_input import Policy, PolicyInput
+from pianta.exploration.recognised_rooms import recognise_rooms
 from pianta.exploration.record import Exploration, Record
 from pianta.exploration.robots import DRIVES, Robot
 from pianta.exploration.routes import find_route, measure_distances, straighten_route
-from pianta.exploration.situation import Policy, Situation
 from pianta.exploration.starts import Point, find_rooms, find_starts, place_robots
 from pianta.exploration.world import World, as_world, clear_cells, explorable_cells, reachable_cells
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.labels import standard_name
 
-# The part of a frontier around its target that must still border on the unknown, or the way there is given up; m.
-AROUND_TARGET = 1.0
-# What a robot at its target sees of the frontier so near is as much as anyone will; m.
-GIVEN_UP_WITHIN = 0.5
-# The longest run, metres for each m² that can be reached, and metres for the smallest world.
-LONGEST_RUN = (5.0, 200.0)
+# All values were chosen by hand.
+# A target is dropped when no cell of its frontier this near to it borders on the unknown any more; m.
+TARGET_RADIUS = 1.0
+# When a robot has arrived, the cells of the frontier this near to it no longer count; m.
+GIVE_UP_RADIUS = 0.5
+# The default of max_distance: metres for each m² of reachable area, and metres besides.
+MAX_DISTANCE_PER_AREA = 5.0
+MIN_MAX_DISTANCE = 200.0
 MAX_ROBOTS = 100
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How robots explore: metres, but for the share, the number and the seed; see explore."""
+    """The options of a run, see `explore`; lengths in metres. stop: a share, None for all."""
 
     lidar: Lidar
     radius: float
@@ -67,51 +69,51 @@ def explore(
     seed: int = 0,
     track: Callable[[float], None] | None = None,
 ) -> Exploration:
-    """Explore a world with simulated robots that share their map and go where a policy sends them.
+    """Explore a world with simulated robots that share a map; a policy chooses their targets.
 
-    The command `pianta explore` calls this function. The policy is asked again when a robot is at its target, and when
-    nothing is left to see there.
+    The command `pianta explore` calls this function. The policy decides again when a robot has arrived, and when
+    nothing unknown is left at its target.
 
     Parameters
     ----------
     world
-        A floor, a grid map, a world, the file of one of them, or a kind of `make_world`.
+        A floor, a grid map, a world, the file of one of them, or a floor type of `make_world`.
     policy
-        Who chooses the next frontier: "nearest", "gain", "gain-exp" or "predicted", or an object with `choose`.
+        How the next frontier is chosen: "nearest", "gain", "gain-exp" or "predicted", or an object with `choose`.
     starts
-        Points x, y of robots, metres of the map frame; None for the entrance. Robots beyond them stand beside them.
+        Points x, y of robots, metres of the map frame; None for the entrance. Further robots start beside them.
     lidar
         Of every robot; None for 360 beams of 8 m.
     robots
-        How many.
+        The number of robots.
     radius
         Of every robot, metres.
     drive
-        "point" moves any way at once, "differential" turns first.
+        "point" moves in any direction at once, "differential" turns first.
     step
         Metres driven between two scans.
     stop
-        The share of the reachable area at which the run ends, 0 … 1, or "all": when no frontier is left.
+        The observed share of the reachable area at which the run ends, 0 … 1; "all" until no frontier is left.
     find
-        A label; the run ends when a room with it is recognised: a robot is inside, or a fifth of it has been seen.
+        A label; the run ends when a room with it is recognised: a robot is inside, or a fifth of it is observed.
     max_distance
         Of all robots together, metres; None to derive it from the area, so that every run ends.
     min_length
-        Of a frontier, metres.
+        Shorter frontiers are ignored, metres.
     seed
-        Of the noise of the lidars, and of a world that is made by its kind.
+        Of the noise of the lidars, and of a synthetic world.
     track
-        Called with the share of the area that has been seen, after every scan.
+        Called with the observed share of the area after every scan.
 
     Returns
     -------
     Exploration
-        The map, the tracks, and the area seen over the metres driven.
+        The map, the tracks, and the observed area over the distance.
 
     Raises
     ------
     OptionError
-        A start lies in a wall, the world has no such label, or a value makes no sense.
+        A start is in a wall, no room has the label, or a value makes no sense.
 
     Warns
     -----
@@ -144,7 +146,7 @@ def explore(
     reachable = reachable_cells(world, [world.cell(*point) for point in points], radius=radius)
     area = explorable_cells(world, reachable, radius=radius)
     _warn_of_unreachable(world, reachable)
-    longest = LONGEST_RUN[0] * np.count_nonzero(area) * world.resolution**2 + LONGEST_RUN[1]
+    longest = MAX_DISTANCE_PER_AREA * np.count_nonzero(area) * world.resolution**2 + MIN_MAX_DISTANCE
     settings = Settings(
         lidar=lidar or Lidar(),
         radius=radius,
@@ -159,7 +161,7 @@ def explore(
 
 
 class _Run:
-    """A run under way."""
+    """The state of a run."""
 
     def __init__(
         self,
@@ -182,10 +184,10 @@ class _Run:
         self.decisions = 0
 
     def explore(self) -> Exploration:
-        """Run to the end."""
+        """Run until one of the ends."""
         for number in range(len(self.robots)):
             self._scan(number)
-        outcome = self._ended()
+        outcome = self._find_outcome()
         while outcome is None:
             if any(self._needs_goal(robot) for robot in self.robots):
                 outcome = self._decide()
@@ -193,67 +195,67 @@ class _Run:
                 if outcome is None and robot.goal is not None:
                     robot.advance(self.settings.step)
                     self._scan(number)
-                    outcome = self._ended()
+                    outcome = self._find_outcome()
         grid = self.map.to_grid_map()
-        return self.record.close(grid, outcome, found=self._found(), decisions=self.decisions)
+        return self.record.close(grid, outcome, found_room=self._find_wanted_room(), decisions=self.decisions)
 
     def _scan(self, number: int) -> None:
-        """Let a robot scan where it stands."""
+        """Add a scan of a robot at its pose."""
         pose, lidar = self.robots[number].pose, self.settings.lidar
         self.map.add_scan(pose, lidar, scan(self.world, pose, lidar, self.rng))
         self.record.add_scan(number, self.map.cells)
         if self.track:
             self.track(self.record.share)
 
-    def _ended(self) -> str | None:
-        """Why the run has ended, None while it goes on."""
-        if (found := self._found()) is not None and self.world.floor:
-            label = next(room.label for room in self.world.floor.rooms if room.id == found)
+    def _find_outcome(self) -> str | None:
+        """Why the run has ended; None if it has not."""
+        if (wanted := self._find_wanted_room()) is not None and self.world.floor:
+            label = next(room.label for room in self.world.floor.rooms if room.id == wanted)
             return f"found {label}"
         if self.settings.stop is not None and self.record.share >= self.settings.stop:
             return "share reached"
         return "distance limit" if self.record.distance >= self.settings.max_distance else None
 
-    def _found(self) -> int | None:
+    def _find_wanted_room(self) -> int | None:
         """The id of a wanted room that was recognised."""
-        known = self.record.seen.keys() | self.record.entered.keys()
-        return next((room for room in self.wanted if room in known), None)
+        recognised = self.record.recognised_at.keys() | self.record.entered_at.keys()
+        return next((room for room in self.wanted if room in recognised), None)
 
     def _needs_goal(self, robot: Robot) -> bool:
-        """Whether a robot has arrived, or has nothing more to see where it goes, or no longer gets there."""
+        """Whether a robot has arrived, or its target is no frontier any more, or cannot be reached."""
         goal = robot.goal
         if goal is None:
             return len(self.robots) == 1 or all(other.goal is None for other in self.robots)
         if not robot.route:
             self._give_up(robot, goal)
             return True
-        near = np.hypot(*(goal.cells - goal.target).T) * self.world.resolution <= AROUND_TARGET
+        near = np.hypot(*(goal.cells - goal.target).T) * self.world.resolution <= TARGET_RADIUS
         return count_border(self.map.cells, goal.cells[near]) == 0 or self._is_barred(robot)
 
     def _is_barred(self, robot: Robot) -> bool:
-        """Whether an obstacle has come to light where a robot drives next."""
+        """Whether a mapped obstacle is on the next step of a robot."""
         x, y = robot.route[0]
         here = np.array(robot.pose[:2])
         length = float(np.hypot(*(np.array([x, y]) - here)))
         ahead = min(length, self.settings.step)
-        ways = np.arange(0, ahead + self.world.resolution, self.world.resolution / 2).clip(max=ahead)
-        points = here + ways[:, None] * ((np.array([x, y]) - here) / max(length, 1e-9))
+        samples = np.arange(0, ahead + self.world.resolution, self.world.resolution / 2).clip(max=ahead)
+        points = here + samples[:, None] * ((np.array([x, y]) - here) / max(length, 1e-9))
         rows, cols = np.floor(self.world.grid.map_to_pixel(points[:, 0], points[:, 1])).astype(int)
         return bool((self.map.cells[rows, cols] == OCCUPIED).any())
 
     def _give_up(self, robot: Robot, goal: Frontier) -> None:
-        """Forget those cells of a frontier that nothing more can be seen of, though a robot is there."""
-        points = np.array(self.world.place(*robot.pose[:2]))
-        near = np.hypot(*(goal.cells + 0.5 - points).T) * self.world.resolution <= GIVEN_UP_WITHIN
+        """Ignore the cells of a frontier near a robot that has arrived: it will observe no more there."""
+        points = np.array(self.world.pixel(*robot.pose[:2]))
+        near = np.hypot(*(goal.cells + 0.5 - points).T) * self.world.resolution <= GIVE_UP_RADIUS
         self.given_up[tuple(goal.cells[near].T)] = True
         self.given_up[goal.target] = True
 
     def _decide(self) -> str | None:
-        """Ask the policy, and send the robots off; why the run ends where nobody has anywhere to go."""
+        """Assign targets by the policy; return the outcome if no robot gets one."""
         radius_px = self.settings.radius / self.world.resolution
         cells = self.map.cells
         passable = (cells == FREE) & clear_cells(cells == OCCUPIED, radius_px)
-        distances = [self._distances_of(robot, passable) for robot in self.robots]
+        distances = [self._measure_distances(robot, passable) for robot in self.robots]
         reachable = np.isfinite(distances[0])
         for further in distances[1:]:
             reachable |= np.isfinite(further)
@@ -262,10 +264,10 @@ class _Run:
             return "no reachable frontier" if self._find_frontiers(cells == FREE) else "done"
         goals = self.policy.choose(self._describe(frontiers, distances, passable))
         self.decisions += 1
-        for robot, goal, of_robot in zip(self.robots, goals, distances, strict=True):
+        for robot, goal, lengths in zip(self.robots, goals, distances, strict=True):
             robot.goal, robot.route = goal, deque()
             if goal is not None:
-                robot.route = self._plan(of_robot, goal.target)
+                robot.route = self._plan(lengths, goal.target)
         return None if any(goal is not None for goal in goals) else "stopped by the policy"
 
     def _find_frontiers(self, reachable: Mask) -> list[Frontier]:
@@ -277,46 +279,48 @@ class _Run:
             given_up=self.given_up,
         )
 
-    def _distances_of(self, robot: Robot, passable: Mask) -> Floats:
-        """How far each cell is for a robot; what noise drew around its feet does not bar its way."""
+    def _measure_distances(self, robot: Robot, passable: Mask) -> Floats:
+        """Path length from a robot to each cell; obstacles within its radius are noise and do not block it."""
         row, col = self.world.cell(robot.pose.x, robot.pose.y)
         if passable[row, col]:
             return measure_distances(passable, [(row, col)], resolution=self.world.resolution)
         reach = int(self.settings.radius / self.world.resolution) + 1
         window = slice(max(row - reach, 0), row + reach + 1), slice(max(col - reach, 0), col + reach + 1)
-        kept = passable[window].copy()
+        original = passable[window].copy()
         passable[window] |= self.map.cells[window] == FREE
         passable[row, col] = True
         distances = measure_distances(passable, [(row, col)], resolution=self.world.resolution)
-        passable[window] = kept
+        passable[window] = original
         return distances
 
     def _plan(self, distances: Floats, target: tuple[int, int]) -> deque[Point]:
-        """The corners, x, y, of the way from a robot to a target."""
+        """The corners, x, y, of the straightened route to a target."""
         route = find_route(distances, target, resolution=self.world.resolution)
         corners = straighten_route(route, np.isfinite(distances))
         points = [self.world.point((row, col)) for row, col in corners.tolist()]
         return deque(points[1:] or points)
 
-    def _describe(self, frontiers: Sequence[Frontier], distances: Sequence[Floats], passable: Mask) -> Situation:
-        """What the policy is told."""
+    def _describe(self, frontiers: Sequence[Frontier], distances: Sequence[Floats], passable: Mask) -> PolicyInput:
+        """The input of the policy."""
         rows, cols = np.array([frontier.target for frontier in frontiers]).T
         x, y = self.world.grid.pixel_to_map(rows + 0.5, cols + 0.5)
         in_rooms = [np.bincount(self.world.room_of_cell[tuple(frontier.cells.T)]) for frontier in frontiers]
-        known = self.map.cells.view()
-        known.setflags(write=False)
-        return Situation(
-            known=known,
+        cells = self.map.cells.view()
+        cells.setflags(write=False)
+        return PolicyInput(
+            cells=cells,
             passable=passable,
             resolution=self.world.resolution,
             origin=self.world.origin,
             poses=tuple(robot.pose for robot in self.robots),
             frontiers=tuple(frontiers),
-            distances=np.array([of_robot[rows, cols] for of_robot in distances]),
+            distances=np.array([lengths[rows, cols] for lengths in distances]),
             points=np.column_stack([x, y]),
             rooms=tuple(int(counts.argmax()) for counts in in_rooms),
             reach=self.settings.lidar.reach,
-            seen=perceive_counts(self.world, known, self.record.room_counts, entered=self.record.entered.keys()),
+            recognised=recognise_rooms(
+                self.world, cells, counts=self.record.room_counts, entered=self.record.entered_at.keys()
+            ),
             travelled=self.record.distance,
             decision=self.decisions,
         )
@@ -325,7 +329,7 @@ class _Run:
 def _check_options(
     *, robots: int, radius: float, drive: str, step: float, stop: str | float, max_distance: float | None
 ) -> None:
-    """Raise OptionError naming every option without meaning."""
+    """Raise OptionError that names every option out of range."""
     faults = [] if 1 <= robots <= MAX_ROBOTS else [f"robots are {robots}, give 1 … {MAX_ROBOTS}"]
     for name, value in (("radius", radius), ("step", step), ("max_distance", max_distance)):
         if value is not None and not (isfinite(value) and value > 0):
@@ -339,10 +343,7 @@ def _check_options(
 
 
 def _find_wanted(world: World, find: str | None) -> list[int]:
-    """Ids of the rooms with the label to be found.
-
-    Raises OptionError, naming those there are, when there is none.
-    """
+    """Ids of the rooms with the wanted label; raises OptionError with the existing labels if there are none."""
     if find is None:
         return []
     wanted = find_rooms(world.floor, [standard_name(find)])
@@ -358,8 +359,7 @@ def _warn_of_unreachable(world: World, reachable: Mask) -> None:
         return
     reached = set(np.unique(world.room_of_cell[reachable]).tolist())
     if rooms := [room for room in world.floor.rooms if room.id not in reached]:
-        named = ", ".join(f"{room.id} {room.label or ''}".strip() for room in rooms[:10]) + (
-            ", …" if rooms[10:] else ""
-        )
-        message = f"rooms {named} cannot be reached and are left out: no door leads there that the robot fits through"
+        named = ", ".join(f"{room.id} {room.label or ''}".strip() for room in rooms[:10])
+        named += ", …" if rooms[10:] else ""
+        message = f"rooms {named} cannot be reached and are ignored: the robot fits through no door to them"
         warnings.warn(MapWarning(message), stacklevel=3)

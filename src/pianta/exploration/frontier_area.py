@@ -1,7 +1,7 @@
-"""How much area a robot will really find behind a frontier: what it measures there, weighed as simulated runs teach.
+"""The area that a robot will find behind a frontier, by a perceptron that was trained on simulated runs.
 
-Of all frontiers half lead to less than 2 m²: corners, slits between beams, the far side of a doorway. What is in sight
-of them, through gaps in walls that are not seen yet, tells little of that; a small perceptron tells more.
+Half of all frontiers lead to less than 2 m²: corners, gaps between beams, the far side of a doorway. The unknown area
+in sight, through gaps of walls that are not mapped yet, predicts this poorly; the perceptron predicts it better.
 """
 
 from __future__ import annotations
@@ -16,14 +16,15 @@ from shapely import Point
 from pianta._types import Floats
 from pianta.exploration.expectations import RoomExpectations
 from pianta.exploration.gain import measure_gains
-from pianta.exploration.perception import Perception
-from pianta.exploration.situation import Situation
+from pianta.exploration.policy_input import PolicyInput
+from pianta.exploration.recognised_rooms import RecognisedRooms
 from pianta.models import MODELS
 
-# Unknown area this near counts apart from that in the reach of the lidar, m.
+# Reach of the second measure of unknown area, m; the weights belong to it.
 NEAR = 3.0
-# A frontier in a room that was not recognised belongs to an unopened door within this distance, m.
+# A frontier outside of the recognised rooms belongs to an unopened door within this distance, m. Chosen by hand.
 DOOR_REACH = 4.0
+# The inputs of the perceptron, in the order of its weights.
 MEASURES = (
     "in sight",
     "in sight within 3 m",
@@ -36,76 +37,76 @@ MEASURES = (
     "at a door",
     "entered",
 )
-# The weights of the perceptron, of training/fit_frontier_area.py; it gives the square root of m².
+# Weights fitted by training/fit_frontier_area.py; the output is the square root of m².
 WEIGHTS = MODELS / "frontier_area.json"
 
 
-def measure_frontiers(situation: Situation, expectations: RoomExpectations) -> tuple[Floats, Floats]:
-    """MEASURES of each frontier, shape (frontiers, measures), and the chance of a hit behind it, shape (frontiers,).
+def measure_frontiers(inputs: PolicyInput, expectations: RoomExpectations) -> tuple[Floats, Floats]:
+    """MEASURES of each frontier, shape (frontiers, measures), and P(wanted label behind it), shape (frontiers,).
 
-    Areas are square roots of m². Rooms share what is expected of them among their frontiers by length.
+    Areas are square roots of m². The frontiers of a room share the expected area behind it by their lengths.
     """
-    frontiers, seen = situation.frontiers, situation.seen
+    frontiers, recognised = inputs.frontiers, inputs.recognised
     targets = [frontier.target for frontier in frontiers]
     in_sight, near = (
-        measure_gains(situation.known, targets, reach=reach, resolution=situation.resolution)
-        for reach in (situation.reach, min(NEAR, situation.reach))
+        measure_gains(inputs.cells, targets, reach=reach, resolution=inputs.resolution)
+        for reach in (inputs.reach, min(NEAR, inputs.reach))
     )
-    measured = np.zeros((len(frontiers), len(MEASURES)))
-    measured[:, 0], measured[:, 1] = np.sqrt(in_sight), np.sqrt(near)
-    measured[:, 2] = np.sqrt([frontier.length for frontier in frontiers])
+    measures = np.zeros((len(frontiers), len(MEASURES)))
+    measures[:, 0], measures[:, 1] = np.sqrt(in_sight), np.sqrt(near)
+    measures[:, 2] = np.sqrt([frontier.length for frontier in frontiers])
     hits = np.zeros(len(frontiers))
-    if seen is None:
-        return measured, hits
-    rooms = {room.id: room for room in seen.rooms}
-    ends = _find_ends(situation, seen, rooms.keys())
+    if recognised is None:
+        return measures, hits
+    rooms = {room.id: room for room in recognised.rooms}
+    ends = _find_ends(inputs, recognised, rooms.keys())
     lengths: dict[int | None, float] = {}
     for frontier, end in zip(frontiers, ends, strict=True):
         lengths[end] = lengths.get(end, 0.0) + frontier.length
-    beyond = expectations.predict_beyond(seen, sorted(end for end in lengths if end in rooms))
-    for place, (frontier, end) in enumerate(zip(frontiers, ends, strict=True)):
+    beyond = expectations.predict_beyond(recognised, sorted(end for end in lengths if end in rooms))
+    for row, (frontier, end) in enumerate(zip(frontiers, ends, strict=True)):
         share = frontier.length / lengths[end]
-        measured[place, 7] = share
+        measures[row, 7] = share
         if end is None:
             continue
-        measured[place, 6] = np.sqrt(beyond.area.get(end, 0.0) * share)
-        measured[place, 8] = end not in rooms
-        hits[place] = beyond.hit.get(end, 0.0) * share
+        measures[row, 6] = np.sqrt(beyond.area.get(end, 0.0) * share)
+        measures[row, 8] = end not in rooms
+        hits[row] = beyond.hit.get(end, 0.0) * share
         if end in rooms:
             room = rooms[end]
             rest = expectations.expect_rest(room.label, room.area)
-            measured[place, 3:6] = 1, np.sqrt(rest), np.sqrt(room.area)
-            measured[place, 9] = room.entered
-    return measured, hits
+            measures[row, 3:6] = 1, np.sqrt(rest), np.sqrt(room.area)
+            measures[row, 9] = room.entered
+    return measures, hits
 
 
-def expect_areas(measured: Floats) -> Floats:
-    """Area behind frontiers, m², shape (n,), from their MEASURES, shape (n, measures)."""
+def expect_areas(measures: Floats) -> Floats:
+    """Expected area behind frontiers, m², shape (n,), from their MEASURES, shape (n, measures)."""
     weights = _read_weights()
-    hidden = (measured - weights["mean"]) / weights["spread"]
-    for layer in range(len(weights) // 2 - 2):
-        hidden = np.maximum(hidden @ weights[f"weights {layer}"] + weights[f"bias {layer}"], 0)
+    hidden = (measures - weights["mean"]) / weights["spread"]
     last = len(weights) // 2 - 2
+    for layer in range(last):
+        hidden = np.maximum(hidden @ weights[f"weights {layer}"] + weights[f"bias {layer}"], 0)
     roots = (hidden @ weights[f"weights {last}"] + weights[f"bias {last}"])[:, 0]
     areas: Floats = np.maximum(roots, 0) ** 2
     return areas
 
 
-def find_door(seen: Perception, point: Sequence[float] | Floats) -> int | None:
-    """The unopened door that a point, x, y, is near, as `-1 - number`; None where there is none."""
-    at_door = [
+def find_door(recognised: RecognisedRooms, point: Sequence[float] | Floats) -> int | None:
+    """The nearest unopened door of a point, x, y, as `-1 - number`; None if none is within DOOR_REACH."""
+    doors = [
         (line.distance(Point(*point)), number)
-        for (_, number), line in zip(seen.unopened, seen.unopened_lines, strict=True)
+        for (_, number), line in zip(recognised.unopened, recognised.unopened_lines, strict=True)
     ]
-    distance, number = min(at_door, default=(np.inf, 0))
+    distance, number = min(doors, default=(np.inf, 0))
     return -1 - number if distance <= DOOR_REACH else None
 
 
-def _find_ends(situation: Situation, seen: Perception, known: Collection[int]) -> list[int | None]:
-    """The recognised room that each frontier lies in, or the unopened door that it is at."""
+def _find_ends(inputs: PolicyInput, recognised: RecognisedRooms, rooms: Collection[int]) -> list[int | None]:
+    """The recognised room of each frontier, or the unopened door near it."""
     return [
-        room if room in known else find_door(seen, point)
-        for room, point in zip(situation.rooms, situation.points, strict=True)
+        room if room in rooms else find_door(recognised, point)
+        for room, point in zip(inputs.rooms, inputs.points, strict=True)
     ]
 
 

@@ -1,4 +1,4 @@
-"""Frontiers: where known free space borders on the unknown (Yamauchi, 1997)."""
+"""Frontiers: free cells of a map at the border to the unknown (Yamauchi, 1997)."""
 
 from __future__ import annotations
 
@@ -11,18 +11,22 @@ from numpy.typing import NDArray
 from pianta._types import Mask
 from pianta.gridmap import FREE, UNKNOWN
 
-# Shorter frontiers are slits between beams, and corners; longer ones are divided: no place is in the middle of them. m.
-MIN_LENGTH, MAX_LENGTH = 0.4, 6.0
-# A frontier along a wall is reached from so far beside it; m.
-ARM = 0.4
+# Shorter frontiers are gaps between beams, and corners; m. Chosen by hand.
+MIN_LENGTH = 0.4
+# Longer frontiers are divided, because one target does not stand for all of their cells; m. Chosen by hand.
+MAX_LENGTH = 6.0
+# A frontier whose cells are all too near to a wall has its target at most this far from them; m. Chosen by hand.
+TARGET_DISTANCE = 0.4
+# Lengths are sums of cells: this share of a cell is rounding error.
+TOLERANCE_PX = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class Frontier:
-    """Free cells next to each other that border on the unknown.
+    """Adjacent free cells at the border to the unknown.
 
     cells: row, col, shape (N, 2). target: a cell where a robot can stand, in their middle or close to it.
-    length: metres, a cell counted as its side. id: of the target, the same while the frontier is.
+    length: metres, counting the side of each cell. id: index of the target in the flattened map.
     """
 
     cells: NDArray[np.int_]
@@ -32,60 +36,59 @@ class Frontier:
 
 
 def find_frontiers(
-    known: NDArray[np.int8],
+    cells: NDArray[np.int8],
     reachable: Mask,
     *,
     resolution: float,
     min_length: float = MIN_LENGTH,
     given_up: Mask | None = None,
 ) -> list[Frontier]:
-    """Frontiers that a robot can reach, from the top down.
+    """Find the frontiers that a robot can reach, ordered from the top down.
 
-    Cells that touch, also at corners, belong together; groups longer than 6 m are divided.
+    Cells that touch, also at corners, belong to one frontier.
 
-    known: shape (H, W), -1 unknown, 0 free, 100 occupied. reachable: shape (H, W), where robots can come to stand.
-    resolution, min_length: metres. given_up: shape (H, W), cells that are no frontier any more.
+    cells: shape (H, W), -1 unknown, 0 free, 100 occupied. reachable: shape (H, W), where robots can stand.
+    resolution, min_length: metres. given_up: shape (H, W), cells that do not count.
     """
-    edge = border_cells(known)
+    border = border_cells(cells)
     if given_up is not None:
-        edge &= ~given_up
-    image = edge.astype(np.uint8)
+        border &= ~given_up
+    image = border.astype(np.uint8)
     count, labels = cv2.connectedComponents(image, connectivity=8)
-    found = cv2.findNonZero(image)
-    cells = np.zeros((0, 2), int) if found is None else found.reshape(-1, 2)[:, ::-1].astype(int)
-    groups = labels[cells[:, 0], cells[:, 1]]
+    pixels = cv2.findNonZero(image)
+    candidates = np.zeros((0, 2), int) if pixels is None else pixels.reshape(-1, 2)[:, ::-1].astype(int)
+    groups = labels[candidates[:, 0], candidates[:, 1]]
     order = np.argsort(groups, kind="stable")
     ends = np.cumsum(np.bincount(groups, minlength=count)[1:])
     frontiers = []
-    reach = round(ARM / resolution)
-    groups_of_cells = np.split(cells[order], ends[:-1])
-    parts = (part for group in groups_of_cells for part in _divide_group(group, round(MAX_LENGTH / resolution)))
-    for group in parts:
-        length = len(group) * resolution
-        # A hundredth of a cell less: lengths are sums of cells.
-        if length >= min_length - resolution / 100 and (target := _find_target(group, reachable, reach)):
-            frontiers.append(Frontier(group, target, length, target[0] * known.shape[1] + target[1]))
+    for group in np.split(candidates[order], ends[:-1]):
+        for part in _divide_group(group, round(MAX_LENGTH / resolution)):
+            length = len(part) * resolution
+            if length < min_length - TOLERANCE_PX * resolution:
+                continue
+            if target := _find_target(part, reachable, round(TARGET_DISTANCE / resolution)):
+                frontiers.append(Frontier(part, target, length, target[0] * cells.shape[1] + target[1]))
     return frontiers
 
 
-def border_cells(known: NDArray[np.int8]) -> Mask:
+def border_cells(cells: NDArray[np.int8]) -> Mask:
     """Free cells, shape (H, W), that share a side with an unknown one."""
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    beside = cv2.dilate((known == UNKNOWN).astype(np.uint8), cross, borderValue=0)
-    return np.asarray((known == FREE) & (beside > 0))
+    beside = cv2.dilate((cells == UNKNOWN).astype(np.uint8), cross, borderValue=0)
+    return np.asarray((cells == FREE) & (beside > 0))
 
 
-def count_border(known: NDArray[np.int8], cells: NDArray[np.int_]) -> int:
-    """How many of the cells, shape (N, 2), still are free and share a side with an unknown one."""
-    rows, cols = cells.T
-    beside = np.array([(-1, 0), (1, 0), (0, -1), (0, 1)])[:, None, :] + cells
-    beside_rows, beside_cols = np.clip(beside, 0, np.array(known.shape) - 1).transpose(2, 0, 1)
-    unknown = known[beside_rows, beside_cols] == UNKNOWN
-    return int(np.count_nonzero((known[rows, cols] == FREE) & unknown.any(axis=0)))
+def count_border(cells: NDArray[np.int8], candidates: NDArray[np.int_]) -> int:
+    """Count the candidates, row, col, shape (N, 2), that are free and share a side with an unknown cell."""
+    rows, cols = candidates.T
+    beside = np.array([(-1, 0), (1, 0), (0, -1), (0, 1)])[:, None, :] + candidates
+    beside_rows, beside_cols = np.clip(beside, 0, np.array(cells.shape) - 1).transpose(2, 0, 1)
+    unknown = cells[beside_rows, beside_cols] == UNKNOWN
+    return int(np.count_nonzero((cells[rows, cols] == FREE) & unknown.any(axis=0)))
 
 
 def _divide_group(group: NDArray[np.int_], most: int) -> list[NDArray[np.int_]]:
-    """Parts of a group of cells, shape (N, 2), that have no more than so many: halves along its longer side."""
+    """Halve a group of cells, shape (N, 2), along its longer side until each part has at most `most` cells."""
     if len(group) <= most:
         return [group] if len(group) else []
     longer = int(np.argmax(np.ptp(group, axis=0)))
@@ -94,16 +97,16 @@ def _divide_group(group: NDArray[np.int_], most: int) -> list[NDArray[np.int_]]:
 
 
 def _find_target(group: NDArray[np.int_], reachable: Mask, reach: int) -> tuple[int, int] | None:
-    """The reachable cell nearest to the middle of a group, of its own cells or else of those within reach of them."""
-    standing = group[reachable[group[:, 0], group[:, 1]]]
-    if not len(standing):
+    """The reachable cell nearest to the middle of a group: one of its cells, or one within reach, cells, of them."""
+    candidates = group[reachable[group[:, 0], group[:, 1]]]
+    if not len(candidates):
         row, col = np.ogrid[-reach : reach + 1, -reach : reach + 1]
         disc = np.argwhere(row**2 + col**2 <= reach**2) - reach
         around = (group[:, None] + disc).reshape(-1, 2)
         around = around[((around >= 0) & (around < reachable.shape)).all(axis=1)]
-        standing = around[reachable[around[:, 0], around[:, 1]]]
-    if not len(standing):
+        candidates = around[reachable[around[:, 0], around[:, 1]]]
+    if not len(candidates):
         return None
-    away = np.hypot(*(standing - group.mean(axis=0)).T)
-    row, col = standing[int(np.argmin(away.round(6)))].tolist()
+    distances = np.hypot(*(candidates - group.mean(axis=0)).T)
+    row, col = candidates[int(np.argmin(distances.round(6)))].tolist()
     return row, col

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pianta.errors import OptionError
 from pianta.exploration.classical_policies import InformationGain, NearestFrontier
-from pianta.exploration.situation import Policy
+from pianta.exploration.policy_input import Policy
 
 if TYPE_CHECKING:
     from pianta.prediction.unexplored_part import FloorSampler
@@ -18,15 +18,12 @@ PREDICTED = "predicted"
 CLASSICAL: Mapping[str, Callable[[], Policy]] = MappingProxyType(
     {"nearest": NearestFrontier, "gain": InformationGain, "gain-exp": partial(InformationGain, "exponential")}
 )
-# What `pianta explore --policy` can name.
+# The names for `pianta explore --policy`.
 POLICIES = (*CLASSICAL, PREDICTED)
 
 
 def check_policy(name: str) -> None:
-    """Refuse a name that is not in POLICIES.
-
-    Raises OptionError, in one line.
-    """
+    """Raise OptionError for a name that is not in POLICIES."""
     if name not in POLICIES:
         raise OptionError(f"policy is {name!r}, give one of {', '.join(POLICIES)}")
 
@@ -34,15 +31,15 @@ def check_policy(name: str) -> None:
 def make_policy(
     name: str, *, sampler: FloorSampler | None = None, find: str | None = None, enough: float | None = None
 ) -> Policy:
-    """The policy of a name in POLICIES.
+    """Make the policy of a name in POLICIES.
 
-    sampler, find, enough: of PredictedGain; the classical policies go the same way whatever is expected.
+    sampler, find, enough: of PredictedGain; the classical policies ignore them.
     Raises OptionError for any other name, and as PredictedGain does.
     """
     check_policy(name)
     if name in CLASSICAL:
         return CLASSICAL[name]()
-    # Its imports take long.
+    # Imported late, because its imports are slow.
     from pianta.exploration.predicted_gain import PredictedGain
 
     return PredictedGain(sampler, find=find, enough=enough)

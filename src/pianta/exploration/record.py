@@ -1,4 +1,4 @@
-"""What came of an exploration, and its record while it runs."""
+"""The result of an exploration, and its recorder."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta._types import Floats, Mask
-from pianta.exploration.perception import SEEN_SHARE
+from pianta.exploration.recognised_rooms import RECOGNISED_SHARE
 from pianta.exploration.robots import Robot
 from pianta.exploration.world import World
 from pianta.gridmap import FREE, UNKNOWN, GridMap
@@ -18,36 +18,36 @@ from pianta.gridmap import FREE, UNKNOWN, GridMap
 
 @dataclass(frozen=True, eq=False)
 class Exploration:
-    """A run, scan by scan.
+    """The result of an exploration, scan by scan.
 
     Attributes
     ----------
     distance
-        Travelled by all robots together at each scan, metres, shape (scans,).
+        Travelled by all robots together until each scan, metres, shape (scans,).
     area
-        Seen by then of the reachable area, m², shape (scans,).
+        Observed part of the reachable area, m², shape (scans,).
     time
-        When all robots had driven so far, seconds, shape (scans,).
+        Of each scan, seconds of driving and turning, shape (scans,).
     robot
-        The number of the robot that made each scan, shape (scans,).
+        The index of the robot that made each scan, shape (scans,).
     robot_distance
-        Travelled by each robot at each scan, metres, shape (scans, robots).
+        Travelled by each robot until each scan, metres, shape (scans, robots).
     tracks
-        Of each robot x, y, heading, metres and radians of the map frame, shape (scans of it, 3).
+        x, y, heading of each robot, metres and radians of the map frame, shape (its scans, 3).
     reachable_area
-        All that could be seen, m².
-    seen, entered
-        Room -> distance, metres, at which a fifth of it had been seen, and at which a robot came in.
+        The area that robots could observe, m².
+    recognised_at, entered_at
+        Room -> distance, metres, at which a fifth of it was observed, and at which a robot came in.
     map
         The final map.
     scan_of_cell
-        The scan that first saw a cell, -1 for none, shape (H, W).
+        The scan that first observed each cell, -1 for none, shape (H, W).
     outcome
         "done", "no reachable frontier", "found LABEL", "share reached", "stopped by the policy" or "distance limit".
-    found
-        The id of the room that was looked for, None when it was not found.
+    found_room
+        The id of the room found by a search; None without one.
     decisions
-        How often the policy was asked.
+        Number of decisions of the policy.
     """
 
     distance: Floats
@@ -57,21 +57,21 @@ class Exploration:
     robot_distance: Floats
     tracks: tuple[Floats, ...]
     reachable_area: float
-    seen: Mapping[int, float]
-    entered: Mapping[int, float]
+    recognised_at: Mapping[int, float]
+    entered_at: Mapping[int, float]
     map: GridMap
     scan_of_cell: NDArray[np.int32]
     outcome: str
-    found: int | None = None
+    found_room: int | None = None
     decisions: int = 0
 
     @property
     def share(self) -> Floats:
-        """Share of the reachable area that had been seen at each scan, 0 … 1, shape (scans,)."""
+        """Observed share of the reachable area at each scan, 0 … 1, shape (scans,)."""
         return self.area / self.reachable_area
 
     def distance_to(self, share: float) -> float:
-        """The way of all robots together until a share of the reachable area was seen.
+        """The distance of all robots together until they have observed a share of the reachable area.
 
         Parameters
         ----------
@@ -81,28 +81,28 @@ class Exploration:
         Returns
         -------
         float
-            Metres; inf when so much was never seen, as for a share above 1.
+            Metres; inf if the share was never reached, as for a share above 1.
         """
-        # Areas are sums of cells, a millionth of which is none.
+        # The tolerance is for rounding errors of sums of cells.
         reached = np.flatnonzero(self.share >= share - 1e-9)
         return float(self.distance[reached[0]]) if len(reached) else inf
 
 
 @dataclass
 class Record:
-    """The record of a run in a world, of which an area counts; the robots are those that are seen driving."""
+    """Records a run of robots in a world; area: the cells that count, shape (H, W). reach: of the lidar, metres."""
 
     world: World
     area: Mask
     robots: Sequence[Robot]
     reach: float
-    seen: dict[int, float] = field(default_factory=dict)
-    entered: dict[int, float] = field(default_factory=dict)
+    recognised_at: dict[int, float] = field(default_factory=dict)
+    entered_at: dict[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.scan_of_cell = np.full(self.world.blocked.shape, -1, np.int32)
         self.room_counts = np.zeros(len(self.world.room_cells), int)
-        self.seen_cells = 0
+        self.observed_cells = 0
         self.area_cells = int(np.count_nonzero(self.area))
         self._counted = np.zeros(self.world.blocked.shape, bool)
         self._rows: list[tuple[float, ...]] = []
@@ -110,43 +110,43 @@ class Record:
 
     @property
     def share(self) -> float:
-        """Share of the area that was seen, 0 … 1."""
-        return self.seen_cells / self.area_cells
+        """Observed share of the area, 0 … 1."""
+        return self.observed_cells / self.area_cells
 
     @property
     def distance(self) -> float:
         """Travelled by all robots together, metres."""
         return sum(robot.travelled for robot in self.robots)
 
-    def add_scan(self, number: int, known: NDArray[np.int8]) -> None:
-        """Take down what a robot, by its number, has seen; known: the map with its scan."""
+    def add_scan(self, number: int, cells: NDArray[np.int8]) -> None:
+        """Record a scan of the robot with this index; cells: the map with the scan."""
         robot = self.robots[number]
         row, col = self.world.cell(robot.pose.x, robot.pose.y)
         reach = ceil(self.reach / self.world.resolution) + 1
         window = slice(max(row - reach, 0), row + reach + 1), slice(max(col - reach, 0), col + reach + 1)
         scan_of_cell = self.scan_of_cell[window]
-        scan_of_cell[(scan_of_cell < 0) & (known[window] != UNKNOWN)] = len(self._rows)
-        new = (known[window] == FREE) & ~self._counted[window]
+        scan_of_cell[(scan_of_cell < 0) & (cells[window] != UNKNOWN)] = len(self._rows)
+        new = (cells[window] == FREE) & ~self._counted[window]
         self._counted[window] |= new
-        self.seen_cells += int(np.count_nonzero(new & self.area[window]))
+        self.observed_cells += int(np.count_nonzero(new & self.area[window]))
         self._add_rooms(self.world.room_of_cell[window][new], int(self.world.room_of_cell[row, col]))
         self._tracks[number].append(robot.pose)
-        times = max(robot.time for robot in self.robots)
-        cells = self.seen_cells * self.world.resolution**2
-        self._rows.append((self.distance, cells, times, number, *(robot.travelled for robot in self.robots)))
+        time = max(robot.time for robot in self.robots)
+        area = self.observed_cells * self.world.resolution**2
+        self._rows.append((self.distance, area, time, number, *(robot.travelled for robot in self.robots)))
 
     def _add_rooms(self, rooms: NDArray[np.uint16], here: int) -> None:
-        """Count newly seen cells of rooms, and note where a robot is."""
+        """Count newly observed cells of rooms; here: the room of the robot, 0 for none."""
         added = np.bincount(rooms, minlength=len(self.room_counts))
         self.room_counts += added
         for room in np.flatnonzero(added[1:]) + 1:
-            if self.room_counts[room] >= SEEN_SHARE * self.world.room_cells[room]:
-                self.seen.setdefault(int(room), self.distance)
+            if self.room_counts[room] >= RECOGNISED_SHARE * self.world.room_cells[room]:
+                self.recognised_at.setdefault(int(room), self.distance)
         if here:
-            self.entered.setdefault(here, self.distance)
+            self.entered_at.setdefault(here, self.distance)
 
-    def close(self, grid: GridMap, outcome: str, *, found: int | None, decisions: int) -> Exploration:
-        """The exploration as it has ended."""
+    def close(self, grid: GridMap, outcome: str, *, found_room: int | None, decisions: int) -> Exploration:
+        """The result of the run."""
         rows = np.array(self._rows, float)
         return Exploration(
             distance=rows[:, 0],
@@ -156,11 +156,11 @@ class Record:
             robot_distance=rows[:, 4:],
             tracks=tuple(np.array(track, float).reshape(-1, 3) for track in self._tracks),
             reachable_area=self.area_cells * self.world.resolution**2,
-            seen=dict(self.seen),
-            entered=dict(self.entered),
+            recognised_at=dict(self.recognised_at),
+            entered_at=dict(self.entered_at),
             map=grid,
             scan_of_cell=self.scan_of_cell,
             outcome=outcome,
-            found=found,
+            found_room=found_room,
             decisions=decisions,
         )

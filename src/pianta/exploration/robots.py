@@ -1,4 +1,4 @@
-"""A simulated robot: where it is, where it goes, and how it drives there."""
+"""A simulated robot: its pose, its target, and its drive."""
 
 from __future__ import annotations
 
@@ -11,17 +11,19 @@ from pianta.exploration.lidar import Pose
 
 DRIVES = ("point", "differential")
 
-# m/s, and rad/s on the spot.
-SPEED, TURN_RATE = 0.5, 1.0
+# m/s; chosen by hand, a slow indoor robot.
+SPEED = 0.5
+# rad/s on the spot; chosen by hand.
+TURN_RATE = 1.0
 
 
 @dataclass
 class Robot:
     """A disc that follows a route of straight lines.
 
-    drive: a "point" moves in any direction at once; a "differential" drive turns on the spot first, which takes time.
-    goal: the frontier that it drives to, None while it waits. route: corners x, y ahead, metres of the map frame.
-    travelled: metres. time: driving and turning, seconds.
+    drive: "point" moves in any direction at once; "differential" turns on the spot first, which takes time.
+    goal: the frontier that it drives to, None while it waits. route: the next corners x, y, metres of the map frame.
+    travelled: metres. time: of driving and turning, seconds.
     """
 
     pose: Pose
@@ -32,7 +34,7 @@ class Robot:
     time: float = 0.0
 
     def advance(self, step: float) -> None:
-        """Follow the route for so many metres, or to its end; the heading is that of the last line."""
+        """Follow the route for `step` metres, or to its end."""
         left = step
         while self.route and left > 0:
             x, y = self.route[0]

@@ -1,52 +1,72 @@
-"""Ways over the free cells of a grid: how far each cell is, and the way there.
+"""Shortest paths over the free cells of a grid.
 
 Steps lead to the eight cells around one; a diagonal step needs both cells beside it. Costs are whole numbers, 70 for a
-straight step and 99 for a diagonal one (√2 to within 3 in 100,000), so that every implementation finds the same.
+straight step and 99 for a diagonal one (√2 to within 3 in 100,000), so that sums do not depend on their order.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from math import ceil, hypot, inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta._types import Mask
-from pianta.exploration.kernels import choose_kernel
+from pianta._types import Floats, Mask
 
-Costs = NDArray[np.int32]
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
-STRAIGHT, DIAGONAL = 70, 99
-UNREACHED = np.iinfo(np.int32).max
+STRAIGHT = 70
+DIAGONAL = 99
 STEPS = ((-1, 0), (0, -1), (0, 1), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
+# Lengths closer than this share of a cell are equal: sums of the same steps may differ in their last bits.
+TOLERANCE_PX = 0.001
 
 
-def measure_distances(passable: Mask, sources: Iterable[tuple[int, int]], *, resolution: float) -> NDArray[np.float64]:
-    """How far each cell is from the nearest source over passable cells, metres, shape (H, W); inf where no way leads.
+def measure_distances(passable: Mask, sources: Iterable[tuple[int, int]], *, resolution: float) -> Floats:
+    """Measure the shortest path from each cell to its nearest source, metres, shape (H, W); inf without a path.
 
-    passable: shape (H, W). sources: row, col; those that are not passable are left out. resolution: metres per cell.
+    passable: shape (H, W). sources: row, col; those that are not passable are ignored. resolution: metres per cell.
     """
+    from scipy.sparse.csgraph import dijkstra
+
     distances = np.full(passable.shape, inf)
-    starts = np.array([source for source in sources if passable[source]], np.int64).reshape(-1, 2)
-    if not len(starts):
-        return distances
-    rows, cols = (np.flatnonzero(passable.any(axis=axis)) for axis in (1, 0))
-    window = slice(rows[0], rows[-1] + 1), slice(cols[0], cols[-1] + 1)
-    find = choose_kernel(spread_costs, solve_costs)
-    costs = find(np.pad(passable[window], 1), starts - [rows[0] - 1, cols[0] - 1])[1:-1, 1:-1]
-    reached = costs != UNREACHED
-    distances[window][reached] = costs[reached] * (resolution / STRAIGHT)
+    if starts := [source for source in sources if passable[source]]:
+        numbers = np.cumsum(passable).reshape(passable.shape) - 1
+        costs = dijkstra(_build_graph(passable), indices=[numbers[start] for start in starts], min_only=True)
+        distances[passable] = costs * (resolution / STRAIGHT)
     return distances
 
 
-def find_route(distances: NDArray[np.float64], target: tuple[int, int], *, resolution: float) -> NDArray[np.int_]:
-    """The cells, shape (N, 2), of a shortest way from a source to a target, both included.
+def measure_distances_between(
+    passable: Mask, cells: NDArray[np.int_], *, resolution: float, coarseness: int = 2
+) -> Floats:
+    """Measure the shortest path from each cell to each other, metres, shape (n, n); inf without a path.
 
-    distances: of measure_distances, metres; that of the target is finite. resolution: metres per cell.
+    passable: shape (H, W). cells: row, col, shape (n, 2). Square blocks of `coarseness` cells count as one, which is
+    passable if any of its cells is, so that lengths may be off by some blocks.
+    """
+    from scipy.sparse.csgraph import dijkstra
+
+    height, width = (-(-length // coarseness) for length in passable.shape)
+    padded = np.zeros((height * coarseness, width * coarseness), bool)
+    padded[: passable.shape[0], : passable.shape[1]] = passable
+    coarse: Mask = np.asarray(padded.reshape(height, coarseness, width, coarseness).any(axis=(1, 3)))
+    rows, cols = (cells // coarseness).T
+    coarse[rows, cols] = True
+    numbers = (np.cumsum(coarse).reshape(coarse.shape) - 1)[rows, cols]
+    costs = dijkstra(_build_graph(coarse), indices=numbers)[:, numbers]
+    return np.asarray(costs * (resolution * coarseness / STRAIGHT))
+
+
+def find_route(distances: NDArray[np.float64], target: tuple[int, int], *, resolution: float) -> NDArray[np.int_]:
+    """The cells, row, col, shape (N, 2), of a shortest path from a source to a target, both included.
+
+    distances: of `measure_distances`, metres, finite at the target. resolution: metres per cell.
     """
     height, width = distances.shape
-    straight = resolution
     row, col = target
     cells = [(row, col)]
     while distances[row, col] > 0:
@@ -57,9 +77,8 @@ def find_route(distances: NDArray[np.float64], target: tuple[int, int], *, resol
                 continue
             if down and right and not max(distances[row, other[1]], distances[other[0], col]) < inf:
                 continue
-            length = distances[other] + straight * (DIAGONAL / STRAIGHT if down and right else 1)
-            # Sums of the same length may differ in their last bits.
-            if length < best - straight / 1000:
+            length = distances[other] + resolution * (DIAGONAL / STRAIGHT if down and right else 1)
+            if length < best - TOLERANCE_PX * resolution:
                 best, following = length, other
         row, col = following
         cells.append(following)
@@ -67,13 +86,13 @@ def find_route(distances: NDArray[np.float64], target: tuple[int, int], *, resol
 
 
 def straighten_route(route: NDArray[np.int_], passable: Mask) -> NDArray[np.int_]:
-    """The corners, shape (N, 2), of a route pulled tight: from each the furthest that lies in a straight line of sight.
+    """The corners, shape (N, 2), of a straightened route: from each cell a straight line to the furthest one in sight.
 
-    route: cells, shape (M, 2), of find_route. passable: shape (H, W).
+    route: cells, shape (M, 2), of `find_route`. passable: shape (H, W).
     """
     corners, here = [0], 0
     while here < len(route) - 1:
-        # Twice as far while it is in sight, then halfway back: what is in sight need not be found, only near it.
+        # Double the stride while in sight, then halve it: an approximation, since sight is not monotonic.
         stride, ahead = 1, here + 1
         while stride:
             further = min(ahead + stride, len(route) - 1)
@@ -95,70 +114,22 @@ def _in_sight(start: NDArray[np.int_], end: NDArray[np.int_], passable: Mask) ->
     return bool(passable[rows, cols].all())
 
 
-def spread_costs(passable: Mask, sources: NDArray[np.int64]) -> Costs:
-    """Costs from the sources by Dijkstra's algorithm with a bucket for each cost (Dial, 1969); for numba.
+def _build_graph(passable: Mask) -> csr_array:
+    """The costs of steps between passable cells, which are numbered row by row."""
+    from scipy.sparse import csr_array
 
-    passable: shape (H, W), with a rim that is not.
-    A cell waits in one bucket at most. Buckets are rings through `after` and `before`, where their own numbers follow
-    those of the cells, and the cost of a step is less than their number.
-    """
-    width, cells, buckets = passable.shape[1], passable.size, DIAGONAL + 1
-    is_open, costs = passable.ravel(), np.full(cells, UNREACHED, np.int32)
-    after = np.arange(cells + buckets, dtype=np.int32)
-    before = after.copy()
-    waiting = cost = 0
-    for row, col in sources:
-        source = row * width + col
-        if costs[source] != 0:
-            costs[source], after[source], before[source] = 0, after[cells], cells
-            before[after[cells]] = after[cells] = source
-            waiting += 1
-    while waiting:
-        bucket = cells + cost % buckets
-        cell = after[bucket]
-        if cell == bucket:
-            cost += 1
-            continue
-        after[bucket], before[after[cell]] = after[cell], bucket
-        waiting -= 1
-        for down, right in STEPS:
-            other = cell + down * width + right
-            if not (is_open[other] and is_open[cell + down * width] and is_open[cell + right]):
-                continue
-            new = cost + (DIAGONAL if down and right else STRAIGHT)
-            if new >= costs[other]:
-                continue
-            if costs[other] == UNREACHED:
-                waiting += 1
-            else:
-                after[before[other]], before[after[other]] = after[other], before[other]
-            head = cells + new % buckets
-            costs[other], after[other], before[other] = new, after[head], head
-            before[after[head]] = after[head] = other
-    return costs.reshape(passable.shape)
-
-
-def solve_costs(passable: Mask, sources: NDArray[np.int64]) -> Costs:
-    """Costs from the sources by scipy's Dijkstra over the graph of cells; without numba."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import dijkstra
-
-    height, width = passable.shape
-    numbers = np.full((height + 2, width + 2), -1)
-    here = numbers[1:-1, 1:-1]
-    here[passable] = np.arange(np.count_nonzero(passable))
-    starts, ends, costs = [], [], []
-    for down, right in STEPS:
-        there, beside, above = (
-            numbers[1 + i : height + 1 + i, 1 + j : width + 1 + j] for i, j in ((down, right), (0, right), (down, 0))
-        )
-        open_ = (here >= 0) & (there >= 0) & (beside >= 0) & (above >= 0)
-        starts.append(here[open_])
-        ends.append(there[open_])
-        costs.append(np.full(np.count_nonzero(open_), float(DIAGONAL if down and right else STRAIGHT)))
-    count = np.count_nonzero(passable)
-    graph = coo_array((np.concatenate(costs), (np.concatenate(starts), np.concatenate(ends))), shape=(count, count))
-    of_cells = dijkstra(graph.tocsr(), indices=here[tuple(sources.T)], min_only=True)
-    found = np.full(passable.shape, UNREACHED, np.int32)
-    found[passable] = np.where(np.isfinite(of_cells), of_cells, UNREACHED).astype(np.int32)
-    return found
+    is_open = np.pad(passable, 1)
+    width, is_open = is_open.shape[1], is_open.ravel()
+    cells, numbers = np.flatnonzero(is_open), np.cumsum(is_open, dtype=np.int32) - 1
+    # A diagonal step needs both cells beside it; for a straight step these are its own two cells.
+    possible = np.column_stack(
+        [
+            is_open[cells + down * width + right] & is_open[cells + down * width] & is_open[cells + right]
+            for down, right in STEPS
+        ]
+    )
+    targets = numbers[cells[:, None] + [down * width + right for down, right in STEPS]][possible]
+    costs = np.array([DIAGONAL if down and right else STRAIGHT for down, right in STEPS], float)
+    starts = np.concatenate([[0], np.cumsum(possible.sum(axis=1))]).astype(np.int32)
+    shape = len(cells), len(cells)
+    return csr_array((np.broadcast_to(costs, possible.shape)[possible], targets, starts), shape=shape)

@@ -1,4 +1,4 @@
-"""The true world that a simulated robot moves in: obstacles on a grid, and the floor that they belong to."""
+"""The true world of a simulated robot: obstacles on a grid, and their floor."""
 
 from __future__ import annotations
 
@@ -23,20 +23,22 @@ from pianta.io._files import short_repr
 Cells = NDArray[np.int_]
 
 MAX_CELLS = 50_000_000
-# Where robots cannot stand may still be seen: this far beyond their reach by foot, m, free space counts as explorable.
-SEEN_BEYOND = 0.5
-
+# Free cells this far from those under a robot count as explorable, m. Chosen by hand.
+EXPLORABLE_MARGIN = 0.5
+# Minimum thickness of a wall between two rooms, cells, so that no beam passes it.
+MIN_WALL_PX = 1.5
+# The floor of a folder, in this order.
 FLOOR_FILES = ("truth.geojson", "floor.geojson")
 
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """Obstacles on a grid that nothing leaves, and where known, the floor.
+    """Obstacles on a grid, and the floor if there is one.
 
-    blocked: shape (H, W), obstacles and all that lies outside the building.
+    blocked: shape (H, W), obstacles and all cells outside the building.
     resolution, origin: metres per cell, and the frame, as in GridMap.
-    floor: the truth, None for a grid map without one.
-    room_of_cell: shape (H, W), uint16; ids of rooms on their free cells, 0 elsewhere.
+    floor: the true floor, None for a grid map.
+    room_of_cell: shape (H, W), uint16; room ids on their free cells, 0 elsewhere.
     door_cells: for each door of the floor the free cells, shape (N, 2), of its passage through the wall.
     """
 
@@ -67,18 +69,18 @@ class World:
 
     @cached_property
     def room_cells(self) -> NDArray[np.int_]:
-        """How many free cells each room has, by its id, shape (1 + highest id,)."""
+        """Number of free cells of each room, by its id, shape (1 + highest id,)."""
         highest = max((room.id for room in self.floor.rooms), default=0) if self.floor else 0
         return np.bincount(self.room_of_cell.ravel(), minlength=highest + 1)
 
-    def place(self, x: float, y: float) -> tuple[float, float]:
+    def pixel(self, x: float, y: float) -> tuple[float, float]:
         """Continuous row, col of a point, metres of the map frame."""
         row, col = self.grid.map_to_pixel(x, y)
         return float(row), float(col)
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
-        """Row and col of the cell that a point, metres of the map frame, lies in; it may be off the grid."""
-        row, col = np.floor(self.place(x, y))
+        """Row, col of the cell of a point, metres of the map frame; it may be off the grid."""
+        row, col = np.floor(self.pixel(x, y))
         return int(row), int(col)
 
     def point(self, cell: tuple[int, int]) -> tuple[float, float]:
@@ -97,20 +99,18 @@ class World:
 
 
 def build_world(floor: Floor, *, resolution: float = 0.1, wall: float = 0.2, door: float = 0.9) -> World:
-    """The world of a floor, with walls of a thickness between its rooms and doors of at least a width, all in metres.
+    """Build the world of a floor; wall: thickness between rooms; door: minimum width. All lengths in metres.
 
-    Where the rooms leave a gap, as those of pianta.worlds do, it is part of the wall; where their outlines meet, as
-    those of drawn buildings do, each room gives half of the wall. Nothing leads outside: entrances stay closed.
-    Raises OptionError for lengths without meaning, a floor without rooms, and one that needs too many cells.
+    A gap between two rooms, as in pianta.worlds, is part of their wall. If outlines touch, as in drawn buildings, the
+    wall takes half of its thickness from each room. Entrances stay closed.
+    Raises OptionError for lengths out of range, a floor without rooms, and one that needs too many cells.
     """
     for name, value in (("resolution", resolution), ("wall", wall), ("door", door)):
         if not (isfinite(value) and value > 0):
             raise OptionError(f"{name} is {value}, give positive metres")
-    blank = _lay_grid(floor, resolution, margin=wall + 2 * resolution)
+    blank = _empty_grid(floor, resolution, margin=wall + 2 * resolution)
     rooms = floor.label_image(blank)
-    # A wall has a cell at least, wherever two rooms meet.
-    thickness_px = max(wall / resolution, 1.5)
-    blocked = (rooms == 0) | _wall_cells(rooms, thickness_px)
+    blocked = (rooms == 0) | _wall_cells(rooms, max(wall / resolution, MIN_WALL_PX))
     door_cells = tuple(
         _open_door(passage, floor, blank, rooms, blocked=blocked, wall=wall, width=door) for passage in floor.doors
     )
@@ -118,12 +118,12 @@ def build_world(floor: Floor, *, resolution: float = 0.1, wall: float = 0.2, doo
 
 
 def read_world(grid: GridMap) -> World:
-    """The world of a grid map; what is not free, or unknown, is an obstacle."""
+    """The world of a grid map; occupied and unknown cells are obstacles."""
     return World(~grid.free, grid.resolution, grid.origin)
 
 
 def as_world(world: World | Floor | GridMap | str | Path, *, seed: int = 0) -> World:
-    """The world of a floor, of a grid map, or of what open_world takes; seed: of a world that is made by its kind."""
+    """Convert a floor, a grid map, or an argument of `open_world`; seed: of a synthetic world."""
     if isinstance(world, Floor):
         return build_world(world)
     if isinstance(world, GridMap):
@@ -132,18 +132,18 @@ def as_world(world: World | Floor | GridMap | str | Path, *, seed: int = 0) -> W
 
 
 def open_world(name: str | Path, *, seed: int = 0) -> World:
-    """The world of a kind of `pianta world`, of a folder with a floor, of a building's file, or of a map.
+    """Open a folder with a floor, a building file, a map file, or a floor type of `pianta world`.
 
-    What is there by that name goes before a kind. Raises OptionError for a folder without a floor, plain images and
-    names of nothing, and what the readers raise.
+    An existing path takes precedence over a floor type. Raises OptionError for a folder without a floor, a plain image,
+    and a missing file; and what the readers raise.
     """
     from pianta.io.buildings.read import SUFFIXES, read_building
     from pianta.io.images import IMAGE_SUFFIXES
     from pianta.io.maps import read_map
-    from pianta.worlds.make import KINDS, SAMPLE, make_world
+    from pianta.worlds.make import SAMPLE, WORLD_NAMES, make_world
 
     path = Path(name)
-    if name in KINDS and not path.exists():
+    if name in WORLD_NAMES and not path.exists():
         return build_world(make_world(str(name), seed=None if name == SAMPLE else seed)[0])
     if path.is_dir():
         files = [path / file for file in FLOOR_FILES if (path / file).is_file()]
@@ -155,39 +155,35 @@ def open_world(name: str | Path, *, seed: int = 0) -> World:
     if path.suffix.lower() in SUFFIXES:
         return build_world(read_building(path))
     if not path.suffix and not path.exists():
-        raise OptionError(f"world is {short_repr(name)}, give a file, a folder, or one of {', '.join(KINDS)}")
+        raise OptionError(f"world is {short_repr(name)}, give a file, a folder, or one of {', '.join(WORLD_NAMES)}")
     if path.suffix.lower() in IMAGE_SUFFIXES:
         raise OptionError(f"world {short_repr(name)} is an image without a resolution, give its map.yaml")
     return read_world(read_map(path))
 
 
 def reachable_cells(world: World, starts: list[tuple[int, int]], *, radius: float) -> Mask:
-    """Cells, shape (H, W), on whose middles a robot of a radius, metres, can come to stand from any of the starts."""
+    """Cells, shape (H, W), that the middle of a robot of a radius, metres, can reach from any of the starts."""
     clear = clear_cells(world.blocked, radius / world.resolution)
-    # Steps go along rows and columns only: a diagonal one needs both cells beside it.
+    # 4-connected, because a diagonal step needs both cells beside it.
     _, parts = cv2.connectedComponents(clear.astype(np.uint8), connectivity=4)
-    here = {int(parts[start]) for start in starts} - {0}
-    return np.isin(parts, sorted(here))
+    return np.isin(parts, sorted({int(parts[start]) for start in starts} - {0}))
 
 
 def explorable_cells(world: World, reachable: Mask, *, radius: float) -> Mask:
-    """Free cells, shape (H, W), that count as the area to explore: those near where a robot of a radius can stand.
+    """Free cells, shape (H, W), that count as the area to explore: those near the reachable cells.
 
-    Near is no further than the radius and half a metre, as one walks over free cells: the corners of rooms belong to
-    it, and what lies behind a slit does not.
+    Near is within radius + EXPLORABLE_MARGIN over free cells, so that corners of rooms count and space behind a slit
+    does not.
     """
     near = reachable.copy()
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    for _ in range(ceil((radius + SEEN_BEYOND) / world.resolution)):
+    for _ in range(ceil((radius + EXPLORABLE_MARGIN) / world.resolution)):
         near = world.free & (cv2.dilate(near.astype(np.uint8), cross) > 0)
     return near
 
 
 def clear_cells(blocked: Mask, radius_px: float) -> Mask:
-    """Cells, shape (H, W), whose middles are more than a radius, in cells, from those of all blocked ones.
-
-    Beyond the grid all is blocked.
-    """
+    """Cells, shape (H, W), further than a radius, in cells, from all blocked ones; outside the grid all is blocked."""
     reach = int(radius_px)
     around = np.pad(blocked, reach + 1, constant_values=True).astype(np.uint8)
     near = cv2.dilate(around, _disc(radius_px).astype(np.uint8))
@@ -196,14 +192,14 @@ def clear_cells(blocked: Mask, radius_px: float) -> Mask:
 
 
 def _disc(radius_px: float) -> Mask:
-    """Cells, shape (N, N), whose middles are within a radius, in cells, of the middle one."""
+    """A disc of a radius, in cells, shape (N, N)."""
     reach = int(radius_px)
     row, col = np.ogrid[-reach : reach + 1, -reach : reach + 1]
     return np.asarray(row**2 + col**2 <= radius_px**2)
 
 
-def _lay_grid(floor: Floor, resolution: float, margin: float) -> GridMap:
-    """An empty grid along the axes that holds all rooms with a margin, metres."""
+def _empty_grid(floor: Floor, resolution: float, margin: float) -> GridMap:
+    """An empty grid around all rooms, with a margin, metres."""
     if not floor.rooms:
         raise OptionError("the floor has no rooms, give one at least")
     left, bottom, right, top = shapely.total_bounds([room.polygon for room in floor.rooms])
@@ -215,7 +211,7 @@ def _lay_grid(floor: Floor, resolution: float, margin: float) -> GridMap:
 
 
 def _wall_cells(rooms: NDArray[np.uint16], thickness_px: float) -> Mask:
-    """Cells of rooms that the wall to another room covers: it is as thick as given, and the gap is part of it."""
+    """Cells of rooms that belong to the wall to another room; a gap between the rooms is part of its thickness."""
     walls = np.zeros(rooms.shape, bool)
     reach = ceil(thickness_px) + 1
     for room in np.unique(rooms[rooms > 0]).tolist():
@@ -227,14 +223,14 @@ def _wall_cells(rooms: NDArray[np.uint16], thickness_px: float) -> Mask:
         own = rooms[window] == room
         others = (rooms[window] > 0) & ~own
         if others.any():
-            # From the middle of a cell to the outline of its own room, and to that of the nearest other.
+            # Distances from each cell to the outline of its room, and to the outline of the nearest other room.
             to_outline, to_other = (_distance_to(mask) - 0.5 for mask in (~own, others))
             walls[window] |= own & (to_outline + to_other < thickness_px)
     return walls
 
 
 def _distance_to(mask: Mask) -> NDArray[np.float64]:
-    """From the middle of each cell to the nearest middle of one in the mask, cells."""
+    """Distance from each cell to the nearest cell of the mask, cells."""
     from scipy.ndimage import distance_transform_edt
 
     return np.asarray(distance_transform_edt(~mask), float)
@@ -243,7 +239,7 @@ def _distance_to(mask: Mask) -> NDArray[np.float64]:
 def _open_door(
     passage: Door, floor: Floor, grid: GridMap, rooms: NDArray[np.uint16], *, blocked: Mask, wall: float, width: float
 ) -> Cells:
-    """Free the cells of a door between two rooms, in place, and give them; an entrance is left closed."""
+    """Free the cells of a door between two rooms in `blocked`, and return them; none for an entrance."""
     if passage.is_entrance:
         return np.zeros((0, 2), int)
     polygons = [room.polygon for room in floor.rooms if room.id in passage.room_ids]
@@ -251,7 +247,7 @@ def _open_door(
     area = _door_area(passage, width, half_depth=max(gap, wall / 2) + grid.resolution)
     window_rows, window_cols, inside = cells_of_polygon(area, grid)
     window = window_rows, window_cols
-    # Neither the wall of a third room is opened, nor what lies outside.
+    # Only cells of the two rooms and of the gap between them.
     inside &= np.isin(rooms[window], [0, *passage.room_ids])
     opened = inside & blocked[window]
     blocked[window] &= ~inside
@@ -260,7 +256,7 @@ def _open_door(
 
 
 def _door_area(passage: Door, width: float, half_depth: float) -> BaseGeometry:
-    """The opening of a door through the wall: its line, made as long as the width, and the depth on both sides."""
+    """The passage of a door: its line, stretched to the width, and the depth on both sides; metres."""
     (x0, y0), (x1, y1) = passage.line.coords[0], passage.line.coords[-1]
     length = hypot(x1 - x0, y1 - y0)
     if length == 0:

@@ -21,26 +21,31 @@ from pianta.generation.cluster_configuration import (
     Slots,
     sample_areas,
 )
+from pianta.generation.constraints import Constraints
 from pianta.generation.cut_potentials import CutPotentials
 from pianta.generation.functional_graph import FunctionalGraphs, draw_door_counts, draw_start, sample_functional_graphs
-from pianta.generation.gram_rows import References
+from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, connect_areas
 from pianta.generation.type_model import Counts, TypeFloor, TypeModel, count_labels
-from pianta.generation.wishes import Wishes
 
-MAX_BUILDINGS, MAX_JOBS, BATCH = 100_000, 256, 100
-# Pairs of rooms in a batch; rooms of the floors that buildings are compared with, times these floors.
-MAX_PAIRS, MAX_FEATURES = 2_000_000, 4_000_000
+MAX_BUILDINGS = 100_000
+MAX_JOBS = 256
+# Buildings whose chains run side by side.
+BATCH = 100
+# Pairs of rooms in a batch, which limits its memory.
+MAX_PAIRS = 2_000_000
+# Rooms of the reference floors, times the number of these floors, which limits the memory of their features.
+MAX_FEATURES = 4_000_000
 STEPS = ("functional areas", "functional graphs", "doors")
-# Buildings are by this share smaller than the smallest floor that they are to be like, or larger than the largest.
-BEYOND = 0.2
+# Buildings are at most this share smaller than the smallest example floor, or larger than the largest. Chosen by hand.
+SIZE_MARGIN = 0.2
 
 
 class Costs(StrEnum):
-    """What steps 1 and 4 follow.
+    """The costs of steps 1 and 4.
 
-    DENSITY: Γ1 by how dense configurations lie; as many doors for an edge of Ĥ as real ones have, which close a
-    triangle as often. THESIS: Γ1, one door and P_conn as in section 7.4.3; nothing of sizes.
+    DENSITY: Γ1 by the density of configurations and sizes; the numbers of doors of an edge of Ĥ, and the share of doors
+    that close a triangle, are those of real floors. THESIS: Γ1, one door and P_conn as in section 7.4.3.
     """
 
     DENSITY = "density"
@@ -49,31 +54,31 @@ class Costs(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class BuildingSampler:
-    """Samples buildings of a type; what the model gives is worked out once.
+    """Samples buildings of a type; the data of the model is computed once.
 
-    wishes: what each building must have. Unless they say how many rooms, it has between a fifth fewer than the smallest
-    floor of the model and a fifth more than the largest, as far as areas of the model can make that. like: a floor that
-    each is to be like, in the place of those of the model. kept: a floor whose rooms and doors each building has, and
-    one functional area or more besides; rooms without a door are left out. costs: see Costs.
+    constraints: on the rooms of each building. Without limits of all rooms, SIZE_MARGIN applies where areas of the
+    model allow. similar_to: a floor that replaces those of the model as example. fixed: a floor whose rooms and doors
+    each building contains, besides at least one more functional area; rooms without a door are left out. costs: see
+    Costs.
 
-    Raises OptionError that lists wishes that no building can meet.
+    Raises OptionError that lists constraints that no building can meet.
     """
 
     model: TypeModel
-    wishes: Wishes = field(default_factory=Wishes)
-    like: TypeFloor | None = None
-    kept: TypeFloor | None = None
+    constraints: Constraints = field(default_factory=Constraints)
+    similar_to: TypeFloor | None = None
+    fixed: TypeFloor | None = None
     costs: Costs = Costs.DENSITY
 
     def __post_init__(self) -> None:
         counts = self.label_counts
         fewest, most = self.slots.bound_rooms(np.column_stack([counts, counts.sum(axis=1)]))
-        self.wishes.check(fewest, most, self.model.schema)
+        self.constraints.check(fewest, most, self.model.schema)
 
     @cached_property
     def areas(self) -> tuple[nx.Graph, ...]:
-        """The functional areas that buildings can have: those of the model, and those that are kept."""
-        return (*self.model.areas, *(self.kept.area_graphs if self.kept else ()))
+        """The functional areas of buildings: those of the model, then the fixed ones."""
+        return (*self.model.areas, *(self.fixed.area_graphs if self.fixed else ()))
 
     @cached_property
     def label_counts(self) -> Counts:
@@ -82,27 +87,27 @@ class BuildingSampler:
 
     @cached_property
     def slots(self) -> Slots:
-        """Where areas can be: of each cluster as many as a floor ever has, and room for those that are kept."""
+        """The slots: for each cluster the most areas of any floor, and enough for the fixed ones."""
         most = self.model.configurations.max(axis=0)
-        kept: list[tuple[int, ...]] = [() for _ in most]
-        if self.like:
-            most = np.maximum(most, self.model.configure(self.like))
-        if self.kept:
-            # What is kept is never all.
-            most = np.maximum(most, self.model.configure(self.kept) + 1)
-            for number, cluster in enumerate(self.kept.clusters, len(self.model.areas)):
-                kept[cluster] += (number,)
-        return Slots(self.model, most, tuple(kept))
+        fixed: list[tuple[int, ...]] = [() for _ in most]
+        if self.similar_to:
+            most = np.maximum(most, self.model.count_clusters(self.similar_to))
+        if self.fixed:
+            # At least one more area.
+            most = np.maximum(most, self.model.count_clusters(self.fixed) + 1)
+            for number, cluster in enumerate(self.fixed.clusters, len(self.model.areas)):
+                fixed[cluster] += (number,)
+        return Slots(self.model, most, tuple(fixed))
 
     @cached_property
-    def functional_references(self) -> References:
-        """What Γ2 compares with: functional graphs."""
-        return References([floor.functional_graph for floor in _thin(self._examples)])
+    def functional_references(self) -> ReferenceGraphs:
+        """The references of Γ2: functional graphs."""
+        return ReferenceGraphs([floor.functional_graph for floor in _thin(self._examples)])
 
     @cached_property
-    def references(self) -> References:
-        """What Γ4 compares with: the graphs of floors."""
-        return References([floor.graph for floor in _thin(self._examples)])
+    def references(self) -> ReferenceGraphs:
+        """The references of Γ4: graphs of floors."""
+        return ReferenceGraphs([floor.graph for floor in _thin(self._examples)])
 
     @cached_property
     def potentials(self) -> CutPotentials:
@@ -112,20 +117,20 @@ class BuildingSampler:
     def sample(
         self, numbers: Sequence[int], *, seed: int, track: Callable[[Sequence[str]], Iterable[str]] = iter
     ) -> list[nx.Graph]:
-        """The buildings of these numbers, 0 … among all of a seed; which are sampled beside it changes none.
+        """Sample the buildings with these numbers, from 0; a building depends only on its number and the seed.
 
         track: wraps the names of the steps, to show progress.
-        Raises ModelError when wishes are not met.
+        Raises ModelError if constraints are not met.
         """
         generators = [np.random.default_rng((seed, number)) for number in numbers]
         steps = iter(track([f"buildings {numbers[0] + 1} to {numbers[-1] + 1}: {step}" for step in STEPS]))
-        # Step 1: how many functional areas of each cluster; and step 3: which.
+        # Step 1: the number of functional areas of each cluster; and step 3: the areas.
         next(steps)
         chosen = self.sample_areas(self._choose_starts(numbers, seed), generators)
-        # Step 2: which of them are joined.
+        # Step 2: the edges between areas.
         next(steps)
         functional_graphs = self.join_areas(chosen, generators)
-        # Step 4: by which doors.
+        # Step 4: the doors of these edges.
         next(steps)
         buildings = self.connect_rooms(chosen, functional_graphs, generators)
         next(steps, None)
@@ -134,24 +139,24 @@ class BuildingSampler:
     def sample_areas(
         self, starts: Counts, generators: Sequence[np.random.Generator], *, traces: list[Floats] | None = None
     ) -> list[list[int]]:
-        """Steps 1 and 3: the areas of each building, the kept ones first; chains start from the given configurations.
+        """Steps 1 and 3: the areas of each building, the fixed ones first.
 
-        traces: gets the costs after each sweep.
+        starts: the configuration from which each chain starts. traces: receives the costs after each sweep.
         """
-        slots, wishes = self.slots, self.wishes
-        if not wishes.rooms and self.costs is not Costs.THESIS:
-            wishes = replace(wishes, rooms=self._bound_size())
+        slots, constraints = self.slots, self.constraints
+        if not constraints.rooms and self.costs is not Costs.THESIS:
+            constraints = replace(constraints, rooms=self._bound_size())
         cost: ConfigurationCost = (
-            DistanceCost(slots, like=self.like)
+            DistanceCost(slots, similar_to=self.similar_to)
             if self.costs is Costs.THESIS
-            else DensityCost(slots, like=self.like, rooms=self.wishes.rooms)
+            else DensityCost(slots, similar_to=self.similar_to, rooms=self.constraints.rooms)
         )
         uniforms = np.stack([generator.random(len(slots.clusters)) for generator in generators])
         filled = slots.fill(starts, uniforms)
-        chains = AreaChains(slots, cost, filled, wishes=wishes, label_counts=self.label_counts)
-        filled = sample_areas(chains, generators, needed=self.wishes, traces=traces)
-        kept = range(len(self.model.areas), len(self.areas))
-        return [[*kept, *(area for area in row if area not in kept and area != EMPTY)] for row in filled.tolist()]
+        chains = AreaChains(slots, cost, filled, constraints=constraints, label_counts=self.label_counts)
+        filled = sample_areas(chains, generators, needed=self.constraints, traces=traces)
+        fixed = range(len(self.model.areas), len(self.areas))
+        return [[*fixed, *(area for area in row if area not in fixed and area != EMPTY)] for row in filled.tolist()]
 
     def join_areas(
         self,
@@ -160,14 +165,14 @@ class BuildingSampler:
         *,
         traces: list[Floats] | None = None,
     ) -> list[nx.Graph]:
-        """Step 2: Ĥ of each building, its nodes the chosen areas in order. traces: gets the costs after each move."""
-        clusters = [*self.model.clusters.tolist(), *(self.kept.clusters if self.kept else ())]
-        functional = self.kept.functional_graph if self.kept else None
+        """Step 2: Ĥ of each building, a node for each chosen area. traces: receives the costs after each move."""
+        clusters = [*self.model.clusters.tolist(), *(self.fixed.clusters if self.fixed else ())]
+        functional = self.fixed.functional_graph if self.fixed else None
         starts = [
-            draw_start([str(clusters[area]) for area in areas], generator, kept=functional)
+            draw_start([str(clusters[area]) for area in areas], generator, fixed=functional)
             for areas, generator in zip(chosen, generators, strict=True)
         ]
-        chains = FunctionalGraphs(self.functional_references, starts, kept=len(functional or ()))
+        chains = FunctionalGraphs(self.functional_references, starts, n_fixed=len(functional or ()))
         graphs = sample_functional_graphs(chains, generators, moves=self.model.edge_moves, traces=traces)
         for graph, generator in zip(graphs, generators, strict=True):
             draw_door_counts(graph, [1] if self.costs is Costs.THESIS else self.model.door_counts, generator)
@@ -181,45 +186,44 @@ class BuildingSampler:
         *,
         traces: list[Floats] | None = None,
     ) -> list[nx.Graph]:
-        """Step 4: the buildings, from their areas and the functional graphs that join them.
-
-        traces: gets the costs after each move.
-        """
+        """Step 4: the buildings, from their areas and functional graphs. traces: receives the costs after each move."""
         buildings = [ConnectedBuilding([self.areas[area] for area in areas]) for areas in chosen]
-        if self.kept:
+        if self.fixed:
             for building in buildings:
-                building.keep_doors(self.kept)
-        kept = len(self.kept.areas) if self.kept else 0
-        chains = NodeConnections(self.references, buildings, functional_graphs, self.potentials, generators, kept=kept)
+                building.add_fixed_doors(self.fixed)
+        fixed = len(self.fixed.areas) if self.fixed else 0
+        chains = NodeConnections(
+            self.references, buildings, functional_graphs, self.potentials, generators, n_fixed=fixed
+        )
         graphs = connect_areas(chains, moves=self.model.door_moves, traces=traces)
-        if self.kept:
-            rooms = [room for area in self.kept.area_graphs for _, room in area.nodes(data="room")]
+        if self.fixed:
+            rooms = [room for area in self.fixed.area_graphs for _, room in area.nodes(data="room")]
             for graph in graphs:
                 nx.set_node_attributes(graph, dict(enumerate(rooms)), "room")
         return graphs
 
     def _bound_size(self) -> tuple[int, int]:
-        """The fewest and the most rooms that a building has when nothing is wished for."""
+        """The minimum and maximum rooms of a building without constraints on them."""
         sizes = [len(floor.graph) for floor in self._examples]
-        kept = len(self.kept.graph) if self.kept else 0
-        smallest = min(map(len, self.model.areas)) if kept else 0
-        most = max(round((1 + BEYOND) * max(sizes)), sum(self.wishes.at_least.values()), kept + smallest)
-        return min(max(round((1 - BEYOND) * min(sizes)), kept), most), most
+        fixed = len(self.fixed.graph) if self.fixed else 0
+        smallest = min(map(len, self.model.areas)) if fixed else 0
+        most = max(round((1 + SIZE_MARGIN) * max(sizes)), sum(self.constraints.at_least.values()), fixed + smallest)
+        return min(max(round((1 - SIZE_MARGIN) * min(sizes)), fixed), most), most
 
     @property
     def _examples(self) -> Sequence[TypeFloor]:
-        """The floors that buildings are to be like."""
-        return [self.like] if self.like else self.model.floors
+        """The floors that buildings should resemble."""
+        return [self.similar_to] if self.similar_to else self.model.floors
 
     def _choose_starts(self, numbers: Sequence[int], seed: int) -> Counts:
-        """The configuration of a floor for each building, each floor once before one comes again."""
+        """The configuration of a floor for each building; no floor is used again before all others."""
         examples = self._examples
         orders = {
             turn: np.random.default_rng((seed, turn, len(examples))).permutation(len(examples))
             for turn in {number // len(examples) for number in numbers}
         }
         chosen = [orders[number // len(examples)][number % len(examples)] for number in numbers]
-        return np.array([self.model.configure(examples[place]) for place in chosen])
+        return np.array([self.model.count_clusters(examples[index]) for index in chosen])
 
 
 def generate_buildings(
@@ -227,20 +231,20 @@ def generate_buildings(
     count: int,
     *,
     seed: int = 0,
-    wishes: Wishes | None = None,
-    like: TypeFloor | None = None,
-    kept: TypeFloor | None = None,
+    constraints: Constraints | None = None,
+    similar_to: TypeFloor | None = None,
+    fixed: TypeFloor | None = None,
     costs: Costs = Costs.DENSITY,
     jobs: int = 1,
     track: Callable[[Sequence[str]], Iterable[str]] = iter,
 ) -> list[nx.Graph]:
-    """New buildings of a type: graphs with nodes 0 … n - 1, a `label` each; the first are the rooms of `kept`.
+    """Generate buildings: graphs with nodes 0 … n - 1, each with a `label`; the first nodes are the rooms of `fixed`.
 
-    wishes, like, kept, costs: see BuildingSampler. jobs: processes; the buildings are the same for any number of them.
-    track: wraps the names of what is done, to show progress.
+    constraints, similar_to, fixed, costs: see BuildingSampler. jobs: processes; the result does not depend on them.
+    track: wraps the names of the steps, to show progress.
 
-    Raises OptionError for no or too many buildings or jobs and for wishes that no building can meet, ModelError for
-    wishes that were not met.
+    Raises OptionError for a count, seed or jobs out of range and for constraints that no building can meet, ModelError
+    for constraints that were not met.
     """
     if not 1 <= count <= MAX_BUILDINGS:
         raise OptionError(f"{count} buildings are wanted, give 1 to {MAX_BUILDINGS}")
@@ -248,25 +252,27 @@ def generate_buildings(
         raise OptionError(f"seed is {seed}, give 0 or more")
     if not 1 <= jobs <= MAX_JOBS:
         raise OptionError(f"jobs is {jobs}, give 1 to {MAX_JOBS}")
-    sampler = BuildingSampler(model, wishes or Wishes(), like, kept, costs)
-    rooms = max(len(floor.graph) for floor in (*model.floors, *([kept] if kept else ())))
-    batches = split_batches(count, max(rooms, sampler.wishes.rooms[1] if sampler.wishes.rooms else 0), jobs=jobs)
+    sampler = BuildingSampler(model, constraints or Constraints(), similar_to, fixed, costs)
+    rooms = max(len(floor.graph) for floor in (*model.floors, *([fixed] if fixed else ())))
+    batches = split_batches(
+        count, max(rooms, sampler.constraints.rooms[1] if sampler.constraints.rooms else 0), jobs=jobs
+    )
     if jobs == 1:
         return [building for batch in batches for building in sampler.sample(batch, seed=seed, track=track)]
     return _sample_in_processes(sampler, batches, seed, jobs, track)
 
 
 def split_batches(count: int, rooms: int, *, jobs: int = 1) -> list[range]:
-    """The numbers 0 … count - 1 in batches whose chains run side by side, which is quicker than one after the other.
+    """The numbers 0 … count - 1 in batches whose chains run side by side, which is faster.
 
-    rooms: of the largest building; the memory that a batch takes grows with their square.
+    rooms: of the largest building; the memory of a batch grows with their square.
     """
     size = max(1, min(BATCH, -(-count // jobs), MAX_PAIRS // rooms**2))
     return [range(first, min(first + size, count)) for first in range(0, count, size)]
 
 
 def _thin(floors: Sequence[TypeFloor]) -> Sequence[TypeFloor]:
-    """Floors to compare with, evenly fewer where counts of their features would fill the memory."""
+    """Every second floor, repeatedly, until the counts of features fit into memory."""
     while len(floors) > 1 and len(floors) * sum(len(floor.graph) for floor in floors) > MAX_FEATURES:
         floors = floors[::2]
     return floors
@@ -283,5 +289,5 @@ def _sample_in_processes(
 
     names = [f"buildings {batch[0] + 1} to {batch[-1] + 1}" for batch in batches]
     run = delayed(BuildingSampler.sample)
-    found = Parallel(n_jobs=jobs, return_as="generator")(run(sampler, batch, seed=seed) for batch in batches)
-    return [building for _, of_batch in zip(track(names), found, strict=True) for building in of_batch]
+    results = Parallel(n_jobs=jobs, return_as="generator")(run(sampler, batch, seed=seed) for batch in batches)
+    return [building for _, buildings in zip(track(names), results, strict=True) for building in buildings]

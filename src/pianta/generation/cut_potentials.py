@@ -1,6 +1,6 @@
-"""Φ(n, n'): how likely a door joins two rooms of different functional areas (thesis, section 7.4.3, step 4).
+"""Φ(n, n'): potential of a door between two rooms of different functional areas (thesis, section 7.4.3, step 4).
 
-The potentials look at the cuts that segmentation made: a good door is one that would be cut again.
+The potentials are learned from the cuts of the segmentation: a good door is one that would be cut again.
 """
 
 from __future__ import annotations
@@ -15,22 +15,26 @@ import numpy as np
 from pianta._types import Floats
 from pianta.generation.type_model import TypeModel
 
-# A room's label, and those of its neighbours but for the other room's and for common ones.
+# The label of a room, and the labels of its neighbours except the other room and common neighbours.
 Star: TypeAlias = tuple[str, tuple[str, ...]]
 # N_1 of an edge: the stars of its two ends, in order, and the labels of their common neighbours.
 Neighborhood: TypeAlias = tuple[Star, Star, tuple[str, ...]]
 
+# Width σ of the Gaussian kernel of Ξ (thesis, section 7.4.3).
 SIGMA = 0.5
+# Rounds of the Weisfeiler-Lehman kernel.
 ITERATIONS = 5
-# Ξ looks at so many of the cuts at most, evenly over the floors, and remembers so many neighbourhoods.
-MAX_CUTS, MAX_KNOWN = 2000, 100_000
+# Ξ uses at most this many cuts, evenly over the floors.
+MAX_CUTS = 2000
+# Neighbourhoods whose Ξ is cached.
+MAX_CACHED = 100_000
 
 
 class CutPotentials:
-    """Ξ and Υ of a model's cuts; Λ is the degree of a room, the number that it is divided by being the same for all.
+    """Ξ and Υ of a model's cuts; Λ is the degree of a room, without its constant divisor.
 
-    closed: the share of cuts that close a triangle: their ends have a common neighbour. None where that is not to
-    count, as in print.
+    closed: the share of cuts that close a triangle, which means that their ends have a common neighbour. None to ignore
+    it, as in the thesis.
     """
 
     def __init__(self, model: TypeModel, *, closing: bool = True) -> None:
@@ -45,16 +49,16 @@ class CutPotentials:
                 for one, other in cuts:
                     neighborhoods.append(describe_neighborhood(labels, neighbors, one, other))
                     pairs[_order(labels[one], labels[other])] += 1
-        # Υ: how many of the cuts are between rooms of these labels.
+        # Υ: the share of cuts between rooms with these labels.
         total = pairs.total()
         self._frequencies = {pair: count / total for pair, count in pairs.items()}
         neighborhoods = neighborhoods[:: -(-len(neighborhoods) // MAX_CUTS) or 1]
-        # One half that does, and one that does not, are counted besides.
+        # With half a cut that closes a triangle and half a cut that does not as prior.
         closed = (sum(bool(common) for *_, common in neighborhoods) + 1 / 2) / (len(neighborhoods) + 1)
         self.closed = closed if closing else None
-        # Ξ: how near a neighbourhood is to those of the cuts, as near as these are to each other.
+        # Ξ: similarity of a neighbourhood to those of the cuts, relative to their similarity to each other.
         self._kernel = WeisfeilerLehman(iterations=ITERATIONS).fit(map(build_neighborhood, neighborhoods))
-        self._known: dict[Neighborhood, float] = {}
+        self._cached: dict[Neighborhood, float] = {}
         self._typical, self._scale = np.zeros(0), 0.0
         if neighborhoods:
             distances = np.sqrt(np.maximum(2 - 2 * self._kernel.compare(), 0))
@@ -62,24 +66,24 @@ class CutPotentials:
             self._scale = float(self._weigh(distances).sum())
 
     def measure_frequency(self, one: str, other: str) -> float:
-        """Υ: the share of cuts that are between two labels."""
+        """Υ: the share of cuts between two labels."""
         return self._frequencies.get(_order(one, other), 0.0)
 
     def measure_resemblance(self, neighborhoods: Iterable[Neighborhood]) -> Mapping[Neighborhood, float]:
-        """Ξ of neighbourhoods, and of all that were asked for before; all are as good where the model has no cuts."""
-        asked = [*neighborhoods]
-        new = [wanted for wanted in dict.fromkeys(asked) if wanted not in self._known]
-        if len(self._known) + len(new) > MAX_KNOWN:
-            self._known.clear()
-            new = [*dict.fromkeys(asked)]
+        """Ξ of neighbourhoods, and of all cached ones; 1 for all if the model has no cuts."""
+        distinct = dict.fromkeys(neighborhoods)
+        new = [neighborhood for neighborhood in distinct if neighborhood not in self._cached]
+        if len(self._cached) + len(new) > MAX_CACHED:
+            self._cached.clear()
+            new = [*distinct]
         if not self._scale:
-            self._known.update(dict.fromkeys(new, 1.0))
-            return self._known
+            self._cached.update(dict.fromkeys(new, 1.0))
+            return self._cached
         if new:
             similarity = self._kernel.compare(map(build_neighborhood, new))
             weights = self._weigh(np.sqrt(np.maximum(2 - 2 * similarity, 0)))
-            self._known.update(zip(new, (weights.sum(axis=1) / self._scale).tolist(), strict=True))
-        return self._known
+            self._cached.update(zip(new, (weights.sum(axis=1) / self._scale).tolist(), strict=True))
+        return self._cached
 
     def _weigh(self, distances: Floats) -> Floats:
         weights: Floats = np.exp(-((distances - self._typical) ** 2) / (2 * SIGMA**2))
@@ -87,15 +91,14 @@ class CutPotentials:
 
 
 def describe_neighborhood(labels: Sequence[str], neighbors: Sequence[set[int]], one: int, other: int) -> Neighborhood:
-    """N_1 of the edge between two nodes, which need not be there: they, their neighbours, and the edges at either.
+    """N_1 of a possible edge between two nodes: these, their neighbours, and their edges.
 
     labels, neighbors: of all nodes.
     """
-    of_one, of_other = neighbors[one] - {other}, neighbors[other] - {one}
-    common = of_one & of_other
+    around = {one: neighbors[one] - {other}, other: neighbors[other] - {one}}
+    common = around[one] & around[other]
     first, second = sorted(
-        (labels[node], tuple(sorted(labels[near] for near in around - common)))
-        for node, around in ((one, of_one), (other, of_other))
+        (labels[node], tuple(sorted(labels[near] for near in nodes - common))) for node, nodes in around.items()
     )
     return first, second, tuple(sorted(labels[near] for near in common))
 

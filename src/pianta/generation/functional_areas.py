@@ -1,7 +1,7 @@
-"""Functional areas: a floor's graph cut into groups of neighbouring rooms (thesis, section 7.3.1).
+"""Functional areas: the graph of a floor divided into groups of neighbouring rooms (thesis, section 7.3.1).
 
-`corr` gives each room to its nearest corridor, `ncut` divides the graph where the normalised cut is least (Shi and
-Malik, 2000). What joins the areas is the functional graph.
+`corr` assigns each room to its nearest corridor, `ncut` divides the graph at the smallest normalised cut (Shi and
+Malik, 2000). The functional graph has a node for each area.
 """
 
 from __future__ import annotations
@@ -17,15 +17,16 @@ from numpy.typing import NDArray
 Area: TypeAlias = frozenset[int]
 Cut: TypeAlias = tuple[int, int]
 
-# The authors stop where the normalised cut is above 0.6; parts of 5 rooms and more give the number of areas that
-# section 7.3.3 prints: 206 for 50 schools as there are of ours, 207 in print.
-MAX_NORMALIZED_CUT, LEAST_ROOMS = 0.6, 5
-# Entries of Fiedler vectors are compared to so many decimals, so that nodes that are alike stay in their order.
+# Parts with a larger normalised cut are not divided (thesis, section 7.3.1).
+MAX_NORMALIZED_CUT = 0.6
+# Rooms of an area of `ncut`; chosen for the number of areas in section 7.3.3: 206 per 50 schools here, 207 there.
+MIN_ROOMS = 5
+# Decimals of Fiedler vectors and cuts, so that equivalent nodes stay in their order.
 DECIMALS = 9
 
 
 class Segmentation(StrEnum):
-    """How a graph is cut: by corridors, or where the normalised cut is least."""
+    """How a graph is divided: by corridors, or at normalised cuts."""
 
     CORR = "corr"
     NCUT = "ncut"
@@ -34,10 +35,9 @@ class Segmentation(StrEnum):
 def find_functional_areas(
     graph: nx.Graph, corridors: Collection[Hashable], *, segmentation: Segmentation
 ) -> tuple[Area, ...]:
-    """The areas of a connected graph with whole numbers for nodes, in the order of their first nodes.
+    """Divide a connected graph with integer nodes into connected areas, in the order of their first nodes.
 
-    Each is connected, and each node is in one.
-    corridors: the nodes that are CORRIDOR; `ncut` does not ask what nodes are.
+    corridors: the nodes of the class CORRIDOR; `ncut` ignores them.
     """
     if segmentation is Segmentation.CORR:
         return segment_by_corridors(graph, corridors)
@@ -45,10 +45,10 @@ def find_functional_areas(
 
 
 def segment_by_corridors(graph: nx.Graph, corridors: Collection[Hashable]) -> tuple[Area, ...]:
-    """`corr`: each ROOM belongs to its nearest CORRIDOR; of several to that of the highest degree, then to the first.
+    """`corr`: each ROOM belongs to its nearest CORRIDOR; of equally near ones to that of the highest degree.
 
-    A CORRIDOR that is no room's nearest is no area of its own, and belongs to the nearest that is, by the same rule;
-    with it the areas of the schools are as many as section 7.3.3 prints. A graph without corridors is one area.
+    A CORRIDOR that is not the nearest of any room belongs to the nearest one that is, by the same rule; this reproduces
+    the number of areas of the schools in section 7.3.3. A graph without corridors is one area.
     """
     rooms = [node for node in graph if node not in corridors]
     hubs = [node for node in graph if node in corridors]
@@ -61,35 +61,35 @@ def segment_by_corridors(graph: nx.Graph, corridors: Collection[Hashable]) -> tu
 
     hub_of = {room: find_nearest(room, hubs) for room in rooms}
     chosen = set(hub_of.values())
-    kept = [hub for hub in hubs if hub in chosen] or [max(hubs, key=graph.degree)]
-    hub_of |= {hub: hub if hub in kept else find_nearest(hub, kept) for hub in hubs}
-    return _gather_areas(graph, [[node for node in graph if hub_of[node] == hub] for hub in kept])
+    centers = [hub for hub in hubs if hub in chosen] or [max(hubs, key=graph.degree)]
+    hub_of |= {hub: hub if hub in centers else find_nearest(hub, centers) for hub in hubs}
+    return _sort_areas(graph, [[node for node in graph if hub_of[node] == hub] for hub in centers])
 
 
 def segment_by_normalized_cut(
-    graph: nx.Graph, *, max_cut: float = MAX_NORMALIZED_CUT, least: int = LEAST_ROOMS
+    graph: nx.Graph, *, max_cut: float = MAX_NORMALIZED_CUT, min_rooms: int = MIN_ROOMS
 ) -> tuple[Area, ...]:
-    """`ncut`: divide a graph in two where the normalised cut is least, and each part again.
+    """`ncut`: divide a graph at the smallest normalised cut, and each part again.
 
-    A part stays whole when that cut is above `max_cut`, or leaves fewer than `least` nodes on a side.
+    A part is not divided if that cut is above `max_cut`, or leaves fewer than `min_rooms` nodes on a side.
     """
     areas, parts = [], [list(graph)]
     while parts:
         part = parts.pop()
-        divided = _divide(graph.subgraph(part), part, max_cut, least)
+        divided = _divide(graph.subgraph(part), part, max_cut, min_rooms)
         if divided is None:
             areas.append(part)
             continue
         for side in divided:
-            # One side of a cut may fall apart; areas are connected.
+            # A side of a cut may be in several parts, but areas are connected.
             pieces = nx.connected_components(graph.subgraph(side))
             parts.extend([node for node in graph if node in piece] for piece in pieces)
-    return _gather_areas(graph, areas)
+    return _sort_areas(graph, areas)
 
 
 def find_cuts(graph: nx.Graph, areas: Iterable[Area]) -> dict[tuple[int, int], list[Cut]]:
-    """The edges between areas, by the places of the two areas, the smaller first; nodes in the order of the areas."""
-    area_of = {node: place for place, area in enumerate(areas) for node in area}
+    """The edges between areas, by the sorted indices of the two areas; nodes in the order of the areas."""
+    area_of = {node: index for index, area in enumerate(areas) for node in area}
     cuts: dict[tuple[int, int], list[Cut]] = {}
     for one, other in graph.edges:
         ends = sorted((one, other), key=lambda node: area_of[node])
@@ -100,36 +100,38 @@ def find_cuts(graph: nx.Graph, areas: Iterable[Area]) -> dict[tuple[int, int], l
 
 
 def build_functional_graph(graph: nx.Graph, areas: Sequence[Area], labels: Sequence[str]) -> nx.Graph:
-    """H: a node an area, by its place, with a label each; an edge where a cut joins two areas, `cuts` their number."""
+    """H: a node for each area with its label; an edge for each two areas with cuts, `cuts` their number."""
     functional = nx.Graph()
-    functional.add_nodes_from((place, {"label": label}) for place, label in zip(range(len(areas)), labels, strict=True))
+    functional.add_nodes_from((index, {"label": label}) for index, label in zip(range(len(areas)), labels, strict=True))
     functional.add_edges_from((*pair, {"cuts": len(cuts)}) for pair, cuts in find_cuts(graph, areas).items())
     return functional
 
 
-def _gather_areas(graph: nx.Graph, parts: Iterable[Collection[int]]) -> tuple[Area, ...]:
-    places = {node: place for place, node in enumerate(graph)}
-    return tuple(sorted(map(frozenset, parts), key=lambda area: min(places[node] for node in area)))
+def _sort_areas(graph: nx.Graph, parts: Iterable[Collection[int]]) -> tuple[Area, ...]:
+    order = {node: index for index, node in enumerate(graph)}
+    return tuple(sorted(map(frozenset, parts), key=lambda area: min(order[node] for node in area)))
 
 
-def _divide(graph: nx.Graph, nodes: Sequence[int], max_cut: float, least: int) -> tuple[list[int], list[int]] | None:
-    """The two sides of the least normalised cut along the Fiedler vector; None where it is not to be cut."""
-    if len(nodes) < 2 * least:
+def _divide(
+    graph: nx.Graph, nodes: Sequence[int], max_cut: float, min_rooms: int
+) -> tuple[list[int], list[int]] | None:
+    """The two sides of the smallest normalised cut along the Fiedler vector; None if it is not to be divided."""
+    if len(nodes) < 2 * min_rooms:
         return None
     adjacency = nx.to_numpy_array(graph, nodelist=nodes, weight=None)
     order = np.argsort(_find_fiedler_vector(adjacency), kind="stable")
     adjacency = adjacency[np.ix_(order, order)]
     degrees = adjacency.sum(axis=0)
     firsts = np.arange(1, len(nodes))
-    # Cut(s_a, s_b) of the first k nodes grows by the edges of node k to later ones, less those to earlier ones.
+    # With node k on the first side, the cut gains its edges to later nodes and loses those to earlier ones.
     later = np.triu(adjacency).sum(axis=1) - np.tril(adjacency).sum(axis=1)
     cut = np.cumsum(later)[:-1]
     association = np.cumsum(degrees)[:-1]
     normalized = (cut / association + cut / (degrees.sum() - association)).round(DECIMALS)
     best = int(normalized.argmin())
-    if normalized[best] > max_cut or not least <= firsts[best] <= len(nodes) - least:
+    if normalized[best] > max_cut or not min_rooms <= firsts[best] <= len(nodes) - min_rooms:
         return None
-    ordered = [nodes[place] for place in order]
+    ordered = [nodes[index] for index in order]
     return ordered[: firsts[best]], ordered[firsts[best] :]
 
 

@@ -12,8 +12,8 @@ from pianta._arguments import check_argument
 from pianta.errors import BuildingWarning, GraphError, LabelError, OptionError
 from pianta.floor import Floor
 from pianta.generation.buildings import Costs, generate_buildings
-from pianta.generation.type_model import TypeFloor, TypeModel, recognize_areas
-from pianta.generation.wishes import Wishes
+from pianta.generation.constraints import Constraints
+from pianta.generation.type_model import TypeFloor, TypeModel, assign_area_clusters
 from pianta.graphs.labelled_graphs import name_some
 from pianta.io._files import short_repr
 
@@ -25,7 +25,7 @@ def generate(
     rooms: int | tuple[int, int] | None = None,
     at_least: Mapping[str, int] | None = None,
     at_most: Mapping[str, int] | None = None,
-    like: Floor | nx.Graph | None = None,
+    similar_to: Floor | nx.Graph | None = None,
     keep: Floor | nx.Graph | None = None,
     costs: str = "density",
     seed: int = 0,
@@ -39,24 +39,24 @@ def generate(
     Parameters
     ----------
     model
-        Model of the building type, of `train_type` or `load_model`.
+        Model of the building type, from `train_type` or `load_model`.
     count
-        How many buildings.
+        Number of buildings.
     rooms
-        Rooms of each building, corridors included: their number, or the fewest and the most. None for any number.
+        Number of rooms of each building, corridors included; or minimum and maximum. None for the sizes of the model.
     at_least, at_most
-        Label -> fewest, or most, rooms of this label.
-    like
-        A floor that the buildings are to be like, and about as large.
+        Label -> minimum, or maximum, number of rooms with this label.
+    similar_to
+        A floor that the buildings resemble, also in size.
     keep
-        A floor whose rooms and doors each building has, besides others; `room` is their id in the new graphs. Rooms
-        without a door are left out, with a warning.
+        A floor whose rooms and doors each building contains, besides others; `room` is their id in the new graphs.
+        Rooms without a door are left out, with a warning.
     costs
-        What the sampler follows: "density", or "thesis" for the costs of section 7.4.3.
+        Costs of the sampler: "density", or "thesis" for those of section 7.4.3.
     seed
         The same seed gives the same buildings.
     jobs
-        Processes; the buildings are the same for any number of them.
+        Number of processes; the buildings do not depend on it.
     track
         Wraps the names of the steps, to show progress.
 
@@ -68,16 +68,16 @@ def generate(
     Raises
     ------
     OptionError
-        An option makes no sense, or no building can meet the numbers of rooms.
+        An option is out of range, or no building can have these numbers of rooms.
     ModelError
-        No building met the numbers of rooms in time.
+        No sampled building had these numbers of rooms.
     GraphError, LabelError
-        `like` or `keep` has no doors, or labels that the model does not have.
+        `similar_to` or `keep` has no doors, or labels that the model does not have.
 
     Warns
     -----
     BuildingWarning
-        Rooms of `like` or `keep` have no door.
+        Rooms of `similar_to` or `keep` have no door.
 
     References
     ----------
@@ -96,36 +96,30 @@ def generate(
         model,
         count,
         seed=seed,
-        wishes=Wishes(
-            rooms=_take_range(rooms),
+        constraints=Constraints(
+            # Accepts integers of NumPy.
+            rooms=(int(rooms), int(rooms)) if isinstance(rooms, int | np.integer) else rooms,
             at_least=at_least or {},
             at_most=at_most or {},
         ),
-        like=_take_floor(like, model),
-        kept=_take_floor(keep, model),
+        similar_to=_assign_clusters(similar_to, model),
+        fixed=_assign_clusters(keep, model),
         costs=Costs(costs),
         jobs=jobs,
         track=track,
     )
 
 
-def _take_range(rooms: int | tuple[int, int] | None) -> tuple[int, int] | None:
-    """The fewest and the most rooms; a number of NumPy is a number."""
-    if isinstance(rooms, int | np.integer):
-        return int(rooms), int(rooms)
-    return rooms
-
-
-def _take_floor(floor: Floor | nx.Graph | None, model: TypeModel) -> TypeFloor | None:
-    """The functional areas of a floor, as the model clusters them; warns of rooms without a door."""
+def _assign_clusters(floor: Floor | nx.Graph | None, model: TypeModel) -> TypeFloor | None:
+    """Divide a floor into functional areas of the model; warns of rooms without a door."""
     if floor is None:
         return None
     graph = floor.graph() if isinstance(floor, Floor) else floor
     name = f"floor {short_repr(graph.graph.get('source', ''))}"
     try:
-        known = recognize_areas(graph, model)
+        type_floor = assign_area_clusters(graph, model)
     except (GraphError, LabelError) as error:
         raise type(error)(f"{name}: {error}") from error
     if alone := [node for node, doors in graph.degree if not doors]:
         warnings.warn(BuildingWarning(f"{name}: rooms {name_some(alone)} have no door and are left out"), stacklevel=3)
-    return known
+    return type_floor

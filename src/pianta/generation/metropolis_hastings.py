@@ -9,15 +9,16 @@ from numpy.typing import NDArray
 
 from pianta._types import Floats, Indices, Mask
 
-# Costs are compared to so many decimals, so that other ways to add numbers up decide the same on other machines.
+# Costs are rounded to this many decimals, so that another order of sums gives the same decisions on all machines.
 DECIMALS = 9
+# Iterations whose random numbers are drawn at once.
 BLOCK = 256
 
 
 def draw_uniforms(generators: Sequence[np.random.Generator], columns: int) -> Iterator[Floats]:
-    """Numbers in [0, 1), shape (chains, columns), for one iteration after the other.
+    """Yield numbers in [0, 1), shape (chains, columns), for each iteration.
 
-    Each chain draws from its own generator, so what it does never depends on which chains run beside it.
+    Each chain has its own generator, so that it does not depend on the other chains.
     """
     while True:
         block = np.stack([generator.random((BLOCK, columns)) for generator in generators], axis=1)
@@ -25,15 +26,15 @@ def draw_uniforms(generators: Sequence[np.random.Generator], columns: int) -> It
 
 
 def choose(draws: Floats, counts: NDArray[np.integer]) -> Indices:
-    """Whole numbers from 0 up to, without, the counts, all as likely."""
+    """Uniform integers in [0, count)."""
     chosen: Indices = np.minimum((draws * counts).astype(np.intp), np.maximum(counts, 1) - 1)
     return chosen
 
 
 def accept(costs: Floats, proposed: Floats, draws: Floats) -> Mask:
-    """Which chains move: with probability min(1, exp(Γ(g) - Γ(g'))), the costs times α already (eq. 7.3).
+    """Which chains move: with probability min(1, exp(Γ(g) - Γ(g'))), the costs times α (eq. 7.3).
 
-    The proposal distributions are taken for symmetric, as in the thesis. A proposal with an infinite cost is none.
+    Proposals count as symmetric, as in the thesis. One with an infinite cost is never accepted.
     """
     gains = np.minimum((costs - proposed).round(DECIMALS), 0)
     accepted: Mask = draws < np.exp(gains)
@@ -41,9 +42,9 @@ def accept(costs: Floats, proposed: Floats, draws: Floats) -> Mask:
 
 
 def measure_convergence(traces: Floats) -> float:
-    """R̂, near 1 when chains with the same target have mixed (Gelman and Rubin, 1992; Koller and Friedman, p. 523).
+    """R̂, near 1 if chains with the same target have mixed (Gelman and Rubin, 1992; Koller and Friedman, p. 523).
 
-    traces: a number that each chain had in each iteration, shape (chains, iterations), two of each at least.
+    traces: a number of each chain in each iteration, shape (chains, iterations), at least (2, 2).
     """
     iterations = traces.shape[1]
     within = float(traces.var(axis=1, ddof=1).mean())

@@ -1,4 +1,4 @@
-"""Step 4 of section 7.4.3: between which rooms the doors of joined functional areas are."""
+"""Step 4 of section 7.4.3: the rooms of the doors between functional areas."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ import numpy as np
 from pianta._types import Floats
 from pianta.generation.cut_potentials import CutPotentials, Neighborhood, describe_neighborhood
 from pianta.generation.functional_graph import is_planar
-from pianta.generation.gram_rows import GraphBatch, References
+from pianta.generation.incremental_gram import IncrementalGram, ReferenceGraphs
 from pianta.generation.metropolis_hastings import accept
 from pianta.generation.type_model import TypeFloor
 
 Pair = tuple[int, int]
 
+# Draws of a door before it is given up because the graph is not planar with it. Chosen by hand.
 PLANAR_TRIES = 20
 
 
 @dataclass(eq=False)
 class Candidates:
-    """Pairs of rooms that a door could join, their neighbourhoods, and Λ Λ Υ of each."""
+    """Pairs of rooms for a new door, with the neighbourhood and Λ Λ Υ of each."""
 
     pairs: list[Pair] = field(default_factory=list)
     neighborhoods: list[Neighborhood] = field(default_factory=list)
     weights: list[float] = field(default_factory=list)
 
     def draw(self, potentials: CutPotentials, uniform: float) -> Pair:
-        """A pair by P_conn.
+        """Draw a pair by P_conn.
 
-        Pairs with a common neighbour together are as likely as cuts of the model have one. By degrees and labels alone
-        the doors of three areas would meet in their largest corridors, and those of two in one room, where the doors of
-        real floors keep apart.
+        The total probability of pairs with a common neighbour is the share of such cuts of the model. By degrees and
+        labels alone, too many doors would meet in the same rooms.
         """
         resemblance = potentials.measure_resemblance(self.neighborhoods)
         weights = np.array(self.weights) * [resemblance[around] for around in self.neighborhoods]
@@ -46,10 +46,10 @@ class Candidates:
 
 
 class ConnectedBuilding:
-    """Ĝ of one chain of step 4: the rooms of its functional areas, and a door or more for each edge of Ĥ.
+    """Ĝ of one chain of step 4: the rooms of its functional areas, and at least one door for each edge of Ĥ.
 
-    labels: of rooms 0 … areas: the rooms of each. doors: by edge of Ĥ, the pairs of rooms that it joins. known_ends: by
-    edge of Ĥ, the room at one end of each of its doors, where that is known.
+    labels: of rooms 0 … n - 1. areas: the rooms of each. doors: edge of Ĥ -> the pairs of rooms of its doors.
+    known_ends: edge of Ĥ -> the room at the known end of each of its doors, if known.
     """
 
     def __init__(self, areas: Sequence[nx.Graph]) -> None:
@@ -60,65 +60,67 @@ class ConnectedBuilding:
         self.known_ends: dict[Pair, list[int]] = {}
         for area in areas:
             first = len(self.labels)
-            places = {node: first + place for place, node in enumerate(area)}
+            numbers = {node: first + rank for rank, node in enumerate(area)}
             self.areas.append(range(first, first + len(area)))
             self.labels += [label for _, label in area.nodes(data="label")]
-            self.neighbors += [{places[near] for near in area[node]} for node in area]
+            self.neighbors += [{numbers[near] for near in area[node]} for node in area]
 
-    def keep_doors(self, floor: TypeFloor) -> None:
-        """Join the first areas, which are those of a floor, by its doors, which never move."""
+    def add_fixed_doors(self, floor: TypeFloor) -> None:
+        """Add the doors of a floor, whose areas are the first ones; they never move."""
         rooms = {
-            node: self.areas[place][rank]
-            for place, area in enumerate(floor.area_graphs)
+            node: self.areas[index][rank]
+            for index, area in enumerate(floor.area_graphs)
             for rank, node in enumerate(area)
         }
         for cuts in floor.cuts.values():
             for one, other in cuts:
-                self.join(rooms[one], rooms[other])
+                self.connect(rooms[one], rooms[other])
 
-    def join(self, one: int, other: int) -> None:
+    def connect(self, one: int, other: int) -> None:
         """Add a door."""
         self.neighbors[one].add(other)
         self.neighbors[other].add(one)
 
-    def part(self, one: int, other: int) -> None:
+    def disconnect(self, one: int, other: int) -> None:
         """Remove a door."""
         self.neighbors[one].discard(other)
         self.neighbors[other].discard(one)
 
-    def list_candidates(self, edge: Pair, potentials: CutPotentials, *, place: int = 0) -> Candidates:
-        """S_û of a door of an edge, by its place among its doors: the pairs of rooms of two areas that it may join.
+    def list_candidates(self, edge: Pair, potentials: CutPotentials, *, index: int = 0) -> Candidates:
+        """S_û of a door of an edge, by its index: the pairs of rooms of two areas without a door.
 
-        No door joins them, and the model's cuts have their labels; where they have none of such labels, all pairs.
+        Only pairs with the labels of a cut of the model; without such pairs, all pairs.
         """
-        found = Candidates()
-        ones = self.known_ends[edge][place : place + 1] if edge in self.known_ends else self.areas[edge[0]]
-        for anything in (False, True):
+        candidates = Candidates()
+        ones = self.known_ends[edge][index : index + 1] if edge in self.known_ends else self.areas[edge[0]]
+        for any_labels in (False, True):
             for one in ones:
                 for other in self.areas[edge[1]]:
-                    frequency = 1.0 if anything else potentials.measure_frequency(self.labels[one], self.labels[other])
+                    frequency = (
+                        1.0 if any_labels else potentials.measure_frequency(self.labels[one], self.labels[other])
+                    )
                     if not frequency or other in self.neighbors[one]:
                         continue
-                    # Λ: rooms with more doors get more; one without any has one when it is joined.
+                    # Λ: the degree; a room without doors has 1, its degree with the new door.
                     degrees = max(len(self.neighbors[one]), 1) * max(len(self.neighbors[other]), 1)
                     around = describe_neighborhood(self.labels, self.neighbors, one, other)
-                    found.pairs.append((one, other))
-                    found.neighborhoods.append(around)
-                    found.weights.append(frequency * degrees)
-            if found.pairs:
+                    candidates.pairs.append((one, other))
+                    candidates.neighborhoods.append(around)
+                    candidates.weights.append(frequency * degrees)
+            if candidates.pairs:
                 break
-        return found
+        return candidates
 
     def is_planar(self) -> bool:
-        """Whether its graph is; areas that no door joins yet are parts of it."""
+        """Whether its graph is planar; there are at most as many components as areas."""
         return is_planar(self.list_doors(), len(self.labels), parts=len(self.areas))
 
     def list_doors(self) -> list[Pair]:
-        """All pairs of rooms that a door joins, sorted."""
+        """All pairs of rooms with a door, sorted."""
         return [(one, other) for one, near in enumerate(self.neighbors) for other in sorted(near) if one < other]
 
     def to_graph(self) -> nx.Graph:
-        """The building as it is now."""
+        """The graph of the building."""
         graph = nx.Graph()
         graph.add_nodes_from((room, {"label": label}) for room, label in enumerate(self.labels))
         graph.add_edges_from(self.list_doors())
@@ -127,47 +129,47 @@ class ConnectedBuilding:
 
 @dataclass(frozen=True, eq=False)
 class _Move:
-    """One door of an edge of Ĥ, to be replaced by another."""
+    """One door of an edge of Ĥ, to be replaced."""
 
     chain: int
     edge: Pair
-    place: int
+    index: int
     old: Pair
     candidates: Candidates
 
 
 class NodeConnections:
-    """The chains of step 4: n buildings, their doors moved one by one.
+    """The chains of step 4: n buildings, whose doors move one by one.
 
     references: the graphs of the model. functional_graphs: Ĥ of each building, its edges with their number of doors,
-    `cuts`; the first areas, `kept` of them, are joined already. generators: one of each building.
+    `cuts`. generators: one for each building. n_fixed: number of fixed areas, the first ones, which have their doors.
     """
 
     def __init__(
         self,
-        references: References,
+        references: ReferenceGraphs,
         buildings: Sequence[ConnectedBuilding],
         functional_graphs: Sequence[nx.Graph],
         potentials: CutPotentials,
         generators: Sequence[np.random.Generator],
         *,
-        kept: int = 0,
+        n_fixed: int = 0,
     ) -> None:
         self.buildings, self.potentials, self.generators = buildings, potentials, generators
         for building, functional, generator in zip(buildings, functional_graphs, generators, strict=True):
-            # In the order of the areas, however the graph holds its edges.
+            # Sorted, because the order of edges in a graph varies.
             for edge in sorted((min(edge), max(edge)) for edge in functional.edges):
-                if edge[1] >= kept:
+                if edge[1] >= n_fixed:
                     self._draw_start(building, edge, functional.edges[edge]["cuts"], generator)
-        # Where a door had to leave a graph that is not planar, or kept rooms have bridges, no other makes it worse.
-        self._bridged = {chain for chain, building in enumerate(buildings) if not building.is_planar()}
-        self.batch = GraphBatch(references, [building.to_graph() for building in buildings])
+        # Buildings that start non-planar may stay so.
+        self._non_planar = {chain for chain, building in enumerate(buildings) if not building.is_planar()}
+        self.batch = IncrementalGram(references, [building.to_graph() for building in buildings])
         self.costs = self.batch.measure_costs()
 
     def move(self) -> None:
-        """T4 on each chain: a door, chosen at random, moves to a pair of rooms drawn by P_conn."""
+        """T4 on each chain: a random door moves to a pair of rooms drawn by P_conn."""
         moves = [move for chain in range(len(self.buildings)) if (move := self._choose_door(chain)) is not None]
-        # For all chains at once, which is quicker.
+        # Cached for all chains at once, which is faster.
         self.potentials.measure_resemblance(around for move in moves for around in move.candidates.neighborhoods)
         uniforms = {move.chain: self.generators[move.chain].random(2) for move in moves}
         proposed = {
@@ -184,60 +186,60 @@ class NodeConnections:
         refused = {}
         for move, new in proposed.items():
             building = self.buildings[move.chain]
-            building.part(*move.old)
-            building.join(*new)
+            building.disconnect(*move.old)
+            building.connect(*new)
             planar = building.is_planar()
-            if accepted[move.chain] and (planar or move.chain in self._bridged):
+            if accepted[move.chain] and (planar or move.chain in self._non_planar):
                 if planar:
-                    self._bridged.discard(move.chain)
-                building.doors[move.edge][move.place] = new
+                    self._non_planar.discard(move.chain)
+                building.doors[move.edge][move.index] = new
                 self.costs[move.chain] = costs[move.chain]
                 continue
-            building.part(*new)
-            building.join(*move.old)
+            building.disconnect(*new)
+            building.connect(*move.old)
             refused[move] = new
         self._change(refused, forward=False)
 
     def _draw_start(self, building: ConnectedBuilding, edge: Pair, count: int, generator: np.random.Generator) -> None:
-        """So many doors for an edge of Ĥ, drawn by P_conn, and drawn again where they leave a graph that is not planar.
+        """Draw `count` doors for an edge of Ĥ by P_conn; redraw a door if the graph is not planar with it.
 
-        A door that never fits is not made, unless it is the only one.
+        A door that stays non-planar is omitted, except an only door and a door with a known end.
         """
         doors: list[Pair] = []
         for _ in range(count):
-            candidates = building.list_candidates(edge, self.potentials, place=len(doors))
+            candidates = building.list_candidates(edge, self.potentials, index=len(doors))
             if not candidates.pairs:
                 break
             for _ in range(PLANAR_TRIES):
                 pair = candidates.draw(self.potentials, float(generator.random()))
-                building.join(*pair)
+                building.connect(*pair)
                 if building.is_planar():
                     doors.append(pair)
                     break
-                building.part(*pair)
+                building.disconnect(*pair)
             else:
                 if not doors or edge in building.known_ends:
-                    building.join(*pair)
+                    building.connect(*pair)
                     doors.append(pair)
         if doors:
             building.doors[edge] = doors
 
     def _choose_door(self, chain: int) -> _Move | None:
-        """A door of a building that may move; None when it has none."""
+        """A random door of a building, with its candidates; None if it has no door that may move."""
         building, generator = self.buildings[chain], self.generators[chain]
         edges = list(building.doors)
         if not edges:
             return None
         edge = edges[int(generator.integers(len(edges)))]
-        place = int(generator.integers(len(building.doors[edge])))
-        old = building.doors[edge][place]
-        building.part(*old)
-        candidates = building.list_candidates(edge, self.potentials, place=place)
-        building.join(*old)
-        return _Move(chain, edge, place, old, candidates)
+        index = int(generator.integers(len(building.doors[edge])))
+        old = building.doors[edge][index]
+        building.disconnect(*old)
+        candidates = building.list_candidates(edge, self.potentials, index=index)
+        building.connect(*old)
+        return _Move(chain, edge, index, old, candidates)
 
     def _change(self, moves: Mapping[_Move, Pair], *, forward: bool) -> None:
-        """Replace the old doors by the new ones in the batch, or the other way round."""
+        """Replace the old doors by the new ones in the batch, or the reverse."""
         moves = {move: new for move, new in moves.items() if new != move.old}
         chains = np.array([move.chain for move in moves], np.intp)
         old = np.array([move.old for move in moves], np.intp).reshape(-1, 2)
@@ -250,9 +252,9 @@ class NodeConnections:
 
 
 def connect_areas(chains: NodeConnections, *, moves: int, traces: list[Floats] | None = None) -> list[nx.Graph]:
-    """Run the chains for so many moves: the graphs of the buildings, their rooms in the order of the areas.
+    """Run the chains for a number of moves; return the buildings, their rooms in the order of the areas.
 
-    traces: gets the costs after each move.
+    traces: receives the costs after each move.
     """
     for _ in range(moves):
         chains.move()

@@ -1,4 +1,4 @@
-"""M = {G, H, C}: what the floors of a building type have in common (thesis, sections 7.2 and 7.3)."""
+"""The model of a building type, M = {G, H, C} (thesis, sections 7.2 and 7.3)."""
 
 from __future__ import annotations
 
@@ -31,10 +31,12 @@ from pianta.labels import LabelConvention, LabelSchema, standard_name
 
 Counts: TypeAlias = NDArray[np.int64]
 
-# Iterations of the authors.
-SWEEPS, EDGE_MOVES, DOOR_MOVES = 300, 2000, 100
-LEAST_FLOORS = 2
-# The time and the memory of all steps grow with the square of the rooms of a floor.
+# Iterations of steps 1, 2 and 4: those of the authors (thesis, section 7.4).
+SWEEPS = 300
+EDGE_MOVES = 2000
+DOOR_MOVES = 100
+MIN_FLOORS = 2
+# Rooms of a floor; time and memory of all steps grow with their square.
 MAX_ROOMS = 1000
 # R-hat below which chains have mixed (Gelman and Rubin, 1992).
 MIXED_BELOW = 1.1
@@ -42,20 +44,20 @@ MIXED_BELOW = 1.1
 
 @dataclass(frozen=True)
 class Mixing:
-    """What was found of one step: its iterations, and R̂ of the median target in the second half of them."""
+    """Iterations of one step, and R̂ of the median target in their second half."""
 
     iterations: int
     convergence: float
 
     @property
     def has_mixed(self) -> bool:
-        """Whether R̂ is below 1.1, rather than that nobody waits any longer."""
+        """Whether R̂ is below 1.1; otherwise the limit of iterations was reached."""
         return self.convergence < MIXED_BELOW
 
 
 @dataclass(frozen=True)
 class ModelMixing:
-    """What was found of steps 1, 2 and 4."""
+    """The mixing of steps 1, 2 and 4."""
 
     sweeps: Mixing
     edge_moves: Mixing
@@ -64,11 +66,10 @@ class ModelMixing:
 
 @dataclass(frozen=True, eq=False)
 class TypeFloor:
-    """A floor in functional areas, and the clusters of these.
+    """A floor divided into functional areas.
 
-    source: its name. graph: connected, nodes 0 … n - 1 with a `label` each, and maybe an `area`, m². areas: the nodes
-    of each functional area.
-    clusters: of each area, numbered from 0 over all floors of a model.
+    source: its name. graph: connected, nodes 0 … n - 1 with a `label` and optionally an `area`, m². areas: the nodes of
+    each functional area. clusters: the cluster of each area, numbered from 0 over all floors of a model.
     """
 
     source: str
@@ -78,37 +79,36 @@ class TypeFloor:
 
     @cached_property
     def cuts(self) -> dict[tuple[int, int], list[Cut]]:
-        """The edges between areas, by the places of the areas."""
+        """The edges between areas, by the indices of the areas."""
         return find_cuts(self.graph, self.areas)
 
     @cached_property
     def functional_graph(self) -> nx.Graph:
-        """H: a node an area, its label its cluster."""
+        """H: a node for each area, labelled with its cluster."""
         return build_functional_graph(self.graph, self.areas, [str(cluster) for cluster in self.clusters])
 
     @cached_property
     def area_graphs(self) -> tuple[nx.Graph, ...]:
-        """The part of the graph that is each area, its nodes in order."""
-        return tuple(take_area(self.graph, area) for area in self.areas)
+        """The subgraph of each area, its nodes in order."""
+        return tuple(area_subgraph(self.graph, area) for area in self.areas)
 
 
 @dataclass(frozen=True, eq=False)
 class TypeModel:
-    """The floors of a building type, their functional areas, and the clusters of these.
+    """The floors of a building type, their functional areas, and the clusters of the areas.
 
     Attributes
     ----------
     schema
         The labels of the type.
     segmentation
-        How functional areas are found.
+        How floors are divided into functional areas.
     floors
-        Each floor, in functional areas.
+        The floors with their functional areas.
     sweeps, edge_moves, door_moves
-        Iterations of the chains of steps 1, 2 and 4: those of the authors, or what `train_type` found that the chains
-        take.
+        Iterations of the chains of steps 1, 2 and 4: those of the authors, or a larger number by `train_type`.
     mixing
-        What `train_type` found; None if unknown, as in a model from a file.
+        The measurement of `train_type`; None if unknown, as in a model from a file.
 
     References
     ----------
@@ -129,12 +129,12 @@ class TypeModel:
         Parameters
         ----------
         path
-            The file; an older one is replaced.
+            The file; an existing one is replaced.
 
         Raises
         ------
         ModelError
-            The model could not be read again.
+            `load_model` could not read the model.
         PiantaError
             The file cannot be written.
         """
@@ -149,7 +149,7 @@ class TypeModel:
 
     @cached_property
     def areas(self) -> tuple[nx.Graph, ...]:
-        """The functional areas of all floors, those of a floor after each other."""
+        """The functional areas of all floors, floor by floor."""
         return tuple(area for floor in self.floors for area in floor.area_graphs)
 
     @cached_property
@@ -160,20 +160,20 @@ class TypeModel:
     @cached_property
     def configurations(self) -> Counts:
         """V: the number of areas of each cluster on each floor, shape (floors, clusters)."""
-        return np.array([self.configure(floor) for floor in self.floors])
+        return np.array([self.count_clusters(floor) for floor in self.floors])
 
     @cached_property
     def door_counts(self) -> list[int]:
-        """The number of cuts of each edge of the functional graphs, sorted; 1 where no floor has any."""
+        """The number of cuts of each edge of the functional graphs, sorted; [1] if there are no edges."""
         return sorted(len(cuts) for floor in self.floors for cuts in floor.cuts.values()) or [1]
 
-    def configure(self, floor: TypeFloor) -> Counts:
-        """Give V of a floor: how many areas of each cluster it has.
+    def count_clusters(self, floor: TypeFloor) -> Counts:
+        """V of a floor: the number of its areas in each cluster.
 
         Parameters
         ----------
         floor
-            A floor in areas of the clusters of this model.
+            A floor with areas in the clusters of this model.
 
         Returns
         -------
@@ -196,8 +196,8 @@ def learn_type(
 ) -> TypeModel:
     """Build the model of a building type from the graphs of its floors.
 
-    graphs: as `Floor.graph` gives them.
-    Raises ModelError for fewer than two floors, and one that lists each floor that a model cannot take and why.
+    graphs: as of `Floor.graph`.
+    Raises ModelError for fewer than two floors, and for invalid floors, with the fault of each.
     """
     prepared, faults = [], []
     for number, graph in enumerate(graphs, 1):
@@ -207,12 +207,12 @@ def learn_type(
             faults.append(f"floor {short_repr(graph.graph.get('source') or number)}: {error}")
     if faults:
         raise ModelError(join_faults(faults))
-    if len(prepared) < LEAST_FLOORS:
+    if len(prepared) < MIN_FLOORS:
         raise ModelError(f"{len(prepared)} floor{'s' * (len(prepared) != 1)} given, give two at least, better dozens")
-    # 7.3.1: each graph is cut into functional areas, which gives its functional graph as well.
-    areas = [_cut(graph, schema, segmentation) for graph in prepared]
-    # 7.3.2: areas of all graphs that are alike are a cluster.
-    parts = [take_area(graph, area) for graph, own in zip(prepared, areas, strict=True) for area in own]
+    # 7.3.1: divide each graph into functional areas, which defines its functional graph as well.
+    areas = [_segment(graph, schema, segmentation) for graph in prepared]
+    # 7.3.2: cluster similar areas of all graphs.
+    parts = [area_subgraph(graph, area) for graph, own in zip(prepared, areas, strict=True) for area in own]
     clusters = cluster_areas(compare_areas(parts, kernel=kernel), segmentation=segmentation).tolist()
     ends = np.cumsum([len(own) for own in areas]).tolist()
     floors = [
@@ -222,66 +222,66 @@ def learn_type(
     return TypeModel(schema, segmentation, tuple(floors))
 
 
-def recognize_areas(graph: nx.Graph, model: TypeModel) -> TypeFloor:
-    """A floor that a model does not know, in functional areas, each of the cluster of the area that it is most like.
+def assign_area_clusters(graph: nx.Graph, model: TypeModel) -> TypeFloor:
+    """Divide a new floor into functional areas, and assign each to the cluster of the most similar area of a model.
 
-    graph: as `learn_type` takes it. Its nodes keep their names in the `room` of those of the floor.
-    Raises GraphError and LabelError for one that a model cannot take.
+    graph: as for `learn_type`. The nodes of the result have their original names as `room`.
+    Raises GraphError and LabelError as `prepare_room_graph`.
     """
     from pianta.graphs.graph_hopper import GraphHopper
 
     prepared = prepare_room_graph(graph, model.schema)
-    areas = _cut(prepared, model.schema, model.segmentation)
+    areas = _segment(prepared, model.schema, model.segmentation)
     kernel = GraphHopper().fit(model.areas)
-    rows, known = kernel.compare([take_area(prepared, area) for area in areas]), kernel.compare()
-    # As the clusters were found: alike is what is alike to the same areas.
-    nearest = [int(((known - row) ** 2).sum(axis=1).argmin()) for row in rows]
+    rows, gram = kernel.compare([area_subgraph(prepared, area) for area in areas]), kernel.compare()
+    # As in `cluster_areas`: areas are similar if they are similar to the same areas.
+    nearest = [int(((gram - row) ** 2).sum(axis=1).argmin()) for row in rows]
     return TypeFloor(prepared.graph["source"], prepared, areas, tuple(model.clusters[nearest].tolist()))
 
 
 def prepare_room_graph(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:
-    """The graph of a floor as a model takes it: nodes 0 … n - 1, each with its `label` and its name before, `room`.
+    """Prepare the graph of a floor for a model: nodes 0 … n - 1, each with its `label` and its original name, `room`.
 
-    Where it has one, a node keeps its `area`, m². Rooms without a door are left out, as in Table 5.1.
-    Raises LabelError that lists rooms without a label, or labels that the schema does not have, and GraphError for a
-    floor without doors, of more than 1000 rooms, or whose doors leave it in parts, have a direction or lead back.
+    A node keeps its `area`, m², if it has one. Rooms without a door are left out, as in Table 5.1.
+    Raises LabelError with the rooms without a label, or with labels outside the schema; and GraphError for a floor
+    without doors or with more than 1000 rooms, and for a graph that is not connected, is directed, or has self-loops.
     """
     if graph.is_directed() or graph.is_multigraph():
         raise GraphError(f"it is a {type(graph).__name__}, give a networkx.Graph without directions and parallel edges")
     if loops := [*nx.nodes_with_selfloops(graph)]:
-        raise GraphError(f"doors of rooms {name_some(loops)} lead back to the same room, remove them")
+        raise GraphError(f"doors of rooms {name_some(loops)} lead to the same room, remove them")
     joined = drop_isolated(graph)
     if unlabelled := [node for node, label in joined.nodes(data="label") if label is None]:
         raise LabelError(f"rooms {name_some(unlabelled)} have no label, label them")
     if unnamed := [node for node, label in joined.nodes(data="label") if not isinstance(label, str)]:
-        raise LabelError(f"the labels of rooms {name_some(unnamed)} are no text, label them")
+        raise LabelError(f"the labels of rooms {name_some(unnamed)} are not text, give text")
     find_corridors(joined, schema)
     if not len(joined):
-        raise GraphError("no door joins two of its rooms, add doors or leave it out")
+        raise GraphError("no door connects two of its rooms, add doors or leave it out")
     if len(joined) > MAX_ROOMS:
-        raise GraphError(f"it has {len(joined)} rooms, give floors of {MAX_ROOMS} at most")
+        raise GraphError(f"it has {len(joined)} rooms, give floors with at most {MAX_ROOMS}")
     if (parts := nx.number_connected_components(joined)) > 1:
-        raise GraphError(f"its rooms are in {parts} parts that no door joins, add the doors or leave it out")
-    places = {node: place for place, node in enumerate(joined)}
+        raise GraphError(f"its rooms are in {parts} parts without a door between them, add doors or leave it out")
+    numbers = {node: number for number, node in enumerate(joined)}
     prepared = nx.Graph(source=str(graph.graph.get("source", "")))
     prepared.add_nodes_from(
-        (places[node], {"label": standard_name(label), "room": node} | take_size(joined.nodes[node]))
+        (numbers[node], {"label": standard_name(label), "room": node} | size_attribute(joined.nodes[node]))
         for node, label in joined.nodes(data="label")
     )
-    prepared.add_edges_from((places[one], places[other]) for one, other in joined.edges)
+    prepared.add_edges_from((numbers[one], numbers[other]) for one, other in joined.edges)
     return prepared
 
 
-def take_size(attributes: Mapping[str, Any]) -> dict[str, float]:
-    """The `area` of a room in its attributes, m², where it is a number above 0; nothing where it is none."""
+def size_attribute(attributes: Mapping[str, Any]) -> dict[str, float]:
+    """The `area` of a room, m², as an attribute; no attribute if it is not a number above 0."""
     area = attributes.get("area")
     if not isinstance(area, int | float) or isinstance(area, bool) or not 0 < area < np.inf:
         return {}
     return {"area": float(area)}
 
 
-def take_area(graph: nx.Graph, area: Area) -> nx.Graph:
-    """The part of a graph that is an area, its nodes in the order of the graph."""
+def area_subgraph(graph: nx.Graph, area: Area) -> nx.Graph:
+    """The subgraph of an area, its nodes in the order of the graph."""
     part = nx.Graph()
     part.add_nodes_from((node, dict(attributes)) for node, attributes in graph.nodes(data=True) if node in area)
     part.add_edges_from((one, other) for one, other in graph.edges if one in area and other in area)
@@ -289,13 +289,13 @@ def take_area(graph: nx.Graph, area: Area) -> nx.Graph:
 
 
 def count_labels(graphs: Iterable[nx.Graph], schema: LabelSchema) -> Counts:
-    """Nodes of each label of a schema in each graph, shape (graphs, labels)."""
+    """Number of nodes with each label of a schema, shape (graphs, labels)."""
     columns = {name: column for column, name in enumerate(schema.by_name)}
-    found = [[columns[label] for _, label in graph.nodes(data="label")] for graph in graphs]
-    counts = [np.bincount(labels, minlength=len(columns)) for labels in found]
+    labels = [[columns[label] for _, label in graph.nodes(data="label")] for graph in graphs]
+    counts = [np.bincount(numbers, minlength=len(columns)) for numbers in labels]
     return np.array(counts, np.int64).reshape(-1, len(columns))
 
 
-def _cut(graph: nx.Graph, schema: LabelSchema, segmentation: Segmentation) -> tuple[Area, ...]:
+def _segment(graph: nx.Graph, schema: LabelSchema, segmentation: Segmentation) -> tuple[Area, ...]:
     corridors = find_corridors(graph, schema, convention=LabelConvention.GRAPHS)
     return find_functional_areas(graph, corridors, segmentation=segmentation)

@@ -1,7 +1,7 @@
 """The file of a TypeModel: JSON with the labels of the type, and a line for each floor.
 
-A model file may come from a stranger. All of it is numbers and names, checked before anything is made from them, and
-what follows from the floors, such as functional graphs and kernels, is worked out again.
+The content of a file is not trusted: it has only numbers and names, which are checked before use. Data that follows
+from the floors, such as functional graphs and kernels, is computed again.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from pianta.errors import LabelError, ModelError
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.type_model import LEAST_FLOORS, MAX_ROOMS, TypeFloor, TypeModel
+from pianta.generation.type_model import MAX_ROOMS, MIN_FLOORS, TypeFloor, TypeModel
 from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import join_faults, validation_as
 from pianta.io._files import short_repr
@@ -24,16 +24,20 @@ from pianta.io.label_schemas import dump_label
 from pianta.labels import Label, LabelSchema, standard_building_type
 
 FORMAT = FileFormat("pianta type", 1, 1)
-MAX_FILE_BYTES, MAX_FLOORS, MAX_CLUSTERS, MAX_ITERATIONS = 16 * 2**20, 1000, 1000, 100_000
-MAX_ROOM_AREA = 1e9
-# Floors times clusters times areas of a cluster, which sampling has a table of.
+# Limits against files that use too much memory or time.
+MAX_FILE_BYTES = 16 * 2**20
+MAX_FLOORS = 1000
+MAX_CLUSTERS = 1000
+MAX_ITERATIONS = 100_000
+MAX_ROOM_AREA = 1e9  # m²
+# Floors times clusters times areas of a cluster: the size of a table of the sampler.
 MAX_CELLS = 30_000_000
 
 
 def save_type_model(model: TypeModel, path: str | Path) -> None:
-    """Write a model; read_type_model gives back one that makes the same buildings, and the same model the same bytes.
+    """Write a model; equal models give equal bytes, and the model that is read again generates equal buildings.
 
-    Raises ModelError for a model that read_type_model would refuse, PiantaError when the file cannot be written.
+    Raises ModelError for a model that read_type_model would reject, PiantaError if the file cannot be written.
     """
     save_checked(path, "model", ModelError, lambda: _dump_model(model))
 
@@ -41,7 +45,7 @@ def save_type_model(model: TypeModel, path: str | Path) -> None:
 def read_type_model(path: str | Path) -> TypeModel:
     """Read the model of a building type.
 
-    Raises ModelError, with every fault in one message, for a file that holds none, and for one of a newer format.
+    Raises ModelError, with all faults in one message, for an invalid file and for one of a newer format.
     """
     return read_checked(path, "model", ModelError, _parse_model, max_bytes=MAX_FILE_BYTES)
 
@@ -52,20 +56,20 @@ def _check_type(name: str) -> str:
     return name
 
 
-_Place = Annotated[int, Field(ge=0, lt=MAX_ROOMS)]
+_Room = Annotated[int, Field(ge=0, lt=MAX_ROOMS)]
 _Iterations = Annotated[int, Field(ge=1, le=MAX_ITERATIONS)]
 _Size = Annotated[float, Field(gt=0, le=MAX_ROOM_AREA)] | None
 
 
 class _Floor(BaseModel):
-    """A floor: its rooms by label, doors and areas by the places of rooms; `sizes` of rooms, m², since version 1.1."""
+    """A floor: labels of rooms, doors and areas as indices of rooms; `sizes` of rooms, m², since version 1.1."""
 
     model_config = ConfigDict(strict=True)
 
     source: str
     labels: list[str] = Field(min_length=2, max_length=MAX_ROOMS)
-    doors: list[tuple[_Place, _Place]]
-    areas: list[Annotated[list[_Place], Field(min_length=1)]] = Field(min_length=1)
+    doors: list[tuple[_Room, _Room]]
+    areas: list[Annotated[list[_Room], Field(min_length=1)]] = Field(min_length=1)
     clusters: list[Annotated[int, Field(ge=0, lt=MAX_CLUSTERS)]]
     sizes: list[_Size] = []
 
@@ -93,9 +97,9 @@ class _Floor(BaseModel):
         graph = nx.Graph(self.doors)
         graph.add_nodes_from(range(rooms))
         if not nx.is_connected(graph):
-            return ["its doors leave it in parts"]
+            return ["its rooms are not connected by doors"]
         broken = [number for number, area in enumerate(self.areas) if not nx.is_connected(graph.subgraph(area))]
-        return [f"its doors leave area {number} in parts" for number in broken]
+        return [f"the rooms of area {number} are not connected by doors" for number in broken]
 
     def to_floor(self) -> TypeFloor:
         graph = nx.Graph(source=self.source)
@@ -115,15 +119,15 @@ class _Model(BaseModel):
     edge_moves: _Iterations
     door_moves: _Iterations
     labels: Annotated[tuple[Label, ...], Field(strict=False, min_length=1)]
-    floors: list[_Floor] = Field(min_length=LEAST_FLOORS, max_length=MAX_FLOORS)
+    floors: list[_Floor] = Field(min_length=MIN_FLOORS, max_length=MAX_FLOORS)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        known = {label.name for label in self.labels}
+        names = {label.name for label in self.labels}
         faults = [
             f"floor {short_repr(floor.source)} has labels {', '.join(unknown)} that the type does not have"
             for floor in self.floors
-            if (unknown := sorted(set(floor.labels) - known))
+            if (unknown := sorted(set(floor.labels) - names))
         ]
         clusters = {cluster for floor in self.floors for cluster in floor.clusters}
         if clusters != {*range(len(clusters))}:

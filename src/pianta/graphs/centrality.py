@@ -1,7 +1,7 @@
-"""How central each node of a graph is, by the definitions that reproduce Table 5.1 (thesis, section 5.1).
+"""Centralities of nodes, by the definitions that reproduce Table 5.1 (thesis, section 5.1).
 
-The functions that measure take a simple undirected graph, of any number of parts, and map its nodes, in its order, to
-numbers. Weights of edges do not count.
+The `measure_` functions take a simple undirected graph with any number of components, and map its nodes, in its order,
+to numbers. Weights of edges are ignored.
 """
 
 from __future__ import annotations
@@ -18,16 +18,18 @@ from pianta.graphs.shortest_paths import Adjacency, ShortestPaths, find_shortest
 
 Centrality: TypeAlias = dict[Any, float]
 
-KATZ_ALPHA, KATZ_BETA = 0.1, 1.0
-# Eigenvalues that differ by less than this share are the same.
-SAME_EIGENVALUE = 1e-9
+# Parameters of the Katz centrality in Table 5.1, the defaults of networkx.
+KATZ_ALPHA = 0.1
+KATZ_BETA = 1.0
+# Relative tolerance of equal eigenvalues.
+EIGENVALUE_TOLERANCE = 1e-9
 
 
 def measure_betweenness(graph: nx.Graph) -> Centrality:
-    """Shares of shortest paths between two other nodes that lead through a node.
+    """Sum over pairs of other nodes of the share of their shortest paths through a node, over (n - 1)(n - 2).
 
-    Each pair of other nodes counts once and the sum is divided by (n - 1)(n - 2), which makes a half of what is usual:
-    the centre of a star has 0.5. The thesis prints the sum without a divisor; Table 5.1 has it divided.
+    Each pair counts once, so it is half of the usual definition: the centre of a star has 0.5. The formula of the
+    thesis has no divisor, but Table 5.1 has it.
     """
     return _by_node(graph, betweenness_from_paths(find_shortest_paths(to_arrays(graph))))
 
@@ -39,9 +41,9 @@ def betweenness_from_paths(paths: ShortestPaths) -> NDArray[np.float64]:
 
 
 def measure_closeness(graph: nx.Graph) -> Centrality:
-    """Nodes that can be reached over the sum of distances to them, times their share of all other nodes.
+    """Number of reachable nodes over the sum of their distances, times their share of all other nodes.
 
-    The thesis prints decay centrality instead (`measure_decay`), which Table 5.1 does not have.
+    The formula of the thesis is decay centrality (`measure_decay`), but Table 5.1 has this one.
     """
     return _by_node(graph, closeness_from_distances(distances(graph)))
 
@@ -55,7 +57,7 @@ def closeness_from_distances(lengths: NDArray[np.float64]) -> NDArray[np.float64
 
 
 def measure_decay(graph: nx.Graph) -> Centrality:
-    """Sum of 2^-distance over the other nodes, 0 for those out of reach: the closeness that section 5.1 prints."""
+    """Sum of 2^-distance over the other nodes, 0 for unreachable ones: the closeness of the formula in section 5.1."""
     closeness = np.exp2(-distances(graph))
     return _by_node(graph, closeness.sum(axis=1) - 1 if len(graph) else ())
 
@@ -63,16 +65,16 @@ def measure_decay(graph: nx.Graph) -> Centrality:
 def measure_eigenvector(graph: nx.Graph) -> Centrality:
     """Eigenvector of the adjacency matrix for its largest eigenvalue, scaled to a maximum of 1.
 
-    It is the limit of the power iteration from ones: parts of the graph with a smaller largest eigenvalue have 0.
-    All nodes of a graph without edges have 0.
+    The limit of the power iteration that starts with ones: 0 in components with a smaller largest eigenvalue, and in a
+    graph without edges.
     """
     values = np.zeros(len(graph))
     if graph.number_of_edges():
-        # Exact, where the iteration needs a gap to the next eigenvalue.
+        # Exact, unlike the iteration, which needs a gap to the next eigenvalue.
         eigenvalues, vectors = np.linalg.eigh(nx.to_numpy_array(graph, weight=None))
-        largest = eigenvalues >= eigenvalues[-1] * (1 - SAME_EIGENVALUE)
+        largest = eigenvalues >= eigenvalues[-1] * (1 - EIGENVALUE_TOLERANCE)
         span = vectors[:, largest]
-        # The projection of ones, for where parts share the largest eigenvalue any basis of their space is found.
+        # The projection of ones onto the eigenspace, as its basis is arbitrary if components share the eigenvalue.
         values = np.abs(span @ span.T @ np.ones(len(graph)))
         values /= values.max()
     return _by_node(graph, values)
@@ -81,40 +83,41 @@ def measure_eigenvector(graph: nx.Graph) -> Centrality:
 def measure_katz(graph: nx.Graph, *, alpha: float = KATZ_ALPHA) -> Centrality:
     """Solution of x = α M x + β with the adjacency matrix M and β = 1, scaled to length 1.
 
-    nan where α reaches one over the largest eigenvalue of M, where walks add up to no finite number: with 0.1, a
-    corridor with 100 rooms that have no other door.
+    nan if α is at least one over the largest eigenvalue of M, where the sum of walks diverges: for 0.1, on a floor of
+    one corridor with 100 rooms.
     """
     if not len(graph):
         return {}
     matrix = nx.to_numpy_array(graph, weight=None)
-    if alpha * np.linalg.eigvalsh(matrix)[-1] >= 1 - SAME_EIGENVALUE:
+    if alpha * np.linalg.eigvalsh(matrix)[-1] >= 1 - EIGENVALUE_TOLERANCE:
         return dict.fromkeys(graph, nan)
     values = np.linalg.solve(np.eye(len(graph)) - alpha * matrix, np.full(len(graph), KATZ_BETA))
     return _by_node(graph, values / np.linalg.norm(values))
 
 
 def drop_isolated(graph: nx.Graph) -> nx.Graph:
-    """A copy without the rooms that no door leads to, which Table 5.1 does not count."""
+    """A copy without isolated nodes: rooms without a door, which Table 5.1 does not count."""
     return graph.subgraph([node for node, degree in graph.degree() if degree]).copy()
 
 
 def distances(graph: nx.Graph) -> NDArray[np.float64]:
-    """Numbers of edges on shortest paths, shape (n, n), in the order of the graph; infinite where there is none."""
-    import rustworkx as rx  # as find_shortest_paths, but faster on large graphs; what reads a map does without
+    """Lengths of shortest paths, shape (n, n), in the order of the graph; infinite without a path."""
+    # Faster than find_shortest_paths on large graphs; slow to import, so the code that reads a map does not use it.
+    import rustworkx as rx
 
     if not len(graph):
         return np.zeros((0, 0))
-    places = {node: place for place, node in enumerate(graph)}
-    same = rx.PyGraph(multigraph=False)
-    same.add_nodes_from(list(graph))
-    same.add_edges_from_no_data([(places[first], places[second]) for first, second in graph.edges])
-    return np.asarray(rx.distance_matrix(same, null_value=np.inf))
+    indices = {node: index for index, node in enumerate(graph)}
+    copy = rx.PyGraph(multigraph=False)
+    copy.add_nodes_from(list(graph))
+    copy.add_edges_from_no_data([(indices[first], indices[second]) for first, second in graph.edges])
+    return np.asarray(rx.distance_matrix(copy, null_value=np.inf))
 
 
 def to_arrays(graph: nx.Graph) -> Adjacency:
-    """The edges of a graph; nodes are their places in its order."""
-    places = {node: place for place, node in enumerate(graph)}
-    edges = np.array([(places[first], places[second]) for first, second in graph.edges], np.intp).reshape(-1, 2)
+    """The edges of a graph, with nodes as indices in its order."""
+    indices = {node: index for index, node in enumerate(graph)}
+    edges = np.array([(indices[first], indices[second]) for first, second in graph.edges], np.intp).reshape(-1, 2)
     return Adjacency(len(graph), *np.concatenate([edges, edges[:, ::-1]]).T)
 
 

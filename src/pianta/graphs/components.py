@@ -1,4 +1,4 @@
-"""Connected components of graphs that are given as pairs of numbered nodes."""
+"""Connected components of graphs whose edges are pairs of node indices."""
 
 from __future__ import annotations
 
@@ -7,36 +7,22 @@ from numpy.typing import NDArray
 
 
 def number_components(pairs: NDArray[np.integer], count: int) -> NDArray[np.intp]:
-    """The component of each node, numbered from 0 by their first nodes.
+    """The component of each node, numbered from 0 in the order of their first nodes, shape (count,).
 
-    Trees of nodes hook onto each other and become flat again, all at once (Shiloach and Vishkin, 1982).
-    scipy.sparse.csgraph does the same, and is slow to import.
+    Hooking and pointer jumping of all trees at once (Shiloach and Vishkin, 1982). scipy.sparse.csgraph does the same,
+    but is slow to import.
+    pairs: edges, shape (E, 2). count: number of nodes.
 
-    Parameters
-    ----------
-    pairs
-        Nodes that an edge joins, shape (E, 2).
-    count
-        Number of nodes N.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (N,).
-
-    Examples
-    --------
     >>> number_components(np.array([[3, 1]]), 4).tolist()
     [0, 1, 2, 1]
-
     """
     parent = np.arange(count)
     one, other = np.asarray(pairs, np.intp).reshape(-1, 2).T
     while len(one):
-        # The root of the greater number hooks onto the lesser one
+        # The root with the greater number becomes a child of the other
         low, high = np.minimum(parent[one], parent[other]), np.maximum(parent[one], parent[other])
         np.minimum.at(parent, high, low)
-        # Every node points at its root again
+        # Every node becomes a child of its root
         while not np.array_equal(flat := parent[parent], parent):
             parent = flat
         apart = parent[one] != parent[other]

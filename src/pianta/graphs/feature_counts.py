@@ -1,4 +1,4 @@
-"""Features of graphs and how often they occur: counted, gathered, and compared with those of other graphs."""
+"""Counts of features of graphs: gathered, merged, and compared."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pianta._types import Floats, Indices
 from pianta.graphs.stable_hash import Codes
@@ -14,9 +15,9 @@ from pianta.graphs.stable_hash import Codes
 
 @dataclass(frozen=True, eq=False)
 class FeatureCounts:
-    """How often graphs, or whatever n rows stand for, have features, as triples of shape (m,) each.
+    """Counts of features of n graphs, or of other rows, as triples of shape (m,) each.
 
-    rows: which graph, 0 … n - 1. codes: which feature; where a feature occurs again, the counts add up.
+    rows: index of the graph, 0 … n - 1. codes: of the features; the counts of repeated triples add up.
     """
 
     n: int
@@ -28,7 +29,7 @@ class FeatureCounts:
 def gather_counts(
     n: int, rows: Sequence[Indices], codes: Sequence[Codes], counts: Sequence[Floats] | None = None
 ) -> FeatureCounts:
-    """The counts of n rows from those of parts; each feature counts once where no counts are given."""
+    """The counts of n rows from those of parts; counts: None for 1 each."""
     all_rows = np.concatenate([np.zeros(0, np.intp), *rows])
     all_codes = np.concatenate([np.zeros(0, np.uint64), *codes])
     all_counts: Floats = np.ones(len(all_rows)) if counts is None else np.concatenate([np.zeros(0), *counts])
@@ -36,43 +37,40 @@ def gather_counts(
 
 
 def merge_counts(counts: FeatureCounts) -> FeatureCounts:
-    """The same counts with each feature of a row once, by code and then by row."""
+    """The same counts with each feature of a row once, sorted by code and then by row."""
     order = np.lexsort((counts.rows, counts.codes))
     rows, codes = counts.rows[order], counts.codes[order]
-    new = np.ones(len(order), bool)
-    new[1:] = (rows[1:] != rows[:-1]) | (codes[1:] != codes[:-1])
-    sums: Floats = np.bincount(np.cumsum(new) - 1, counts.counts[order], minlength=int(new.sum())).astype(np.float64)
-    return FeatureCounts(counts.n, rows[new], codes[new], sums)
+    is_first = mark_changes(rows, codes)
+    group = np.cumsum(is_first) - 1
+    sums: Floats = np.bincount(group, counts.counts[order], minlength=int(is_first.sum())).astype(np.float64)
+    return FeatureCounts(counts.n, rows[is_first], codes[is_first], sums)
 
 
-def compare_counts(counts: Sequence[FeatureCounts], known: Sequence[FeatureCounts]) -> Floats:
-    """Normalised Gram matrix of rows and known rows; all blocks count the same.
+def mark_changes(rows: Indices, codes: Codes) -> NDArray[np.bool_]:
+    """Where a sorted sequence of pairs has the first of equal pairs, shape (m,)."""
+    is_first = np.ones(len(rows), bool)
+    is_first[1:] = (rows[1:] != rows[:-1]) | (codes[1:] != codes[:-1])
+    return is_first
 
-    To the bit what an ExplicitKernel says that was fitted to the known counts, as long as counts are whole numbers.
 
-    Parameters
-    ----------
-    counts, known : sequences of FeatureCounts
-        Merged counts, by block.
+def compare_counts(counts: Sequence[FeatureCounts], fitted: Sequence[FeatureCounts]) -> Floats:
+    """Normalised Gram matrix of rows and fitted rows, shape (rows, fitted rows); 0 for a row without features.
 
-    Returns
-    -------
-    Floats, shape (rows, known rows)
-        0 for a row without any feature.
-
+    All blocks have equal weight. For integer counts, exactly the result of an ExplicitKernel that was fitted to these.
+    counts, fitted: merged counts, by block.
     """
     cosines = []
-    for one, other in zip(counts, known, strict=True):
+    for one, other in zip(counts, fitted, strict=True):
         lengths = np.sqrt(np.outer(_square(one), _square(other)))
         cosines.append(divide(_multiply(one, other), lengths))
-    filled, known_filled = (
-        np.sum([_square(block) > 0 for block in blocks], axis=0, dtype=np.float64) for blocks in (counts, known)
+    nonempty, fitted_nonempty = (
+        np.sum([_square(block) > 0 for block in blocks], axis=0, dtype=np.float64) for blocks in (counts, fitted)
     )
-    return divide(np.sum(cosines, axis=0), np.sqrt(np.outer(filled, known_filled)))
+    return divide(np.sum(cosines, axis=0), np.sqrt(np.outer(nonempty, fitted_nonempty)))
 
 
 def divide(values: Floats | float, by: Floats) -> Floats:
-    """Values / by, 0 where `by` is 0."""
+    """Values / by, but 0 if `by` is 0."""
     quotients: Floats = np.divide(values, by, out=np.zeros_like(by), where=by > 0)
     return quotients
 

@@ -1,4 +1,4 @@
-"""LabelledGraph: the nodes, edges and labels of a networkx graph as arrays, as graph kernels want them."""
+"""The nodes, edges and labels of a networkx graph as arrays, for graph kernels."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from pianta.graphs.stable_hash import Codes, hash_name
 from pianta.io._faults import join_faults
 from pianta.io._files import short_repr
 
-# Nodes or edges that a fault names; a graph without any labels is said in few words.
+# Nodes or edges that a message names.
 MAX_NAMED = 5
 
 
 @dataclass(frozen=True, eq=False)
 class LabelledNodes:
-    """An undirected graph of n nodes and m edges, of any number of parts.
+    """An undirected graph of n nodes and m edges, with any number of components.
 
-    labels: codes of the nodes' labels, shape (n,); zeros where they do not count.
-    starts, ends: places of nodes, shape (2m,): each edge from both of its ends.
-    edge_labels: codes of the edges' labels, shape (2m,); zeros where they do not count.
+    labels: codes of the node labels, zeros without labels, shape (n,).
+    starts, ends: indices of nodes, each edge in both directions, shape (2m,).
+    edge_labels: codes of the edge labels, zeros without labels, shape (2m,).
     """
 
     labels: Codes
@@ -41,35 +41,35 @@ class LabelledNodes:
 
     @cached_property
     def edges(self) -> Adjacency:
-        """Its edges without their labels."""
+        """The edges without labels."""
         return Adjacency(len(self), self.starts, self.ends)
 
 
 @dataclass(frozen=True, eq=False)
 class LabelledGraph(LabelledNodes):
-    """A networkx graph as arrays; graph: where it comes from, whose nodes are in the same order."""
+    """A networkx graph as arrays; graph: the original, with nodes in the same order."""
 
     graph: nx.Graph
 
     @cached_property
     def distances(self) -> Floats:
-        """Edges on shortest paths, shape (n, n), infinite where there is none."""
+        """Lengths of shortest paths, infinite without a path, shape (n, n)."""
         return distances(self.graph)
 
 
 def read_labelled_graphs(
     graphs: Iterable[nx.Graph], *, node_label: str | None, edge_label: str | None = None
 ) -> list[LabelledGraph]:
-    """The graphs as arrays; a label may be anything that its text tells from others.
+    """The graphs as arrays; labels are compared by their text.
 
-    node_label, edge_label: names of attributes; all are alike where no name is given.
-    Raises GraphError that lists the nodes and edges without a label, and what is no simple undirected graph.
+    node_label, edge_label: names of attributes; None to ignore labels.
+    Raises GraphError that lists the nodes and edges without a label, and objects that are not simple undirected graphs.
     """
     if isinstance(graphs, nx.Graph):
         raise GraphError("graphs is one graph, give a list of graphs")
     graphs = list(graphs)
-    found = (_find_faults(graph, number, node_label, edge_label) for number, graph in enumerate(graphs))
-    if faults := [fault for of_graph in found for fault in of_graph]:
+    faults = [f for number, graph in enumerate(graphs) for f in _find_faults(graph, number, node_label, edge_label)]
+    if faults:
         raise GraphError(join_faults(faults))
     return [_read(graph, node_label, edge_label) for graph in graphs]
 
@@ -101,15 +101,15 @@ def _find_faults(graph: object, number: int, node_label: str | None, edge_label:
 
 def _read(graph: nx.Graph, node_label: str | None, edge_label: str | None) -> LabelledGraph:
     edges = to_arrays(graph)
-    of_edges = np.zeros(len(edges.starts) // 2, np.uint64)
+    edge_labels = np.zeros(len(edges.starts) // 2, np.uint64)
     if edge_label is not None:
-        of_edges = hash_labels(label for *_, label in graph.edges(data=edge_label))
+        edge_labels = hash_labels(label for *_, label in graph.edges(data=edge_label))
     labels = np.zeros(len(graph), np.uint64)
     if node_label is not None:
         labels = hash_labels(label for _, label in graph.nodes(data=node_label))
-    return LabelledGraph(labels, edges.starts, edges.ends, np.concatenate([of_edges, of_edges]), graph)
+    return LabelledGraph(labels, edges.starts, edges.ends, np.concatenate([edge_labels, edge_labels]), graph)
 
 
 def hash_labels(labels: Iterable[Any]) -> Codes:
-    """The codes of the texts of labels."""
+    """The codes of labels, by their text."""
     return np.array([hash_name(str(label)) for label in labels], np.uint64)

@@ -1,4 +1,4 @@
-"""What a building is like as a graph: the metrics of section 5.1, by the definitions that reproduce Table 5.1."""
+"""Metrics of a building as a graph (section 5.1), by the definitions that reproduce Table 5.1."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ CENTRALITIES: MappingProxyType[str, Callable[[nx.Graph], Centrality]] = MappingP
 )
 GRAPH_METRICS: tuple[str, ...] = (
     *("nodes", "edges", "nodes_r", "nodes_c", "path_length", "diameter", "art_points", "assortativity"),
-    *(f"{name}{of}" for name in CENTRALITIES for of in ("", "_r", "_c")),
+    *(f"{name}{suffix}" for name in CENTRALITIES for suffix in ("", "_r", "_c")),
 )
 
 
 def measure_graph(graph: nx.Graph, corridors: Collection[Hashable]) -> dict[str, float | None]:
-    """GRAPH_METRICS of a simple undirected graph, of any number of parts; None for what it does not have.
+    """GRAPH_METRICS of a simple undirected graph with any number of components; None if undefined.
 
-    corridors: its nodes that are CORRIDOR, the others are ROOM; `_c` and `_r` are means over these.
+    corridors: its nodes that are CORRIDOR; all others are ROOM; `_c` and `_r` are means over these.
     Table 5.1 has isolated rooms removed (`drop_isolated`); here they count.
-    None are: path length without a pair of nodes that a path joins, the diameter of no nodes, assortativity where all
-    ends of edges have the same degree, a mean over no nodes, and Katz where `measure_katz` has none.
+    Undefined are: path length without edges, the diameter of no nodes, assortativity if all ends of edges have the
+    same degree, a mean over no nodes, and Katz centrality where `measure_katz` is nan.
     """
     in_corridors = np.array([node in corridors for node in graph], bool)
     measured: dict[str, float | None] = {
@@ -52,16 +52,16 @@ def measure_graph(graph: nx.Graph, corridors: Collection[Hashable]) -> dict[str,
     }
     for name, measure in CENTRALITIES.items():
         values = np.array(list(measure(graph).values()))
-        for of, part in (("", values), ("_r", values[~in_corridors]), ("_c", values[in_corridors])):
-            measured[name + of] = float(part.mean()) if np.isfinite(part).all() and part.size else None
+        for suffix, part in (("", values), ("_r", values[~in_corridors]), ("_c", values[in_corridors])):
+            measured[name + suffix] = float(part.mean()) if np.isfinite(part).all() and part.size else None
     return measured
 
 
 def measure_assortativity(graph: nx.Graph) -> float | None:
-    """Correlation of the degrees at the two ends of edges, from -1 to 1; None where all ends have the same degree.
+    """Correlation of the degrees at the two ends of edges, from -1 to 1; None if all ends have the same degree.
 
-    Each edge counts in both directions. The thesis says that it considers "only ROOMS and CORRIDORS", and prints the
-    degree assortativity of all nodes.
+    Each edge counts in both directions. According to its text the thesis considers "only ROOMS and CORRIDORS", but its
+    table has the degree assortativity of all nodes.
     """
     ends = np.array([(graph.degree(first), graph.degree(second)) for first, second in graph.edges]).reshape(-1, 2)
     if not len(ends) or np.ptp(ends) == 0:
@@ -75,14 +75,14 @@ def find_corridors(
 ) -> frozenset[Hashable]:
     """The nodes of a floor's graph whose label is a CORRIDOR.
 
-    Raises LabelError that lists the labels that the schema does not have.
+    Raises LabelError that lists the labels that the schema lacks.
     """
-    kinds = schema.map_labels((label for _, label in graph.nodes(data="label")), LabelSet.R_C, convention=convention)
-    return frozenset(node for node, kind in zip(graph, kinds, strict=True) if kind == RC.CORRIDOR)
+    labels = schema.map_labels((label for _, label in graph.nodes(data="label")), LabelSet.R_C, convention=convention)
+    return frozenset(node for node, label in zip(graph, labels, strict=True) if label == RC.CORRIDOR)
 
 
 def _measure_paths(graph: nx.Graph) -> dict[str, float | None]:
-    """Mean length of the shortest paths of joined pairs, and the longest of them."""
+    """Mean and maximum length of the shortest paths between connected nodes."""
     lengths = distances(graph)
     joined = lengths[np.isfinite(lengths) & (lengths > 0)]
     return {

@@ -1,6 +1,6 @@
-"""Shortest paths of graphs that are arrays: which nodes are near, how far they are, and how many paths lead there.
+"""Shortest paths of graphs as arrays: nearby nodes, distances, and numbers of paths.
 
-Breadth first, from all nodes at once: each step of all searches is a few operations of numpy.
+Breadth-first search from all nodes at once: each level of all searches takes a few operations of numpy.
 """
 
 from __future__ import annotations
@@ -15,15 +15,9 @@ from pianta._types import Floats, Indices
 
 @dataclass(frozen=True, eq=False)
 class Adjacency:
-    """The edges of an undirected graph of n nodes, m in number.
+    """An undirected graph of nodes 0 … n - 1 with m edges.
 
-    Parameters
-    ----------
-    n : int
-        The number of nodes, which are 0 … n - 1.
-    starts, ends : Indices, shape (2m,)
-        Each edge from both of its ends.
-
+    starts, ends: the nodes of each edge, in both directions, shape (2m,).
     """
 
     n: int
@@ -31,9 +25,9 @@ class Adjacency:
     ends: Indices
 
     def leave(self, nodes: Indices) -> tuple[Indices, Indices]:
-        """All edges from some nodes: the place in `nodes` from which each goes, and its place in `starts` and `ends`.
+        """All edges from some nodes: the index of the start in `nodes`, and the index in `starts` and `ends`.
 
-        Those from one node stand together, in the order in which the nodes are given.
+        Edges are in the order of `nodes`.
         """
         degrees = self._degrees[nodes]
         firsts = self._firsts[nodes] - (np.cumsum(degrees) - degrees)
@@ -52,15 +46,15 @@ class Adjacency:
 
     @cached_property
     def _firsts(self) -> Indices:
-        """Where the edges of each node begin in `_order`."""
+        """The index in `_order` of the first edge of each node."""
         return np.cumsum(self._degrees) - self._degrees
 
 
 @dataclass(frozen=True, eq=False)
 class NearPairs:
-    """Pairs of nodes that are near each other, by root and then by node, p in number.
+    """Pairs of nodes that are near each other, sorted by root and then by node.
 
-    roots, nodes: shape (p,): a node, and one that is near it. steps: edges between them, shape (p,).
+    roots, nodes: of each pair, shape (p,). steps: edges between them, shape (p,).
     """
 
     roots: Indices
@@ -71,17 +65,17 @@ class NearPairs:
 def find_near(edges: Adjacency, reach: int) -> NearPairs:
     """All pairs of nodes with a path of at most `reach` edges between them, a node and itself included.
 
-    Takes memory for these pairs only, whatever the size of the graph.
+    Takes memory only for these pairs, whatever the size of the graph.
     """
     # A pair is one number: root n + node.
     before, here = np.zeros(0, np.intp), np.arange(edges.n) * (edges.n + 1)
     levels = [here]
     while len(here) and len(levels) <= reach:
-        origins, gone = edges.leave(here % max(edges.n, 1))
-        there = np.unique(here[origins] // max(edges.n, 1) * edges.n + edges.ends[gone])
-        # What is next to a level lies on it, on the one before, or on the one after.
-        seen = np.isin(there, here, assume_unique=True) | np.isin(there, before, assume_unique=True)
-        before, here = here, there[~seen]
+        origins, taken_edges = edges.leave(here % max(edges.n, 1))
+        there = np.unique(here[origins] // max(edges.n, 1) * edges.n + edges.ends[taken_edges])
+        # Neighbours of a level are in it, in the one before, or in the one after.
+        visited = np.isin(there, here, assume_unique=True) | np.isin(there, before, assume_unique=True)
+        before, here = here, there[~visited]
         levels.append(here)
     pairs = np.concatenate(levels)
     order = np.argsort(pairs)
@@ -93,15 +87,8 @@ def find_near(edges: Adjacency, reach: int) -> NearPairs:
 class ShortestPaths:
     """All shortest paths of a graph of n nodes.
 
-    Parameters
-    ----------
-    distances : Floats, shape (n, n)
-        Edges on a shortest path, infinite where there is none.
-    counts : Floats, shape (n, n)
-        How many shortest paths there are, from a root to a node.
-    arcs : list of pairs of Indices
-        By length of the paths: the last edges of shortest paths, from and to pairs root n + node.
-
+    distances: lengths, infinite without a path, shape (n, n). counts: numbers of shortest paths, shape (n, n).
+    arcs: by length, the last edges of the paths, from and to pairs root n + node.
     """
 
     distances: Floats
@@ -109,15 +96,15 @@ class ShortestPaths:
     arcs: list[tuple[Indices, Indices]]
 
     def measure_betweenness(self) -> Floats:
-        """Over all other nodes, the sum of the shares of shortest paths to them that lead through a node, shape (n,).
+        """Sum over pairs of other nodes of the share of their shortest paths through a node, shape (n,).
 
-        Each path counts from both of its ends (Brandes, 2001).
+        Each pair counts in both directions (Brandes, 2001).
         """
         counts, through = self.counts.ravel(), np.zeros(self.counts.size)
         for tails, heads in reversed(self.arcs):
             np.add.at(through, tails, counts[tails] / counts[heads] * (1 + through[heads]))
         table = through.reshape(self.counts.shape)
-        # A path does not lead through the node where it begins.
+        # The start of a path does not count.
         return np.asarray(table.sum(axis=0) - table.diagonal())
 
 
@@ -129,15 +116,15 @@ def find_shortest_paths(edges: Adjacency) -> ShortestPaths:
     last = np.zeros(edges.n**2, np.intp)
     arcs: list[tuple[Indices, Indices]] = []
     while len(here):
-        origins, gone = edges.leave(here % edges.n)
+        origins, taken_edges = edges.leave(here % edges.n)
         tails = here[origins]
-        heads = tails // edges.n * edges.n + edges.ends[gone]
+        heads = tails // edges.n * edges.n + edges.ends[taken_edges]
         new = np.isinf(distances[heads])
         tails, heads = tails[new], heads[new]
         distances[heads] = len(arcs) + 1
         np.add.at(counts, heads, counts[tails])
         arcs.append((tails, heads))
-        # Each pair that was reached once: where it stands last.
+        # Each new pair once: the last of its occurrences.
         last[heads] = np.arange(len(heads))
         here = heads[last[heads] == np.arange(len(heads))]
     shape = edges.n, edges.n

@@ -1,4 +1,4 @@
-"""Hashes that are the same on every machine and in every run: 64-bit codes of names, numbers and multisets of codes."""
+"""64-bit hashes of names, numbers and multisets of codes that are equal on every machine and in every run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def hash_name(name: str) -> int:
 
 
 def mix(codes: Codes) -> Codes:
-    """Codes that look random, another for each code; sums of them stand for multisets, where order does not count."""
+    """A pseudo-random bijection of codes; the sum of mixed codes is a hash of their multiset."""
     mixed = codes + STEP
     mixed = (mixed ^ (mixed >> SHIFTS[0])) * FACTORS[0]
     mixed = (mixed ^ (mixed >> SHIFTS[1])) * FACTORS[1]
@@ -32,7 +32,7 @@ def mix(codes: Codes) -> Codes:
 
 
 def join(*parts: NDArray[np.integer] | int) -> Codes:
-    """Codes of ordered tuples: arrays of one shape (n,), and integers of 0 or more that stand for themselves."""
+    """Codes of ordered tuples, whose elements are arrays of shape (n,) or single integers of 0 or more."""
     joined = np.zeros(1, np.uint64)
     for part in parts:
         joined = mix(joined ^ mix(np.atleast_1d(np.asarray(part, np.uint64))))

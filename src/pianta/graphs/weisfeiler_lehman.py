@@ -15,7 +15,7 @@ from pianta.graphs.stable_hash import join, mix
 
 
 class WeisfeilerLehman(ExplicitKernel):
-    """Counts nodes by their label, and by how it looks 1, 2, … `iterations` edges around them.
+    """Counts nodes by their label, and by the labels within 1, 2, … `iterations` edges.
 
     label: the node attribute. normalize: divide by the length of both graphs' counts.
     """
@@ -26,14 +26,14 @@ class WeisfeilerLehman(ExplicitKernel):
         self.normalize = normalize
 
     def count_features(self, graphs: Iterable[nx.Graph]) -> list[FeatureCounts]:
-        """Labels of all rounds, from that of the nodes themselves on, in one block."""
+        """Labels of all rounds, the first being the nodes' own, in one block."""
         check_numbers(iterations=self.iterations)
         read = read_labelled_graphs(graphs, node_label=self.label)
         labels = np.concatenate([np.zeros(0, np.uint64), *(graph.labels for graph in read)])
         neighbours = _join_parts(read)
         rounds = [join(0, labels)]
         for iteration in range(1, self.iterations + 1):
-            # The new label of a node is its own with the multiset of its neighbours'.
+            # The new label of a node is a hash of its own and of the multiset of its neighbours'.
             labels = join(iteration, labels, neighbours @ mix(labels))
             rounds.append(labels)
         rows = np.repeat(np.arange(len(read)), [len(graph) for graph in read])
@@ -41,7 +41,7 @@ class WeisfeilerLehman(ExplicitKernel):
 
 
 def _join_parts(graphs: Sequence[LabelledGraph]) -> csr_array:
-    """The adjacency matrix of all graphs as one graph of many parts."""
+    """The adjacency matrix of all graphs as components of one graph."""
     firsts = np.cumsum([0, *(len(graph) for graph in graphs)])
     pairs = list(zip(graphs, firsts[:-1], strict=True))
     starts = np.concatenate([np.zeros(0, np.intp), *(graph.starts + first for graph, first in pairs)])

@@ -1,4 +1,4 @@
-"""Files: input paths that are safe to open, and outputs that appear whole or not at all."""
+"""Files: input paths that are safe to open, and outputs that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from secrets import token_hex
 
 from pianta.errors import MapError, PiantaError
 
-MAX_CELLS = 200_000_000
+MAX_CELLS = 200_000_000  # of a map or picture; 200 MB in memory
 
-# Path("http://a") is "http:/a", so one slash is enough; two letters spare Windows drives.
+# One slash is enough because Path("http://a") is "http:/a"; two letters, not to match Windows drives.
 _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
 
 _REPR = Repr()
@@ -24,21 +24,21 @@ _REPR.maxstring = _REPR.maxother = 300
 
 
 def short_repr(value: object) -> str:
-    """A value as messages show it: quoted, on one line, not endless."""
+    """A value in messages: quoted, on one line, shortened."""
     return _REPR.repr(str(value) if isinstance(value, Path) else value)
 
 
 def one_line_reason(exception: BaseException) -> str:
-    """Why something failed, on one line: what the operating system says, the message, or the exception's name."""
+    """The reason of an exception on one line: the operating system's text, the message, or the exception's name."""
     text = getattr(exception, "strerror", None) or str(exception) or type(exception).__name__
     return " ".join(str(text).split())[:300]
 
 
 def check_input_file(path: str | Path, what: str, error: type[PiantaError], *, folder: Path | None = None) -> Path:
-    """Path of a regular file that exists, has content and may be read.
+    """The path of a regular file that exists, has content and may be read.
 
-    what: the noun by which messages call the file, such as "map".
-    folder: where a relative path starts; when None, the working directory, or the user's home for a leading ~/.
+    what: the noun for the file in messages, such as "map".
+    folder: of a relative path; None for the working directory, or the user's home after a leading ~/.
 
     Raises error, in one line, for a web address, a missing, empty or unreadable file, a folder and a device.
     """
@@ -46,13 +46,13 @@ def check_input_file(path: str | Path, what: str, error: type[PiantaError], *, f
         raise error(f"{what} {short_repr(path)} is an address, download it first and give the file")
     expanded = Path(path).expanduser() if str(path).startswith("~/") else Path(path)
     file = expanded if folder is None else folder / path
-    fault = _fault_of_input(file)
+    fault = _find_input_fault(file)
     if fault:
         raise error(f"{what} {short_repr(file)} {fault}")
     return file
 
 
-def _fault_of_input(file: Path) -> str | None:
+def _find_input_fault(file: Path) -> str | None:
     try:
         status = file.stat()
     except (FileNotFoundError, NotADirectoryError):
@@ -69,10 +69,7 @@ def _fault_of_input(file: Path) -> str | None:
 
 
 def check_cell_count(sizes: Sequence[int], what: str, *, max_cells: int) -> None:
-    """Refuse what would not fit in memory, before anything of its size is allocated.
-
-    Raises MapError naming the sizes, the limit, and the option that lifts it.
-    """
+    """Raise MapError for more than max_cells cells, before memory is allocated for them."""
     if prod(sizes) > max_cells:
         size = f"{' × '.join(map(str, sizes))} = {prod(sizes)}"
         raise MapError(f"{what} has {size} cells, the limit is {max_cells}; lift it with max_cells=")
@@ -86,12 +83,12 @@ def check_byte_count(count: int, error: type[PiantaError], *, max_bytes: int) ->
 
 @contextmanager
 def atomic_file(path: str | Path) -> Iterator[Path]:
-    """Temporary path, in the folder and with the suffix of `path`, that becomes `path` when the block succeeds.
+    """A temporary path, with the folder and suffix of `path`, which is renamed to `path` if the block succeeds.
 
-    When the block fails, even by KeyboardInterrupt, `path` stays as it was and the temporary file goes away.
-    Temporary names are random, so that what a killed process left behind is never in the way.
+    If the block fails, even by KeyboardInterrupt, `path` stays as it was and the temporary file is removed.
+    Temporary names are random, so that the remains of a killed process are never in the way.
 
-    Raises PiantaError, in one line, for every OSError of the block and when `path` is a folder.
+    Raises PiantaError, in one line, for every OSError of the block and if `path` is a folder.
     """
     path = Path(path)
     temporary = path.parent / f".pianta-{token_hex(8)}{path.suffix}"

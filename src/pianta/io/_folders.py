@@ -1,10 +1,12 @@
-"""Output folders: checked before the work starts, and filled at its end or not at all."""
+"""Output folders: checked before the work starts, and written completely at its end or not at all."""
 
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from secrets import token_hex
 from shutil import rmtree
@@ -12,15 +14,11 @@ from shutil import rmtree
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import one_line_reason, short_repr
 
-# Older outputs that a message names.
-MAX_LISTED = 3
+MAX_LISTED = 3  # older outputs in a message
 
 
 def check_output_folder(folder: Path) -> None:
-    """Refuse, before any work, a folder that cannot be written into or made.
-
-    Raises OptionError, in one line.
-    """
+    """Raise OptionError, in one line, for a folder that cannot be created or written into."""
     try:
         # The root always exists, and so does "." of a relative path.
         existing = next(path for path in (folder, *folder.parents) if path.exists())
@@ -36,13 +34,13 @@ def check_output_folder(folder: Path) -> None:
 
 @contextmanager
 def atomic_folder(folder: Path) -> Iterator[Path]:
-    """Temporary folder whose files move into `folder` when the block succeeds, over older files of the same names.
+    """A temporary folder; if the block succeeds, its files move into `folder`, over older files of the same names.
 
-    When the block fails, even by KeyboardInterrupt, `folder` stays as it was; if there was none, there is none.
+    If the block fails, even by KeyboardInterrupt, `folder` stays as it was, or is not created.
 
-    Raises PiantaError, in one line, for every OSError of the block and when a folder has the name of a file.
+    Raises PiantaError, in one line, for every OSError of the block and if a folder has the name of a file.
     """
-    made = [path for path in (folder, *folder.parents) if not path.exists()]
+    new_folders = [path for path in (folder, *folder.parents) if not path.exists()]
     temporary = folder / f".pianta-{token_hex(8)}"
     try:
         temporary.mkdir(parents=True)
@@ -57,17 +55,47 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
         raise PiantaError(f"cannot write into {short_repr(folder)}: {one_line_reason(exception)}") from exception
     finally:
         rmtree(temporary, ignore_errors=True)
-        for path in made:
-            with suppress(OSError):  # it is not empty when all went well
+        for path in new_folders:
+            with suppress(OSError):  # not empty if the block succeeded
                 path.rmdir()
 
 
-def check_leftovers(out: Path, names: Sequence[str], *, stem: str) -> None:
-    """Refuse a folder with buildings, STEM-001 and so on, that would be left beside the new ones of these names.
+def check_output_file(file: Path, noun: str) -> None:
+    """Refuse, before any work, a file that cannot be written; messages call it by the noun, such as "JSON file".
 
     Raises OptionError, in one line.
     """
-    found = {file.stem for file in out.glob(f"{stem}-*.*")} - set(names) if out.is_dir() else set()
-    if found:
-        listed = ", ".join(sorted(found)[:MAX_LISTED]) + (", …" if len(found) > MAX_LISTED else "")
+    check_output_folder(file.parent)
+    if file.is_dir():
+        raise OptionError(f"{noun} {short_repr(file)} is a folder, give the name of a file")
+
+
+def number_outputs(stem: str, total: int, out: Path | None) -> list[str]:
+    """Names STEM-001, STEM-002, … for as many outputs.
+
+    Raises OptionError, in one line, for a folder that cannot be written, or has other STEM files, which would stay.
+    """
+    names = [f"{stem}-{number:0{max(3, len(str(total)))}}" for number in range(1, total + 1)]
+    if out is None:
+        return names
+    check_output_folder(out)
+    others = {file.stem for file in out.glob(f"{stem}-*.*")} - set(names) if out.is_dir() else set()
+    if others:
+        listed = ", ".join(sorted(others)[:MAX_LISTED]) + (", …" if len(others) > MAX_LISTED else "")
         raise OptionError(f"folder {short_repr(out)} has other {stem}s, {listed}; remove them or give another folder")
+    return names
+
+
+def choose_names(short: Sequence[str], long: Sequence[str]) -> list[str]:
+    """A name for each output, all different: the short one; if that repeats, the long one; then with a number.
+
+    Names that differ in case alone count as equal, as on some disks.
+    """
+    occurrences = Counter(name.casefold() for name in short)
+    names: dict[str, str] = {}
+    for short_name, long_name in zip(short, long, strict=True):
+        name = short_name if occurrences[short_name.casefold()] == 1 else long_name
+        numbered = (name if number == 1 else f"{name}-{number}" for number in count(1))
+        free = next(candidate for candidate in numbered if candidate.casefold() not in names)
+        names[free.casefold()] = free
+    return list(names.values())

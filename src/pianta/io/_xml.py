@@ -1,4 +1,4 @@
-"""XML from anywhere, parsed so that a file can neither reach out, blow up, nor fill the memory."""
+"""XML of untrusted origin, parsed without entities or references and with a limit on its size."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from pianta.io._files import one_line_reason, short_repr
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-MAX_FILE_BYTES = 16 * 2**20
+MAX_FILE_BYTES = 16 * 2**20  # 30 times the largest layout XML of the thesis' data
 
 
 def parse_xml(file: Path) -> Element:
-    """The root element of a building that exists, as of check_input_file.
+    """The root element of a building's file.
 
     Raises BuildingError, in one line, for a file that is too large, no XML, or declares a document type or entities.
     """
-    check_file_size(file)
+    check_building_size(file)
     try:
         root: Element = ElementTree.parse(file, forbid_dtd=True).getroot()
     except DefusedXmlException:
         raise BuildingError(f"building {short_repr(file)} declares a document type or entities, remove them") from None
     except (ParseError, ValueError, LookupError, OSError) as exception:
-        told = f"building {short_repr(file)} is no XML: {one_line_reason(exception)}"
-        raise BuildingError(f"{told}; give a drawn building, `pianta read` reads maps") from None
+        fault = f"building {short_repr(file)} is no XML: {one_line_reason(exception)}"
+        raise BuildingError(f"{fault}; give a drawn building, `pianta read` reads maps") from None
     return root
 
 
-def check_file_size(file: Path) -> None:
-    """Raises BuildingError, in one line, for a file that has more bytes than any drawing of a building."""
+def check_building_size(file: Path) -> None:
+    """Raise BuildingError, in one line, for a file of more than MAX_FILE_BYTES."""
     if file.stat().st_size > MAX_FILE_BYTES:
         raise BuildingError(
             f"building {short_repr(file)} has more than {MAX_FILE_BYTES} bytes, too many for a building, give one floor"
@@ -43,7 +43,7 @@ def check_file_size(file: Path) -> None:
 
 
 def parse_number(text: str | None, *, limit: float) -> float:
-    """The number to a millionth, finer than any drawing; nan when it is none, or further from 0 than the limit."""
+    """A number rounded to 1e-6, finer than any drawing; nan for other text, or beyond ±limit."""
     try:
         number = float(text or nan)
     except ValueError:

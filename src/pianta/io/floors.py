@@ -1,11 +1,11 @@
 """floor.geojson: the canonical file of a Floor, GeoJSON in metres of the map frame.
 
-The collection says so in its members `format`, `version`, `frame` and `units`, and holds `source`, `building_type` and
-`last_id`, the highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with
-clockwise holes), door or wall (lines). A partial room has, since 2.1, the properties `predicted`, a Polygon geometry of
-the room as a whole, and `confidence`, both null if unknown; since 2.2 a room has a `name`, or null. The `rooms`
-of a door are two ids, those of an entrance an id and null.
-QGIS, which takes any GeoJSON for WGS 84, draws it in place once the layer is told to have no coordinate system.
+The collection has the members `format`, `version`, `frame`, `units`, `source`, `building_type` and `last_id`, the
+highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with clockwise
+holes), door or wall (lines). A partial room has, since 2.1, the properties `predicted`, a Polygon geometry of the
+complete room, and `confidence`, both null if unknown; since 2.2 a room has a `name`, or null. The `rooms` of a door are
+two ids, those of an entrance an id and null.
+QGIS reads any GeoJSON as WGS 84; set the layer to have no coordinate system.
 """
 
 from __future__ import annotations
@@ -14,12 +14,11 @@ import json
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from PIL.PngImagePlugin import PngImageFile
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -38,12 +37,12 @@ from pianta.errors import FloorError
 from pianta.floor import Door, Floor, Room
 from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import validation_as
-from pianta.io._files import MAX_CELLS, atomic_file, check_input_file, one_line_reason, short_repr
+from pianta.io._files import atomic_file
 
 FORMAT = FileFormat("pianta floor", 2, 2)
 MAX_FILE_BYTES = 64 * 2**20
-MAX_COORDINATE = 1e8
-# Files of version 1 have label -> probability; what they say is of the label set of the building's type.
+MAX_COORDINATE = 1e8  # metres; beyond any map frame
+# Files of version 1 have label -> probability, in the label set of the building's type.
 LABEL_SET_OF_VERSION_1 = "type"
 _Metres = Annotated[FiniteFloat, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
 _Position = tuple[_Metres, _Metres]
@@ -52,10 +51,10 @@ _LabelProbabilities = dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]]
 
 
 def save_floor(floor: Floor, path: str | Path) -> None:
-    """Write a floor as floor.geojson, a feature a line; read_floor gives back an equal floor.
+    """Write a floor as floor.geojson, a feature a line; read_floor returns an equal floor.
 
-    The same floor gives the same bytes.
-    Raises FloorError for a floor that read_floor would refuse, and PiantaError when the file cannot be written.
+    Equal floors give equal bytes.
+    Raises FloorError for a floor that read_floor would refuse, and PiantaError if the file cannot be written.
     """
     save_checked(path, "floor", FloorError, lambda: _dump_floor(floor))
 
@@ -63,7 +62,7 @@ def save_floor(floor: Floor, path: str | Path) -> None:
 def read_floor(path: str | Path) -> Floor:
     """Read a floor from floor.geojson.
 
-    Members, properties and classes of features that are not known are skipped.
+    Unknown members, properties and classes of features are skipped.
 
     Parameters
     ----------
@@ -120,7 +119,7 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
             "label": room.label,
             "labels": dict(room.labels),
             "label_probabilities": {
-                label_set: _sort_probabilities(of_labels) for label_set, of_labels in room.label_probabilities.items()
+                name: _sort_probabilities(probabilities) for name, probabilities in room.label_probabilities.items()
             },
             "partial": bool(room.partial),
         }
@@ -162,7 +161,7 @@ def _sort_probabilities(probabilities: Mapping[str, float]) -> dict[str, float]:
 
 
 class _Part(BaseModel):
-    """A part of the file; what is not named here is skipped."""
+    """An object in the file; members without a field are skipped."""
 
     model_config = ConfigDict(strict=True, frozen=True)
 
@@ -194,34 +193,38 @@ class _RoomProperties(_Part):
 
     @field_validator("label_probabilities", mode="before")
     @classmethod
-    def _nest_those_of_version_1(cls, probabilities: object, info: ValidationInfo) -> object:
+    def _nest_version_1(cls, probabilities: object, info: ValidationInfo) -> object:
         is_old = info.context is not None and info.context["major"] == 1
         return {LABEL_SET_OF_VERSION_1: probabilities} if is_old and probabilities else probabilities
 
 
-class _RoomFeature(_Part):
+class _Item(_Part):
+    """A feature that becomes a room or a door, whose own checks are faults of the file."""
+
+    @cached_property
+    def item(self) -> Room | Door:
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        _ = self.item
+        return self
+
+
+class _RoomFeature(_Item):
     properties: _RoomProperties
     geometry: _PolygonGeometry
 
     @cached_property
-    def room(self) -> Room:
-        names = self.properties
+    def item(self) -> Room:
+        properties = dict(self.properties)
+        predicted = properties.pop("predicted")
         return Room(
-            names.room,
+            properties.pop("room"),
             self.geometry.polygon,
-            names.label,
-            names.labels,
-            names.label_probabilities,
-            names.partial,
-            names.predicted.polygon if names.predicted else None,
-            names.confidence,
-            names.name,
+            predicted=predicted and predicted.polygon,
+            **properties,
         )
-
-    @model_validator(mode="after")
-    def _check(self) -> _RoomFeature:
-        _ = self.room
-        return self
 
 
 class _DoorProperties(_Part):
@@ -230,19 +233,13 @@ class _DoorProperties(_Part):
     kind: Literal["door", "opening"] = "door"
 
 
-class _DoorFeature(_Part):
+class _DoorFeature(_Item):
     properties: _DoorProperties
     geometry: _LineGeometry
 
     @cached_property
-    def door(self) -> Door:
-        names = self.properties
-        return Door(names.rooms, LineString(self.geometry.coordinates), names.width, names.kind)
-
-    @model_validator(mode="after")
-    def _check(self) -> _DoorFeature:
-        _ = self.door
-        return self
+    def item(self) -> Door:
+        return Door(line=LineString(self.geometry.coordinates), **dict(self.properties))
 
 
 class _WallFeature(_Part):
@@ -254,11 +251,11 @@ class _WallFeature(_Part):
 
 
 class _UnknownFeature(_Part):
-    """A feature of a class that a later minor version may bring."""
+    """A feature of a class of a later minor version."""
 
 
 def _class_of_feature(feature: object) -> str:
-    """Tag of the model that reads a feature."""
+    """The tag of the pydantic model of a feature."""
     properties = feature.get("properties") if isinstance(feature, dict) else None
     class_ = properties.get("class") if isinstance(properties, dict) else None
     return class_ if class_ in ("room", "door", "wall") else "unknown"
@@ -289,8 +286,8 @@ def _parse_floor(content: bytes) -> Floor:
     collection = _Collection.model_validate_json(content, context={"major": major})
     features = collection.features
     return Floor(
-        rooms=tuple(feature.room for feature in features if isinstance(feature, _RoomFeature)),
-        doors=tuple(feature.door for feature in features if isinstance(feature, _DoorFeature)),
+        rooms=tuple(feature.item for feature in features if isinstance(feature, _RoomFeature)),
+        doors=tuple(feature.item for feature in features if isinstance(feature, _DoorFeature)),
         walls=tuple(feature.wall for feature in features if isinstance(feature, _WallFeature)),
         building_type=collection.building_type,
         source=collection.source,
@@ -301,33 +298,9 @@ def _parse_floor(content: bytes) -> Floor:
 def save_label_image(labels: NDArray[np.uint16], path: str | Path) -> None:
     """Write labels, shape (H, W), as a PNG of 16-bit grey.
 
-    Raises FloorError when they are not a non-empty uint16 image, PiantaError when the file cannot be written.
+    Raises FloorError unless they are a non-empty uint16 image, PiantaError if the file cannot be written.
     """
     if labels.dtype != np.uint16 or labels.ndim != 2 or labels.size == 0:
         raise FloorError(f"labels are {labels.dtype} of shape {labels.shape}, give a non-empty 2-D uint16 array")
     with atomic_file(path) as temporary:
         Image.fromarray(np.ascontiguousarray(labels)).save(temporary, format="PNG")
-
-
-def read_label_image(path: str | Path, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint16]:
-    """Labels of a PNG of 16-bit grey, shape (H, W).
-
-    Raises FloorError for a file that is no such image or has more than max_cells pixels.
-    """
-    file = check_input_file(path, "label image", FloorError)
-    try:
-        # Image.open has a size limit of its own, which is global.
-        with PngImageFile(file) as image:
-            return _decode_labels(image, max_cells)
-    # Pillow raises whatever a hostile file drives it to.
-    except Exception as exception:
-        raise FloorError(f"cannot read the label image {short_repr(file)}: {one_line_reason(exception)}") from exception
-
-
-def _decode_labels(image: PngImageFile, max_cells: int) -> NDArray[np.uint16]:
-    width, height = image.size
-    if width * height > max_cells:
-        raise FloorError(f"it has {width} × {height} pixels, the limit is {max_cells}; raise it with max_cells=")
-    if image.mode != "I;16":
-        raise FloorError(f"its pixels are of mode {image.mode}, give a PNG of 16-bit grey")
-    return np.array(image, np.uint16)

@@ -13,7 +13,7 @@ from pianta.io._files import short_repr
 if TYPE_CHECKING:
     from geopandas import GeoDataFrame
 
-# The columns of each layer besides the geometry; those of a layer without rows too.
+# The columns of each layer besides the geometry, also of a layer without rows.
 LAYERS = {
     "rooms": ("name", "label", "label_probability", "partial", "area"),
     "doors": ("room", "other_room", "width", "kind"),
@@ -41,7 +41,7 @@ def floor_to_geodataframe(floor: Floor, layer: str) -> GeoDataFrame:
 
 
 def _list_rows(floor: Floor, layer: str) -> tuple[list[tuple[object, ...]], list[BaseGeometry]]:
-    """What the columns of a layer hold, a row each, and the shapes."""
+    """The values of the columns of a layer, row by row, and the shapes."""
     rows: list[tuple[object, ...]]
     if layer == "rooms":
         rows = [

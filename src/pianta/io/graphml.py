@@ -1,7 +1,8 @@
-"""GraphML: room graphs for yEd, Gephi and networkx, with the attributes that their tables can show.
+"""GraphML: room graphs for yEd, Gephi and networkx, with the attribute types that their tables can show.
 
-Attributes are texts, integers, numbers and booleans. A key is declared for each name and type; where a name has values
-of several types, it has several keys.
+Attributes are texts, integers, numbers and booleans. A key is declared for each name and type; a name with values of
+several types has several keys. networkx has a reader and a writer, too, which lose carriage returns and attributes
+called `id`, stop at the first fault, and accept NaN, repeated nodes and edges to missing nodes.
 """
 
 from __future__ import annotations
@@ -10,10 +11,11 @@ import json
 import re
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
+from typing import NamedTuple
 from xml.etree.ElementTree import Element, ParseError, SubElement, indent, tostring
 
 import networkx as nx
@@ -38,12 +40,12 @@ _INTEGER_ID = re.compile("0|-?[1-9][0-9]{0,17}")
 def save_graphml(graph: nx.Graph, path: str | Path) -> None:
     """Write an undirected graph without parallel edges as GraphML, in UTF-8, nodes and edges in the graph's order.
 
-    Attributes are texts, integers of 64 bits, finite numbers and booleans, of Python or numpy. A dict or list, as the
-    graph of a floor has them, becomes its JSON text; None is left out. The same graph gives the same bytes.
-    read_graphml gives back an equal graph where attributes are flat, and ids all integers, or texts not all of digits.
+    Attributes are texts, integers of 64 bits, finite numbers and booleans, of Python or numpy. A dict or list becomes
+    its JSON text; None is left out. Equal graphs give equal bytes.
+    read_graphml returns an equal graph if attributes are flat, and ids are all integers, or texts not all of digits.
 
     Raises FloorError, with every fault in one message, for other graphs, ids and attributes and for characters that XML
-    does not have; PiantaError when the file cannot be written.
+    does not have; PiantaError if the file cannot be written.
     """
     save_checked(path, "graph", FloorError, lambda: _dump_graph(graph))
 
@@ -51,12 +53,12 @@ def save_graphml(graph: nx.Graph, path: str | Path) -> None:
 def read_graphml(path: str | Path) -> nx.Graph:
     """Read an undirected graph without parallel edges from GraphML.
 
-    Ids of nodes are integers where all of the file are written as such, with 18 digits at most, and texts otherwise.
-    Defaults of keys are given to the nodes and edges that have no value. Of the drawing of a node in yEd, its text
-    becomes `label` where the node has no such attribute; other drawings, ids of edges and ports are skipped.
+    Ids of nodes are integers if all of them are written as integers of at most 18 digits, else texts. Nodes and edges
+    without a value get the default of a key. The text of a node drawn in yEd becomes its `label` unless it has one;
+    other drawings, ids of edges and ports are skipped.
 
-    Raises FloorError, with every fault in one message, for a file that holds no such graph, more than one, or groups of
-    nodes, that is larger than 16 MiB, or that declares entities.
+    Raises FloorError, with every fault in one message, for a file without a graph, with several graphs or groups of
+    nodes, of more than 16 MiB, or with entities.
     """
     return read_checked(path, "graph", FloorError, _parse_graph, max_bytes=MAX_FILE_BYTES)
 
@@ -83,7 +85,7 @@ def _dump_graph(graph: nx.Graph) -> bytes:
     root.append(body)
     indent(root)
     content: bytes = tostring(root, encoding="utf-8", xml_declaration=True)
-    # ElementTree leaves carriage returns in texts as they are, and parsers make line feeds of them.
+    # ElementTree writes carriage returns as they are, and parsers read them as line feeds.
     content = content.replace(b"\r", b"&#13;") + b"\n"
     check_byte_count(len(content), FloorError, max_bytes=MAX_FILE_BYTES)
     return content
@@ -91,10 +93,10 @@ def _dump_graph(graph: nx.Graph) -> bytes:
 
 def _texts_of_ids(nodes: Iterable[Hashable], faults: list[str]) -> dict[Hashable, str]:
     texts = {node: str(node) for node in nodes}
-    strange = [node for node in texts if isinstance(node, bool) or not isinstance(node, str | int | np.integer)]
+    invalid = [node for node in texts if isinstance(node, bool) or not isinstance(node, str | int | np.integer)]
     faults += [
         f"node {short_repr(node)} is neither text nor an integer, rename it (networkx.convert_node_labels_to_integers)"
-        for node in strange
+        for node in invalid
     ]
     faults += [f"{count} nodes are {short_repr(text)} as text, rename one" for text, count in _repeated(texts.values())]
     faults += [
@@ -108,40 +110,40 @@ def _repeated(names: Iterable[str]) -> list[tuple[str, int]]:
 
 
 def _faults_of_text(text: str, what: str) -> list[str]:
-    found = _NOT_IN_XML.search(text)
-    return [f"{what} has the character {short_repr(found[0])}, which XML does not have, leave it out"] if found else []
+    match = _NOT_IN_XML.search(text)
+    return [f"{what} has the character {short_repr(match[0])}, which XML does not have, leave it out"] if match else []
 
 
 @dataclass
 class _KeysByType:
-    """The keys of a file that is being made: their ids by scope, name and type."""
+    """The keys of a file during writing: their ids by scope, name and type."""
 
     ids: dict[tuple[str, str, str], str]
     faults: list[str]
 
     def add_attributes(self, element: Element, scope: str, attributes: Mapping[Hashable, object], what: str) -> None:
-        """Give an element its attributes as data; what: the noun by which faults call it."""
+        """Add attributes to an element as data; what: the noun for the element in faults."""
         for name, value in attributes.items():
-            place = f"attribute {short_repr(name)} of {what}"
+            attribute = f"attribute {short_repr(name)} of {what}"
             if not isinstance(name, str):
-                self.faults.append(f"{place} has a name that is no text, rename it")
+                self.faults.append(f"{attribute} has a name that is no text, rename it")
             elif value is not None:
-                self._add_value(element, scope, name, value, place)
+                self._add_value(element, scope, name, value, attribute)
 
-    def _add_value(self, element: Element, scope: str, name: str, value: object, place: str) -> None:
+    def _add_value(self, element: Element, scope: str, name: str, value: object, attribute: str) -> None:
         try:
             type_name, text = _describe_value(value)
         except (ValueError, TypeError, RecursionError) as exception:
-            self.faults.append(f"{place} {one_line_reason(exception)}")
+            self.faults.append(f"{attribute} {one_line_reason(exception)}")
             return
-        self.faults += _faults_of_text(name, f"the name of {place}") + _faults_of_text(text, place)
-        # Not d0, d1, …: Gephi takes d3 for the label, as yEd once had it.
+        self.faults += _faults_of_text(name, f"the name of {attribute}") + _faults_of_text(text, attribute)
+        # Not d0, d1, …: Gephi reads the key d3 as the label, as in old files of yEd.
         key = self.ids.setdefault((scope, name, type_name), f"{scope}{len(self.ids)}")
         SubElement(element, "data", key=key).text = text
 
 
 def _describe_value(value: object) -> tuple[str, str]:
-    """The type that GraphML has for a value, and the value as text; an error's message follows a noun."""
+    """The GraphML type of a value, and the value as text; the message of an error follows a noun."""
     plain: object = value.item() if isinstance(value, np.generic) else value
     match plain:
         case bool(flag):
@@ -166,34 +168,29 @@ def _describe_value(value: object) -> tuple[str, str]:
 
 
 def _parse_graph(content: bytes) -> nx.Graph:
-    root = _parse_xml(content)
-    body = _find_graph(root)
-    faults: list[str] = []
-    keys = _read_keys(root, faults)
-    graph = nx.Graph()
-    graph.graph.update(_read_attributes(body, "graph", keys, "the graph", faults))
-    _read_nodes(body, graph, keys, faults)
-    _read_edges(body, graph, keys, faults)
-    if faults:
-        raise FloorError(join_faults(faults))
-    return graph
-
-
-def _parse_xml(content: bytes) -> Element:
     try:
         root: Element = ElementTree.fromstring(content, forbid_dtd=True)
     except DefusedXmlException:
         raise FloorError("it declares a document type or entities, remove them") from None
     except (ParseError, ValueError, LookupError) as exception:
         raise FloorError(f"it is no XML: {one_line_reason(exception)}") from None
-    return root
+    body = _find_graph(root)
+    reader = _Reader()
+    reader.read_keys(root)
+    graph = nx.Graph()
+    graph.graph.update(reader.read_attributes(body, "graph", "the graph"))
+    reader.read_nodes(body, graph)
+    reader.read_edges(body, graph)
+    if reader.faults:
+        raise FloorError(join_faults(reader.faults))
+    return graph
 
 
 def _find_graph(root: Element) -> Element:
     tag = root.tag.rpartition("}")[2]
+    graphs = root.findall("{*}graph")
     if tag != "graphml":
         raise FloorError(f"it is XML of another kind (its root is {short_repr(tag)}), give GraphML")
-    graphs = root.findall("{*}graph")
     if len(graphs) != 1:
         raise FloorError(f"it has {len(graphs)} graphs, give one")
     (body,) = graphs
@@ -218,23 +215,18 @@ def _parse_double(text: str) -> float:
     return number
 
 
-# Gephi has also written integer.
 _PARSERS: MappingProxyType[str, Callable[[str], _Value]] = MappingProxyType(
     {
         "string": str,
         "boolean": _parse_boolean,
-        "int": int,
-        "long": int,
-        "integer": int,
-        "float": _parse_double,
-        "double": _parse_double,
+        **dict.fromkeys(("int", "long", "integer"), int),  # Gephi also writes integer
+        **dict.fromkeys(("float", "double"), _parse_double),
     }
 )
 
 
-@dataclass(frozen=True)
-class _Key:
-    """An attribute that a file declares: graph, node, edge or all may have it; a drawing of yEd has no name."""
+class _Key(NamedTuple):
+    """A declared attribute; scope: graph, node, edge or all. name: None for a drawing of yEd."""
 
     scope: str
     name: str | None
@@ -242,82 +234,83 @@ class _Key:
     default: _Value | None = None
 
 
-def _parse_value(key: _Key, text: str, what: str, faults: list[str]) -> _Value:
-    try:
-        return _PARSERS[key.type_name](text)
-    except (ValueError, KeyError):
-        faults.append(f"attribute {short_repr(key.name)} of {what} is {short_repr(text)}, which is no {key.type_name}")
-        return ""
+@dataclass
+class _Reader:
+    """Reads the elements of a file, and collects all faults."""
 
+    keys: dict[str, _Key] = field(default_factory=dict)
+    faults: list[str] = field(default_factory=list)
 
-def _read_keys(root: Element, faults: list[str]) -> dict[str, _Key]:
-    elements = root.findall("{*}key")
-    ids = [element.get("id", "") for element in elements]
-    faults += [f"key {short_repr(key)} is declared {count} times" for key, count in _repeated(ids)]
-    return {
-        key_id: _read_key(element, f"key {short_repr(key_id)}", faults)
-        for key_id, element in zip(ids, elements, strict=True)
-    }
+    def read_keys(self, root: Element) -> None:
+        """Read the declared attributes, by the ids of their keys."""
+        for element in root.iterfind("{*}key"):
+            key_id, name = element.get("id", ""), element.get("attr.name")
+            what, type_name = f"key {short_repr(key_id)}", element.get("attr.type", "string")
+            if key_id in self.keys:
+                self.faults.append(f"{what} is declared more than once")
+            if name is not None and type_name not in _PARSERS:
+                self.faults.append(f"{what} has type {short_repr(type_name)}, give one of {', '.join(_PARSERS)}")
+                type_name = "string"
+            key = _Key(element.get("for", "all"), name, type_name)
+            default = element.find("{*}default")
+            if name is not None and default is not None:
+                key = key._replace(default=self._parse_value(key, default.text, f"{what} by default"))
+            self.keys[key_id] = key
 
+    def _parse_value(self, key: _Key, text: str | None, what: str) -> _Value:
+        try:
+            return _PARSERS[key.type_name](text or "")
+        except (ValueError, KeyError):
+            value = short_repr(text or "")
+            self.faults.append(f"attribute {short_repr(key.name)} of {what} is {value}, which is no {key.type_name}")
+            return ""
 
-def _read_key(element: Element, what: str, faults: list[str]) -> _Key:
-    name, type_name = element.get("attr.name"), element.get("attr.type", "string")
-    if name is not None and type_name not in _PARSERS:
-        faults.append(f"{what} has type {short_repr(type_name)}, give one of {', '.join(_PARSERS)}")
-        type_name = "string"
-    key = _Key(element.get("for", "all"), name, type_name)
-    default = element.find("{*}default")
-    if name is None or default is None:
-        return key
-    return replace(key, default=_parse_value(key, default.text or "", f"{what} by default", faults))
+    def read_attributes(self, element: Element, scope: str, what: str) -> dict[str, _Value]:
+        """The attributes of the graph, a node or an edge; defaults are last."""
+        attributes: dict[str, _Value] = {}
+        for data in element.iterfind("{*}data"):
+            key = self.keys.get(data.get("key", ""))
+            if key is None:
+                self.faults.append(f"{what} has data of key {short_repr(data.get('key'))}, which is not declared")
+            elif key.name in attributes:
+                self.faults.append(f"{what} has attribute {short_repr(key.name)} twice")
+            elif key.name is not None and not len(data):
+                attributes[key.name] = self._parse_value(key, data.text, what)
+        for key in self.keys.values():
+            if key.scope in (scope, "all") and key.name is not None and key.default is not None:
+                attributes.setdefault(key.name, key.default)
+        yed_label = element.findtext("{*}data//{*}NodeLabel", "").strip()
+        if yed_label:
+            attributes.setdefault("label", yed_label)
+        return attributes
 
+    def read_nodes(self, body: Element, graph: nx.Graph) -> None:
+        """Add the nodes to the graph; ids are integers if all are written so."""
+        elements = body.findall("{*}node")
+        texts = [element.get("id", "") for element in elements]
+        self.faults += [
+            f"{count} nodes have the id {short_repr(text)}, rename them" for text, count in _repeated(texts)
+        ]
+        self.faults += ["a node has no id, give it one" for element in elements if element.get("id") is None][:1]
+        to_id = int if all(map(_INTEGER_ID.fullmatch, texts)) else str
+        for text, element in zip(texts, elements, strict=True):
+            graph.add_node(to_id(text))
+            graph.nodes[to_id(text)].update(self.read_attributes(element, "node", f"node {short_repr(text)}"))
 
-def _read_attributes(
-    element: Element, scope: str, keys: Mapping[str, _Key], what: str, faults: list[str]
-) -> dict[str, _Value]:
-    """The attributes of the graph, a node or an edge, those by default last."""
-    attributes: dict[str, _Value] = {}
-    for data in element.iterfind("{*}data"):
-        key = keys.get(data.get("key", ""))
-        if key is None:
-            faults.append(f"{what} has data of key {short_repr(data.get('key'))}, which is not declared")
-        elif key.name in attributes:
-            faults.append(f"{what} has attribute {short_repr(key.name)} twice")
-        elif key.name is not None and not len(data):
-            attributes[key.name] = _parse_value(key, data.text or "", what, faults)
-    for key in keys.values():
-        if key.scope in (scope, "all") and key.name is not None and key.default is not None:
-            attributes.setdefault(key.name, key.default)
-    drawn = element.findtext("{*}data//{*}NodeLabel", "").strip()
-    if drawn:
-        attributes.setdefault("label", drawn)
-    return attributes
-
-
-def _read_nodes(body: Element, graph: nx.Graph, keys: Mapping[str, _Key], faults: list[str]) -> None:
-    elements = body.findall("{*}node")
-    texts = [element.get("id", "") for element in elements]
-    faults += [f"{count} nodes have the id {short_repr(text)}, rename them" for text, count in _repeated(texts)]
-    faults += ["a node has no id, give it one" for element in elements if element.get("id") is None][:1]
-    id_of = int if all(map(_INTEGER_ID.fullmatch, texts)) else str
-    for text, element in zip(texts, elements, strict=True):
-        graph.add_node(id_of(text))
-        graph.nodes[id_of(text)].update(_read_attributes(element, "node", keys, f"node {short_repr(text)}", faults))
-
-
-def _read_edges(body: Element, graph: nx.Graph, keys: Mapping[str, _Key], faults: list[str]) -> None:
-    nodes = {str(node): node for node in graph}
-    for element in body.iterfind("{*}edge"):
-        source, target = (element.get(end, "") for end in ("source", "target"))
-        what = f"edge {short_repr(source)} to {short_repr(target)}"
-        missing = sorted({source, target} - nodes.keys())
-        faults += [f"{what} leads to node {short_repr(end)}, which does not exist" for end in missing]
-        if element.get("directed", "false") != "false":
-            faults.append(f"{what} is directed, give an undirected graph")
-        if missing:
-            continue
-        ends = nodes[source], nodes[target]
-        if graph.has_edge(*ends):
-            faults.append(f"{what} occurs more than once, give a graph without parallel edges")
-        graph.add_edge(*ends)
-        graph.edges[ends].update(_read_attributes(element, "edge", keys, what, faults))
+    def read_edges(self, body: Element, graph: nx.Graph) -> None:
+        """Add the edges to the graph, which has all nodes."""
+        nodes = {str(node): node for node in graph}
+        for element in body.iterfind("{*}edge"):
+            source, target = element.get("source", ""), element.get("target", "")
+            what = f"edge {short_repr(source)} to {short_repr(target)}"
+            missing = sorted({source, target} - nodes.keys())
+            self.faults += [f"{what} leads to node {short_repr(end)}, which does not exist" for end in missing]
+            if element.get("directed", "false") != "false":
+                self.faults.append(f"{what} is directed, give an undirected graph")
+            if missing:
+                continue
+            ends = nodes[source], nodes[target]
+            if graph.has_edge(*ends):
+                self.faults.append(f"{what} occurs more than once, give a graph without parallel edges")
+            graph.add_edge(*ends)
+            graph.edges[ends].update(self.read_attributes(element, "edge", what))

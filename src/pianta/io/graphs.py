@@ -1,4 +1,4 @@
-"""Graphs of buildings: node-link JSON (graph.json), sampled graphs of the thesis, and any file that holds one."""
+"""Graphs of buildings: node-link JSON (graph.json), sampled graphs of the thesis, and the graph of any building."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ FLOOR_FILE = "floor.geojson"
 
 
 def save_graph(graph: nx.Graph, path: str | Path) -> None:
-    """Write a graph in node-link form, nodes and edges in the graph's order; read_graph gives back an equal graph.
+    """Write a graph in node-link form, nodes and edges in the graph's order; read_graph returns an equal graph.
 
-    Raises FloorError for attributes that JSON does not have (NaN, tuples, objects), PiantaError when the file cannot be
+    Raises FloorError for attributes that JSON does not have (NaN, tuples, objects), PiantaError if the file cannot be
     written.
     """
     save_checked(path, "graph", FloorError, lambda: _dump_graph(graph))

@@ -1,4 +1,4 @@
-"""Plain images as maps: grey levels, transparency, and what they mean without a YAML."""
+"""Images: grey levels, colours and transparency, and their meaning as a map without a YAML."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Pixels = TypeVar("Pixels")
 
 @dataclass(frozen=True, eq=False)
 class DecodedImage:
-    """An image file whose pixels are in memory, so that several readers can take it without decoding it again."""
+    """An image file with decoded pixels, so that several readers need not decode it again."""
 
     path: str | Path
     pixels: Image.Image
@@ -41,12 +41,12 @@ Source: TypeAlias = str | Path | DecodedImage
 
 
 def path_of(source: Source) -> str | Path:
-    """The path of an image, as it was given."""
+    """The path of an image."""
     return source.path if isinstance(source, DecodedImage) else source
 
 
 def open_image(path: str | Path, *, max_cells: int = MAX_CELLS) -> DecodedImage:
-    """Decode the first frame of an image; kinds of files as of read_picture, errors as of read_grey."""
+    """Decode the first frame of an image; formats as of read_picture, errors as of read_grey."""
 
     def load(image: Image.Image) -> DecodedImage:
         image.load()
@@ -67,10 +67,10 @@ def read_image_map(
     """Map from an image without a YAML: white is free, dark is occupied, grey or transparent is unknown.
 
     resolution: metres per cell. origin: x, y (m) and yaw (rad) of the lower-left corner.
-    free_above: a grey above it is free; 250 is how the survey's maps are to be read.
+    free_above: a grey above it is free; 250 is the value for the maps of the survey.
     occupied_below: a grey below it is occupied; 150 is the value at which the thesis' authors binarise.
 
-    Raises MapError for what is no image, an image above max_cells, and, in one message, options out of range.
+    Raises MapError for a file that is no image, an image above max_cells, and, in one message, options out of range.
     """
     _check_options(resolution, origin, free_above, occupied_below)
     grey, transparent = read_grey(path, max_cells=max_cells)
@@ -99,41 +99,41 @@ def _check_options(resolution: float, origin: tuple[float, float, float], free_a
 
 
 def read_grey(path: Source, *, max_cells: int = MAX_CELLS) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
-    """Grey levels of an image file, shape (H, W), and which pixels are not fully opaque, None where all are.
+    """Grey levels of an image file, shape (H, W), and a mask of pixels that are not fully opaque, None if all are.
 
-    Reads the first frame of PNG, PGM and its kin, BMP, JPEG and TIFF. Colours become Rec. 601 luma and 16 bits
-    become 8, both as in Nav2's GraphicsMagick.
+    Reads the first frame of PNG, PGM, PPM, PBM, BMP, JPEG and TIFF. Colours become Rec. 601 luma and 16 bits become 8,
+    both as in Nav2's GraphicsMagick.
 
-    Raises MapError for what is no such image, for a damaged one, and for one of more than max_cells pixels,
-    which is not decoded.
+    Raises MapError for other formats, for a damaged image, and for one of more than max_cells pixels, which is not
+    decoded.
     """
     return _decode_file(path, _decode_grey, max_cells)
 
 
 def read_colors(path: Source, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint8]:
-    """Red, green and blue of an image file of 8 bits, shape (H, W, 3); kinds of files and errors as of read_grey."""
+    """Red, green and blue of an image file of 8 bits, shape (H, W, 3); formats and errors as of read_grey."""
     return _decode_file(path, lambda image: np.asarray(image.convert("RGB")), max_cells)
 
 
 def read_picture(path: Source, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint8]:
-    """Red, green and blue of a picture on white paper, held as it was taken, shape (H, W, 3).
+    """Red, green and blue of a picture on white paper, shape (H, W, 3).
 
-    Reads GIF and WebP besides the kinds of read_grey. What is transparent is paper; a photo is turned as it says.
-    Errors as of read_grey.
+    Reads GIF and WebP besides the formats of read_grey. Transparent pixels are white; a photo is turned upright by its
+    EXIF orientation. Errors as of read_grey.
     """
-    return _decode_file(path, _lay_on_paper, max_cells, formats=_PICTURE_FORMATS)
+    return _decode_file(path, _compose_on_white, max_cells, formats=_PICTURE_FORMATS)
 
 
-def _lay_on_paper(image: Image.Image) -> NDArray[np.uint8]:
-    held = ImageOps.exif_transpose(image)
-    if held.mode.startswith(("I", "F")):
-        grey, transparent = _decode_grey(held)
+def _compose_on_white(image: Image.Image) -> NDArray[np.uint8]:
+    upright = ImageOps.exif_transpose(image)
+    if upright.mode.startswith(("I", "F")):
+        grey, transparent = _decode_grey(upright)
         grey = grey if transparent is None else np.where(transparent, np.uint8(255), grey)
         return np.repeat(grey[:, :, None], 3, axis=2)
-    if held.has_transparency_data:
-        held = held.convert("RGBA")
-        held = Image.alpha_composite(Image.new("RGBA", held.size, "white"), held)
-    return np.asarray(held.convert("RGB"))
+    if upright.has_transparency_data:
+        upright = upright.convert("RGBA")
+        upright = Image.alpha_composite(Image.new("RGBA", upright.size, "white"), upright)
+    return np.asarray(upright.convert("RGB"))
 
 
 def _decode_file(
@@ -149,29 +149,29 @@ def _decode_file(
     except MapError:
         raise
     except UnidentifiedImageError:
-        kinds = ", ".join(formats[:-1]).replace("PPM", "PGM")
-        raise MapError(f"{name} is no image, give a {kinds} or {formats[-1]}") from None
-    # Pillow's plug-ins raise whatever a hostile file drives them to.
+        choices = ", ".join(formats[:-1]).replace("PPM", "PGM")
+        raise MapError(f"{name} is no image, give a {choices} or {formats[-1]}") from None
+    # Pillow's plug-ins raise various exceptions for hostile files.
     except Exception as exception:
         raise MapError(f"{name} is damaged, save it again: {one_line_reason(exception)}") from exception
 
 
 @contextmanager
 def _opened(source: Source, file: Path, formats: tuple[str, ...]) -> Iterator[Image.Image]:
-    """The image of a file, or the one that has been decoded already."""
+    """The image of a file; a decoded one is not opened again."""
     if isinstance(source, DecodedImage):
         if source.pixels.format not in formats:
             raise UnidentifiedImageError
         yield source.pixels
         return
-    # By its path Pillow maps a TIFF into memory, and mixes up the rows of one that is to be turned.
+    # Opened as a stream: given a path, Pillow maps a TIFF into memory and mixes up the rows of a rotated one.
     with file.open("rb") as content, Image.open(content, formats=formats) as image:
         yield image
 
 
 @contextmanager
 def _pillow_without_limits() -> Iterator[None]:
-    """Silence Pillow, whose size limit and warnings are global, while our own limit stands in for it."""
+    """Disable Pillow's warnings and size limit, which are global; max_cells replaces the limit."""
     with _PILLOW, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None

@@ -1,7 +1,7 @@
-"""labels.yaml: the label schema of a building type that the thesis does not have, such as a hospital or a house.
+"""labels.yaml: the label schema of a building type that is not in the thesis, such as a hospital or a house.
 
 It has the members `format`, `version`, `building_type` and `labels`; docs/methods/labels.md has an example. A label
-needs a `name` and a `function`; the rest is derived where it is missing.
+needs a `name` and a `function`; the other members have defaults.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from pianta.errors import LabelError
 from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import check_byte_count, one_line_reason, short_repr
+from pianta.io._yaml import PlainLoader
 from pianta.labels import (
     FCES,
     FCES_COLORS,
@@ -41,9 +42,9 @@ MAX_FILE_BYTES = 256 * 2**10
 
 
 def save_label_schema(schema: LabelSchema, path: str | Path) -> None:
-    """Write a schema as labels.yaml, a label a line; read_label_schema gives back an equal schema.
+    """Write a schema as labels.yaml, a label a line; read_label_schema returns an equal schema.
 
-    Raises LabelError for a schema that read_label_schema would refuse, and PiantaError when the file cannot be written.
+    Raises LabelError for a schema that read_label_schema would refuse, and PiantaError if the file cannot be written.
     """
     save_checked(path, "label schema", LabelError, lambda: _dump_schema(schema))
 
@@ -51,9 +52,9 @@ def save_label_schema(schema: LabelSchema, path: str | Path) -> None:
 def read_label_schema(path: str | Path) -> LabelSchema:
     """Read the schema of a building type from labels.yaml.
 
-    Without a color, a label has that of its function; without a size, a CONNECTION is C and the others are M.
+    A label without a color has that of its function; without a size, a CONNECTION is C and the others are M.
 
-    Raises LabelError, with every fault in one message, for a file that is no schema and for one of a newer format.
+    Raises LabelError, with every fault in one message, for a file that is no schema or of a newer format.
     """
     return read_checked(path, "label schema", LabelError, _parse_schema, max_bytes=MAX_FILE_BYTES)
 
@@ -74,7 +75,7 @@ def _dump_schema(schema: LabelSchema) -> bytes:
 
 
 def dump_label(label: Label) -> dict[str, str | bool]:
-    """Keys of a label in a file; optional ones only where they differ from what the others imply."""
+    """The keys of a label in a file, without optional ones that are not set."""
     keys: dict[str, str | bool] = {
         "name": label.name,
         "function": label.function.value,
@@ -88,17 +89,11 @@ def dump_label(label: Label) -> dict[str, str | bool]:
     return keys
 
 
-class _PlainLoader(yaml.BaseLoader):
-    """YAML whose scalars all stay text, so that a label may be called NO or 12, with each key once and no alias."""
-
-    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        """Refuse aliases, with which a short file can unfold to an endless one."""
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.YAMLError("it has aliases (*name), write the values out")
-        return super().compose_node(parent, index)
+class _UniqueKeyLoader(PlainLoader):
+    """Plain YAML, so that a label may be called NO or 12, with each key once."""
 
     def compose_mapping_node(self, anchor: dict[Any, yaml.Node]) -> yaml.MappingNode:
-        """Refuse a key that occurs twice, of which YAML would drop the first."""
+        """Refuse a repeated key, of which YAML would keep the last value."""
         node = super().compose_mapping_node(anchor)
         counts = Counter(key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode))
         repeated = [short_repr(key) for key, count in counts.items() if count > 1]
@@ -113,7 +108,7 @@ def _upper(value: object) -> object:
 
 
 def _letter_of_size(value: object) -> object:
-    """C, H, S, M or B of a word such as medium."""
+    """C, H, S, M or B for a word such as medium."""
     name = _upper(value)
     return GeneralLabel[name] if isinstance(name, str) and name in GeneralLabel.__members__ else name
 
@@ -123,14 +118,14 @@ _Size = Annotated[GeneralLabel, BeforeValidator(_letter_of_size)]
 
 
 @dataclass
-class _Reading:
-    """What the parts of a file must know of the whole: is it of a later minor version, which names were there."""
+class _Context:
+    """Of the validation: whether the file is of a later minor version, and the names of earlier labels."""
 
-    later: bool
+    is_later: bool
     names: set[str] = field(default_factory=set)
 
 
-def _new_name(name: str, info: ValidationInfo[_Reading]) -> str:
+def _new_name(name: str, info: ValidationInfo[_Context]) -> str:
     standard = standard_name(name)
     if standard in info.context.names:
         raise ValueError(f"an earlier label has the name {standard!r}, rename one")
@@ -145,14 +140,14 @@ def _quoted_color(color: str) -> str:
 
 
 class _Part(BaseModel):
-    """A part of the file. A key that is not named here is a fault, or, in a file of a later minor version, skipped."""
+    """An object in the file; an unknown key is a fault, or skipped in a file of a later minor version."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     @model_validator(mode="before")
     @classmethod
-    def _skip_what_is_later(cls, keys: object, info: ValidationInfo[_Reading]) -> object:
-        if info.context.later and isinstance(keys, dict):
+    def _skip_unknown_keys(cls, keys: object, info: ValidationInfo[_Context]) -> object:
+        if info.context.is_later and isinstance(keys, dict):
             return {key: value for key, value in keys.items() if key in cls.model_fields}
         return keys
 
@@ -200,10 +195,10 @@ class _SchemaPart(_Part):
 @validation_as(LabelError)
 def _parse_schema(content: bytes) -> LabelSchema:
     try:
-        keys = _PlainLoader(content).get_single_data()
+        keys = _UniqueKeyLoader(content).get_single_data()
     except (yaml.YAMLError, ValueError, RecursionError) as exception:
         raise LabelError(f"it is no YAML: {one_line_reason(exception)}") from None
     if not isinstance(keys, dict):
         raise LabelError("it has no keys, give format, version, building_type and labels")
     _, minor = FORMAT.check_version(keys, LabelError)
-    return _SchemaPart.model_validate(keys, context=_Reading(minor > FORMAT.minor)).label_schema
+    return _SchemaPart.model_validate(keys, context=_Context(minor > FORMAT.minor)).label_schema

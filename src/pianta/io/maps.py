@@ -1,4 +1,4 @@
-"""Maps of every kind that pianta reads, told apart by the suffix of the file; and NumPy archives of maps."""
+"""Maps of all formats, by the suffix of the file; and NumPy archives of maps."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pianta.io.ros_maps import YAML_SUFFIXES, read_ros_map, save_ros_map
 
 NPZ_SUFFIX = ".npz"
 MAP_SUFFIXES = (*YAML_SUFFIXES, NPZ_SUFFIX, *IMAGE_SUFFIXES)
-# How many numbers the members have; None: as many as the map has cells.
+# Count of numbers in each member of an archive; None for any.
 _COUNTS = {"cells": None, "resolution": 1, "origin": 3}
 
 
@@ -36,9 +36,9 @@ def read_map(
     Parameters
     ----------
     path
-        The file; its suffix tells the kind.
+        The file; its suffix gives the format.
     resolution
-        Metres per cell of a plain image, which needs it; the other kinds bring their own.
+        Metres per cell of a plain image, which needs it; the other formats have their own.
     origin
         The x, y (m) and yaw (rad, counter-clockwise) of the lower-left corner of a plain image; None for zero.
     trust_thresholds
@@ -103,12 +103,11 @@ def read_npz_map(path: str | Path, *, max_cells: int = MAX_CELLS) -> GridMap:
     file = check_input_file(path, "map", MapError)
     try:
         arrays, faults = _read_arrays(file, max_cells)
-    # zipfile, zlib and numpy raise whatever a hostile file drives them to.
+    # zipfile, zlib and numpy raise various exceptions for hostile files.
     except Exception as exception:
-        raise MapError(
-            f"map {short_repr(file)} is no NumPy archive or damaged: {one_line_reason(exception)}"
-        ) from exception
-    # Harmless stand-ins for what could not be read, so that GridMap finds the faults of the rest.
+        reason = one_line_reason(exception)
+        raise MapError(f"map {short_repr(file)} is no NumPy archive or damaged: {reason}") from exception
+    # Valid substitutes for unreadable members, so that GridMap finds the faults of the others.
     cells = arrays.get("cells", np.zeros((1, 1), np.int8))
     resolution = arrays.get("resolution", np.ones(1)).item()
     origin = arrays.get("origin", np.zeros(3)).ravel().tolist()
@@ -122,7 +121,7 @@ def read_npz_map(path: str | Path, *, max_cells: int = MAX_CELLS) -> GridMap:
 
 
 def _read_arrays(file: Path, max_cells: int) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """The members that are arrays of numbers, of the right count; and what is wrong with the others."""
+    """The valid members, and the faults of the others."""
     arrays, faults = {}, []
     with zipfile.ZipFile(file) as archive:
         for key, count in _COUNTS.items():
@@ -136,7 +135,7 @@ def _read_arrays(file: Path, max_cells: int) -> tuple[dict[str, NDArray[Any]], l
 
 
 def _check_member(archive: zipfile.ZipFile, key: str, count: int | None, max_cells: int) -> None:
-    """Raise MapError when the header of a member promises what must not or need not be unpacked."""
+    """Raise MapError for a member whose header has another type, count of numbers, or too many cells."""
     if f"{key}.npy" not in archive.namelist():
         raise MapError(f"{key} is missing, save it with numpy.savez")
     with archive.open(f"{key}.npy") as stream:
@@ -153,7 +152,7 @@ def _check_member(archive: zipfile.ZipFile, key: str, count: int | None, max_cel
 def save_map(grid: GridMap, path: str | Path) -> None:
     """Write a map as a ROS map.yaml with a PNG beside it (.yaml, .yml), or as a NumPy archive (.npz).
 
-    Raises MapError for another suffix, PiantaError when a file cannot be written.
+    Raises MapError for another suffix, PiantaError if a file cannot be written.
     """
     suffix = Path(path).suffix.lower()
     if suffix == NPZ_SUFFIX:
@@ -170,9 +169,9 @@ def is_trinary(grid: GridMap) -> bool:
 
 
 def save_npz_map(grid: GridMap, path: str | Path) -> None:
-    """Write a map as a compressed NumPy archive that read_npz_map reads back exactly.
+    """Write a map as a compressed NumPy archive, from which read_npz_map returns an equal map.
 
-    Raises MapError when the path does not end in .npz and PiantaError when it cannot be written.
+    Raises MapError if the path does not end in .npz and PiantaError if it cannot be written.
     """
     if Path(path).suffix.lower() != NPZ_SUFFIX:
         raise MapError(f"the map cannot be saved: the path is {short_repr(path)}, give one that ends in .npz")

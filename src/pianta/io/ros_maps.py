@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from PIL import Image
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, ValidationError
 
+from pianta._types import Mask
 from pianta.errors import MapError, MapWarning
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.io._files import MAX_CELLS, atomic_file, check_input_file, one_line_reason, short_repr
+from pianta.io._yaml import PlainLoader
 from pianta.io.images import read_grey
 
 Mode = Literal["trinary", "scale", "raw"]
@@ -27,19 +29,23 @@ ImageFormat = Literal["png", "pgm", "bmp"]
 YAML_SUFFIXES = (".yaml", ".yml")
 MAX_YAML_BYTES = 1_000_000
 
-# What map savers write in trinary mode. Grey 205 is an occupancy of 50/255, just above the free threshold of 0.196.
-FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = 254, 205, 0
-SAVED_FREE_THRESH, SAVED_OCCUPIED_THRESH = 0.196, 0.65
+# Of Nav2's map_saver in trinary mode. Grey 205 is an occupancy of 50/255, just above the free threshold of 0.196.
+FREE_GREY = 254
+UNKNOWN_GREY = 205
+OCCUPIED_GREY = 0
+SAVED_FREE_THRESH = 0.196
+SAVED_OCCUPIED_THRESH = 0.65
 
-# Grey 205 is a saver's unknown, and not somebody's floor, when it fills a hundredth of the map and there is other
-# floor: more cells of grey 250 and above than a tenth of the walls. Of the real maps in the data, 81 have it on
-# 18 … 99 % of their cells and 5 … 38 times as much white as wall; the others have less than 0.1 % of it.
-WHITE_GREY = 250
-UNKNOWN_SHARE, WHITE_PER_OCCUPIED = 0.01, 0.1
+# Grey 205 means unknown, and not free, if it fills a hundredth of the map and there is other floor: more white cells
+# than a tenth of the walls. Chosen on the real maps in the data: 81 have it on 18 … 99 % of their cells and 5 … 38
+# times as many white cells as walls; the others have less than 0.1 % of it.
+WHITE_GREY = 250  # and above
+UNKNOWN_SHARE = 0.01  # of all cells
+WHITE_PER_OCCUPIED = 0.1  # white cells to walls
 
 
 class _MapYaml(BaseModel):
-    """The keys of map.yaml; a description says what to give, for messages."""
+    """The keys of map.yaml; descriptions are the remedies in messages."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -54,14 +60,8 @@ class _MapYaml(BaseModel):
     )
 
 
-class _PlainLoader(yaml.BaseLoader):
-    """YAML as yaml-cpp hands it to Nav2: scalars stay text until a key wants a number; the first of two keys counts."""
-
-    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        """Refuse aliases, with which a short file can unfold to an endless one."""
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.YAMLError("it has aliases (*name), write the values out")
-        return super().compose_node(parent, index)
+class _MapLoader(PlainLoader):
+    """YAML as yaml-cpp gives it to Nav2: scalars stay text until parsed; the first of two equal keys counts."""
 
     def compose_mapping_node(self, anchor: dict[Any, yaml.Node]) -> yaml.MappingNode:
         """Put the first of equal keys last, where it wins."""
@@ -75,10 +75,10 @@ def read_ros_map(path: str | Path, *, trust_thresholds: bool = False, max_cells:
 
     The image's name is relative to the folder of the YAML.
     trust_thresholds: keep grey 205 free where free_thresh makes it so. Map savers write 205 for unknown, and many
-    YAMLs carry free_thresh 0.25, which turns all the unknown into floor; unless this is set, it stays unknown and
-    a MapWarning says so.
+    YAMLs have free_thresh 0.25, which turns all unknown cells into floor; by default they stay unknown, with a
+    MapWarning.
 
-    Raises MapError, with every fault of the YAML in one message, when the YAML or its image cannot be used.
+    Raises MapError, with every fault of the YAML in one message, if the YAML or its image cannot be used.
     """
     file = check_input_file(path, "map", MapError)
     description = _read_map_yaml(file)
@@ -90,10 +90,10 @@ def read_ros_map(path: str | Path, *, trust_thresholds: bool = False, max_cells:
     if transparent is not None and description.mode != "raw":
         cells[transparent] = UNKNOWN
     if not trust_thresholds and description.mode != "raw":
-        trapped = _find_trapped_unknown(grey, cells, negate=description.negate)
-        if trapped is not None:
-            cells[trapped] = UNKNOWN
-            warnings.warn(_describe_trap(file, description, trapped), MapWarning, stacklevel=2)
+        false_free = _find_false_free(grey, cells, negate=description.negate)
+        if false_free is not None:
+            cells[false_free] = UNKNOWN
+            warnings.warn(_describe_false_free(file, description, false_free), MapWarning, stacklevel=2)
     return GridMap(cells, description.resolution, description.origin, file.name)
 
 
@@ -102,8 +102,8 @@ def _read_map_yaml(file: Path) -> _MapYaml:
     if file.stat().st_size > MAX_YAML_BYTES:
         raise MapError(f"{name} has more than {MAX_YAML_BYTES} bytes, give the map.yaml that names the image")
     try:
-        # yaml-cpp lets a tab separate, PyYAML does not.
-        keys = _PlainLoader(file.read_bytes().replace(b"\t", b" ")).get_data()
+        # A tab is a separator in yaml-cpp, but not in PyYAML.
+        keys = _MapLoader(file.read_bytes().replace(b"\t", b" ")).get_data()
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError, OSError) as exception:
         raise MapError(f"{name} is no YAML: {one_line_reason(exception)}") from None
     if not isinstance(keys, dict):
@@ -139,25 +139,23 @@ def _cells_of_greys(description: _MapYaml) -> NDArray[np.int8]:
     return cells
 
 
-def _find_trapped_unknown(
-    grey: NDArray[np.uint8], cells: NDArray[np.int8], *, negate: bool
-) -> NDArray[np.bool_] | None:
-    """Cells, shape (H, W), that a saver meant as unknown and the thresholds read as free; None if there are none."""
+def _find_false_free(grey: NDArray[np.uint8], cells: NDArray[np.int8], *, negate: bool) -> Mask | None:
+    """Mask, shape (H, W), of cells with the grey of unknown that the thresholds make free; None without any."""
     unknown_grey = 255 - UNKNOWN_GREY if negate else UNKNOWN_GREY
     free = cells == FREE
-    trapped = free & (grey == unknown_grey)
-    if np.count_nonzero(trapped) < UNKNOWN_SHARE * cells.size:
+    false_free = free & (grey == unknown_grey)
+    if np.count_nonzero(false_free) < UNKNOWN_SHARE * cells.size:
         return None
     floor = free & ((grey <= 255 - WHITE_GREY) if negate else (grey >= WHITE_GREY))
     walls = cells == OCCUPIED
-    return trapped if np.count_nonzero(floor) > WHITE_PER_OCCUPIED * np.count_nonzero(walls) else None
+    return false_free if np.count_nonzero(floor) > WHITE_PER_OCCUPIED * np.count_nonzero(walls) else None
 
 
-def _describe_trap(file: Path, description: _MapYaml, trapped: NDArray[np.bool_]) -> str:
+def _describe_false_free(file: Path, description: _MapYaml, false_free: Mask) -> str:
     grey = 255 - UNKNOWN_GREY if description.negate else UNKNOWN_GREY
     return (
         f"map {short_repr(file)}: free_thresh {description.free_thresh} makes grey {grey} free, which map savers write "
-        f"for unknown; its {np.count_nonzero(trapped)} cells ({trapped.mean():.0%}) are read as unknown, "
+        f"for unknown; its {np.count_nonzero(false_free)} cells ({false_free.mean():.0%}) are read as unknown, "
         f"keep them free with trust_thresholds=True"
     )
 
@@ -166,10 +164,10 @@ def save_ros_map(grid: GridMap, path: str | Path, *, mode: Mode = "trinary", ima
     """Write map.yaml at `path` and the image beside it, with the same stem; origin and resolution in full precision.
 
     mode: "trinary" keeps free, unknown and occupied, and values between become unknown; "scale" (PNG only, unknown
-    is transparent) and "raw" keep every value. In scale mode the thresholds are 0 and 1, where Nav2's saver writes
-    0.196 and 0.65 and loses the values outside them.
+    is transparent) and "raw" keep every value. In scale mode the thresholds are 0 and 1, not Nav2's 0.196 and 0.65,
+    which lose the values outside them.
 
-    Raises MapError for a wrong option and PiantaError when a file cannot be written; then neither is.
+    Raises MapError for a wrong option and PiantaError if a file cannot be written; then no file is written.
     """
     path = Path(path)
     _check_save_options(path, mode, image_format)
@@ -184,7 +182,7 @@ def save_ros_map(grid: GridMap, path: str | Path, *, mode: Mode = "trinary", ima
         "occupied_thresh": occupied_thresh,
         "free_thresh": free_thresh,
     }
-    # The inner file takes its place first: a YAML never names an image that is not there.
+    # The inner file is renamed first, so that a YAML never names a missing image.
     with atomic_file(path) as new_yaml, atomic_file(image_path) as new_image:
         Image.fromarray(_pixels_of_cells(grid, mode)).save(new_image)
         new_yaml.write_text(yaml.safe_dump(keys, sort_keys=False, default_flow_style=None), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The last step of every layout method: rooms get their ids, and doors follow."""
+"""The last step of every layout method: the ids of rooms."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pianta.gridmap import GridMap
 
 
 def assemble_floor(rooms: Sequence[Room], doors: Sequence[Door], walls: Sequence[LineString], grid: GridMap) -> Floor:
-    """Floor with rooms renumbered in reading order of the map image: rows of a metre from the top, then columns."""
+    """Floor with rooms renumbered in reading order of the map image: rows of 1 m from the top, then columns."""
 
     def corner(room: Room) -> tuple[int, float]:
         rows, cols = grid.map_to_pixel(*shapely.get_coordinates(room.polygon).T)

@@ -13,53 +13,56 @@ P = TypeVar("P", bound="Parameters")
 
 @dataclass(frozen=True, kw_only=True)
 class Parameters:
-    """The thresholds of a method that finds rooms; each method has its own."""
+    """The thresholds of a method of layout reconstruction; each method has its own class."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ThesisParameters(Parameters):
-    """Thresholds of the layout method of the thesis (section 3.1); nobody should need to change them.
+    """Thresholds of the layout method of the thesis (section 3.1); the defaults fit most buildings.
+
+    Sources: [1] the thesis, [2] the experiments of its authors, [3] trial on the 11 survey maps and 13 schools of the
+    benches and on synthetic maps (docs/layout.md). Values without a number were chosen by hand.
 
     Parameters
     ----------
     working_resolution
-        Metres per cell at which the image operations run; the authors' pixel values belong to it.
+        Metres per cell at which the image operations run: that of the survey's maps, for which [2] gives pixels.
     clutter_size
-        Groups of cells that are not free, smaller than this across, are furniture (section 3.2); metres.
+        Groups of cells that are not free, smaller than this across, are furniture (section 3.2); metres [3].
     canny_low, canny_high
-        The minVal and maxVal of the Canny detector, grey levels of the binary image.
+        The minVal and maxVal of the Canny detector; grey levels of the binary image [2].
     hough_votes
-        Edge length that a line must collect in the Hough transform; metres.
+        Edge length that supports a line in the Hough transform, at least; metres [3].
     hough_angle
-        Angular step of the Hough transform; degrees.
+        Angular step of the Hough transform; degrees [2].
     segment_length, segment_gap
-        Shortest segment, and widest gap that a segment may bridge; metres.
+        Shortest segment, and widest gap that a segment may bridge; metres [3].
     hough_passes
-        Times that the transform is run, each on the edges that the former ones left unexplained.
+        How often the transform is run, each time on the edges that earlier passes left unexplained [3].
     angle_bandwidth
-        The bandwidth h of eq. 3.2.
+        The bandwidth h of eq. 3.2 [1].
     line_distance
-        Distance from which parallel lines are kept apart; metres (the text's 90 cm).
+        Parallel lines at least this far apart are different walls; metres [1].
     line_support
-        Length of segments below which a cluster is no wall; metres.
+        A cluster with a smaller total length of segments is not a wall; metres [3].
     filled_gap
-        Gaps between two segments of a line up to this length are doors, and count as wall; metres.
+        Gaps between two segments of a line up to this length are doors, and count as wall; metres [3].
     courtyard_area
         Smaller unknown spots inside the contour count as inside; m².
     inside_share
-        The δ as a share of the face; a face with less of its area inside the contour is external.
+        The δ of the thesis, as a share of the face; a face with less of its area inside the contour is external [3].
     partial_weight
-        A face whose edge to an external face weighs less is partial.
+        A face whose edge to an external face has a lower weight is partial [2].
     sigma
-        Softness of the affinity exp(-w / σ). The authors' 0.1 splits corridors at a hint of wall.
+        Softness of the affinity exp(-w / σ) [3]. The 0.1 of [2] splits corridors at the slightest trace of a wall.
     epsilon
-        The ε of DBSCAN.
+        The ε of DBSCAN [1].
     room_area
-        Free area below which a cluster of faces is no room; m².
+        A cluster of faces with less free area is not a room; m².
     door_width
         Wider passages are openings; metres.
     passage_width
-        Narrower passages lead nowhere; metres.
+        Narrower passages are ignored; metres.
 
     Raises
     ------
@@ -105,7 +108,9 @@ class ThesisParameters(Parameters):
 
 @dataclass(frozen=True, kw_only=True)
 class StructureParameters(Parameters):
-    """Thresholds of the method `structure`, in metres; nobody should need to change them.
+    """Thresholds of the method `structure`, in metres; the defaults fit most buildings.
+
+    The values were chosen on the survey, furniture, schools and clutter maps of the benches (docs/structure.md).
 
     Parameters
     ----------
@@ -114,45 +119,45 @@ class StructureParameters(Parameters):
     clutter_size
         Groups of cells that are not free, smaller than this across, are furniture (section 3.2).
     patch_area
-        Free space apart from the rest that is smaller than this is noise; m².
+        Disconnected free space that is smaller than this is noise; m².
     passage_width
-        Narrower passages lead nowhere.
+        Narrower passages are not cut as necks.
     gap_width
-        To rooms that cannot be reached otherwise a gap as wide as this leads.
+        Rooms that cannot be reached otherwise may be reached through gaps at least this wide.
     saddle_ratio
-        A place is a neck when its clearance is less than this share of that on both sides.
+        A point is a neck if its clearance is less than this share of the clearance on both sides.
     mouth_ratio
-        So is a place where one side has less than this share of the clearance of the other.
+        It is also a neck if one side has less than this share of the clearance of the other.
     neck_distance
-        Of two necks with both ends nearer than this the shorter one stays.
+        Of two necks with both ends nearer to each other than this the shorter one stays.
     wall_reach
         How far beyond the jambs of a neck the wall in line with it is followed.
     room_area
-        A smaller room belongs to its neighbour, or is none; m².
+        A smaller room is merged into its neighbour, or dropped if it has none; m².
     closed_room_area
-        A smaller room without a passage belongs to its neighbour; m².
+        A smaller room without a passage is merged into its neighbour; m².
     smoothing
-        Side of the square whose area an outline may leave out at a corner.
+        Tolerance of the simplified outlines: an outline may leave out a square of this side at a corner.
     notch_depth, notch_width
         Furniture along a wall is no deeper and no wider than this.
     door_width
         Wider passages are openings.
     unseen_width
-        Thinner unknown space is wall, or between the beams of the scanner.
+        Thinner unknown space is a wall, or a gap between two beams of the scanner.
     frontier
-        A room that borders as much unseen space is partial.
+        A room with at least this length of frontier to unknown space is partial.
     split_share
-        Two parts of a room are rooms when at most this share of the wall line between them is open.
+        Open share of the wall line between two parts of a room, at most, for the parts to be rooms.
     split_wall
-        Wall between two such parts, at least.
+        Length of wall between two such parts, at least.
     split_opening
-        Widest opening between them, as a multiple of the width of the narrower one, at most.
+        Widest opening between them, as a multiple of the width of the narrower part, at most.
     split_clearance
         Width of each such part, the diameter of the largest circle in it, at least.
     split_area
         Area of each such part, at least; m².
     longest_opening
-        A wider opening of a wall line is not closed.
+        A wider opening of a wall line is never closed.
     line_reach
         How far a wall line is followed both ways.
 
@@ -210,13 +215,10 @@ def _check_positive(parameters: ThesisParameters | StructureParameters) -> None:
         raise OptionError("; ".join(faults) + "; give positive numbers")
 
 
-def check_parameters(given: Parameters | None, kind: type[P]) -> P:
-    """The parameters of a method: those given, or the default ones for None.
-
-    Raises OptionError when they belong to another method.
-    """
-    if given is None:
-        return kind()
-    if not isinstance(given, kind):
-        raise OptionError(f"parameters are {type(given).__name__}, give {kind.__name__}")
-    return given
+def check_parameters(parameters: Parameters | None, parameter_class: type[P]) -> P:
+    """The parameters, or the default ones of a method for None; raises OptionError if they are another method's."""
+    if parameters is None:
+        return parameter_class()
+    if not isinstance(parameters, parameter_class):
+        raise OptionError(f"parameters are {type(parameters).__name__}, give {parameter_class.__name__}")
+    return parameters

@@ -1,4 +1,4 @@
-"""A grid map in, a floor out, by the method of your choice."""
+"""Layout reconstruction by any of the methods: a grid map in, a floor out."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DEFAULT_METHOD = METHODS[0]
 def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Parameters | None = None) -> Floor:
     """Reconstruct the floor that a grid map shows: its rooms and doors, and its walls by some methods.
 
-    Rooms that end at unknown space are partial, by `structure` and `thesis`, and are predicted as a whole
+    With `structure` and `thesis`, rooms that end at unknown space are partial, and their whole shape is predicted
     (thesis, section 8.2).
 
     Parameters
@@ -28,7 +28,7 @@ def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Para
         section 3.1), or a method of the survey of Bormann et al. ("morphological", "distance", "voronoi",
         "features").
     parameters
-        The thresholds of the method, in metres; None for those that fit most buildings. `StructureParameters` for
+        The thresholds of the method, in metres; None for the default values. `StructureParameters` for
         "structure", `ThesisParameters` for "thesis", and the class beside each method of the survey.
 
     Returns
@@ -68,7 +68,7 @@ def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Para
 
 
 def find_rooms(grid: GridMap, *, method: str, parameters: Parameters | None = None) -> Floor:
-    """The floor of `reconstruct`, with partial rooms as they were seen."""
+    """The floor of `reconstruct`, without a prediction for partial rooms."""
     check_method(method)
     if method in SEGMENTATIONS:
         from pianta.layout.rivals.methods import segment_rooms
@@ -85,6 +85,6 @@ def find_rooms(grid: GridMap, *, method: str, parameters: Parameters | None = No
 
 
 def check_method(method: str) -> None:
-    """Raise OptionError for the name of no method."""
+    """Raise OptionError for an unknown method."""
     if method not in METHODS:
         raise OptionError(f"method is {method!r}, give one of {', '.join(METHODS)}")

@@ -1,4 +1,4 @@
-"""A plan in, its floors out: the preprocessing of section 3.3 of the thesis, and its layout method after it."""
+"""A plan in, its floors out: the preprocessing of section 3.3 of the thesis, and the layout method after it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from shapely import unary_union
 
-from pianta._types import Colors
 from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
@@ -19,56 +18,41 @@ from pianta.io.drawings.ifc import read_ifc_plan
 from pianta.io.images import Source, path_of
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
 from pianta.plan.doors.lines import PlanDoors, find_doors
-from pianta.plan.doors.swings import Swing, find_swings
-from pianta.plan.scale import (
-    DOOR_WIDTH,
-    SURE_BY_DOORS,
-    PlanScale,
-    agree_on_doors,
-    are_surely_doors,
-    find_door_scale,
-    find_stated_scale,
-    fit_door_px,
-    fits_doors,
-    refine_by_sizes,
-)
-from pianta.plan.sheets.binarization import binarise, measure_contrast
-from pianta.plan.sheets.floors_on_sheet import lay_out_floors
+from pianta.plan.scale import find_scale, refine_by_sizes
+from pianta.plan.sheets.floors_on_sheet import reconstruct_sheet_floors
 from pianta.plan.sheets.map_or_plan import looks_like_drawing
 from pianta.plan.sheets.open_sheet import open_sheet
-from pianta.plan.sheets.sheet import PlacedText, Sheet
+from pianta.plan.sheets.sheet import PlacedText, PlanScale, Sheet
 from pianta.plan.symbols.detection import find_symbols, remove_symbols
 from pianta.plan.symbols.poses import PlacedSymbol
-from pianta.plan.symbols.templates import own_templates, read_symbol_folder
-from pianta.plan.text.legend import Legend, find_legend
+from pianta.plan.symbols.templates import builtin_templates, read_symbol_folder
+from pianta.plan.text.legend import find_legend
 from pianta.plan.text.recognition import erase_texts, read_texts, text_reader_available
 from pianta.plan.text.room_names import name_rooms
-from pianta.plan.walls.floor_map import draw_floor_map, trust_walls
-from pianta.plan.walls.regions import NETWORKS, find_regions, has_walls
+from pianta.plan.walls.floor_map import draw_floor_map, use_named_walls
+from pianta.plan.walls.segmentation import NETWORKS, has_walls, segment_sheet
 
-# Swings that are smaller than this share of a door are none.
-SMALLEST_SWING = 0.5
-NO_ROOMS = "plan {} shows no rooms, give a plan with walls, or its resolution="
-NO_DRAWING = "plan {} looks blank, like noise, like a photo or like text, give a drawing"
 IFC_SUFFIX = ".ifc"
-# Metres of a cell of the frame, of the margin around the rooms, and cells at most along the longer side.
-CELL, MARGIN, MOST_CELLS = 0.05, 1.0, 8000
+# The frame of a storey of an IFC
+CELL = 0.05  # m; larger for storeys that would have too many cells
+MARGIN = 1.0  # m around the rooms
+MAX_SIDE_CELLS = 8000  # cells of the longer side
 
 
 @dataclass(frozen=True, eq=False)
 class PlanFloor:
-    """A floor that was found in a plan.
+    """A floor of a plan.
 
     Attributes
     ----------
     floor
         Metres, y up; of a sheet with the origin in its lower left corner, of an IFC in the frame of the model.
     grid
-        The frame of the sheet, unknown cells of its pixels.
+        The frame of the sheet: its pixels as unknown cells.
     scale
-        Metres per pixel, and what tells them.
+        Metres per pixel, and where they come from.
     name
-        Of the storey, empty where the plan does not say.
+        Of the storey, empty if the plan does not name it.
     """
 
     floor: Floor
@@ -88,7 +72,7 @@ class PlanReading:
     sheet
         The sheet as it was opened; None for an IFC.
     symbols
-        Those that were found on the sheet, the best first.
+        The symbols on the sheet, the best match first.
     """
 
     floors: tuple[PlanFloor, ...]
@@ -121,15 +105,15 @@ def read_plan(
     symbols
         Folder with PNGs of symbols besides our own; door*.png are doors.
     method
-        How rooms are found in what remains, one of `METHODS`.
+        The layout method that finds the rooms, one of `METHODS`.
     with_symbols
-        Whether symbols are found and removed, and the gaps of doors closed.
+        Whether to find and remove symbols, and to close the gaps of doors.
     with_text
-        Whether text is read.
+        Whether to read text.
     networks
-        Those that say what is wall.
+        The networks that segment the sheet, of which the mean counts.
     max_cells
-        The most pixels that a picture may have.
+        Pixels that a picture may have.
 
     Returns
     -------
@@ -139,7 +123,7 @@ def read_plan(
     Raises
     ------
     PlanError
-        The file is no plan, or shows no rooms; in one line.
+        The file is no plan, or shows no rooms.
     OptionError
         The method is unknown, or an IFC is given a page, a resolution or symbols.
 
@@ -162,129 +146,94 @@ def read_plan(
     check_method(method)
     path = path_of(source)
     if Path(path).suffix.lower() == IFC_SUFFIX:
-        return _read_ifc(path, {"page=": page, "resolution=": resolution, "symbols=": symbols})
-    templates = own_templates() + (read_symbol_folder(symbols) if symbols else ())
+        _refuse_options(path, {"page=": page, "resolution=": resolution, "symbols=": symbols})
+        return PlanReading(read_storeys(path), None)
+    templates = builtin_templates() + (read_symbol_folder(symbols) if symbols else ())
     sheet = open_sheet(source, page=page, max_cells=max_cells)
     if sheet.walls is None and not looks_like_drawing(sheet.colors):
-        raise PlanError(NO_DRAWING.format(short_repr(path)))
-    # Text tells the names and the scale, and is no wall
+        raise PlanError(f"plan {short_repr(path)} looks blank, like noise, like a photo or like text, give a drawing")
+    # Text gives the names and the scale, and would be taken for symbols
     texts = _read_texts(sheet, path) if with_text else sheet.texts or ()
-    view = _view_sheet(sheet, texts, resolution=resolution, networks=networks)
-    # Symbols are matched with templates and removed, doors remembered; each spot is inside, wall, door or outside
-    found = find_symbols(view.colors, door_px=view.drawn_px, templates=templates) if with_symbols else ()
-    # The network has learned from sheets with their text, and erased text can take a line with it
-    regions = find_regions(remove_symbols(sheet.colors, found), door_px=view.door_px, networks=networks)
-    doors = find_doors(regions, view.swings, found, sheet.doors) if with_symbols else PlanDoors()
-    regions = regions if sheet.walls is None else trust_walls(regions, sheet.walls)
+    textless = erase_texts(sheet, texts)
+    measured = find_scale(sheet, textless, texts, resolution=resolution, networks=networks)
+    # Symbols are matched with templates and removed; the network sees the text, as in its training
+    placed = find_symbols(textless, door_px=measured.drawn_door_px, templates=templates if with_symbols else ())
+    class_map = segment_sheet(remove_symbols(sheet.colors, placed), door_px=measured.door_px, networks=networks)
+    swings = measured.swings if with_symbols else ()
+    doors = find_doors(class_map, swings, placed, sheet.doors) if with_symbols else PlanDoors()
+    if sheet.walls is not None:
+        class_map = use_named_walls(class_map, sheet.walls)
     # The gaps of doors are closed, walls thinned to lines, and the layout method finds the rooms between them
-    floors = []
-    if has_walls(regions):
+    floors: list[Floor] = []
+    if has_walls(class_map):
         floor_map = draw_floor_map(
-            regions,
+            class_map,
             doors.closed,
-            sheet_shape=sheet.colors.shape[:2],
-            resolution=view.scale.resolution,
-            sweeps=[swing.sweep() for swing in view.swings] if with_symbols else (),
+            sheet_shape=sheet.shape,
+            resolution=measured.scale.resolution,
+            sweeps=[swing.sweep() for swing in swings],
         )
-        floors = lay_out_floors(floor_map, doors, method=method, source=sheet.source)
+        floors = reconstruct_sheet_floors(floor_map, doors, method=method, source=sheet.source)
     _check_floors(floors, path)
-    scale = view.scale if view.is_stated else refine_by_sizes(view.scale, floors, texts, sheet.colors.shape[0])
-    legend = find_legend(texts)
-    return PlanReading(tuple(_place_floor(floor, sheet, texts, legend, scale) for floor in floors), sheet, tuple(found))
+    scale = measured.scale
+    scale = scale if measured.is_stated else refine_by_sizes(scale, floors, texts, sheet.shape[0])
+    return PlanReading(_scale_and_name(floors, sheet, texts, scale), sheet, placed)
 
 
-def _read_ifc(path: str | Path, options: Mapping[str, object]) -> PlanReading:
-    """The storeys of an IFC; options: those of drawings, which it has no use for."""
+def _refuse_options(path: str | Path, options: Mapping[str, object]) -> None:
+    """Raise OptionError for options of drawings that an IFC has no use for."""
     useless = " and ".join(name for name, value in options.items() if value is not None)
     if useless:
         raise OptionError(f"plan {short_repr(path)} is an IFC and no drawing, leave out {useless}")
-    return PlanReading(tuple(PlanFloor(*storey) for storey in read_storeys(path)), None)
-
-
-@dataclass(frozen=True, eq=False)
-class _View:
-    """A sheet for its symbols, the doors with a swing on it, and its scale.
-
-    colors: the sheet without its text. drawn_px, door_px: pixels of a door as it is drawn, and as the network takes it.
-    """
-
-    colors: Colors
-    swings: tuple[Swing, ...]
-    drawn_px: float
-    door_px: float
-    scale: PlanScale
-    is_stated: bool
-
-
-def _view_sheet(
-    sheet: Sheet, texts: Sequence[PlacedText], *, resolution: float | None, networks: Sequence[str]
-) -> _View:
-    """The scale is stated, or that of doors, or the one at which the sheet looks like a plan.
-
-    What is stated less surely than doors tell it counts where they are less sure still.
-    """
-    ink = binarise(sheet.colors)
-    colors = erase_texts(sheet.colors, ink, texts)
-    inked = ink if colors is sheet.colors else binarise(colors)
-    swings = find_swings(np.maximum(measure_contrast(colors), inked))
-    stated, drawn = find_stated_scale(sheet, texts, ink, given=resolution), agree_on_doors(swings, sheet.doors)
-    sure = stated if stated and stated.confidence > SURE_BY_DOORS else None
-    known_px = DOOR_WIDTH / sure.resolution if sure else drawn.px if drawn else None
-    is_sure = sure is not None or len(sheet.doors) > 0 or are_surely_doors(drawn, max(ink.shape))
-    door_px = fit_door_px(sheet.colors, door_px=known_px, is_sure=is_sure, networks=networks)
-    if drawn is not None and sure is None and not fits_doors(door_px, drawn):
-        # The curves that agreed are letters or furniture
-        drawn, swings = None, tuple(swing for swing in swings if swing.radius >= SMALLEST_SWING * door_px)
-    told = filter(None, (stated, find_door_scale(drawn, door_px)))
-    scale = sure or max(told, key=lambda scale: scale.confidence)
-    return _View(colors, swings, drawn.px if drawn else door_px, door_px, scale, sure is not None)
-
-
-def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:
-    """Raise PlanError where there is no floor, and warn where there are several."""
-    if not floors:
-        raise PlanError(NO_ROOMS.format(short_repr(path)))
-    if len(floors) > 1:
-        told = f"plan {short_repr(path)} shows {len(floors)} floors, each is read on its own"
-        warnings.warn(PlanWarning(told), stacklevel=3)
 
 
 def _read_texts(sheet: Sheet, path: str | Path) -> tuple[PlacedText, ...]:
-    """The texts of a sheet, read where its file does not say them; none, with a warning, where nothing can read."""
+    """The texts of a sheet, from its file or read from its pixels; none, with a warning, without a text reader."""
     if sheet.texts is not None:
         return sheet.texts
     if not text_reader_available():
-        told = f"plan {short_repr(path)} is read without its text, install pianta[plan] to read names"
-        warnings.warn(PlanWarning(told), stacklevel=3)
+        message = f"plan {short_repr(path)} is read without its text, install pianta[plan] to read names"
+        warnings.warn(PlanWarning(message), stacklevel=3)
         return ()
     return read_texts(sheet.colors)
 
 
-def _place_floor(
-    floor: Floor, sheet: Sheet, texts: Sequence[PlacedText], legend: Legend, scale: PlanScale
-) -> PlanFloor:
-    """A floor, in pixels of the sheet with y up, in metres and with the names of its rooms."""
-    placed = scale_floor(floor, scale.resolution, scale.resolution)
-    grid = GridMap(np.full(sheet.colors.shape[:2], UNKNOWN, np.int8), scale.resolution)
-    return PlanFloor(name_rooms(placed, texts, grid, legend), grid, scale)
+def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:
+    """Raise PlanError if there is no floor, and warn if there are several."""
+    if not floors:
+        raise PlanError(f"plan {short_repr(path)} shows no rooms, give a plan with walls, or its resolution=")
+    if len(floors) > 1:
+        message = f"plan {short_repr(path)} shows {len(floors)} floors, each is read on its own"
+        warnings.warn(PlanWarning(message), stacklevel=3)
 
 
-def read_storeys(path: str | Path) -> list[tuple[Floor, GridMap, PlanScale, str]]:
-    """Each storey with rooms, from the lowest to the highest: its floor, a frame of unknown cells, scale and name.
+def _scale_and_name(
+    floors: Sequence[Floor], sheet: Sheet, texts: Sequence[PlacedText], scale: PlanScale
+) -> tuple[PlanFloor, ...]:
+    """Floors in pixels of the sheet, y up, in metres and with the names of their rooms."""
+    grid, legend = GridMap(np.full(sheet.shape, UNKNOWN, np.int8), scale.resolution), find_legend(texts)
+    in_metres = [scale_floor(floor, scale.resolution, scale.resolution) for floor in floors]
+    return tuple(PlanFloor(name_rooms(floor, texts, grid, legend), grid, scale) for floor in in_metres)
+
+
+def read_storeys(path: str | Path) -> tuple[PlanFloor, ...]:
+    """Each storey of an IFC that has rooms, the lowest first.
 
     Warnings and errors as of read_ifc_plan.
     """
-    framed = [(storey, _frame(storey.floor)) for storey in read_ifc_plan(path)]
-    return [(storey.floor, frame, _scale(frame), storey.name) for storey, frame in framed]
-
-
-def _scale(frame: GridMap) -> PlanScale:
-    return PlanScale(frame.resolution, "the units of the file", 1.0)
+    floors = []
+    for storey in read_ifc_plan(path):
+        grid = _frame(storey.floor)
+        floors.append(
+            PlanFloor(storey.floor, grid, PlanScale(grid.resolution, "the units of the file", 1.0), storey.name)
+        )
+    return tuple(floors)
 
 
 def _frame(floor: Floor) -> GridMap:
+    """Unknown cells around the rooms of a floor."""
     left, bottom, right, top = unary_union([room.polygon for room in floor.rooms]).bounds
     longest = max(right - left, top - bottom) + 2 * MARGIN
-    cell = max(CELL, longest / MOST_CELLS)
+    cell = max(CELL, longest / MAX_SIDE_CELLS)
     shape = tuple(int(np.ceil((side + 2 * MARGIN) / cell)) for side in (top - bottom, right - left))
     return GridMap(np.full(shape, UNKNOWN, np.int8), cell, (left - MARGIN, bottom - MARGIN, 0.0))

@@ -1,4 +1,4 @@
-"""The scale of a plan: metres per pixel, what tells them, and how sure they are."""
+"""The scale of a plan: metres per pixel, where they come from, and how certain they are."""
 
 from __future__ import annotations
 
@@ -8,192 +8,214 @@ from math import inf, isfinite, log, sqrt
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from pianta._types import Colors, Floats, Mask
+from pianta._types import Colors, Floats, Indices
 from pianta.errors import PlanError
 from pianta.floor import Floor
-from pianta.plan.doors.swings import DoorSize, Swing, agree_on_size
-from pianta.plan.sheets.binarization import measure_contrast
-from pianta.plan.sheets.sheet import PlacedText, Sheet
+from pianta.plan.doors.swings import DoorWidth, Swing, consensus_door_width, find_swings
+from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, PlanScale, Sheet
 from pianta.plan.text.dimensions import parse_scale_bar, scale_from_dimensions
-from pianta.plan.walls.regions import DOOR_CELLS, NETWORKS, find_regions, measure_doubt
-
-DOOR_WIDTH = 0.9  # metres
-# Doors with a swing tell the scale when so many agree, and are so large.
-LEAST_DOORS, LEAST_DOOR_PX = 3, 8.0
-# Of so many nobody doubts that they are doors.
-SURE_DOORS = 8
-# How sure doors make a scale: people draw them as they like.
-SURE_BY_DOORS, SURE_BY_LOOK = 0.6, 0.3
-# Longer sides that a sheet may have, metres; what states others is wrong.
-SHEET_METRES = (2.0, 5000.0)
-# Cells of a sheet that the network takes at most, for its memory; larger sheets are seen more coarsely.
-MOST_CELLS = 4e6
-# Longer sides of a drawing that are tried where no door is found, in doors, and by what factor each exceeds the next.
-SIDES, STEP = (25.0, 40.0, 63.0, 100.0, 160.0), 1.26
-# The longer side of a sheet is usually so many doors, with such a spread of its logarithm; how much that weighs, nats,
-# where no door is found.
-USUAL_SIDE, SPREAD_OF_SIDES, PRIOR = 100.0, 0.42, 0.04
-# Cells of a side of the square that is asked about.
-ASKED_CELLS = 448
-# Where doors are known what a drawing may have whose doors are too wide for its rooms; what looks like doors and is
-# none of these sizes is none, when another one leaves so much less doubt, nats. What lies between is asked about next
-# to the best. Letters and furniture have arcs that are smaller than doors, but not by more than this factor.
-FACTORS, LESS_DOUBT, MOST_LARGER = (0.5, 0.8, 1.0), 0.05, 3.0
-# A sheet is seldom longer than so many doors: what makes it so is letters, whatever their number.
-LONGEST_SIDE = 250.0
+from pianta.plan.walls.segmentation import DOOR_CELLS, NETWORKS, mean_entropy, segment_sheet
 
 
-@dataclass(frozen=True)
-class PlanScale:
-    """Metres per pixel of a sheet, and what tells them.
+@dataclass(frozen=True, kw_only=True)
+class ScaleParameters:
+    """Thresholds of `find_scale`; a sheet's length is its longer side, a door's width is `DOOR_WIDTH`.
 
-    Attributes
-    ----------
-    resolution
-        Metres per pixel.
-    source
-        What tells them, in a few words.
-    confidence
-        How sure they are, 0 … 1.
+    Chosen by hand on plans of schools and offices, which are longer than flats; no fit is on record.
     """
 
-    resolution: float
-    source: str
-    confidence: float
+    min_sheet: float = 2.0  # m of length of a sheet, at least: what states less is wrong
+    max_sheet: float = 5000.0  # m, at most
+    # The doors that are drawn with a swing
+    min_doors: int = 3  # swings of one radius that are needed
+    min_door_px: float = 8.0  # px of their width
+    n_certain_doors: int = 8  # with at least as many, all are doors, and no other scale is tried
+    max_sheet_doors: float = 250.0  # door widths of length; on longer sheets the swings are letters
+    min_swing: float = 0.5  # of the network's door; if drawn doors do not agree with it, smaller swings are dropped
+    # Confidences, 0 … 1; those of scale bars are in text/dimensions.py
+    confidence_of_file_units: float = 0.95
+    confidence_of_doors: float = 0.6  # times that of their width: people draw doors as they like
+    confidence_of_network_scale: float = 0.3  # of the scale at which the network is least uncertain
+    # Candidate scales for the network
+    door_factors: tuple[float, ...] = (0.5, 0.8, 1.0)  # of the drawn doors, which may be too wide for their rooms
+    max_larger: float = 3.0  # other sizes are at most larger by this factor: arcs in furniture are not much smaller
+    sheet_doors: tuple[float, ...] = (25.0, 40.0, 63.0, 100.0, 160.0)  # lengths in doors that are tried anyway
+    neighbour_factor: float = 1.26  # from the best size to those that are tried next to it
+    min_gain: float = 0.05  # nats by which another size must be less uncertain than those of the drawn doors
+    usual_sheet_doors: float = 100.0  # length in doors of most sheets
+    length_deviation: float = 0.42  # standard deviation of its logarithm
+    length_weight: float = 0.04  # nats: weight of an unusual length, where no doors are drawn
+    window_cells: int = 448  # cells of a side of the part of the sheet that the network is tried on
+    max_cells: float = 4e6  # cells of a sheet, for the network's memory; larger sheets are read more coarsely
 
-    def __str__(self) -> str:
-        return self.describe()
 
-    def describe(self, *, px_per_unit: float = 1.0) -> str:
-        """Describe the scale in one line, in the unit that `resolution=` takes.
+PARAMETERS = ScaleParameters()
 
-        Parameters
-        ----------
-        px_per_unit
-            Pixels per unit of a vector drawing; 1 where pixels are the unit.
 
-        Returns
-        -------
-        str
-            Such as "0.0125 m per pixel by doors, confidence 0.60".
-        """
-        unit = "pixel" if px_per_unit == 1 else "drawing unit"
-        metres = self.resolution * px_per_unit
-        return f"{metres:.3g} m per {unit} by {self.source}, confidence {self.confidence:.2f}"
+@dataclass(frozen=True, eq=False)
+class SheetScale:
+    """The scale of a sheet, and the doors that were measured for it.
+
+    scale: metres per pixel. is_stated: whether it is stated for certain, so that nothing can refine it.
+    swings: the doors that are drawn with a swing. door_px: pixels of a door for the network. drawn_door_px: pixels of
+    the doors that are drawn, which may be too wide for their rooms.
+    """
+
+    scale: PlanScale
+    is_stated: bool
+    swings: tuple[Swing, ...]
+    door_px: float
+    drawn_door_px: float
+
+
+def find_scale(
+    sheet: Sheet,
+    textless: Sheet,
+    texts: Sequence[PlacedText],
+    *,
+    resolution: float | None = None,
+    networks: Sequence[str] = NETWORKS,
+) -> SheetScale:
+    """The scale of a sheet: the stated one, or that of its doors, or the one at which the network is least uncertain.
+
+    textless: the sheet without its texts. resolution: as of find_stated_scale.
+    A stated scale that is less certain than doors counts only if the doors are less certain still.
+    """
+    swings = find_swings(np.maximum(textless.contrast, textless.ink))
+    width = measure_door_width(swings, sheet.doors)
+    stated = find_stated_scale(sheet, texts, resolution=resolution)
+    certain = stated if stated and stated.confidence > PARAMETERS.confidence_of_doors else None
+    expected_px = DOOR_WIDTH / certain.resolution if certain else width.px if width else None
+    is_reliable = certain is not None or len(sheet.doors) > 0 or is_reliable_width(width, max(sheet.shape))
+    door_px = fit_door_px(sheet, door_px=expected_px, is_reliable=is_reliable, networks=networks)
+    if width is not None and certain is None and not agrees_with_doors(door_px, width):
+        # The curves that agreed are letters or furniture
+        smallest = PARAMETERS.min_swing * door_px
+        width, swings = None, tuple(swing for swing in swings if swing.radius >= smallest)
+    candidates = filter(None, (stated, find_door_scale(width, door_px)))
+    scale = certain or max(candidates, key=lambda scale: scale.confidence)
+    return SheetScale(scale, certain is not None, swings, door_px, width.px if width else door_px)
 
 
 def find_stated_scale(
-    sheet: Sheet, texts: Sequence[PlacedText], ink: Mask, *, given: float | None = None
+    sheet: Sheet, texts: Sequence[PlacedText], *, resolution: float | None = None
 ) -> PlanScale | None:
-    """The scale that the user, the file or a scale bar states; None where none of them does.
+    """The scale that the user, the file or a scale bar states; None if none of them does.
 
-    ink: shape (H, W). given: metres per pixel of the user, per unit of a vector file.
-    What the file and the bar state is passed over where no plan has such a size.
-    Raises PlanError for a given one that is no positive number, or by which the sheet is no plan of a building.
+    resolution: metres per pixel from the user, per unit of a vector drawing.
+    A scale of the file or the bar is ignored if no building has such a size.
+    Raises PlanError if the user's is no positive number, or gives the sheet no size of a building.
     """
-    longest = max(ink.shape)
-    least, most = SHEET_METRES
-    if given is not None:
-        if not (isfinite(given) and given > 0):
-            raise PlanError(f"the resolution is {given}, give positive metres per pixel")
-        metres, of_file = given / sheet.px_per_unit, longest / sheet.px_per_unit
-        if not least <= metres * longest <= most:
+    longest = max(sheet.shape)
+
+    def is_plausible(metres: float) -> bool:
+        return PARAMETERS.min_sheet <= metres * longest <= PARAMETERS.max_sheet
+
+    if resolution is not None:
+        if not (isfinite(resolution) and resolution > 0):
+            raise PlanError(f"the resolution is {resolution}, give positive metres per pixel")
+        metres = resolution / sheet.px_per_unit
+        if not is_plausible(metres):
             units = "pixels" if sheet.px_per_unit == 1 else "drawing units"
-            size = f"{metres * longest:.3g} m of a sheet of {of_file:.4g} {units}"
-            raise PlanError(f"the resolution is {given}, which makes {size}, give that of a building")
+            size = f"{metres * longest:.3g} m of a sheet of {longest / sheet.px_per_unit:.4g} {units}"
+            raise PlanError(f"the resolution is {resolution}, which makes {size}, give that of a building")
         return PlanScale(metres, "the given resolution", 1.0)
-    if sheet.resolution is not None and least <= sheet.resolution * longest <= most:
-        return PlanScale(sheet.resolution, "the units of the file", 0.95)
-    bar = parse_scale_bar(texts, ink)
-    plausible = bar is not None and least <= bar.resolution * longest <= most
-    return PlanScale(bar.resolution, "the scale bar", bar.confidence) if bar and plausible else None
+    if sheet.resolution is not None and is_plausible(sheet.resolution):
+        return PlanScale(sheet.resolution, "the units of the file", PARAMETERS.confidence_of_file_units)
+    bar = parse_scale_bar(texts, sheet.ink)
+    return bar if bar is not None and is_plausible(bar.resolution) else None
 
 
-def agree_on_doors(swings: Sequence[Swing], named: Floats) -> DoorSize | None:
-    """The width of the doors; None where so few or so small ones agree that they may be letters.
+def measure_door_width(swings: Sequence[Swing], named: Floats) -> DoorWidth | None:
+    """The width of the doors of a sheet; None if so few or so small swings agree that they may be letters.
 
-    named: shape (N, 2, 2), doors that the file names; without any those with a swing count.
+    named: shape (N, 2, 2), doors that the file names, which count before swings.
     """
     if len(named):
         widths = np.linalg.norm(np.diff(named, axis=1), axis=2)
-        return DoorSize(float(np.median(widths)), len(named), 1.0)
-    size = agree_on_size(swings)
-    return size if size and size.count >= LEAST_DOORS and size.px >= LEAST_DOOR_PX else None
+        return DoorWidth(float(np.median(widths)), len(named), 1.0)
+    width = consensus_door_width(swings)
+    if width and width.count >= PARAMETERS.min_doors and width.px >= PARAMETERS.min_door_px:
+        return width
+    return None
 
 
-def are_surely_doors(doors: DoorSize | None, longest: int) -> bool:
-    """Whether so many swings agree that nobody doubts them, on a sheet with a longer side of so many pixels."""
-    return doors is not None and doors.count >= SURE_DOORS and longest <= LONGEST_SIDE * doors.px
+def is_reliable_width(width: DoorWidth | None, longest: int) -> bool:
+    """Whether enough swings agree to be doors for certain, on a sheet with a longer side of that many pixels."""
+    if width is None or width.count < PARAMETERS.n_certain_doors:
+        return False
+    return longest <= PARAMETERS.max_sheet_doors * width.px
 
 
-def find_door_scale(doors: DoorSize | None, door_px: float) -> PlanScale:
+def find_door_scale(width: DoorWidth | None, door_px: float) -> PlanScale:
     """The scale at which doors are 0.9 m wide.
 
-    doors: those with a swing, None where they tell nothing. door_px: what the look of the drawing says, which stands
-    where the two have nothing to do with each other.
+    width: of the doors that are drawn, None if unknown. door_px: pixels of a door by fit_door_px, which count if the
+    drawn doors do not agree with them.
     """
-    if doors is None or not fits_doors(door_px, doors):
-        return PlanScale(DOOR_WIDTH / door_px, "the look of its walls", SURE_BY_LOOK)
-    count = f"{doors.count} door{'s' * (doors.count > 1)} of {DOOR_WIDTH} m"
-    return PlanScale(DOOR_WIDTH / doors.px, count, SURE_BY_DOORS * doors.confidence)
+    if width is None or not agrees_with_doors(door_px, width):
+        return PlanScale(DOOR_WIDTH / door_px, "the look of its walls", PARAMETERS.confidence_of_network_scale)
+    count = f"{width.count} door{'s' * (width.count > 1)} of {DOOR_WIDTH} m"
+    return PlanScale(DOOR_WIDTH / width.px, count, PARAMETERS.confidence_of_doors * width.confidence)
 
 
-def fits_doors(door_px: float, doors: DoorSize) -> bool:
-    """Whether pixels of a door that fit_door_px found have to do with the doors that it was asked about."""
-    return 0.99 * FACTORS[0] <= door_px / doors.px <= 1.01 * FACTORS[-1]
+def agrees_with_doors(door_px: float, width: DoorWidth) -> bool:
+    """Whether the result of fit_door_px is one of the sizes that it tried for the doors that are drawn."""
+    factors = PARAMETERS.door_factors
+    return 0.99 * factors[0] <= door_px / width.px <= 1.01 * factors[-1]
 
 
 def fit_door_px(
-    colors: Colors, *, door_px: float | None, is_sure: bool = False, networks: Sequence[str] = NETWORKS
+    sheet: Sheet, *, door_px: float | None, is_reliable: bool = False, networks: Sequence[str] = NETWORKS
 ) -> float:
-    """Pixels that a door spans by the look of the drawing.
+    """Pixels of a door at which the network is least uncertain about the part of the sheet with the most ink.
 
-    colors: shape (H, W, 3). door_px: what is thought of it; what is smaller is tried, too, since a drawing's doors may
-    be too wide for its rooms. is_sure: nothing else is tried.
-    Where door_px makes the sheet longer than LONGEST_SIDE doors all that is larger is tried, too.
-    The network was made with plans of one scale, and doubts least where a sheet has it; where it hardly minds and no
-    door is known, a sheet is as large as most are. It is asked about the part of the sheet with the most ink.
+    The network was trained on plans of one scale. door_px: of the doors that are drawn, None if unknown; it is tried
+    with smaller sizes, since drawn doors may be too wide for their rooms. is_reliable: whether no others are tried.
+    Without drawn doors, an unusual length of the sheet counts against a size. If door_px makes the sheet longer than
+    any is, all larger sizes are tried, too.
     """
-    longest = max(colors.shape[:2])
-    least = DOOR_CELLS * sqrt(colors.shape[0] * colors.shape[1] / MOST_CELLS)
-    near = [door_px * factor for factor in FACTORS] if door_px else []
-    usual = [] if is_sure and near else [longest / side for side in SIDES]
-    most = MOST_LARGER * door_px if door_px and longest <= LONGEST_SIDE * door_px else inf
+    p, longest = PARAMETERS, max(sheet.shape)
+    least = DOOR_CELLS * sqrt(sheet.shape[0] * sheet.shape[1] / p.max_cells)
+    near = [door_px * factor for factor in p.door_factors] if door_px else []
+    usual = [] if is_reliable and near else [longest / length for length in p.sheet_doors]
+    most = p.max_larger * door_px if door_px and longest <= p.max_sheet_doors * door_px else inf
     far = [size for size in usual if not door_px or size < near[0] or near[-1] < size <= most]
     sizes = [max(size, least) for size in (*near, *far)]
-    density = cv2.blur(measure_contrast(colors), (longest // 8 + 1, longest // 8 + 1))
-    middle = np.array(np.unravel_index(int(density.argmax()), density.shape))
-    doubts: dict[float, float] = {}
+    density = cv2.blur(sheet.contrast, (longest // 8 + 1, longest // 8 + 1))
+    densest = np.array(np.unravel_index(int(density.argmax()), density.shape))
+    uncertainties: dict[float, float] = {}
 
-    def doubt(size: float) -> float:
-        if size not in doubts:
-            part = _cut_out(colors, middle, side=max(1, round(ASKED_CELLS * size / DOOR_CELLS)))
-            strange = 0.0 if door_px else (log(longest / size / USUAL_SIDE) / SPREAD_OF_SIDES) ** 2 / 2
-            doubts[size] = measure_doubt(find_regions(part, door_px=size, networks=networks[:1])) + PRIOR * strange
-        return doubts[size]
+    def uncertainty(size: float) -> float:
+        """Mean entropy, nats, with the cost of an unusual length."""
+        if size not in uncertainties:
+            window = _crop(sheet.colors, densest, side=max(1, round(p.window_cells * size / DOOR_CELLS)))
+            class_map = segment_sheet(window, door_px=size, networks=networks[:1])
+            deviation = 0.0 if door_px else (log(longest / size / p.usual_sheet_doors) / p.length_deviation) ** 2 / 2
+            uncertainties[size] = mean_entropy(class_map) + p.length_weight * deviation
+        return uncertainties[size]
 
-    best = min(sizes, key=lambda size: doubt(size) + LESS_DOUBT * (size in far))
+    best = min(sizes, key=lambda size: uncertainty(size) + p.min_gain * (size in far))
     low, high = (near[0], near[-1]) if best in near else (0.0, inf)
-    beside = [size for size in (best / STEP, best * STEP) if max(low, least) <= size <= high]
-    return float(min((best, *beside), key=doubt))
+    neighbours = [
+        size for size in (best / p.neighbour_factor, best * p.neighbour_factor) if max(low, least) <= size <= high
+    ]
+    return float(min((best, *neighbours), key=uncertainty))
 
 
-def _cut_out(colors: Colors, middle: NDArray[np.int64], *, side: int) -> Colors:
-    """A square of a sheet around a place, row and col, or as near to it as the sheet goes on."""
+def _crop(colors: Colors, middle: Indices, *, side: int) -> Colors:
+    """A square of a sheet around a row and col, or as near to it as the sheet allows."""
     low = np.clip(middle - side // 2, 0, np.maximum(np.array(colors.shape[:2]) - side, 0))
     return colors[low[0] : low[0] + side, low[1] : low[1] + side]
 
 
 def refine_by_sizes(scale: PlanScale, floors: Sequence[Floor], texts: Sequence[PlacedText], height: int) -> PlanScale:
-    """The scale on which the sizes that are written in rooms agree with the rooms; the same where none are.
+    """The scale at which the sizes that are written in rooms are those of the rooms, if it is more certain.
 
     floors: in pixels, y up. height: of the sheet, pixels.
     """
     bounds = np.array([room.polygon.bounds for floor in floors for room in floor.rooms]).reshape(-1, 4)
     left, low, right, high = bounds.T
     sizes = scale_from_dimensions(texts, np.column_stack([height - high, left, height - low, right]))
-    if sizes is None or sizes.confidence < scale.confidence:
-        return scale
-    return PlanScale(sizes.resolution, "sizes written in rooms", sizes.confidence)
+    return scale if sizes is None or sizes.confidence < scale.confidence else sizes

@@ -1,23 +1,9 @@
 """Pictures of grids, floors, graphs, predictions and explorations, on a matplotlib ax.
 
-Each plot_ function takes `ax=None`, draws in metres where there are any, and returns the ax; none shows it.
+Each plot_ function has an option `ax`, draws in metres if positions are known, and returns the ax; none shows it.
 """
 
 from importlib import import_module
-
-__all__ = [
-    "plot_area",
-    "plot_doors",
-    "plot_exploration",
-    "plot_explored",
-    "plot_floor",
-    "plot_graph",
-    "plot_grid",
-    "plot_room_graph",
-    "plot_rooms",
-    "plot_skeleton",
-    "plot_walls",
-]
 
 _MODULES = {
     "plot_area": "exploration",
@@ -32,6 +18,7 @@ _MODULES = {
     "plot_skeleton": "prediction",
     "plot_walls": "floor",
 }
+__all__ = list(_MODULES)
 
 
 def __getattr__(name: str) -> object:

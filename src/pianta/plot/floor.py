@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import ceil, hypot, log10, pi, sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -18,7 +18,7 @@ from pianta._types import Floats
 from pianta.floor import Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.labels import SCHEMAS
-from pianta.layout._outlines import GRID
+from pianta.layout._label_images import SNAP_DISTANCE
 from pianta.plot.figure import DPI, clean_legend, encode_png, make_square, new_ax, new_figure, shorten
 from pianta.plot.grid import UNKNOWN_GREY, add_background, paint_grid, plot_grid, plot_ink
 from pianta.plot.styles import CERTAIN_FROM, DARK_INK, RoomStyle, Schemas, color_neighbours, list_labels, style_rooms
@@ -71,23 +71,6 @@ PREDICTION_LEVEL = 0.5
 ROOM_LEVEL, WALL_LEVEL, GRAPH_LEVEL, DOOR_LEVEL, TEXT_LEVEL = range(1, 6)
 
 
-class Layers(TypedDict, total=False):
-    """What draw_floor draws besides rooms and doors; each as in plot_floor."""
-
-    walls: bool
-    graph: bool
-    schemas: Schemas
-    paper: NDArray[np.uint8] | None
-
-
-class IdPosition(NamedTuple):
-    """Where the id of a room stands, metres of the map frame, and the font size with which it fits there, metres."""
-
-    x: float
-    y: float
-    size: float
-
-
 def plot_floor(
     floor: Floor,
     grid: GridMap | None = None,
@@ -129,18 +112,34 @@ def plot_floor(
     ax = new_ax(ax)
     if grid is not None:
         plot_grid(grid, ax=ax)
-    _plot_layers(floor, grid, ax, walls=walls, graph=graph, schemas=schemas, paper=paper)
+        if paper is not None:
+            plot_ink(paper, grid, ax=ax)
+    labels = _has_labels(floor)
+    plot_rooms(floor, ax=ax, labels=labels, schemas=schemas)
+    if walls:
+        plot_walls(floor, ax=ax)
+    if graph:
+        plot_graph(floor, ax=ax, labels=labels, schemas=schemas)
+    plot_doors(floor, ax=ax)
     if floor.rooms or grid is not None:
         left, bottom, right, top = _find_extent(floor, grid)
         ax.set(xlim=(left, right), ylim=(bottom, top))
     return ax
 
 
-def draw_floor(floor: Floor, grid: GridMap, **layers: Unpack[Layers]) -> Figure:
+def draw_floor(
+    floor: Floor,
+    grid: GridMap,
+    *,
+    walls: bool = False,
+    graph: bool = False,
+    schemas: Schemas = SCHEMAS,
+    paper: NDArray[np.uint8] | None = None,
+) -> Figure:
     """Picture of a floor on its map, cropped to the building: rooms with their ids, doors, and a scale bar.
 
     The building has a long side of 1600 pixels. If any room has a label, rooms have the colours of their labels, and
-    the picture is larger by a legend below or right of the building.
+    the picture is larger by a legend below or right of the building. Options as in plot_floor.
     """
     left, bottom, right, top = _find_extent(floor, grid)
     inches = LONG_SIDE_PX / DPI / max(right - left, top - bottom)
@@ -148,39 +147,15 @@ def draw_floor(floor: Floor, grid: GridMap, **layers: Unpack[Layers]) -> Figure:
     figure = new_figure(*size, color=BACKGROUND)
     ax = figure.add_axes((0, 0, 1, 1))
     ax.set_axis_off()
-    ax.set(xlim=(left, right), ylim=(bottom, top))
-    _plot_layers(floor, grid, ax, **layers)
+    if paper is not None:
+        plot_ink(paper, grid, ax=ax)
+    plot_floor(floor, ax=ax, walls=walls, graph=graph, schemas=schemas)
     ax.set(xlim=(left, right), ylim=(bottom, top))
     plot_scale_bar(ax=ax)
-    legend_height = 0.0
-    if _has_labels(floor):
-        samples = _list_samples(floor, layers.get("schemas", SCHEMAS), graph=layers.get("graph", False))
-        legend_height = _add_legend(figure, samples)
+    legend_height = _add_legend(figure, _list_samples(floor, schemas, graph=graph)) if _has_labels(floor) else 0.0
     pixels = (round(size[0] * DPI), round(size[1] * DPI))
     add_background(paint_grid(grid, (left, bottom, right, top), pixels), figure, bottom=round(legend_height * DPI))
     return figure
-
-
-def _plot_layers(
-    floor: Floor,
-    grid: GridMap | None,
-    ax: Axes,
-    *,
-    walls: bool = False,
-    graph: bool = False,
-    schemas: Schemas = SCHEMAS,
-    paper: NDArray[np.uint8] | None = None,
-) -> None:
-    """Draw everything above the map of a floor."""
-    labels = _has_labels(floor)
-    plot_rooms(floor, ax=ax, labels=labels, schemas=schemas)
-    if paper is not None and grid is not None:
-        plot_ink(paper, grid, ax=ax)
-    if walls:
-        plot_walls(floor, ax=ax)
-    if graph:
-        plot_graph(floor, ax=ax, labels=labels, schemas=schemas)
-    plot_doors(floor, ax=ax)
 
 
 def _has_labels(floor: Floor) -> bool:
@@ -492,15 +467,15 @@ def _plot_ids(floor: Floor, styles: Mapping[int, RoomStyle], ax: Axes) -> None:
         ax.add_artist(PathPatch(centred, facecolor=style.ink, linewidth=0, zorder=TEXT_LEVEL))
 
 
-def _position_ids(floor: Floor, styles: Mapping[int, RoomStyle]) -> dict[int, IdPosition]:
-    """The position of the id of each room."""
+def _position_ids(floor: Floor, styles: Mapping[int, RoomStyle]) -> dict[int, tuple[float, float, float]]:
+    """For each room x, y (m) of its id, and the font size (m) with which the id fits there."""
     left, bottom, right, top = MultiPolygon([room.polygon for room in floor.rooms]).bounds
     smallest, largest = (share * max(right - left, top - bottom) for share in ID_SIZES)
     positions = {}
     for room in floor.rooms:
         point, radius = _find_wide_point(room.polygon)
         fitting = ID_IN_CIRCLE * radius / _radius_of_id(floor, styles.get(room.id))
-        positions[room.id] = IdPosition(point.x, point.y, min(max(fitting, smallest), largest))
+        positions[room.id] = point.x, point.y, min(max(fitting, smallest), largest)
     return positions
 
 
@@ -558,7 +533,7 @@ def _plot_predictions(floor: Floor, ax: Axes) -> None:
     for room in floor.rooms:
         if room.predicted is None:
             continue
-        for part in get_parts(difference(room.predicted, room.polygon, grid_size=GRID)):
+        for part in get_parts(difference(room.predicted, room.polygon, grid_size=SNAP_DISTANCE)):
             if part.area >= MIN_PREDICTED_AREA:
                 hatch = {"facecolor": "none", "edgecolor": HATCH_COLOR, "hatch": HATCH, "linewidth": 0}
                 ax.add_artist(patch_from_polygon(part, **hatch, zorder=PREDICTION_LEVEL))

@@ -18,8 +18,7 @@ from scipy.sparse.csgraph import connected_components, shortest_path
 from pianta._types import Floats, Mask
 from pianta.errors import OptionError
 from pianta.io._files import count_noun
-from pianta.io.buildings._repair import normalize_label
-from pianta.labels import RC, LabelConvention, LabelSchema
+from pianta.labels import RC, LabelConvention, LabelSchema, normalize_label
 from pianta.plot.figure import clean_legend, new_ax, new_figure, shorten
 from pianta.plot.floor import EDGE_COLOR, GRAPH_LEVEL, make_node
 from pianta.plot.styles import DARK_INK, NEUTRAL_COLOR, RoomStyle

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from pianta.gridmap import FREE_AT_MOST, OCCUPIED_AT_LEAST, GridMap
+from pianta.gridmap import MAX_FREE, MIN_OCCUPIED, GridMap
 from pianta.plot.figure import new_ax
 
 if TYPE_CHECKING:
@@ -75,8 +75,8 @@ def render_grid(grid: GridMap) -> bytes:
 def shade_cells(cells: NDArray[np.int8]) -> NDArray[np.uint8]:
     """The grey of each cell of a map, the shape of the cells."""
     table = np.full(256, UNKNOWN_GREY, np.uint8)
-    table[: FREE_AT_MOST + 1] = FREE_GREY
-    table[OCCUPIED_AT_LEAST:101] = OCCUPIED_GREY
+    table[: MAX_FREE + 1] = FREE_GREY
+    table[MIN_OCCUPIED:101] = OCCUPIED_GREY
     return np.asarray(cv2.LUT(np.ascontiguousarray(cells).view(np.uint8), table))
 
 

@@ -18,8 +18,8 @@ from pianta.plot.floor import EDGE_COLOR
 from pianta.plot.graphs import HALF_SIDE, list_handles, place_nodes, plot_room_graph
 from pianta.plot.styles import DARK_INK
 from pianta.prediction.prediction import Prediction
+from pianta.prediction.revealed_floor import RevealedFloor
 from pianta.prediction.unexplored_part import SampledFloor
-from pianta.prediction.whole_floor import WholeFloor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,7 +74,7 @@ SMALL_FONT_SIZE = 7.5
 TINY_FONT_SIZE = 5.5
 
 
-def draw_prediction(prediction: Prediction, *, truth: WholeFloor | None = None) -> Figure:
+def draw_prediction(prediction: Prediction, *, truth: RevealedFloor | None = None) -> Figure:
     """Picture of a prediction: the known part, a sample, the corridors, and bars of labels, over a legend.
 
     truth: the whole floor; it is then drawn with its known part shaded, instead of the known part alone.
@@ -96,7 +96,7 @@ def draw_prediction(prediction: Prediction, *, truth: WholeFloor | None = None) 
     return figure
 
 
-def plot_explored(prediction: Prediction, *, ax: Axes | None = None, truth: WholeFloor | None = None) -> Axes:
+def plot_explored(prediction: Prediction, *, ax: Axes | None = None, truth: RevealedFloor | None = None) -> Axes:
     """Draw the known part of a floor, shaded, with red frames on open corridors and `?` behind unopened doors.
 
     Corridors have their names, as in `plot_skeleton`.
@@ -132,7 +132,7 @@ def plot_explored(prediction: Prediction, *, ax: Axes | None = None, truth: Whol
     # Nodes of the whole floor are the ids of its rooms; those of the explored part are not.
     node_names = room_ids if truth else {node: node for node in explored.graph}
     graph = truth.graph if truth else explored.graph
-    known_nodes = [node_names[node] for node in explored.known]
+    known_nodes = [node_names[node] for node in explored.known_graph]
     open_ends = [node_names[node] for node in explored.open]
     corridors = {node_names[node]: room_ids[node] for node in explored.corridors}
     plot_known_part(graph, known_nodes, ax=ax, schema=prediction.schema, open_ends=open_ends, names=corridors)
@@ -164,8 +164,8 @@ def choose_sample(prediction: Prediction) -> SampledFloor:
 def plot_sample(sample: SampledFloor, prediction: Prediction, *, ax: Axes | None = None) -> Axes:
     """Draw a sample, its known part shaded, with red frames on open corridors."""
     ax = new_ax(ax)
-    open_ends = [sample.known[node] for node in prediction.explored.open]
-    plot_known_part(sample.graph, sample.known.values(), ax=ax, schema=prediction.schema, open_ends=open_ends)
+    open_ends = [sample.known_nodes[node] for node in prediction.explored.open]
+    plot_known_part(sample.graph, sample.known_nodes.values(), ax=ax, schema=prediction.schema, open_ends=open_ends)
     title = f"one of {len(prediction.samples)} samples, of middle size: {count_noun(len(sample.graph), 'room')}"
     _add_title(ax, f"{title} ({prediction.rooms.low:.0f}–{prediction.rooms.high:.0f} expected)")
     return ax

@@ -12,8 +12,18 @@ import numpy as np
 from shapely import STRtree
 
 from pianta.floor import Floor, Room
-from pianta.io.buildings._repair import normalize_label
-from pianta.labels import FCES, FCES_COLORS, RC, SCHEMAS, GeneralLabel, Label, LabelConvention, LabelSchema, LabelSet
+from pianta.labels import (
+    FCES,
+    FCES_COLORS,
+    RC,
+    SCHEMAS,
+    GeneralLabel,
+    Label,
+    LabelConvention,
+    LabelSchema,
+    LabelSet,
+    normalize_label,
+)
 
 # Label schemas by building type.
 Schemas: TypeAlias = Mapping[str, LabelSchema]

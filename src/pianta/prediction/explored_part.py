@@ -1,7 +1,7 @@
 """The explored part of a floor as a graph, and the exploration by corridors of section 8.3.
 
-A node is a room. `label` is None for the room behind a door that nobody has opened; `partial` is true for it, and for a
-room that is known while its doors are not all: a corridor that has been discovered and not explored.
+A node is a room. An unknown room behind an unopened door has the `label` None and `partial` true. A known room whose
+doors are not all known is `partial` as well: a corridor that is discovered but not explored.
 """
 
 from __future__ import annotations
@@ -15,25 +15,28 @@ import networkx as nx
 from pydantic_core import from_json
 
 from pianta.errors import GraphError, LabelError
-from pianta.generation.type_model import MAX_ROOMS, take_size
+from pianta.generation.type_model import MAX_ROOMS, size_attribute
 from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelConvention, LabelSchema, standard_name
 
-# Where people come in, in the order of section 8.3.
-STARTS = ("ENTRANCE", "ELEVATOR", "STAIRS")
-# What a robot says of a room of which it has seen less, or of which it is less sure, is no label; but of one that was
-# seen so well it is as good as of others.
-LEAST_SEEN, LEAST_PROBABILITY, WELL_SEEN = 0.5, 0.4, 0.75
+# Labels of the rooms where exploration starts, in the order of section 8.3.
+START_LABELS = ("ENTRANCE", "ELEVATOR", "STAIRS")
+# The three limits for partial rooms were chosen by hand. The label of a room with a smaller observed share is ignored.
+MIN_OBSERVED_SHARE = 0.5
+# The label of a room with this observed share is used whatever its probability.
+SUFFICIENT_OBSERVED_SHARE = 0.75
+# Between the two shares, a label with a smaller probability is ignored.
+MIN_LABEL_PROBABILITY = 0.4
 
 
 @dataclass(frozen=True, eq=False)
 class ExploredPart:
-    """The explored part of a floor, as `read_explored_part` makes it.
+    """The explored part of a floor, made by `read_explored_part`.
 
-    graph: nodes 0 … n - 1 with `label`, `room`, their name before, and maybe `area`, m². corridors: the nodes that are
-    CORRIDOR. closed: known rooms all of whose doors are known. open: corridors whose doors are not all known. doors:
-    unknown rooms, each behind a door that nobody has opened, by their only neighbours.
+    graph: nodes 0 … n - 1 with `label`, `room`, their original name, and optionally `area`, m². corridors: the nodes of
+    the class CORRIDOR. open: corridors whose doors are not all known. doors: unknown room behind an unopened door ->
+    the room with the door.
     """
 
     source: str
@@ -44,29 +47,29 @@ class ExploredPart:
 
     @cached_property
     def closed(self) -> tuple[int, ...]:
-        """Rooms that are known with all of their doors."""
+        """Known rooms with all of their doors."""
         return tuple(node for node in self.graph if node not in self.open and node not in self.doors)
 
     @cached_property
-    def known(self) -> nx.Graph:
+    def known_graph(self) -> nx.Graph:
         """The graph without unknown rooms."""
-        known: nx.Graph = self.graph.subgraph([node for node in self.graph if node not in self.doors]).copy()
-        return known
+        graph: nx.Graph = self.graph.subgraph([node for node in self.graph if node not in self.doors]).copy()
+        return graph
 
     @property
     def open_ends(self) -> int:
-        """Where the floor may go on: open corridors and doors."""
+        """Number of open corridors and unopened doors."""
         return len(self.open) + len(self.doors)
 
 
 def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
-    """The explored part of a floor from its graph, that of a reading of a partial map or one with unknown rooms.
+    """Build the explored part of a floor from the graph of a partial map, or from a graph with unknown rooms.
 
-    graph: as `Floor.graph` gives it; without `partial` all doors of a room are known. A corridor that is partial is
-    open. Another partial room counts as unknown if it has no label, if less than half of its predicted area is seen, or
-    if less than three quarters are and its label is improbable; if it has several doors, each of them leads to an
-    unknown room of its own. Other partial rooms count as known: of their own doors nothing is known.
-    Raises LabelError for other rooms without a label and for labels that the schema does not have, GraphError where no
+    graph: as of `Floor.graph`; a room that is not `partial` has all of its doors. A partial corridor is open. Another
+    partial room is unknown if it has no label, if less than half of its predicted area is observed, or if less than
+    three quarters are observed and its label is improbable; each of its doors then leads to an unknown room of its
+    own. Other partial rooms are known, without further doors.
+    Raises LabelError for rooms without a label that are not partial and for labels outside the schema, GraphError if no
     room is known and for more than 1000 rooms.
     """
     if len(graph) > MAX_ROOMS:
@@ -83,7 +86,7 @@ def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
     unknown = {
         node
         for node in joined
-        if is_partial[node] and node not in corridors and _is_glimpsed(labels[node], joined.nodes[node])
+        if is_partial[node] and node not in corridors and _is_label_unreliable(labels[node], joined.nodes[node])
     }
     rooms = [node for node in joined if node not in unknown and (joined.degree(node) or is_partial[node])]
     if not rooms:
@@ -92,13 +95,13 @@ def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
 
 
 def explore_by_corridors(graph: nx.Graph, corridors: Collection[Hashable]) -> list[nx.Graph]:
-    """What a robot knows of a floor after each corridor that it explores, breadth first (section 8.3, steps 1 to 5).
+    """The explored part of a floor after each corridor, explored breadth first (section 8.3, steps 1 to 5).
 
-    graph: connected, with a `label` each. It starts at the first ENTRANCE, else ELEVATOR or STAIRS, else in the
-    corridor with most doors, and moves to the nearest corridor that it has discovered. A corridor is explored with the
-    rooms at it: all doors of these are known, and behind each that leads elsewhere is an unknown room, named by the two
-    that the door joins, `"3-7"`. Corridors at an explored one are discovered: they open into it, so that their label is
-    known, and their doors are not. Where no corridor is discovered, the nearest unknown room is explored.
+    graph: connected, a `label` at each node. The robot starts as in `find_start` and moves to the nearest discovered
+    corridor. A corridor is explored together with its rooms: all of their doors are known, and behind each door to
+    another room is an unknown room, named by the two rooms of the door, `"3-7"`. Corridors at an explored one are
+    discovered: their label is known, their doors are not. If no corridor is discovered, the robot explores the nearest
+    unknown room.
     """
     here = find_start(graph, corridors)
     explored, discovered = {here}, {node for node in graph[here] if node in corridors}
@@ -106,8 +109,8 @@ def explore_by_corridors(graph: nx.Graph, corridors: Collection[Hashable]) -> li
     is_first = here in corridors
     while True:
         if not is_first:
-            seen = explored | discovered | {near for node in explored for near in graph[node]}
-            hops = nx.single_source_shortest_path_length(graph.subgraph(seen), here)
+            observed = explored | discovered | {near for node in explored for near in graph[node]}
+            hops = nx.single_source_shortest_path_length(graph.subgraph(observed), here)
             unexplored = [node for node in hops if node not in explored]
             targets = [node for node in unexplored if node in discovered] or unexplored
             if not targets:
@@ -124,29 +127,29 @@ def explore_by_corridors(graph: nx.Graph, corridors: Collection[Hashable]) -> li
 
 
 def find_start(graph: nx.Graph, corridors: Collection[Hashable]) -> Any:  # noqa: ANN401 - a node of any type
-    """Where exploration starts: the first ENTRANCE, else ELEVATOR or STAIRS, else the corridor with most doors."""
+    """The first room of exploration: an ENTRANCE, else ELEVATOR or STAIRS, else the corridor with most doors."""
     labels = dict(graph.nodes(data="label"))
-    starts = [node for label in STARTS for node in graph if labels[node] == label]
+    starts = [node for label in START_LABELS for node in graph if labels[node] == label]
     return starts[0] if starts else max([node for node in graph if node in corridors] or graph, key=graph.degree)
 
 
 def hide_rooms(graph: nx.Graph, explored: Collection[Hashable], discovered: Collection[Hashable] = ()) -> nx.Graph:
-    """What is known of a floor when some rooms are explored, and the labels of some others discovered.
+    """The explored part of a floor with some explored rooms, and some discovered ones, whose labels are known.
 
-    Each door of an explored room to any other leads to an unknown room of its own.
+    Each door of an explored room to any other room leads to an unknown room of its own.
     """
-    known = nx.Graph(source=graph.graph.get("source", ""))
+    part = nx.Graph(source=graph.graph.get("source", ""))
     for node, attributes in graph.nodes(data=True):
         if node in explored or node in discovered:
-            known.add_node(node, **attributes | {"partial": node not in explored})
+            part.add_node(node, **attributes | {"partial": node not in explored})
     for one, other in graph.edges:
         for node, near in ((one, other), (other, one)):
-            if node in explored and near in known:
-                known.add_edge(node, near)
+            if node in explored and near in part:
+                part.add_edge(node, near)
             elif node in explored:
-                known.add_node(f"{node}-{near}", label=None, partial=True)
-                known.add_edge(node, f"{node}-{near}")
-    return known
+                part.add_node(f"{node}-{near}", label=None, partial=True)
+                part.add_edge(node, f"{node}-{near}")
+    return part
 
 
 def _standardise(label: object) -> str | None:
@@ -157,29 +160,29 @@ def _standardise(label: object) -> str | None:
     return standard_name(label)
 
 
-def _is_glimpsed(label: str | None, attributes: Mapping[str, Any]) -> bool:
-    """Whether too little of a partial room is known to say what it is."""
+def _is_label_unreliable(label: str | None, attributes: Mapping[str, Any]) -> bool:
+    """Whether too little of a partial room is observed for its label to be used."""
     if label is None:
         return True
-    whole, seen = take_size({"area": attributes.get("predicted_area")}), take_size(attributes)
-    if whole and seen:
-        share = seen["area"] / whole["area"]
-        if not LEAST_SEEN <= share < WELL_SEEN:
-            return share < LEAST_SEEN
+    predicted, observed = size_attribute({"area": attributes.get("predicted_area")}), size_attribute(attributes)
+    if predicted and observed:
+        share = observed["area"] / predicted["area"]
+        if not MIN_OBSERVED_SHARE <= share < SUFFICIENT_OBSERVED_SHARE:
+            return share < MIN_OBSERVED_SHARE
     probability = _find_probability(label, attributes.get("label_probabilities"))
-    return probability is not None and probability < LEAST_PROBABILITY
+    return probability is not None and probability < MIN_LABEL_PROBABILITY
 
 
 def _find_probability(label: str, label_sets: object) -> float | None:
-    """The probability of a label in the finest of some label sets that has it; GraphML has them as a text, in JSON."""
+    """The probability of a label in the finest label set that has it; label sets from GraphML are JSON text."""
     if isinstance(label_sets, str):
         try:
             label_sets = from_json(label_sets)
         except ValueError:
             return None
-    of_sets = [*label_sets.values()] if isinstance(label_sets, Mapping) else []
-    found = [of_set.get(label) for of_set in of_sets if isinstance(of_set, Mapping)]
-    numbers = [float(number) for number in found if isinstance(number, int | float)]
+    sets = [*label_sets.values()] if isinstance(label_sets, Mapping) else []
+    values = [probabilities.get(label) for probabilities in sets if isinstance(probabilities, Mapping)]
+    numbers = [float(value) for value in values if isinstance(value, int | float)]
     return numbers[-1] if numbers else None
 
 
@@ -192,11 +195,11 @@ def _number_rooms(
     corridors: Collection[Hashable],
     is_partial: Mapping[Any, bool],
 ) -> ExploredPart:
-    """The explored part with nodes 0 … n - 1, known rooms first, an unknown room for each door to one."""
+    """The explored part with nodes 0 … n - 1: known rooms first, then an unknown room for each door to one."""
     numbers = {node: number for number, node in enumerate(rooms)}
     numbered = nx.Graph()
     numbered.add_nodes_from(
-        (number, {"label": labels[node], "room": node} | take_size(graph.nodes[node]))
+        (number, {"label": labels[node], "room": node} | size_attribute(graph.nodes[node]))
         for node, number in numbers.items()
     )
     doors = {}
@@ -204,10 +207,10 @@ def _number_rooms(
         numbered.add_edges_from((number, numbers[near]) for near in graph[node] if near in numbers)
         for near in graph[node]:
             if near in unknown:
-                place = len(numbered)
-                numbered.add_node(place, label=None, room=near)
-                numbered.add_edge(number, place)
-                doors[place] = number
-    of_open = tuple(numbers[node] for node in rooms if is_partial[node] and node in corridors)
-    of_corridors = frozenset(numbers[node] for node in corridors if node in numbers)
-    return ExploredPart(str(graph.graph.get("source", "")), numbered, of_corridors, of_open, doors)
+                door = len(numbered)
+                numbered.add_node(door, label=None, room=near)
+                numbered.add_edge(number, door)
+                doors[door] = number
+    open_corridors = tuple(numbers[node] for node in rooms if is_partial[node] and node in corridors)
+    known_corridors = frozenset(numbers[node] for node in corridors if node in numbers)
+    return ExploredPart(str(graph.graph.get("source", "")), numbered, known_corridors, open_corridors, doors)

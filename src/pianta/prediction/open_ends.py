@@ -1,8 +1,8 @@
-"""What lay behind the open ends of the floors of a model, each explored by corridors as section 8.3 has it.
+"""What was behind the open ends of the floors of a model, each explored by corridors as in section 8.3.
 
-How many functional areas a floor still has, and which, is told by how it goes on: by the corridors that are discovered
-and not explored, and the doors that nobody has opened. What the thesis bounds from below, the areas of each cluster, is
-here drawn from floors of the model that were explored as far.
+The open ends, discovered corridors and unopened doors, predict how many functional areas are left on a floor, and of
+which clusters. The thesis only has lower bounds of the areas of each cluster; here they are drawn from floors of the
+model at a similar stage of exploration.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from pianta._types import Floats
 from pianta.errors import ModelError, OptionError
 from pianta.evaluation.prediction import measure_divergence
 from pianta.generation.functional_areas import Area, Segmentation
-from pianta.generation.type_model import TypeFloor, TypeModel, take_area
+from pianta.generation.type_model import TypeFloor, TypeModel, area_subgraph
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelConvention, LabelSchema
 from pianta.prediction.explored_part import ExploredPart, explore_by_corridors, read_explored_part
 
-# Width of the kernel over logarithms of the numbers of open corridors and of doors.
+# Width of the kernel over logarithms of the numbers of open corridors and of doors. Chosen by hand.
 OPENNESS_WIDTH = 0.5
-# Width of the kernel over divergences of label distributions, bits.
+# Width of the kernel over divergences of label distributions, bits. Chosen by hand.
 LABEL_WIDTH = 0.2
 
 
@@ -34,8 +34,8 @@ LABEL_WIDTH = 0.2
 class Stage:
     """A floor of the model, explored in part.
 
-    floor: its place in the model. open, doors: its open corridors and unopened doors. labels: how often each label of
-    the schema is known. areas: the places on the floor of functional areas whose corridor is unexplored.
+    floor: its index in the model. open, doors: number of its open corridors and unopened doors. labels: number of known
+    rooms of each label of the schema. areas: indices of the functional areas whose corridor is unexplored.
     """
 
     floor: int
@@ -49,8 +49,8 @@ class Stage:
 class DoorExample:
     """What was behind an unopened door of a room.
 
-    near: the label of that room. branch: the rooms behind it when they belong to the area of an explored corridor, the
-    first node the one at the door; None where the door led to another area.
+    near: the label of that room. branch: the rooms behind the door, the one at the door first, if they belong to the
+    area of an explored corridor; None if the door leads to another area.
     """
 
     floor: int
@@ -59,15 +59,17 @@ class DoorExample:
 
 
 class OpenEnds:
-    """Stages of all floors of a model, and what their doors led to.
+    """Stages of all floors of a model, and what was behind their doors.
 
-    Raises OptionError for a model by `ncut`: it takes areas with corridors to say whether they are explored (8.3);
-    ModelError where no floor has a corridor.
+    Raises OptionError for a model by `ncut`, because only areas around corridors are either explored or not (8.3), and
+    ModelError if no floor has a corridor.
     """
 
     def __init__(self, model: TypeModel) -> None:
         if model.segmentation is not Segmentation.CORR:
-            raise OptionError(f"the model has areas by {model.segmentation}, prediction takes one by corr; train it so")
+            raise OptionError(
+                f"the model has areas by {model.segmentation}, prediction needs areas by corr; train it with these"
+            )
         self.model = model
         self.stages: list[Stage] = []
         self.examples: list[DoorExample] = []
@@ -78,70 +80,62 @@ class OpenEnds:
 
     @cached_property
     def by_label(self) -> Mapping[str, list[list[DoorExample]]]:
-        """The examples by the label of the room whose door it is, those of a floor together."""
-        found: dict[str, dict[int, list[DoorExample]]] = {}
+        """The examples by the label of the room with the door, grouped by floor."""
+        groups: dict[str, dict[int, list[DoorExample]]] = {}
         for example in self.examples:
-            found.setdefault(example.near, {}).setdefault(example.floor, []).append(example)
-        return {label: [*of_floors.values()] for label, of_floors in found.items()}
+            groups.setdefault(example.near, {}).setdefault(example.floor, []).append(example)
+        return {label: [*by_floor.values()] for label, by_floor in groups.items()}
 
-    def weigh_stages(self, explored: ExploredPart) -> Floats:
-        """How much like a stage the explored part of a floor is, shape (stages,), the sum 1; floors count alike."""
-        labels = count_known_labels(explored, self.model.schema)
+    def stage_weights(self, explored: ExploredPart) -> Floats:
+        """Similarity of an explored part to each stage, shape (stages,), sum 1; each floor counts the same."""
+        labels = count_labels_of_part(explored, self.model.schema)
         rows = np.array([stage.labels for stage in self.stages])
         divergence = measure_divergence(rows / rows.sum(axis=1, keepdims=True), labels / labels.sum())
         openness = np.log1p([[stage.open, stage.doors] for stage in self.stages])
-        apart = openness - np.log1p([len(explored.open), len(explored.doors)])
-        of_floor = Counter(stage.floor for stage in self.stages)
-        exponents = -(apart**2).sum(axis=1) / (2 * OPENNESS_WIDTH**2) - divergence / LABEL_WIDTH
-        weights = np.exp(exponents - exponents.max()) / [of_floor[stage.floor] for stage in self.stages]
+        gaps = openness - np.log1p([len(explored.open), len(explored.doors)])
+        stages_of_floor = Counter(stage.floor for stage in self.stages)
+        exponents = -(gaps**2).sum(axis=1) / (2 * OPENNESS_WIDTH**2) - divergence / LABEL_WIDTH
+        weights = np.exp(exponents - exponents.max()) / [stages_of_floor[stage.floor] for stage in self.stages]
         normalised: Floats = weights / weights.sum()
         return normalised
 
     def _explore(self, number: int, floor: TypeFloor) -> None:
         schema = self.model.schema
         corridors = find_corridors(floor.graph, schema, convention=LabelConvention.GRAPHS)
-        area_of = {node: place for place, area in enumerate(floor.areas) for node in area}
+        area_of = {node: index for index, area in enumerate(floor.areas) for node in area}
         hubs = [find_hub(floor.graph, area, corridors) for area in floor.areas]
         opened: set[str] = set()
         for stage in explore_by_corridors(floor.graph, corridors):
             explored = read_explored_part(stage, schema)
             closed = {explored.graph.nodes[node]["room"] for node in explored.closed}
-            areas = tuple(place for place, hub in enumerate(hubs) if hub not in closed)
-            self.stages.append(
-                Stage(
-                    number,
-                    len(explored.open),
-                    len(explored.doors),
-                    count_known_labels(explored, schema),
-                    areas,
-                )
-            )
-            # A door that stays closed for several stages is one example.
+            areas = tuple(index for index, hub in enumerate(hubs) if hub not in closed)
+            labels = count_labels_of_part(explored, schema)
+            self.stages.append(Stage(number, len(explored.open), len(explored.doors), labels, areas))
+            # A door that is unopened in several stages is one example.
             for name in [name for name in stage if isinstance(name, str) and name not in opened]:
                 opened.add(name)
                 near, far = map(int, name.split("-"))
                 is_other = area_of[far] in areas
-                branch = None if is_other else take_branch(floor.graph, floor.areas[area_of[far]] - closed, far)
+                branch = None if is_other else extract_branch(floor.graph, floor.areas[area_of[far]] - closed, far)
                 self.examples.append(DoorExample(number, floor.graph.nodes[near]["label"], branch))
 
 
 def find_hub(graph: nx.Graph, area: Area, corridors: Collection[Hashable]) -> int:
-    """The node with most doors of an area, a corridor where it has one."""
+    """The node of an area with most doors; a corridor if it has one."""
     return max(sorted(area), key=lambda node: (node in corridors, graph.degree(node)))
 
 
-def take_branch(graph: nx.Graph, rooms: Area, first: int) -> nx.Graph:
-    """The part of a graph that is joined to a node within some rooms, that node first."""
-    part = nx.node_connected_component(graph.subgraph(rooms), first)
-    found = take_area(graph, frozenset(part))
+def extract_branch(graph: nx.Graph, rooms: Area, first: int) -> nx.Graph:
+    """The subgraph of the rooms that are connected to a node through these rooms, that node first."""
+    part = area_subgraph(graph, frozenset(nx.node_connected_component(graph.subgraph(rooms), first)))
     branch = nx.Graph()
-    branch.add_node(first, **found.nodes[first])
-    branch.add_nodes_from(found.nodes(data=True))
-    branch.add_edges_from(found.edges)
+    branch.add_node(first, **part.nodes[first])
+    branch.add_nodes_from(part.nodes(data=True))
+    branch.add_edges_from(part.edges)
     return branch
 
 
-def count_known_labels(explored: ExploredPart, schema: LabelSchema) -> Floats:
-    """How many known rooms of each label of a schema there are, shape (labels,)."""
-    counts = Counter(label for _, label in explored.known.nodes(data="label"))
+def count_labels_of_part(explored: ExploredPart, schema: LabelSchema) -> Floats:
+    """Number of known rooms of each label of a schema, shape (labels,)."""
+    counts = Counter(label for _, label in explored.known_graph.nodes(data="label"))
     return np.array([counts[label] for label in schema.by_name], float)

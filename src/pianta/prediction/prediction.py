@@ -1,4 +1,4 @@
-"""What probably lies beyond the explored part of a floor (thesis, section 8.3)."""
+"""Prediction of the unexplored part of a floor (thesis, section 8.3)."""
 
 from __future__ import annotations
 
@@ -23,21 +23,24 @@ from pianta.prediction.explored_part import ExploredPart, read_explored_part
 from pianta.prediction.unexplored_part import FloorSampler, SampledFloor
 
 MAX_SAMPLES = 10_000
-# Ends of the interval that four of five samples are in.
-LOW, HIGH = 0.1, 0.9
-# Steps to the distribution nearest to the samples', and the length of the first ones.
-NEAREST_STEPS, RATE = 200, 2.0
-LEAST_SHARE = 1e-9
+# Quantiles of a SampleInterval.
+LOW_QUANTILE = 0.1
+HIGH_QUANTILE = 0.9
+# Steps and rate of the exponentiated gradient descent of find_nearest_distribution; chosen by hand, it has converged.
+GRADIENT_STEPS = 200
+GRADIENT_RATE = 2.0
+# Smaller shares count as 0.
+MIN_SHARE = 1e-9
 
 
 @dataclass(frozen=True)
-class Spread:
-    """A number over all samples: its mean, and the ends of the interval that four of five are in.
+class SampleInterval:
+    """The mean of a number over all samples, and the interval of four fifths of them.
 
     Attributes
     ----------
     mean
-        The mean.
+        Over the samples.
     low, high
         The quantiles 0.1 and 0.9.
     """
@@ -47,8 +50,8 @@ class Spread:
     high: float
 
     @classmethod
-    def of(cls, values: Sequence[float] | Floats) -> Spread:
-        """The spread of one number of each sample.
+    def from_values(cls, values: Sequence[float] | Floats) -> SampleInterval:
+        """The interval of one number of each sample.
 
         Parameters
         ----------
@@ -57,61 +60,61 @@ class Spread:
 
         Returns
         -------
-        Spread
+        SampleInterval
             Mean and quantiles.
         """
-        low, high = np.quantile(values, (LOW, HIGH), method="nearest")
+        low, high = np.quantile(values, (LOW_QUANTILE, HIGH_QUANTILE), method="nearest")
         return cls(float(np.mean(values)), float(low), float(high))
 
 
 @dataclass(frozen=True)
 class OpenEnd:
-    """What may lie behind an unopened door, or further along an open corridor.
+    """The expected rooms behind an unopened door, or along the rest of an open corridor.
 
     Attributes
     ----------
     room
         The name of the unknown room behind the door, or of the corridor.
     near
-        The room that the door is in; the corridor itself at its open end.
+        The room with the door; the corridor itself at its open end.
     labels
-        Label -> probability, the most probable first, of the room behind the door; at a corridor, of any unknown room
-        that opens into it.
+        Label -> probability, the most probable first, of the room behind the door; at a corridor, of the unknown rooms
+        with a door to it.
     leads_on
-        The probability that unexplored corridors are nearest to this end.
+        The probability that an unexplored corridor is nearer to this end than to others.
     rooms
-        How many rooms are unknown and nearer to this end than to others.
+        Number of unknown rooms that are nearer to this end than to others.
     area
-        Of these rooms, m²; None where the model has no sizes.
+        Of these rooms, m²; None if the model has no areas.
     """
 
     room: Hashable
     near: Hashable
     labels: Mapping[str, float]
     leads_on: float
-    rooms: Spread
-    area: Spread | None
+    rooms: SampleInterval
+    area: SampleInterval | None
 
     @property
     def is_door(self) -> bool:
-        """Whether it is an unopened door, not the open end of a corridor."""
+        """Whether it is an unopened door; otherwise it is an open corridor."""
         return self.room != self.near
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """The explored part of a floor, whole floors sampled around it, and what these tell together.
+    """The explored part of a floor, whole floors sampled around it, and their statistics.
 
     Attributes
     ----------
     explored
-        What is known, and its open ends.
+        The explored part, with its open ends.
     samples
-        Whole floors that continue what is known.
+        Whole floors that contain the explored part.
     schema
         The labels of the model.
     average
-        Label -> share of the rooms of a floor of the model, the blind guess.
+        Label -> mean share of the rooms of a floor of the model: the baseline.
     """
 
     explored: ExploredPart
@@ -120,80 +123,78 @@ class Prediction:
     average: Mapping[str, float]
 
     @cached_property
-    def rooms(self) -> Spread:
-        """Rooms of the whole floor, corridors included."""
-        return Spread.of([len(sample.graph) for sample in self.samples])
+    def rooms(self) -> SampleInterval:
+        """Number of rooms of the whole floor, corridors included."""
+        return SampleInterval.from_values([len(sample.graph) for sample in self.samples])
 
     @cached_property
-    def area(self) -> Spread | None:
-        """Area of all rooms of the floor, m²; None where a room has no size."""
+    def area(self) -> SampleInterval | None:
+        """Area of all rooms of the floor, m²; None if a room has no area."""
         sizes = [[area for _, area in sample.graph.nodes(data="area")] for sample in self.samples]
-        if any(area is None for of_sample in sizes for area in of_sample):
-            return None
-        return Spread.of([sum(of_sample) for of_sample in sizes])
+        return None if any(None in areas for areas in sizes) else SampleInterval.from_values([*map(sum, sizes)])
 
     @cached_property
-    def counts(self) -> Mapping[str, Spread]:
-        """Unknown rooms by label, the most frequent first; labels that some sample has."""
-        spreads = {
-            label: Spread.of(column)
+    def counts(self) -> Mapping[str, SampleInterval]:
+        """Number of unknown rooms by label, the most frequent first; labels of all samples."""
+        intervals = {
+            label: SampleInterval.from_values(column)
             for label, column in zip(self.schema.by_name, self._label_counts.T, strict=True)
             if column.any()
         }
-        return dict(sorted(spreads.items(), key=lambda item: -item[1].mean))
+        return dict(sorted(intervals.items(), key=lambda item: -item[1].mean))
 
     @cached_property
     def shares(self) -> Mapping[str, float]:
-        """Label -> share of the unknown rooms: the distribution that diverges least from the samples' own on average.
+        """Label -> share of the unknown rooms: the distribution with the least mean divergence from the samples' own.
 
-        A sample counts as often as it has unknown rooms. The mean would tell of too many labels: few rooms have few.
-        Nothing where no sample has any.
+        Samples are weighted by their unknown rooms. The mean would spread over too many labels, because a few rooms
+        have few labels. Empty if no sample has unknown rooms.
         """
         counts = self._label_counts[self._label_counts.sum(axis=1) > 0]
         if not len(counts):
             return {}
         nearest = find_nearest_distribution(counts)
         shares = zip(self.schema.by_name, nearest.tolist(), strict=True)
-        return {label: share for label, share in shares if share > LEAST_SHARE}
+        return {label: share for label, share in shares if share > MIN_SHARE}
 
     @cached_property
     def ends(self) -> tuple[OpenEnd, ...]:
         """Every unopened door and open corridor, in the order of the explored part."""
-        shared = [share_unseen(sample, self.explored) for sample in self.samples]
+        unseen = [assign_unseen_rooms(sample, self.explored) for sample in self.samples]
         corridors = [self._list_corridors(sample.graph) for sample in self.samples]
-        return tuple(self._tell_end(end, shared, corridors) for end in (*self.explored.open, *self.explored.doors))
+        return tuple(self._describe_end(end, unseen, corridors) for end in (*self.explored.open, *self.explored.doors))
 
     @cached_property
     def skeleton(self) -> nx.Graph:
-        """Corridors that are known, and what may be corridors behind open ends; `probability` at each node and edge.
+        """Known corridors, and possible corridors behind open ends; `probability` at each node and edge.
 
-        Nodes are named as in the graph that was given, and what lies behind an open corridor `("beyond", name)`. An
-        edge between two ends says how often a sample joins them through unknown corridors alone.
+        Nodes are named as in the input graph; the space behind an open corridor is `("beyond", name)`. An edge between
+        two ends has the share of samples that join them through unknown corridors alone.
         """
         explored = self.explored
         names = dict(explored.graph.nodes(data="room"))
         graph = nx.Graph()
         graph.add_nodes_from(((names[node]), {"probability": 1.0}) for node in sorted(explored.corridors))
-        known = explored.known.subgraph(explored.corridors)
-        graph.add_edges_from(((names[one], names[other]) for one, other in known.edges), probability=1.0)
-        found: Counter[tuple[Hashable, Hashable]] = Counter()
+        edges = explored.known_graph.subgraph(explored.corridors).edges
+        graph.add_edges_from(((names[one], names[other]) for one, other in edges), probability=1.0)
+        counts: Counter[tuple[Hashable, Hashable]] = Counter()
         for sample in self.samples:
-            found.update(_list_skeleton_edges(sample, explored, self._list_corridors(sample.graph)))
-        for (one, other), count in sorted(found.items(), key=str):
+            counts.update(_list_skeleton_edges(sample, explored, self._list_corridors(sample.graph)))
+        for (one, other), count in sorted(counts.items(), key=str):
             graph.add_edge(one, other, probability=count / len(self.samples))
         for node in graph:
-            edges = [probability for *_, probability in graph.edges(node, data="probability")]
-            graph.nodes[node].setdefault("probability", max(edges, default=0.0))
+            probabilities = [probability for *_, probability in graph.edges(node, data="probability")]
+            graph.nodes[node].setdefault("probability", max(probabilities, default=0.0))
         return graph
 
     @cached_property
     def typical(self) -> SampledFloor:
-        """The sample that is most like the others, by the Weisfeiler-Lehman kernel of whole floors."""
+        """The sample most similar to the others, by the Weisfeiler-Lehman kernel of whole floors."""
         similarity = WeisfeilerLehman(iterations=2).fit([sample.graph for sample in self.samples]).compare()
         distances = np.sqrt(np.maximum(2 - 2 * similarity, 0))
         return self.samples[int(distances.sum(axis=0).round(9).argmin())]
 
-    def take_skeleton(self, sample: SampledFloor) -> nx.Graph:
+    def corridor_graph(self, sample: SampledFloor) -> nx.Graph:
         """The corridors of a sample and the edges between them.
 
         Parameters
@@ -204,14 +205,14 @@ class Prediction:
         Returns
         -------
         networkx.Graph
-            A part of the graph of the sample.
+            A subgraph of the graph of the sample.
         """
         skeleton: nx.Graph = sample.graph.subgraph(sorted(self._list_corridors(sample.graph))).copy()
         return skeleton
 
     @cached_property
     def _label_counts(self) -> Floats:
-        """Unknown rooms of each label of the schema in each sample, shape (samples, labels)."""
+        """Number of unknown rooms of each label of the schema, shape (samples, labels)."""
         columns = {label: column for column, label in enumerate(self.schema.by_name)}
         counts = np.zeros((len(self.samples), len(columns)))
         for row, sample in enumerate(self.samples):
@@ -223,65 +224,64 @@ class Prediction:
         corridors = find_corridors(graph, self.schema, convention=LabelConvention.GRAPHS)
         return {node for node in graph if node in corridors}
 
-    def _tell_end(
-        self, end: int, shared: Sequence[Mapping[int, Sequence[int]]], corridors: Sequence[set[int]]
+    def _describe_end(
+        self, end: int, unseen: Sequence[Mapping[int, Sequence[int]]], corridors: Sequence[set[int]]
     ) -> OpenEnd:
         explored = self.explored
-        names: Counter[str] = Counter()
-        for sample, of_ends in zip(self.samples, shared, strict=True):
+        behind = [rooms[end] for rooms in unseen]
+        labels: Counter[str] = Counter()
+        for sample, rooms in zip(self.samples, behind, strict=True):
             at_end = [sample.behind[end]] if end in sample.behind else []
             if end in explored.open:
-                at_end = [node for node in sample.graph[sample.known[end]] if node in of_ends[end]]
-            names.update(sample.graph.nodes[node]["label"] for node in at_end)
-        behind = [of_ends[end] for of_ends in shared]
-        on = [bool(corridors[number].intersection(rooms)) for number, rooms in enumerate(behind)]
+                at_end = [node for node in sample.graph[sample.known_nodes[end]] if node in rooms]
+            labels.update(sample.graph.nodes[node]["label"] for node in at_end)
+        has_corridor = [bool(nodes.intersection(rooms)) for nodes, rooms in zip(corridors, behind, strict=True)]
         sizes = [
             [sample.graph.nodes[node].get("area") for node in rooms]
             for sample, rooms in zip(self.samples, behind, strict=True)
         ]
-        has_sizes = all(size is not None for of_sample in sizes for size in of_sample)
         room = explored.graph.nodes[end]["room"]
         return OpenEnd(
             room,
             explored.graph.nodes[explored.doors.get(end, end)]["room"],
-            {label: count / names.total() for label, count in names.most_common()},
-            float(np.mean(on)),
-            Spread.of([len(rooms) for rooms in behind]),
-            Spread.of([sum(of_sample) for of_sample in sizes]) if has_sizes else None,
+            {label: count / labels.total() for label, count in labels.most_common()},
+            float(np.mean(has_corridor)),
+            SampleInterval.from_values([len(rooms) for rooms in behind]),
+            None if any(None in areas for areas in sizes) else SampleInterval.from_values([*map(sum, sizes)]),
         )
 
 
 def predict(floor: Floor | nx.Graph, model: TypeModel | FloorSampler, *, count: int = 100, seed: int = 0) -> Prediction:
-    """Predict what lies beyond the explored part of a floor (thesis, section 8.3).
+    """Predict the unexplored part of a floor (thesis, section 8.3).
 
     The command `pianta predict` calls this function.
 
     Parameters
     ----------
     floor
-        A floor that is explored in part, its rooms with labels of the model's type; or its graph, as
-        `Floor.graph` gives it. It goes on where rooms were seen in part.
+        A partly explored floor, with labels of the model's type; or its graph, as of `Floor.graph`. It continues at
+        partial rooms.
     model
-        Model of the building's type, with functional areas by "corr"; or its sampler, which spares work when many
-        floors are predicted.
+        Model of the building's type, with functional areas by "corr"; or its sampler, which saves work for many
+        floors.
     count
-        How many floors are sampled.
+        Number of sampled floors.
     seed
         The same seed gives the same prediction.
 
     Returns
     -------
     Prediction
-        What is expected behind each open end, and the sampled floors.
+        The expected rooms behind each open end, and the sampled floors.
 
     Raises
     ------
     GraphError
-        The floor is explored already, or nothing is known of it.
+        The floor has no open end, or no known room.
     LabelError
-        The floor has labels that the model does not have.
+        The floor has labels outside the schema of the model.
     OptionError
-        `count` or `seed` is out of range, or the model's areas are by "ncut".
+        `count` or `seed` is out of range, or the areas of the model are by "ncut".
     ModelError
         The model is of another building type than the floor, or has no corridors.
 
@@ -314,22 +314,19 @@ def predict(floor: Floor | nx.Graph, model: TypeModel | FloorSampler, *, count: 
 
 
 def check_model_type(building_type: str | None, model: TypeModel, name: str) -> None:
-    """Refuse a floor of another type than the model's; None is any type. name: how the message calls the floor.
-
-    Raises ModelError, in one line.
-    """
+    """Raise ModelError, with the name of the floor, if its type differs from that of the model; None is any type."""
     if building_type is not None and building_type != model.building_type:
         message = f"{name} is of type {short_repr(building_type)} and the model of {short_repr(model.building_type)}"
         raise ModelError(f"{message}, give a model of type {short_repr(building_type)}")
 
 
-def share_unseen(sample: SampledFloor, explored: ExploredPart) -> dict[int, list[int]]:
-    """The unknown rooms of a sample that are nearest to each open end, in hops; of two as near, to the first."""
-    first = {sample.known[end]: end for end in explored.open}
+def assign_unseen_rooms(sample: SampledFloor, explored: ExploredPart) -> dict[int, list[int]]:
+    """The unknown rooms of a sample by their nearest open end, in hops; the first of equally near ones."""
+    first = {sample.known_nodes[end]: end for end in explored.open}
     for end in explored.doors:
         if end in sample.behind:
             first.setdefault(sample.behind[end], end)
-    shared: dict[int, list[int]] = {end: [] for end in (*explored.open, *explored.doors)}
+    assigned: dict[int, list[int]] = {end: [] for end in (*explored.open, *explored.doors)}
     unseen = {*sample.unseen}
     beyond = sample.graph.subgraph(unseen.union(first))
     nearest = dict(first)
@@ -344,26 +341,25 @@ def share_unseen(sample: SampledFloor, explored: ExploredPart) -> dict[int, list
         layer = following
     for node, end in nearest.items():
         if node in unseen:
-            shared[end].append(node)
-    return shared
+            assigned[end].append(node)
+    return assigned
 
 
 def find_nearest_distribution(counts: Floats) -> Floats:
-    """The distribution, shape (labels,), whose Jensen-Shannon divergence from those of some counts is least on average.
+    """The distribution, shape (labels,), with the least mean Jensen-Shannon divergence from the rows of counts.
 
     counts: shape (n, labels), rows weighted by their sums, which are above 0. By exponentiated gradient descent.
     """
     weights = counts.sum(axis=1)
     rows = counts / weights[:, None]
     weights = weights / weights.sum()
-    nearest = weights @ rows + LEAST_SHARE
+    nearest: Floats = weights @ rows + MIN_SHARE
     nearest /= nearest.sum()
-    for _ in range(NEAREST_STEPS):
+    for _ in range(GRADIENT_STEPS):
         gradient = weights @ np.log2(nearest / ((rows + nearest) / 2)) / 2
-        nearest = np.maximum(nearest * np.exp(-RATE * (gradient - nearest @ gradient)), LEAST_SHARE)
+        nearest = np.maximum(nearest * np.exp(-GRADIENT_RATE * (gradient - nearest @ gradient)), MIN_SHARE)
         nearest /= nearest.sum()
-    found: Floats = nearest
-    return found
+    return nearest
 
 
 def _list_skeleton_edges(
@@ -374,20 +370,18 @@ def _list_skeleton_edges(
     unseen = corridors.intersection(sample.unseen)
     parts = [*nx.connected_components(sample.graph.subgraph(unseen))]
     edges: set[tuple[Hashable, Hashable]] = set()
-    ends: dict[Hashable, Hashable] = {}
-    for corridor in explored.open:
-        ends[names[corridor]] = ("beyond", names[corridor])
+    ends: dict[int, Hashable] = {corridor: ("beyond", names[corridor]) for corridor in explored.open}
     for part in parts:
         at_part: list[Hashable] = []
         for corridor in explored.open:
-            if part.intersection(sample.graph[sample.known[corridor]]):
-                edges.add((names[corridor], ends[names[corridor]]))
-                at_part.append(ends[names[corridor]])
+            if part.intersection(sample.graph[sample.known_nodes[corridor]]):
+                edges.add((names[corridor], ends[corridor]))
+                at_part.append(ends[corridor])
         for door, near in explored.doors.items():
             if sample.behind.get(door) in part:
                 at_part.append(names[door])
                 if near in explored.corridors:
                     edges.add((names[near], names[door]))
         ordered = sorted(at_part, key=str)
-        edges.update((one, other) for place, one in enumerate(ordered) for other in ordered[place + 1 :])
+        edges.update((one, other) for index, one in enumerate(ordered) for other in ordered[index + 1 :])
     return edges

@@ -1,4 +1,4 @@
-"""The file of a prediction: JSON with what lies behind each open end, and what is expected of the whole floor."""
+"""The file of a prediction: JSON with the expected rooms behind each open end and of the whole floor."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from typing import Any, Final
 import networkx as nx
 
 from pianta.io._files import atomic_file
-from pianta.prediction.prediction import OpenEnd, Prediction, Spread
+from pianta.prediction.prediction import OpenEnd, Prediction, SampleInterval
+from pianta.prediction.revealed_floor import RevealedFloor
 from pianta.prediction.unexplored_part import SampledFloor
-from pianta.prediction.whole_floor import WholeFloor
 
 FORMAT: Final = "pianta prediction"
 VERSION: Final = "1.0"
-# Probabilities, shares and m².
+# Decimals of probabilities, shares and m².
 DIGITS = 4
 
 
 def save_prediction(
-    prediction: Prediction, path: str | Path, *, building_type: str, truth: WholeFloor | None = None
+    prediction: Prediction, path: str | Path, *, building_type: str, truth: RevealedFloor | None = None
 ) -> None:
-    """Write a prediction, the same bytes for the same one.
+    """Write a prediction; equal predictions give equal bytes.
 
-    truth: adds what is true of the floor. Raises PiantaError when the file cannot be written.
+    truth: is added to the file. Raises PiantaError if the file cannot be written.
     """
     content = _describe(prediction, building_type)
     if truth is not None:
@@ -37,14 +37,14 @@ def save_prediction(
 
 
 def name_rooms(sample: SampledFloor, prediction: Prediction) -> nx.Graph:
-    """A sampled floor whose known nodes have their name as `room`, and those behind unopened doors that of `door`."""
+    """A sampled floor with the names of known rooms as `room`, and of unknown rooms behind doors as `door`."""
     names = dict(prediction.explored.graph.nodes(data="room"))
     graph: nx.Graph = sample.graph.copy()
-    for node, place in sample.known.items():
-        graph.nodes[place]["room"] = names[node]
-    # Two doors may lead to one room, which then has the name of the first.
-    for door, place in sample.behind.items():
-        graph.nodes[place].setdefault("door", names[door])
+    for node, sampled in sample.known_nodes.items():
+        graph.nodes[sampled]["room"] = names[node]
+    # Two doors may lead to the same room, which then has the name of the first.
+    for door, sampled in sample.behind.items():
+        graph.nodes[sampled].setdefault("door", names[door])
     return graph
 
 
@@ -57,10 +57,10 @@ def _describe(prediction: Prediction, building_type: str) -> dict[str, Any]:
         "source": explored.source,
         "building_type": building_type,
         "samples": len(prediction.samples),
-        "known": [names[node] for node in explored.known],
-        "rooms": _describe_spread(prediction.rooms),
-        "area": _describe_spread(prediction.area),
-        "unknown": {label: _describe_spread(spread) for label, spread in prediction.counts.items()},
+        "known": [names[node] for node in explored.known_graph],
+        "rooms": _describe_interval(prediction.rooms),
+        "area": _describe_interval(prediction.area),
+        "unknown": {label: _describe_interval(interval) for label, interval in prediction.counts.items()},
         "shares": _round(prediction.shares),
         "average": _round(prediction.average),
         "open_ends": [_describe_end(end) for end in prediction.ends],
@@ -75,13 +75,13 @@ def _describe_end(end: OpenEnd) -> dict[str, Any]:
         "near": end.near,
         "labels": _round(end.labels),
         "leads_on": round(end.leads_on, DIGITS),
-        "rooms": _describe_spread(end.rooms),
-        "area": _describe_spread(end.area),
+        "rooms": _describe_interval(end.rooms),
+        "area": _describe_interval(end.area),
     }
 
 
 def _describe_skeleton(skeleton: nx.Graph) -> dict[str, Any]:
-    """Node-link data; names may be anything, so that nodes are numbered."""
+    """Node-link data; nodes are numbers, because names can be of any type."""
     numbers = {node: number for number, node in enumerate(skeleton)}
     numbered = nx.Graph()
     for node, probability in skeleton.nodes(data="probability"):
@@ -93,7 +93,7 @@ def _describe_skeleton(skeleton: nx.Graph) -> dict[str, Any]:
     return data
 
 
-def _describe_truth(truth: WholeFloor) -> dict[str, Any]:
+def _describe_truth(truth: RevealedFloor) -> dict[str, Any]:
     labels = dict(truth.graph.nodes(data="label"))
     behind: list[dict[str, Hashable]] = [
         {"door": door, "room": room, "label": labels[room]} for door, room in truth.behind.items()
@@ -102,8 +102,8 @@ def _describe_truth(truth: WholeFloor) -> dict[str, Any]:
     return {"rooms": len(truth.graph), "area": area, "unknown": dict(truth.counts), "behind": behind}
 
 
-def _describe_spread(spread: Spread | None) -> dict[str, float] | None:
-    return None if spread is None else _round({"mean": spread.mean, "low": spread.low, "high": spread.high})
+def _describe_interval(interval: SampleInterval | None) -> dict[str, float] | None:
+    return None if interval is None else _round({"mean": interval.mean, "low": interval.low, "high": interval.high})
 
 
 def _round(figures: Mapping[str, float]) -> dict[str, float]:

@@ -1,7 +1,7 @@
-"""Samples of a floor that is explored in part: what is known stays, what lies beyond is sampled (thesis, section 8.3).
+"""Samples of a partly explored floor: the known part is fixed, the rest is sampled (thesis, section 8.3).
 
-The four steps of section 7.4.3, with the known rooms and doors fixed. Each unopened door leads somewhere, and each open
-corridor is that of a functional area.
+The four steps of section 7.4.3 with fixed known rooms and doors. Each unopened door leads to a room, and each open
+corridor belongs to a functional area.
 """
 
 from __future__ import annotations
@@ -17,48 +17,49 @@ from pianta._types import Floats
 from pianta.generation.cut_potentials import CutPotentials
 from pianta.generation.functional_areas import Area
 from pianta.generation.functional_graph import FunctionalGraphs, sample_functional_graphs
-from pianta.generation.gram_rows import References
+from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, connect_areas
-from pianta.generation.type_model import TypeModel, count_labels, take_area, take_size
+from pianta.generation.type_model import TypeModel, area_subgraph, count_labels, size_attribute
 from pianta.graphs.graph_hopper import GraphHopper
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelConvention
+from pianta.prediction.area_plan import AreaPlan, NewArea, plan_areas, segment_known_rooms
 from pianta.prediction.explored_part import ExploredPart
-from pianta.prediction.known_areas import AreaPlan, NewArea, plan_areas, segment_known_rooms
 from pianta.prediction.open_ends import DoorExample, OpenEnds, find_hub
 
-# How often an area is of any cluster, not of that of the floor that the explored part is like.
-EXCHANGE = 0.2
-# Doors of rooms of any label count as so many floors with doors of the label of the room.
+# Probability that an area is of a random cluster, not of that of the similar floor. Chosen by hand.
+P_RANDOM_CLUSTER = 0.2
+# Doors of all labels together weigh as much as this many floors with doors of the label of the room. Chosen by hand.
 PRIOR_FLOORS = 5.0
-# Iterations of steps 2 and 4: what is known leaves little to move.
-EDGE_MOVES, DOOR_MOVES = 200, 10
+# Moves of steps 2 and 4; fewer than without an explored part, which leaves few free edges and doors. Chosen by hand.
+EDGE_MOVES = 200
+DOOR_MOVES = 10
 
 
 @dataclass(frozen=True, eq=False)
 class SampledFloor:
     """A whole floor around an explored part.
 
-    graph: nodes 0 … n - 1 with `label`, and `area`, m², where the model or the explored part has it. known: the node of
-    each known room, by its node in the explored part. behind: the node that each unopened door leads to, by the unknown
+    graph: nodes 0 … n - 1 with `label`, and `area`, m², if the model or the explored part has it. known_nodes: the node
+    of each known room, by its node in the explored part. behind: the node behind each unopened door, by the unknown
     room; few samples lack one.
     """
 
     graph: nx.Graph
-    known: dict[int, int]
+    known_nodes: dict[int, int]
     behind: dict[int, int]
 
     @cached_property
     def unseen(self) -> list[int]:
-        """The nodes that are not known."""
-        known = {*self.known.values()}
-        return [node for node in self.graph if node not in known]
+        """The nodes of rooms that are not known."""
+        known_nodes = {*self.known_nodes.values()}
+        return [node for node in self.graph if node not in known_nodes]
 
 
 class FloorSampler:
-    """Samples floors around explored parts; what the model gives is worked out once.
+    """Samples floors around explored parts; the data of the model is computed once.
 
-    label_shares: label -> share of the rooms of a floor of the model, the mean over floors.
+    label_shares: label -> mean share of the rooms of a floor of the model.
     Raises OptionError for a model by `ncut`, ModelError for one without corridors.
     """
 
@@ -66,10 +67,10 @@ class FloorSampler:
         self.model = model
         self.ends = OpenEnds(model)
         self.potentials = CutPotentials(model)
-        self.functional_references = References([floor.functional_graph for floor in model.floors])
-        self.references = References([floor.graph for floor in model.floors])
+        self.functional_references = ReferenceGraphs([floor.functional_graph for floor in model.floors])
+        self.references = ReferenceGraphs([floor.graph for floor in model.floors])
         self.new_areas = [
-            NewArea(take_area(floor.graph, area), find_hub(floor.graph, area, corridors), str(cluster))
+            NewArea(area_subgraph(floor.graph, area), find_hub(floor.graph, area, corridors), str(cluster))
             for floor in model.floors
             for corridors in [find_corridors(floor.graph, model.schema, convention=LabelConvention.GRAPHS)]
             for area, cluster in zip(floor.areas, floor.clusters, strict=True)
@@ -90,45 +91,46 @@ class FloorSampler:
         edge_moves: int = EDGE_MOVES,
         door_moves: int = DOOR_MOVES,
     ) -> list[SampledFloor]:
-        """The floors of these numbers, 0 … among all of a seed; which are sampled beside it changes none."""
+        """Sample the floors with these numbers, from 0; a floor depends only on its number and the seed."""
         generators = [np.random.default_rng((seed, number)) for number in numbers]
-        known = segment_known_rooms(explored)
-        clusters = self._recognize(explored, known)
-        # Steps 1 and 3: how many functional areas are unexplored, of which clusters, and which.
-        weights = self.ends.weigh_stages(explored)
-        plans = [self._plan(explored, known, clusters, weights, generator) for generator in generators]
-        # Step 2: which areas are joined; known ones as they are.
+        known_areas = segment_known_rooms(explored)
+        clusters = self._assign_clusters(explored, known_areas)
+        # Steps 1 and 3: the number of unexplored functional areas, their clusters, and the areas.
+        weights = self.ends.stage_weights(explored)
+        plans = [self._plan(explored, known_areas, clusters, weights, generator) for generator in generators]
+        # Step 2: the edges between areas; those between known areas are fixed.
         starts = [plan.start(generator) for plan, generator in zip(plans, generators, strict=True)]
-        chains = FunctionalGraphs(self.functional_references, starts, kept=len(known), closed=True)
+        chains = FunctionalGraphs(self.functional_references, starts, n_fixed=len(known_areas), closed=True)
         graphs = sample_functional_graphs(chains, generators, moves=edge_moves)
-        # Step 4: by which doors; known ones stay, and lead from where they are.
+        # Step 4: the doors of these edges; known doors are fixed, unopened ones at one end.
         buildings, opened = [], []
         for plan, start, graph, generator in zip(plans, starts, graphs, generators, strict=True):
             graph.add_edges_from((edge for edge in start.edges if start.edges[edge].get("known")), cuts=0)
             building, doors = plan.build(graph, self.model.door_counts, generator)
             buildings.append(building)
             opened.append(doors)
-        connections = NodeConnections(self.references, buildings, graphs, self.potentials, generators, kept=len(known))
+        fixed = len(known_areas)
+        connections = NodeConnections(self.references, buildings, graphs, self.potentials, generators, n_fixed=fixed)
         connect_areas(connections, moves=door_moves)
         return [_finish(*parts) for parts in zip(plans, buildings, opened, strict=True)]
 
-    def _recognize(self, explored: ExploredPart, known: Sequence[Area]) -> list[str]:
-        """The cluster of each known area, as text: that of the area of the model that it is most like."""
-        rows = self._kernel.compare([take_area(explored.graph, area) for area in known])
+    def _assign_clusters(self, explored: ExploredPart, known_areas: Sequence[Area]) -> list[str]:
+        """The cluster of each known area, as text: that of the most similar area of the model."""
+        rows = self._kernel.compare([area_subgraph(explored.graph, area) for area in known_areas])
         nearest = [int(((self._gram - row) ** 2).sum(axis=1).argmin()) for row in rows]
-        return [str(self.model.clusters[place]) for place in nearest]
+        return [str(self.model.clusters[area]) for area in nearest]
 
     def _plan(
         self,
         explored: ExploredPart,
-        known: Sequence[Area],
+        known_areas: Sequence[Area],
         clusters: Sequence[str],
         weights: Floats,
         generator: np.random.Generator,
     ) -> AreaPlan:
-        """Steps 1 and 3 of one floor: the areas of a floor explored as far, and where doors lead."""
-        drawn = np.searchsorted(np.cumsum(weights), generator.random()).clip(0, len(weights) - 1)
-        stage = self.ends.stages[int(drawn)]
+        """Steps 1 and 3 of one floor: the areas of a floor at a similar stage, and the rooms behind doors."""
+        number = np.searchsorted(np.cumsum(weights), generator.random()).clip(0, len(weights) - 1)
+        stage = self.ends.stages[int(number)]
         chosen = [self._draw_area(self._firsts[stage.floor] + area, generator) for area in stage.areas]
         if not explored.open_ends:
             chosen = []
@@ -141,50 +143,50 @@ class FloorSampler:
         }
         if chosen and not explored.open and None not in branches.values():
             branches[[*branches][int(generator.integers(len(branches)))]] = None
-        return plan_areas(explored, known, clusters, chosen=chosen, branches=branches, generator=generator)
+        return plan_areas(explored, known_areas, clusters, chosen=chosen, branches=branches, generator=generator)
 
     def _draw_area(self, area: int, generator: np.random.Generator) -> NewArea:
-        """An area in the place of one of the model: of the same cluster, or now and then of any."""
+        """An area that replaces one of the model: of the same cluster, or sometimes of a random one."""
         clusters = self.model.clusters
         cluster = clusters[area]
-        if generator.random() < EXCHANGE:
+        if generator.random() < P_RANDOM_CLUSTER:
             cluster = clusters[int(generator.integers(len(clusters)))]
         members = np.flatnonzero(clusters == cluster)
         return self.new_areas[int(members[int(generator.integers(len(members)))])]
 
     def _draw_branch(self, label: str, leads_on: bool, generator: np.random.Generator) -> nx.Graph | None:  # noqa: FBT001
-        """What is behind a door of a room of this label: rooms of the same area, or None for another area."""
-        # Doors of a floor are alike: what is likely is how many floors have it.
+        """The rooms of the same area behind a door of a room with this label; None for a door to another area."""
+        # First a floor, then one of its doors, because doors of one floor resemble each other.
         floors = self.ends.by_label.get(label, [])
-        is_known = generator.random() * (len(floors) + PRIOR_FLOORS) < len(floors)
-        among = floors[int(generator.integers(len(floors)))] if is_known else self.ends.examples
+        has_label = generator.random() * (len(floors) + PRIOR_FLOORS) < len(floors)
+        examples = floors[int(generator.integers(len(floors)))] if has_label else self.ends.examples
         if not leads_on:
-            among = _list_closed(among) or _list_closed(self.ends.examples)
-        if not among:
+            examples = _list_closed(examples) or _list_closed(self.ends.examples)
+        if not examples:
             return None if leads_on else self._draw_room(generator)
-        return among[int(generator.integers(len(among)))].branch
+        return examples[int(generator.integers(len(examples)))].branch
 
     def _draw_room(self, generator: np.random.Generator) -> nx.Graph:
-        """A room of the model at a corridor, where none of its floors tells what is behind a door."""
+        """A room of the model at a corridor; for a model without examples of closed doors."""
         area = self.new_areas[int(generator.integers(len(self.new_areas)))]
         rooms = [node for node in area.graph if node != area.hub] or [area.hub]
-        return take_area(area.graph, frozenset({rooms[int(generator.integers(len(rooms)))]}))
+        return area_subgraph(area.graph, frozenset({rooms[int(generator.integers(len(rooms)))]}))
 
 
 def _list_closed(examples: Sequence[DoorExample]) -> list[DoorExample]:
-    """The doors behind which the same area went on."""
+    """The doors behind which the same area continues."""
     return [example for example in examples if example.branch is not None]
 
 
 def _finish(plan: AreaPlan, building: ConnectedBuilding, opened: dict[tuple[int, int], list[int]]) -> SampledFloor:
-    """The floor, and who is who in it."""
-    places, explored = plan.number_rooms(), plan.explored
-    behind = {door: places[door] for door in explored.doors if door in places}
+    """The sampled floor, with its known rooms and the rooms behind doors."""
+    numbers, explored = plan.number_rooms(), plan.explored
+    behind = {door: numbers[door] for door in explored.doors if door in numbers}
     for edge, doors in opened.items():
         pairs = building.doors.get(edge, [])
         behind |= {door: far for door, (_, far) in zip(doors, pairs, strict=False)}
     graph = building.to_graph()
     for part in plan.areas:
-        sizes = {places[node]: take_size(attributes) for node, attributes in part.nodes(data=True)}
+        sizes = {numbers[node]: size_attribute(attributes) for node, attributes in part.nodes(data=True)}
         nx.set_node_attributes(graph, sizes)
-    return SampledFloor(graph, {node: places[node] for node in explored.known}, behind)
+    return SampledFloor(graph, {node: numbers[node] for node in explored.known_graph}, behind)

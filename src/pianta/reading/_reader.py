@@ -1,4 +1,4 @@
-"""How one file is read: opened as a map or a plan, then ids, labels and the building's type."""
+"""Reader: turns one file, a map or a plan, into floors with room ids, labels and a building type."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, get_args
 
 from pianta.errors import MapError, MapWarning, OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.io._files import MAX_CELLS, check_input_file, short_repr
+from pianta.io._files import check_input_file, short_repr
 from pianta.labels import SCHEMAS
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from pianta.rooms.model import RoomModel
 
 MAX_LISTED_IDS = 10
-Kind = Literal["map", "plan"]
+InputKind = Literal["map", "plan"]
 
 
 class ReadOptions(TypedDict, total=False):
-    """The options of `read`, which `read_all` takes too."""
+    """The options of `read`, which `read_all` has too."""
 
-    kind: Kind | None
+    input_kind: InputKind | None
     resolution: float | None
     trust_thresholds: bool
     max_cells: int
@@ -51,42 +51,30 @@ class ReadOptions(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Reader:
-    """How files are read. labelling: None for no labels. previous: the floor whose ids and given labels stay."""
+    """Checked options of `read`.
 
+    labelling: None for no labels. previous: the floor whose room ids and user labels are kept.
+    """
+
+    options: ReadOptions
     labelling: Labelling | None
     previous: Floor | None
-    kind: Kind | None
-    resolution: float | None
-    trust_thresholds: bool
-    max_cells: int
-    page: int | None
-    symbols: Path | None
-    method: str
-    parameters: Parameters | None
 
     @classmethod
     def make(cls, **options: Unpack[ReadOptions]) -> Reader:
         """Check the options, and read the models and the previous floor.
 
-        Raises OptionError and what their readers raise, and TypeError for an option that there is not.
+        Raises OptionError, the exceptions of the readers of these files, and TypeError for an unknown option.
         """
         _check_options(options)
-        previous, symbols = options.get("previous"), options.get("symbols")
-        models = options.get("room_model"), options.get("building_model")
-        return cls(
-            labelling=Labelling.make(*models, options.get("words"), options.get("building_type"))
-            if options.get("labels", True)
-            else None,
-            previous=previous if previous is None or isinstance(previous, Floor) else read_previous(previous),
-            kind=options.get("kind"),
-            resolution=options.get("resolution"),
-            trust_thresholds=options.get("trust_thresholds", False),
-            max_cells=options.get("max_cells", MAX_CELLS),
-            page=options.get("page"),
-            symbols=None if symbols is None else Path(symbols),
-            method=options.get("method", DEFAULT_METHOD),
-            parameters=options.get("parameters"),
-        )
+        labelling = None
+        if options.get("labels", True):
+            models = options.get("room_model"), options.get("building_model")
+            labelling = Labelling.make(*models, options.get("words"), options.get("building_type"))
+        previous = options.get("previous")
+        if previous is not None and not isinstance(previous, Floor):
+            previous = read_previous(previous)
+        return cls(options, labelling, previous)
 
     def read(self, path: str | Path) -> Reading:
         """The building of a file.
@@ -103,106 +91,102 @@ class Reader:
     def _finish(self, storey: StoreyReading, path: str | Path) -> StoreyReading:
         """The storey with the ids of the previous floor, labels, and the type of its building."""
         floor, messages = storey.floor, []
-        # Rooms that were there before keep their ids
+        # Rooms of the previous floor keep their ids
         if self.previous is not None:
             floor = _keep_ids(floor, self.previous, path)
             messages.append(describe_ids(floor, self.previous))
         # What each room is for (chapters 4 and 5), and what kind of building it is (chapter 6)
         floor = self._label(floor)
-        known = self.labelling.predicted_types if self.labelling and floor.rooms else ()
-        return replace(storey, floor=floor, known_types=known, messages=(*messages, *storey.messages))
+        types = self.labelling.predicted_types if self.labelling and floor.rooms else ()
+        return replace(storey, floor=floor, candidate_types=types, messages=(*messages, *storey.messages))
 
     def _label(self, floor: Floor) -> Floor:
-        """The floor with its type and labels; what somebody has said of a room, or of the type before, stays.
+        """The floor with its building type and labels; a user's label of a room, or previous type, stays.
 
-        Without labels, what somebody has said is all that stays.
+        With labels=False only the user's labels stay.
         """
         from pianta.rooms.model import keep_manual_label
 
-        given = self.labelling.building_type if self.labelling else None
-        if given is None and self.previous is not None:
-            given = self.previous.given_type
-        floor = replace(floor, building_type={given: 1.0} if given else {})
+        building_type = self.labelling.building_type if self.labelling else None
+        if building_type is None and self.previous is not None:
+            building_type = self.previous.given_type
+        floor = replace(floor, building_type={building_type: 1.0} if building_type else {})
         if self.labelling:
             return self.labelling.label(floor)
         return replace(floor, rooms=tuple(map(keep_manual_label, floor.rooms)))
 
     def _open(self, path: str | Path) -> list[StoreyReading]:
-        """The storeys of a file before they are labelled, one of a map."""
+        """The unlabelled storeys of a file; a map has one."""
         from pianta.io.images import PICTURE_SUFFIXES, open_image
         from pianta.plan.sheets.map_or_plan import detect_input_kind
 
         _refuse_folder(path)
-        if self.kind is None:
+        input_kind = self.options.get("input_kind")
+        image = None
+        if input_kind is None:
             _refuse_suffix(path)
-        is_picture = Path(path).suffix.lower() in PICTURE_SUFFIXES
-        # A picture is decoded once, for the question what it is and for what follows.
-        image = open_image(path, max_cells=self.max_cells) if is_picture and self.kind is None else None
-        kind = self.kind or detect_input_kind(image or path)
-        return self._read_plan(path, image) if kind == "plan" else [self._read_map(path, image)]
+            # A picture is decoded once, to detect its kind and to be read.
+            if Path(path).suffix.lower() in PICTURE_SUFFIXES:
+                image = open_image(path, **self._choose("max_cells"))
+            input_kind = detect_input_kind(image or path)
+        return self._read_plan(path, image) if input_kind == "plan" else [self._read_map(path, image)]
+
+    def _choose(self, *names: str) -> dict[str, Any]:
+        """Those of the options that were given; the others keep the defaults of the function that is called."""
+        return {name: value for name, value in self.options.items() if name in names}
 
     def _read_map(self, path: str | Path, image: DecodedImage | None) -> StoreyReading:
         from pianta.io.maps import read_map
         from pianta.layout.reconstruct import reconstruct
 
-        given = {"page=": self.page, "symbols=": self.symbols}
-        useless = " and ".join(name for name, value in given.items() if value is not None)
+        useless = " and ".join(f"{name}=" for name in ("page", "symbols") if self.options.get(name) is not None)
         if useless:
-            raise OptionError(f"map {short_repr(path)} is no plan, leave out {useless} or give kind='plan'")
-        grid = read_map(
-            image or path,
-            resolution=self.resolution,
-            trust_thresholds=self.trust_thresholds,
-            max_cells=self.max_cells,
-        )
+            raise OptionError(f"map {short_repr(path)} is no plan, leave out {useless} or give input_kind='plan'")
+        grid = read_map(image or path, **self._choose("resolution", "trust_thresholds", "max_cells"))
         try:
-            return StoreyReading(reconstruct(grid, method=self.method, parameters=self.parameters), grid)
+            return StoreyReading(reconstruct(grid, **self._choose("method", "parameters")), grid)
         except PiantaError as error:
             raise type(error)(f"map {short_repr(path)}: {error}") from error
 
     def _read_plan(self, path: str | Path, image: DecodedImage | None) -> list[StoreyReading]:
         from pianta.plan.read_plan import read_plan
 
-        if self.trust_thresholds:
-            raise OptionError(f"plan {short_repr(path)} is no map, leave out trust_thresholds=True or give kind='map'")
-        if self.parameters is not None:
-            raise OptionError(f"plan {short_repr(path)} is no map, leave out parameters= or give kind='map'")
-        plan = read_plan(
-            image or path,
-            resolution=self.resolution,
-            page=self.page,
-            symbols=self.symbols,
-            method=self.method,
-            max_cells=self.max_cells,
-        )
+        useless = {
+            "trust_thresholds=True": self.options.get("trust_thresholds"),
+            "parameters=": self.options.get("parameters") is not None,
+        }
+        for option in (name for name, is_given in useless.items() if is_given):
+            raise OptionError(f"plan {short_repr(path)} is no map, leave out {option} or give input_kind='map'")
+        plan = read_plan(image or path, **self._choose("resolution", "page", "symbols", "method", "max_cells"))
         paper = plan.sheet.colors if plan.sheet else None
         unit = plan.sheet.px_per_unit if plan.sheet else 1.0
-        several = len(plan.floors) > 1
-        matched = (_describe_matches(plan.symbols, self.symbols),) if self.symbols else ()
+        symbols = self.options.get("symbols")
+        matches = () if symbols is None else (_describe_matches(plan.symbols, Path(symbols)),)
         return [
             StoreyReading(
-                found.floor,
-                found.grid,
-                name=f"floor-{number}" if several else "",
-                scale=found.scale,
+                each.floor,
+                each.grid,
+                name=f"floor-{number}" if len(plan.floors) > 1 else "",
+                scale=each.scale,
                 paper=paper,
-                messages=(f"scale: {found.scale.describe(px_per_unit=unit)}", *matched),
+                messages=(f"scale: {each.scale.describe(px_per_unit=unit)}", *matches),
             )
-            for number, found in enumerate(plan.floors, start=1)
+            for number, each in enumerate(plan.floors, start=1)
         ]
 
 
 def _check_options(options: ReadOptions) -> None:
-    """Raise OptionError for options that make no sense, alone or together, and TypeError for unknown ones."""
+    """Raise OptionError for impossible values or combinations, and TypeError for unknown options."""
     if unknown := options.keys() - ReadOptions.__annotations__.keys():
         raise TypeError(f"there is no option {', '.join(sorted(unknown))}=")
-    given = {name: options.get(name) for name in ("room_model", "building_model", "words", "building_type")}
-    useless = [f"{name}=" for name, value in given.items() if value is not None]
+    label_options = ("room_model", "building_model", "words", "building_type")
+    useless = [f"{name}=" for name in label_options if options.get(name) is not None]
     if not options.get("labels", True) and useless:
         raise OptionError(f"labels=False makes {' and '.join(useless)} useless, leave either out")
-    kind = options.get("kind")
-    if kind is not None and kind not in get_args(Kind):
-        raise OptionError(f"kind is {short_repr(kind)}, give one of {', '.join(get_args(Kind))}, or None")
+    input_kind = options.get("input_kind")
+    if input_kind is not None and input_kind not in get_args(InputKind):
+        choices = ", ".join(get_args(InputKind))
+        raise OptionError(f"input_kind is {short_repr(input_kind)}, give one of {choices}, or None")
     resolution = options.get("resolution")
     if resolution is not None and not (isfinite(resolution) and resolution > 0):
         raise OptionError(f"resolution is {resolution}, give positive metres per cell, or per pixel of a plan")
@@ -217,7 +201,7 @@ def read_previous(path: str | Path) -> Floor:
     from pianta.io.floors import read_floor
 
     is_folder = False
-    with suppress(OSError, ValueError):  # read_floor says what is wrong with the path
+    with suppress(OSError, ValueError):  # read_floor reports a faulty path
         is_folder = Path(path).is_dir()
     return read_floor(Path(path) / OUTPUTS[0] if is_folder else path)
 
@@ -225,15 +209,15 @@ def read_previous(path: str | Path) -> Floor:
 def describe_ids(floor: Floor, previous: Floor) -> str:
     """How many rooms kept their ids, how many are new, and which are gone."""
     ids, old_ids = ({room.id for room in each.rooms} for each in (floor, previous))
-    kept, new, gone = len(ids & old_ids), len(ids - old_ids), sorted(old_ids - ids)
-    line = f"{kept} room{'s' * (kept != 1)} kept {'its id' if kept == 1 else 'their ids'}"
+    common, new, gone = len(ids & old_ids), len(ids - old_ids), sorted(old_ids - ids)
+    line = f"{common} room{'s' * (common != 1)} kept {'its id' if common == 1 else 'their ids'}"
     line += f", {new} {'is' if new == 1 else 'are'} new, {len(gone)} {'is' if len(gone) == 1 else 'are'} gone"
     names = " ".join(map(str, gone[:MAX_LISTED_IDS])) + (" …" if len(gone) > MAX_LISTED_IDS else "")
     return f"{line} ({names})" if gone else line
 
 
 def _keep_ids(floor: Floor, previous: Floor, path: str | Path) -> Floor:
-    """The floor with the ids of the previous one; warns when they have no room in common."""
+    """The floor with the ids of the previous one; warns if they have no room in common."""
     from pianta.layout.room_ids import keep_room_ids
 
     floor = keep_room_ids(floor, previous)
@@ -245,7 +229,7 @@ def _keep_ids(floor: Floor, previous: Floor, path: str | Path) -> Floor:
 
 
 def _describe_matches(symbols: Iterable[PlacedSymbol], folder: Path) -> str:
-    """How many symbols were found of each file of a folder."""
+    """How many symbols the plan has of each template file in a folder."""
     counts = Counter(symbol.name for symbol in symbols if Path(symbol.name).suffix)
     if not counts:
         return f"symbols: none of {short_repr(folder)} found, cut them out of a sheet like this one, at its scale"
@@ -258,19 +242,19 @@ def _refuse_suffix(path: str | Path) -> None:
     from pianta.io.maps import MAP_SUFFIXES
     from pianta.plan.sheets.map_or_plan import PLAN_SUFFIXES
 
-    known = dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES])
-    if Path(path).suffix.lower() not in known:
+    suffixes = dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES])
+    if Path(path).suffix.lower() not in suffixes:
         file = check_input_file(path, "file", MapError)
-        raise MapError(f"file {short_repr(file)} is of no known kind, give one of {', '.join(known)}")
+        raise MapError(f"file {short_repr(file)} is of no known kind, give one of {', '.join(suffixes)}")
 
 
 def _refuse_folder(path: str | Path) -> None:
-    """Raise MapError for a folder, naming the YAMLs in it, one of which may be meant."""
+    """Raise MapError for a folder; the message suggests the YAML files in it."""
     from pianta.io.ros_maps import YAML_SUFFIXES
 
     try:
         inside = sorted(Path(path).iterdir())
-    except (OSError, ValueError):  # no folder; the reader says what it is
+    except (OSError, ValueError):  # no folder; the reader reports other faults
         return
     yamls = [short_repr(file) for file in inside if file.suffix.lower() in YAML_SUFFIXES]
     more = " …" if len(yamls) > 3 else ""

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
 from pianta.errors import OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._files import MAX_CELLS, short_repr
-from pianta.io._folders import check_output_folder
+from pianta.io._folders import check_output_folder, choose_names
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD
 
@@ -21,7 +19,7 @@ if TYPE_CHECKING:
     from pianta.building_types.model import BuildingTypeModel
     from pianta.rooms.model import RoomModel
 
-from pianta.reading._reader import Kind, Reader, ReadOptions
+from pianta.reading._reader import InputKind, Reader, ReadOptions
 from pianta.reading.reading import Reading, check_output
 
 MAX_JOBS = 256
@@ -46,7 +44,7 @@ class Failure:
 def read(
     path: str | Path,
     *,
-    kind: Kind | None = None,
+    input_kind: InputKind | None = None,
     resolution: float | None = None,
     trust_thresholds: bool = False,
     max_cells: int = MAX_CELLS,
@@ -69,11 +67,11 @@ def read(
     ----------
     path
         A ROS map.yaml, a NumPy archive (.npz) or an image of a map; a plan as image, DXF, SVG, PDF or IFC.
-    kind
-        "map" or "plan"; None to see it in the file.
+    input_kind
+        "map" or "plan"; None to detect it.
     resolution
-        Metres per cell of an image without a map.yaml, per pixel of a plan, or per unit of a DXF or SVG. None to take
-        it from the file, or to find it in the plan.
+        Metres per cell of an image without a map.yaml, per pixel of a plan, or per unit of a DXF or SVG. None to use
+        the file's own, or to detect it in the plan.
     trust_thresholds
         Keep grey 205 free where the free_thresh of a map.yaml makes it so; map savers write 205 for unknown.
     max_cells
@@ -83,20 +81,20 @@ def read(
     symbols
         Folder with PNGs of symbols of plans, besides our own; door*.png are doors.
     words
-        JSON file with words that names of rooms have, besides our own.
+        JSON file with words in names of rooms, besides our own.
     method
         How rooms are found, one of `METHODS`.
     parameters
         The thresholds of the method; None for those that fit most buildings. Not for plans.
     building_type
-        The type of the building, such as "school" or "office", if it is known. Rooms then get the labels of this type.
+        The type of the building, such as "school" or "office"; None if unknown. Rooms get the labels of this type.
     room_model, building_model
         Models of `train_rooms` and `train_building_types`, or their files; None for those that come with pianta.
     labels
         False to leave out labels and the building's type.
     previous
         An older floor of this building, its floor.geojson, or the folder that holds one. Rooms keep their ids, and
-        labels and a type that somebody has given stay. The map may have grown, and its origin may have moved.
+        labels and a type from a user stay. The map may have grown, and its origin may have moved.
 
     Returns
     -------
@@ -108,7 +106,7 @@ def read(
     MapError, PlanError
         The file cannot be read, or shows no room.
     OptionError
-        An option makes no sense, alone or with the others.
+        An option has an impossible value, or contradicts another one.
     ModelError, FloorError, LabelError
         A model, the previous floor, or the building's type cannot be used.
 
@@ -131,7 +129,7 @@ def read(
     >>> ax = reading.plot()
     """
     reader = Reader.make(
-        kind=kind,
+        input_kind=input_kind,
         resolution=resolution,
         trust_thresholds=trust_thresholds,
         max_cells=max_cells,
@@ -175,7 +173,7 @@ def read_all(
     progress
         Called with the number of files that are done and of all, at the start and after each file.
     **options
-        As of `read`; a previous floor goes with a single file only.
+        As of `read`; a previous floor only for a single file.
 
     Returns
     -------
@@ -220,19 +218,13 @@ def name_folders(paths: Sequence[str | Path]) -> list[str]:
     files = [Path(path).absolute() for path in paths]
     # A file can be called "...yaml", and its stem is the parent folder.
     stems = [file.stem.lstrip(".") or "map" for file in files]
-    occurrences = Counter(stem.casefold() for stem in stems)
-    names: dict[str, str] = {}
-    for file, stem in zip(files, stems, strict=True):
-        name = stem if occurrences[stem.casefold()] == 1 else f"{file.parent.name}-{stem}".lstrip("-.")
-        numbered = (name if number == 1 else f"{name}-{number}" for number in count(1))
-        free = next(candidate for candidate in numbered if candidate.casefold() not in names)
-        names[free.casefold()] = free
-    return list(names.values())
+    with_folders = [f"{file.parent.name}-{stem}".lstrip("-.") for file, stem in zip(files, stems, strict=True)]
+    return choose_names(stems, with_folders)
 
 
 @dataclass(frozen=True)
 class _Task:
-    """A file of `read_all`, and the folder of its results; None for none."""
+    """A file of `read_all`, and the folder for its results; None to write none."""
 
     reader: Reader
     path: str | Path
@@ -251,8 +243,8 @@ class _Task:
             return Failure(Path(self.path), error)
         return replace(reading, folder=self.folder)
 
-    def run_apart(self) -> tuple[Reading | Failure, list[Warning]]:
-        """The result, and the warnings, which another process would print."""
+    def run_with_warnings(self) -> tuple[Reading | Failure, list[Warning]]:
+        """The result and the warnings, which this process must not print itself."""
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             result = self.run()
@@ -270,7 +262,7 @@ def _run(tasks: Sequence[_Task], jobs: int, progress: Callable[[int, int], None]
 def _run_in_processes(tasks: Sequence[_Task], jobs: int) -> Iterator[Reading | Failure]:
     from joblib import Parallel, delayed
 
-    run = delayed(_Task.run_apart)
+    run = delayed(_Task.run_with_warnings)
     for result, caught in Parallel(n_jobs=jobs, return_as="generator")(run(task) for task in tasks):
         for warning in caught:
             warnings.warn(warning, stacklevel=3)

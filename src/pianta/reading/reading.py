@@ -1,4 +1,4 @@
-"""Reading: the building that was found in a file, and its files."""
+"""Reading: the building of a map or a plan, and the files that it is saved in."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pianta.labels import LabelSchema
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from pianta.plan.scale import PlanScale
+    from pianta.plan.sheets.sheet import PlanScale
 
 
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
@@ -29,24 +29,24 @@ OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
 
 @dataclass(frozen=True, eq=False)
 class StoreyReading:
-    """One storey of what was read.
+    """One storey of a building.
 
     Attributes
     ----------
     floor
         Its rooms, doors and walls, with labels and the type of the building.
     grid
-        The map; of a plan the frame of the sheet, its cells unknown.
+        The map; for a plan the frame of the sheet, its cells unknown.
     name
-        "" where the file has one storey, else "floor-1", "floor-2", …, the largest first.
+        "" if the file has one storey, else "floor-1", "floor-2", …, the largest first.
     scale
-        Metres per pixel of a plan, and what they were found by; None for a map.
+        Metres per pixel of a plan, and their evidence; None for a map.
     paper
         The sheet of a plan, RGB of shape (H, W, 3) on the cells of the grid; None for a map, and for an IFC.
-    known_types
-        The building types that the model knows which predicted the floor's; none where the type was given.
+    candidate_types
+        The building types among which the model chose the floor's; empty if a user has given the type.
     messages
-        What else a user wants to know, a line each.
+        Notes for the user, a line each.
     """
 
     floor: Floor
@@ -54,13 +54,13 @@ class StoreyReading:
     name: str = ""
     scale: PlanScale | None = None
     paper: NDArray[np.uint8] | None = None
-    known_types: tuple[str, ...] = ()
+    candidate_types: tuple[str, ...] = ()
     messages: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """The building that `read` found in a file.
+    """The building that `read` has reconstructed from a file.
 
     `floor`, `grid`, `scale` and `messages` are those of the first storey, the only one of a map and of most plans.
 
@@ -69,9 +69,9 @@ class Reading:
     path
         The file.
     storeys
-        Each storey with what it was read from, the largest first.
+        The storeys, the largest first.
     schemas
-        Label schema by building type: those that rooms can be labelled with.
+        Building type -> schema of its room labels.
     folder
         Where `read_all` wrote the results; None if it did not.
 
@@ -97,7 +97,7 @@ class Reading:
 
     @property
     def floor(self) -> Floor:
-        """The floor; the largest where there are several."""
+        """The floor; the largest if there are several."""
         return self.storeys[0].floor
 
     @property
@@ -107,17 +107,17 @@ class Reading:
 
     @property
     def grid(self) -> GridMap:
-        """The map; of a plan the frame of the sheet, its cells unknown."""
+        """The map; for a plan the frame of the sheet, its cells unknown."""
         return self.storeys[0].grid
 
     @property
     def scale(self) -> PlanScale | None:
-        """Metres per pixel of a plan, and what they were found by; None for a map."""
+        """Metres per pixel of a plan, and their evidence; None for a map."""
         return self.storeys[0].scale
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """What else a user wants to know, a line each."""
+        """Notes for the user, a line each."""
         return self.storeys[0].messages
 
     def plot(self, *, ax: Axes | None = None, walls: bool = False, graph: bool = False) -> Axes:
@@ -172,7 +172,7 @@ class Reading:
         """
         check_output(self.path, folder)
         folders = [Path(folder) / storey.name for storey in self.storeys]
-        _refuse_folders_in_the_way(folders)
+        _refuse_folders_as_results(folders)
         with ExitStack() as together:
             for storey, target in zip(self.storeys, folders, strict=True):
                 self._write(storey, together.enter_context(atomic_folder(target)), walls=walls, graph=graph)
@@ -194,14 +194,14 @@ class Reading:
 
 
 def check_output(path: str | Path, folder: str | Path) -> None:
-    """Raise OptionError when a result in a folder would replace the file that is read."""
+    """Raise OptionError if a result in a folder would replace the file that is read."""
     file = Path(path)
     if file.name in OUTPUTS and file.resolve().parent == Path(folder).resolve():
         raise OptionError(f"map {short_repr(file)} would be replaced by a result, give another output folder")
 
 
-def _refuse_folders_in_the_way(folders: Sequence[Path]) -> None:
-    """Raise OptionError when a result has the name of a folder, before any floor takes its place."""
+def _refuse_folders_as_results(folders: Sequence[Path]) -> None:
+    """Raise OptionError if a folder has the name of a result, before any result is written."""
     for target in (folder / name for folder in folders for name in OUTPUTS):
         if target.is_dir():
             raise OptionError(f"cannot write {short_repr(target)}: it is a folder, give another output folder")

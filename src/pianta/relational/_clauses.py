@@ -1,4 +1,4 @@
-"""Clauses of Prolog without rules: atoms, numbers and marks between full stops, as fact files need them."""
+"""A tokenizer of Prolog clauses without rules: atoms, numbers and punctuation between full stops."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pianta.relational.facts import Value, write_term
 MAX_CLAUSE_TOKENS = 1000
 MAX_NUMBER_LENGTH = 300
 
-# All quantifiers are possessive, so that no file is read in more than linear time.
+# All quantifiers are possessive, so that any file takes linear time.
 _TOKEN = re.compile(
     r"""
       (?P<skipped> \s++ | %[^\n]*+ | /\*(?s:.*?)\*/ )
@@ -41,15 +41,15 @@ class Token(NamedTuple):
 
 
 class ClauseError(Exception):
-    """What is wrong with a clause."""
+    """A fault of a clause."""
 
 
 def split_clauses(text: str) -> Iterator[list[Token]]:
-    """Clauses without what ends them; what no full stop ends has a fault instead."""
+    """Clauses without their full stops; a clause without one ends with a fault."""
     clause: list[Token] = []
     for token in _split_tokens(text):
         if token.kind != "end":
-            # Of an endless clause the start is enough, it has a fault for its length.
+            # The rest of an overlong clause is dropped, as its length is a fault.
             if len(clause) <= MAX_CLAUSE_TOKENS:
                 clause.append(token)
             continue
@@ -63,26 +63,26 @@ def split_clauses(text: str) -> Iterator[list[Token]]:
 def _split_tokens(text: str) -> Iterator[Token]:
     line = 1
     for match in _TOKEN.finditer(text):
-        kind, found = str(match.lastgroup), match.group()
-        if kind != "skipped":
-            yield _make_token(kind, found, line)
-        line += found.count("\n")
+        group, text = str(match.lastgroup), match.group()
+        if group != "skipped":
+            yield _make_token(group, text, line)
+        line += text.count("\n")
 
 
-def _make_token(kind: str, found: str, line: int) -> Token:
-    match kind:
+def _make_token(group: str, text: str, line: int) -> Token:
+    match group:
         case "number":
-            return _make_number(found, line)
+            return _make_number(text, line)
         case "word":
-            # A letter that is neither small nor capital begins an atom.
-            is_variable = found[0] == "_" or found[0].isupper() or found[0].istitle()
-            return Token("variable" if is_variable else "atom", found, line)
+            # A letter without case begins an atom.
+            is_variable = text[0] == "_" or text[0].isupper() or text[0].istitle()
+            return Token("variable" if is_variable else "atom", text, line)
         case "quoted":
-            return _make_atom(found[1:-1], line)
+            return _make_atom(text[1:-1], line)
         case "mark" | "end":
-            return Token("end" if kind == "end" else found, found, line)
-    what = "begins what never ends, close it" if kind == "open" else "is not of facts, put text in single quotes"
-    return Token("fault", f"{short_repr(found[:30])} {what}", line)
+            return Token("end" if group == "end" else text, text, line)
+    fault = "never ends, close it" if group == "open" else "is not of facts, put text in single quotes"
+    return Token("fault", f"{short_repr(text[:30])} {fault}", line)
 
 
 def _make_atom(quoted: str, line: int) -> Token:
@@ -92,11 +92,11 @@ def _make_atom(quoted: str, line: int) -> Token:
         return Token("fault", str(error), line)
 
 
-def _make_number(found: str, line: int) -> Token:
-    if len(found) > MAX_NUMBER_LENGTH or isinf(float(found)):
-        return Token("fault", f"the number {short_repr(found[:30])} is too large or has too many digits", line)
-    is_whole = found.lstrip("+-").isdigit()
-    return Token("number", int(found) if is_whole else float(found), line)
+def _make_number(text: str, line: int) -> Token:
+    if len(text) > MAX_NUMBER_LENGTH or isinf(float(text)):
+        return Token("fault", f"the number {short_repr(text[:30])} is too large or has too many digits", line)
+    is_integer = text.lstrip("+-").isdigit()
+    return Token("number", int(text) if is_integer else float(text), line)
 
 
 def _unescape(match: re.Match[str]) -> str:
@@ -109,15 +109,15 @@ def _unescape(match: re.Match[str]) -> str:
         return "'"
     elif letter in _ESCAPED:
         return _ESCAPED[letter]
-    raise ClauseError(f"the escape {short_repr(match.group())} is none")
+    raise ClauseError(f"the escape {short_repr(match.group())} is unknown")
 
 
 class Clause:
-    """A clause, taken token by token."""
+    """A clause that is parsed token by token."""
 
     def __init__(self, tokens: Sequence[Token]) -> None:
         self.tokens = tokens
-        self.place = 0
+        self.position = 0
         fault = next((token for token in tokens if token.kind == "fault"), None)
         if fault:
             raise ClauseError(str(fault.value))
@@ -126,37 +126,37 @@ class Clause:
         if len(tokens) > MAX_CLAUSE_TOKENS:
             raise ClauseError(f"the clause has more than {MAX_CLAUSE_TOKENS} parts, is a full stop missing?")
 
-    def has(self, kind: str) -> bool:
+    def has(self, token_kind: str) -> bool:
         """Whether the next token is of a kind."""
-        return self.place < len(self.tokens) and self.tokens[self.place].kind == kind
+        return self.position < len(self.tokens) and self.tokens[self.position].kind == token_kind
 
-    def take(self, kind: str, what: str) -> Value:
-        """The value of the next token, which must be of a kind; `what` is its noun in messages."""
-        if not self.has(kind):
+    def expect(self, token_kind: str, what: str) -> Value:
+        """Read the value of the next token, which must be of a kind; `what` is its noun in messages."""
+        if not self.has(token_kind):
             raise ClauseError(f"{self._describe()} where {what} belongs")
-        self.place += 1
-        return self.tokens[self.place - 1].value
+        self.position += 1
+        return self.tokens[self.position - 1].value
 
-    def take_atom(self, what: str) -> str:
-        """The next token, which must be an atom."""
-        return str(self.take("atom", what))
+    def expect_atom(self, what: str) -> str:
+        """Read the next token, which must be an atom."""
+        return str(self.expect("atom", what))
 
     def finish(self) -> None:
-        """Refuse what is left."""
-        if self.place < len(self.tokens):
+        """Raise ClauseError unless all tokens have been read."""
+        if self.position < len(self.tokens):
             raise ClauseError(f"{self._describe()} where a full stop belongs")
 
-    def take_value(self) -> Value:
-        """The next token, which must be an atom or a number."""
-        value = self.take("number" if self.has("number") else "atom", "an atom or a number")
+    def expect_value(self) -> Value:
+        """Read the next token, which must be an atom or a number."""
+        value = self.expect("number" if self.has("number") else "atom", "an atom or a number")
         if self.has("("):
             raise ClauseError(f"{write_term(value)}(…) is a term within a fact, give an atom or a number")
         return value
 
     def _describe(self) -> str:
-        if self.place == len(self.tokens):
+        if self.position == len(self.tokens):
             return "the clause ends"
-        token = self.tokens[self.place]
+        token = self.tokens[self.position]
         value = write_term(token.value) if token.kind in ("atom", "number") else str(token.value)
         if token.kind == "variable":
             return f"the variable {short_repr(value)} stands"

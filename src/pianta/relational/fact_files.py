@@ -26,29 +26,29 @@ from pianta.relational.facts import (
 )
 
 MAX_FILE_BYTES = 16 * 2**20
-# A file with more faults is of another kind; the rest of it is not looked at.
+# A file with more faults has another format; its rest is not read.
 MAX_FAULTS = 1000
-# Relations that the real files list after all other facts of all floors.
-LAST = "label"
+# The relation that the authors' files list after all other facts of all floors.
+LAST_RELATION = "label"
 
 
 def read_interpretations(path: str | Path, *, signatures: Iterable[Signature] | None = None) -> list[Interpretation]:
     """Read the floors of a fact file in the order in which it first names them, their facts in its order.
 
-    signatures: what the facts must agree with; when None, those that read_signatures finds.
+    signatures: those of the facts; None for those of read_signatures.
     Raises RelationError, with every fault and its line in one message, for a file that is not UTF-8 or too large, for
-    variables, terms within terms, rules and whatever else is no ground fact, and for the faults of
+    anything that is not a ground fact (variables, nested terms, rules, …), and for the faults of
     `pianta.relational.facts.find_faults`.
     """
     return _read(path, signatures)[0]
 
 
 def read_signatures(path: str | Path) -> tuple[Signature, ...]:
-    """The signatures that a fact file declares; where it declares none, LISTING_SIGNATURES or FLOOR_SIGNATURES.
+    """The signatures that a fact file declares; without any, LISTING_SIGNATURES or FLOOR_SIGNATURES.
 
-    It is LISTING_SIGNATURES when there are facts of `space` and none of `room`. A relation is unordered when its
-    entities have one role, as in `signature aligned(r1@r::room, r2@r::room)::intensional.`, or when its declaration is
-    that of one of these two sets which is. Raises RelationError as read_interpretations does.
+    LISTING_SIGNATURES are for a file with facts of `space` but not of `room`. A relation is unordered if its entities
+    have the same role, as in `signature aligned(r1@r::room, r2@r::room)::intensional.`, or if its declaration is that
+    of an unordered relation of these two sets. Raises RelationError as read_interpretations does.
     """
     return _read(path, None)[1]
 
@@ -60,22 +60,26 @@ def save_interpretations(
     signatures: Iterable[Signature] | None = None,
     declare: bool | None = None,
 ) -> None:
-    """Write floors as a fact file that read_interpretations reads as equal ones.
+    """Write floors as a fact file from which read_interpretations reads equal ones.
 
-    The facts at the end of a floor that tell its labels come after those of all floors, as in the real files.
-    signatures: what the facts must agree with; when None, FLOOR_SIGNATURES, or LISTING_SIGNATURES for spaces.
-    declare: write the signatures too; when None, if they are not those that read_signatures takes without.
+    Labels at the end of a floor's facts come after the facts of all floors, as in the authors' files.
+    signatures: those of the facts; None for FLOOR_SIGNATURES, or LISTING_SIGNATURES for spaces.
+    declare: whether to write the signatures too; None to write them unless they are the default of read_signatures.
 
     Raises RelationError, with every fault in one message, for names that occur twice, floors without facts and the
-    faults of `pianta.relational.facts.find_faults`; PiantaError when the file cannot be written.
+    faults of `pianta.relational.facts.find_faults`; PiantaError if the file cannot be written.
     """
     interpretations = list(interpretations)
-    default = _choose_signatures(fact for of in interpretations for fact in of.facts)
+    default = _choose_signatures(fact for floor in interpretations for fact in floor.facts)
     chosen = default if signatures is None else tuple(signatures)
     faults = _find_faults_of_floors(interpretations, chosen)
     if faults:
         raise RelationError(f"cannot write {short_repr(path)}: {join_faults(faults)}")
-    head = [signature.declare(role="r") for signature in chosen] if _is_told(declare, chosen, default) else []
+    head = (
+        [signature.declare(role="r") for signature in chosen]
+        if (chosen != default if declare is None else declare)
+        else []
+    )
     content = "".join(f"{line}\n" for line in [*head, *_write_facts(interpretations)]).encode()
     if len(content) > MAX_FILE_BYTES:
         raise RelationError(
@@ -85,7 +89,9 @@ def save_interpretations(
         temporary.write_bytes(content)
 
 
-class _Stated(NamedTuple):
+class _FileFact(NamedTuple):
+    """A fact of a file, its floor and line."""
+
     floor: str
     fact: Fact
     line: int
@@ -93,9 +99,9 @@ class _Stated(NamedTuple):
 
 @dataclass(frozen=True)
 class _Content:
-    """What a file says; faults with their lines, and the atoms of clauses that could not be read."""
+    """The content of a file; faults with their lines, and the atoms of unreadable clauses."""
 
-    stated: list[_Stated]
+    facts: list[_FileFact]
     declared: dict[str, Signature]
     faults: list[tuple[int, str]]
     unread: set[Value]
@@ -114,62 +120,62 @@ def _read(
     except OSError as error:
         raise RelationError(f"fact file {short_repr(file)} cannot be read: {error.strerror}") from None
     used = (
-        _choose_signatures((one.fact for one in content.stated), content.declared.values())
+        _choose_signatures((one.fact for one in content.facts), content.declared.values())
         if signatures is None
         else signatures
     )
     used = tuple(used)
-    places = _group_by_floor(content.stated)
-    floors = [Interpretation(name, tuple(one.fact for one in of_floor)) for name, of_floor in places.items()]
-    faults = content.faults + _find_faults_in(floors, list(places.values()), used, content.unread)
+    by_floor = _group_by_floor(content.facts)
+    floors = [Interpretation(name, tuple(one.fact for one in facts)) for name, facts in by_floor.items()]
+    faults = content.faults + _find_faults_in(floors, list(by_floor.values()), used, content.unread)
     if not floors and not faults:
         raise RelationError(f"fact file {short_repr(file)} has no facts, give interpretation(floor, fact). clauses")
     if faults:
-        told = [f"line {line}: {fault}" for line, fault in sorted(faults)]
-        raise RelationError(f"cannot read the facts of {short_repr(file)}: {join_faults(told)}")
+        lines = [f"line {line}: {fault}" for line, fault in sorted(faults)]
+        raise RelationError(f"cannot read the facts of {short_repr(file)}: {join_faults(lines)}")
     return floors, used
 
 
 def _find_faults_in(
     floors: Sequence[Interpretation],
-    stated: Sequence[Sequence[_Stated]],
+    facts: Sequence[Sequence[_FileFact]],
     signatures: tuple[Signature, ...],
     unread: set[Value],
 ) -> list[tuple[int, str]]:
-    """Faults of the facts with their lines; entities that an unreadable clause may declare are not missed."""
-    undeclared, unknowable = _find_undeclared([one for of_floor in stated for one in of_floor], signatures)
+    """Faults of the facts with their lines; entities that an unreadable clause may declare are assumed."""
+    undeclared, undeclarable = _find_undeclared([one for each in facts for one in each], signatures)
     return undeclared + [
-        (of_floor[place].line, fault)
-        for floor, of_floor in zip(floors, stated, strict=True)
-        for place, fault in locate_faults(floor, signatures, known=unread | unknowable)
+        (file_facts[index].line, fault)
+        for floor, file_facts in zip(floors, facts, strict=True)
+        for index, fault in locate_faults(floor, signatures, assumed=unread | undeclarable)
     ]
 
 
 def _find_undeclared(
-    stated: Iterable[_Stated], signatures: tuple[Signature, ...]
+    facts: Iterable[_FileFact], signatures: tuple[Signature, ...]
 ) -> tuple[list[tuple[int, str]], set[Value]]:
-    """Entities without a signature, with the line of the first fact about each, and what the facts call them.
+    """Faults for kinds of entities without a signature, with the first line of each, and the names of these entities.
 
-    No fact could declare these.
+    No fact could declare them.
     """
-    declarable = {signature.name for signature in signatures if signature.self_place is not None}
+    declarable = {signature.name for signature in signatures if signature.self_index is not None}
     named = {signature.name: signature for signature in signatures}
     faults: dict[str, tuple[int, str]] = {}
-    called: set[Value] = set()
-    for one in stated:
+    entities: set[Value] = set()
+    for one in facts:
         arguments = named[one.fact.relation].arguments if one.fact.relation in named else ()
         for argument, value in zip(arguments, one.fact.arguments, strict=False):
             if argument.is_entity and argument.kind not in declarable:
-                kind, relation = argument.kind, short_repr(one.fact.relation)
-                fault = f"{relation} is about {short_repr(kind)}, add signature {kind}(id::self)::extensional"
-                faults.setdefault(kind, (one.line, fault))
-                called.add(value)
-    return [*faults.values()], called
+                name, relation = argument.kind, short_repr(one.fact.relation)
+                fault = f"{relation} is about {short_repr(name)}, add signature {name}(id::self)::extensional"
+                faults.setdefault(name, (one.line, fault))
+                entities.add(value)
+    return [*faults.values()], entities
 
 
-def _group_by_floor(stated: Iterable[_Stated]) -> dict[str, list[_Stated]]:
-    floors: dict[str, list[_Stated]] = {}
-    for one in stated:
+def _group_by_floor(facts: Iterable[_FileFact]) -> dict[str, list[_FileFact]]:
+    floors: dict[str, list[_FileFact]] = {}
+    for one in facts:
         floors.setdefault(one.floor, []).append(one)
     return floors
 
@@ -188,9 +194,9 @@ def _parse(text: str) -> _Content:
             if clause[0].value == "signature":
                 signature = _parse_declaration(clause)
                 if content.declared.setdefault(signature.name, signature) != signature:
-                    raise ClauseError(f"signature {signature.name} is declared again and otherwise, keep one")
+                    raise ClauseError(f"signature {signature.name} has two different declarations, keep one")
             else:
-                content.stated.append(_Stated(*_parse_fact(clause), line))
+                content.facts.append(_FileFact(*_parse_fact(clause), line))
         except (ClauseError, RelationError) as error:
             content.faults.append((line, str(error)))
             content.unread.update(token.value for token in clause if token.kind in ("atom", "number"))
@@ -205,18 +211,18 @@ def _parse_fact(tokens: Sequence[Token]) -> tuple[str, Fact]:
     clause = Clause(tokens)
     if tokens[0].value != "interpretation":
         raise ClauseError(f"{short_repr(tokens[0].value)} begins a clause, give interpretation(floor, fact)")
-    clause.take("atom", "interpretation")
-    clause.take("(", "(")
-    floor = clause.take_atom("the name of a floor")
-    clause.take(",", "a comma")
-    relation = clause.take_atom("a relation")
-    clause.take("(", "( and the arguments of a relation")
-    arguments = [clause.take_value()]
+    clause.expect("atom", "interpretation")
+    clause.expect("(", "(")
+    floor = clause.expect_atom("the name of a floor")
+    clause.expect(",", "a comma")
+    relation = clause.expect_atom("a relation")
+    clause.expect("(", "( and the arguments of a relation")
+    arguments = [clause.expect_value()]
     while not clause.has(")"):
-        clause.take(",", "a comma or )")
-        arguments.append(clause.take_value())
-    clause.take(")", ")")
-    clause.take(")", ")")
+        clause.expect(",", "a comma or )")
+        arguments.append(clause.expect_value())
+    clause.expect(")", ")")
+    clause.expect(")", ")")
     clause.finish()
     return floor, Fact(relation, tuple(arguments))
 
@@ -224,16 +230,16 @@ def _parse_fact(tokens: Sequence[Token]) -> tuple[str, Fact]:
 def _parse_declaration(tokens: Sequence[Token]) -> Signature:
     """The signature of `signature name(argument::kind, ...)::extensional`."""
     clause = Clause(tokens)
-    clause.take("atom", "signature")
-    name = clause.take_atom("the name of a relation")
-    clause.take("(", "(")
+    clause.expect("atom", "signature")
+    name = clause.expect_atom("the name of a relation")
+    clause.expect("(", "(")
     parsed = [_parse_argument(clause)]
     while not clause.has(")"):
-        clause.take(",", "a comma or )")
+        clause.expect(",", "a comma or )")
         parsed.append(_parse_argument(clause))
-    clause.take(")", ")")
-    clause.take("::", "::")
-    level = clause.take_atom("extensional or intensional")
+    clause.expect(")", ")")
+    clause.expect("::", "::")
+    level = clause.expect_atom("extensional or intensional")
     if level not in ("extensional", "intensional"):
         raise ClauseError(f"signature {short_repr(name)} is {short_repr(level)}, give extensional or intensional")
     clause.finish()
@@ -246,13 +252,13 @@ def _parse_declaration(tokens: Sequence[Token]) -> Signature:
 
 
 def _parse_argument(clause: Clause) -> tuple[Argument, str | None]:
-    """An argument and its role, None when it has none of its own."""
-    name, role = clause.take_atom("the name of an argument"), None
+    """An argument and its role, or None."""
+    name, role = clause.expect_atom("the name of an argument"), None
     if clause.has("@"):
-        clause.take("@", "@")
-        role = clause.take_atom("a role")
-    clause.take("::", "::")
-    return Argument(name, clause.take_atom("self, property or an entity")), role
+        clause.expect("@", "@")
+        role = clause.expect_atom("a role")
+    clause.expect("::", "::")
+    return Argument(name, clause.expect_atom("self, property or an entity")), role
 
 
 def _find_faults_of_floors(floors: Sequence[Interpretation], signatures: tuple[Signature, ...]) -> list[str]:
@@ -265,17 +271,13 @@ def _find_faults_of_floors(floors: Sequence[Interpretation], signatures: tuple[S
     ]
 
 
-def _is_told(declare: bool | None, signatures: tuple[Signature, ...], default: tuple[Signature, ...]) -> bool:  # noqa: FBT001
-    return signatures != default if declare is None else declare
-
-
 def _write_facts(floors: Sequence[Interpretation]) -> Iterator[str]:
     starts = []
     for floor in floors:
         start = len(floor.facts)
-        while start and floor.facts[start - 1].relation == LAST:
+        while start and floor.facts[start - 1].relation == LAST_RELATION:
             start -= 1
-        # A floor of nothing but labels keeps its place among the others.
+        # A floor with only labels keeps its position among the others.
         starts.append(start or len(floor.facts))
     for floor, start in zip(floors, starts, strict=True):
         yield from (f"interpretation({write_term(floor.name)},{fact})." for fact in floor.facts[:start])

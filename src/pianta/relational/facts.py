@@ -1,7 +1,7 @@
-"""Interpretations: the facts that hold on one floor, and the signatures that say what facts there are.
+"""Interpretations: the facts that hold on one floor, and the signatures of these facts.
 
 The entity/relationship data of kLog (thesis, section 6.1.2; Frasconi et al., 2014). An entity is an identifier; a fact
-relates entities and properties, and what no fact says does not hold.
+relates entities and properties; without a fact, a relation does not hold (closed world).
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from pianta.errors import RelationError
 SELF, PROPERTY = "self", "property"
 Value = str | int | float
 
-MAX_FAULTS_TOLD = 10
-MAX_TEXT_SHOWN = 100
+# Faults in a message, and characters of a fact or name in it.
+MAX_FAULTS = 10
+MAX_TEXT_LENGTH = 100
 _PLAIN_ATOM = re.compile(r"[a-z][A-Za-z0-9_]*")
 _NO_TEXT = re.compile("[\ud800-\udfff]")
 _ESCAPES = str.maketrans({"\\": r"\\", "'": r"\'", "\n": r"\n", "\t": r"\t", "\r": r"\r"})
@@ -31,7 +32,7 @@ class Argument:
 
     kind: "self", the identifier of the entity that the fact declares; "property", an atom or a number; or the name of
         the signature whose entity it names.
-    Raises RelationError when the name or the kind is no atom of small letters.
+    Raises RelationError if the name or the kind is not an atom of lower-case letters.
     """
 
     name: str
@@ -48,11 +49,11 @@ class Argument:
 
 @dataclass(frozen=True)
 class Signature:
-    """What the facts of one relation are like; as text it is the declaration of Listing 6.1.
+    """The form of the facts of one relation; as text it is the declaration of Listing 6.1.
 
-    intensional: the facts follow from others, they are not what was observed.
-    unordered: the entities that a fact relates are interchangeable, connected(a, b) and connected(b, a) are one fact.
-    Raises RelationError for names that are no atoms, no arguments or repeated ones, two that are "self", and unordered
+    intensional: whether the facts follow from others instead of being observed.
+    unordered: whether the entities are interchangeable: connected(a, b) and connected(b, a) are one fact.
+    Raises RelationError for names that are not atoms, no arguments or repeated ones, two of kind "self", and unordered
     without two entities of one kind.
     """
 
@@ -76,31 +77,27 @@ class Signature:
             raise RelationError(f"{what} is unordered, give it two or more arguments of one kind of entity")
 
     @cached_property
-    def self_place(self) -> int | None:
-        """The place of the identifier among the arguments; None when the facts declare no entity."""
-        return next((place for place, argument in enumerate(self.arguments) if argument.kind == SELF), None)
+    def self_index(self) -> int | None:
+        """The index of the identifier among the arguments; None if the facts declare no entity."""
+        return next((index for index, argument in enumerate(self.arguments) if argument.kind == SELF), None)
 
     def standard_arguments(self, arguments: Sequence[Value]) -> tuple[Value, ...]:
-        """The arguments of a fact, equal for all that say the same: the entities sorted when it is unordered."""
+        """The canonical arguments of a fact: entities are sorted if they are interchangeable."""
         if not self.unordered:
             return tuple(arguments)
-        entities = iter(
-            sorted((value for value, of in zip(arguments, self.arguments, strict=True) if of.is_entity), key=write_term)
-        )
-        return tuple(
-            next(entities) if of.is_entity else value for value, of in zip(arguments, self.arguments, strict=True)
-        )
+        is_entity = [argument.is_entity for argument in self.arguments]
+        entities = (value for value, entity in zip(arguments, is_entity, strict=True) if entity)
+        ordered = iter(sorted(entities, key=write_term))
+        return tuple(next(ordered) if entity else value for value, entity in zip(arguments, is_entity, strict=True))
 
     def __str__(self) -> str:
         return self.declare()
 
     def declare(self, *, role: str = "") -> str:
-        """The declaration; role: given to all entities that are interchangeable, as kLog tells that they are."""
+        """The declaration; role: of all interchangeable entities, by which kLog marks them."""
         level = "intensional" if self.intensional else "extensional"
-        of_entities = f"@{role}" if role and self.unordered else ""
-        arguments = [
-            f"{argument.name}{of_entities * argument.is_entity}::{argument.kind}" for argument in self.arguments
-        ]
+        suffix = f"@{role}" if role and self.unordered else ""
+        arguments = [f"{argument.name}{suffix * argument.is_entity}::{argument.kind}" for argument in self.arguments]
         return f"signature {self.name}({', '.join(arguments)})::{level}."
 
 
@@ -127,7 +124,7 @@ class Fact:
 
 @dataclass(frozen=True)
 class Interpretation:
-    """The facts that hold on a floor, in the order in which they were told; one told twice is here twice."""
+    """The facts that hold on a floor, in their original order, with repetitions."""
 
     name: str
     facts: tuple[Fact, ...]
@@ -138,15 +135,15 @@ class Interpretation:
             raise RelationError(f"an interpretation has the name {self.name!r}, give text")
 
     def facts_of(self, relation: str) -> tuple[Fact, ...]:
-        """The facts of a relation, none when nobody told any."""
+        """The facts of a relation."""
         return tuple(fact for fact in self.facts if fact.relation == relation)
 
     def entities(self, signature: Signature) -> tuple[Value, ...]:
         """The identifiers that the facts of a signature declare."""
-        place = signature.self_place
-        if place is None:
+        index = signature.self_index
+        if index is None:
             return ()
-        return tuple(fact.arguments[place] for fact in self.facts_of(signature.name))
+        return tuple(fact.arguments[index] for fact in self.facts_of(signature.name))
 
     def without(self, *relations: str) -> Interpretation:
         """The interpretation without the facts of some relations, such as the target of learning."""
@@ -154,7 +151,7 @@ class Interpretation:
 
 
 def write_term(value: Value) -> str:
-    """A value as Prolog writes it: atoms in quotes where they need them, numbers as short as they can be exact."""
+    """A value in the syntax of Prolog: atoms in quotes if necessary, numbers exact and as short as possible."""
     if not isinstance(value, str):
         return repr(value)
     if _PLAIN_ATOM.fullmatch(value):
@@ -166,89 +163,89 @@ def write_term(value: Value) -> str:
 def by_name(signatures: Iterable[Signature]) -> Mapping[str, Signature]:
     """Signatures by their names.
 
-    Raises RelationError that lists the names that occur with more than one meaning.
+    Raises RelationError that lists the names of several different signatures.
     """
-    found: dict[str, Signature] = {}
-    repeated = {of.name for of in signatures if found.setdefault(of.name, of) != of}
+    named: dict[str, Signature] = {}
+    repeated = {each.name for each in signatures if named.setdefault(each.name, each) != each}
     if repeated:
         raise RelationError(f"signatures {', '.join(sorted(repeated))} occur with two meanings, rename or drop one")
-    return found
+    return named
 
 
 def find_faults(interpretation: Interpretation, signatures: Iterable[Signature]) -> list[str]:
-    """What contradicts the signatures, in the order of the facts; empty when nothing does.
+    """What contradicts the signatures, in the order of the facts; empty if nothing does.
 
-    Unknown relations and entities that no fact declares, each once; wrong numbers of arguments; entities declared
-    twice; identifiers that are no atoms or whole numbers; numbers that are not finite.
+    Unknown relations and undeclared entities, each once; wrong numbers of arguments; entities declared twice;
+    identifiers that are neither atoms nor integers; numbers that are not finite.
     """
     return [fault for _, fault in locate_faults(interpretation, signatures)]
 
 
 def check_interpretation(interpretation: Interpretation, signatures: Iterable[Signature]) -> None:
-    """Raise RelationError, with the faults in one line, when an interpretation contradicts the signatures."""
+    """Raise RelationError, with the faults in one line, if an interpretation contradicts the signatures."""
     faults = find_faults(interpretation, signatures)
     if faults:
-        told = "; ".join(faults[:MAX_FAULTS_TOLD])
-        more = len(faults) - MAX_FAULTS_TOLD
-        told += f"; and {more} more" if more > 0 else ""
-        raise RelationError(f"interpretation {_shown(interpretation.name)}: {told}")
+        text = "; ".join(faults[:MAX_FAULTS])
+        more = len(faults) - MAX_FAULTS
+        text += f"; and {more} more" if more > 0 else ""
+        raise RelationError(f"interpretation {_shorten(interpretation.name)}: {text}")
 
 
 def locate_faults(
-    interpretation: Interpretation, signatures: Iterable[Signature], *, known: Set[Value] = frozenset()
+    interpretation: Interpretation, signatures: Iterable[Signature], *, assumed: Set[Value] = frozenset()
 ) -> Iterator[tuple[int, str]]:
-    """The faults of find_faults, each with the place of its fact.
+    """The faults of find_faults, each with the index of its fact.
 
-    known: entities to take for declared, whatever their kind.
+    assumed: entities that count as declared, as any kind.
     """
     named = by_name(signatures)
     declared = _declare_entities(interpretation, named)
-    told: set[tuple[str, Value]] = set()
-    for place, fact in enumerate(interpretation.facts):
+    reported: set[tuple[str, Value]] = set()
+    for index, fact in enumerate(interpretation.facts):
         signature = named.get(fact.relation)
         if signature is None:
-            if ("", fact.relation) not in told:
-                yield place, f"{_shown(fact)} is of a relation without a signature, declare it or leave it out"
-            told.add(("", fact.relation))
+            if ("", fact.relation) not in reported:
+                yield index, f"{_shorten(fact)} is of a relation without a signature, declare it or leave it out"
+            reported.add(("", fact.relation))
             continue
         if len(signature.arguments) != len(fact.arguments):
             number, expected = len(fact.arguments), ", ".join(argument.name for argument in signature.arguments)
-            yield place, f"{_shown(fact)} has {number} argument{'s' * (number != 1)}, give {expected}"
+            yield index, f"{_shorten(fact)} has {number} argument{'s' * (number != 1)}, give {expected}"
             continue
         for value, argument in zip(fact.arguments, signature.arguments, strict=True):
-            fault = _find_fault(value, argument, declared.get(value, (place, "")), place)
+            fault = _find_fault(value, argument, declared.get(value, (index, "")), index)
             if fault and argument.is_entity:
-                fault = None if value in known or (argument.kind, value) in told else fault
-                told.add((argument.kind, value))
+                fault = None if value in assumed or (argument.kind, value) in reported else fault
+                reported.add((argument.kind, value))
             if fault:
-                yield place, f"{_shown(fact)} {fault}"
+                yield index, f"{_shorten(fact)} {fault}"
 
 
-def _find_fault(value: Value, argument: Argument, declared: tuple[int, str], place: int) -> str | None:
-    """What is wrong with an argument of the fact at a place; declared: place and kind of the entity of this name."""
+def _find_fault(value: Value, argument: Argument, declared: tuple[int, str], index: int) -> str | None:
+    """The fault of an argument of fact `index`; declared: index of the fact that declares the value, and its kind."""
     if not isinstance(value, str) and not abs(value) <= float_info.max:
         return f"has no finite {argument.name}, give a number of the size of floats"
     if argument.kind == PROPERTY:
         return None
     if isinstance(value, float):
         return f"has the identifier {value}, give an atom or a whole number"
-    first, kind = declared
+    first, declared_kind = declared
     if argument.kind == SELF:
-        return "declares an entity again, give each its own identifier" if first != place else None
+        return "declares an entity again, give each its own identifier" if first != index else None
     return (
-        f"names no {argument.kind}, add the fact {_shown(Fact(argument.kind, (value,)))}"
-        if kind != argument.kind
+        f"names no {argument.kind}, add the fact {_shorten(Fact(argument.kind, (value,)))}"
+        if declared_kind != argument.kind
         else None
     )
 
 
 def _declare_entities(interpretation: Interpretation, named: Mapping[str, Signature]) -> dict[Value, tuple[int, str]]:
-    """Place and relation of the first fact that declares an identifier."""
+    """Index and relation of the first fact that declares each identifier."""
     declared: dict[Value, tuple[int, str]] = {}
-    for place, fact in enumerate(interpretation.facts):
+    for index, fact in enumerate(interpretation.facts):
         signature = named.get(fact.relation)
-        if signature and signature.self_place is not None and len(fact.arguments) == len(signature.arguments):
-            declared.setdefault(fact.arguments[signature.self_place], (place, fact.relation))
+        if signature and signature.self_index is not None and len(fact.arguments) == len(signature.arguments):
+            declared.setdefault(fact.arguments[signature.self_index], (index, fact.relation))
     return declared
 
 
@@ -256,13 +253,15 @@ def _standard_value(value: object, relation: str) -> Value:
     """The value as str, int or float of Python."""
     if isinstance(value, str) and not _NO_TEXT.search(value):
         return str(value)
-    # Truth values are no numbers here, though Python says so of its own.
+    # bool is a subclass of int, but not a number here.
     if not isinstance(value, bool):
         if isinstance(value, Integral):
             return int(value)
         if isinstance(value, Real):
             return float(value)
-    raise RelationError(f"a fact of {_shown(relation)} has the argument {_shown(repr(value))}, give text or a number")
+    raise RelationError(
+        f"a fact of {_shorten(relation)} has the argument {_shorten(repr(value))}, give text or a number"
+    )
 
 
 def _check_names(what: str, *names: str) -> None:
@@ -271,25 +270,25 @@ def _check_names(what: str, *names: str) -> None:
             raise RelationError(f"{what} has the name {name!r}, give letters, digits and _, with a small letter first")
 
 
-def _shown(value: object) -> str:
-    """A fact or name as messages show it: on one line, not endless."""
+def _shorten(value: object) -> str:
+    """A fact or name for a message: on one line, and not too long."""
     text = write_term(value) if isinstance(value, str | int | float) else str(value)
-    return text if len(text) <= MAX_TEXT_SHOWN else f"{text[:MAX_TEXT_SHOWN]}…"
+    return text if len(text) <= MAX_TEXT_LENGTH else f"{text[:MAX_TEXT_LENGTH]}…"
 
 
-def _of(entity: str, name: str, *properties: str, entity_name: str, intensional: bool = False) -> Signature:
+def _unary(entity: str, name: str, *properties: str, entity_name: str, intensional: bool = False) -> Signature:
     arguments = (Argument(entity_name, entity), *map(Argument, properties))
     return Signature(name, arguments, intensional=intensional)
 
 
-def _between(entity: str, name: str, initial: str, *, intensional: bool = False) -> Signature:
+def _binary(entity: str, name: str, initial: str, *, intensional: bool = False) -> Signature:
     arguments = (Argument(f"{initial}1", entity), Argument(f"{initial}2", entity))
     return Signature(name, arguments, intensional=intensional, unordered=True)
 
 
 BUILDING_TYPE = Signature("buildingtype", (Argument("buildingtype"),))
 
-# The measures of the real files, by their names there, "betwenness" too.
+# Measures of rooms by their names in the authors' files, including the spelling "betwenness".
 MEASURES = (
     "area",
     "perimeter",
@@ -306,22 +305,22 @@ MEASURES = (
 FLOOR_SIGNATURES: tuple[Signature, ...] = (
     Signature("room", (Argument("room_id", SELF),)),
     BUILDING_TYPE,
-    *(_of("room", name, name, entity_name="room_id") for name in (*MEASURES, "doors")),
-    _of("room", "entrance", entity_name="room_id"),
-    _of("room", "partial", entity_name="room_id"),
-    _between("room", "connected", "r"),
-    _between("room", "sharedwall", "r"),
-    _of("room", "label", "label", entity_name="room_id"),
-    _of("room", "iscorr", entity_name="room_id", intensional=True),
-    _between("room", "aligned", "r", intensional=True),
-    _between("room", "symmetric", "r", intensional=True),
+    *(_unary("room", name, name, entity_name="room_id") for name in (*MEASURES, "doors")),
+    _unary("room", "entrance", entity_name="room_id"),
+    _unary("room", "partial", entity_name="room_id"),
+    _binary("room", "connected", "r"),
+    _binary("room", "sharedwall", "r"),
+    _unary("room", "label", "label", entity_name="room_id"),
+    _unary("room", "iscorr", entity_name="room_id", intensional=True),
+    _binary("room", "aligned", "r", intensional=True),
+    _binary("room", "symmetric", "r", intensional=True),
 )
 
-# Listing 6.1 prints iscorr(room_id::room), but has no entity of this name.
+# Listing 6.1 prints iscorr(room_id::room), but declares no entity room.
 LISTING_SIGNATURES: tuple[Signature, ...] = (
     BUILDING_TYPE,
     Signature("space", (Argument("space_id", SELF),)),
-    _between("space", "connected", "s"),
-    *(_of("space", name, name, entity_name="space_id") for name in ("label", "area", "perimeter")),
-    _of("space", "iscorr", entity_name="room_id", intensional=True),
+    _binary("space", "connected", "s"),
+    *(_unary("space", name, name, entity_name="space_id") for name in ("label", "area", "perimeter")),
+    _unary("space", "iscorr", entity_name="room_id", intensional=True),
 )

@@ -1,6 +1,6 @@
-"""A floor as an interpretation: what is known of its rooms, as facts (thesis, section 6.1.2).
+"""A floor as an interpretation: facts about its rooms (thesis, section 6.1.2).
 
-A relation is a signature and a Python function that finds its facts on a floor, so that users add their own.
+A relation is a signature and a Python function that finds its facts on a floor, so that users can add their own.
 """
 
 from __future__ import annotations
@@ -28,11 +28,12 @@ from pianta.rooms._outlines import draw_outlines, measure_unit
 from pianta.rooms._surroundings import share_walls
 from pianta.rooms.thesis_features import GEOMETRIC
 
-Found = Iterable[tuple[Value, ...]]
+# The arguments of each fact of a relation.
+Arguments = Iterable[tuple[Value, ...]]
 
 _SIGNATURES = by_name(FLOOR_SIGNATURES)
 ROOM, LABEL = _SIGNATURES["room"], _SIGNATURES["label"]
-# The names of the real files, and ours, which are those of the thesis.
+# Measures by their names in the authors' files; the names here are those of the thesis.
 _GEOMETRIC = {
     "area": "area",
     "perimeter": "perimeter",
@@ -43,50 +44,50 @@ _GEOMETRIC = {
     "normalcirc": "normalised_circularity",
     "andcs": "normalised_mean_distance",
 }
-# The real files have these names for F/C/E/S as well.
-_IN_FILES: dict[str, str] = {FCES.FUNCTIONAL: RC.ROOM, FCES.CONNECTION: RC.CORRIDOR}
+# The authors' files use these names for F/C/E/S as well.
+_FILE_LABELS: dict[str, str] = {FCES.FUNCTIONAL: RC.ROOM, FCES.CONNECTION: RC.CORRIDOR}
 
 
 @dataclass(frozen=True)
 class Relation:
     """A signature, and the function that finds its facts on a floor.
 
-    find: gives the arguments of each fact. A room is its id, an integer; the entities of other signatures and the
-        properties are text or numbers. Where the signature is unordered, a pair may come once or in both orders.
+    find: gives the arguments of each fact. A room is its integer id; other entities and properties are text or numbers.
+        For an unordered signature a pair may come once or in both orders.
     """
 
     signature: Signature
-    find: Callable[[Floor], Found]
+    find: Callable[[Floor], Arguments]
 
 
-def find_building_type(floor: Floor) -> Found:
-    """The most probable type of the building, when anybody said one."""
+def find_building_type(floor: Floor) -> Arguments:
+    """The most probable type of the building, if there is one."""
     return [(name.replace(" ", ""),) for name in floor.building_types[:1]]
 
 
-def find_doors(floor: Floor) -> Found:
-    """How many doors, openings and entrances each room has."""
+def find_doors(floor: Floor) -> Arguments:
+    """The number of doors, openings and entrances of each room."""
     counts = Counter(room_id for door in floor.doors for room_id in door.room_ids)
     return [(room.id, counts[room.id]) for room in floor.rooms]
 
 
-def find_entrances(floor: Floor) -> Found:
+def find_entrances(floor: Floor) -> Arguments:
     """The rooms that a door joins to the outside."""
     return [(room_id,) for room_id in sorted({door.rooms[0] for door in floor.doors if door.is_entrance})]
 
 
-def find_partial(floor: Floor) -> Found:
-    """The rooms that touch space that nobody has seen."""
+def find_partial(floor: Floor) -> Arguments:
+    """The rooms that border on unobserved space."""
     return [(room.id,) for room in floor.rooms if room.partial]
 
 
-def find_connected(floor: Floor) -> Found:
+def find_connected(floor: Floor) -> Arguments:
     """The pairs of rooms that one or more doors or openings join."""
     return sorted({door.room_ids for door in floor.doors if not door.is_entrance})
 
 
-def find_shared_walls(floor: Floor) -> Found:
-    """The pairs of rooms that lie on both sides of a wall, which is longer than a corner."""
+def find_shared_walls(floor: Floor) -> Arguments:
+    """The pairs of rooms that share a wall longer than a corner."""
     if not floor.rooms:
         return []
     unit = measure_unit(floor)
@@ -97,22 +98,22 @@ def find_shared_walls(floor: Floor) -> Found:
     ]
 
 
-def _find_measure(name: str) -> Callable[[Floor], Found]:
+def _find_measure(name: str) -> Callable[[Floor], Arguments]:
     measure = GEOMETRIC[name]
     return lambda floor: [(room.id, measure(room.polygon)) for room in floor.rooms]
 
 
-def _find_centrality(measure: Callable[..., Centrality]) -> Callable[[Floor], Found]:
-    """As in Table 5.1: in the graph without isolated rooms, which have 0."""
+def _find_centrality(measure: Callable[..., Centrality]) -> Callable[[Floor], Arguments]:
+    """As in Table 5.1: in the graph without isolated rooms, whose value is 0."""
 
-    def find(floor: Floor) -> Found:
+    def find(floor: Floor) -> Arguments:
         values = measure(drop_isolated(floor.graph()))
         return [(room.id, float(values.get(room.id, 0.0))) for room in floor.rooms]
 
     return find
 
 
-_FINDERS: dict[str, Callable[[Floor], Found]] = {
+_FINDERS: dict[str, Callable[[Floor], Arguments]] = {
     "buildingtype": find_building_type,
     **{name: _find_measure(feature) for name, feature in _GEOMETRIC.items()},
     "betwenness": _find_centrality(measure_betweenness),
@@ -125,7 +126,7 @@ _FINDERS: dict[str, Callable[[Floor], Found]] = {
 }
 FLOOR_RELATIONS: tuple[Relation, ...] = tuple(Relation(_SIGNATURES[name], find) for name, find in _FINDERS.items())
 
-# Of these there are many on a floor, so that they come only when asked for.
+# Not part of FLOOR_RELATIONS, as they have many facts on each floor.
 ALIGNED = Relation(_SIGNATURES["aligned"], find_aligned)
 SYMMETRIC = Relation(_SIGNATURES["symmetric"], find_symmetric)
 
@@ -135,10 +136,10 @@ def is_corridor(
 ) -> Relation:
     """The relation iscorr: the rooms that are a CORRIDOR in R/C.
 
-    It tells of the labels, so that who learns these hides it as well. Options as in interpret_floor.
+    It follows from the labels, so hide it if these are the target of learning. Options as in interpret_floor.
     """
 
-    def find(floor: Floor) -> Found:
+    def find(floor: Floor) -> Arguments:
         labels = list_labels(floor, LabelSet.R_C, convention=convention, schema=schema)
         return [(room_id,) for room_id, label in labels if label == RC.CORRIDOR]
 
@@ -158,11 +159,11 @@ def interpret_floor(
 
     Measures are in metres. Labels are those of label_atom.
     relations: FLOOR_RELATIONS, and what users add, `(*FLOOR_RELATIONS, ALIGNED, Relation(signature, function))`.
-    label_set, convention: which labels; None tells no labels. Rooms without a label have no such fact.
-    schema: where labels lie in the label set; that of the most probable building type when None.
-    name: that of the interpretation; the floor's source when None, or "floor".
+    label_set, convention: which labels; None for no labels. Rooms without a label have no such fact.
+    schema: maps labels to the label set; None for that of the most probable building type.
+    name: of the interpretation; None for the floor's source, or "floor" without one.
 
-    Raises LabelError for labels whose place in the label set is unknown, RelationError for facts that contradict the
+    Raises LabelError for labels that cannot be mapped to the label set, RelationError for facts that contradict the
     signatures and for rooms that are not on the floor.
     """
     relations = list(relations)
@@ -180,8 +181,8 @@ def interpret_floor(
 
 
 def label_atom(label: str) -> str:
-    """A label as the real files write it: BIG SERVICE is lbigservice, FUNCTIONAL is lroom, CONNECTION is lcorridor."""
-    return "l" + "".join(_IN_FILES.get(label, label).lower().split())
+    """A label as in the authors' files: lbigservice for BIG SERVICE, lroom for FUNCTIONAL, lcorridor for CONNECTION."""
+    return "l" + "".join(_FILE_LABELS.get(label, label).lower().split())
 
 
 def list_labels(
@@ -205,50 +206,51 @@ def list_labels(
 def _map_labels(
     rooms: Sequence[Room], label_set: LabelSet, convention: LabelConvention, schema: LabelSchema | None
 ) -> Sequence[str]:
-    """Labels of rooms in a label set, by the schema; where it lacks a room's label, as the room itself says."""
-    known = schema.by_name if schema else {}
-    alone = {room.id: room.labels[label_set] for room in rooms if room.label not in known and label_set in room.labels}
-    others = [room for room in rooms if room.id not in alone]
+    """Labels of rooms in a label set, by the schema; for a label that it lacks, the room's own label in that set."""
+    names = schema.by_name if schema else {}
+    own = {room.id: room.labels[label_set] for room in rooms if room.label not in names and label_set in room.labels}
+    others = [room for room in rooms if room.id not in own]
     if others and schema is None:
         raise LabelError(
             f"where {others[0].label!r} of room {others[0].id} lies in {label_set} is unknown without a building type "
             "that has a schema, give schema= or label_set=LabelSet.TYPE"
         )
     mapped = schema.map_labels([room.label for room in others], label_set, convention=convention) if schema else []
-    by_id = alone | dict(zip([room.id for room in others], mapped, strict=True))
+    by_id = own | dict(zip([room.id for room in others], mapped, strict=True))
     return [by_id[room.id] for room in rooms]
 
 
 def _make_facts(relation: Relation, floor: Floor, rooms: dict[int, str]) -> Iterator[Fact]:
-    """Facts of a relation with atoms for rooms, each once."""
+    """The different facts of a relation, with atoms for rooms."""
     signature = relation.signature
-    found = _check_found(relation, floor, rooms)
-    seen: set[tuple[Value, ...]] = set()
-    for values in found:
+    facts: set[tuple[Value, ...]] = set()
+    for values in _find_arguments(relation, floor, rooms):
         arguments = [
             rooms[int(value)] if argument.kind == ROOM.name else value
             for value, argument in zip(values, signature.arguments, strict=True)
         ]
         standard = signature.standard_arguments(arguments)
-        if standard not in seen:
+        if standard not in facts:
             yield Fact(signature.name, tuple(arguments))
-        seen.add(standard)
+        facts.add(standard)
 
 
-def _check_found(relation: Relation, floor: Floor, rooms: Mapping[int, str]) -> list[tuple[Value, ...]]:
-    """What a relation finds; raises RelationError, with all faults in one line, for what are no arguments of it."""
+def _find_arguments(relation: Relation, floor: Floor, rooms: Mapping[int, str]) -> list[tuple[Value, ...]]:
+    """The arguments that a relation finds; raises RelationError, with all faults in one line, for invalid ones."""
     name, count = relation.signature.name, len(relation.signature.arguments)
     try:
-        found = [tuple(values) for values in relation.find(floor)]
+        arguments = [tuple(values) for values in relation.find(floor)]
     except TypeError as error:
         raise RelationError(f"{name} found no tuples of {count} values: {error}") from error
-    faults = [f"{values!r}, give {count} values" for values in found if len(values) != count]
-    kinds = [argument.kind for argument in relation.signature.arguments]
-    given = (zip(values, kinds, strict=True) for values in found if len(values) == count)
-    strange = dict.fromkeys(
-        repr(value) for pairs in given for value, kind in pairs if kind == ROOM.name and value not in rooms
+    faults = [f"{values!r}, give {count} values" for values in arguments if len(values) != count]
+    unknown = dict.fromkeys(
+        repr(value)
+        for values in arguments
+        if len(values) == count
+        for value, argument in zip(values, relation.signature.arguments, strict=True)
+        if argument.kind == ROOM.name and value not in rooms
     )
-    faults += [f"{value}, which is the id of no room of the floor" for value in strange]
+    faults += [f"{value}, which is the id of no room of the floor" for value in unknown]
     if faults:
         raise RelationError(f"{name} found {join_faults(faults)}")
-    return found
+    return arguments

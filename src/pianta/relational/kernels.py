@@ -1,6 +1,6 @@
-"""How alike floors, or rooms with the floor around them, are as kLog sees them: NSPDK on graphs of facts.
+"""Kernels of floors, and of rooms with the floor around them, as in kLog: NSPDK on graphs of facts.
 
-Facts become a bipartite graph, numbers those of their bins, and NSPDK counts pairs of neighbourhoods in it (thesis,
+Facts become a bipartite graph, numbers are binned, and NSPDK counts pairs of neighbourhoods in the graph (thesis,
 section 6.1.2). A support vector machine learns from the Gram matrix.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from pianta._types import Floats
 from pianta.errors import ModelError, OptionError
 from pianta.graphs.feature_counts import FeatureCounts
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.relational.facts import FLOOR_SIGNATURES, Interpretation, Signature, Value, by_name, check_interpretation
 from pianta.relational.graphicalization import Graphicalizer
 from pianta.relational.interpretation import FLOOR_RELATIONS
@@ -25,9 +25,13 @@ if TYPE_CHECKING:
     from sklearn.svm import SVC
 
 
-BINS, RADIUS, DISTANCE, COST = 8, 2, 4, 10.0
-# What follows from the labels, so that it is hidden with them.
-FROM_LABELS = "iscorr"
+# Chosen by hand; the thesis does not print these. Radius and distance are in edges of the graph of facts.
+BINS = 8
+RADIUS = 2
+DISTANCE = 4
+COST = 10.0
+# A relation that follows from the labels and is hidden with them.
+LABEL_RELATION = "iscorr"
 # V_n of section 5.2 by the names of the real files, and the doors between rooms.
 ROOM_RELATIONS = tuple(
     relation
@@ -37,15 +41,15 @@ ROOM_RELATIONS = tuple(
 
 
 class RelationalKernel(ABC):
-    """A kernel on interpretations: fit to known ones, compare others with them.
+    """A kernel on interpretations: fit it to training interpretations, then compare others with them.
 
-    target: the relation that is to be learnt, usual_target unless given; it is hidden from the kernel.
-    signatures: what the interpretations must agree with. bins: into which the numbers of the known ones are cut.
+    target: the relation that is to be learnt, which is hidden from the kernel; None for default_target.
+    signatures: those of the interpretations. bins: number of quantile bins of numbers in the training set.
     radius, distance: of NSPDK, in edges of the graph of facts; two rooms with a door between them are 2 apart.
     Raises OptionError for a target without a signature.
     """
 
-    usual_target: ClassVar[str]
+    default_target: ClassVar[str]
     hidden: ClassVar[tuple[str, ...]] = ()
 
     def __init__(
@@ -57,31 +61,31 @@ class RelationalKernel(ABC):
         radius: int = RADIUS,
         distance: int = DISTANCE,
     ) -> None:
-        self.target = target or self.usual_target
+        self.target = target or self.default_target
         self.signatures = by_name(signatures)
         self.bins = bins
         self.pairs = NeighborhoodPairs(radius=radius, distance=distance)
         self._check_target()
 
-    def fit(self, known: Sequence[Interpretation], *, binned: Sequence[Interpretation] | None = None) -> Self:
-        """Learn the bins, and keep the known interpretations.
+    def fit(self, training: Sequence[Interpretation], *, binned: Sequence[Interpretation] | None = None) -> Self:
+        """Learn the bins, and store the training interpretations.
 
-        binned: the interpretations by whose numbers the bins are cut, the known ones unless given.
+        binned: the interpretations whose numbers define the bins; None for the training interpretations.
         Raises RelationError for facts that contradict the signatures.
         """
         hidden = {self.target, *(name for name in self.hidden if name in self.signatures)}
         graphicalizer = Graphicalizer(bins=self.bins, hidden=hidden, signatures=self.signatures.values())
-        self.graphicalizer_ = graphicalizer.fit(known if binned is None else binned)
-        self.pairs.fit_counts(self._count(known))
+        self.graphicalizer_ = graphicalizer.fit(training if binned is None else binned)
+        self.pairs.fit_counts(self._count(training))
         return self
 
     def compare(self, others: Sequence[Interpretation] | None = None) -> Floats:
-        """Normalised Gram matrix, a column for each that is known, a row for each other, or known where none are given.
+        """Normalised Gram matrix, shape (others, training); None: the training interpretations with each other.
 
         Raises ModelError before `fit`, RelationError for facts that contradict the signatures.
         """
         if not hasattr(self, "graphicalizer_"):
-            raise ModelError("nothing is known to compare with, call fit first")
+            raise ModelError("the kernel is not fitted, call fit first")
         return self.pairs.compare_counts(None if others is None else self._count(others))
 
     def check(self, interpretations: Iterable[Interpretation]) -> None:
@@ -95,44 +99,44 @@ class RelationalKernel(ABC):
 
     @abstractmethod
     def _count(self, interpretations: Sequence[Interpretation]) -> list[FeatureCounts]:
-        """The features of what is compared."""
+        """The features of what is compared: a row for each floor or room."""
 
     def _draw(self, interpretations: Sequence[Interpretation]) -> list[nx.Graph]:
         return self.graphicalizer_.transform(interpretations)
 
 
 class FloorKernel(RelationalKernel):
-    """How alike whole floors are: all pairs of neighbourhoods in their graphs, a row for each floor."""
+    """A kernel of whole floors: all pairs of neighbourhoods in their graphs, a row for each floor."""
 
-    usual_target = "buildingtype"
+    default_target = "buildingtype"
 
     def _count(self, interpretations: Sequence[Interpretation]) -> list[FeatureCounts]:
         return self.pairs.count_features(self._draw(interpretations))
 
 
 class RoomKernel(RelationalKernel):
-    """How alike rooms are, each on its floor: the pairs of neighbourhoods that a room's node is in.
+    """A kernel of rooms: the pairs of neighbourhoods that contain a room's node.
 
-    Rooms are the entities that the target is about, whatever they are called; a row for each, floor by floor.
-    Raises OptionError for a target that is about no entity.
+    Rooms are the entities of the target, under any name; a row for each, floor by floor.
+    Raises OptionError for a target without an entity.
     """
 
-    usual_target = "label"
-    hidden = (FROM_LABELS,)
+    default_target = "label"
+    hidden = (LABEL_RELATION,)
 
     def _check_target(self) -> None:
         super()._check_target()
-        if not self._list_kinds():
-            raise OptionError(f"target is {self.target!r}, which is about no entity, give a relation of rooms")
+        if not self._list_entity_kinds():
+            raise OptionError(f"target is {self.target!r}, which has no entity, give a relation of rooms")
 
-    def _list_kinds(self) -> list[str]:
-        """Of the entities that the target is about."""
+    def _list_entity_kinds(self) -> list[str]:
+        """The kinds of the entities of the target."""
         return [argument.kind for argument in self.signatures[self.target].arguments if argument.is_entity]
 
     @property
     def room(self) -> Signature:
         """The signature of rooms."""
-        return self.signatures[self._list_kinds()[0]]
+        return self.signatures[self._list_entity_kinds()[0]]
 
     def list_rooms(self, interpretation: Interpretation) -> tuple[Value, ...]:
         """The identifiers of the rooms of a floor, in the order of the rows."""
@@ -144,7 +148,7 @@ class RoomKernel(RelationalKernel):
 
 
 def fit_svm(gram: Floats, truth: Sequence[str], *, cost: float = COST) -> SVC:
-    """A support vector machine on a Gram matrix, shape (n, n), and the label of each.
+    """A support vector machine fitted to a Gram matrix, shape (n, n), and n labels.
 
     Raises ModelError for fewer than two labels.
     """
@@ -152,16 +156,16 @@ def fit_svm(gram: Floats, truth: Sequence[str], *, cost: float = COST) -> SVC:
 
     labels = sorted(set(truth))
     if len(labels) < 2:
-        raise ModelError(f"nothing is to be told apart: all labels are {labels}, give two at least")
+        raise ModelError(f"there is only one class: all labels are {labels}, give two at least")
     return SVC(kernel="precomputed", C=cost, break_ties=True).fit(gram, list(truth))
 
 
 def decide(machine: SVC, gram: Floats, labels: Sequence[str]) -> Floats:
-    """Decision values for labels, shape (n, labels), of which the highest is the decision; gram: shape (n, known).
+    """Decision values of labels, shape (n, labels); the highest is the decision. gram: shape (n, training).
 
-    A label that the machine has not learned has the lowest value of the row, less one.
+    A label that the machine was not trained on has the lowest value of the row, less one.
     """
-    # scikit-learn refuses to decide on nothing.
+    # scikit-learn raises for an empty matrix.
     if len(gram) == 0:
         return np.zeros((0, len(labels)))
     values = np.asarray(machine.decision_function(gram)).reshape(len(gram), -1)

@@ -1,7 +1,7 @@
-"""Relations of rooms that need not be near each other: on one line of the building, mirror images (thesis, chapter 9).
+"""Relations of rooms that may be far apart: walls on one line, and mirror images (thesis, chapter 9).
 
-Neither depends on scale, turn, shift or the order of the rooms: lengths are shares of the floor's own unit, which is
-6.5 m in the median school or office.
+Both are invariant to scale, rotation, translation and the order of the rooms: lengths are shares of the floor's own
+unit, which is 6.5 m in the median school or office.
 """
 
 from __future__ import annotations
@@ -18,22 +18,26 @@ from pianta.rooms._outlines import Geometries, draw_outlines, measure_unit
 from pianta.rooms._shapes import fit_rectangles
 from pianta.rooms._surroundings import find_alike
 
-# Radians. A wall of a metre, drawn or mapped with an error of 0.05 m, is turned by no more.
-SAME_DIRECTION = np.radians(3)
-# 1 m, as long as a door is wide; shorter edges are niches, and say little about their direction.
-LEAST_WALL = 0.15
-# 0.2 m, a thick wall: outlines meet in the middle of a wall, whose faces have a line each on the map of a robot.
-SAME_LINE = 0.03
-# 0.3 m, and twice as much for a room: each of two rooms is some cells off where it belongs.
-SAME_AXIS, SAME_PLACE = 0.05, 0.1
-# Mirrored, a room shares so much of its union with the other; two rooms of a row that are half a metre off do.
-LEAST_OVERLAP = 0.7
-# An axis is one of the building when so much of its area is mirrored onto rooms.
-LEAST_MIRRORED = 0.5
-# So many axes are compared, those with most votes; those that mirror as much but for a share are all the building's.
-CANDIDATES = 8
-SAME_SHARE = 0.01
-BLOCK = 1000
+# All thresholds were chosen by hand, for the reasons below.
+# Radians: the largest rotation of a wall of 1 m that is drawn or mapped with an error of 0.05 m.
+MAX_ANGLE = np.radians(3)
+# 1 m, the width of a door: shorter edges belong to niches, and their direction is uncertain.
+MIN_EDGE = 0.15
+# 0.2 m, a thick wall: outlines meet in the middle of a wall, and both its faces have a line on the map of a robot.
+MAX_LINE_DISTANCE = 0.03
+# 0.3 m for axes and 0.65 m for centroids of rooms, which may be off by some cells.
+MAX_AXIS_DISTANCE = 0.05
+MAX_CENTROID_DISTANCE = 0.1
+# Least IoU of a mirrored room with its image; rooms of a row that are half a metre off still have it.
+MIN_IOU = 0.7
+# Least share of the area of the building that an axis of it mirrors onto rooms.
+MIN_MIRRORED = 0.5
+# Axes that are compared, those with the most votes.
+MAX_CANDIDATES = 8
+# All axes whose mirrored share of the area is the largest, within this tolerance, are axes of the building.
+MIRRORED_TOLERANCE = 0.01
+# Edges that are compared with all others at a time, to limit the memory.
+BLOCK_SIZE = 1000
 
 Pairs = list[tuple[int, int]]
 
@@ -41,32 +45,36 @@ Pairs = list[tuple[int, int]]
 def find_aligned(floor: Floor) -> Pairs:
     """Ids of the pairs of rooms that have a wall on one representative line, the smaller id first, in order.
 
-    The lines are the floor's walls (section 3.1). A drawn floor has none: there, long edges of two rooms are on one
-    line when they are parallel, and as far across the common direction of the edges near theirs.
+    The lines are the floor's walls (section 3.1). On an annotated floor, which has none, long edges of two rooms are on
+    one line if they are parallel and have the same offset across the mean direction of the edges parallel to them.
     """
     if not floor.rooms:
         return []
     unit = measure_unit(floor)
-    walls = _list_edges(draw_outlines(floor, unit), LEAST_WALL * unit)
-    on_line = _share_lines(walls, floor, SAME_LINE * unit) if floor.walls else _lie_in_line(walls, SAME_LINE * unit)
+    walls = _list_edges(draw_outlines(floor, unit), MIN_EDGE * unit)
+    on_line = (
+        _share_lines(walls, floor, MAX_LINE_DISTANCE * unit)
+        if floor.walls
+        else _lie_in_line(walls, MAX_LINE_DISTANCE * unit)
+    )
     return _list_pairs(on_line, floor)
 
 
 def find_symmetric(floor: Floor) -> Pairs:
     """Ids of the pairs of rooms that are mirror images in an axis of the building, the smaller id first, in order.
 
-    Axes lie along and across the main direction of the walls, where the midpoints of most rooms that are alike lie. Of
-    either direction they are those that mirror most area, and at least half of the building's, onto rooms. A room is
-    the image of another when it and the mirrored other share 0.7 of their union.
+    Axes are parallel or perpendicular to the main direction of the walls, through the midpoints of most pairs of rooms
+    that are alike. In each direction, the axes of the building are those that mirror most area, and at least half of
+    it, onto rooms. A room is the image of another if its IoU with the mirrored other is at least 0.7.
     """
     if not floor.rooms:
         return []
     unit = measure_unit(floor)
     outlines = draw_outlines(floor, unit)
-    edges = _list_edges(outlines, LEAST_WALL * unit)
-    upright = _turn(outlines, -_find_main_direction(edges))
+    edges = _list_edges(outlines, MIN_EDGE * unit)
+    upright = _rotate(outlines, -_find_main_direction(edges))
     alike = find_alike(upright, fit_rectangles(upright)) | np.eye(len(outlines), dtype=bool)
-    symmetric = _mirror_rooms(upright, alike, unit) | _mirror_rooms(_turn(upright, np.pi / 2), alike, unit)
+    symmetric = _mirror_rooms(upright, alike, unit) | _mirror_rooms(_rotate(upright, np.pi / 2), alike, unit)
     return _list_pairs(symmetric, floor)
 
 
@@ -84,25 +92,25 @@ class _Edges:
     n: int
 
     def blocks(self) -> list[NDArray[np.intp]]:
-        """Places of all edges in parts, so that a part may be compared with all without filling the memory."""
+        """Indices of all edges in parts, each small enough to be compared with all edges."""
         count = len(self.angles)
-        return np.array_split(np.arange(count), count // BLOCK + 1) if count else []
+        return np.array_split(np.arange(count), count // BLOCK_SIZE + 1) if count else []
 
 
-def _list_edges(outlines: Geometries, least: float) -> _Edges:
+def _list_edges(outlines: Geometries, min_length: float) -> _Edges:
     corners, rooms = shapely.get_coordinates(outlines, return_index=True)
     along, start = np.diff(corners, axis=0), corners[:-1]
     lengths = np.hypot(*along.T)
-    kept = (rooms[1:] == rooms[:-1]) & (lengths >= least)
+    chosen = (rooms[1:] == rooms[:-1]) & (lengths >= min_length)
     angles = np.arctan2(along[:, 1], along[:, 0]) % np.pi
     middles = start + along / 2
-    return _Edges(middles[kept], angles[kept], lengths[kept], rooms[:-1][kept], len(outlines))
+    return _Edges(middles[chosen], angles[chosen], lengths[chosen], rooms[:-1][chosen], len(outlines))
 
 
 def _lie_in_line(edges: _Edges, reach: float) -> NDArray[np.bool_]:
     """Which rooms have edges on one line, shape (n, n).
 
-    Over the length of a building the direction of one edge tells nothing, so that it is that of all edges near it.
+    Over the length of a building the direction of one edge is too uncertain, so the mean of all edges near it is used.
     """
     angles, _ = _average_directions(edges, np.pi)
     normals = np.column_stack([-np.sin(angles), np.cos(angles)])
@@ -110,7 +118,7 @@ def _lie_in_line(edges: _Edges, reach: float) -> NDArray[np.bool_]:
     own = (normals * offsets).sum(axis=1)
     on_line = np.zeros((edges.n, edges.n), bool)
     for block in edges.blocks():
-        near = np.abs(_turn_between(edges.angles[block, None], edges.angles, np.pi)) <= SAME_DIRECTION
+        near = np.abs(_angle_between(edges.angles[block, None], edges.angles, np.pi)) <= MAX_ANGLE
         across = np.abs(normals[block] @ offsets.T - own[block, None]) <= reach
         one, other = (near & across).nonzero()
         on_line[edges.rooms[block][one], edges.rooms[other]] = True
@@ -124,7 +132,7 @@ def _share_lines(edges: _Edges, floor: Floor, reach: float) -> NDArray[np.bool_]
     angles = np.arctan2(along[:, 1], along[:, 0])
     normals = np.column_stack([-np.sin(angles), np.cos(angles)])
     across = np.abs(((edges.middles[:, None] - ends[:, 0]) * normals).sum(axis=2))
-    parallel = np.abs(_turn_between(edges.angles[:, None], angles, np.pi)) <= SAME_DIRECTION
+    parallel = np.abs(_angle_between(edges.angles[:, None], angles, np.pi)) <= MAX_ANGLE
     edge, line = (parallel & (across <= reach)).nonzero()
     has_wall = np.zeros((edges.n, len(ends)), bool)
     has_wall[edges.rooms[edge], line] = True
@@ -132,79 +140,79 @@ def _share_lines(edges: _Edges, floor: Floor, reach: float) -> NDArray[np.bool_]
 
 
 def _find_main_direction(edges: _Edges) -> float:
-    """The direction that most length of wall is along or across; 0 without walls."""
+    """The direction to which the greatest length of wall is parallel or perpendicular; 0 without walls."""
     angles, lengths = _average_directions(edges, np.pi / 2)
     return float(angles[np.argmax(lengths)]) if len(angles) else 0.0
 
 
 def _average_directions(edges: _Edges, period: float) -> tuple[Floats, Floats]:
-    """For each edge the mean direction of all within SAME_DIRECTION of it, modulo a period, and their length."""
+    """For each edge the mean direction of all edges within MAX_ANGLE of it, modulo a period, and their total length."""
     angles, lengths = edges.angles.copy(), np.zeros(len(edges.angles))
     for block in edges.blocks():
-        apart = _turn_between(edges.angles[block, None], edges.angles, period)
-        near = (np.abs(apart) <= SAME_DIRECTION) * edges.lengths
+        apart = _angle_between(edges.angles[block, None], edges.angles, period)
+        near = (np.abs(apart) <= MAX_ANGLE) * edges.lengths
         lengths[block] = near.sum(axis=1)
         angles[block] += (near * apart).sum(axis=1) / lengths[block]
     return angles, lengths
 
 
 def _mirror_rooms(outlines: Geometries, alike: NDArray[np.bool_], unit: float) -> NDArray[np.bool_]:
-    """Which rooms are mirror images in an axis along y, shape (n, n); a room may be its own."""
+    """Which rooms are mirror images in an axis parallel to y, shape (n, n); a room may be its own image."""
     area = shapely.area(outlines)
     images = [_find_images(outlines, alike, axis, unit) for axis in _vote_for_axes(outlines, alike, unit)]
     mirrored = np.array([area[image.any(axis=1)].sum() / area.sum() for image in images])
-    best = (mirrored >= LEAST_MIRRORED) & (mirrored >= mirrored.max() - SAME_SHARE)
+    best = (mirrored >= MIN_MIRRORED) & (mirrored >= mirrored.max() - MIRRORED_TOLERANCE)
     symmetric = np.zeros_like(alike)
-    for place in np.flatnonzero(best):
-        symmetric |= images[place]
+    for index in np.flatnonzero(best):
+        symmetric |= images[index]
     return symmetric
 
 
 def _vote_for_axes(outlines: Geometries, alike: NDArray[np.bool_], unit: float) -> list[float]:
-    """The x of the axes for which most area of rooms that are alike votes, the best first.
+    """The x of the axes with the most votes, weighted by area, of pairs of rooms that are alike; the best first.
 
-    A room votes for the axis through its own middle too: the axis of three rooms in a row is that of the second.
+    A room also forms a pair with itself: the axis of three rooms in a row runs through the second.
     """
     middles, area = shapely.get_coordinates(shapely.centroid(outlines)), shapely.area(outlines)
-    level = np.abs(middles[:, None, 1] - middles[:, 1]) <= SAME_PLACE * unit
+    level = np.abs(middles[:, None, 1] - middles[:, 1]) <= MAX_CENTROID_DISTANCE * unit
     one, other = (alike & level).nonzero()
-    places, weights = (middles[one, 0] + middles[other, 0]) / 2, (area[one] + area[other]) / 2
-    order = np.argsort(places)
-    places, weights = places[order], weights[order]
+    x, weights = (middles[one, 0] + middles[other, 0]) / 2, (area[one] + area[other]) / 2
+    order = np.argsort(x)
+    x, weights = x[order], weights[order]
     axes: list[float] = []
-    left = np.ones(len(places), bool)
-    while left.any() and len(axes) < CANDIDATES:
-        reach = SAME_AXIS * unit
+    left = np.ones(len(x), bool)
+    while left.any() and len(axes) < MAX_CANDIDATES:
+        reach = MAX_AXIS_DISTANCE * unit
         total = np.concatenate([[0], np.cumsum(weights * left)])
-        votes = total[np.searchsorted(places, places + reach, "right")] - total[np.searchsorted(places, places - reach)]
-        most = places[int(np.argmax(votes * left))]
-        voters = left & (np.abs(places - most) <= reach)
-        axes.append(float(np.average(places[voters], weights=weights[voters])))
-        left &= np.abs(places - most) > 2 * reach
+        votes = total[np.searchsorted(x, x + reach, "right")] - total[np.searchsorted(x, x - reach)]
+        most = x[int(np.argmax(votes * left))]
+        voters = left & (np.abs(x - most) <= reach)
+        axes.append(float(np.average(x[voters], weights=weights[voters])))
+        left &= np.abs(x - most) > 2 * reach
     return axes
 
 
 def _find_images(outlines: Geometries, alike: NDArray[np.bool_], axis: float, unit: float) -> NDArray[np.bool_]:
-    """Which rooms are mirror images in an axis along y at some x, shape (n, n)."""
+    """Which rooms are mirror images in an axis parallel to y at some x, shape (n, n)."""
     mirrored = shapely.transform(outlines, lambda xy: np.column_stack([2 * axis - xy[:, 0], xy[:, 1]]))
     middles, images = (shapely.get_coordinates(shapely.centroid(shapes)) for shapes in (outlines, mirrored))
-    near = np.hypot(*(images[:, None] - middles).transpose(2, 0, 1)) <= 2 * SAME_PLACE * unit
+    near = np.hypot(*(images[:, None] - middles).transpose(2, 0, 1)) <= 2 * MAX_CENTROID_DISTANCE * unit
     one, other = (alike & near).nonzero()
     common = shapely.area(shapely.intersection(mirrored[one], outlines[other]))
     both = shapely.area(outlines)[one] + shapely.area(outlines)[other] - common
-    found = np.zeros_like(alike)
-    found[one, other] = common >= LEAST_OVERLAP * both
-    return found
+    is_image = np.zeros_like(alike)
+    is_image[one, other] = common >= MIN_IOU * both
+    return is_image
 
 
-def _turn(outlines: Geometries, angle: float) -> Geometries:
-    """Outlines turned about the origin, counter-clockwise."""
+def _rotate(outlines: Geometries, angle: float) -> Geometries:
+    """Outlines rotated about the origin, counter-clockwise."""
     cos, sin = np.cos(angle), np.sin(angle)
     return np.asarray(shapely.transform(outlines, lambda xy: xy @ np.array([[cos, sin], [-sin, cos]])), dtype=object)
 
 
-def _turn_between(start: Floats, end: Floats, period: float) -> Floats:
-    """The turn from one angle to another, within half a period of 0."""
+def _angle_between(start: Floats, end: Floats, period: float) -> Floats:
+    """The difference of two angles, within half a period of 0."""
     return np.asarray((end - start + period / 2) % period - period / 2)
 
 

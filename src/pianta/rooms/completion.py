@@ -9,8 +9,7 @@ from types import MappingProxyType
 from pianta.errors import LabelError
 from pianta.floor import Floor, Room
 from pianta.io._faults import join_faults
-from pianta.io.buildings._repair import normalize_label
-from pianta.labels import FCES, RC, SCHEMAS, LabelConvention, LabelSchema, LabelSet
+from pianta.labels import FCES, RC, SCHEMAS, LabelConvention, LabelSchema, LabelSet, normalize_label
 from pianta.rooms.label import label_rooms
 from pianta.rooms.model import has_manual_label
 

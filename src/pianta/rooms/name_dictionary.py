@@ -115,7 +115,9 @@ class PhraseMatch:
 
 def normalize_name(text: str) -> str:
     """A name in lower case without accents and punctuation, with single spaces."""
-    plain = unicodedata.normalize("NFKD", text.casefold().replace("'s", "s").replace("’s", "s"))
+    # Decomposed before and after folding the case, as 𝐀 is a letter without case until it becomes A.
+    folded = unicodedata.normalize("NFKD", text).casefold()
+    plain = unicodedata.normalize("NFKD", folded.replace("'s", "s").replace("’s", "s"))
     return " ".join(
         "".join(sign if sign.isalnum() else " " for sign in plain if not unicodedata.combining(sign)).split()
     )

@@ -1,4 +1,4 @@
-"""Synthetic floors whose rooms, doors and walls are known exactly."""
+"""Synthetic floors with exact rooms, doors and walls."""
 
 from __future__ import annotations
 
@@ -15,11 +15,19 @@ from shapely.geometry.base import BaseGeometry
 from pianta.errors import OptionError
 from pianta.floor import Door, Floor, Room
 
-INNER_WALL, OUTER_WALL = 0.15, 0.3
+# The measures are usual ones of offices and schools (chosen by hand).
+# Thickness of walls between rooms; metres.
+INNER_WALL = 0.15
+# Thickness of the walls around the floor; metres.
+OUTER_WALL = 0.3
+# Narrowest and widest door; metres.
 DOOR_WIDTH = (0.8, 1.0)
-# From the end of a wall's axis to the nearest jamb: half an outer wall, and 0.3 m of wall for the frame.
+# From the end of a wall's axis to the nearest jamb: half an outer wall, and 0.3 m of wall for the frame; metres.
 DOOR_MARGIN = OUTER_WALL / 2 + 0.3
-DOOR_PLACE = DOOR_WIDTH[1] + 2 * DOOR_MARGIN
+# Length of wall that a door needs; metres.
+MIN_DOOR_WALL = DOOR_WIDTH[1] + 2 * DOOR_MARGIN
+# Least share of the free length of a strip of rooms that goes to each room, before normalisation.
+MIN_ROOM_SHARE = 0.2
 
 Seed = int | np.random.Generator
 Range = tuple[float, float]
@@ -37,7 +45,7 @@ def make_corridor_floor(
     """Floor with a straight corridor along x and a row of rooms on either side.
 
     All lengths are metres between wall axes; room_width is the narrowest and, where the walls allow, the widest room.
-    Raises OptionError when a length is not positive or leaves no place for a room and its door.
+    Raises OptionError when a length is not positive or leaves no space for a room and its door.
     """
     _check_lengths(length=length, corridor_width=corridor_width, room_depth=room_depth, room_width=min(room_width))
     rng = np.random.default_rng(seed)
@@ -114,14 +122,14 @@ def make_hall_floor(
     room_width: Range = (3.0, 7.0),
     pillars: bool = True,
 ) -> Floor:
-    """Floor with a hall, on request with pillars (holes of its polygon), and rooms all around it.
+    """Floor with a hall, if wanted with pillars (holes of its polygon), and rooms all around it.
 
     Options and errors as in make_corridor_floor.
     """
     _check_lengths(length=length, width=width, room_depth=room_depth, room_width=min(room_width))
     rng = np.random.default_rng(seed)
     rooms = _surround(length, width, room_depth, room_width, rng)
-    columns = _stand_pillars(length, width) if pillars else []
+    columns = _make_pillars(length, width) if pillars else []
     return build_floor(box(0, 0, length, width), rooms, label="HALL", pillars=columns, seed=rng, source="hall")
 
 
@@ -133,14 +141,14 @@ FLOOR_MAKERS: dict[str, Callable[..., Floor]] = {
 }
 
 
-def make_floor(kind: str, *, seed: int) -> Floor:
-    """Floor of a kind named in FLOOR_MAKERS, with default options; its source is "kind-seed".
+def make_floor(name: str, *, seed: int) -> Floor:
+    """Floor of a maker named in FLOOR_MAKERS, with default options; its source is "name-seed".
 
-    Raises OptionError for any other kind.
+    Raises OptionError for any other name.
     """
-    if kind not in FLOOR_MAKERS:
-        raise OptionError(f"kind of floor is {kind!r}, give one of {', '.join(FLOOR_MAKERS)}")
-    return replace(FLOOR_MAKERS[kind](seed=seed), source=f"{kind}-{seed}")
+    if name not in FLOOR_MAKERS:
+        raise OptionError(f"floor is {name!r}, give one of {', '.join(FLOOR_MAKERS)}")
+    return replace(FLOOR_MAKERS[name](seed=seed), source=f"{name}-{seed}")
 
 
 def build_floor(
@@ -157,24 +165,24 @@ def build_floor(
 
     passage, rooms: polygons with sides along x and y that tile the floor, metres; the passage gets id 1 and the label.
     pillars: holes to be cut into the passage.
-    side_doors: how likely two neighbouring rooms have a door of their own.
+    side_doors: probability of a door between two neighbouring rooms.
     Raises OptionError, naming all of them, when rooms share too little wall with the passage for a door.
     """
     rng = np.random.default_rng(seed)
     spaces = dict(enumerate([passage, *rooms], start=1))
     shared = {pair: _find_shared_wall(spaces[pair[0]], spaces[pair[1]]) for pair in combinations(spaces, 2)}
-    shut = [room for (first, room), wall in shared.items() if first == 1 and not _has_place_for_door(wall)]
-    if shut:
-        raise OptionError(f"rooms {shut} share too little wall with room 1, give {DOOR_PLACE:g} m for a door")
+    closed = [room for (first, room), wall in shared.items() if first == 1 and wall.length < MIN_DOOR_WALL]
+    if closed:
+        raise OptionError(f"rooms {closed} share too little wall with room 1, give {MIN_DOOR_WALL:g} m for a door")
     axes = _find_wall_axes(spaces.values())
-    walls = _raise_walls(axes, unary_union([passage, *rooms]))
+    walls = _wall_body(axes, unary_union([passage, *rooms]))
     inner = {room: _round_to_mm(space.difference(unary_union([walls, *pillars]))) for room, space in spaces.items()}
     return Floor(
         rooms=tuple(Room(room, polygon, label=label if room == 1 else "ROOM") for room, polygon in inner.items()),
         doors=tuple(
-            _hang_door(pair, wall, rng)
+            _place_door(pair, wall, rng)
             for pair, wall in shared.items()
-            if _has_place_for_door(wall) and (pair[0] == 1 or rng.random() < side_doors)
+            if wall.length >= MIN_DOOR_WALL and (pair[0] == 1 or rng.random() < side_doors)
         ),
         walls=axes,
         source=source,
@@ -188,28 +196,28 @@ def _cut_strip(
     rng: np.random.Generator,
     overhang: Range = (0, 0),
 ) -> list[Polygon]:
-    """Rooms between cross walls of a strip (x0, y0, x1, y1); the first and last reach out of it by the overhang."""
+    """Rooms between cross walls of a strip (x0, y0, x1, y1); the first and last extend beyond it by the overhang."""
     x0, y0, x1, y1 = bounds
     if along == "y":
         return [box(x0, a, x1, b) for a, b in pairwise(_draw_cross_walls(y0, y1, room_width, rng))]
-    places = _draw_cross_walls(x0, x1, room_width, rng)
-    places[0] -= overhang[0]
-    places[-1] += overhang[1]
-    return [box(a, y0, b, y1) for a, b in pairwise(places)]
+    walls = _draw_cross_walls(x0, x1, room_width, rng)
+    walls[0] -= overhang[0]
+    walls[-1] += overhang[1]
+    return [box(a, y0, b, y1) for a, b in pairwise(walls)]
 
 
 def _draw_cross_walls(start: float, stop: float, room_width: Range, rng: np.random.Generator) -> list[float]:
-    """Places of walls from start to stop, at least the narrow width apart, on centimetres."""
+    """Coordinates of walls from start to stop, at least the narrow width apart, rounded to centimetres."""
     narrow, wide = room_width
     most = floor((stop - start) / narrow + 1e-9)
     if most < 1:
         raise OptionError(f"{stop - start:g} m of wall hold no room, give a room_width that starts below {narrow:g} m")
     fewest = min(ceil((stop - start) / wide - 1e-9), most)
     count = int(rng.integers(fewest, most + 1))
-    shares = np.cumsum(0.2 + rng.random(count))
+    shares = np.cumsum(MIN_ROOM_SHARE + rng.random(count))
     spare = (stop - start) - count * narrow
-    places = start + narrow * np.arange(1, count) + spare * shares[:-1] / shares[-1]
-    return [start, *(float(place) for place in places.round(2)), stop]
+    walls = start + narrow * np.arange(1, count) + spare * shares[:-1] / shares[-1]
+    return [start, *(float(wall) for wall in walls.round(2)), stop]
 
 
 def _surround(
@@ -225,14 +233,14 @@ def _surround(
     ]
 
 
-def _stand_pillars(length: float, width: float, *, spacing: float = 5.0, size: float = 0.5) -> list[Polygon]:
+def _make_pillars(length: float, width: float, *, spacing: float = 5.0, size: float = 0.5) -> list[Polygon]:
     """Square pillars on an even grid inside the rectangle from (0, 0) to (length, width)."""
     columns, rows = (np.linspace(0, side, max(round(side / spacing), 1) + 1)[1:-1] for side in (length, width))
     return [box(x - size / 2, y - size / 2, x + size / 2, y + size / 2) for x in columns for y in rows]
 
 
 def _find_wall_axes(spaces: Iterable[Polygon]) -> tuple[LineString, ...]:
-    """Straight lines, as long as they go, along the sides of the spaces; those along x first."""
+    """Straight lines of maximal length along the sides of the spaces; those along x first."""
     sides = list(_split_sides(unary_union([space.boundary for space in spaces])))
     along_x = [side for side in sides if side.bounds[1] == side.bounds[3]]
     along_y = [side for side in sides if side.bounds[0] == side.bounds[2]]
@@ -240,7 +248,7 @@ def _find_wall_axes(spaces: Iterable[Polygon]) -> tuple[LineString, ...]:
     return tuple(line.simplify(0).normalize() for line in lines)
 
 
-def _raise_walls(axes: Sequence[LineString], footprint: Polygon) -> BaseGeometry:
+def _wall_body(axes: Sequence[LineString], footprint: Polygon) -> BaseGeometry:
     """The body of all walls: inner thickness about the axes, outer thickness about the edge of the footprint."""
     inner = [axis.buffer(INNER_WALL / 2, cap_style="square") for axis in axes]
     outer = footprint.boundary.buffer(OUTER_WALL / 2, join_style="mitre")
@@ -259,12 +267,8 @@ def _split_sides(lines: BaseGeometry) -> Iterator[LineString]:
         yield from (LineString(ends) for ends in pairwise(get_coordinates(part)))
 
 
-def _has_place_for_door(wall: LineString) -> bool:
-    return bool(wall.length >= DOOR_PLACE)
-
-
-def _hang_door(rooms: tuple[int, int], wall: LineString, rng: np.random.Generator) -> Door:
-    """Door somewhere on the axis of a wall, clear of its ends; width and place on centimetres."""
+def _place_door(rooms: tuple[int, int], wall: LineString, rng: np.random.Generator) -> Door:
+    """Door at a random position on the axis of a wall, clear of its ends; rounded to centimetres."""
     narrow, wide = DOOR_WIDTH
     width = round(narrow + (wide - narrow) * rng.random(), 2)
     start = round(DOOR_MARGIN + (wall.length - 2 * DOOR_MARGIN - width) * rng.random(), 2)
@@ -273,7 +277,7 @@ def _hang_door(rooms: tuple[int, int], wall: LineString, rng: np.random.Generato
 
 
 def _round_to_mm(geometry: Shape) -> Shape:
-    """The geometry with coordinates on millimetres, in a canonical order."""
+    """The geometry with coordinates rounded to millimetres, in a canonical order."""
     rounded: Shape = transform(geometry.simplify(0), lambda xy: xy.round(3)).normalize()
     return rounded
 

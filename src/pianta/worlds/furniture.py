@@ -1,4 +1,4 @@
-"""Furniture of synthetic floors, as a lidar meets it."""
+"""Furniture of synthetic floors at the height of a lidar."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ from shapely import LineString, Point, Polygon, affinity, box, get_coordinates, 
 
 from pianta.floor import Floor
 
-# Floor area for each piece that is tried at density 1, m².
+# The constants and the sizes of the pieces were chosen by hand.
+# Floor area per attempt to place a piece, at density 1; m².
 AREA_PER_PIECE = 1.5
-# Clear space around each piece, and around each door, m.
-PASSAGE, DOOR_CLEARANCE = 0.7, 1.0
-# What counts as standing against a wall after rounding, m.
+# Clear space around each piece that is not at a wall; metres.
+PASSAGE = 0.7
+# Clear space around each door; metres.
+DOOR_CLEARANCE = 1.0
+# A piece stands against a wall if it is at most this far from it, because of rounding; metres.
 TOUCH = 1e-6
 
 
@@ -23,7 +26,7 @@ def furnish_floor(floor: Floor, *, density: float, leg: float, rng: np.random.Ge
 
     density: 0 empty … 1 a busy office.
     leg: side of the square legs of tables and chairs, metres.
-    Every piece stands against a wall or leaves a passage all around it, so that no room is ever cut in two.
+    Every piece stands against a wall or leaves a passage all around it, so that no room is cut in two.
     """
     obstacles = []
     for room in floor.rooms:
@@ -37,15 +40,15 @@ def _furnish_room(
     room: Polygon, doors: Sequence[LineString], density: float, leg: float, rng: np.random.Generator
 ) -> list[Polygon]:
     clear = room.difference(unary_union([door.buffer(DOOR_CLEARANCE) for door in doors])).buffer(TOUCH)
-    standing: list[Polygon] = []
+    pieces: list[Polygon] = []
     obstacles: list[Polygon] = []
     for _ in range(round(density * room.area / AREA_PER_PIECE)):
-        draw_piece, has_legs = KINDS[int(rng.integers(len(KINDS)))]
+        draw_piece, has_legs = PIECE_TYPES[int(rng.integers(len(PIECE_TYPES)))]
         piece = draw_piece(room, rng)
         to_wall = piece.distance(room.boundary)
-        near = 0 < to_wall - TOUCH < PASSAGE or any(piece.distance(other) < PASSAGE for other in standing)
+        near = 0 < to_wall - TOUCH < PASSAGE or any(piece.distance(other) < PASSAGE for other in pieces)
         if clear.contains(piece) and not near:
-            standing.append(piece)
+            pieces.append(piece)
             obstacles += _find_legs(piece, leg) if has_legs else [piece]
     return obstacles
 
@@ -57,7 +60,7 @@ def _draw_shelf(room: Polygon, rng: np.random.Generator) -> Polygon:
     length = min(1.0 + rng.random(), side.length)
     start = (side.length - length) * rng.random()
     back = LineString([side.interpolate(start), side.interpolate(start + length)])
-    # The shell runs counter-clockwise, so the room is on its left, where distances are positive.
+    # The exterior runs counter-clockwise, so the room is on its left, where distances are positive.
     return back.buffer(0.4, single_sided=True)
 
 
@@ -70,17 +73,17 @@ def _draw_chair(room: Polygon, rng: np.random.Generator) -> Polygon:
 
 
 def _draw_round_table(room: Polygon, rng: np.random.Generator) -> Polygon:
-    return Point(_draw_place(room, rng)).buffer(0.25 + 0.4 * rng.random(), quad_segs=4)
+    return Point(_draw_position(room, rng)).buffer(0.25 + 0.4 * rng.random(), quad_segs=4)
 
 
 def _place_box(length: float, depth: float, room: Polygon, rng: np.random.Generator) -> Polygon:
     """A box in the bounds of the room, along either axis or, one time in three, at any angle."""
     angle = 90 * int(rng.integers(2)) + (rng.random() < 1 / 3) * 90 * rng.random()
     turned = affinity.rotate(box(-length / 2, -depth / 2, length / 2, depth / 2), angle, origin=(0, 0))
-    return affinity.translate(turned, *_draw_place(room, rng))
+    return affinity.translate(turned, *_draw_position(room, rng))
 
 
-def _draw_place(room: Polygon, rng: np.random.Generator) -> tuple[float, float]:
+def _draw_position(room: Polygon, rng: np.random.Generator) -> tuple[float, float]:
     x0, y0, x1, y1 = room.bounds
     return x0 + (x1 - x0) * rng.random(), y0 + (y1 - y0) * rng.random()
 
@@ -90,8 +93,8 @@ def _find_legs(piece: Polygon, leg: float) -> list[Polygon]:
     return [Point(corner).buffer(leg / 2, cap_style="square") for corner in get_coordinates(piece.exterior)[:-1]]
 
 
-# How a piece is drawn, and whether the lidar sees only its legs.
-KINDS: tuple[tuple[Callable[[Polygon, np.random.Generator], Polygon], bool], ...] = (
+# How a piece is drawn, and whether the lidar detects only its legs.
+PIECE_TYPES: tuple[tuple[Callable[[Polygon, np.random.Generator], Polygon], bool], ...] = (
     (_draw_shelf, False),
     (_draw_desk, False),
     (_draw_desk, True),

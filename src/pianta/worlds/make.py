@@ -1,4 +1,4 @@
-"""Synthetic buildings by name, with the map that a robot would make of them."""
+"""Synthetic buildings by name, with simulated maps of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pianta.io._files import short_repr
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 
 SAMPLE = "sample"
-KINDS = (SAMPLE, *FLOOR_MAKERS)
+WORLD_NAMES = (SAMPLE, *FLOOR_MAKERS)
 
 
 class MapOptions(TypedDict, total=False):
@@ -24,17 +24,17 @@ class MapOptions(TypedDict, total=False):
     yaw: float
 
 
-def make_world(kind: str = SAMPLE, *, seed: int | None = None, **options: Unpack[MapOptions]) -> tuple[Floor, GridMap]:
+def make_world(name: str = SAMPLE, *, seed: int | None = None, **options: Unpack[MapOptions]) -> tuple[Floor, GridMap]:
     """Make a synthetic building and the map that a robot would make of it.
 
     The command `pianta world` calls this function.
 
     Parameters
     ----------
-    kind
+    name
         "sample", which is always the same, or "corridor", "l", "ring" or "hall".
     seed
-        Of the building and the noise; 0 if None.
+        Of the building and the noise; None for 0.
     **options
         `resolution` (metres per cell), `noise` (0 … 1), `furniture` (0 empty, 1 a busy office, at most 10),
         `glass_spray` (whether one outer wall is glass), `yaw` (radians from the building's axes to the map's).
@@ -49,7 +49,7 @@ def make_world(kind: str = SAMPLE, *, seed: int | None = None, **options: Unpack
     Raises
     ------
     OptionError
-        An unknown kind, an option or a seed without meaning, or an option of the sample, which has none.
+        The name is unknown, an option or the seed is out of range, or the sample has options.
 
     Examples
     --------
@@ -58,15 +58,15 @@ def make_world(kind: str = SAMPLE, *, seed: int | None = None, **options: Unpack
     >>> len(floor), grid.shape
     (19, (167, 323))
     """
-    from pianta.worlds.scan import make_sample, map_floor
+    from pianta.worlds.scan import make_sample, simulate_map
 
-    if kind not in KINDS:
-        raise OptionError(f"kind is {short_repr(kind)}, give one of {', '.join(KINDS)}")
+    if name not in WORLD_NAMES:
+        raise OptionError(f"name is {short_repr(name)}, give one of {', '.join(WORLD_NAMES)}")
     if seed is not None and seed < 0:
         raise OptionError(f"seed is {seed}, give 0 or more")
-    if kind != SAMPLE:
-        floor = make_floor(kind, seed=seed or 0)
-        return floor, map_floor(floor, seed=seed or 0, **options)
+    if name != SAMPLE:
+        floor = make_floor(name, seed=seed or 0)
+        return floor, simulate_map(floor, seed=seed or 0, **options)
     if options or seed is not None:
         raise OptionError(f"the sample is always the same, leave out the options or give {', '.join(FLOOR_MAKERS)}")
     return make_sample()

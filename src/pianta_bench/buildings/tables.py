@@ -29,12 +29,12 @@ SCHOOLS, OFFICES = (f"{name}s" for name in KINDS)
 def share_wrong(floors: Sequence[Any]) -> Cell:
     """Share of what is wrong, %; floors: True or 1 for what is wrong, one value or an array for each floor."""
     wrong = np.concatenate([np.atleast_1d(each) for each in floors])
-    return Cell.single(100 * float(wrong.mean()), len(wrong))
+    return Cell(100 * float(wrong.mean()), count=len(wrong))
 
 
 def add_seconds(seconds: Sequence[float]) -> Cell:
     """Their sum."""
-    return Cell.single(sum(seconds))
+    return Cell(sum(seconds))
 
 
 ROOMS = Table(
@@ -89,7 +89,7 @@ CONFUSION = Table(
     unit="floors",
     rows=("model", "true"),
     columns=("predicted",),
-    summarise=lambda values: Cell.single(*values[0]),
+    summarise=lambda counts: Cell(counts[0][0], count=counts[0][1]),
     digits=0,
     notes=("A row a true type, a column a predicted one.",),
 )

@@ -9,9 +9,9 @@ from pathlib import Path
 import networkx as nx
 
 from pianta.errors import DataError, LabelError, OptionError, PiantaError
-from pianta.exploration.starts import CORRIDORS
+from pianta.exploration.starts import CORRIDOR_LABELS
 from pianta.floor import Floor
-from pianta.generation.type_model import LEAST_FLOORS, prepare_room_graph
+from pianta.generation.type_model import MIN_FLOORS, prepare_room_graph
 from pianta.io._files import one_line_reason
 from pianta.labels import SCHEMAS, standard_name
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
@@ -24,7 +24,7 @@ SYNTHETIC_SEEDS = range(3)
 # A label is looked for where at most so many rooms have it, and at least so many floors of other buildings.
 MOST_ROOMS, LEAST_OTHERS = 2, 4
 # What robots start in, or are in all the time, is not looked for.
-WAYS = (*CORRIDORS, "ENTRANCE")
+WAYS = (*CORRIDOR_LABELS, "ENTRANCE")
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ def read_buildings(data: Path, kind: str) -> BuildingSet:
         others = [other for other in drawn if other.building != floor.building]
         known = tuple(graphs[other.item] for other in others if other.item in graphs)
         labels = choose_labels(floor, others)
-        usable = known if len(known) >= LEAST_FLOORS else ()
+        usable = known if len(known) >= MIN_FLOORS else ()
         buildings.append(ExploredBuilding(kind, floor.item, floor.floor, usable, labels))
     return BuildingSet(tuple(buildings), failed, tuple(unmodelled))
 

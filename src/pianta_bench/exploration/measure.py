@@ -10,7 +10,7 @@ from time import process_time
 import numpy as np
 
 from pianta.errors import OptionError
-from pianta.exploration.kernels import has_numba
+from pianta.exploration.beams import has_numba
 from pianta.exploration.lidar import Lidar, Pose, scan
 from pianta.exploration.world import build_world
 from pianta.worlds.floors import make_floor

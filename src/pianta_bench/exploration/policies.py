@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from pianta.errors import OptionError
 from pianta.exploration.policies import POLICIES, PREDICTED, make_policy
-from pianta.exploration.situation import Policy
+from pianta.exploration.policy_input import Policy
 from pianta.prediction.unexplored_part import FloorSampler
 
 NEAREST = "nearest"

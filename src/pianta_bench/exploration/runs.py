@@ -133,7 +133,7 @@ def _run(work: BuildingAtWork, policy: str, start: int, *, label: str | None = N
         reached = {share: run.distance_to(share) for share in SHARES} if label is None else {}
         yield {name_share(share): metres if isfinite(metres) else None for share, metres in reached.items()}
         if label is not None:
-            yield {FOUND: float(run.distance[-1]) if run.found is not None else None}
+            yield {FOUND: float(run.distance[-1]) if run.found_room is not None else None}
 
     looked = f", {label}" if label else ""
     row = measure_row(f"{work.building.name} start {start + 1}, {policy}{looked}", measure, columns=COLUMNS)
@@ -174,5 +174,9 @@ def _search(work: BuildingAtWork, start: int, runs: Sequence[Run]) -> Iterator[R
 
 def measure_search(world: World, run: Exploration, label: str) -> float:
     """Metres of an exploration until a room of a label was recognised; inf when none was."""
-    known = [at.get(room, float("inf")) for room in find_rooms(world.floor, [label]) for at in (run.seen, run.entered)]
+    known = [
+        at.get(room, float("inf"))
+        for room in find_rooms(world.floor, [label])
+        for at in (run.recognised_at, run.entered_at)
+    ]
     return min(known, default=float("inf"))

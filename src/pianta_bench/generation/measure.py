@@ -46,7 +46,7 @@ METRICS = tuple(PRINTED)
 COUNT, SEED = 200, 0
 EFFORT = Effort()
 # Each half of the real floors is as many as a model takes.
-LEAST_FLOORS = 4
+MIN_FLOORS = 4
 _COLUMNS = tuple(Column(key, NAMES[key], "") for key in METRICS)
 
 
@@ -233,9 +233,9 @@ def _measure_items(names: Iterable[str], read: Callable[[str], nx.Graph]) -> Roo
 
 
 def _check_counts(floors: int, count: int) -> None:
-    if floors < LEAST_FLOORS:
+    if floors < MIN_FLOORS:
         raise DataError(
-            f"{floors} floor{'s' * (floors != 1)} of schools can be used, give {LEAST_FLOORS} at least, better dozens"
+            f"{floors} floor{'s' * (floors != 1)} of schools can be used, give {MIN_FLOORS} at least, better dozens"
         )
     if count < floors:
         raise OptionError(f"{count} buildings are to be generated beside {floors} real ones, give as many at least")

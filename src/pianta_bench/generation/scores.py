@@ -103,7 +103,7 @@ def draw_halves(make: GraphMaker, real: Sequence[nx.Graph], *, models: int, seed
         return made[-1]
 
     trials = draw_trials(remember, real, repeats=models, seed=seed)
-    return [trial._replace(made=graphs) for trial, graphs in zip(trials, made, strict=True)]
+    return [trial._replace(generated=graphs) for trial, graphs in zip(trials, made, strict=True)]
 
 
 def score_held_out(halves: Sequence[Trial], schema: LabelSchema, *, seed: int, effort: Effort) -> HeldOutScores:
@@ -115,7 +115,7 @@ def score_held_out(halves: Sequence[Trial], schema: LabelSchema, *, seed: int, e
     subsamples = [_draw_subsamples(trial, effort.subsamples, seed) for trial in halves]
     for name in STATISTICS:
         discrepancies[name] = tuple(compare_discrepancy(trials, statistic=name) for trials in subsamples)
-    told = tell_halves([(trial.made, trial.half_b) for trial in halves], schema, seed=seed, effort=effort)
+    told = tell_halves([(trial.generated, trial.half_b) for trial in halves], schema, seed=seed, effort=effort)
     return HeldOutScores(discrepancies, told)
 
 
@@ -143,7 +143,9 @@ def tell_halves(
 
 def pool_ratios(ratios: Sequence[DiscrepancyRatio]) -> DiscrepancyRatio:
     """The ratio of the means over models, which a model whose two halves are near by chance does not rule."""
-    return DiscrepancyRatio(*(float(np.mean([getattr(each, name) for each in ratios])) for name in ("made", "real")))
+    return DiscrepancyRatio(
+        *(float(np.mean([getattr(each, name) for each in ratios])) for name in ("generated", "real"))
+    )
 
 
 def measure_ratio_error(ratios: Sequence[DiscrepancyRatio]) -> float | None:
@@ -163,7 +165,7 @@ def tell_apart(
     generated: Sequence[nx.Graph], real: Sequence[nx.Graph], schema: LabelSchema, *, seed: int, effort: Effort
 ) -> Mapping[str, TwoSampleScores]:
     """The classifier two-sample tests: machines on NSPDK and WL, Extra-Trees on thirteen metrics."""
-    from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+    from pianta.graphs.nspdk import NeighborhoodPairs
     from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 
     kernels = {NSPDK: NeighborhoodPairs(radius=RADIUS, distance=DISTANCE), WL: WeisfeilerLehman(iterations=ITERATIONS)}
@@ -184,11 +186,11 @@ def _draw_again(trial: Trial, count: int, seed: int) -> list[Trial]:
     random = np.random.default_rng(seed)
     size = len(trial.half_a)
     places = random.integers(size, size=(count, size)).tolist()
-    return [trial._replace(made=[trial.half_a[place] for place in row]) for row in places]
+    return [trial._replace(generated=[trial.half_a[place] for place in row]) for row in places]
 
 
 def _draw_subsamples(trial: Trial, count: int, seed: int) -> list[Trial]:
     random = np.random.default_rng(seed)
     size = len(trial.half_a)
-    orders = [random.permutation(len(trial.made))[:size] for _ in range(count)]
-    return [trial._replace(made=[trial.made[place] for place in order]) for order in orders]
+    orders = [random.permutation(len(trial.generated))[:size] for _ in range(count)]
+    return [trial._replace(generated=[trial.generated[place] for place in order]) for order in orders]

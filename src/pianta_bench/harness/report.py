@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
 
 from rich import box
-from rich.console import Group, RenderableType
+from rich.console import Console, ConsoleOptions, Group, RenderableType
 from rich.table import Table as TextTable
 from rich.text import Text
 
@@ -19,22 +19,22 @@ from pianta_bench.harness.records import Results, name_parts
 from pianta_bench.harness.tables import Cell, FilledTable
 
 ABSENT = "–"
-WIDTH = 100  # characters of a terminal; columns that do not fit go below
+MAX_WIDTH = 100  # characters; columns that do not fit go below
+MAX_NAME_WIDTH = 32  # characters; longer names of rows go on in the next line
 
 
 def show_tables(tables: Sequence[FilledTable], results: Results) -> Group:
-    """The tables in at most WIDTH characters, mean ± sd, then which items failed and why.
+    """The tables as wide as the terminal, mean ± sd, then which items failed and why.
 
     A column has no "thesis" beside it where nothing was published.
     """
     lines: list[RenderableType] = []
     for table in tables:
-        has_sd = any(cell.sd is not None for cells in table.rows.values() for cell in cells.values())
-        subtitle = ", ".join(["mean ± sd"] * has_sd + [table.unit] * bool(table.unit))
-        lines += [Text(table.title, style="bold"), *[Text(subtitle)] * bool(subtitle), Text()]
-        for block in _fit_columns(table):
-            lines += [block, Text()]
-        lines += [*map(Text, table.notes), *[Text()] * bool(table.notes)]
+        if table.shown:
+            has_sd = any(cell.sd is not None for cells in table.rows.values() for cell in cells.values())
+            subtitle = ", ".join(["mean ± sd"] * has_sd + [table.unit] * bool(table.unit))
+            lines += [Text(table.title, style="bold"), *[Text(subtitle)] * bool(subtitle), Text(), _Blocks(table)]
+            lines += [*map(Text, table.notes), *[Text()] * bool(table.notes)]
     return Group(*lines, *_show_faults(results))
 
 
@@ -72,18 +72,24 @@ def _table_as_json(table: FilledTable) -> dict[str, object]:
     return {"title": table.title, "unit": table.unit, "cells": cells, "notes": table.notes}
 
 
-def _fit_columns(table: FilledTable) -> Iterator[RenderableType]:
-    """Tables of as many columns each as WIDTH holds, all with the names of the rows."""
-    name_width = max(map(len, table.rows), default=0)
-    block: list[tuple[str, list[str]]] = []
-    for column in table.columns:
-        more = _column_pair(table, column)
-        width = sum(max(map(len, (*heading.split("\n"), *cells))) + 1 for heading, cells in [*block, *more])
-        if block and name_width + width > WIDTH:
-            yield _draw_block(table, block)
-            block = []
-        block += more
-    yield _draw_block(table, block)
+@dataclass(frozen=True)
+class _Blocks:
+    """A table as blocks of as many columns as fit, one below the other, all with the names of the rows."""
+
+    table: FilledTable
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
+        width = min(options.max_width, MAX_WIDTH)
+        name_width = min(max(map(len, self.table.rows), default=0), MAX_NAME_WIDTH)
+        block: list[tuple[str, list[str]]] = []
+        for column in self.table.columns:
+            pair = _column_pair(self.table, column)
+            needed = sum(max(map(len, (*heading.split("\n"), *cells))) + 1 for heading, cells in [*block, *pair])
+            if block and name_width + needed > width:
+                yield from (_draw_block(self.table, block), Text())
+                block = []
+            block += pair
+        yield from (_draw_block(self.table, block), Text())
 
 
 def _column_pair(table: FilledTable, column: str) -> list[tuple[str, list[str]]]:

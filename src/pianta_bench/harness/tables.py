@@ -43,20 +43,32 @@ class Cell:
         return cls(mean, stdev(present) if len(present) > 1 else None, count=len(present))
 
     @classmethod
-    def single(cls, value: float | None, count: int | None = None) -> Cell:
-        """The cell of a figure that is computed from all items at once."""
-        return cls(value, count=count)
+    def median(cls, values: Iterable[float | None]) -> Cell:
+        """The cell of the median of figures, one for each item; None for items that have none."""
+        present = [value for value in values if value is not None]
+        return cls(median(present) if present else None, count=len(present))
+
+    @classmethod
+    def only(cls, values: Sequence[float | None]) -> Cell:
+        """The cell of a single figure, shown as it is."""
+        (value,) = values
+        return cls(value)
 
 
 @dataclass(frozen=True)
 class FilledTable:
-    """A table with its figures. cells: by name of row, and in it by name of column. unit: of all figures, or empty."""
+    """A table with its figures.
+
+    rows: the cells by name of row, and in it by name of column. unit: of all figures, or empty.
+    shown: whether it is printed, or only saved.
+    """
 
     title: str
     columns: tuple[str, ...]
     rows: Mapping[str, Mapping[str, Cell]]
     notes: tuple[str, ...] = ()
     unit: str = ""
+    shown: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +81,7 @@ class Table:
     summarise: makes a cell of the figures that share a row and a column.
     digits: how many are shown behind the point, of all cells or by value of a field.
     published: the file of published figures, in `published/`. summaries: rows below, of SUMMARIES.
+    shown: whether the table is printed, or only saved.
     """
 
     title: str
@@ -82,6 +95,11 @@ class Table:
     summaries: tuple[str, ...] = ()
     unit: str = ""
     notes: tuple[str, ...] = ()
+    shown: bool = True
+
+    def narrow(self, **where: Any) -> Table:
+        """The table of fewer records, those with these values besides."""
+        return replace(self, where={**self.where, **where})
 
     def fill(self, records: Iterable[Record], *, notes: Sequence[str] = (), **title: object) -> FilledTable:
         """The table with the figures of records.
@@ -110,7 +128,12 @@ class Table:
         if self.summaries:
             filled |= self._summarise_columns(groups, rows, columns)
         return FilledTable(
-            self.title.format(**title), tuple(map(self._name, columns)), filled, (*self.notes, *notes), self.unit
+            self.title.format(**title),
+            tuple(map(self._name, columns)),
+            filled,
+            (*self.notes, *notes),
+            self.unit,
+            self.shown,
         )
 
     def _key(self, record: Record, names: tuple[str, ...]) -> Key:

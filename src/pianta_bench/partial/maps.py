@@ -21,11 +21,11 @@ from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import short_repr
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.maps import read_map
-from pianta.layout._outlines import largest_part, outline_labels
+from pianta.layout._label_images import largest_part, outline_labels
 from pianta.worlds.floors import FLOOR_MAKERS, INNER_WALL, make_floor
-from pianta.worlds.partial_scan import explore_in_part
-from pianta.worlds.scan import map_floor
-from pianta.worlds.simulated_readings import ASPECT_SPREAD, RESOLUTION, SIZE_SPREAD, leave_walls
+from pianta.worlds.partial_scan import simulate_partial_map
+from pianta.worlds.scan import simulate_map
+from pianta.worlds.simulated_readings import ASPECT_SPREAD, RESOLUTION, SIZE_SPREAD, inset_room
 from pianta_bench.data.color_truth import read_color_truth
 from pianta_bench.data.folders import REMEDY, SLAM_RESOLUTION
 
@@ -137,7 +137,7 @@ def simulate_world(number: int, *, first_seed: int = FIRST_SEED) -> PartialMap:
     kind = (*FLOOR_MAKERS,)[number % len(FLOOR_MAKERS)]
     floor = make_floor(kind, seed=seed)
     noise, furniture, yaw = _draw_surroundings(rng)
-    grid = map_floor(floor, noise=noise, furniture=furniture, yaw=yaw, seed=seed)
+    grid = simulate_map(floor, noise=noise, furniture=furniture, yaw=yaw, seed=seed)
     rooms = [room.polygon.buffer(INNER_WALL / 2, join_style="mitre") for room in floor.rooms]
     return PartialMap(f"{kind}-{seed}", _explore(floor, grid, rng, seed), rooms)
 
@@ -151,9 +151,9 @@ def simulate_drawing(floor: Floor, *, seed: int) -> PartialMap:
     size, aspect = np.exp(rng.normal(0, (SIZE_SPREAD, ASPECT_SPREAD)))
     drawn = scale_floor(floor, size * aspect, size / aspect)
     inner = tuple(door for door in drawn.doors if not door.is_entrance)
-    walled = replace(drawn, rooms=tuple(map(leave_walls, drawn.rooms)), doors=inner)
+    walled = replace(drawn, rooms=tuple(map(inset_room, drawn.rooms)), doors=inner)
     noise, furniture, yaw = _draw_surroundings(rng)
-    grid = map_floor(walled, resolution=RESOLUTION, noise=noise, furniture=furniture, yaw=yaw, seed=seed)
+    grid = simulate_map(walled, resolution=RESOLUTION, noise=noise, furniture=furniture, yaw=yaw, seed=seed)
     return PartialMap(
         f"{floor.source}-{seed}", _explore(walled, grid, rng, seed), [room.polygon for room in drawn.rooms]
     )
@@ -168,4 +168,4 @@ def _draw_surroundings(rng: np.random.Generator) -> tuple[float, float, float]:
 
 def _explore(floor: Floor, grid: GridMap, rng: np.random.Generator, seed: int) -> GridMap:
     reach, share, entered = float(rng.choice(REACHES)), rng.uniform(*SHARES), rng.uniform(*ENTERED)
-    return explore_in_part(floor, grid, share=share, reach=reach, entered=entered, seed=seed)
+    return simulate_partial_map(floor, grid, share=share, reach=reach, entered=entered, seed=seed)

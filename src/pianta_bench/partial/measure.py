@@ -18,7 +18,7 @@ from pianta.errors import PiantaError
 from pianta.floor import Floor, Room, cells_of_polygon
 from pianta.gridmap import GridMap
 from pianta.io._files import one_line_reason
-from pianta.layout._outlines import GRID
+from pianta.layout._label_images import SNAP_DISTANCE
 from pianta.layout.partial.scene import find_main_direction
 from pianta.layout.reconstruct import DEFAULT_METHOD, reconstruct
 from pianta.plot.figure import save_figure
@@ -119,7 +119,7 @@ def judge_rooms(floor: Floor, known: PartialMap) -> Iterator[JudgedRoom]:
     true = np.array(known.rooms, dtype=object)
     unseen = [measure_unseen(polygon, known.grid) for polygon in known.rooms]
     for room in floor.rooms:
-        shared = shapely.area(shapely.intersection(true, room.polygon, grid_size=GRID))
+        shared = shapely.area(shapely.intersection(true, room.polygon, grid_size=SNAP_DISTANCE))
         index = int(shared.argmax())
         best, seen_share = true[index], float(shared[index]) / true[index].area
         if room.partial or (unseen[index] > UNSEEN and seen_share > TRACE):
@@ -138,7 +138,7 @@ def draw_rectangle(room: Room, direction: float) -> Polygon:
 
 def measure_iou(one: Polygon, other: Polygon) -> float:
     """Area that two polygons share over that of both together."""
-    shared = shapely.intersection(one, other, grid_size=GRID).area
+    shared = shapely.intersection(one, other, grid_size=SNAP_DISTANCE).area
     return float(shared / (one.area + other.area - shared))
 
 

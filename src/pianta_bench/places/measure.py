@@ -22,7 +22,7 @@ from pianta.rooms.completion import LABELS
 from pianta.rooms.features import describe_rooms
 from pianta.rooms.model import RoomModel
 from pianta.rooms.thesis_features import compute_room_features
-from pianta.worlds.simulated_readings import simulate_reading
+from pianta.worlds.simulated_readings import simulate_and_reconstruct
 from pianta_bench.data.annotated_floors import (
     AnnotatedFloor,
     read_annotated_floors,
@@ -152,7 +152,7 @@ def _prepare(annotated: AnnotatedFloor, *, convention: LabelConvention, seed: in
     results, prepared = Results(), [PreparedFloor.prepare(annotated, convention)]
 
     def simulate() -> Iterator[Figures]:
-        reading = simulate_reading(annotated.floor, seed=seed)
+        reading = simulate_and_reconstruct(annotated.floor, seed=seed)
         examples = prepared[0].examples + list_examples([], [reading], convention=convention)
         prepared.append(replace(prepared[0], simulated=reading, examples=examples))
         yield {"rooms": len(reading.rooms), "true": len(annotated.floor.rooms)}

@@ -35,14 +35,14 @@ SHORT_PARTS = {SCHOOLS: "S", OFFICES: "O", LAYOUTS: "L"}
 def pool_errors(floors: Sequence[Sequence[LabelPair]]) -> Cell:
     """Share of wrong rooms, %, over the rooms of all floors."""
     pairs = [pair for floor in floors for pair in floor]
-    return Cell.single(100 - 100 * semantic_accuracy(pairs) if pairs else None, len(pairs))
+    return Cell(100 - 100 * semantic_accuracy(pairs) if pairs else None, count=len(pairs))
 
 
 def calibration_error(curves: Sequence[Reliability]) -> Cell:
     """Expected calibration error of the only curve, in percentage points."""
     (curve,) = curves
     rooms = int(curve.counts.sum())
-    return Cell.single(100 * curve.error if rooms else None, rooms)
+    return Cell(100 * curve.error if rooms else None, count=rooms)
 
 
 TABLE_6_1 = Table(

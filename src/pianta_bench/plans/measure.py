@@ -199,7 +199,7 @@ def _run_all(
 def _read_unseen(path: Path, *, with_symbols: bool, with_text: bool, buildings: Mapping[str, str]) -> PlanRead:
     """A plan read by the networks that were made without its building."""
     from pianta.plan.read_plan import read_plan
-    from pianta.plan.walls.regions import networks_without
+    from pianta.plan.walls.segmentation import networks_without
 
     networks = networks_without(buildings.get(path.stem, path.stem))
     return read_plan(path, with_symbols=with_symbols, with_text=with_text, networks=networks)

@@ -17,7 +17,7 @@ from pianta.errors import DataError
 from pianta.floor import Floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import short_repr
-from pianta.io.buildings._kinds import Kind, parse_building
+from pianta.io.buildings._formats import BuildingFormat, open_building
 from pianta.io.buildings.thesis_xml import MAX_BEYOND_PX, read_building_xml
 from pianta.io.images import read_colors
 from pianta.worlds.floors import make_floor
@@ -134,7 +134,7 @@ def read_true_plan(data: Path, name: str) -> TruePlan:
 
 def _read_door_px(file: Path) -> float:
     """The pixels of DOOR_METRES; what is no number is refused by read_building_xml."""
-    _, root = parse_building(file, Kind.LAYOUT)
+    _, root = open_building(file, BuildingFormat.LAYOUT)
     try:
         return max(float(root.findtext("scale/represented_distance/value", "")), 1e-3)
     except ValueError:

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from shapely import Polygon, unary_union
 
 from pianta.errors import PlanError
-from pianta.evaluation.connectivity import Connections, score_connections
 from pianta.evaluation.coverage import score_layout
-from pianta.evaluation.doors import DoorScores, score_doors
+from pianta.evaluation.doors import DetectionScores, score_connections, score_doors
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta_bench.harness.table import Column, Figures
@@ -148,7 +147,7 @@ def _body_of(floor: Floor) -> Polygon:
     return unary_union([room.polygon for room in floor.rooms])
 
 
-def _describe_links(name: str, scores: DoorScores | Connections) -> dict[str, float]:
+def _describe_links(name: str, scores: DetectionScores) -> dict[str, float]:
     """Precision, recall and their harmonic mean, percent."""
     precision, recall = scores.precision, scores.recall
     f1 = 2 * precision * recall / (precision + recall) if precision + recall else 0.0

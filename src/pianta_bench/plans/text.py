@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 
 from pianta.plan.text.recognition import read_texts
-from pianta.plan.text.room_names import name_of_texts
-from pianta.worlds.plans.fonts import FONTS, NAMES, ROTATIONS, letter_rooms
+from pianta.plan.text.room_names import compose_room_name
+from pianta.worlds.plans.name_sheets import FONTS, NAMES, ROTATIONS, letter_rooms
 from pianta_bench.harness.table import BenchTable, Column, Figures, Part, Row, measure_rows
 
 # Heights of a capital, pixels.
@@ -73,7 +73,7 @@ def _measure_sheet(names: Sequence[str], font: str, capital: int, rotation: int)
     for name in sheet.names:
         top, left, bottom, right = name.room
         inside = [text for text in texts if top <= text.middle[0] < bottom and left <= text.middle[1] < right]
-        read.append(name_of_texts(inside))
+        read.append(compose_room_name(inside))
     exact = sum(got == name.text for got, name in zip(read, sheet.names, strict=True))
     found = sum(got is not None for got in read)
     return {

@@ -9,8 +9,8 @@ from pianta.generation.type_model import learn_type
 from pianta.plot.figure import save_figure
 from pianta.plot.prediction import draw_prediction
 from pianta.prediction.prediction import Prediction, predict
+from pianta.prediction.revealed_floor import RevealedFloor, reveal_corridors
 from pianta.prediction.unexplored_part import FloorSampler
-from pianta.prediction.whole_floor import WholeFloor, explore_floor
 from pianta_bench.prediction.measure import PredictionBench, TypeOfFloors, list_others
 
 # Floors of each type, the first that are predicted so often.
@@ -32,10 +32,12 @@ def choose_floors(of: TypeOfFloors) -> list[str]:
     return [floor.source for floor in (few or [floor for floor in of.floors if floor.stages])[:FLOORS]]
 
 
-def predict_again(of: TypeOfFloors, name: str, bench: PredictionBench) -> Iterator[tuple[int, WholeFloor, Prediction]]:
+def predict_again(
+    of: TypeOfFloors, name: str, bench: PredictionBench
+) -> Iterator[tuple[int, RevealedFloor, Prediction]]:
     """The number of explored corridors, the floor explored so far, and the prediction that was judged."""
     sampler = FloorSampler(learn_type(list_others(of.graphs, name), of.schema))
     for floor in of.floors:
         for corridors in [stage.corridors for stage in floor.stages if floor.source == name]:
-            whole = explore_floor(of.graphs[name], of.schema, corridors=corridors)
+            whole = reveal_corridors(of.graphs[name], of.schema, corridors=corridors)
             yield corridors, whole, predict(whole.part, sampler, count=bench.count, seed=bench.seed)

@@ -10,7 +10,7 @@ from time import process_time
 import networkx as nx
 
 from pianta.errors import DataError
-from pianta.generation.type_model import LEAST_FLOORS, learn_type, prepare_room_graph
+from pianta.generation.type_model import MIN_FLOORS, learn_type, prepare_room_graph
 from pianta.graphs.metrics import find_corridors
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import SCHEMAS, LabelConvention, LabelSchema
@@ -107,11 +107,11 @@ def read_floors(data: Path, kind: str) -> tuple[dict[str, nx.Graph], Sequence[Ro
         yield {"rooms": float(len(graphs[name])), "corridors": float(len(corridors))}
 
     rows = measure_rows(list_maps(folder, ".xml"), read, columns=())
-    few = [name for name in graphs if len(list_others(graphs, name)) < LEAST_FLOORS]
+    few = [name for name in graphs if len(list_others(graphs, name)) < MIN_FLOORS]
     if few or not graphs:
         raise DataError(
             f"{len(graphs)} floor{'s' * (len(graphs) != 1)} of {kind}s can be used, "
-            f"give those of {LEAST_FLOORS + 1} buildings at least, better dozens"
+            f"give those of {MIN_FLOORS + 1} buildings at least, better dozens"
         )
     return graphs, rows
 

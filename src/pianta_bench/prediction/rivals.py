@@ -16,7 +16,7 @@ from pianta.graphs.metrics import find_corridors
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.labels import LabelConvention, LabelSchema
 from pianta.prediction.explored_part import ExploredPart
-from pianta.prediction.open_ends import count_known_labels
+from pianta.prediction.open_ends import count_labels_of_part
 
 BLIND, KNOWN, LOCAL = RIVALS = ("blind", "known part", "local")
 
@@ -30,7 +30,7 @@ class Rivals:
     @cached_property
     def skeletons(self) -> list[nx.Graph]:
         """The corridors of each floor and the edges between them."""
-        return [take_skeleton(floor.graph, self.model.schema) for floor in self.model.floors]
+        return [corridor_graph(floor.graph, self.model.schema) for floor in self.model.floors]
 
     @cached_property
     def medoid(self) -> nx.Graph:
@@ -65,7 +65,7 @@ class Rivals:
 
     def share_labels(self, explored: ExploredPart) -> dict[str, Floats]:
         """By rival the shares of labels of the unknown rooms, shape (labels,); blind where local says nothing."""
-        known = count_known_labels(explored, self.model.schema)
+        known = count_labels_of_part(explored, self.model.schema)
         guessed = Counter(self.guess_ends(explored).values())
         local = np.array([guessed[label] for label in self.model.schema.by_name], float)
         return {
@@ -80,7 +80,7 @@ class Rivals:
         Blind: means of the floors, never below what is known. Known part: what is known as often as there are corridors
         for each that is explored. Local: a room more for each open end.
         """
-        rooms, corridors = len(explored.known), len(explored.corridors)
+        rooms, corridors = len(explored.known_graph), len(explored.corridors)
         sizes = [
             (len(floor.graph), len(skeleton)) for floor, skeleton in zip(self.model.floors, self.skeletons, strict=True)
         ]
@@ -95,7 +95,7 @@ class Rivals:
 
     def draw_skeletons(self, explored: ExploredPart) -> dict[str, Sequence[nx.Graph]]:
         """By rival its skeletons of the whole floor: those of all floors blind, of the others one."""
-        known = take_corridors(explored.known, explored.corridors)
+        known = take_corridors(explored.known_graph, explored.corridors)
         twice = nx.disjoint_union(known, known) if explored.open else known
         places = {node: place for place, node in enumerate(known)}
         twice = nx.Graph(twice)
@@ -119,7 +119,7 @@ class Rivals:
         }
 
 
-def take_skeleton(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:
+def corridor_graph(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:
     """The corridors of a floor and the edges between them."""
     return take_corridors(graph, find_corridors(graph, schema, convention=LabelConvention.GRAPHS))
 

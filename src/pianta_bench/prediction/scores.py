@@ -19,13 +19,13 @@ from pianta.evaluation.prediction import (
 )
 from pianta.generation.type_model import count_labels
 from pianta.graphs.metrics import find_corridors
-from pianta.graphs.neighborhood_pairs import NeighborhoodPairs
+from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.labels import LabelConvention, LabelSchema, LabelSet
 from pianta.prediction.explored_part import explore_by_corridors
 from pianta.prediction.prediction import Prediction, predict
 from pianta.prediction.unexplored_part import FloorSampler
-from pianta_bench.prediction.rivals import Rivals, take_skeleton
+from pianta_bench.prediction.rivals import Rivals, corridor_graph
 
 PREDICTED, MEAN, SAMPLE, TYPICAL, MEDOID, ORACLE = "predicted", "mean", "one sample", "typical", "medoid", "oracle"
 LABEL_SETS: Mapping[LabelSet, str] = MappingProxyType(
@@ -119,7 +119,7 @@ def judge_stage(
 ) -> JudgedStage:
     """Judge one prediction by the whole floor. corridors: that are explored. edited: whether edits are counted."""
     explored = prediction.explored
-    known = {room for _, room in explored.known.nodes(data="room")}
+    known = {room for _, room in explored.known_graph.nodes(data="room")}
     unseen = graph.subgraph([node for node in graph if node not in known])
     figures = {
         **score_labels(graph, unseen, prediction, rivals, seed=seed),
@@ -170,8 +170,8 @@ def merge_labels(schema: LabelSchema, label_set: LabelSet) -> Floats:
 
 def score_sizes(graph: nx.Graph, prediction: Prediction, rivals: Rivals) -> dict[str, float | None]:
     """How many rooms, and corridors among them, each says too many of on the whole floor, negative for too few."""
-    true = len(graph), len(take_skeleton(graph, prediction.schema))
-    corridors = [len(prediction.take_skeleton(sample)) for sample in prediction.samples]
+    true = len(graph), len(corridor_graph(graph, prediction.schema))
+    corridors = [len(prediction.corridor_graph(sample)) for sample in prediction.samples]
     said = {PREDICTED: (prediction.rooms.mean, float(np.mean(corridors))), **rivals.count_rooms(prediction.explored)}
     figures: dict[str, float | None] = {}
     for who, numbers in said.items():
@@ -184,10 +184,10 @@ def score_skeletons(
     graph: nx.Graph, prediction: Prediction, rivals: Rivals, *, edited: bool
 ) -> dict[str, float | None]:
     """Distances of the skeletons that each says from the true one; the mean where it says several."""
-    truth = take_skeleton(graph, prediction.schema)
+    truth = corridor_graph(graph, prediction.schema)
     said: dict[str, Sequence[nx.Graph]] = {
-        PREDICTED: [prediction.take_skeleton(sample) for sample in prediction.samples],
-        TYPICAL: [prediction.take_skeleton(prediction.typical)],
+        PREDICTED: [prediction.corridor_graph(sample) for sample in prediction.samples],
+        TYPICAL: [prediction.corridor_graph(prediction.typical)],
         MEDOID: [rivals.medoid],
         **rivals.draw_skeletons(prediction.explored),
     }

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from pianta.errors import PiantaError
 from pianta.floor import Floor
-from pianta.worlds.simulated_readings import simulate_reading
+from pianta.worlds.simulated_readings import simulate_and_reconstruct
 from pianta_bench.data.annotated_floors import AnnotatedFloor
 
 UNLABELLED, MAPPED = "labels found", "on a map"
@@ -19,7 +19,7 @@ def read_again(drawn: AnnotatedFloor, *, seed: int) -> dict[str, Floor]:
     """
     views = {UNLABELLED: drawn.unlabelled}
     try:
-        found = simulate_reading(drawn.floor, seed=seed)
+        found = simulate_and_reconstruct(drawn.floor, seed=seed)
     except PiantaError:
         return views
     rooms = tuple(replace(room, label=None, labels={}, label_probabilities={}) for room in found.rooms)

@@ -18,31 +18,33 @@ from pianta.errors import BuildingError
 from pianta.floor import Floor, Room
 from pianta.io._faults import describe_validation
 from pianta.io._files import short_repr
-from pianta.io.buildings._kinds import Kind, read_building_json
-from pianta.io.buildings._repair import MAX_CORNERS, Findings, check_room_count, normalize_label, polygon_of_corners
+from pianta.io.buildings._findings import MAX_CORNERS, Findings, check_room_count, polygon_of_corners
+from pianta.io.buildings._formats import BuildingFormat, open_building
+from pianta.labels import normalize_label
 
-MAX_COORDINATE = 1e4
-MAX_BOXES = 1000
-MIN_AREA = 1.0
-MIN_WIDTH = 0.5
-MIN_REST = 0.01
+MAX_COORDINATE = 1e4  # metres; beyond any home
+MAX_BOXES = 1000  # against hostile files
+# Chosen by hand:
+MIN_AREA = 1.0  # m² of a room that no box covers
+MIN_WIDTH = 0.5  # metres of such a room
+MIN_REMAINDER = 0.01  # m² of a box that smaller boxes leave over
 
 
 def read_house_expo(path: str | Path) -> Floor:
     """Read a floor from a HouseExpo JSON, rooms numbered from 1 in the order of the file, without doors.
 
-    A room is its box within the outline. Where boxes overlap, the smaller one wins, of equal ones the first, and of
-    what is then left of a room the largest part is the room. The same box under several labels is one room with the
-    first of them. Labels come in capitals, with blanks for underscores.
+    A room is its box within the outline. If boxes overlap, the smaller one wins, or the first of equal ones; a room is
+    the largest remaining part of its box. The same box under several labels is one room with the first of them. Labels
+    are in capitals, with blanks for underscores.
 
-    What no room covers becomes rooms without a label, numbered last, the largest first, where it is at least 0.5 m wide
-    and 1 m² large: mostly corridors.
+    Uncovered parts of the outline that are at least 0.5 m wide and 1 m² large, mostly corridors, become rooms without a
+    label, numbered last, the largest first.
 
-    One BuildingWarning tells what was repaired: an outline that meets itself keeps its largest part; a box without
-    area, outside the outline or hidden behind smaller ones is left out.
+    One BuildingWarning lists all repairs: an outline that meets itself keeps its largest part; a box without area,
+    outside the outline or hidden behind smaller ones is left out.
     Raises BuildingError, with every fault in one message, for what cannot be repaired.
     """
-    file, content = read_building_json(path, Kind.HOUSE_EXPO)
+    file, content = open_building(path, BuildingFormat.HOUSE_EXPO)
     try:
         house = _House.model_validate_json(content.removeprefix(b"\xef\xbb\xbf"))
     except ValidationError as exception:
@@ -56,13 +58,13 @@ def read_house_expo(path: str | Path) -> Floor:
     labelled += [(part, None) for part in _wide_parts(free)]
     check_room_count(len(labelled), "room_category, or an outline of a square metre", findings)
     findings.raise_faults(file)
-    findings.tell(file)
+    findings.warn(file)
     rooms = [Room(number, shape, label) for number, (shape, label) in enumerate(labelled, start=1)]
     return Floor(tuple(rooms), source=file.name)
 
 
 def _round(metres: float) -> float:
-    """To the micrometre, so that no shape is too thin for its own corners."""
+    """Round to the micrometre, so that no shape is thinner than the accuracy of its corners."""
     return round(metres, 6)
 
 
@@ -71,7 +73,7 @@ _Box = tuple[_Metres, _Metres, _Metres, _Metres]
 
 
 class _House(BaseModel):
-    """What is read of a file; numbers of rooms and its bounds are skipped, they do not agree with the boxes."""
+    """The members that are read; the number of rooms and the bounds are skipped, they contradict the boxes."""
 
     model_config = ConfigDict(strict=True, frozen=True)
 
@@ -97,12 +99,12 @@ def _read_boxes(house: _House, findings: Findings) -> dict[_Box, str | None]:
 def _divide_outline(
     outline: Polygon, boxes: dict[_Box, str | None], findings: Findings
 ) -> tuple[dict[_Box, Polygon], BaseGeometry]:
-    """What is left of each box as a room, and what no room covers."""
+    """The remaining part of each box, and the part of the outline that no room covers."""
     free: BaseGeometry = outline
     shapes: dict[_Box, Polygon] = {}
     for bounds in sorted(boxes, key=lambda bounds: box(*bounds).area):
         part = max(_polygons(free.intersection(box(*bounds))), key=lambda part: part.area, default=Polygon())
-        if part.area < MIN_REST:
+        if part.area < MIN_REMAINDER:
             text = f"the box {bounds} ({boxes[bounds]}) is hidden by smaller ones or outside the outline, left out"
             findings.repairs[text] = None
             continue
@@ -112,7 +114,7 @@ def _divide_outline(
 
 
 def _wide_parts(shape: BaseGeometry) -> list[Polygon]:
-    """The parts of a shape that are wide and large enough for a room, the largest first."""
+    """The parts of a shape with the width and area of a room, the largest first."""
     core = shape.buffer(-MIN_WIDTH / 2, join_style="mitre").buffer(MIN_WIDTH / 2, join_style="mitre")
     parts = [part for part in _polygons(shape.intersection(core)) if part.area >= MIN_AREA]
     return sorted(parts, key=lambda part: -part.area)

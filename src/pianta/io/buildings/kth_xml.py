@@ -6,37 +6,37 @@ thickness: rooms next to each other do not touch, and a door is drawn in both.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.floor import Floor
 from pianta.io._files import short_repr
 from pianta.io._xml import parse_number
-from pianta.io.buildings._kinds import Kind, parse_building
-from pianta.io.buildings._repair import (
+from pianta.io.buildings._findings import (
     DrawnPortal,
     DrawnRoom,
     Findings,
     check_portal_count,
     check_room_count,
+    check_unique,
+    describe_room,
     floor_of_portals,
-    name_of_room,
-    normalize_label,
     polygon_of_corners,
-    refuse_repeated,
 )
+from pianta.io.buildings._formats import BuildingFormat, open_building
+from pianta.labels import normalize_label
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-MAX_COORDINATE = 1e6
-MIN_DISTANCE = 1e-3
+MAX_COORDINATE = 1e6  # beyond any building, in metres or pixels
+MIN_DISTANCE = 1e-3  # of the two distances that define the scale
 
 
 def read_kth_xml(path: str | Path) -> Floor:
@@ -47,20 +47,30 @@ def read_kth_xml(path: str | Path) -> Floor:
 
     The two portals of a door become one Door halfway through the wall. A target whose portal has no segment gets a door
     of 0.9 m in the middle of the wall between the rooms; a portal to a space that the file does not have is left out,
-    because it may lead to another floor as well as outside. Windows are walls.
+    because it may lead to another floor or outside. Windows are walls.
 
-    One BuildingWarning tells all defects, which are treated as read_building_xml treats them.
+    One BuildingWarning lists all defects, which are treated as in read_building_xml.
     Raises BuildingError, with every fault in one message, for what cannot be repaired.
     Source of the format: samples of the published files; that y grows downwards is taken from their unit, pixels.
     """
-    file, root = parse_building(path, Kind.KTH)
+    file, root = open_building(path, BuildingFormat.KTH)
     findings = Findings()
     spaces = _read_spaces(root, _read_scale(root, findings), findings)
     by_name = {space.name: space for space in spaces if space.name}
-    drawn = _drawn_portals(spaces, by_name, findings)
-    listed = _listed_pairs(spaces, by_name, findings)
-    floor = floor_of_portals(file, spaces, list(drawn), list(listed), findings)
-    findings.tell(file)
+    portals = [
+        DrawnPortal(space, target, ends)
+        for space in spaces
+        for name, ends in space.segments
+        if (target := _find_target(space, name, by_name, findings))
+    ]
+    listed = [
+        (space, target)
+        for space in spaces
+        for name in space.targets
+        if (target := _find_target(space, name, by_name, findings))
+    ]
+    floor = floor_of_portals(file, spaces, portals, listed, findings)
+    findings.warn(file)
     return floor
 
 
@@ -69,26 +79,26 @@ class _Space(DrawnRoom):
     """A room with its name, its portal segments (target and ends, shape (2, 2), metres), and the targets it lists."""
 
     name: str
-    segments: tuple[tuple[str, NDArray[np.float64]], ...]
+    segments: tuple[tuple[str, Floats], ...]
     targets: tuple[str, ...]
 
 
 def _read_scale(root: Element, findings: Findings) -> float:
-    """Metres per unit of the drawing; 1 when it is faulty."""
+    """Metres per unit of the drawing; 1 after a fault."""
     scale = root.find("Scale")
     texts = [None if scale is None else scale.get(name) for name in ("PixelDistance", "RealDistance")]
-    drawn, real = (parse_number(text, limit=MAX_COORDINATE) for text in texts)
-    if drawn >= MIN_DISTANCE and real >= MIN_DISTANCE:
-        return real / drawn
-    given = "PixelDistance {} and RealDistance {}".format(*map(short_repr, texts))
-    findings.faults.append(f"its Scale has {given}, give two positive numbers")
+    units, metres = (parse_number(text, limit=MAX_COORDINATE) for text in texts)
+    if units >= MIN_DISTANCE and metres >= MIN_DISTANCE:
+        return metres / units
+    distances = "PixelDistance {} and RealDistance {}".format(*map(short_repr, texts))
+    findings.faults.append(f"its Scale has {distances}, give two positive numbers")
     return 1.0
 
 
 def _read_spaces(root: Element, scale: float, findings: Findings) -> list[_Space]:
     elements = root.findall("space")
     check_room_count(len(elements), "floor/space", findings)
-    refuse_repeated((element.get("name") for element in elements), "name", findings)
+    check_unique((element.get("name") for element in elements), "name", findings)
     spaces = [_read_space(number, element, scale, findings) for number, element in enumerate(elements, start=1)]
     check_portal_count(sum(len(space.segments) + len(space.targets) for space in spaces), findings)
     return spaces
@@ -96,47 +106,34 @@ def _read_spaces(root: Element, scale: float, findings: Findings) -> list[_Space
 
 def _read_space(number: int, element: Element, scale: float, findings: Findings) -> _Space:
     label = normalize_label(element.get("type"))
-    name = name_of_room(number, label)
+    name = describe_room(number, label)
     corners, segments = [], []
     for segment in element.iterfind("contour/linesegment"):
         ends = _read_ends(segment, scale, name, findings)
         corners.append(ends)
         if segment.get("type", "").lower() == "portal":
             segments.append((segment.get("target", ""), ends))
-    # The end of a segment is the start of the next; where it is not, a straight line bridges the gap.
+    # The end of a segment should be the start of the next; otherwise a straight line bridges the gap.
     outline = polygon_of_corners(np.array(corners).reshape(-1, 2), name, findings)
     targets = tuple(portal.get("target", "") for portal in element.iterfind("portal"))
     return _Space(number, label, outline, element.get("name", ""), tuple(segments), targets)
 
 
-def _read_ends(segment: Element, scale: float, name: str, findings: Findings) -> NDArray[np.float64]:
-    """The two ends in metres, shape (2, 2); zeros when they are faulty."""
+def _read_ends(segment: Element, scale: float, name: str, findings: Findings) -> Floats:
+    """The two ends in metres, shape (2, 2); zeros after a fault."""
     texts = {axis: segment.get(axis) for axis in ("x1", "y1", "x2", "y2")}
     numbers = [parse_number(text, limit=MAX_COORDINATE) for text in texts.values()]
     if any(map(isnan, numbers)):
-        given = ", ".join(f"{axis}={short_repr(text)}" for axis, text in texts.items())
-        findings.faults.append(f"{name} has a segment {given}, give four numbers up to {MAX_COORDINATE:.0f}")
+        values = ", ".join(f"{axis}={short_repr(text)}" for axis, text in texts.items())
+        findings.faults.append(f"{name} has a segment {values}, give four numbers up to {MAX_COORDINATE:.0f}")
         return np.zeros((2, 2))
     return np.array(numbers).reshape(2, 2) * (scale, -scale)
 
 
-def _drawn_portals(spaces: list[_Space], by_name: Mapping[str, _Space], findings: Findings) -> Iterator[DrawnPortal]:
-    for space in spaces:
-        for name, ends in space.segments:
-            target = by_name.get(name)
-            if target is None or target is space:
-                findings.repairs[f"a door of {space} does not join two rooms, left out"] = None
-            else:
-                yield DrawnPortal(space, target, ends)
-
-
-def _listed_pairs(
-    spaces: list[_Space], by_name: Mapping[str, _Space], findings: Findings
-) -> Iterator[tuple[_Space, _Space]]:
-    for space in spaces:
-        for name in space.targets:
-            target = by_name.get(name)
-            if target is None or target is space:
-                findings.repairs[f"a door of {space} does not join two rooms, left out"] = None
-            else:
-                yield space, target
+def _find_target(space: _Space, name: str, by_name: Mapping[str, _Space], findings: Findings) -> _Space | None:
+    """The space behind a portal; None, and a repair, if it is this one or none of the file's."""
+    target = by_name.get(name)
+    if target is None or target is space:
+        findings.repairs[f"a door of {space} does not join two rooms, left out"] = None
+        return None
+    return target

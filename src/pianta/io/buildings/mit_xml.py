@@ -1,81 +1,81 @@
 """MIT XML: floor plans of the campus of MIT (Whiting, Battat and Teller, CAAD Futures 2007).
 
 A file is one floor of one building. Each `space` has a contour of points and portals to other spaces, by their names,
-at a place along an edge of the contour.
+at a position along an edge of the contour.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.io._files import short_repr
 from pianta.io._xml import parse_number
-from pianta.io.buildings._kinds import Kind, parse_building
-from pianta.io.buildings._repair import (
+from pianta.io.buildings._findings import (
     DrawnPortal,
     DrawnRoom,
     Findings,
     check_portal_count,
     check_room_count,
+    check_unique,
+    describe_room,
     floor_of_portals,
-    name_of_room,
-    normalize_label,
     polygon_of_corners,
-    refuse_repeated,
+    read_points,
 )
+from pianta.io.buildings._formats import BuildingFormat, open_building
+from pianta.labels import normalize_label
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-MAX_COORDINATE = 1e8
-METRES = {"foot": 1200 / 3937, "metre": 1.0}  # the US survey foot, as state planes have it
+MAX_COORDINATE = 1e8  # feet or metres; beyond any state plane
+METRES = {"foot": 1200 / 3937, "metre": 1.0}  # US survey foot, the unit of state planes
 
 
 def read_mit_xml(path: str | Path, *, unit: Literal["foot", "metre"] = "foot") -> Floor:
     """Read a floor from a MIT XML, rooms numbered from 1 in the order of the file.
 
-    unit: of the coordinates, which lie in a Massachusetts state plane at some 10^5. The file does not name it; the US
-        survey foot, in which plans there are drawn, is an assumption that a door or a known room can check.
+    unit: of the coordinates, which are in a Massachusetts state plane, around 10^5. The file does not name it; the US
+        survey foot, usual for plans there, is an assumption, which the size of a door or of a room can confirm.
 
     The floor is in metres, x east and y north, with its origin in the lower left corner of all contours. Labels are the
     file's types, such as P CIRC, in capitals.
 
-    A horizontal portal is a door of 0.9 m at its place; one that names several places spans them. An implicit one is
-    an opening as wide as its edge, of the two rooms the shorter. The portals of both rooms are one Door. Vertical
+    A horizontal portal is a door of 0.9 m at its position; one with several positions spans them. An implicit one is an
+    opening as wide as its edge, the shorter one of the two rooms. The portals of both rooms are one Door. Vertical
     portals (stairs, lifts) lead to other files and are not read, not even as entrances; a portal to a space that the
-    file does not have is left out, and one without a place goes to the middle of the wall between its rooms.
+    file does not have is left out, and one without a position is put in the middle of the wall between its rooms.
 
-    One BuildingWarning tells all defects, which are treated as read_building_xml treats them.
+    One BuildingWarning lists all defects, which are treated as in read_building_xml.
     Raises BuildingError, with every fault in one message, for what cannot be repaired; OptionError for another unit.
     Source of the format: samples of the published files.
     """
     if unit not in METRES:
         raise OptionError(f"unit is {short_repr(unit)}, give one of {', '.join(METRES)}")
-    file, root = parse_building(path, Kind.MIT)
+    file, root = open_building(path, BuildingFormat.MIT)
     findings = Findings()
     spaces = _read_spaces(root, METRES[unit], findings)
     by_name = {space.name: space for space in spaces if space.name}
-    drawn, placeless = _read_portals(spaces, by_name, findings)
-    floor = floor_of_portals(file, spaces, drawn, placeless, findings)
-    findings.tell(file)
+    portals, listed = _read_portals(spaces, by_name, findings)
+    floor = floor_of_portals(file, spaces, portals, listed, findings)
+    findings.warn(file)
     return floor
 
 
 @dataclass(frozen=True)
 class _Space(DrawnRoom):
-    """A room with its name, the corners that edges are counted by, shape (N, 2), metres, and its portals."""
+    """A room with its name, the corners that number its edges, shape (N, 2), metres, and its portals."""
 
     name: str
-    corners: NDArray[np.float64]
+    corners: Floats
     portals: tuple[Element, ...]
 
 
@@ -85,9 +85,9 @@ def _read_spaces(root: Element, metres: float, findings: Findings) -> list[_Spac
     if len(floors) > 1:
         findings.faults.append(f"it has rooms on {len(floors)} floors, give one floor")
     check_room_count(len(elements), "space", findings)
-    refuse_repeated((element.get("name") for element in elements), "name", findings)
+    check_unique((element.get("name") for element in elements), "name", findings)
     contours = [_read_points(number, element, findings) for number, element in enumerate(elements, start=1)]
-    # Before any geometry, because coordinates far from 0 leave few digits for small distances.
+    # Moved to the origin before any geometry: large coordinates leave few digits for small distances.
     origin = np.concatenate([np.full((1, 2), MAX_COORDINATE), *contours]).min(axis=0)
     spaces = [
         _read_space(number, element, (corners - origin) * metres, findings)
@@ -97,39 +97,31 @@ def _read_spaces(root: Element, metres: float, findings: Findings) -> list[_Spac
     return spaces
 
 
-def _read_space(number: int, element: Element, corners: NDArray[np.float64], findings: Findings) -> _Space:
+def _read_space(number: int, element: Element, corners: Floats, findings: Findings) -> _Space:
     label = normalize_label(element.get("type"))
-    outline = polygon_of_corners(corners, name_of_room(number, label), findings)
+    outline = polygon_of_corners(corners, describe_room(number, label), findings)
     return _Space(number, label, outline, element.get("name", ""), corners, tuple(element.iterfind("portal")))
 
 
-def _read_points(number: int, element: Element, findings: Findings) -> NDArray[np.float64]:
-    """The points of a contour as the file has them, shape (N, 2); faulty ones are left out."""
-    name = name_of_room(number, normalize_label(element.get("type")))
-    points = []
-    for point in element.iterfind("contour/point"):
-        numbers = [parse_number(point.get(axis), limit=MAX_COORDINATE) for axis in "xy"]
-        if any(map(isnan, numbers)):
-            x, y = short_repr(point.get("x")), short_repr(point.get("y"))
-            findings.faults.append(f"{name} has a point x={x}, y={y}, give two numbers up to {MAX_COORDINATE:.0f}")
-        else:
-            points.append(numbers)
-    return np.array(points).reshape(-1, 2)
+def _read_points(number: int, element: Element, findings: Findings) -> Floats:
+    """The points of a contour in units of the file, shape (N, 2), without faulty ones."""
+    name = describe_room(number, normalize_label(element.get("type")))
+    return read_points(element.iterfind("contour/point"), limit=MAX_COORDINATE, name=name, findings=findings)
 
 
 def _read_portals(
     spaces: list[_Space], by_name: Mapping[str, _Space], findings: Findings
 ) -> tuple[list[DrawnPortal], list[tuple[_Space, _Space]]]:
-    """The portals with a place, and the rooms of those without."""
-    drawn, placeless = [], []
+    """The portals with a position, and the pairs of rooms of those without."""
+    portals, listed = [], []
     for space, target, portal in _horizontal_portals(spaces, by_name, findings):
         implicit = portal.get("type", "").lower() == "implicit"
         ends = _ends_of_portal(space.corners, portal, whole_edge=implicit)
         if ends is None:
-            placeless.append((space, target))
+            listed.append((space, target))
         else:
-            drawn.append(DrawnPortal(space, target, ends, "opening" if implicit else "door"))
-    return drawn, placeless
+            portals.append(DrawnPortal(space, target, ends, "opening" if implicit else "door"))
+    return portals, listed
 
 
 def _horizontal_portals(
@@ -148,15 +140,15 @@ def _horizontal_portals(
                 yield space, target, portal
 
 
-def _ends_of_portal(corners: NDArray[np.float64], portal: Element, *, whole_edge: bool) -> NDArray[np.float64] | None:
-    """The first and the last place that a portal names on a contour, shape (2, 2), metres; None without any.
+def _ends_of_portal(corners: Floats, portal: Element, *, whole_edge: bool) -> Floats | None:
+    """The first and the last position of a portal on a contour, shape (2, 2), metres; None if it has no position.
 
-    A place is a share of the way along an edge, which starts at the corner of its index.
+    A position is a share of the way along an edge; an edge starts at the corner of its index.
     """
-    places = []
+    positions = []
     for edge in portal.iterfind("edge"):
         index, share = parse_number(edge.get("index"), limit=len(corners)), parse_number(edge.get("param"), limit=1)
         if index in range(len(corners)) and (whole_edge or share >= 0):
             start, end = corners[int(index)], corners[(int(index) + 1) % len(corners)]
-            places += [start, end] if whole_edge else [start + share * (end - start)]
-    return np.array([places[0], places[-1]]) if places else None
+            positions += [start, end] if whole_edge else [start + share * (end - start)]
+    return np.array([positions[0], positions[-1]]) if positions else None

@@ -1,16 +1,17 @@
-"""Files of buildings of every kind, read into floors: the one door for whoever takes buildings."""
+"""Floors from files of buildings in any format."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
-from pianta.errors import BuildingError
+from pianta.errors import BuildingError, PiantaError
 from pianta.floor import Floor
 from pianta.io._files import one_line_reason, short_repr
-from pianta.io.buildings._kinds import Kind, kind_of_building
+from pianta.io.buildings._formats import BuildingFormat, detect_building_format
 from pianta.io.buildings.house_expo import read_house_expo
 from pianta.io.buildings.kth_xml import read_kth_xml
 from pianta.io.buildings.mit_xml import read_mit_xml
@@ -19,13 +20,13 @@ from pianta.io.floors import read_floor
 
 SUFFIXES = (".xml", ".json", ".geojson")
 
-_READERS: MappingProxyType[Kind, Callable[[str | Path], Floor]] = MappingProxyType(
+_READERS: MappingProxyType[BuildingFormat, Callable[[str | Path], Floor]] = MappingProxyType(
     {
-        Kind.LAYOUT: read_building_xml,
-        Kind.KTH: read_kth_xml,
-        Kind.MIT: read_mit_xml,
-        Kind.HOUSE_EXPO: read_house_expo,
-        Kind.FLOOR: read_floor,
+        BuildingFormat.LAYOUT: read_building_xml,
+        BuildingFormat.KTH: read_kth_xml,
+        BuildingFormat.MIT: read_mit_xml,
+        BuildingFormat.HOUSE_EXPO: read_house_expo,
+        BuildingFormat.FLOOR: read_floor,
     }
 )
 
@@ -36,17 +37,17 @@ def read_building(path: str | Path) -> Floor:
     Parameters
     ----------
     path
-        The file; its content tells the kind.
+        The file; its format is detected by its content.
 
     Returns
     -------
     Floor
-        The floor in metres, y up; which frame, the page on file formats says for each kind.
+        The floor in metres, y up; the page on file formats describes the frame of each format.
 
     Raises
     ------
     BuildingError
-        The file is none of these, and the message says what it looks like; or it is damaged.
+        The file has another format, which the message describes, or is damaged.
     FloorError
         A floor.geojson is damaged, or of a newer format.
 
@@ -67,24 +68,39 @@ def read_building(path: str | Path) -> Floor:
     >>> len(floor)
     19
     """
-    return _READERS[kind_of_building(path)](path)
+    return _READERS[detect_building_format(path)](path)
+
+
+def read_buildings(
+    files: Sequence[str | Path], *, track: Callable[[Sequence[str]], Iterable[str]] = iter
+) -> Iterator[tuple[Path, Floor | PiantaError]]:
+    """Each file with its floor, or with the error if it cannot be read; the sources of the floors are all different.
+
+    track: wraps the names of the files, to show progress.
+    """
+    names = [str(file) for file in files]
+    for file, source in zip(track(names), name_sources(names), strict=True):
+        try:
+            yield Path(file), replace(read_building(file), source=source)
+        except PiantaError as error:
+            yield Path(file), error
 
 
 def list_buildings(paths: Iterable[str | Path]) -> list[Path]:
-    """The files of buildings that are meant by files and folders, each once, in the order given.
+    """The files of buildings among files and in folders, each once, in the given order.
 
-    A file is taken as it is. A folder stands for its *.xml, *.json and *.geojson, and those of the folders in it,
-    sorted; hidden files and folders are passed by, as are JSON files of other content, such as graph.json.
-    Raises BuildingError, in one line, for a folder that has none or cannot be listed.
+    A folder stands for its *.xml, *.json and *.geojson, and those of its subfolders, sorted; hidden files and folders
+    are skipped, as are JSON files of other content, such as graph.json.
+    Raises BuildingError, in one line, for a folder that has no building or cannot be listed.
     """
-    found: dict[Path, Path] = {}
+    buildings: dict[Path, Path] = {}
     for path in map(Path, paths):
         files = list(_list_folder(path)) if path.is_dir() else [path]
         if not files:
             raise BuildingError(f"folder {short_repr(path)} has no building, give one with {', '.join(SUFFIXES)} files")
         for file in files:
-            found.setdefault(file.resolve(), file)
-    return list(found.values())
+            buildings.setdefault(file.resolve(), file)
+    return list(buildings.values())
 
 
 def _list_folder(folder: Path) -> Iterator[Path]:
@@ -101,21 +117,21 @@ def _refuse_folder(error: OSError) -> None:
 
 
 def _is_other_json(path: Path) -> bool:
-    """Whether a file is called JSON and holds no building; a GeoJSON that is none is worth an error."""
+    """Whether a file has the suffix .json and no building; one with the suffix .geojson is an error instead."""
     if path.suffix.lower() != ".json":
         return False
     try:
-        kind_of_building(path)
+        detect_building_format(path)
     except BuildingError:
         return True
     return False
 
 
 def name_sources(files: Sequence[str | Path]) -> list[str]:
-    """Names of files, all different: their own; as soon as one repeats, all with as many folders as it takes."""
+    """Names of files, all different: their own, or if any repeats, all with the fewest parent folders that differ."""
     parts = [Path(file).absolute().parts for file in files]
     for depth in range(1, max(map(len, parts), default=0) + 1):
-        names = [Path(*of_file[-depth:]).as_posix() for of_file in parts]
+        names = [Path(*steps[-depth:]).as_posix() for steps in parts]
         if len(set(names)) == len(names):
             return names
     return [str(file) for file in files]

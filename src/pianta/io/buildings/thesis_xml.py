@@ -6,125 +6,119 @@ name, which holds paths of its annotator, are not read.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from shapely import LineString, get_coordinates
 
+from pianta._types import Floats
 from pianta.errors import LabelError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import short_repr
 from pianta.io._xml import parse_number
-from pianta.io.buildings._kinds import Kind, parse_building
-from pianta.io.buildings._repair import (
+from pianta.io.buildings._findings import (
     DrawnRoom,
     Findings,
+    check_doors,
     check_portal_count,
     check_room_count,
+    check_rooms,
+    check_unique,
+    describe_room,
     line_along_wall,
     line_in_middle,
-    name_of_room,
-    normalize_label,
     polygon_of_corners,
-    refuse_repeated,
-    remark_on_doors,
-    remark_on_rooms,
+    read_points,
 )
-from pianta.labels import standard_building_type
+from pianta.io.buildings._formats import BuildingFormat, open_building
+from pianta.labels import normalize_label, standard_building_type
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-MAX_COORDINATE_PX = 1e6
-MIN_SCALE = 0.1
-MAX_BEYOND_PX = 5
+MAX_COORDINATE_PX = 1e6  # beyond any image
+MIN_DISTANCE = 0.1  # of the two distances that define the scale, in pixels and cm
+MAX_BEYOND_PX = 5  # corners outside the map by less are inaccuracies of the annotator; chosen by hand
 
 
 def read_building_xml(path: str | Path, *, grid: GridMap | None = None) -> Floor:
     """Read a floor from a layout XML, rooms numbered from 1 in the order of the file.
 
-    grid: the map on whose image the layout was drawn; the floor comes out in its map frame. When None, the floor is in
-    metres by the file's own scale, y up, with the origin in the top left corner of the drawing, so that y is negative.
+    grid: the map on whose image the layout was drawn; the floor is in its map frame. If None, the floor is in metres by
+    the file's own scale, y up, with the origin in the top left corner of the drawing, so that y is negative.
 
-    Labels come in capitals with single blanks, the building's type in small letters, as in pianta.labels. The file
+    Labels are in capitals with single blanks, the building's type in lower case, as in pianta.labels. The file
     marks a door by a point. It becomes a line along the wall, as wide as the distance that scales the drawing, which
     is a door's width by definition (0.9 m). A portal of type IMPLICIT is a door of kind "opening"; one that only one of
-    its rooms lists is a door like others.
+    its rooms lists is an ordinary door.
 
-    One BuildingWarning tells all defects. Those that have one sensible repair are repaired: an outline that crosses
-    itself keeps its largest part, a door without a place goes to the middle of the wall between its rooms, a door that
+    One BuildingWarning lists all defects. Defects with one sensible repair are repaired: an outline that crosses itself
+    keeps its largest part, a door without a position is put in the middle of the wall between its rooms, a door that
     joins a room to itself or to nothing is left out. The others stay: rooms that overlap by more than a tenth of the
-    smaller one or are smaller than a door is wide, corners outside the map, rooms that no door leads to, groups of
-    rooms without a door from one to another; the last two not where no door is drawn at all.
+    smaller one or are smaller than a door is wide, corners outside the map, and, if the floor has any door, rooms
+    without a door and groups of rooms without a door from one to another.
     Raises BuildingError, with every fault in one message, for what cannot be repaired.
     """
-    file, root = parse_building(path, Kind.LAYOUT)
+    file, root = open_building(path, BuildingFormat.LAYOUT)
     findings = Findings()
     metres_per_px, door_px = _read_scale(root, findings.faults)
     frame = grid or GridMap(np.array([[UNKNOWN]]), metres_per_px, (0.0, -metres_per_px, 0.0))
     spaces = _read_spaces(root, frame, findings)
     building_type = _read_type(root, findings.faults)
     findings.raise_faults(file)
-    door = door_px * frame.resolution
+    door_width = door_px * frame.resolution
     rooms = tuple(Room(space.number, space.outline, space.label) for space in spaces.values())
-    floor = Floor(rooms, _read_doors(spaces, door, findings), building_type=building_type, source=file.name)
-    remark_on_rooms(list(spaces.values()), door=door, findings=findings)
+    floor = Floor(rooms, _read_doors(spaces, door_width, findings), building_type=building_type, source=file.name)
+    check_rooms(list(spaces.values()), door_width=door_width, findings=findings)
     if grid:
-        _remark_on_corners(floor, grid, findings)
-    remark_on_doors(floor, findings)
-    findings.tell(file)
+        _check_corners(floor, grid, findings)
+    check_doors(floor, findings)
+    findings.warn(file)
     return floor
 
 
 @dataclass(frozen=True)
 class _Space(DrawnRoom):
-    """A room, and the two ends of each portal segment by its id, shape (2, 2)."""
+    """A room, the two ends of each portal segment by its id, shape (2, 2), and the elements of its portals."""
 
-    segments: Mapping[str | None, NDArray[np.float64]]
+    segments: Mapping[str | None, Floats]
     portals: Sequence[Element]
 
 
 def _read_scale(root: Element, faults: list[str]) -> tuple[float, float]:
-    """Metres per pixel, and the pixels of a door's width; ones when they are faulty."""
-    drawn_and_real = (
-        "represented_distance/value",
-        "represented_distance/um",
-        "real_distance/value",
-        "real_distance/um",
-    )
-    texts = [root.findtext(f"scale/{name}") for name in drawn_and_real]
-    drawn, real = (parse_number(text, limit=MAX_COORDINATE_PX) for text in texts[::2])
-    if drawn >= MIN_SCALE and real >= MIN_SCALE and texts[1::2] == ["pixel", "cm"]:
-        return real / 100 / drawn, drawn
+    """Metres per pixel, and the pixels of a door's width; both 1 after a fault."""
+    distances = ("represented_distance", "real_distance")
+    texts = [root.findtext(f"scale/{distance}/{part}") for distance in distances for part in ("value", "um")]
+    pixels, centimetres = (parse_number(text, limit=MAX_COORDINATE_PX) for text in texts[::2])
+    if pixels >= MIN_DISTANCE and centimetres >= MIN_DISTANCE and texts[1::2] == ["pixel", "cm"]:
+        return centimetres / 100 / pixels, pixels
     faults.append("its scale is {} {} for {} {}, give pixel for cm".format(*map(short_repr, texts)))
     return 1.0, 1.0
 
 
 def _read_type(root: Element, faults: list[str]) -> dict[str, float]:
-    """The type of the building with probability 1, nothing where the file does not say it."""
+    """The type of the building with probability 1; empty if the file has none."""
     text = root.findtext("building_type/main_type", "").strip()
     try:
         return {standard_building_type(text): 1.0} if text else {}
     except LabelError as error:
-        faults.append(f"its building type is none: {error}")
+        faults.append(f"its building type is invalid: {error}")
         return {}
 
 
 def _read_spaces(root: Element, frame: GridMap, findings: Findings) -> dict[str, _Space]:
-    """The rooms by the ids that the file gives them."""
+    """The rooms by their ids in the file."""
     elements = root.findall("floor/spaces/space")
     ids = [element.get("id") or f"room {number}" for number, element in enumerate(elements, start=1)]
     floors = len(root.findall("floor"))
     if floors != 1:
         findings.faults.append(f"it has {floors} floors, give one")
     check_room_count(len(elements), "floor/spaces/space", findings)
-    refuse_repeated(ids, "id", findings)
+    check_unique(ids, "id", findings)
     spaces = [_read_space(number, element, frame, findings) for number, element in enumerate(elements, start=1)]
     check_portal_count(sum(len(space.portals) for space in spaces), findings)
     listed = [element.find("portals") is not None for element in elements]
@@ -136,34 +130,26 @@ def _read_spaces(root: Element, frame: GridMap, findings: Findings) -> dict[str,
 
 def _read_space(number: int, element: Element, frame: GridMap, findings: Findings) -> _Space:
     label = normalize_label(element.findtext("labels/label"))
-    name = name_of_room(number, label)
-    corners = _read_points(element.find("bounding_polygon"), frame, name, findings.faults)
+    name = describe_room(number, label)
+    corners = _read_points(element.iterfind("bounding_polygon[1]/point"), frame, name, findings)
     segments = {
         segment.get("id"): ends[[0, -1]]
         for segment in element.iterfind("space_representation/linesegment")
-        if segment.findtext("class") == "PORTAL" and len(ends := _read_points(segment, frame, name, findings.faults))
+        if segment.findtext("class") == "PORTAL"
+        and len(ends := _read_points(segment.iterfind("point"), frame, name, findings))
     }
     outline = polygon_of_corners(corners, name, findings)
     return _Space(number, label, outline, segments, element.findall("portals/portal"))
 
 
-def _read_points(element: Element | None, frame: GridMap, name: str, faults: list[str]) -> NDArray[np.float64]:
-    """The `point` children in metres, shape (N, 2); faulty ones are left out."""
-    points = element.findall("point") if element is not None else []
-    pixels = []
-    for point in points:
-        row, col = (parse_number(point.get(axis), limit=MAX_COORDINATE_PX) for axis in "yx")
-        if isnan(row) or isnan(col):
-            x, y = short_repr(point.get("x")), short_repr(point.get("y"))
-            faults.append(f"{name} has a point x={x}, y={y}, give two numbers up to {MAX_COORDINATE_PX:.0f}")
-        else:
-            pixels.append((row, col))
-    rows_and_cols = np.array(pixels).reshape(-1, 2).T
-    return np.column_stack(frame.pixel_to_map(*rows_and_cols))
+def _read_points(points: Iterable[Element], frame: GridMap, name: str, findings: Findings) -> Floats:
+    """Points in metres, shape (N, 2), without faulty ones."""
+    cols, rows = read_points(points, limit=MAX_COORDINATE_PX, name=name, findings=findings).T
+    return np.column_stack(frame.pixel_to_map(rows, cols))
 
 
-def _remark_on_corners(floor: Floor, grid: GridMap, findings: Findings) -> None:
-    """Find corners that lie further outside the map than a line is thick."""
+def _check_corners(floor: Floor, grid: GridMap, findings: Findings) -> None:
+    """Remark on corners more than MAX_BEYOND_PX outside the map."""
     corners = get_coordinates([room.polygon.exterior for room in floor.rooms])
     pixels = np.column_stack(grid.map_to_pixel(*corners.T))
     beyond = np.maximum(-pixels, pixels - grid.shape).max(axis=1)
@@ -193,11 +179,11 @@ def _read_doors(spaces: Mapping[str, _Space], width: float, findings: Findings) 
 
 
 def _line_of_door(first: _Space, second: _Space, segment: str | None, width: float, findings: Findings) -> LineString:
-    """The portal's segment; where that is a point, a line of a door's width along the wall through it."""
-    drawn = [space.segments[segment] for space in (first, second) if segment in space.segments]
-    if not drawn:
+    """The portal's segment; if that is a point, a line of a door's width along the wall through it."""
+    segments = [space.segments[segment] for space in (first, second) if segment in space.segments]
+    if not segments:
         return line_in_middle(first, second, width, findings)
-    longest = max(drawn, key=lambda ends: float(np.ptp(ends, axis=0).max()))
+    longest = max(segments, key=lambda ends: float(np.ptp(ends, axis=0).max()))
     if np.ptp(longest, axis=0).any():
         return LineString(longest)
-    return line_along_wall(np.mean(drawn, axis=(0, 1)), first.outline, second.outline, width)
+    return line_along_wall(np.mean(segments, axis=(0, 1)), first.outline, second.outline, width)

@@ -1,4 +1,4 @@
-"""PlanDrawing: what the file of a vector plan says of lines, doors and texts, whatever its format."""
+"""PlanDrawing: the lines, doors and texts of a vector plan, independent of the format of its file."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ class PlanDrawing:
     """A vector plan: x to the right and y up, in drawing units.
 
     lines: shape (N, 2, 2), ends of straight pieces; curves come as chains of them.
-    roles: shape (N,), index into ROLES of what each line draws; "other" where the file does not say.
+    roles: shape (N,), index into ROLES of each line; "other" if unknown.
     widths: shape (N,), stroke widths in drawing units; 0 for a hair line.
     fills: outlines of dark filled areas (poché of walls), each shape (M, 2).
-    doors: shape (D, 2, 2), from jamb to jamb, of doors that the file names (blocks, layers); empty where it names none.
-    texts: all that is written.
-    metres_per_unit: None where the file does not say.
+    doors: shape (D, 2, 2), from jamb to jamb, of doors that the file names (blocks, layers).
+    texts: all texts.
+    metres_per_unit: None if unknown.
     source: the name of the file.
     """
 

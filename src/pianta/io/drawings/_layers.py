@@ -1,12 +1,14 @@
-"""Layers of vector plans: the roles that their names tell, the pieces drawn on them, and the doors among these."""
+"""Layers of vector plans: roles by the names of layers, the pieces of a drawing, and the doors that pieces draw."""
 
 from __future__ import annotations
 
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
+from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 
@@ -18,25 +20,35 @@ from scipy.spatial import KDTree
 
 from pianta._types import Floats
 from pianta.errors import PlanError
-from pianta.io._files import check_input_file, short_repr
+from pianta.io._files import check_input_file, one_line_reason, short_repr
 from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing, Role
 
+# Limits against hostile files.
 MAX_LINES = 1_000_000
 MAX_TEXTS = 50_000
-MAX_CORNERS = 5000  # of an area with holes, beyond which each of its rings is filled
-MAX_COORDINATE = 1e12  # beyond, a double no longer tells tenths of a millimetre
-DARK = 0.6  # luminance 0 … 1 up to which a filled area is poché; the usual greys of CAD lie below
+MAX_CORNERS = 5000  # of an area with holes; beyond, each of its rings is filled
+MAX_COORDINATE = 1e12  # beyond, a double cannot represent tenths of a millimetre
 
-_SPLINE_PIECES = 16
-_TOUCHING = 0.02  # of the diagonal of a piece
-_AT_END = 0.15  # of the radius of a swing
+# Chosen by hand on drawings of the tests:
+DARK = 0.6  # luminance 0 … 1 up to which a filled area is poché; the usual greys of CAD are below
+_SPLINE_PIECES = 16  # straight lines for a Bézier curve
+_TOUCHING_GAP = 0.02  # share of the diagonal of a piece
+_END_TOLERANCE = 0.15  # share of the radius of a swing
+_LONG_SIDE_RATIO = 1.2  # height to width of a door symbol from which its height is the door
+# A quarter circle as a chain of lines:
+_MIN_ARC_POINTS = 5
+_MAX_RADIUS_SPREAD = 0.06  # share of the mean radius
+_MAX_ARC_STEP = 40  # degrees between two points
+_MAX_ARC_REVERSAL = 1  # degrees turned back, in all
+_ARC_RANGE = (60, 120)  # degrees
+_DOUBLE_LEAF_ANGLE = 150  # degrees between the two leaves of a double door, at least
 
 
 def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
-# Without accents, in English, Italian, German, French and Spanish; a door in a wall or beside a window is a door.
+# Words of layer names without accents, in English, Italian, German, French and Spanish; door wins over window and wall.
 _WORDS: dict[Role, frozenset[str]] = {
     "door": _words(
         "door doors doorway doorways doorleaf tur ture turen tuer tuere tueren tuerblatt tuerfluegel "
@@ -49,7 +61,7 @@ _WORDS: dict[Role, frozenset[str]] = {
         "tabiques mamparas poche"
     ),
 }
-# Compounds are common in German and in names without a hyphen.
+# Endings of compounds, which are common in German and in names without a hyphen.
 _ENDINGS: dict[Role, tuple[str, ...]] = {
     "door": ("door", "doors", "tuer", "tueren"),
     "window": ("window", "windows", "fenster"),
@@ -57,8 +69,8 @@ _ENDINGS: dict[Role, tuple[str, ...]] = {
 }
 _NO_COMPOUNDS = _words("indoor indoors outdoor outdoors leinwand gewand aufwand")
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
-# Layers that speak about walls and doors without drawing them.
-_ABOUT = _words(
+# Words of layers with annotations of walls and doors.
+_ANNOTATIONS = _words(
     "anno annotation annotations dim dims dimension dimensions iden ident tag tags text texts note notes label labels "
     "number numbers legend schedule bemassung beschriftung legende legenda leyenda quote quota quotes cote cotes cotas "
     "cotation testo testi texte textes texto textos etiquetas"
@@ -66,46 +78,72 @@ _ABOUT = _words(
 
 
 def role_of_names(names: Iterable[str]) -> Role:
-    """What the names of a piece's layer, block, class or groups, from the innermost to the outermost, say it draws.
+    """The role of a piece by the names of its layer, block, class or groups, from the innermost to the outermost.
 
-    The first name that says anything decides; "other" when none does. English, Italian, German, French and Spanish
-    are understood, and names of dimensions, tags and texts say nothing.
+    The first name with a role decides; "other" if none has one. English, Italian, German, French and Spanish are
+    understood; names of dimensions, tags and texts have no role.
     """
     return next((role for role in map(_role_of_name, names) if role != "other"), "other")
 
 
 @lru_cache(maxsize=10_000)
 def _role_of_name(name: str) -> Role:
-    whole = unicodedata.normalize("NFC", name[:300])
-    bases = "".join("s" if letter == "ß" else unicodedata.normalize("NFD", letter)[0] for letter in whole)
-    found = re.finditer(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", bases)
-    words = [_spell_plainly(whole[word.start() : word.end()]) for word in found]
-    if not _ABOUT.isdisjoint(words):
+    composed = unicodedata.normalize("NFC", name[:300])
+    bases = "".join("s" if letter == "ß" else unicodedata.normalize("NFD", letter)[0] for letter in composed)
+    matches = re.finditer(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", bases)
+    words = [_spell_plainly(composed[match.start() : match.end()]) for match in matches]
+    if not _ANNOTATIONS.isdisjoint(words):
         return "other"
-    for role, known in _WORDS.items():
+    for role, role_words in _WORDS.items():
         ending = _ENDINGS[role]
-        if any(word in known or (word.endswith(ending) and word not in _NO_COMPOUNDS) for word in words):
+        if any(word in role_words or (word.endswith(ending) and word not in _NO_COMPOUNDS) for word in words):
             return role
     return "other"
 
 
 def _spell_plainly(word: str) -> str:
-    """A word in small letters without accents, German umlauts as two letters, as ASCII writes them."""
+    """A word in small letters without accents, German umlauts as two letters."""
     spelled = word.lower().translate(_UMLAUTS)
     return "".join(letter for letter in unicodedata.normalize("NFD", spelled) if not unicodedata.combining(letter))
 
 
-def checked_plan(path: str | Path, *, max_bytes: int) -> Path:
-    """Path of the file of a plan that exists, as of check_input_file; PlanError when it has more than max_bytes."""
+def plan_error(file: Path, fault: str) -> PlanError:
+    """The exception for a plan that cannot be read; fault follows the name of the file."""
+    return PlanError(f"plan {short_repr(file)} {fault}")
+
+
+def check_plan_file(path: str | Path, *, max_bytes: int) -> Path:
+    """The path of a plan, as of check_input_file; PlanError if it has more than max_bytes."""
     file = check_input_file(path, "plan", PlanError)
     if file.stat().st_size > max_bytes:
-        raise PlanError(f"plan {short_repr(file)} has more than {max_bytes} bytes, too many for a plan, give one floor")
+        raise plan_error(file, f"has more than {max_bytes} bytes, too many for a plan, give one floor")
     return file
+
+
+def require_library(file: Path, library: str, file_format: str, extra: str) -> None:
+    """Raise PlanError unless the library of a format ("a DXF") can be imported; extra: of pianta, which has it."""
+    try:
+        import_module(library)
+    except ImportError:
+        raise plan_error(file, f"is {file_format}, install pianta[{extra}] to read it") from None
+
+
+@contextmanager
+def damage_as_plan_error(file: Path, file_format: str, *passed: type[BaseException]) -> Iterator[None]:
+    """Raise PlanError for whatever a hostile file provokes in the library that reads it; `passed` are raised as is."""
+    try:
+        with np.errstate(all="ignore"):  # shapes beyond the range of numbers are left out later
+            yield
+    except Exception as exception:
+        if isinstance(exception, (PlanError, *passed)):
+            raise
+        reason = one_line_reason(exception)
+        raise plan_error(file, f"is a damaged {file_format}, save it again: {reason}") from exception
 
 
 @dataclass
 class DrawnPieces:
-    """The pieces of a plan as they are read, in drawing units, y up; at most MAX_LINES straight lines in all."""
+    """The pieces of a plan during reading, in drawing units, y up; at most MAX_LINES straight lines in all."""
 
     file: Path
     chains: list[Floats] = field(default_factory=list)
@@ -116,9 +154,9 @@ class DrawnPieces:
     lines: int = 0
 
     def add_chain(self, points: Floats, role: Role, *, width: float = 0.0) -> bool:
-        """Add the lines along points, shape (N, 2); whether they have a length.
+        """Add the lines along points, shape (N, 2); False if they have no length.
 
-        Raises PlanError, in one line, for more lines than any plan has.
+        Raises PlanError for more than MAX_LINES lines.
         """
         if len(points) < 2 or not (np.abs(points) <= MAX_COORDINATE).all():
             return False
@@ -127,14 +165,14 @@ class DrawnPieces:
             return False
         self.lines += len(points) - 1
         if self.lines > MAX_LINES:
-            raise PlanError(f"plan {short_repr(self.file)} has more than {MAX_LINES} lines, give one floor")
+            raise plan_error(self.file, f"has more than {MAX_LINES} lines, give one floor")
         self.chains.append(points)
         self.roles.append(role)
         self.widths.append(width if 0 <= width <= MAX_COORDINATE else 0.0)
         return True
 
     def add_fill(self, rings: Sequence[Floats], role: Role) -> None:
-        """Add an area between rings, each shape (N, 2), even-odd; the outline of one that is wall is drawn, too."""
+        """Add the area within an odd number of rings, each shape (N, 2); the outline of a wall becomes lines, too."""
         rings = [ring for ring in rings if len(ring) >= 3 and (np.abs(ring) <= MAX_COORDINATE).all()]
         self.fills += _outlines_of_rings(rings)
         if role == "wall":
@@ -142,25 +180,25 @@ class DrawnPieces:
                 self.add_chain(np.vstack([ring, ring[:1]]), role)
 
     def add_text(self, text: DrawnText) -> None:
-        """Add a text unless it is blank or lies out of the range of numbers; those above MAX_TEXTS are a PlanError."""
+        """Add a text unless it is blank or beyond MAX_COORDINATE; raises PlanError for more than MAX_TEXTS."""
         numbers = np.array([text.x, text.y, text.height, text.angle])
         if text.text.strip() and text.height > 0 and (np.abs(numbers) <= MAX_COORDINATE).all():
             self.texts.append(text)
         if len(self.texts) > MAX_TEXTS:
-            raise PlanError(f"plan {short_repr(self.file)} has more than {MAX_TEXTS} texts, give one floor")
+            raise plan_error(self.file, f"has more than {MAX_TEXTS} texts, give one floor")
 
     def chains_of(self, role: Role) -> list[Floats]:
         """The chains of a role."""
-        return [chain for chain, of_chain in zip(self.chains, self.roles, strict=True) if of_chain == role]
+        return [chain for chain, chain_role in zip(self.chains, self.roles, strict=True) if chain_role == role]
 
     def wall_ends(self) -> KDTree:
-        """Where walls end or turn."""
+        """The points where walls end or turn."""
         return KDTree(np.concatenate([np.zeros((0, 2)), *self.chains_of("wall")]))
 
     def drawing(self, doors: Sequence[Floats], *, metres_per_unit: float | None = None) -> PlanDrawing:
         """The plan of all pieces and doors, each door shape (2, 2)."""
         lines = [np.stack([chain[:-1], chain[1:]], axis=1) for chain in self.chains]
-        counts = [len(of_chain) for of_chain in lines]
+        counts = list(map(len, lines))
         return PlanDrawing(
             lines=np.concatenate([np.zeros((0, 2, 2)), *lines]),
             roles=np.repeat(np.array([ROLES.index(role) for role in self.roles], np.intp), counts),
@@ -174,16 +212,16 @@ class DrawnPieces:
 
 
 def _outlines_of_rings(rings: Sequence[Floats]) -> list[Floats]:
-    """Outlines without holes that together cover what lies within an odd number of rings."""
-    # One ring is its own outline even where it meets itself, and many would take forever to combine.
+    """Outlines without holes that together cover the area within an odd number of rings."""
+    # A single ring is its own outline even if it meets itself; many corners would take forever to combine.
     if len(rings) == 1 or sum(map(len, rings)) > MAX_CORNERS:
         return list(rings)
     area = shapely.Polygon()
     for ring in rings:
         area = shapely.symmetric_difference(area, shapely.make_valid(shapely.Polygon(ring)))
     parts = [part for part in shapely.get_parts(shapely.make_valid(area)) if part.geom_type == "Polygon"]
-    whole = [piece for part in parts for piece in _cut_through_holes(part)]
-    return [np.asarray(shapely.get_coordinates(piece.exterior)) for piece in whole if piece.area > 0]
+    pieces = [piece for part in parts for piece in _cut_through_holes(part)]
+    return [np.asarray(shapely.get_coordinates(piece.exterior)) for piece in pieces if piece.area > 0]
 
 
 def _cut_through_holes(polygon: shapely.Polygon) -> list[shapely.Polygon]:
@@ -198,9 +236,9 @@ def _cut_through_holes(polygon: shapely.Polygon) -> list[shapely.Polygon]:
 
 
 def chains_of_steps(start: Floats, steps: Iterable[Floats]) -> Iterator[Floats]:
-    """Runs of straight lines and of curves along a path, each shape (N, 2): an arc must not hide behind a leaf.
+    """Runs of straight lines and runs of curves along a path, each shape (N, 2), so that the arc of a door is separate.
 
-    start: shape (2,). steps: the points of each piece after the one before, shape (N, 2); curves have several.
+    start: shape (2,). steps: the further points of each piece, shape (N, 2); curves have several.
     """
     run, was_curve = [start[None]], None
     for points in steps:
@@ -214,7 +252,10 @@ def chains_of_steps(start: Floats, steps: Iterable[Floats]) -> Iterator[Floats]:
 
 
 def bezier_points(controls: Floats) -> Floats:
-    """Points along a cubic Bézier curve of four controls, shape (4, 2), fine enough for walls of a few metres."""
+    """Points along a Bézier curve of three (quadratic) or four (cubic) controls, shape (3 or 4, 2)."""
+    if len(controls) == 3:
+        start, middle, end = controls
+        controls = np.array([start, (start + 2 * middle) / 3, (2 * middle + end) / 3, end])
     step = np.linspace(0, 1, _SPLINE_PIECES + 1)[:, None]
     weights = np.hstack([(1 - step) ** 3, 3 * step * (1 - step) ** 2, 3 * step**2 * (1 - step), step**3])
     return np.asarray(weights @ controls)
@@ -235,33 +276,33 @@ class _Swing:
 def jambs_of_symbol(chains: Sequence[Floats], *, axis: Floats | None = None, walls: KDTree) -> list[Floats]:
     """The doors that a symbol draws, from jamb to jamb, each shape (2, 2).
 
-    chains: the symbol's lines, each shape (N, 2). axis: its direction along the wall, where known.
-    walls: where walls end.
+    chains: the symbol's lines, each shape (N, 2). axis: its direction along the wall, if known.
+    walls: the points where walls end.
 
-    A quarter circle tells hinge and closed leaf; two that meet are a double door. Without any, the door is the longer
-    side of the symbol's box, through its middle.
+    A quarter circle gives the hinge and the closed leaf; two that meet are a double door. Without one, the door is the
+    longer side of the symbol's box, through its middle.
     """
     along = _longest_direction(chains) if axis is None else axis
-    swinging = jambs_of_swings(chains, axis=along, walls=walls)
-    if swinging or not chains:
-        return swinging
+    doors = jambs_of_swings(chains, axis=along, walls=walls)
+    if doors or not chains:
+        return doors
     points = np.concatenate(chains)
     frame = np.array([along, [-along[1], along[0]]])
     low, high = (points @ frame.T).min(axis=0), (points @ frame.T).max(axis=0)
-    longer = int(high[1] - low[1] > 1.2 * (high[0] - low[0]))
+    longer = int(high[1] - low[1] > _LONG_SIDE_RATIO * (high[0] - low[0]))
     ends = np.tile((low + high) / 2, (2, 1))
     ends[:, longer] = low[longer], high[longer]
     return [ends @ frame] if high[longer] > low[longer] else []
 
 
 def jambs_of_swings(chains: Sequence[Floats], *, axis: Floats | None = None, walls: KDTree) -> list[Floats]:
-    """The doors whose quarter circles are among lines, from jamb to jamb, as jambs_of_symbol tells them."""
+    """The doors whose quarter circles are among lines, from jamb to jamb; parameters as of jambs_of_symbol."""
     along = _longest_direction(chains) if axis is None else axis
     swings = [swing for swing in map(_swing_of_chain, chains) if swing]
     if not swings:
         return []
     lines = np.concatenate([np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains])
-    # Most lines of many doors are chords of arcs, which are no leaf.
+    # Most lines of many doors are chords of arcs, which are too short for a leaf.
     lengths = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
     lines = lines[lengths > min(swing.radius for swing in swings) / 2]
     return _join_leaves([_closed_leaf(swing, lines, along, walls) for swing in swings])
@@ -272,7 +313,7 @@ def touching_pieces(chains: Sequence[Floats]) -> list[list[Floats]]:
     if not chains:
         return []
     bounds = np.array([np.concatenate([chain.min(axis=0), chain.max(axis=0)]) for chain in chains])
-    reach = np.hypot(*(bounds[:, 2:] - bounds[:, :2]).T)[:, None] * _TOUCHING
+    reach = np.hypot(*(bounds[:, 2:] - bounds[:, :2]).T)[:, None] * _TOUCHING_GAP
     boxes = shapely.box(*np.hstack([bounds[:, :2] - reach, bounds[:, 2:] + reach]).T)
     first, second = shapely.STRtree(boxes).query(boxes, predicate="intersects")
     touching = coo_array((np.ones(len(first), bool), (first, second)), shape=(len(chains),) * 2)
@@ -289,55 +330,59 @@ def _longest_direction(chains: Sequence[Floats]) -> Floats:
 
 
 def _swing_of_chain(chain: Floats) -> _Swing | None:
-    """The swing whose arc a chain is: on a circle, by small steps one way, through about a quarter turn."""
+    """The swing of a chain that is an arc: on a circle, in small steps one way, about a quarter turn; else None."""
     size = np.ptp(chain, axis=0).max()
-    if len(chain) < 5 or size == 0:
+    if len(chain) < _MIN_ARC_POINTS or size == 0:
         return None
     points = (chain - chain[0]) / size
     equations = np.column_stack([2 * points, np.ones(len(points))])
     middle = np.linalg.lstsq(equations, (points**2).sum(axis=1), rcond=None)[0][:2]
     spokes = points - middle
     radii = np.hypot(*spokes.T)
-    if np.ptp(radii) > 0.06 * radii.mean():
+    if np.ptp(radii) > _MAX_RADIUS_SPREAD * radii.mean():
         return None
     cross = spokes[:-1, 0] * spokes[1:, 1] - spokes[:-1, 1] * spokes[1:, 0]
     turns = np.degrees(np.arctan2(cross, (spokes[:-1] * spokes[1:]).sum(axis=1)))
-    if np.abs(turns).max() > 40 or np.abs(turns).sum() - abs(turns.sum()) > 1 or not 60 < abs(turns.sum()) < 120:
+    total, least, most = abs(turns.sum()), *_ARC_RANGE
+    if np.abs(turns).max() > _MAX_ARC_STEP or np.abs(turns).sum() - total > _MAX_ARC_REVERSAL:
+        return None
+    if not least < total < most:
         return None
     return _Swing(middle * size + chain[0], chain[[0, -1]])
 
 
 def _closed_leaf(swing: _Swing, lines: Floats, axis: Floats, walls: KDTree) -> Floats:
-    """From the hinge to that end of the arc where the leaf is not drawn; else where a wall ends; else along the axis.
+    """The closed leaf: from the hinge to the end of the arc away from the drawn, open leaf.
 
+    Without an open leaf, to the end of the arc at the end of a wall; else to the end that is more along the axis.
     lines: of the symbol, shape (N, 2, 2).
     """
-    reach = _AT_END * swing.radius
+    reach = _END_TOLERANCE * swing.radius
     at_hinge = np.hypot(*np.moveaxis(lines - swing.hinge, -1, 0)) < reach
     at_ends = np.hypot(*np.moveaxis(lines[:, :, None] - swing.ends, -1, 0)) < reach
     open_leaf = (at_hinge[:, ::-1, None] & at_ends).any(axis=(0, 1))
     if open_leaf.sum() == 1:
         return np.array([swing.hinge, swing.ends[1 - open_leaf.argmax()]])
-    away = walls.query(swing.ends)[0]
-    if away.min() < reach and np.ptp(away) > reach / 2:
-        return np.array([swing.hinge, swing.ends[away.argmin()]])
+    distances = walls.query(swing.ends)[0]
+    if distances.min() < reach and np.ptp(distances) > reach / 2:
+        return np.array([swing.hinge, swing.ends[distances.argmin()]])
     askew = np.abs((swing.ends - swing.hinge) @ np.array([-axis[1], axis[0]]))
     return np.array([swing.hinge, swing.ends[askew.argmin()]])
 
 
 def _join_leaves(leaves: Sequence[Floats]) -> list[Floats]:
-    """Doors of closed leaves, from hinge to free end: two that meet end to end are one, and so are equal ones."""
+    """Doors of closed leaves, from hinge to free end; two leaves that meet end to end are one door, equal ones too."""
     doors: list[Floats] = []
-    waiting = list(leaves)
-    while waiting:
-        door = waiting.pop(0)
-        reach = _AT_END * np.hypot(*(door[1] - door[0]))
-        for index, other in enumerate(waiting):
-            if np.hypot(*(other[1] - door[1])) < reach and _angle_between(door, other) > 150:
-                door = np.array([door[0], waiting.pop(index)[0]])
+    remaining = list(leaves)
+    while remaining:
+        door = remaining.pop(0)
+        reach = _END_TOLERANCE * np.hypot(*(door[1] - door[0]))
+        for index, other in enumerate(remaining):
+            if np.hypot(*(other[1] - door[1])) < reach and _angle_between(door, other) > _DOUBLE_LEAF_ANGLE:
+                door = np.array([door[0], remaining.pop(index)[0]])
                 break
         middle = door.mean(axis=0)
-        if all(np.hypot(*(middle - known.mean(axis=0))) > reach for known in doors):
+        if all(np.hypot(*(middle - other.mean(axis=0))) > reach for other in doors):
             doors.append(door)
     return doors
 

@@ -1,4 +1,4 @@
-"""Plans as DXF, the exchange format of AutoCAD: lines by layer, blocks as doors, units where the file has them."""
+"""Plans as DXF, the exchange format of AutoCAD: lines by layer, blocks as doors, and units if the file has them."""
 
 from __future__ import annotations
 
@@ -11,17 +11,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pianta._types import Floats
-from pianta.errors import PlanError
-from pianta.io._files import one_line_reason, short_repr
+from pianta.io._files import one_line_reason
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing, Role
 from pianta.io.drawings._layers import (
     DARK,
     DrawnPieces,
     bezier_points,
     chains_of_steps,
-    checked_plan,
+    check_plan_file,
+    damage_as_plan_error,
     jambs_of_swings,
     jambs_of_symbol,
+    plan_error,
+    require_library,
     role_of_names,
     touching_pieces,
 )
@@ -32,11 +34,12 @@ if TYPE_CHECKING:
     from ezdxf.path import Path as DxfPath
 
 
+# Limits against hostile files.
 MAX_FILE_BYTES = 64 * 2**20
 MAX_ENTITIES = 300_000
-MAX_DEPTH = 16
+MAX_DEPTH = 16  # of blocks in blocks
 
-# $INSUNITS of the DXF reference; what is not listed is no unit that buildings are drawn in.
+# $INSUNITS of the DXF reference: metres of the units in which buildings are drawn.
 METRES = MappingProxyType(
     {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144, 14: 0.1, 15: 10.0, 21: 1200 / 3937}
 )
@@ -45,8 +48,11 @@ _CURVES = frozenset({"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE
 _FILLED = frozenset({"SOLID", "TRACE"})
 _LETTER_WIDTH = 0.85  # of the height of capitals, on average
 _LINE_SPACING = 1.6  # of the height of capitals
-_BY_BLOCK, _BY_LAYER = 0, 256
-_HEADER_BYTES, _END_BYTES = 2**20, 200
+# Colour numbers of the DXF reference.
+_BY_BLOCK = 0
+_BY_LAYER = 256
+_HEADER_BYTES = 2**20  # in which the header's variables are looked for
+_END_BYTES = 200  # in which EOF is looked for
 
 
 def read_dxf_plan(path: str | Path) -> PlanDrawing:
@@ -54,58 +60,45 @@ def read_dxf_plan(path: str | Path) -> PlanDrawing:
 
     Blocks are taken apart, however they are nested, scaled, turned and mirrored; curves become chains of lines; frozen
     and switched-off layers are left out, and so are dimensions, patterns of hatches, and all beyond two dimensions.
-    Layers and blocks tell roles by their names. A block that says door is one, from jamb to jamb by the quarter circle
-    of its leaf, else by the longer side of its box; loose quarter circles on layers of doors are doors as well.
-    Filled areas are kept when they are dark, or walls. Metres per unit are those of $INSUNITS, None when it says none.
+    Names of layers and blocks give roles. A block named as a door is one, from jamb to jamb by the quarter circle of
+    its leaf, else by the longer side of its box; loose quarter circles on layers of doors are doors, too. Only filled
+    areas that are dark or walls are kept. Metres per unit are those of $INSUNITS, None if unknown.
 
-    Raises PlanError, in one line, when ezdxf (pianta[cad]) is missing, and for what is no DXF, is damaged, is larger
-    than any plan, or has nothing drawn in its model space.
+    Raises PlanError, in one line, if ezdxf (pianta[cad]) is missing, and for a file that is no DXF, damaged, too large,
+    or has an empty model space.
     Source of the format: the DXF reference of Autodesk, through ezdxf.
     """
-    file = checked_plan(path, max_bytes=MAX_FILE_BYTES)
+    file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
     document = _open_document(file)
     reader = _Reader(document, DrawnPieces(file))
-    try:
-        with np.errstate(all="ignore"):  # what is beyond numbers is left out as it comes
-            reader.read_entities(document.modelspace(), parents=())
+    with damage_as_plan_error(file, "DXF"):  # ezdxf checks entities when they are used
+        reader.read_entities(document.modelspace(), parents=())
         units = document.header.get("$INSUNITS", 0)
-    except PlanError:
-        raise
-    # ezdxf checks entities when they are used, and raises whatever a hostile file drives it to.
-    except Exception as exception:
-        raise PlanError(
-            f"plan {short_repr(file)} is a damaged DXF, save it again: {one_line_reason(exception)}"
-        ) from exception
     if not reader.pieces.lines and not reader.pieces.fills:
-        raise PlanError(
-            f"plan {short_repr(file)} has no lines in its model space, draw the plan there and not on a layout"
-        )
+        raise plan_error(file, "has no lines in its model space, draw the plan there and not on a layout")
     return reader.pieces.drawing(reader.doors(), metres_per_unit=METRES.get(units) if isinstance(units, int) else None)
 
 
 def _open_document(file: Path) -> Drawing:
     """The parsed file; one with small faults is repaired, and one without units has the unit 0."""
-    try:
-        import ezdxf  # noqa: F401  # asked for before any work is done
-    except ImportError:
-        raise PlanError(f"plan {short_repr(file)} is a DXF, install pianta[cad] to read it") from None
+    require_library(file, "ezdxf", "a DXF", "cad")
     with file.open("rb") as stream:
         start = stream.read(_HEADER_BYTES)
         stream.seek(max(0, file.stat().st_size - _END_BYTES))
         end = stream.read()
-    # The library would read anything as an empty drawing.
+    # ezdxf would read anything as an empty drawing.
     if start.startswith(b"AC10") or b"SECTION" not in start:
         what = "is a DWG" if start.startswith(b"AC10") else "is no DXF"
-        raise PlanError(f"plan {short_repr(file)} {what}, save it as DXF")
+        raise plan_error(file, f"{what}, save it as DXF")
     if b"EOF" not in end:
-        raise PlanError(f"plan {short_repr(file)} is cut off, its last line is not EOF; save it again")
+        raise plan_error(file, "is cut off, its last line is not EOF; save it again")
     try:
         document = _parse_document(file)
     except Exception as exception:
-        told = f"plan {short_repr(file)} is no DXF or damaged, save it again as DXF"
-        raise PlanError(f"{told}: {one_line_reason(exception)}") from exception
+        reason = one_line_reason(exception)
+        raise plan_error(file, f"is no DXF or damaged, save it again as DXF: {reason}") from exception
     if b"$INSUNITS" not in start:
-        document.header["$INSUNITS"] = 0  # the library takes metres for granted
+        document.header["$INSUNITS"] = 0  # ezdxf assumes metres
     return document
 
 
@@ -115,16 +108,16 @@ def _parse_document(file: Path) -> Drawing:
 
     try:
         return ezdxf.readfile(file)
-    except Exception:  # noqa: S110  # the second try tells what is wrong
+    except Exception:  # noqa: S110  # the second attempt reports the fault
         pass
     return recover.readfile(file)[0]
 
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """A block as it is placed: its name, the layer that its entities on layer 0 lie on, its color and its direction.
+    """An inserted block: its name, the layer of its entities on layer 0, its color and its direction.
 
-    symbol: chains of the door that it draws, None when it draws none.
+    symbol: chains of the door that it draws; None if it is no door.
     """
 
     name: str
@@ -136,7 +129,7 @@ class _Block:
 
 @dataclass
 class _Reader:
-    """Reads entities into pieces, and gathers the lines of each door."""
+    """Reads entities into pieces, and collects the lines of each door."""
 
     document: Drawing
     pieces: DrawnPieces
@@ -145,13 +138,11 @@ class _Reader:
     entities: int = 0
 
     def read_entities(self, entities: Iterable[DXFGraphic], *, parents: tuple[_Block, ...]) -> None:
-        """Read entities that lie in blocks, from the outermost to the innermost."""
+        """Read entities inside blocks; parents: these blocks, from the outermost to the innermost."""
         for entity in entities:
             self.entities += 1
             if self.entities > MAX_ENTITIES:
-                raise PlanError(
-                    f"plan {short_repr(self.pieces.file)} draws more than {MAX_ENTITIES} things, give one floor"
-                )
+                raise plan_error(self.pieces.file, f"draws more than {MAX_ENTITIES} things, give one floor")
             layer = _layer_of(entity, parents)
             if entity.dxf.get("invisible", 0) or self._is_frozen(layer):
                 continue
@@ -163,11 +154,9 @@ class _Reader:
 
     def _read_block(self, insert: Insert, layer: str, parents: tuple[_Block, ...]) -> None:
         if len(parents) == MAX_DEPTH:
-            raise PlanError(f"plan {short_repr(self.pieces.file)} has blocks more than {MAX_DEPTH} deep, explode some")
+            raise plan_error(self.pieces.file, f"has blocks more than {MAX_DEPTH} deep, explode some")
         if insert.mcount > MAX_ENTITIES:
-            raise PlanError(
-                f"plan {short_repr(self.pieces.file)} repeats a block {insert.mcount} times, give one floor"
-            )
+            raise plan_error(self.pieces.file, f"repeats a block {insert.mcount} times, give one floor")
         if not self._is_off(layer):
             for attribute in insert.attribs:
                 if not attribute.is_invisible:
@@ -186,17 +175,17 @@ class _Reader:
     def _read_piece(self, entity: DXFGraphic, role: Role, parents: tuple[_Block, ...]) -> None:
         from ezdxf import path
 
-        kind = entity.dxftype()
-        if kind in _CURVES:
-            width = float(entity.dxf.get("const_width", 0) or 0) if kind == "LWPOLYLINE" else 0.0
+        entity_type = entity.dxftype()
+        if entity_type in _CURVES:
+            width = float(entity.dxf.get("const_width", 0) or 0) if entity_type == "LWPOLYLINE" else 0.0
             for chain in _chains_of_path(path.make_path(entity)):
                 self._add_line(chain, role, width, parents)
-        elif kind in _FILLED:
+        elif entity_type in _FILLED:
             self._add_area([_points_of_path(path.make_path(entity))], entity, role, parents)
-        elif kind == "HATCH" and (role == "wall" or entity.dxf.get("solid_fill", 0)):
+        elif entity_type == "HATCH" and (role == "wall" or entity.dxf.get("solid_fill", 0)):
             rings = [_points_of_path(ring) for ring in path.from_hatch(entity)]
             self._add_area(rings, entity, role, parents)
-        elif kind in {"TEXT", "MTEXT"}:
+        elif entity_type in {"TEXT", "MTEXT"}:
             self._read_text(entity)
 
     def _add_line(self, chain: Floats, role: Role, width: float, parents: tuple[_Block, ...]) -> None:
@@ -213,15 +202,15 @@ class _Reader:
             self.pieces.add_fill(rings, role)
 
     def _read_text(self, entity: DXFGraphic) -> None:
-        text = _place_mtext(entity) if entity.dxftype() == "MTEXT" else _place_text(entity)
+        text = _locate_mtext(entity) if entity.dxftype() == "MTEXT" else _locate_text(entity)
         self.pieces.add_text(text)
 
     def doors(self) -> list[Floats]:
         """The doors of blocks, then those of loose quarter circles, each shape (2, 2)."""
         walls = self.pieces.wall_ends()
-        of_blocks = (jambs_of_symbol(block.symbol or [], axis=block.axis, walls=walls) for block in self.symbols)
-        of_groups = (jambs_of_swings(group, walls=walls) for group in touching_pieces(self.loose))
-        return [door for doors in (*of_blocks, *of_groups) for door in doors]
+        block_doors = (jambs_of_symbol(block.symbol or [], axis=block.axis, walls=walls) for block in self.symbols)
+        loose_doors = (jambs_of_swings(group, walls=walls) for group in touching_pieces(self.loose))
+        return [door for doors in (*block_doors, *loose_doors) for door in doors]
 
     def _is_frozen(self, layer: str) -> bool:
         return layer in self.document.layers and self.document.layers.get(layer).is_frozen()
@@ -230,7 +219,7 @@ class _Reader:
         return layer in self.document.layers and self.document.layers.get(layer).is_off()
 
     def _is_dark(self, entity: DXFGraphic, parents: tuple[_Block, ...]) -> bool:
-        """Whether a filled area is dark on paper, where the color 7, white on a screen, is black."""
+        """Whether a filled area is dark on paper; color 7, white on a screen, is black on paper."""
         from ezdxf import colors
 
         if entity.rgb is not None:
@@ -243,7 +232,7 @@ class _Reader:
 
 
 def _layer_of(entity: DXFGraphic, parents: tuple[_Block, ...]) -> str:
-    """The layer of an entity: on layer 0 of a block, it takes that of the block."""
+    """The layer of an entity; for layer 0 in a block, the layer of the block."""
     layer = str(entity.dxf.get("layer", "0"))
     return parents[-1].layer if layer == "0" and parents else layer
 
@@ -273,8 +262,7 @@ def _points_of_command(start: Floats, command: Any) -> Floats:  # noqa: ANN401  
     if command.type == Command.CURVE4_TO:
         return bezier_points(np.array([start, command.ctrl1.vec2, command.ctrl2.vec2, end]))[1:]
     if command.type == Command.CURVE3_TO:
-        middle = np.array(command.ctrl.vec2)
-        return bezier_points(np.array([start, (start + 2 * middle) / 3, (2 * middle + end) / 3, end]))[1:]
+        return bezier_points(np.array([start, command.ctrl.vec2, end]))[1:]
     return end[None]
 
 
@@ -283,8 +271,8 @@ def _points_of_path(path: DxfPath) -> Floats:
     return np.concatenate([np.zeros((0, 2)), *_chains_of_path(path)])
 
 
-def _place_text(entity: DXFGraphic) -> DrawnText:
-    """A TEXT or ATTRIB; the library measures no fonts, so its middle is by the usual width of letters."""
+def _locate_text(entity: DXFGraphic) -> DrawnText:
+    """A TEXT or ATTRIB; its middle is computed from the usual width of letters, for ezdxf measures no fonts."""
     text = " ".join(str(entity.plain_text()).split())
     align, start, end = entity.get_placement()
     frame = entity.ocs()
@@ -299,11 +287,11 @@ def _place_text(entity: DXFGraphic) -> DrawnText:
         across = {"L": 0.5, "R": -0.5}.get("L" if "LEFT" in name else "R" if "RIGHT" in name else "", 0.0)
         up = -0.5 if name.startswith("TOP") else 0.0 if "MIDDLE" in name else 0.5
     x, y, _ = frame.to_wcs(start)
-    return _moved(text, (x, y), (across * width, up * height), height, angle)
+    return _shift_text(text, (x, y), (across * width, up * height), height, angle)
 
 
-def _place_mtext(entity: DXFGraphic) -> DrawnText:
-    """An MTEXT, its lines as one, in the middle of them all."""
+def _locate_mtext(entity: DXFGraphic) -> DrawnText:
+    """An MTEXT; its lines become one text, in the middle of all."""
     lines = [" ".join(line.split()) for line in entity.plain_text(split=True)]
     height = float(entity.dxf.char_height)
     width = max(map(len, lines), default=0) * _LETTER_WIDTH * height
@@ -311,11 +299,13 @@ def _place_mtext(entity: DXFGraphic) -> DrawnText:
     row, col = divmod(int(entity.dxf.get("attachment_point", 1)) - 1, 3)
     shift = ((0.5 - col / 2) * width, (row / 2 - 0.5) * total)
     x, y, _ = entity.dxf.insert
-    return _moved(" ".join(filter(None, lines)), (x, y), shift, height, np.radians(float(entity.get_rotation())))
+    return _shift_text(" ".join(filter(None, lines)), (x, y), shift, height, np.radians(float(entity.get_rotation())))
 
 
-def _moved(text: str, place: tuple[float, float], shift: tuple[float, float], height: float, angle: float) -> DrawnText:
-    """A text whose middle lies off a place by a shift along and across its base line."""
+def _shift_text(
+    text: str, point: tuple[float, float], shift: tuple[float, float], height: float, angle: float
+) -> DrawnText:
+    """A text whose middle is `shift` away from a point, along and across its base line."""
     cos, sin = np.cos(angle), np.sin(angle)
-    x, y = place[0] + cos * shift[0] - sin * shift[1], place[1] + sin * shift[0] + cos * shift[1]
+    x, y = point[0] + cos * shift[0] - sin * shift[1], point[1] + sin * shift[0] + cos * shift[1]
     return DrawnText(text, float(x), float(y), height, float(angle))

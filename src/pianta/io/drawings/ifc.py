@@ -17,25 +17,26 @@ from numpy.typing import NDArray
 from shapely import LineString, Polygon
 
 from pianta._types import Floats
-from pianta.errors import PlanError, PlanWarning
-from pianta.floor import MAX_ROOM_NAME_LENGTH, Door, Floor, Room
+from pianta.errors import PlanWarning
+from pianta.floor import DOOR_WIDTH, MAX_ROOM_NAME_LENGTH, Door, Floor, Room
 from pianta.io._faults import join_faults
 from pianta.io._files import one_line_reason, short_repr
-from pianta.io.drawings._layers import checked_plan
+from pianta.io.drawings._layers import check_plan_file, damage_as_plan_error, plan_error, require_library
 
 if TYPE_CHECKING:
     from ifcopenshell import entity_instance, file
 
 
+# Limits against hostile files.
 MAX_FILE_BYTES = 256 * 2**20
 MAX_SPACES = 5000
 MAX_DOORS = 20_000
-MAX_WALL = 1.0  # metres, from the middle of a door to where its room must have begun
-DOOR_WIDTH = 0.9
+_MAX_PARENTS = 20  # from an element up to its storey
 
-_LEAST_DEPTH = 0.05  # metres of a room before a door
-_ROUNDING = 1e-4  # metres within which a corner is none
-_MAX_PARENTS = 20
+# Chosen by hand:
+MAX_WALL = 1.0  # metres from the middle of a door to its room
+_MIN_DEPTH = 0.05  # metres of a room in front of a door
+_ROUNDING = 1e-4  # metres; smaller details of an outline are removed
 _START, _END = b"ISO-10303-21;", b"END-ISO-10303-21;"
 
 
@@ -43,7 +44,7 @@ _START, _END = b"ISO-10303-21;", b"END-ISO-10303-21;"
 class IfcStorey:
     """A storey that has rooms.
 
-    floor: in metres of the model's world frame, x and y as in the file; its rooms have their names.
+    floor: in metres of the model's world frame, x and y as in the file; rooms have names.
     name: of the storey. elevation: metres above the model's zero.
     """
 
@@ -53,7 +54,7 @@ class IfcStorey:
 
     @property
     def names(self) -> dict[int, str]:
-        """What the rooms that have a name are called, by their ids."""
+        """The names of rooms by their ids, without rooms that have no name."""
         return {room.id: room.name for room in self.floor.rooms if room.name is not None}
 
 
@@ -62,59 +63,50 @@ def read_ifc_plan(path: str | Path, *, storey: str | None = None) -> list[IfcSto
 
     storey: the name of the only one to read, in any case.
 
-    A room is the footprint of a space, numbered from 1 in the order of the file and called by its LongName, else its
-    Name; spaces made of spaces, outer ones and those of gross areas are left out. A door is as long as the opening that
-    it fills, else as itself; its width is OverallWidth. It joins the spaces that it bounds (IfcRelSpaceBoundary of any
-    level), and where these are fewer than two, the rooms on both its sides at most MAX_WALL metres away; with one room
-    it is an entrance. Lengths are turned into metres by IfcUnitAssignment.
+    A room is the footprint of a space, numbered from 1 in the order of the file, with its LongName or else its Name;
+    spaces made of spaces, outer ones and those of gross areas are left out. The line of a door is as long as the
+    opening that it fills, or else as its own shape; its width is OverallWidth. It joins the spaces that it bounds
+    (IfcRelSpaceBoundary of any level), and if these are fewer than two, the rooms on both its sides at most MAX_WALL
+    metres away; with one room it is an entrance. Lengths are converted to metres by IfcUnitAssignment.
 
-    One PlanWarning tells of spaces and doors that cannot be placed; they are left out.
-    Raises PlanError, in one line, when ifcopenshell (pianta[bim]) is missing, for what is no IFC, is cut off or
-    damaged, is larger than any plan, has no spaces with a shape, or no storey of that name.
+    One PlanWarning counts spaces and doors that cannot be located; they are left out.
+    Raises PlanError, in one line, if ifcopenshell (pianta[bim]) is missing, and for a file that is no IFC, cut off,
+    damaged, too large, or has no spaces with a shape, or no storey of that name.
     Source of the format: ISO 16739, through IfcOpenShell.
     """
-    file = checked_plan(path, max_bytes=MAX_FILE_BYTES)
+    file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
     model = _open_model(file)
-    try:
+    with damage_as_plan_error(file, "IFC"):  # IfcOpenShell checks entities when they are used
         reader = _Reader(model, file)
-        with np.errstate(all="ignore"):  # what is beyond numbers has no shape
-            storeys = reader.read_storeys(storey)
-    except PlanError:
-        raise
-    # Entities are checked when they are used, and IfcOpenShell raises whatever a hostile file drives it to.
-    except Exception as exception:
-        raise PlanError(
-            f"plan {short_repr(file)} is a damaged IFC, save it again: {one_line_reason(exception)}"
-        ) from exception
+        storeys = reader.read_storeys(storey)
     if reader.left_out:
-        told = join_faults([f"{count} {what}" for what, count in reader.left_out.items()])
-        warnings.warn(f"plan {short_repr(file)} has {told}, left out", PlanWarning, stacklevel=2)
+        counts = join_faults([f"{count} {what}" for what, count in reader.left_out.items()])
+        warnings.warn(f"plan {short_repr(file)} has {counts}, left out", PlanWarning, stacklevel=2)
     return storeys
 
 
 def _open_model(file: Path) -> file:
-    try:
-        import ifcopenshell
-    except ImportError:
-        raise PlanError(f"plan {short_repr(file)} is an IFC, install pianta[bim] to read it") from None
+    require_library(file, "ifcopenshell", "an IFC", "bim")
+    import ifcopenshell
+
     with file.open("rb") as stream:
         start = stream.read(200)
         stream.seek(max(0, file.stat().st_size - 200))
         end = stream.read()
     if _START not in start:
-        raise PlanError(f"plan {short_repr(file)} is no IFC, save it as .ifc (STEP), not zipped and not as XML")
+        raise plan_error(file, "is no IFC, save it as .ifc (STEP), not zipped and not as XML")
     if _END not in end:
-        raise PlanError(f"plan {short_repr(file)} is cut off, its last line is not END-ISO-10303-21; save it again")
+        raise plan_error(file, "is cut off, its last line is not END-ISO-10303-21; save it again")
     try:
         return ifcopenshell.open(file, format=".ifc")
     except Exception as exception:
-        told = f"plan {short_repr(file)} is no IFC or damaged, save it again as .ifc"
-        raise PlanError(f"{told}: {one_line_reason(exception)}") from exception
+        reason = one_line_reason(exception)
+        raise plan_error(file, f"is no IFC or damaged, save it again as .ifc: {reason}") from exception
 
 
 @dataclass
 class _Reader:
-    """Reads a model; left_out: what is left out, and how often."""
+    """Reads a model; left_out: counts of elements that are left out, by the reason."""
 
     model: file
     path: Path
@@ -127,26 +119,26 @@ class _Reader:
         if only is not None:
             chosen = {number for number, name in names.items() if name.casefold() == only.strip().casefold()}
             if not chosen:
-                told = ", ".join(map(short_repr, names.values()))
-                raise PlanError(f"plan {short_repr(self.path)} has no storey {short_repr(only)}, it has {told}")
+                storey_names = ", ".join(map(short_repr, names.values()))
+                raise plan_error(self.path, f"has no storey {short_repr(only)}, it has {storey_names}")
             spaces = {number: spaces[number] for number in spaces if number in chosen}
         doors = self._doors_by_storey({space.id(): number for number in spaces for space in spaces[number]})
         storeys = [
-            self._read_storey(number, names[number], of_storey, doors.get(number, []))
-            for number, of_storey in spaces.items()
+            self._read_storey(number, names[number], storey_spaces, doors.get(number, []))
+            for number, storey_spaces in spaces.items()
         ]
         storeys = [storey for storey in storeys if storey.floor.rooms]
         if not storeys:
-            raise PlanError(f"plan {short_repr(self.path)} has no spaces with a shape, export their geometry with it")
+            raise plan_error(self.path, "has no spaces with a shape, export their geometry with it")
         return sorted(storeys, key=lambda storey: storey.elevation)
 
     def _spaces_by_storey(self) -> dict[int, list[entity_instance]]:
         """Spaces that are rooms, in the order of the file, by the number of their storey."""
         spaces = _in_order(self.model.by_type("IfcSpace"))
         if len(spaces) > MAX_SPACES:
-            raise PlanError(f"plan {short_repr(self.path)} has {len(spaces)} spaces, give at most {MAX_SPACES}")
+            raise plan_error(self.path, f"has {len(spaces)} spaces, give at most {MAX_SPACES}")
         if not spaces:
-            raise PlanError(f"plan {short_repr(self.path)} has no spaces (IfcSpace), export the rooms with it")
+            raise plan_error(self.path, "has no spaces (IfcSpace), export the rooms with it")
         by_storey: dict[int, list[entity_instance]] = {}
         for space in filter(_is_room, spaces):
             storey = _storey_of(space)
@@ -157,10 +149,10 @@ class _Reader:
         return by_storey
 
     def _doors_by_storey(self, storey_of_space: dict[int, int]) -> dict[int, list[entity_instance]]:
-        """Doors by the number of the storey of a space that they bound, else of the storey that contains them."""
+        """Doors by the number of their storey: that of a space that they bound, else the one that contains them."""
         doors = _in_order(self.model.by_type("IfcDoor"))
         if len(doors) > MAX_DOORS:
-            raise PlanError(f"plan {short_repr(self.path)} has {len(doors)} doors, give at most {MAX_DOORS}")
+            raise plan_error(self.path, f"has {len(doors)} doors, give at most {MAX_DOORS}")
         by_storey: dict[int, list[entity_instance]] = {}
         for door in doors:
             bounded = (storey_of_space[space] for space, _ in _bounded_spaces(door) if space in storey_of_space)
@@ -182,24 +174,24 @@ class _Reader:
                 self.left_out["spaces without a shape"] += 1
             else:
                 rooms[space.id()] = Room(len(rooms) + 1, outline, name=_name_of(space, prefer="LongName"))
-        placed = [self._read_door(door, rooms) for door in doors] if rooms else []
-        self.left_out += Counter({"doors that do not lead from a room to another or outside": placed.count(None)})
-        floor = Floor(tuple(rooms.values()), tuple(door for door in placed if door), source=self.path.name)
+        floor_doors = [self._read_door(door, rooms) for door in doors] if rooms else []
+        self.left_out += Counter({"doors that do not lead from a room to another or outside": floor_doors.count(None)})
+        floor = Floor(tuple(rooms.values()), tuple(filter(None, floor_doors)), source=self.path.name)
         return IfcStorey(floor, name, self._elevation_of(self.model[number]))
 
     def _footprint_of(self, space: entity_instance) -> Polygon | None:
-        """What a space covers, seen from above, metres; of several parts the largest."""
+        """The area of a space from above, metres; only its largest part."""
         corners, faces = self._mesh_of(space)
         triangles = shapely.polygons(corners[faces][:, :, :2]) if len(faces) else np.array([])
-        seen = triangles[shapely.area(triangles) > 0]
-        if not len(seen):
+        horizontal = triangles[shapely.area(triangles) > 0]
+        if not len(horizontal):
             return None
-        covered = shapely.union_all(shapely.normalize(seen), grid_size=_ROUNDING).simplify(_ROUNDING)
-        parts = [part for part in shapely.get_parts(covered) if isinstance(part, Polygon) and part.is_valid]
+        area = shapely.union_all(shapely.normalize(horizontal), grid_size=_ROUNDING).simplify(_ROUNDING)
+        parts = [part for part in shapely.get_parts(area) if isinstance(part, Polygon) and part.is_valid]
         return max(parts, key=lambda part: part.area, default=None)
 
     def _mesh_of(self, product: entity_instance) -> tuple[Floats, NDArray[np.intp]]:
-        """Corners, shape (N, 3), metres, and faces, shape (M, 3), of a product; empty where it has no shape."""
+        """Corners, shape (N, 3), metres, and faces, shape (M, 3), of a product; empty if it has no shape."""
         from ifcopenshell import geom
 
         try:
@@ -211,7 +203,7 @@ class _Reader:
         return corners, faces[np.isfinite(corners[faces]).all(axis=(1, 2))]
 
     def _read_door(self, door: entity_instance, rooms: dict[int, Room]) -> Door | None:
-        """A door between rooms, which are keyed by the numbers of their spaces; None where it does not join any."""
+        """A door between rooms, which are keyed by the numbers of their spaces; None if it joins none."""
         line, width = self._line_of_door(door)
         bounded = _bounded_spaces(door)
         joined = list(dict.fromkeys(rooms[space].id for space, _ in bounded if space in rooms))
@@ -224,7 +216,7 @@ class _Reader:
         return Door((joined[0], joined[1] if len(joined) == 2 else None), line, width)
 
     def _line_of_door(self, door: entity_instance) -> tuple[LineString, float]:
-        """From jamb to jamb, metres, through the middle of the wall where it is known; and the width."""
+        """From jamb to jamb, metres, through the middle of the opening or the door if it has a shape; and the width."""
         from ifcopenshell.util.placement import get_local_placement
 
         matrix = np.array(get_local_placement(door.ObjectPlacement), float)
@@ -245,8 +237,8 @@ class _Reader:
         return line, width if isfinite(width) and width > 0 else float(line.length)
 
     def _elevation_of(self, storey: entity_instance) -> float:
-        given = storey.Elevation
-        return float(given) * self._metres if given is not None and isfinite(given) else 0.0
+        elevation = storey.Elevation
+        return float(elevation) * self._metres if elevation is not None and isfinite(elevation) else 0.0
 
     @cached_property
     def _metres(self) -> float:
@@ -268,14 +260,14 @@ def _in_order(entities: Sequence[entity_instance]) -> list[entity_instance]:
 
 
 def _is_room(space: entity_instance) -> bool:
-    """Whether a space is one of the innermost, inside, and no sum of areas."""
+    """Whether a space contains no other space, is inside, and is no gross floor area."""
     parts = (part for relation in space.IsDecomposedBy for part in relation.RelatedObjects)
-    kinds = {getattr(space, name, None) for name in ("PredefinedType", "InteriorOrExteriorSpace")}
-    return not any(part.is_a("IfcSpace") for part in parts) and kinds.isdisjoint({"EXTERNAL", "GFA"})
+    types = {getattr(space, name, None) for name in ("PredefinedType", "InteriorOrExteriorSpace")}
+    return not any(part.is_a("IfcSpace") for part in parts) and types.isdisjoint({"EXTERNAL", "GFA"})
 
 
 def _storey_of(element: entity_instance) -> entity_instance | None:
-    """The storey that an element is part of or contained in, through whatever lies between."""
+    """The storey that contains an element, directly or through other elements."""
     parent: entity_instance | None = element
     for _ in range(_MAX_PARENTS):
         if parent is None or parent.is_a("IfcBuildingStorey"):
@@ -304,9 +296,9 @@ def _name_of(entity: entity_instance, *, prefer: str) -> str | None:
 
 
 def _rooms_beside(line: LineString, rooms: Sequence[Room]) -> list[int]:
-    """The ids of the rooms on both sides of a door, those that reach deepest into MAX_WALL metres before it.
+    """The ids of the rooms on both sides of a door: those with the longest share of MAX_WALL metres in front of it.
 
-    Equal ids where the same room lies on both sides.
+    The ids are equal if the same room is on both sides.
     """
     ends = shapely.get_coordinates(line)
     along = ends[1] - ends[0]
@@ -319,6 +311,6 @@ def _rooms_beside(line: LineString, rooms: Sequence[Room]) -> list[int]:
         across = np.array([-along[1], along[0]]) * side * MAX_WALL / length
         ray = LineString([ends.mean(axis=0), ends.mean(axis=0) + across])
         depths = shapely.length(shapely.intersection(outlines, ray))
-        if depths.max() > _LEAST_DEPTH:
+        if depths.max() > _MIN_DEPTH:
             beside.append(rooms[int(depths.argmax())].id)
     return beside

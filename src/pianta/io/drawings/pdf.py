@@ -1,4 +1,4 @@
-"""Plans as PDF: the lines and texts of a page that is drawn, and the picture of one that is scanned."""
+"""Plans as PDF: the lines and texts of a drawn page, or the picture of a scanned one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -20,32 +20,49 @@ from numpy.typing import NDArray
 
 from pianta._types import Colors, Floats
 from pianta.errors import PlanError
-from pianta.io._files import one_line_reason, short_repr
+from pianta.io._files import one_line_reason
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing
-from pianta.io.drawings._layers import DARK, MAX_LINES, DrawnPieces, bezier_points, checked_plan
+from pianta.io.drawings._layers import (
+    DARK,
+    MAX_LINES,
+    DrawnPieces,
+    bezier_points,
+    check_plan_file,
+    damage_as_plan_error,
+    plan_error,
+    require_library,
+)
 
 if TYPE_CHECKING:
     from pypdfium2 import PdfDocument, PdfObject, PdfPage, PdfTextPage
 
 Box = tuple[float, float, float, float]
 
+# Limits against hostile files. PDFium unpacks a page, its forms and streams before it can say how large they are, and
+# ends the process if memory runs out; therefore a child process reads the page.
 MAX_FILE_BYTES = 128 * 2**20
 MAX_OBJECTS = 300_000
-MAX_DEPTH = 15
-# PDFium unfolds a page, its forms and streams before it can be asked how large it is, and ends the process when there
-# is no more memory; so a process of its own reads it.
-MAX_SECONDS, MAX_MEMORY = 20, 2 * 2**30
-NO_MEMORY = 3  # exit code
-_BY_CLOCK = 10  # of MAX_SECONDS, where others use the processor, or the system does not count
+MAX_DEPTH = 15  # of forms in forms
+MAX_SECONDS = 20  # of the processor
+MAX_MEMORY = 2 * 2**30  # bytes
+NO_MEMORY = 3  # exit code of the child process
+_CLOCK_FACTOR = 10  # of MAX_SECONDS by the clock; on a busy machine the processor's seconds take longer
 _CHILD = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from pianta.io.drawings.pdf import answer_parent; "
 _CHILD += "answer_parent(*sys.argv[2:])"
 
-LONGEST_PX, FINEST_DPI = 4000, 300
 METRES_PER_POINT = 0.0254 / 72
-# A page that is mostly one image is a scan, unless as much is drawn over it as only a plan has.
-MIN_LINES, MIN_LINES_OVER_SCAN = 8, 1000
-SCAN_SHARE = 0.5
+# Of the picture of a scanned page.
+MAX_SIDE_PX = 4000
+MAX_DPI = 300
+# Chosen by hand:
+MIN_LINES = 8  # of a drawing; a page with fewer is a picture
+SCAN_SHARE = 0.5  # of the page that images cover on a scan,
+MIN_LINES_OVER_SCAN = 1000  # which is a drawing only with at least this number of lines, as no text or frame has
+_PAPER = 0.95  # luminance 0 … 1 from which strokes are invisible
+_SAME_ANGLE = 0.01  # radians between boxes of letters on one line
+_LINE_OVERLAP = 1 / 3  # share of the height that such boxes have in common
 
+# Scales 1:n of plans; a bare 1:n with another n is no scale.
 _SCALES = frozenset({20, 25, 50, 100, 125, 150, 200, 250, 300, 400, 500, 1000})
 _NAMED_SCALE = re.compile(
     r"\b(?:scale|ma(?:ß|ss)stab|scala|[ée]chelle|ech|esc(?:ala)?|m)\b\.?\s*[:=]?\s*1\s*[:/]\s*(\d{1,4})\b",
@@ -55,59 +72,53 @@ _BARE_SCALE = re.compile(r"(?<![\d.,:/])1\s?:\s?(\d{2,4})(?![\d.,:/])")
 
 
 def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing | Colors:
-    """Read a page of a PDF: as drawing when it has lines enough, else as picture.
+    """Read a page of a PDF: as drawing if it has enough lines, else as picture.
 
-    page: its number from 1; may be left out when there is only one.
+    page: its number from 1; may be left out if there is only one.
 
-    A drawing is in points of the page as it is seen, y up. Its lines are all of role "other", because a PDF names
-    nothing; metres per unit come from a scale such as 1:100 among its texts, if they agree on one.
-    A picture has shape (H, W, 3), red, green, blue, at most 300 dots an inch and LONGEST_PX along its longer side.
+    A drawing is in points of the displayed page, y up. Its lines all have the role "other", because a PDF has no names;
+    metres per unit come from a scale such as 1:100 in its texts, if they agree on one.
+    A picture has shape (H, W, 3), red, green, blue, at most 300 dots an inch and MAX_SIDE_PX along its longer side.
 
-    Raises PlanError, in one line, when pypdfium2 (pianta[pdf]) is missing, for what is no PDF, is damaged, protected by
-    a password or larger than any plan, for several pages when none is chosen, for a page that it does not have, and for
-    one that takes more than MAX_SECONDS of the processor or MAX_MEMORY bytes.
+    Raises PlanError, in one line, if pypdfium2 (pianta[pdf]) is missing, for a file that is no PDF, damaged, protected
+    by a password or too large, for several pages without a choice, for a page that does not exist, and for one that
+    needs more than MAX_SECONDS of the processor or MAX_MEMORY bytes.
     """
-    file = checked_plan(path, max_bytes=MAX_FILE_BYTES)
+    file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
+    require_library(file, "pypdfium2", "a PDF", "pdf")
+    arguments = [json.dumps(sys.path), file, "" if page is None else page, MAX_SECONDS, MAX_MEMORY]
+    one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     try:
-        import pypdfium2  # noqa: F401  # asked for before a process is started
-    except ImportError:
-        raise PlanError(f"plan {short_repr(file)} is a PDF, install pianta[pdf] to read it") from None
-    chosen = "" if page is None else str(page)
-    given = [json.dumps(sys.path), str(file), chosen, str(MAX_SECONDS), str(MAX_MEMORY)]
-    single = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    try:
-        child = subprocess.run(  # noqa: S603  # ourselves, isolated from what lies in the working folder
-            [sys.executable, "-I", "-c", _CHILD, *given],
+        child = subprocess.run(  # noqa: S603  # pianta itself, isolated from modules in the working folder
+            [sys.executable, "-I", "-c", _CHILD, *map(str, arguments)],
             capture_output=True,
             check=False,
-            env=os.environ | single,
-            timeout=_BY_CLOCK * MAX_SECONDS,
+            env=os.environ | one_thread,
+            timeout=_CLOCK_FACTOR * MAX_SECONDS,
         )
     except subprocess.TimeoutExpired:
         raise _too_large(file) from None
     except OSError as exception:
-        raise PlanError(
-            f"plan {short_repr(file)} cannot be read in a process of its own: {one_line_reason(exception)}"
-        ) from None
-    # Below 0 the system has ended it, and PDFium itself where there is no memory
+        raise plan_error(file, f"cannot be read in a child process: {one_line_reason(exception)}") from None
+    # A negative code is a signal: of the system, or of PDFium itself without memory.
     if child.returncode < 0 or child.returncode == NO_MEMORY:
         raise _too_large(file)
     try:
         packed = dict(np.load(BytesIO(child.stdout), allow_pickle=False))
     except (OSError, ValueError, EOFError):
-        last = child.stderr.decode(errors="replace").strip().splitlines()[-1:] or ["it said nothing"]
-        raise PlanError(f"plan {short_repr(file)} cannot be read in a process of its own: {last[0]}") from None
+        messages = child.stderr.decode(errors="replace").strip().splitlines() or ["no message"]
+        raise plan_error(file, f"cannot be read in a child process: {messages[-1]}") from None
     return _unpack(packed, file)
 
 
 def _too_large(file: Path) -> PlanError:
-    told = f"takes more than {MAX_SECONDS} s or {MAX_MEMORY / 2**30:.2g} GiB to read"
-    return PlanError(f"plan {short_repr(file)} {told}, give one floor, or the page as PNG")
+    fault = f"takes more than {MAX_SECONDS} s or {MAX_MEMORY / 2**30:.2g} GiB to read"
+    return plan_error(file, f"{fault}, give one floor, or the page as PNG")
 
 
 def answer_parent(path: str, page: str, seconds: str, memory: str) -> None:
-    """Read a page within limits of this process, and write what was read, or what is wrong with it, to its output."""
-    with suppress(ImportError, OSError, ValueError):  # of Windows, and limits that are lower already
+    """In the child process: limit it, read a page, and write the packed page or the error to its output."""
+    with suppress(ImportError, OSError, ValueError):  # on Windows, and if the limits are lower already
         import resource
 
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -123,18 +134,18 @@ def answer_parent(path: str, page: str, seconds: str, memory: str) -> None:
     sys.stdout.buffer.write(answer.getvalue())
 
 
-def _pack(found: PlanDrawing | Colors) -> dict[str, Any]:
-    """Arrays without objects, from which _unpack makes the same again."""
-    if not isinstance(found, PlanDrawing):
-        return {"colors": found}
+def _pack(page: PlanDrawing | Colors) -> dict[str, Any]:
+    """The page as arrays without objects, the inverse of _unpack."""
+    if not isinstance(page, PlanDrawing):
+        return {"colors": page}
     return {
-        "lines": found.lines,
-        "roles": found.roles,
-        "widths": found.widths,
-        "corners": np.concatenate([np.zeros((0, 2)), *found.fills]),
-        "ends": np.cumsum([len(outline) for outline in found.fills], dtype=np.intp),
-        "texts": np.array(json.dumps([asdict(text) for text in found.texts])),
-        "metres_per_unit": np.array(found.metres_per_unit or np.nan),
+        "lines": page.lines,
+        "roles": page.roles,
+        "widths": page.widths,
+        "corners": np.concatenate([np.zeros((0, 2)), *page.fills]),
+        "ends": np.cumsum([len(outline) for outline in page.fills], dtype=np.intp),
+        "texts": np.array(json.dumps([asdict(text) for text in page.texts])),
+        "metres_per_unit": np.array(page.metres_per_unit or np.nan),
     }
 
 
@@ -156,21 +167,10 @@ def _unpack(packed: Mapping[str, NDArray[Any]], file: Path) -> PlanDrawing | Col
 
 
 def read_document(file: Path, *, page: int | None = None) -> PlanDrawing | Colors:
-    """Read a page in this process, which ends with a page that takes all memory; otherwise as read_pdf_plan."""
-    document = _open_document(file)
-    try:
-        chosen = document[_choose_page(file, len(document), page) - 1]
-        with np.errstate(all="ignore"):  # what is beyond numbers is left out as it comes
-            return _read_page(chosen, file)
-    except (PlanError, MemoryError):
-        raise
-    # PDFium refuses the parts of a hostile file when they are used.
-    except Exception as exception:
-        raise PlanError(
-            f"plan {short_repr(file)} is a damaged PDF, save it again: {one_line_reason(exception)}"
-        ) from exception
-    finally:
-        document.close()
+    """Read a page in this process, which ends if the page needs all memory; otherwise as read_pdf_plan."""
+    # PDFium refuses parts of a hostile file when they are used.
+    with closing(_open_document(file)) as document, damage_as_plan_error(file, "PDF", MemoryError):
+        return _read_page(document[_choose_page(file, len(document), page) - 1], file)
 
 
 def _open_document(file: Path) -> PdfDocument:
@@ -181,22 +181,21 @@ def _open_document(file: Path) -> PdfDocument:
         return pypdfium2.PdfDocument(file)
     except pypdfium2.PdfiumError as error:
         if error.err_code == raw.FPDF_ERR_PASSWORD:
-            raise PlanError(f"plan {short_repr(file)} is protected by a password, save it without one") from None
-        told = f"plan {short_repr(file)} is no PDF or damaged, save it again as PDF"
-        raise PlanError(f"{told}: {one_line_reason(error)}") from error
+            raise plan_error(file, "is protected by a password, save it without one") from None
+        raise plan_error(file, f"is no PDF or damaged, save it again as PDF: {one_line_reason(error)}") from error
 
 
 def _choose_page(file: Path, count: int, page: int | None) -> int:
     if page is None and count > 1:
-        raise PlanError(f"plan {short_repr(file)} has {count} pages, say which, page=1 … page={count}")
+        raise plan_error(file, f"has {count} pages, choose one, page=1 … page={count}")
     if page is not None and not 1 <= page <= count:
         range_ = "1, its only page" if count == 1 else f"1 … {count}"
-        raise PlanError(f"plan {short_repr(file)} has no page {page}, give page={range_}")
+        raise plan_error(file, f"has no page {page}, give page={range_}")
     return page or 1
 
 
 def _read_page(page: PdfPage, file: Path) -> PlanDrawing | Colors:
-    reader = _Reader(DrawnPieces(file), _turn_of_page(page))
+    reader = _Reader(DrawnPieces(file), _page_rotation(page))
     reader.read_objects(page)
     is_scan = reader.image_area > SCAN_SHARE * np.prod(page.get_size())
     if reader.pieces.lines < (MIN_LINES_OVER_SCAN if is_scan else MIN_LINES):
@@ -207,51 +206,54 @@ def _read_page(page: PdfPage, file: Path) -> PlanDrawing | Colors:
 
 
 def _render_page(page: PdfPage) -> Colors:
-    scale = min(LONGEST_PX / max(page.get_size()), FINEST_DPI / 72)
+    scale = min(MAX_SIDE_PX / max(page.get_size()), MAX_DPI / 72)
     pixels = page.render(scale=scale, rev_byteorder=True).to_numpy()
     if pixels.ndim == 2 or pixels.shape[2] == 1:
         pixels = np.repeat(pixels.reshape(*pixels.shape[:2], 1), 3, axis=2)
     return np.array(pixels[:, :, :3], np.uint8)
 
 
-def _turn_of_page(page: PdfPage) -> Floats:
-    """Matrix, shape (2, 2), from the page as it is written to the page as it is seen."""
+def _page_rotation(page: PdfPage) -> Floats:
+    """Matrix, shape (2, 2), from the page's own coordinates to those of the displayed page."""
     quarters = page.get_rotation() // 90 % 4
     return np.asarray(np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), quarters))
 
 
 def _scale_of_texts(texts: list[str]) -> int | None:
-    """The n of the scale 1:n that texts agree on, None when they do not; one that is called scale goes first."""
-    named = {int(found) for text in texts for found in _NAMED_SCALE.findall(text)} - {0}
-    bare = {int(found) for text in texts for found in _BARE_SCALE.findall(text)} & _SCALES
+    """The n of the scale 1:n if texts agree on one, else None; those with the word scale are preferred."""
+    named = {int(digits) for text in texts for digits in _NAMED_SCALE.findall(text)} - {0}
+    bare = {int(digits) for text in texts for digits in _BARE_SCALE.findall(text)} & _SCALES
     scales = named or bare
     return scales.pop() if len(scales) == 1 else None
 
 
 @dataclass
 class _Reader:
-    """Reads the objects of a page into pieces; turn: as of _turn_of_page."""
+    """Reads the objects of a page into pieces.
+
+    rotation: as of _page_rotation. image_area: of the page, square points. form_matrices: by id() of the form object.
+    """
 
     pieces: DrawnPieces
-    turn: Floats
+    rotation: Floats
     image_area: float = 0.0
     objects: int = 0
-    of_forms: dict[int, Floats] = field(default_factory=dict)
+    form_matrices: dict[int, Floats] = field(default_factory=dict)
 
     def read_objects(self, page: PdfPage) -> None:
-        """Read all paths, and how much of the page images cover, in square points."""
+        """Read all paths, and the area that images cover."""
         from pypdfium2 import raw
 
-        told = f"plan {short_repr(self.pieces.file)} draws more than {MAX_OBJECTS} things, give one floor"
+        error = plan_error(self.pieces.file, f"draws more than {MAX_OBJECTS} things, give one floor")
         if raw.FPDFPage_CountObjects(page) > MAX_OBJECTS:
-            raise PlanError(told)
+            raise error
         for item in page.get_objects(max_depth=MAX_DEPTH):
             self.objects += 1
             if self.objects > MAX_OBJECTS:
-                raise PlanError(told)
+                raise error
             matrix = self._matrix_of(item)
             if item.type == raw.FPDF_PAGEOBJ_FORM:
-                self.of_forms[id(item)] = matrix
+                self.form_matrices[id(item)] = matrix
             elif item.type == raw.FPDF_PAGEOBJ_IMAGE:
                 self.image_area += abs(np.linalg.det(matrix[:, :2]))
             elif item.type == raw.FPDF_PAGEOBJ_PATH:
@@ -261,7 +263,7 @@ class _Reader:
         """Matrix, shape (2, 3), from the coordinates of an object to those of the page."""
         a, b, c, d, e, f = item.get_matrix().get()
         own = np.array([[a, c, e], [b, d, f]])
-        outer = self.of_forms.get(id(item.container)) if item.container else None
+        outer = self.form_matrices.get(id(item.container)) if item.container else None
         return own if outer is None else np.asarray(outer @ np.vstack([own, [0, 0, 1]]))
 
     def _read_path(self, item: PdfObject, matrix: Floats) -> None:
@@ -269,13 +271,13 @@ class _Reader:
 
         fill, stroke = ctypes.c_int(), raw.FPDF_BOOL()
         raw.FPDFPath_GetDrawMode(item, fill, stroke)
-        stroked = bool(stroke) and _luminance(item, raw.FPDFPageObj_GetStrokeColor) < 0.95
+        stroked = bool(stroke) and _luminance(item, raw.FPDFPageObj_GetStrokeColor) < _PAPER
         filled = bool(fill) and _luminance(item, raw.FPDFPageObj_GetFillColor) <= DARK
         if not stroked and not filled:
             return
         if self.pieces.lines + raw.FPDFPath_CountSegments(item) > MAX_LINES:
-            raise PlanError(f"plan {short_repr(self.pieces.file)} has more than {MAX_LINES} lines, give one floor")
-        rings = [(ring @ matrix[:, :2].T + matrix[:, 2]) @ self.turn.T for ring in _rings_of_path(item)]
+            raise plan_error(self.pieces.file, f"has more than {MAX_LINES} lines, give one floor")
+        rings = [(ring @ matrix[:, :2].T + matrix[:, 2]) @ self.rotation.T for ring in _rings_of_path(item)]
         if filled:
             self.pieces.add_fill(rings, "other")
             self.pieces.lines += sum(map(len, rings))
@@ -288,13 +290,13 @@ class _Reader:
 
     def read_texts(self, page: PdfTextPage) -> None:
         """Read each run of letters on a line as one text."""
-        turned = np.arctan2(self.turn[0, 1], self.turn[0, 0])
-        for box, written in _runs_of_letters(page):
+        rotation = np.arctan2(self.rotation[0, 1], self.rotation[0, 0])
+        for box, direction in _runs_of_letters(page):
             left, bottom, right, top = box
             text = " ".join(page.get_text_bounded(*box).split())
-            x, y = self.turn @ ((left + right) / 2, (bottom + top) / 2)
-            height = top - bottom if _lies(written) else right - left
-            angle = np.arctan2(np.sin(written - turned), np.cos(written - turned))
+            x, y = self.rotation @ ((left + right) / 2, (bottom + top) / 2)
+            height = top - bottom if _is_horizontal(direction) else right - left
+            angle = np.arctan2(np.sin(direction - rotation), np.cos(direction - rotation))
             self.pieces.add_text(DrawnText(text, float(x), float(y), height, float(angle)))
 
 
@@ -307,7 +309,7 @@ def _luminance(item: PdfObject, color_of: Callable[..., object]) -> float:
 
 
 def _rings_of_path(item: PdfObject) -> Iterator[Floats]:
-    """The pieces of a path that hang together, each shape (N, 2), curves as chains, in its own coordinates."""
+    """The connected pieces of a path, each shape (N, 2), in its own coordinates; curves become chains."""
     from pypdfium2 import raw
 
     run: list[list[float]] = []
@@ -316,11 +318,12 @@ def _rings_of_path(item: PdfObject) -> Iterator[Floats]:
     for index in range(raw.FPDFPath_CountSegments(item)):
         segment = raw.FPDFPath_GetPathSegment(item, index)
         raw.FPDFPathSegment_GetPoint(segment, x, y)
-        kind = raw.FPDFPathSegment_GetType(segment)
-        if kind == raw.FPDF_SEGMENT_MOVETO:
-            yield from _whole(run)
+        segment_type = raw.FPDFPathSegment_GetType(segment)
+        if segment_type == raw.FPDF_SEGMENT_MOVETO:
+            if len(run) > 1:
+                yield np.array(run)
             run = []
-        if kind != raw.FPDF_SEGMENT_BEZIERTO:
+        if segment_type != raw.FPDF_SEGMENT_BEZIERTO:
             run.append([x.value, y.value])
         else:
             controls.append([x.value, y.value])
@@ -329,10 +332,6 @@ def _rings_of_path(item: PdfObject) -> Iterator[Floats]:
             controls = []
         if raw.FPDFPathSegment_GetClose(segment) and run:
             run.append(run[0])
-    yield from _whole(run)
-
-
-def _whole(run: list[list[float]]) -> Iterator[Floats]:
     if len(run) > 1:
         yield np.array(run)
 
@@ -340,13 +339,13 @@ def _whole(run: list[list[float]]) -> Iterator[Floats]:
 def _runs_of_letters(page: PdfTextPage) -> list[tuple[Box, float]]:
     """Boxes (left, bottom, right, top) of letters on a line and the angles of their base lines, in page coordinates.
 
-    PDFium begins a box with every change of font, which can be within a word; those that follow closely are one.
+    PDFium starts a new box with every change of font, even within a word; adjacent boxes are joined.
     """
     runs: list[tuple[Box, float]] = []
     for index in range(page.count_rects()):
         box = page.get_rect(index)
         angle = _angle_at(page, (box[0] + box[2]) / 2, (box[1] + box[3]) / 2)
-        if runs and abs(runs[-1][1] - angle) < 0.01 and _follows(runs[-1][0], box, angle):
+        if runs and abs(runs[-1][1] - angle) < _SAME_ANGLE and _follows(runs[-1][0], box, angle):
             left, bottom, right, top = runs.pop()[0]
             box = min(left, box[0]), min(bottom, box[1]), max(right, box[2]), max(top, box[3])
         runs.append((box, angle))
@@ -354,20 +353,20 @@ def _runs_of_letters(page: PdfTextPage) -> list[tuple[Box, float]]:
 
 
 def _follows(box: Box, following: Box, angle: float) -> bool:
-    """Whether a box lies on the line of another, at most a wide blank away."""
-    along, across = (0, 1) if _lies(angle) else (1, 0)
+    """Whether a box is on the line of another, at most a wide blank away."""
+    along, across = (0, 1) if _is_horizontal(angle) else (1, 0)
     gap = max(following[along], box[along]) - min(following[along + 2], box[along + 2])
     shared = min(following[across + 2], box[across + 2]) - max(following[across], box[across])
     height = max(box[across + 2] - box[across], following[across + 2] - following[across])
-    return gap < height and shared > height / 3
+    return gap < height and shared > height * _LINE_OVERLAP
 
 
-def _lies(angle: float) -> bool:
+def _is_horizontal(angle: float) -> bool:
     return abs(float(np.cos(angle))) >= abs(float(np.sin(angle)))
 
 
 def _angle_at(page: PdfTextPage, x: float, y: float) -> float:
-    """Angle of the letter at a place, radians counter-clockwise from x; 0 where there is none."""
+    """Angle of the letter at a point, radians counter-clockwise from x; 0 without a letter."""
     from pypdfium2 import raw
 
     index = page.get_index(x, y, 5, 5)

@@ -1,4 +1,4 @@
-"""Plans as SVG: shapes under the transforms of all their groups, with roles by ids, classes and Inkscape's labels."""
+"""Plans as SVG: shapes with the transforms of all their groups, and roles by ids, classes and Inkscape's labels."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import numpy as np
 from defusedxml import DefusedXmlException, ElementTree
 
 from pianta._types import Floats
-from pianta.errors import PlanError, PlanWarning
+from pianta.errors import PlanWarning
 from pianta.io._files import one_line_reason, short_repr
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing, Role
 from pianta.io.drawings._layers import (
@@ -24,8 +24,10 @@ from pianta.io.drawings._layers import (
     DrawnPieces,
     bezier_points,
     chains_of_steps,
-    checked_plan,
+    check_plan_file,
     jambs_of_symbol,
+    plan_error,
+    require_library,
     role_of_names,
     touching_pieces,
 )
@@ -35,13 +37,15 @@ if TYPE_CHECKING:
 
 Style = Mapping[str, str]
 
+# Limits against hostile files.
 MAX_FILE_BYTES = 32 * 2**20
 MAX_ELEMENTS = 200_000
-MAX_DEPTH = 64
+MAX_DEPTH = 64  # of groups in groups
 METRES_ATTRIBUTE = "data-metres-per-unit"
 
-_PAPER = 0.95  # luminance of what is not seen on white
-_CAPITALS, _LETTER_WIDTH = 0.7, 0.6  # of the size of a font
+_PAPER = 0.95  # luminance 0 … 1 from which a colour is invisible on white
+_CAPITAL_HEIGHT = 0.7  # of the font size, on average
+_LETTER_WIDTH = 0.6  # of the font size, on average
 _CIRCLE = np.linspace(0, 2 * np.pi, 65)
 
 _GROUPS = frozenset({"svg", "g", "a", "switch"})
@@ -51,7 +55,7 @@ _INHERITED = (
     *("fill", "stroke", "stroke-width", "fill-opacity", "stroke-opacity"),
     *("font-size", "text-anchor", "visibility", "color"),
 )
-_NOT_INHERITED = ("display", "opacity")
+_PROPERTIES = (*_INHERITED, "display", "opacity")
 _PX = {"": 1.0, "px": 1.0, "pt": 4 / 3, "pc": 16.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "in": 96.0, "em": 16.0}
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _TARGET = re.compile(r"url\(\s*['\"]?([^'\")]*)", re.IGNORECASE)
@@ -60,60 +64,52 @@ _TARGET = re.compile(r"url\(\s*['\"]?([^'\")]*)", re.IGNORECASE)
 def read_svg_plan(path: str | Path) -> PlanDrawing:
     """Read the shapes and texts of an SVG, in the units of its outermost coordinates, y turned up.
 
-    Transforms of groups, `use`, symbols and nested viewports are applied; what is not displayed, or white on white,
-    is left out. Ids, classes and Inkscape's labels of a shape and the groups around it tell its role by their names;
-    shapes of doors that touch are one door, from jamb to jamb by its quarter circle, else by the longer side of its
-    box. Filled areas are kept when they are dark, or walls.
+    Transforms of groups, `use`, symbols and nested viewports are applied; hidden shapes and white ones are left out.
+    Ids, classes and Inkscape's labels of a shape and the groups around it give its role; shapes of doors that touch are
+    one door, from jamb to jamb by its quarter circle, else by the longer side of its box. Only filled areas that are
+    dark or walls are kept.
 
-    Width and height of an SVG speak of the paper, so metres per unit are None unless the outermost element has an
-    attribute data-metres-per-unit. Clips, masks, markers and style sheets with combined selectors are not heeded.
+    Width and height of an SVG are those of the paper, so metres per unit are unknown unless its root element has an
+    attribute data-metres-per-unit. Clips, masks, markers and style sheets with combined selectors are ignored.
 
-    One PlanWarning tells of embedded images and of shapes that cannot be read; they are left out.
-    Raises PlanError, in one line, when svgelements (pianta[svg]) is missing, for what is no SVG, declares entities
-    or a document type of its own, refers to anything outside of itself, is larger than any plan, or draws nothing.
+    One PlanWarning counts embedded images and damaged shapes; they are left out.
+    Raises PlanError, in one line, if svgelements (pianta[svg]) is missing, and for a file that is no SVG, declares
+    entities or a document type of its own, refers to anything outside of itself, is too large, or draws nothing.
     Source of the format: SVG 1.1, W3C.
     """
-    file = checked_plan(path, max_bytes=MAX_FILE_BYTES)
+    file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
     root = _parse_svg(file)
     _refuse_references(root, file)
     metres = _metres_per_unit(root, file)
     reader = _Reader(DrawnPieces(file), root)
-    with np.errstate(all="ignore"):  # what is beyond numbers is left out as it comes
+    with np.errstate(all="ignore"):  # shapes beyond the range of numbers are left out later
         reader.read_element(root, np.array([[1.0, 0, 0], [0, -1, 0]]), {}, (), 0)
     if reader.left_out:
-        told = ", ".join(f"{count} {what}{'s' if count > 1 else ''}" for what, count in reader.left_out.items())
-        warnings.warn(f"plan {short_repr(file)} has {told} that cannot be read, left out", PlanWarning, stacklevel=2)
+        counts = ", ".join(f"{count} {what}{'s' if count > 1 else ''}" for what, count in reader.left_out.items())
+        warnings.warn(f"plan {short_repr(file)} has {counts} that cannot be read, left out", PlanWarning, stacklevel=2)
     if not reader.pieces.lines and not reader.pieces.fills:
-        raise PlanError(f"plan {short_repr(file)} draws no lines, give a drawn plan, or a picture as PNG")
+        raise plan_error(file, "draws no lines, give a drawn plan, or a picture as PNG")
     return reader.pieces.drawing(reader.doors(), metres_per_unit=metres)
 
 
 class _Parser(ElementTree.DefusedXMLParser):  # type: ignore[misc]  # of a library without types
-    """Passes by the name of a document type, which expat does not read, and refuses one that is in the file itself."""
+    """Ignores the name of a document type, which expat does not load, and refuses a declaration in the file itself."""
 
-    def defused_start_doctype_decl(self, *declared: str | int | None) -> None:
-        if declared[-1]:  # has an internal subset
-            super().defused_start_doctype_decl(*declared)
+    def defused_start_doctype_decl(self, *declaration: str | int | None) -> None:
+        if declaration[-1]:  # has an internal subset
+            super().defused_start_doctype_decl(*declaration)
 
 
 def _parse_svg(file: Path) -> Element:
-    try:
-        import svgelements  # noqa: F401  # asked for before any work is done
-    except ImportError:
-        raise PlanError(f"plan {short_repr(file)} is an SVG, install pianta[svg] to read it") from None
+    require_library(file, "svgelements", "an SVG", "svg")
     try:
         root: Element = ElementTree.parse(file, parser=_Parser(forbid_dtd=True)).getroot()
     except DefusedXmlException:
-        raise PlanError(
-            f"plan {short_repr(file)} declares entities or a document type of its own, remove them"
-        ) from None
+        raise plan_error(file, "declares entities or a document type of its own, remove them") from None
     except (ParseError, ValueError, LookupError, OSError) as exception:
-        told = f"plan {short_repr(file)} is no SVG or damaged, save it again as SVG"
-        raise PlanError(f"{told}: {one_line_reason(exception)}") from None
+        raise plan_error(file, f"is no SVG or damaged, save it again as SVG: {one_line_reason(exception)}") from None
     if _local_name(root.tag) != "svg":
-        raise PlanError(
-            f"plan {short_repr(file)} is no SVG, its outermost element is {short_repr(_local_name(root.tag))}"
-        )
+        raise plan_error(file, f"is no SVG, its outermost element is {short_repr(_local_name(root.tag))}")
     return root
 
 
@@ -129,20 +125,20 @@ def _refuse_references(root: Element, file: Path) -> None:
             targets += _TARGET.findall(css) + re.findall(r"@import[^;]*", css, re.IGNORECASE)
         for target in map(str.strip, targets):
             if target and not target.startswith(("#", "data:")):
-                told = f"plan {short_repr(file)} refers to {short_repr(target)} outside of itself"
-                raise PlanError(f"{told}, remove the reference or embed what it shows")
+                fault = f"refers to {short_repr(target)} outside of itself, remove the reference or embed its content"
+                raise plan_error(file, fault)
 
 
 def _metres_per_unit(root: Element, file: Path) -> float | None:
-    given = root.get(METRES_ATTRIBUTE)
-    if given is None:
+    text = root.get(METRES_ATTRIBUTE)
+    if text is None:
         return None
     try:
-        metres = float(given)
+        metres = float(text)
     except ValueError:
         metres = 0.0
     if not (isfinite(metres) and metres > 0):
-        raise PlanError(f"plan {short_repr(file)} has {METRES_ATTRIBUTE}={short_repr(given)}, give a positive number")
+        raise plan_error(file, f"has {METRES_ATTRIBUTE}={short_repr(text)}, give a positive number")
     return metres
 
 
@@ -163,26 +159,24 @@ class _Reader:
     def read_element(
         self, element: Element, matrix: Floats, style: Style, names: tuple[str, ...], depth: int, *, used: bool = False
     ) -> None:
-        """Read an element and all in it; names: of the groups around it, from the innermost.
+        """Read an element and its children; names: of the groups around it, from the innermost.
 
-        used: by `use`, which shows symbols and what lies in them.
+        used: whether `use` refers to it, which shows symbols.
         """
         self.elements += 1
         if self.elements > MAX_ELEMENTS:
-            raise PlanError(
-                f"plan {short_repr(self.pieces.file)} draws more than {MAX_ELEMENTS} things, give one floor"
-            )
+            raise plan_error(self.pieces.file, f"draws more than {MAX_ELEMENTS} things, give one floor")
         if depth > MAX_DEPTH:
-            raise PlanError(f"plan {short_repr(self.pieces.file)} has groups more than {MAX_DEPTH} deep, ungroup some")
+            raise plan_error(self.pieces.file, f"has groups more than {MAX_DEPTH} deep, ungroup some")
         tag = _local_name(element.tag)
         style = self._style_of(element, tag, style)
         if style.get("display") == "none" or _number(style.get("opacity"), 1) == 0:
             return
         names = (*_names_of(element), *names)
-        matrix = matrix @ _whole(self._transform_of(element))
+        matrix = matrix @ _square(self._transform_of(element))
         if tag in _GROUPS or (tag == "symbol" and used):
             if depth > 0 and tag in {"svg", "symbol"}:
-                matrix = matrix @ _whole(_viewport(element))
+                matrix = matrix @ _square(_viewport(element))
             for child in element:
                 self.read_element(child, matrix, style, names, depth + 1)
         elif tag == "use":
@@ -194,8 +188,8 @@ class _Reader:
         href = next((value for name, value in element.attrib.items() if _local_name(name) == "href"), "")
         target = self.by_id.get(href.strip().removeprefix("#")) if href else None
         if target is not None:
-            place = np.array([[1.0, 0, _number(element.get("x"))], [0, 1, _number(element.get("y"))]])
-            self.read_element(target, matrix @ _whole(place), style, names, depth + 1, used=True)
+            shift = np.array([[1.0, 0, _number(element.get("x"))], [0, 1, _number(element.get("y"))]])
+            self.read_element(target, matrix @ _square(shift), style, names, depth + 1, used=True)
 
     def _read_leaf(self, element: Element, tag: str, matrix: Floats, style: Style, names: tuple[str, ...]) -> None:
         if tag in _LEFT_OUT:
@@ -205,7 +199,7 @@ class _Reader:
         elif tag in _SHAPES:
             try:
                 chains = [chain @ matrix[:, :2].T + matrix[:, 2] for chain in _chains_of_shape(element, tag)]
-            # svgelements raises whatever the data of a path drive it to.
+            # svgelements raises various exceptions for damaged paths.
             except Exception:
                 self.left_out["damaged shape"] += 1
             else:
@@ -218,26 +212,26 @@ class _Reader:
         if rings:
             self.pieces.add_fill(rings, role)
         stroke = _luminance(style, "stroke", "none")
-        # What has a role and no style is meant to be seen; what a door leaves white tells where it is.
-        meant = role == "door" or (role != "other" and "stroke" not in style and not rings)
-        if meant or (stroke is not None and stroke < _PAPER):
+        # Shapes with a role and no style are drawn; white shapes of a door give its position.
+        is_drawn = role == "door" or (role != "other" and "stroke" not in style and not rings)
+        if is_drawn or (stroke is not None and stroke < _PAPER):
             width = _number(style.get("stroke-width"), 1) * abs(np.linalg.det(matrix[:, :2])) ** 0.5
             for chain in chains:
                 self.pieces.add_chain(chain, role, width=width if stroke is not None else 0)
 
     def _read_text(self, element: Element, matrix: Floats, style: Style) -> None:
-        """A text as one line, its middle by the usual width of letters, for the library measures no fonts."""
+        """Read a text as one line; its middle comes from the usual width of letters, for no fonts are measured."""
         lines = [element, *(child for child in element.iter() if _local_name(child.tag) == "tspan")]
-        places = np.array([[_number(line.get(axis), np.nan) for axis in ("x", "y")] for line in lines])
-        places = places[1:] if len(places) > 1 and np.isfinite(places[1:]).all() else places[:1]
+        points = np.array([[_number(line.get(axis), np.nan) for axis in ("x", "y")] for line in lines])
+        points = points[1:] if len(points) > 1 and np.isfinite(points[1:]).all() else points[:1]
         text = " ".join(" ".join(element.itertext()).split())
         size = _number(style.get("font-size"), 16)
-        width = len(text) / max(1, len(places)) * _LETTER_WIDTH * size
-        x, y = np.nan_to_num(places).mean(axis=0)
+        width = len(text) / max(1, len(points)) * _LETTER_WIDTH * size
+        x, y = np.nan_to_num(points).mean(axis=0)
         x += width * {"middle": 0.0, "end": -0.5}.get(style.get("text-anchor", ""), 0.5)
-        middle = matrix @ (x, y - size * _CAPITALS / 2, 1)
+        middle = matrix @ (x, y - size * _CAPITAL_HEIGHT / 2, 1)
         along, up = matrix[:, 0], matrix[:, 1]
-        height = size * _CAPITALS * np.hypot(*up)
+        height = size * _CAPITAL_HEIGHT * np.hypot(*up)
         angle = float(np.arctan2(along[1], along[0]))
         self.pieces.add_text(DrawnText(text, float(middle[0]), float(middle[1]), float(height), angle))
 
@@ -249,8 +243,7 @@ class _Reader:
 
     def _style_of(self, element: Element, tag: str, outer: Style) -> Style:
         style = {name: value for name, value in outer.items() if name in _INHERITED}
-        known = (*_INHERITED, *_NOT_INHERITED)
-        style |= {name: element.attrib[name] for name in known if name in element.attrib}
+        style |= {name: element.attrib[name] for name in _PROPERTIES if name in element.attrib}
         classes = (f".{name}" for name in element.get("class", "").split())
         for selector in ("*", tag, *(f"{start}{name}" for name in classes for start in ("", tag))):
             style |= self.rules.get(selector, {})
@@ -259,18 +252,19 @@ class _Reader:
         return {name: outer.get(name, "") if value == "inherit" else value for name, value in style.items()}
 
     def _transform_of(self, element: Element) -> Floats:
-        """The matrix of an element's transform; identity, and a remark, where it cannot be read."""
+        """The matrix of an element's transform; the identity, counted in left_out, if it cannot be read."""
         from svgelements import Matrix
 
         try:
             matrix = Matrix(element.get("transform", ""))
             return np.array([[matrix.a, matrix.c, matrix.e], [matrix.b, matrix.d, matrix.f]], float)
-        except Exception:  # svgelements raises whatever the text drives it to
+        except Exception:  # svgelements raises various exceptions for damaged texts
             self.left_out["damaged transform"] += 1
             return np.eye(2, 3)
 
 
-def _whole(matrix: Floats) -> Floats:
+def _square(matrix: Floats) -> Floats:
+    """The homogeneous matrix, shape (3, 3), of one of shape (2, 3)."""
     return np.vstack([matrix, [0, 0, 1]])
 
 
@@ -279,7 +273,7 @@ def _local_name(name: Any) -> str:  # noqa: ANN401  # comments have a function f
 
 
 def _names_of(element: Element) -> Iterator[str]:
-    """Its names, the most telling first; classes are several."""
+    """The label and id of an element, then its classes."""
     for name, value in element.attrib.items():
         if _local_name(name) in {"label", "id"}:
             yield value
@@ -287,14 +281,16 @@ def _names_of(element: Element) -> Iterator[str]:
 
 
 def _number(text: str | None, default: float = 0.0) -> float:
-    """The first number of a text, a length in px; the default when there is none."""
-    found = _NUMBER.search(text or "")
-    unit = "" if found is None or text is None else text[found.end() : found.end() + 2]
-    return float(found[0]) * _PX.get(unit.strip(), 1.0) if found else default
+    """The first number of a text, a length in px; the default if it has no number."""
+    match = _NUMBER.search(text or "")
+    if match is None or text is None:
+        return default
+    unit = text[match.end() : match.end() + 2].strip()
+    return float(match[0]) * _PX.get(unit, 1.0)
 
 
 def _parse_rules(css: str) -> dict[str, dict[str, str]]:
-    """Simple selectors and what they declare; combined ones are passed by."""
+    """Simple selectors and their declarations; combined selectors match no element later."""
     rules: dict[str, dict[str, str]] = {}
     for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", re.sub(r"/\*.*?\*/", " ", css, flags=re.DOTALL)):
         for selector in selectors.split(","):
@@ -304,12 +300,12 @@ def _parse_rules(css: str) -> dict[str, dict[str, str]]:
 
 def _parse_declarations(text: str) -> dict[str, str]:
     pairs = (part.partition(":") for part in text.split(";"))
-    known = (*_INHERITED, *_NOT_INHERITED)
-    return {name.strip(): value.replace("!important", "").strip() for name, _, value in pairs if name.strip() in known}
+    stripped = ((name.strip(), value.replace("!important", "").strip()) for name, _, value in pairs)
+    return {name: value for name, value in stripped if name in _PROPERTIES}
 
 
 def _luminance(style: Style, what: str, default: str) -> float | None:
-    """Luminance 0 … 1 on white of a fill or stroke, None where there is none; gradients count as light."""
+    """Luminance 0 … 1 on white of a fill or stroke, None if it is not drawn; gradients count as light."""
     from svgelements import Color
 
     value = style.get(what) or default
@@ -323,12 +319,12 @@ def _luminance(style: Style, what: str, default: str) -> float | None:
         color = Color(value)
         red, green, blue, opacity = color.red, color.green, color.blue, color.opacity
         return float(1 - opacity * (1 - (0.299 * red + 0.587 * green + 0.114 * blue) / 255))
-    except Exception:  # svgelements raises whatever the text drives it to
+    except Exception:  # svgelements raises various exceptions for damaged texts
         return 0.0
 
 
 def _viewport(element: Element) -> Floats:
-    """Matrix from the viewBox of a nested viewport to its place and size."""
+    """Matrix from the viewBox of a nested viewport to its position and size."""
     matrix = np.array([[1.0, 0, _number(element.get("x"))], [0, 1, _number(element.get("y"))]])
     box = [float(number) for number in _NUMBER.findall(element.get("viewBox", ""))]
     if len(box) != 4 or min(box[2:]) <= 0:
@@ -382,13 +378,12 @@ def _steps_of_segment(segment: Any) -> list[Floats]:  # noqa: ANN401  # the segm
         inner = [[point.x, point.y] for point in (segment.control1, segment.control2)]
         return [bezier_points(np.array([start, *inner, end]))[1:]]
     if isinstance(segment, QuadraticBezier):
-        middle = np.array([segment.control.x, segment.control.y])
-        return [bezier_points(np.array([start, (start + 2 * middle) / 3, (2 * middle + end) / 3, end]))[1:]]
+        return [bezier_points(np.array([start, [segment.control.x, segment.control.y], end]))[1:]]
     return [end[None]]
 
 
 def _rings_of_chains(chains: list[Floats]) -> list[Floats]:
-    """Chains that follow on each other as rings; two points enclose nothing and are left out."""
+    """Rings of consecutive chains; those of two points are left out."""
     rings: list[list[Floats]] = []
     for chain in chains:
         if rings and len(chain) and np.array_equal(rings[-1][-1][-1], chain[0]):

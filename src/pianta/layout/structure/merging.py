@@ -1,4 +1,4 @@
-"""Which borders part two rooms, and which only look like it: pieces are merged into rooms."""
+"""Merging regions into rooms: which separators divide two rooms, and which only look like it."""
 
 from __future__ import annotations
 
@@ -9,33 +9,41 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from pianta._types import Floats, Indices, Mask
+from pianta.layout._label_images import list_contacts
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.pieces import Borders, Hull, Labels, Pieces
+from pianta.layout.structure.regions import Hull, Regions, Separators
 from pianta.models import MODELS
 
-# Shares and areas (m²) below these tell no more, and their logarithms stay finite.
-LEAST_SHARE, LEAST_AREA = 0.02, 0.01
-# More neighbours than this are as good as many.
-MANY = 5
-# Two stretches of one corridor are at least this many times as long as wide, and meet over at least these shares of
-# their widths and of the line between them.
-STRETCHED, AS_WIDE, NEARLY_AS_WIDE, AS_OPEN = 2.0, 0.8, 0.45, 0.8
+# Lower bound of shares, so that their logarithms stay finite; part of the features that the model was fitted to.
+MIN_SHARE = 0.02
+# Lower bound of areas and of squared widths, for the same reason; m².
+MIN_AREA = 0.01
+# More neighbours than this count as this many; part of the features that the model was fitted to.
+MAX_NEIGHBOURS = 5
+# Two stretches of one corridor (docs/structure.md, "Bends of corridors"; chosen on the maps of the benches):
+# area over squared width of each, at least;
+CORRIDOR_ASPECT = 2.0
+# opening over the width of the narrower one, at least;
+CORRIDOR_NARROWER_SHARE = 0.8
+# opening over the width of the wider one, at least;
+CORRIDOR_WIDER_SHARE = 0.45
+# open share of the line between them, at least.
+CORRIDOR_OPEN_SHARE = 0.8
 
 
 @dataclass(frozen=True)
 class MergeModel:
-    """Logistic regression for "the rooms on both sides of this border are one room".
+    """Logistic regression of whether the rooms on both sides of a separator are one room.
 
-    weights: of the features of describe_borders, shape (11,). constant: log odds where all features are 0.
+    weights: of the features of describe_separators, shape (11,). constant: log odds where all features are 0.
     """
 
     weights: tuple[float, ...]
     constant: float
 
-    def weigh_borders(self, features: Floats) -> Floats:
+    def log_odds(self, features: Floats) -> Floats:
         """Log odds of one room for features of shape (N, 11), shape (N,)."""
         return np.asarray(features @ np.array(self.weights) + self.constant)
 
@@ -57,7 +65,7 @@ MODEL_FILE = MODELS / "room_borders.json"
 
 
 def read_merge_model(path: Path = MODEL_FILE) -> MergeModel:
-    """The model that training/fit_room_borders.py has written."""
+    """The model in a file of training/fit_room_borders.py."""
     fitted = json.loads(path.read_text(encoding="utf-8"))
     return MergeModel(tuple(float(fitted["weights"][name]) for name in FEATURES), float(fitted["constant"]))
 
@@ -70,9 +78,9 @@ def read_default_merge_model() -> MergeModel:
 
 @dataclass(frozen=True, eq=False)
 class Rooms:
-    """The rooms that the pieces make up so far; a room has the number of one of its pieces.
+    """The rooms that regions have been merged into so far; a room has the number of one of its regions.
 
-    owner: shape (1 + P,), the room of each piece. width, area, hulls: as in Pieces, of the rooms.
+    owner: shape (1 + R,), the room of each region. width, area, hulls: as in Regions, of the rooms.
     """
 
     owner: Indices
@@ -81,85 +89,87 @@ class Rooms:
     hulls: tuple[Hull, ...]
 
 
-def start_rooms(pieces: Pieces) -> Rooms:
-    """Every piece as a room of its own."""
-    return Rooms(np.arange(len(pieces.area)), pieces.width, pieces.area, pieces.hulls)
+def initial_rooms(regions: Regions) -> Rooms:
+    """Every region as a room of its own."""
+    return Rooms(np.arange(len(regions.area)), regions.width, regions.area, regions.hulls)
 
 
-def merge_pieces(pieces: Pieces, borders: Borders, model: MergeModel) -> tuple[Rooms, NDArray[np.intp], Floats]:
-    """Rooms of pieces; the borders that still part two rooms, shape (N,), and their log odds of one room, below 0.
+def merge_regions(regions: Regions, separators: Separators, model: MergeModel) -> tuple[Rooms, Indices, Floats]:
+    """Rooms; the separators that still divide two rooms, shape (N,), and their log odds of one room.
 
-    Two rooms become one across the border that is the likeliest of both to be none. After every round the borders are
-    judged anew, because the rooms beside them have grown. When the model joins no more, stretches of one corridor are.
+    Two rooms are merged if their separator has positive log odds, and neither has another with higher ones. After every
+    round the log odds are computed again, because the rooms have grown. When the model merges no more, stretches of one
+    corridor are merged.
     """
-    rooms = start_rooms(pieces)
+    rooms = initial_rooms(regions)
     while True:
-        parting = find_parting_borders(rooms, borders)
-        pairs = rooms.owner[borders.sides[parting]]
-        features = describe_borders(rooms, borders, parting, resolution=pieces.resolution)
-        odds = model.weigh_borders(features)
-        chosen = select_likeliest(pairs, odds, odds > 0)
+        active = find_active_separators(rooms, separators)
+        pairs = rooms.owner[separators.sides[active]]
+        features = describe_separators(rooms, separators, active, resolution=regions.resolution)
+        log_odds = model.log_odds(features)
+        chosen = select_likeliest(pairs, log_odds, log_odds > 0)
         if not len(chosen):
-            chosen = select_likeliest(pairs, odds, find_bends(rooms, pairs, features))
+            chosen = select_likeliest(pairs, log_odds, find_corridor_bends(rooms, pairs, features))
         if not len(chosen):
-            return rooms, parting, odds
+            return rooms, active, log_odds
         rooms = join_rooms(rooms, pairs[chosen])
 
 
-def select_likeliest(pairs: Indices, odds: Floats, eligible: Mask) -> Indices:
-    """Of the eligible borders between pairs of rooms, shape (N, 2), those with the best odds of both their rooms."""
+def select_likeliest(pairs: Indices, log_odds: Floats, eligible: Mask) -> Indices:
+    """The eligible separators between pairs of rooms, shape (N, 2), with the highest log odds of both their rooms."""
     best = np.full(int(pairs.max(initial=0)) + 1, -np.inf)
     for side in pairs.T:
-        np.maximum.at(best, side[eligible], odds[eligible])
-    return np.flatnonzero(eligible & (odds == best[pairs].min(axis=1)) & (odds == best[pairs].max(axis=1)))
+        np.maximum.at(best, side[eligible], log_odds[eligible])
+    return np.flatnonzero(eligible & (log_odds == best[pairs].min(axis=1)) & (log_odds == best[pairs].max(axis=1)))
 
 
-def find_bends(rooms: Rooms, pairs: Indices, features: Floats) -> Mask:
-    """Whether each border only crosses a corridor, which goes on behind it as wide as before; shape (N,)."""
-    length = rooms.area / np.maximum(rooms.width, LEAST_AREA) ** 2
-    as_wide = (features[:, 0] >= np.log(AS_WIDE)) & (features[:, 1] >= np.log(NEARLY_AS_WIDE))
-    return np.asarray(as_wide & (features[:, 2] >= AS_OPEN) & (length[pairs].min(axis=1) >= STRETCHED))
+def find_corridor_bends(rooms: Rooms, pairs: Indices, features: Floats) -> Mask:
+    """Whether each separator crosses a corridor that goes on behind it with the same width; shape (N,)."""
+    aspect = rooms.area / np.maximum(rooms.width, MIN_AREA) ** 2
+    same_width = (features[:, 0] >= np.log(CORRIDOR_NARROWER_SHARE)) & (features[:, 1] >= np.log(CORRIDOR_WIDER_SHARE))
+    is_long = aspect[pairs].min(axis=1) >= CORRIDOR_ASPECT
+    return np.asarray(same_width & (features[:, 2] >= CORRIDOR_OPEN_SHARE) & is_long)
 
 
-def find_parting_borders(rooms: Rooms, borders: Borders) -> Indices:
-    """Borders that have two different rooms beside them, shape (N,)."""
-    one, other = rooms.owner[borders.sides].T
+def find_active_separators(rooms: Rooms, separators: Separators) -> Indices:
+    """Separators with a different room on each side, shape (N,)."""
+    one, other = rooms.owner[separators.sides].T
     return np.flatnonzero(one != other)
 
 
-def describe_borders(rooms: Rooms, borders: Borders, parting: Indices, *, resolution: float) -> Floats:
-    """What speaks for and against one room across each of the given borders, shape (N, 11).
+def describe_separators(rooms: Rooms, separators: Separators, active: Indices, *, resolution: float) -> Floats:
+    """Features of the active separators, shape (N, 11), in the order of FEATURES.
 
     0, 1: log of the opening over the width of the narrower room, and over that of the wider (a neck is narrow).
-    2, 3: share of the line between the two rooms that is open; metres of it that are wall (a room has walls).
-    4, 5: log of the smaller area in m², and of it over the larger.
-    6: the opening in metres. 7: neighbours of the smaller room (a corridor has many).
-    8, 9: metres of wall of one of the two rooms that are in line with the opening, at the end with less, and with more.
-    10: how much more convex the two are as one room than as two.
+    2, 3: open share of the line between the two rooms; metres of it that are wall (a room has walls).
+    4, 5: log of the smaller area in m², and of the smaller over the larger.
+    6: the opening in metres. 7: number of neighbours of the smaller room (a corridor has many).
+    8, 9: metres of wall of one of the two rooms in line with the opening, at the end with less, and with more.
+    10: convexity of both as one room, less their mean convexity.
     """
-    one, other = rooms.owner[borders.sides].T
-    by_one = rooms.owner[borders.left] == one[borders.border]
-    by_other = rooms.owner[borders.right] == other[borders.border]
-    between = _count_samples(borders, by_one & by_other)[parting]
-    opened = _count_samples(borders, by_one & by_other & borders.open)[parting]
+    one, other = rooms.owner[separators.sides].T
+    by_one = rooms.owner[separators.left] == one[separators.separator]
+    by_other = rooms.owner[separators.right] == other[separators.separator]
+    between = _count_samples(separators, by_one & by_other)[active]
+    opened = _count_samples(separators, by_one & by_other & separators.open)[active]
     in_line = [
-        _count_samples(borders, (by_one | by_other) & ~borders.open & (borders.beyond == end))[parting]
+        _count_samples(separators, (by_one | by_other) & ~separators.open & (separators.beyond == end))[active]
         for end in (1, 2)
     ]
-    one, other = one[parting], other[parting]
+    one, other = one[active], other[active]
     widths = np.sort(np.stack([rooms.width[one], rooms.width[other]]), axis=0)
-    areas = np.sort(np.stack([rooms.area[one], rooms.area[other]]), axis=0) + LEAST_AREA
-    opening = borders.opening[parting]
+    areas = np.sort(np.stack([rooms.area[one], rooms.area[other]]), axis=0) + MIN_AREA
+    opening = separators.opening[active]
     smaller = np.where(rooms.area[one] < rooms.area[other], one, other)
     return np.column_stack(
         [
-            *np.log((opening / np.maximum(widths, resolution)).clip(LEAST_SHARE, 1)),
+            *np.log((opening / np.maximum(widths, resolution)).clip(MIN_SHARE, 1)),
             opened / np.maximum(between, 1),
             (between - opened) * resolution,
             np.log(areas[0]),
             np.log(areas[0] / areas[1]),
             opening,
-            np.minimum(_count_neighbours(one, other, len(rooms.owner))[smaller], MANY),
+            np.minimum(_count_neighbours(one, other, len(rooms.owner))[smaller], MAX_NEIGHBOURS),
             *(np.sort(np.stack(in_line), axis=0) * resolution),
             _gain_convexity(rooms, one, other, resolution),
         ]
@@ -169,7 +179,7 @@ def describe_borders(rooms: Rooms, borders: Borders, parting: Indices, *, resolu
 def join_rooms(rooms: Rooms, pairs: Indices) -> Rooms:
     """Rooms where those of each pair, shape (N, 2), are one, with the smaller number.
 
-    Of pairs that share a room, as equal odds may give, the first counts.
+    If several pairs share a room, which equal log odds can cause, only the first is joined.
     """
     owner, width, area, hulls = np.arange(len(rooms.owner)), rooms.width.copy(), rooms.area.copy(), list(rooms.hulls)
     joined: set[int] = set()
@@ -185,50 +195,47 @@ def join_rooms(rooms: Rooms, pairs: Indices) -> Rooms:
 
 
 def absorb_small_rooms(
-    owner: Indices, pieces: Pieces, borders: Borders, parting: Indices, odds: Floats, *, parameters: StructureParameters
+    owner: Indices,
+    regions: Regions,
+    separators: Separators,
+    active: Indices,
+    log_odds: Floats,
+    *,
+    parameters: StructureParameters,
 ) -> Indices:
-    """Room of each piece, shape (1 + P,), where what is too small for a room belongs to a neighbour, or else to none.
+    """Room of each region, shape (1 + R,), where small rooms belong to a neighbour, or to no room (0).
 
-    A small room goes over the border with the best odds of one room. One without any border, behind a passage that is
-    too narrow, goes to the room that it touches most.
+    A small room joins the neighbour across the separator with the highest log odds. One without a separator, behind a
+    passage that is too narrow, joins the room with the longest contact.
     """
     owner = owner.copy()
-    area = np.bincount(owner, weights=pieces.area, minlength=len(owner))
-    bordered = np.unique(owner[borders.sides[parting]])
-    contacts = _list_contacts(pieces.labels)
-    closed = contacts[~np.isin(owner[contacts], bordered).all(axis=1)]
-    by_odds = borders.sides[parting[np.argsort(-odds, kind="stable")]]
-    for pairs, least in ((by_odds, parameters.room_area), (closed, parameters.closed_room_area)):
-        for pair in pairs:
+    area = np.bincount(owner, weights=regions.area, minlength=len(owner))
+    separated = np.unique(owner[separators.sides[active]])
+    pairs, lengths = list_contacts(regions.labels)
+    contacts = pairs[np.argsort(-lengths, kind="stable")]
+    closed = contacts[~np.isin(owner[contacts], separated).all(axis=1)]
+    by_odds = separators.sides[active[np.argsort(-log_odds, kind="stable")]]
+    for neighbours, min_area in ((by_odds, parameters.room_area), (closed, parameters.closed_room_area)):
+        for pair in neighbours:
             one, other = sorted(owner[pair].tolist(), key=lambda room: (area[room], room))
-            if one != other and area[one] < least:
+            if one != other and area[one] < min_area:
                 owner[owner == one] = other
                 area[other] += area[one]
     return np.where(area[owner] < parameters.room_area, 0, owner)
 
 
-def _list_contacts(labels: Labels) -> Indices:
-    """Pairs of labels above 0 that touch by an edge, the longest contact first; shape (N, 2)."""
-    touching = []
-    for one, other in ((labels[:-1], labels[1:]), (labels[:, :-1], labels[:, 1:])):
-        meet = (one != other) & (one > 0) & (other > 0)
-        touching.append(np.column_stack([one[meet], other[meet]]))
-    pairs, lengths = np.unique(np.sort(np.concatenate(touching), axis=1), axis=0, return_counts=True)
-    return pairs[np.argsort(-lengths, kind="stable")].astype(np.intp)
-
-
-def _count_samples(borders: Borders, chosen: Mask) -> NDArray[np.intp]:
-    return np.bincount(borders.border[chosen], minlength=len(borders.sides))
+def _count_samples(separators: Separators, chosen: Mask) -> Indices:
+    return np.bincount(separators.separator[chosen], minlength=len(separators.sides))
 
 
 def _count_neighbours(one: Indices, other: Indices, count: int) -> Indices:
-    """Rooms that share a border with each room, shape (count,)."""
+    """Number of rooms that share a separator with each room, shape (count,)."""
     pairs = np.unique(np.sort(np.column_stack([one, other]), axis=1), axis=0)
     return np.bincount(pairs.ravel(), minlength=count)
 
 
 def _gain_convexity(rooms: Rooms, one: Indices, other: Indices, resolution: float) -> Floats:
-    """Area over hull area of each two rooms as one, less the mean of theirs by area; shape (N,)."""
+    """Area over hull area of each pair as one room, less the mean of the two, weighted by area; shape (N,)."""
     cell = resolution**2
     apart = np.array([cv2.contourArea(hull) for hull in rooms.hulls]) * cell
     pairs = zip(one.tolist(), other.tolist(), strict=True)

@@ -1,8 +1,8 @@
-"""Necks of the free space: the narrow places of its medial axis, where a door may be.
+"""Necks of the free space: the narrow points of its medial axis, where there may be a door.
 
 Thrun (Learning metric-topological maps for indoor mobile robot navigation, 1998) calls them critical lines; Bormann et
-al. (Room segmentation: survey, implementation, and analysis, 2016) cut rooms along them, and so does section 2.2 of the
-thesis tell it. Its chapter 9 asks for such local features beside its wall lines.
+al. (Room segmentation: survey, implementation, and analysis, 2016) cut rooms along them, see section 2.2 of the thesis.
+Its chapter 9 asks for such local features beside its wall lines.
 """
 
 from __future__ import annotations
@@ -12,65 +12,73 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from pianta._types import Floats, Mask
+from pianta._types import Floats, Indices, LabelImage, Mask
 from pianta.graphs.components import number_components
+from pianta.layout._label_images import grow_mask
 
 Clearance = NDArray[np.float32]
 
-# The basins are found on blocks of so many cells: a ridge of the clearance is no finer.
-BLOCK = 2
-# Cosine of the angle between the two jambs of a neck, seen from its middle, at most.
-OPPOSITE = -0.5
-# The second jamb is at most this many times as far away as the first.
-LOPSIDED = 1.8
-# Cells by which a middle may miss the medial axis, because it is the corner of a block and obstacles are whole cells.
-ROUNDING = 3
-# Cells between two necks of the same two basins, beside the width of the wider one: with less they are one door.
-APART = 4
-# Blocks from each meeting of two basins to the next along the same stretch, at most.
-NEIGHBOURS = 2.0
+# The constants of this module were chosen by hand on the maps of the benches (docs/structure.md).
+# Side of the blocks of cells on which the basins are computed, for speed; cells.
+BLOCK_PX = 2
+# Cosine of the angle between the two jambs of a neck, seen from its middle, at most: 120° or more.
+MAX_JAMB_COSINE = -0.5
+# Distance of the second jamb from the middle over that of the first, at most.
+MAX_JAMB_RATIO = 1.8
+# Distance by which a middle may miss the medial axis, because blocks and obstacles are made of cells; cells.
+MIDDLE_TOLERANCE_PX = 3
+# Necks of the same two basins are one door if their middles are nearer than the wider one's width and this; cells.
+NECK_GAP_PX = 4
+# Blocks from each contact of two basins to the next along the same stretch, at most.
+CONTACT_SPACING = 2.0
 
 
 def find_necks(
-    space: Mask, clearance: Clearance, *, saddle_ratio: float, mouth_ratio: float, passage: float, merge_distance: float
+    space: Mask,
+    clearance: Clearance,
+    *,
+    saddle_ratio: float,
+    mouth_ratio: float,
+    passage_width: float,
+    merge_distance: float,
 ) -> Floats:
     """Necks as straight lines from jamb to jamb, shape (N, 2, 2): end, then row and col of an obstacle cell.
 
-    space: shape (H, W), where a robot may be; the outermost cells are not. clearance: its distance transform, in cells.
-    saddle_ratio: basins of the clearance are one where the saddle between them is this share of the lower peak,
-    mouth_ratio: and the lower peak this share of the higher: the mouth of a corridor at a hall has no saddle.
-    passage: narrower passages are closed; cells.
+    space: shape (H, W), the free cells; the outermost cells are not free. clearance: its distance transform, in cells.
+    saddle_ratio, mouth_ratio: two basins of the clearance are merged if the saddle between them has at least
+        saddle_ratio of the lower peak, and the lower peak at least mouth_ratio of the higher. The second condition
+        keeps the mouth of a corridor at a hall, which has no saddle.
+    passage_width: narrower passages are closed; cells.
     merge_distance: of two necks whose ends are nearer than this the shorter one stays; cells.
 
     The basins of the clearance meet at its saddles, and a saddle is the middle of a neck: one jamb is the nearest
     obstacle, the other the nearest one on the opposite side (Thrun 1998). The shortest neck comes first.
     """
-    basins, pooled = _find_basins(clearance, passage / 2)
+    basins, pooled = _find_basins(clearance, passage_width / 2)
     saddles = find_saddles(basins, pooled)
-    basin_of_peak = _merge_basins(basins, pooled, saddles, saddle_ratio=saddle_ratio, mouth_ratio=mouth_ratio)
-    middles = _select_middles(saddles, basin_of_peak)
-    necks = draw_critical_lines(middles, space)
-    return drop_repeated_lines(necks, merge_distance)
+    owner = _merge_basins(basins, pooled, saddles, saddle_ratio=saddle_ratio, mouth_ratio=mouth_ratio)
+    middles = _select_middles(saddles, owner)
+    return drop_repeated_lines(draw_critical_lines(middles, space), merge_distance)
 
 
-def _find_basins(clearance: Clearance, least: float) -> tuple[NDArray[np.int32], Clearance]:
-    """Basins of the clearance, 0 where it is least or less, and the clearance itself, both by the block; in cells."""
+def _find_basins(clearance: Clearance, min_clearance: float) -> tuple[LabelImage, Clearance]:
+    """Basins of the clearance, 0 where it is at most min_clearance; and the clearance of each block; in blocks."""
     from skimage.segmentation import watershed
 
-    height, width = (size - size % BLOCK for size in clearance.shape)
-    blocks = clearance[:height, :width].reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK)
+    height, width = (size - size % BLOCK_PX for size in clearance.shape)
+    blocks = clearance[:height, :width].reshape(height // BLOCK_PX, BLOCK_PX, width // BLOCK_PX, BLOCK_PX)
     pooled = blocks.max(axis=(1, 3))
-    is_peak = (pooled == cv2.dilate(pooled, np.ones((3, 3), np.uint8))) & (pooled > least)
+    is_peak = (pooled == cv2.dilate(pooled, np.ones((3, 3), np.uint8))) & (pooled > min_clearance)
     peaks = cv2.connectedComponents(is_peak.astype(np.uint8), connectivity=8)[1]
-    return watershed(-pooled, peaks, mask=pooled > least, connectivity=2).astype(np.int32), pooled
+    return watershed(-pooled, peaks, mask=pooled > min_clearance, connectivity=2).astype(np.int32), pooled
 
 
-def find_saddles(basins: NDArray[np.int32], pooled: Clearance) -> Floats:
-    """The highest place of every stretch along which two basins meet; two rooms may have several doors between them.
+def find_saddles(basins: LabelImage, pooled: Clearance) -> Floats:
+    """The highest point of every stretch along which two basins meet; two rooms may have several doors between them.
 
-    Shape (S, 5): both basins, the smaller first, clearance in cells, block row and col; the highest first.
+    Shape (S, 5): both basins, the smaller number first, clearance in cells, block row and col; the highest first.
     """
-    found = []
+    stretches = []
     height, width = basins.shape
     for row_step, col_step in ((0, 1), (1, 0), (1, 1), (1, -1)):
         left = max(-col_step, 0)
@@ -78,32 +86,31 @@ def find_saddles(basins: NDArray[np.int32], pooled: Clearance) -> Floats:
         there = np.s_[row_step:, left + col_step : width + min(col_step, 0)]
         rows, cols = np.nonzero((basins[here] != basins[there]) & (basins[here] > 0) & (basins[there] > 0))
         pair = np.sort(np.column_stack([basins[here][rows, cols], basins[there][rows, cols]]), axis=1)
-        height_of = np.minimum(pooled[here][rows, cols], pooled[there][rows, cols])
-        found.append(np.column_stack([pair, height_of, rows, cols + left]))
-    meetings = np.concatenate(found).astype(float)
-    meetings = meetings[np.lexsort((meetings[:, 4], meetings[:, 3], -meetings[:, 2]))]
-    stretch = _number_stretches(meetings)
-    _, first = np.unique(stretch, return_index=True)
-    return meetings[np.sort(first)]
+        saddle_height = np.minimum(pooled[here][rows, cols], pooled[there][rows, cols])
+        stretches.append(np.column_stack([pair, saddle_height, rows, cols + left]))
+    contacts = np.concatenate(stretches).astype(float)
+    contacts = contacts[np.lexsort((contacts[:, 4], contacts[:, 3], -contacts[:, 2]))]
+    _, first = np.unique(_number_stretches(contacts), return_index=True)
+    return contacts[np.sort(first)]
 
 
-def _number_stretches(meetings: Floats) -> NDArray[np.intp]:
-    """Number of the stretch of each meeting, shape (N,): neighbours, between the same two basins, are of one."""
-    if not len(meetings):
+def _number_stretches(contacts: Floats) -> Indices:
+    """Number of the stretch of each contact, shape (N,): neighbouring contacts of the same two basins share one."""
+    if not len(contacts):
         return np.zeros(0, np.intp)
-    _, pair = np.unique(meetings[:, :2], axis=0, return_inverse=True)
-    # Meetings of different basins are moved out of each other's reach.
-    places = np.column_stack([pair.ravel() * 2 * NEIGHBOURS, meetings[:, 3:]])
-    links = KDTree(places).query_pairs(NEIGHBOURS, output_type="ndarray")
-    return number_components(links, len(meetings))
+    _, pair = np.unique(contacts[:, :2], axis=0, return_inverse=True)
+    # The first coordinate moves contacts of different basins out of each other's reach.
+    points = np.column_stack([pair.ravel() * 2 * CONTACT_SPACING, contacts[:, 3:]])
+    links = KDTree(points).query_pairs(CONTACT_SPACING, output_type="ndarray")
+    return number_components(links, len(contacts))
 
 
 def _merge_basins(
-    basins: NDArray[np.int32], pooled: Clearance, saddles: Floats, *, saddle_ratio: float, mouth_ratio: float
-) -> NDArray[np.intp]:
-    """Basin that each basin belongs to, shape (1 + basins), once those without a real neck between them are one.
+    basins: LabelImage, pooled: Clearance, saddles: Floats, *, saddle_ratio: float, mouth_ratio: float
+) -> Indices:
+    """Basin that each basin belongs to, shape (1 + basins), after those without a real neck between them are merged.
 
-    The higher one of two basins stays, and from the highest saddle to the lowest each is looked at once.
+    The higher one of two basins stays. Each saddle is visited once, from the highest to the lowest.
     """
     peak = np.zeros(basins.max(initial=0) + 1)
     np.maximum.at(peak, basins, pooled)
@@ -123,37 +130,36 @@ def _merge_basins(
     return np.array([find(basin) for basin in range(len(owner))])
 
 
-def _select_middles(saddles: Floats, owner: NDArray[np.intp]) -> Floats:
+def _select_middles(saddles: Floats, owner: Indices) -> Floats:
     """Row and col, in cells, of the saddles between different basins, shape (N, 2).
 
-    saddles: the highest first. Of those between the same two basins that are too near each other the highest stays.
+    saddles: the highest first. Of saddles between the same two basins that are too near each other the highest stays.
     """
     pairs = owner[saddles[:, :2].astype(int)]
-    kept: dict[tuple[int, int], list[Floats]] = {}
+    selected: dict[tuple[int, int], list[Floats]] = {}
     for (one, other), saddle in zip(pairs, saddles, strict=True):
         if one == other:
             continue
-        others = kept.setdefault((min(one, other), max(one, other)), [])
-        if all(np.hypot(*(saddle[3:] - rest[3:])) * BLOCK >= 2 * rest[2] + APART for rest in others):
+        others = selected.setdefault((min(one, other), max(one, other)), [])
+        if all(np.hypot(*(saddle[3:] - rest[3:])) * BLOCK_PX >= 2 * rest[2] + NECK_GAP_PX for rest in others):
             others.append(saddle)
-    middles = [saddle[3:] * BLOCK + (BLOCK - 1) / 2 for group in kept.values() for saddle in group]
+    middles = [saddle[3:] * BLOCK_PX + (BLOCK_PX - 1) / 2 for group in selected.values() for saddle in group]
     return np.array(middles, float).reshape(-1, 2)
 
 
 def draw_critical_lines(middles: Floats, space: Mask) -> Floats:
-    """Line from the obstacle nearest to each middle to the nearest one opposite, where there is one; (N, 2, 2)."""
-    beside = cv2.dilate(space.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & ~space
-    obstacles = np.argwhere(beside).astype(float)
+    """Line from the obstacle nearest to each middle to the nearest one opposite, if there is one; shape (N, 2, 2)."""
+    obstacles = np.argwhere(grow_mask(space, 1) & ~space).astype(float)
     if not (len(middles) and len(obstacles)):
         return np.zeros((0, 2, 2))
     tree = KDTree(obstacles)
     distances, nearest = tree.query(middles)
     lines = []
     for middle, distance, first in zip(middles, distances, nearest, strict=True):
-        near = np.sort(tree.query_ball_point(middle, LOPSIDED * distance + ROUNDING))
+        near = np.sort(tree.query_ball_point(middle, MAX_JAMB_RATIO * distance + MIDDLE_TOLERANCE_PX))
         steps = obstacles[near] - middle
         lengths = np.maximum(np.hypot(*steps.T), 1e-9)
-        opposite = steps @ (obstacles[first] - middle) <= OPPOSITE * lengths * distance
+        opposite = steps @ (obstacles[first] - middle) <= MAX_JAMB_COSINE * lengths * distance
         if opposite.any():
             second = near[opposite][lengths[opposite].argmin()]
             lines.append(obstacles[[first, second]])
@@ -163,23 +169,23 @@ def draw_critical_lines(middles: Floats, space: Mask) -> Floats:
 def drop_repeated_lines(lines: Floats, distance: float) -> Floats:
     """Lines, shape (N, 2, 2), the shortest first, without those that repeat a shorter one.
 
-    Both ends of a line that is left out are nearer than distance to those of a shorter one, in either order.
+    A line repeats a shorter one if both pairs of ends, in either order, are nearer than distance.
     """
     lines = lines[np.argsort(measure_lengths(lines), kind="stable")]
-    ends, turned = lines.reshape(-1, 4), lines[:, ::-1].reshape(-1, 4)
+    ends, reverse = lines.reshape(-1, 4), lines[:, ::-1].reshape(-1, 4)
     tree = KDTree(ends)
-    kept = np.ones(len(lines), bool)
+    selected = np.ones(len(lines), bool)
     for i in range(len(lines)):
-        # Each end is nearer than distance, so both together are nearer than this.
-        others = np.array(sorted(set(tree.query_ball_point([ends[i], turned[i]], distance * 2**0.5).sum())), int)
+        # If each end is nearer than distance, the four coordinates together are nearer than √2 times that.
+        others = np.array(sorted(set(tree.query_ball_point([ends[i], reverse[i]], distance * 2**0.5).sum())), int)
         others = others[others > i]
-        repeats = np.minimum(_measure_apart(lines[others], lines[i]), _measure_apart(lines[others], lines[i, ::-1]))
-        kept[others[repeats < distance]] &= not kept[i]
-    return lines[kept]
+        offsets = np.minimum(_measure_offsets(lines[others], lines[i]), _measure_offsets(lines[others], lines[i, ::-1]))
+        selected[others[offsets < distance]] &= not selected[i]
+    return lines[selected]
 
 
-def _measure_apart(lines: Floats, other: Floats) -> Floats:
-    """How far the first ends, or the second ends, are apart, whichever is more; shape (N,)."""
+def _measure_offsets(lines: Floats, other: Floats) -> Floats:
+    """Distance between the first ends, or between the second ends, whichever is larger; shape (N,)."""
     return np.asarray(np.hypot(*np.moveaxis(lines - other, -1, 0)).max(axis=1, initial=0))
 
 

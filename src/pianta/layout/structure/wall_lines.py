@@ -11,30 +11,43 @@ from scipy.spatial import KDTree
 
 from pianta._types import Floats, Indices, Mask
 from pianta.layout.structure.necks import measure_lengths
-from pianta.layout.structure.pieces import look_up
+from pianta.layout.structure.regions import sample_image
 
-# Half the length of contour that gives a place of it its tangent, and the step along a line; metres.
-TANGENT, STEP = 0.2, 0.1
-# A face is a piece of contour that is straight but for the first, and at least as long as the second; metres.
-TOLERANCE, SHORTEST_FACE = 0.1, 0.4
-# Contour as near to a line as this, and turned against it by less than this, is on it; metres, degrees.
-BAND, ANGLE = 0.15, 15.0
-# How far beyond its face a line is fitted, ever further; metres.
-REACHES = (0.5, 1.5, 3.0)
-# Length of contour on a line, at least; metres.
-LEAST_SUPPORT = 0.8
-# Where, as shares of its length from its middle, a face is asked on which side its wall is, and how far beside; metres.
-ASKED, BESIDE = (-0.3, -0.15, 0.0, 0.15, 0.3), 0.1
-# Lines of one wall face: metres apart across and along, and degrees between them, at most.
-SAME_ACROSS, SAME_ALONG, SAME_ANGLE = 0.1, 4.0, 3.0
+# The constants of this module were chosen by hand on the maps of the benches (docs/structure.md).
+# Length of contour on both sides of a cell that gives its tangent; metres.
+TANGENT_REACH = 0.2
+# Distance between the samples along a line; metres.
+SAMPLE_SPACING = 0.1
+# A face is a piece of contour that deviates from a straight line by at most this; metres.
+FACE_TOLERANCE = 0.1
+# Least length of a face; metres.
+MIN_FACE_LENGTH = 0.4
+# Contour cells belong to a line if they are at most this far from it; metres.
+LINE_BAND = 0.15
+# The same for the angle between their tangent and the line; degrees.
+LINE_ANGLE = 15.0
+# How far beyond the ends of its face a line is fitted, in three rounds; metres.
+FIT_REACHES = (0.5, 1.5, 3.0)
+# Least length of contour on a line; metres.
+MIN_SUPPORT = 0.8
+# Positions on a face where the side of its wall is sampled, from its middle; share of its length.
+SIDE_POSITIONS = (-0.3, -0.15, 0.0, 0.15, 0.3)
+# Distance from the face at which it is sampled; metres.
+SIDE_DISTANCE = 0.1
+# Two lines are one wall face if they are less than this apart across ...
+SAME_ACROSS = 0.1
+# ... and along, in metres, ...
+SAME_ALONG = 4.0
+# ... and have less than this angle between them; degrees.
+SAME_ANGLE = 3.0
 
 
 @dataclass(frozen=True, eq=False)
 class WallLines:
     """Lines along the faces of walls.
 
-    points: shape (N, 2), a place on each line; row and col, in cells.
-    along: shape (N, 2), its direction, of length 1. towards: shape (N, 2), across it, to the side that the wall is on.
+    points: shape (N, 2), a point on each line; row and col, in cells.
+    along: shape (N, 2), unit vector along it. towards: shape (N, 2), unit vector across it, towards the wall.
     """
 
     points: Floats
@@ -50,55 +63,57 @@ class WallLines:
 
 
 def find_wall_lines(space: Mask, *, resolution: float) -> WallLines:
-    """Wall lines of the space where a robot may be, shape (H, W), those of the longest faces first.
+    """Wall lines of the free space, shape (H, W), those of the longest faces first.
 
     resolution: metres per cell.
     """
     # Straight pieces of the contour are the faces of walls
-    faces, tangents = _trace_faces(space, TOLERANCE / resolution, round(TANGENT / resolution))
-    faces = faces[measure_lengths(faces) * resolution >= SHORTEST_FACE]
+    faces, tangents = _trace_faces(space, FACE_TOLERANCE / resolution, round(TANGENT_REACH / resolution))
+    faces = faces[measure_lengths(faces) * resolution >= MIN_FACE_LENGTH]
     lengths = measure_lengths(faces)
     points, along = faces.mean(axis=1), (faces[:, 1] - faces[:, 0]) / lengths[:, None]
-    # A face is too short to tell its direction: the contour in line with it, ever further away, refines it
-    step = max(1, round(STEP / resolution))
-    for beyond in REACHES:
-        halves = np.minimum(lengths / 2, REACHES[-1] / resolution) + beyond / resolution
+    # A short face has an inaccurate direction: fit the line to the contour along it, further away in each round
+    step = max(1, round(SAMPLE_SPACING / resolution))
+    for reach in FIT_REACHES:
+        halves = np.minimum(lengths / 2, FIT_REACHES[-1] / resolution) + reach / resolution
         line, steps, cells = _sample_contour(
-            tangents, points, along, halves, step=step, band=round(BAND / resolution), angle=ANGLE
+            tangents, points, along, halves, step=step, band=round(LINE_BAND / resolution), angle=LINE_ANGLE
         )
         points, along = _fit_lines(points, along, line, cells)
-        # A step counts once, however many cells of the contour lie across it
+        # A step counts once, although several contour cells may lie across it
         supports = (
             np.bincount(line[np.flatnonzero(np.diff(steps, prepend=-1))], minlength=len(faces)) * step * resolution
         )
-    # The wall is where the space is not
-    lines = WallLines(points, along, _face_walls(points, along, lengths, space, max(2, BESIDE / resolution)))
-    # What few pieces of contour support is no wall, and one line represents all that lie on each other
-    chosen = np.flatnonzero(supports >= LEAST_SUPPORT)
+    # The wall is on the side without free space
+    lines = WallLines(
+        points, along, _find_wall_sides(points, along, lengths, space, max(2, SIDE_DISTANCE / resolution))
+    )
+    # Drop lines with little contour on them, and all but one of those that lie on each other
+    chosen = np.flatnonzero(supports >= MIN_SUPPORT)
     chosen = chosen[np.argsort(-lengths[chosen], kind="stable")]
-    return _drop_doubles(lines.select(chosen), resolution)
+    return _drop_duplicates(lines.select(chosen), resolution)
 
 
 def span_walls(lines: WallLines, space: Mask, *, reach: float, gap: float, resolution: float) -> Floats:
     """Each wall line from where its wall begins to where it ends, shape (N, 2, 2): end, then row and col.
 
-    A wall has space before it and none behind it; it goes on after gaps, which may be doors, up to a width. A line that
-    is more gap than wall, or has no length, is left out.
-    space: shape (H, W). reach: how far it is followed both ways. gap, reach, resolution: metres.
+    A wall has free space in front of it and none behind it; it continues after gaps up to a width, which may be doors.
+    Lines with more gap than wall, or of no length, are left out.
+    space: shape (H, W). reach: how far a line is followed both ways. gap, reach, resolution: metres.
     """
-    step = max(1, round(STEP / resolution))
-    most = int(reach / resolution) // step * step
-    distances = np.arange(-most, most + 1, step)
-    places = lines.points[:, None] + lines.along[:, None] * distances[:, None]
-    behind, before = places + lines.towards[:, None], places - 2 * lines.towards[:, None]
-    walled = ~look_up(space, behind) & look_up(space, before)
+    step = max(1, round(SAMPLE_SPACING / resolution))
+    steps = int(reach / resolution) // step * step
+    distances = np.arange(-steps, steps + 1, step)
+    samples = lines.points[:, None] + lines.along[:, None] * distances[:, None]
+    behind, before = samples + lines.towards[:, None], samples - 2 * lines.towards[:, None]
+    is_wall = ~sample_image(space, behind) & sample_image(space, before)
     spans = [np.zeros((0, 2, 2))]
-    for i, wall in enumerate(walled):
-        seen = distances[wall]
-        if len(seen):
-            stretches = np.split(seen, np.flatnonzero(np.diff(seen) * resolution > gap) + 1)
+    for i, wall in enumerate(is_wall):
+        wall_distances = distances[wall]
+        if len(wall_distances):
+            stretches = np.split(wall_distances, np.flatnonzero(np.diff(wall_distances) * resolution > gap) + 1)
             nearest = min(stretches, key=lambda stretch: np.abs(stretch).min())
-            # A single place is no line, and what is less wall than gaps only passes by obstacles.
+            # A single sample is no line; a line with less wall than gaps only passes by obstacles.
             if len(nearest) > 1 and 2 * len(nearest) * step > np.ptp(nearest):
                 spans.append((lines.points[i] + np.outer(nearest[[0, -1]], lines.along[i]))[None])
     return np.concatenate(spans)
@@ -124,22 +139,22 @@ def _trace_faces(space: Mask, tolerance: float, window: int) -> tuple[Floats, ND
 def _sample_contour(
     tangents: NDArray[np.float32], points: Floats, along: Floats, halves: Floats, *, step: int, band: int, angle: float
 ) -> tuple[Indices, Indices, Floats]:
-    """Contour cells on each line, looked for step by step within a half length of its point.
+    """Contour cells on each line, sampled every step up to a half length from its point; cells.
 
-    Returns the line, the step and the row and col of each cell; shapes (C,), (C,) and (C, 2).
+    Returns the line, the number of the sample, and the row and col of each cell; shapes (C,), (C,) and (C, 2).
     """
-    most = int(halves.max(initial=0)) // step * step
-    distances = np.arange(-most, most + 1, step)
-    line, place = np.nonzero(np.abs(distances) <= halves[:, None])
-    middles = points[line] + along[line] * distances[place, None]
+    longest = int(halves.max(initial=0)) // step * step
+    distances = np.arange(-longest, longest + 1, step)
+    line, index = np.nonzero(np.abs(distances) <= halves[:, None])
+    middles = points[line] + along[line] * distances[index, None]
     cells = np.rint(middles[:, None] + turn(along)[line, None] * np.arange(-band, band + 1)[:, None])
-    agreement = np.abs((look_up(tangents, cells) * along[line, None]).sum(axis=-1))
+    agreement = np.abs((sample_image(tangents, cells) * along[line, None]).sum(axis=-1))
     steps, across = np.nonzero(agreement > np.cos(np.radians(angle)))
     return line[steps], steps, cells[steps, across]
 
 
 def _fit_lines(points: Floats, along: Floats, line: Indices, cells: Floats) -> tuple[Floats, Floats]:
-    """Lines turned to the principal axis of their cells, each point to the nearest place of it."""
+    """Lines turned to the principal axis of their cells, and their points projected onto it."""
 
     def total(values: Floats) -> Floats:
         return np.asarray(np.bincount(line, values, len(points)), np.float64)
@@ -155,15 +170,15 @@ def _fit_lines(points: Floats, along: Floats, line: Indices, cells: Floats) -> t
     return np.where(fitted, feet, points), np.where(fitted, axes, along)
 
 
-def _face_walls(points: Floats, along: Floats, lengths: Floats, space: Mask, beside: float) -> Floats:
-    """Direction across each line to the side with less space beside the face."""
+def _find_wall_sides(points: Floats, along: Floats, lengths: Floats, space: Mask, distance: float) -> Floats:
+    """Direction across each line towards the side with less free space at a distance from the face, in cells."""
     across = turn(along)
-    asked = points[:, None] + along[:, None] * (lengths[:, None] * ASKED)[..., None]
-    one, other = (look_up(space, asked + side * beside * across[:, None]).sum(axis=1) for side in (1, -1))
+    samples = points[:, None] + along[:, None] * (lengths[:, None] * SIDE_POSITIONS)[..., None]
+    one, other = (sample_image(space, samples + side * distance * across[:, None]).sum(axis=1) for side in (1, -1))
     return across * np.where(one <= other, 1, -1)[:, None]
 
 
-def _drop_doubles(lines: WallLines, resolution: float) -> WallLines:
+def _drop_duplicates(lines: WallLines, resolution: float) -> WallLines:
     """Lines without those that lie on an earlier one."""
     near = KDTree(lines.points).query_pairs(np.hypot(SAME_ALONG, SAME_ACROSS) / resolution, output_type="ndarray")
     earlier, later = near[np.lexsort(near.T)].T if len(near) else np.zeros((2, 0), int)
@@ -172,11 +187,11 @@ def _drop_doubles(lines: WallLines, resolution: float) -> WallLines:
     along = np.abs((steps * lines.along[later]).sum(axis=1))
     agreement = (lines.towards[earlier] * lines.towards[later]).sum(axis=1)
     same = (np.maximum(*across) < SAME_ACROSS) & (along < SAME_ALONG) & (agreement > np.cos(np.radians(SAME_ANGLE)))
-    kept = np.ones(len(lines), bool)
-    # Sorted by the later one, so that whether the earlier one stays is known.
+    selected = np.ones(len(lines), bool)
+    # The pairs are sorted by the later line, so that it is decided before whether the earlier one stays.
     for first, second in zip(earlier[same].tolist(), later[same].tolist(), strict=True):
-        kept[second] &= not kept[first]
-    return lines.select(kept)
+        selected[second] &= not selected[first]
+    return lines.select(selected)
 
 
 def turn(directions: Floats) -> Floats:

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pianta._types import Floats
+from pianta._types import Floats, Indices
 from pianta.layout.parameters import ThesisParameters
 from pianta.layout.thesis.segments import Segments
 
-Labels = NDArray[np.intp]
-
-# Mean shift stops when no centre moves by more; centres nearer than the second are one cluster (rad).
-SHIFT_TOLERANCE, SAME_ANGLE = 1e-5, 1e-2
+# Mean shift stops when no centre moves by more; radians (as in the experiments of the authors of the thesis).
+SHIFT_TOLERANCE = 1e-5
+# Centres with smaller gaps are one cluster; radians.
+SAME_ANGLE = 1e-2
+# Iterations of the mean shift, at most.
 MAX_SHIFTS = 200
-# Angles are rounded to a tenth of a degree, finer than short segments tell them, so that a noisy map has few.
+# Angles are rounded to this, so that a noisy map has few different ones: 0.1° is less than the error of short segments.
 ANGLE_STEP = np.radians(0.1)
 
 
@@ -25,7 +25,7 @@ class RepresentativeLine:
     """The line of a cluster of segments: points p with p · normal = offset.
 
     angle: of the direction (cos, sin), radians in 0 … π.
-    offset: along the normal (-sin, cos), metres of the canvas.
+    offset: along the normal (-sin, cos), metres of the working grid.
     covered: shape (K, 2), disjoint intervals of the direction coordinate, sorted, that segments project onto, with
         the door gaps between them filled; metres.
     """
@@ -52,7 +52,7 @@ class RepresentativeLine:
         return np.asarray(np.interp(end, knots, covered) - np.interp(start, knots, covered))
 
 
-def cluster_angles(segments: Segments, parameters: ThesisParameters) -> tuple[Labels, Floats]:
+def cluster_angles(segments: Segments, parameters: ThesisParameters) -> tuple[Indices, Floats]:
     """C ← meanShiftClustering(S): the angular cluster of each segment, shape (N,), and the angle of each cluster.
 
     Eqs. 3.1 and 3.2, with angles modulo π.
@@ -77,11 +77,11 @@ def cluster_angles(segments: Segments, parameters: ThesisParameters) -> tuple[La
     return labels[which.ravel()], np.angle(sums) / 2 % np.pi
 
 
-def cluster_spatially(offsets: Floats, line_distance: float) -> Labels:
+def cluster_spatially(offsets: Floats, line_distance: float) -> Indices:
     """C' ← spatialClustering(C, line_distance): clusters of parallel lines, given their offsets in metres; shape (N,).
 
     Neighbouring clusters are joined, nearest first, while their mean lines are less than line_distance apart. (The
-    text joins any two segments that near; in a map with drift that rule chains walls of neighbouring rooms.)
+    thesis joins any two segments at such a distance; in a map with drift that rule chains walls of different rooms.)
     """
     values, which, sizes = np.unique(offsets, return_inverse=True, return_counts=True)
     means, weights = values, sizes.astype(float)
@@ -101,8 +101,8 @@ def cluster_spatially(offsets: Floats, line_distance: float) -> Labels:
 def get_representative_lines(segments: Segments, parameters: ThesisParameters) -> list[RepresentativeLine]:
     """Lines ← getRepresentativeLines(C'): one line through the median of the middles of each spatial cluster.
 
-    Clusters whose segments are shorter than line_support together are noise, and give no line. Gaps of at most
-    filled_gap count as covered, as section 3.3 fills the door gaps of floor plans.
+    Clusters with a total length of segments below line_support are noise, and give no line. Gaps of at most filled_gap
+    count as covered, as section 3.3 fills the door gaps of floor plans.
     """
     if not len(segments):
         return []
@@ -136,7 +136,7 @@ def _angular_kernel(centres: Floats, angles: Floats, bandwidth: float) -> Floats
     return np.asarray(np.clip(1 - (1 - np.abs(cosines)) / bandwidth, 0.0, None) ** 2)
 
 
-def _group_circular(angles: Floats) -> Labels:
+def _group_circular(angles: Floats) -> Indices:
     """Groups of angles modulo π with gaps of more than SAME_ANGLE between them; shape (N,)."""
     order = np.argsort(angles)
     labels = np.empty(len(angles), np.intp)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -11,80 +13,98 @@ from pianta._types import Colors, Mask
 Greys = NDArray[np.uint8]
 Contrast = NDArray[np.float32]
 
-# A sheet whose middle grey is below this is dark paper, as blueprints are.
-DARK_PAPER = 100
-# The middle grey is that of so many pixels, spread over the sheet.
-SAMPLED = 200_000
-# The paper is looked for within this share of the longest side: walls are thinner, coloured areas wider.
-REACH = 0.02
-# Ink is darker than its paper by this many grey levels at least, and at most so many are asked; noise never is ink.
-LEAST_CONTRAST, MOST_CONTRAST, NOISES = 14.0, 60.0, 5.0
-# What is as dark as this in even light is ink, however wide.
-BLACK = 90
+# Pixels, spread over the sheet, whose median is taken for the grey level of the paper
+N_SAMPLED_PIXELS = 200_000
 
 
-def straighten_tones(colors: Colors) -> Colors:
-    """The colours of a sheet as on white paper: dark paper with light lines is turned to its negative."""
+@dataclass(frozen=True, kw_only=True)
+class BinarizationParameters:
+    """Thresholds between ink and paper; grey levels are of 8 bits. Chosen by hand, no fit is on record."""
+
+    dark_paper: int = 100  # grey level: a sheet whose median is below is dark paper, as blueprints are
+    paper_reach: float = 0.02  # share of the longer side: wider than walls, narrower than coloured areas
+    min_contrast: float = 14.0  # grey levels between ink and paper, at least
+    max_contrast: float = 60.0  # grey levels between ink and paper that are enough on every sheet
+    noise_factor: float = 5.0  # ink differs from the paper by this many standard deviations of the noise
+    black: int = 90  # grey level in even light: darker areas are ink, however wide
+
+
+PARAMETERS = BinarizationParameters()
+
+
+def invert_if_dark(colors: Colors) -> Colors:
+    """The colours of a sheet as on white paper: dark paper with light lines becomes its negative."""
     pixels = colors.reshape(-1, 3)
     # An odd step meets no pattern of the sheet
-    middle = np.median(take_lightest(pixels[:: len(pixels) // SAMPLED | 1]))
-    return np.asarray(255 - colors if middle < DARK_PAPER else colors, np.uint8)
+    middle = np.median(max_channel(pixels[:: len(pixels) // N_SAMPLED_PIXELS | 1]))
+    return np.asarray(255 - colors if middle < PARAMETERS.dark_paper else colors, np.uint8)
 
 
-def take_lightest(colors: Colors) -> Greys:
-    """The lightest channel of each pixel, shape (H, W)."""
+def max_channel(colors: Colors) -> Greys:
+    """The highest channel of each pixel, shape (H, W)."""
     # NumPy takes twenty times as long over the last axis
     return np.maximum(np.maximum(colors[..., 0], colors[..., 1]), colors[..., 2])
 
 
-def take_darkest(colors: Colors) -> Greys:
-    """The darkest channel of each pixel, shape (H, W)."""
+def min_channel(colors: Colors) -> Greys:
+    """The lowest channel of each pixel, shape (H, W)."""
     return np.minimum(np.minimum(colors[..., 0], colors[..., 1]), colors[..., 2])
 
 
+@dataclass(frozen=True, eq=False)
+class PaperContrast:
+    """How much darker each pixel of a sheet is than the paper around it.
+
+    levels: grey levels, shape (H, W). shares: the contrast of each number of levels, shape (256,), 0 … 1.
+    """
+
+    levels: Greys
+    shares: Contrast
+
+    @property
+    def contrast(self) -> Contrast:
+        """Contrast of each pixel, shape (H, W), 0 … 1; above 0.5 is ink."""
+        return np.asarray(cv2.LUT(self.levels, self.shares), np.float32)
+
+    @property
+    def contrast_uint8(self) -> Greys:
+        """Contrast of each pixel, shape (H, W), 0 … 255."""
+        return np.asarray(cv2.LUT(self.levels, (self.shares * 255).astype(np.uint8)), np.uint8)
+
+    def ink(self, paper: Colors) -> Mask:
+        """What has full contrast, and what is black however wide it is, shape (H, W); paper: the sheet, light."""
+        # A strong colour is dark in one channel, black in all
+        lightest = max_channel(paper)
+        even = np.arange(256, dtype=np.float32) * (255.0 / max(int(lightest.max()), 1))
+        black = cv2.LUT(lightest, (even < PARAMETERS.black).astype(np.uint8)).view(np.bool_)
+        return np.asarray(cv2.LUT(self.levels, (self.shares > 0.5).astype(np.uint8)).view(np.bool_) | black)
+
+
+def compare_to_paper(paper: Colors) -> PaperContrast:
+    """The contrast of a sheet with light paper, shape (H, W, 3).
+
+    The paper, or the colour of a room, is the lightest grey within a small reach, so that uneven light and coloured
+    rooms have no contrast. The unit is Otsu's threshold, above the noise of grain and JPEG.
+    """
+    darkest = min_channel(paper)
+    side = max(3, round(PARAMETERS.paper_reach * max(darkest.shape))) | 1
+    around = cv2.morphologyEx(darkest, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
+    levels = np.asarray(cv2.subtract(around, darkest), np.uint8)
+    inked = levels[levels > PARAMETERS.min_contrast]
+    otsu = cv2.threshold(inked.reshape(-1, 1), 0, 255, cv2.THRESH_OTSU)[0] if len(inked) else PARAMETERS.max_contrast
+    # Hair-thin grey lines may be most of the ink, so half of Otsu's threshold counts
+    least = min(otsu / 2, PARAMETERS.max_contrast)
+    least = max(least, PARAMETERS.min_contrast, PARAMETERS.noise_factor * measure_noise(darkest))
+    return PaperContrast(levels, np.clip(np.arange(256, dtype=np.float32) / (2 * least), 0, 1))
+
+
 def binarise(colors: Colors) -> Mask:
-    """The ink of a sheet, shape (H, W): what is darker than the paper around it (thesis, section 3.3).
+    """The ink of a picture, shape (H, W): what is darker than the paper around it (thesis, section 3.3).
 
-    colors: shape (H, W, 3). Ink is what has its full contrast, and what is black however wide it is.
+    colors: shape (H, W, 3).
     """
-    paper = straighten_tones(colors)
-    # A strong colour is dark in one channel, black in all
-    lightest = take_lightest(paper)
-    even = np.arange(256, dtype=np.float32) * (255.0 / max(int(lightest.max()), 1))
-    black = cv2.LUT(lightest, (even < BLACK).astype(np.uint8)).view(np.bool_)
-    levels, shares = _compare_to_paper(paper)
-    return np.asarray(cv2.LUT(levels, (shares > 0.5).astype(np.uint8)).view(np.bool_) | black)
-
-
-def measure_contrast(colors: Colors) -> Contrast:
-    """How much darker each pixel is than the paper around it, 0 … 1, shape (H, W); 0.5 parts ink from paper.
-
-    The paper, or the colour of a room, is the lightest within a small reach, so that uneven light and coloured rooms
-    have no contrast. The unit is Otsu's threshold, above the noise of grain and JPEG.
-    """
-    return np.asarray(cv2.LUT(*_compare_to_paper(straighten_tones(colors))), np.float32)
-
-
-def grade_contrast(paper: Colors) -> Greys:
-    """The contrast of a sheet in straight tones, 0 … 255, shape (H, W)."""
-    levels, shares = _compare_to_paper(paper)
-    return np.asarray(cv2.LUT(levels, (shares * 255).astype(np.uint8)), np.uint8)
-
-
-def _compare_to_paper(colors: Colors) -> tuple[Greys, Contrast]:
-    """By how many grey levels each pixel is darker than the paper around it, and what contrast that is.
-
-    Shapes (H, W), and (256,) for each number of levels. colors: in straight tones.
-    """
-    darkest = take_darkest(colors)
-    side = max(3, round(REACH * max(darkest.shape))) | 1
-    paper = cv2.morphologyEx(darkest, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
-    levels = np.asarray(cv2.subtract(paper, darkest), np.uint8)
-    inked = levels[levels > LEAST_CONTRAST]
-    otsu = cv2.threshold(inked.reshape(-1, 1), 0, 255, cv2.THRESH_OTSU)[0] if len(inked) else MOST_CONTRAST
-    # Hair-thin grey lines may be most of the ink, so Otsu's threshold is taken by half
-    least = max(min(otsu / 2, MOST_CONTRAST), LEAST_CONTRAST, NOISES * measure_noise(darkest))
-    return levels, np.clip(np.arange(256, dtype=np.float32) / (2 * least), 0, 1)
+    paper = invert_if_dark(colors)
+    return compare_to_paper(paper).ink(paper)
 
 
 def measure_noise(greys: Greys) -> float:
@@ -99,4 +119,5 @@ def measure_noise(greys: Greys) -> float:
         for row, weights in enumerate(laplacian)
         for col, weight in enumerate(weights)
     )
+    # 0.6745: median of the absolute value of a standard normal; 6: root of the sum of the squared weights
     return float(np.median(np.abs(response).astype(np.float32)) / 0.6745 / 6)

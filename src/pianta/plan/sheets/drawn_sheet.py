@@ -1,4 +1,4 @@
-"""A vector plan as a sheet of pixels, at a scale at which doors have the size that reading pictures expects."""
+"""A vector plan as a sheet of pixels, at a scale at which doors have the size that the network was trained for."""
 
 from __future__ import annotations
 
@@ -12,44 +12,47 @@ from pianta._types import Colors, Floats, Mask
 from pianta.errors import OptionError, PlanError
 from pianta.io._files import short_repr
 from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing
-from pianta.plan.sheets.sheet import PlacedText, Sheet
+from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, Sheet
 
-DOOR_WIDTH = 0.9  # metres
-DOOR_PX = 32
-LONGEST_PX, MARGIN_PX, LINE_PX = 4000, 24, 2
-UNSCALED_SHARE = 0.5  # of the longest side, where nothing tells the scale
+DOOR_PX = 32  # pixels of a door; the network has 8 cells a door, so a cell is 4 pixels
+LONGEST_PX = 4000  # pixels of the longer side, at most
+MARGIN_PX = 24  # pixels of paper around the drawing
+LINE_PX = 2  # pixels of the thinnest line
+UNSCALED_SHARE = 0.5  # of LONGEST_PX, for a drawing without units and doors
 
-_GAP_SHARE = 0.5  # of the extent: what lies beyond an emptier stretch is no part of the plan
-_MAX_CUTS = 20
-_POINT = 1e-9  # drawing units
-_LINE_OF_CAPITALS, _LETTER_OF_CAPITALS = 1.4, 0.85  # of the height of capitals
-_SUBPIXEL_BITS = 4
+_GAP_SHARE = 0.5  # of the extent: what lies beyond a wider empty stretch is no part of the plan
+_MAX_CUTS = 20  # empty stretches cut off along each axis
+_POINT = 1e-9  # drawing units: a smaller drawing is a point
+_LINE_OF_CAPITALS = 1.4  # height of a line of text, in heights of its capitals
+_LETTER_OF_CAPITALS = 0.85  # width of a letter, in heights of the capitals
+_SUBPIXEL_BITS = 4  # fractional bits of points of OpenCV
 
 
 def draw_sheet(drawing: PlanDrawing, *, longest_px: int = LONGEST_PX) -> Sheet:
     """Draw a vector plan as pixels, black on white, with its walls, doors and texts in their frame.
 
-    longest_px: what neither side exceeds.
+    longest_px: pixels of the longer side, at most.
 
-    A door of 0.9 m becomes DOOR_PX pixels wide, where the drawing has units, and so does the median door where it has
-    only doors; with neither, the longer side becomes half of longest_px. Lines are at least LINE_PX wide, without
-    grey. Walls are the lines and filled areas of a drawing that names walls, None of one that names none; what it
-    calls door or window is no wall. Texts are placed and not drawn; a drawing without any may have drawn its letters
-    as lines, so its texts are None. What lies off the plan, beyond a stretch emptier than half the extent, is left out.
+    With units, a door of 0.9 m is DOOR_PX pixels wide; without units but with doors, the median door is; with neither,
+    the longer side has half of longest_px. Lines are at least LINE_PX wide, without grey. The walls are the lines that
+    the drawing names walls and its filled areas, None if it names no walls. Texts are placed and not drawn; a drawing
+    without texts may have letters of lines, so the sheet has None. What lies beyond an empty stretch that is wider than
+    half of the extent is left out.
 
-    Raises OptionError when longest_px leaves no room within the margin, PlanError when nothing is drawn.
+    Raises OptionError if longest_px leaves no room within the margin, PlanError if nothing is drawn.
     """
     if longest_px < 4 * MARGIN_PX:
         raise OptionError(f"longest_px is {longest_px}, give at least {4 * MARGIN_PX}")
-    low, high = _extent_of(drawing)
+    low, high = _extent(drawing)
     frame = _Frame(low, high, _px_per_unit(drawing, high - low, longest_px))
     middles = drawing.doors.mean(axis=1)
     doors = drawing.doors[((middles >= low) & (middles <= high)).all(axis=1)]
     texts = tuple(_place_text(text, frame) for text in drawing.texts if frame.holds(text.x, text.y))
-    ink = _draw_lines(drawing, np.ones(len(drawing.lines), bool), frame) | _draw_fills(drawing, frame)
+    fills, is_wall = _draw_fills(drawing, frame), drawing.roles == ROLES.index("wall")
+    ink = _draw_lines(drawing, np.ones(len(drawing.lines), bool), frame) | fills
     return Sheet(
         colors=np.where(ink[:, :, None], np.uint8(0), np.uint8(255)).repeat(3, axis=2),
-        walls=_draw_walls(drawing, frame),
+        walls=_draw_lines(drawing, is_wall, frame) | fills if is_wall.any() else None,
         doors=frame.to_pixels(doors),
         texts=texts or None,
         resolution=drawing.metres_per_unit and drawing.metres_per_unit / frame.px_per_unit,
@@ -85,30 +88,30 @@ class _Frame:
         return bool(0 <= row < height and 0 <= col < width)
 
     def to_cv(self, points: Floats) -> NDArray[np.int32]:
-        """Points x, y as OpenCV takes them: col, row, from the centre of the first pixel, in parts of a pixel."""
+        """Points x, y for OpenCV: col, row, from the centre of the first pixel, in 2**-_SUBPIXEL_BITS pixels."""
         pixels = np.clip(self.to_pixels(points), -1e5, 1e5)
         return np.asarray(np.round((pixels[..., ::-1] - 0.5) * 2**_SUBPIXEL_BITS), np.int32)
 
 
-def _extent_of(drawing: PlanDrawing) -> tuple[Floats, Floats]:
+def _extent(drawing: PlanDrawing) -> tuple[Floats, Floats]:
     """The corners of what is drawn, shape (2,) each, drawing units, without what lies far off."""
     boxes = [np.stack([drawing.lines.min(axis=1), drawing.lines.max(axis=1)], axis=1)]
     boxes += [np.array([[outline.min(axis=0), outline.max(axis=0)]]) for outline in drawing.fills]
     bounds = np.concatenate(boxes)
     if not len(bounds):
         raise PlanError(f"plan {short_repr(drawing.source)} draws nothing, give one with lines")
-    # Where walls are named they are the plan, however many lines a detail beside it has.
+    # Named walls are the plan, however many lines a detail beside it has
     is_wall = np.zeros(len(bounds), bool)
     is_wall[: len(drawing.lines)] = drawing.roles == ROLES.index("wall")
     weights = is_wall.astype(float) if is_wall.any() else np.ones(len(bounds))
     for axis in [0, 1] * _MAX_CUTS:
-        kept = _cut_off(bounds, weights, axis)
-        bounds, weights = bounds[kept], weights[kept]
+        near = _heavier_side(bounds, weights, axis)
+        bounds, weights = bounds[near], weights[near]
     return bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
 
 
-def _cut_off(bounds: Floats, weights: Floats, axis: int) -> NDArray[np.bool_]:
-    """Which boxes, shape (N, 2, 2), lie on the heavier side of the widest empty stretch along an axis.
+def _heavier_side(bounds: Floats, weights: Floats, axis: int) -> Mask:
+    """Which boxes, shape (N, 2, 2), lie on the heavier side of the widest empty stretch along an axis, shape (N,).
 
     All, unless the stretch is wider than half the extent, and than the longer side of what would stay.
     """
@@ -118,14 +121,14 @@ def _cut_off(bounds: Floats, weights: Floats, axis: int) -> NDArray[np.bool_]:
     gaps = starts[1:] - reached[:-1]
     if not len(gaps) or gaps.max() <= _GAP_SHARE * (reached[-1] - starts[0]):
         return np.ones(len(bounds), bool)
-    kept = bounds[:, 0, axis] >= starts[gaps.argmax() + 1]
-    kept = kept if weights[kept].sum() > weights[~kept].sum() else ~kept
-    stays = (bounds[kept, 1].max(axis=0) - bounds[kept, 0].min(axis=0)).max()
-    return np.asarray(kept if gaps.max() > stays else np.ones(len(bounds), bool))
+    side = bounds[:, 0, axis] >= starts[gaps.argmax() + 1]
+    side = side if weights[side].sum() > weights[~side].sum() else ~side
+    rest = (bounds[side, 1].max(axis=0) - bounds[side, 0].min(axis=0)).max()
+    return np.asarray(side if gaps.max() > rest else np.ones(len(bounds), bool))
 
 
 def _px_per_unit(drawing: PlanDrawing, size: Floats, longest_px: int) -> float:
-    """Pixels per drawing unit, such that the longer side fits."""
+    """Pixels per drawing unit, so that doors have DOOR_PX and the longer side fits."""
     longest = float(size.max())
     if not longest > _POINT:
         raise PlanError(f"plan {short_repr(drawing.source)} draws a single point, give one with walls")
@@ -136,17 +139,12 @@ def _px_per_unit(drawing: PlanDrawing, size: Floats, longest_px: int) -> float:
     return min(fitting, DOOR_PX / door if door > 0 else fitting * UNSCALED_SHARE)
 
 
-def _draw_walls(drawing: PlanDrawing, frame: _Frame) -> Mask | None:
-    is_wall = drawing.roles == ROLES.index("wall")
-    return _draw_lines(drawing, is_wall, frame) | _draw_fills(drawing, frame) if is_wall.any() else None
-
-
 def _draw_lines(drawing: PlanDrawing, chosen: Mask, frame: _Frame) -> Mask:
-    """Lines of their widths; those of LINE_PX exactly so, where OpenCV draws an odd number of pixels."""
+    """Lines of their widths; those of LINE_PX have exactly that, although OpenCV draws odd numbers of pixels."""
     points = frame.to_cv(drawing.lines[chosen])
     widths = np.round(drawing.widths[chosen] * frame.px_per_unit).clip(LINE_PX, max(frame.shape))
     canvas: Colors = np.zeros(frame.shape, np.uint8)
-    # A line of two pixels lies on both sides of the border of two.
+    # A line of two pixels lies on both sides of the border between them
     _draw_chains(canvas, points[widths == LINE_PX] + 2 ** (_SUBPIXEL_BITS - 1), 1)
     canvas = np.asarray(cv2.dilate(canvas, np.ones((LINE_PX, LINE_PX), np.uint8), anchor=(0, 0)), np.uint8)
     for width in np.unique(widths[widths > LINE_PX]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -20,36 +21,51 @@ from pianta.io.images import (
     read_grey,
 )
 
-Kind = Literal["map", "plan"]
+InputKind = Literal["map", "plan"]
 VECTOR_SUFFIXES = (".dxf", ".svg", ".pdf", ".ifc")
 PLAN_SUFFIXES = (*PICTURE_SUFFIXES, *VECTOR_SUFFIXES)
 
-# A map is grey. Colours of at least this chroma on more than this share of an image make it a plan,
-CHROMA, COLORED = 40, 0.003
-# and so does paper: greys from here on along most of its border,
-PAPER, BORDER = 245, 0.5
-# or so many greys that the three most frequent ones are less than this share, as on photos and scans.
-FEW_GREYS = 0.5
-# A drawing has few colours: this share of it at least has one of the most frequent TONES of 8 × 8 × 8 colours.
-TONES, FREQUENT = 12, 0.45
-# It is mostly paper, its ink seldom begins or ends from one pixel to the next, and some piece of it, which letters and
-# specks are not, is as long as this share of its longer side. The plans of the data have 0.86 at least (0.60 where they
-# are photographed in uneven light), 0.18 and 0.18 at most, 0.16 at least.
-MOST_INK, MOST_CHANGES, LEAST_PIECE = 0.5, 0.5, 0.05
-# Where floors are hatched, which looks like noise, some wall goes straight along this share of the longer side.
-LEAST_WALL = 0.1
-# Pixels of the shorter side of the smallest plan, and of the longer side by which pictures are judged.
-LEAST_PX, JUDGED_PX = 16, 2000
-# A transparent image is a map, whose unknown cells are left out, when this share of it is white.
-WHITE = 0.05
+
+@dataclass(frozen=True, kw_only=True)
+class MapOrPlanParameters:
+    """Thresholds between maps and plans; shares are of all pixels. Chosen by hand, no fit is on record."""
+
+    min_chroma: int = 40  # levels between the channels of a coloured pixel
+    max_colored_share: float = 0.003  # more coloured pixels make a plan
+    paper: int = 245  # grey level from which on a pixel is white paper
+    max_paper_border: float = 0.5  # share of the border; more paper makes a plan
+    min_frequent_share: float = 0.5  # share of the three most frequent greys; less makes a plan, as of photos and scans
+    min_white_share: float = 0.05  # of a transparent image; more is free space, so the image is a map
 
 
-def detect_input_kind(path: Source, *, max_cells: int = MAX_CELLS) -> Kind:
-    """Whether a file is a robot's map or a plan: by its suffix, images by what they show.
+@dataclass(frozen=True, kw_only=True)
+class DrawingParameters:
+    """Thresholds between drawings and other pictures; shares are of all pixels.
+
+    Chosen on the plans of the data, which have a share of frequent colors of 0.86 at least (0.60 where photographed in
+    uneven light), of ink of 0.18 and of changes of 0.18 at most, and a longest piece of 0.16 at least.
+    """
+
+    min_side_px: int = 16  # pixels of the shorter side
+    max_working_px: int = 2000  # pixels of the longer side; larger pictures are reduced
+    n_frequent_colors: int = 12  # of 8 × 8 × 8
+    min_frequent_share: float = 0.45  # share of the most frequent colors
+    max_ink_share: float = 0.5
+    max_change_share: float = 0.5  # neighbours of which one is ink and the other paper
+    min_piece: float = 0.05  # longest piece of ink, share of the longer side: letters and specks are shorter
+    min_wall: float = 0.1  # longest straight line where floors are hatched, share of the longer side
+
+
+MAP_OR_PLAN = MapOrPlanParameters()
+DRAWING = DrawingParameters()
+
+
+def detect_input_kind(path: Source, *, max_cells: int = MAX_CELLS) -> InputKind:
+    """Whether a file is a robot's map or a plan: by its suffix, images by their pixels.
 
     Maps are grey, have few greys, and do not end in free space; plans have paper, colours, or are photos.
-    Raises MapError, in one line, for an image that cannot be read; other files are maps, whose reader says what is
-    wrong with them.
+    Raises MapError, in one line, for an image that cannot be read; all other files count as maps, whose reader reports
+    what is wrong with them.
     """
     suffix = Path(path_of(path)).suffix.lower()
     if suffix in VECTOR_SUFFIXES or suffix in set(PICTURE_SUFFIXES) - set(IMAGE_SUFFIXES):
@@ -60,40 +76,44 @@ def detect_input_kind(path: Source, *, max_cells: int = MAX_CELLS) -> Kind:
     greys, transparent = read_grey(image)
     colors = read_colors(image)
     opaque = np.ones(greys.shape, bool) if transparent is None else ~transparent
-    if ((colors.max(axis=2) - colors.min(axis=2) > CHROMA) & opaque).mean() > COLORED:
+    colored = (colors.max(axis=2) - colors.min(axis=2) > MAP_OR_PLAN.min_chroma) & opaque
+    if colored.mean() > MAP_OR_PLAN.max_colored_share:
         return "plan"
+    paper = greys >= MAP_OR_PLAN.paper
     if transparent is not None:
-        return "map" if ((greys >= PAPER) & opaque).mean() >= WHITE else "plan"
-    border = np.concatenate([greys[0], greys[-1], greys[:, 0], greys[:, -1]])
+        return "map" if (paper & opaque).mean() >= MAP_OR_PLAN.min_white_share else "plan"
+    border = np.concatenate([paper[0], paper[-1], paper[:, 0], paper[:, -1]])
     frequent = np.sort(np.bincount(greys.ravel(), minlength=256))[-3:].sum() / greys.size
-    return "plan" if (border >= PAPER).mean() > BORDER or frequent < FEW_GREYS else "map"
+    is_plan = border.mean() > MAP_OR_PLAN.max_paper_border or frequent < MAP_OR_PLAN.min_frequent_share
+    return "plan" if is_plan else "map"
 
 
 def looks_like_drawing(colors: Colors) -> bool:
-    """Whether a picture has what drawings have, and blank sheets, noise, photos and pages of text have not.
+    """Whether a picture has what drawings have, and blank sheets, noise, photos and pages of text lack.
 
-    colors: shape (H, W, 3). It takes no network and no reading of text, which both are slow.
+    colors: shape (H, W, 3). Neither the network nor the text reader is asked, which both are slow.
     """
     import cv2
 
-    from pianta.plan.sheets.binarization import binarise, straighten_tones
+    from pianta.plan.sheets.binarization import binarise, invert_if_dark
 
-    if min(colors.shape[:2]) < LEAST_PX:
+    if min(colors.shape[:2]) < DRAWING.min_side_px:
         return False
     red, green, blue = np.moveaxis(colors // 32, 2, 0).astype(np.int32)
-    tones = np.sort(np.bincount(((red * 8 + green) * 8 + blue).ravel()))[-TONES:]
-    if tones.sum() < FREQUENT * red.size:
+    frequent = np.sort(np.bincount(((red * 8 + green) * 8 + blue).ravel()))[-DRAWING.n_frequent_colors :]
+    if frequent.sum() < DRAWING.min_frequent_share * red.size:
         return False
-    paper = straighten_tones(colors)
-    step = -(-max(colors.shape) // JUDGED_PX)
-    # The darkest of each block, so that thin lines stay.
+    paper = invert_if_dark(colors)
+    step = -(-max(colors.shape) // DRAWING.max_working_px)
+    # The darkest pixel of each block, so that thin lines stay
     darkest = cv2.erode(paper, np.ones((step, step), np.uint8))[step // 2 :: step, step // 2 :: step]
     ink = binarise(np.asarray(darkest, np.uint8))
     changes = (ink[1:] != ink[:-1]).mean() + (ink[:, 1:] != ink[:, :-1]).mean()
-    pieces = cv2.connectedComponentsWithStats(ink.astype(np.uint8), connectivity=8)[2][1:]
-    longest = pieces[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(initial=0)
-    if ink.mean() <= MOST_INK and changes <= MOST_CHANGES:
-        return bool(longest >= LEAST_PIECE * max(ink.shape))
+    if ink.mean() <= DRAWING.max_ink_share and changes <= DRAWING.max_change_share:
+        pieces = cv2.connectedComponentsWithStats(ink.astype(np.uint8), connectivity=8)[2][1:]
+        longest = pieces[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(initial=0)
+        return bool(longest >= DRAWING.min_piece * max(ink.shape))
+    # Hatched floors look like noise, but walls between them are long and straight
     sampled = binarise(paper[::step, ::step]).astype(np.uint8)
-    wall = max(LEAST_PX, round(LEAST_WALL * max(sampled.shape)))
+    wall = max(DRAWING.min_side_px, round(DRAWING.min_wall * max(sampled.shape)))
     return any(cv2.erode(sampled, np.ones(line, np.uint8)).any() for line in ((1, wall), (wall, 1)))

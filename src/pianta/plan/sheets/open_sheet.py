@@ -1,4 +1,4 @@
-"""Files of plans of every kind but IFC as sheets, told apart by the suffix of the file."""
+"""Files of plans, except IFC, as sheets; the suffix selects the reader."""
 
 from __future__ import annotations
 
@@ -24,19 +24,21 @@ def open_sheet(path: Source, *, page: int | None = None, max_cells: int = MAX_CE
     """The sheet of a plan: a picture, or a DXF, SVG or PDF drawn as one.
 
     page: of a PDF, from 1; needed when it has several. max_cells: pixels that a picture may have.
-    Raises PlanError, in one line, for what is no such file, and a page of another kind of file.
+    Raises PlanError, in one line, for other files, and for a page of another file format.
     """
     file = check_input_file(path_of(path), "plan", PlanError)
     suffix = file.suffix.lower()
     if suffix not in SHEET_SUFFIXES:
-        raise PlanError(f"plan {short_repr(file)} is of no known kind, give one of {', '.join(SHEET_SUFFIXES)} or .ifc")
+        raise PlanError(
+            f"plan {short_repr(file)} has an unknown format, give one of {', '.join(SHEET_SUFFIXES)} or .ifc"
+        )
     if page is not None and suffix != PDF_SUFFIX:
         raise PlanError(f"page is {page} and plan {short_repr(file)} is no PDF, leave out page=")
     if suffix in DRAWING_READERS:
         return draw_sheet(DRAWING_READERS[suffix](file))
     if suffix == PDF_SUFFIX:
-        found = read_pdf_plan(file, page=page)
-        return draw_sheet(found) if isinstance(found, PlanDrawing) else Sheet(found, source=file.name)
+        content = read_pdf_plan(file, page=page)
+        return draw_sheet(content) if isinstance(content, PlanDrawing) else Sheet(content, source=file.name)
     try:
         return Sheet(read_picture(path, max_cells=max_cells), source=file.name)
     except MapError as error:

@@ -1,12 +1,17 @@
-"""Sheet: a plan as pixels, with what its file says beyond them."""
+"""A plan as pixels, with the texts, walls and doors that its file names, and its scale."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from pianta._types import Colors, Floats, Mask
+from pianta.plan.sheets.binarization import Contrast, PaperContrast, compare_to_paper, invert_if_dark
+
+# Metres of a single door: the width at which the network was trained, and that a plan's doors are taken for
+DOOR_WIDTH = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -14,7 +19,7 @@ class PlacedText:
     """A text on a sheet.
 
     corners: shape (4, 2), row and col in continuous pixels, clockwise on the sheet from the upper left corner of the
-    text as it is read. confidence: of the reading, 0 … 1.
+    text as it is read. confidence: of the reader, 0 … 1.
     """
 
     text: str
@@ -32,14 +37,53 @@ class PlacedText:
         return float(np.hypot(*(self.corners[3] - self.corners[0])))
 
 
+@dataclass(frozen=True)
+class PlanScale:
+    """Metres per pixel of a sheet, where they come from, and how certain they are.
+
+    Attributes
+    ----------
+    resolution
+        Metres per pixel.
+    source
+        Where the scale comes from, in a few words.
+    confidence
+        0 … 1.
+    """
+
+    resolution: float
+    source: str
+    confidence: float
+
+    def __str__(self) -> str:
+        return self.describe()
+
+    def describe(self, *, px_per_unit: float = 1.0) -> str:
+        """Describe the scale in one line, in the unit that `resolution=` takes.
+
+        Parameters
+        ----------
+        px_per_unit
+            Pixels per unit of a vector drawing; 1 where pixels are the unit.
+
+        Returns
+        -------
+        str
+            Such as "0.0125 m per pixel by doors, confidence 0.60".
+        """
+        unit = "pixel" if px_per_unit == 1 else "drawing unit"
+        metres = self.resolution * px_per_unit
+        return f"{metres:.3g} m per {unit} by {self.source}, confidence {self.confidence:.2f}"
+
+
 @dataclass(frozen=True, eq=False)
 class Sheet:
     """A plan as pixels, with what its file says beyond them.
 
-    colors: shape (H, W, 3), red, green, blue. walls: shape (H, W), where the file says what is wall; None for pictures.
+    colors: shape (H, W, 3), red, green, blue. walls: shape (H, W), what the file names wall; None for pictures.
     doors: shape (D, 2, 2), from jamb to jamb, row and col in continuous pixels, of doors that the file names.
-    texts: None where they must be read from the pixels. resolution: metres per pixel, None where the file does not say.
-    px_per_unit: pixels of a unit of the file, 1 of a picture. source: the name of the file.
+    texts: None if they must be read from the pixels. resolution: metres per pixel, None if the file does not state it.
+    px_per_unit: pixels per unit of the file, 1 for a picture. source: the name of the file.
     """
 
     colors: Colors
@@ -49,3 +93,28 @@ class Sheet:
     resolution: float | None = None
     px_per_unit: float = 1.0
     source: str = ""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width, pixels."""
+        height, width, _ = self.colors.shape
+        return height, width
+
+    @cached_property
+    def paper(self) -> Colors:
+        """The colours on light paper, shape (H, W, 3)."""
+        return invert_if_dark(self.colors)
+
+    @cached_property
+    def _contrast(self) -> PaperContrast:
+        return compare_to_paper(self.paper)
+
+    @cached_property
+    def ink(self) -> Mask:
+        """What is drawn, shape (H, W)."""
+        return self._contrast.ink(self.paper)
+
+    @property
+    def contrast(self) -> Contrast:
+        """How much darker each pixel is than the paper around it, shape (H, W), 0 … 1; above 0.5 is ink."""
+        return self._contrast.contrast

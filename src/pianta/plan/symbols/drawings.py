@@ -17,13 +17,12 @@ from pianta.errors import OptionError
 from pianta.gridmap import GridMap
 
 Color = tuple[int, int, int]
-Kind = Literal["door", "window", "object"]
+SymbolKind = Literal["door", "window", "object"]
 
 BLACK, WHITE, RED, GREEN = (0, 0, 0), (255, 255, 255), (214, 28, 36), (0, 146, 69)
-# Points of OpenCV carry so many bits behind the point.
-SHIFT = 6
-# Depth of a wall and distance of the treads of stairs, in widths of a door.
-WALL, TREAD = 0.24, 0.3
+SUBPIXEL_BITS = 6  # fractional bits of points of OpenCV
+WALL_DEPTH = 0.24  # door widths of the depth of a wall
+TREAD = 0.3  # door widths between the treads of stairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +42,10 @@ class Mark:
 class SymbolDrawing:
     """A symbol, in widths of a single door: x to the right and y down.
 
-    jambs: shape (2, 2), the ends of the gap that a door or a window has in the axis of the wall; None for objects.
+    jambs: shape (2, 2), the ends of the gap of a door or window in the axis of the wall; None for objects.
     """
 
-    kind: Kind
+    kind: SymbolKind
     marks: tuple[Mark, ...]
     jambs: Floats | None = None
 
@@ -57,10 +56,10 @@ class SymbolDrawing:
 
 
 def draw_symbol(name: str, *, size_px: float, stroke_px: int = 1) -> Colors:
-    """A symbol on white paper: greys, shape (H, W), of what is drawn by lines, colours, shape (H, W, 3), of signs.
+    """A symbol on white paper: greys, shape (H, W), or colours, shape (H, W, 3), of signs.
 
     name: one of SYMBOLS. size_px: the width of a single door, pixels. stroke_px: width of the lines, pixels.
-    Raises OptionError for any other name and for sizes that leave nothing to be seen.
+    Raises OptionError for any other name and for sizes at which nothing can be seen.
     """
     (height, width), matrix = frame_symbol(name, size_px=size_px, stroke_px=stroke_px)
     paper = np.full((height, width, 3), 255, np.uint8)
@@ -71,7 +70,7 @@ def draw_symbol(name: str, *, size_px: float, stroke_px: int = 1) -> Colors:
 def frame_symbol(name: str, *, size_px: float, stroke_px: int = 1) -> tuple[tuple[int, int], Floats]:
     """Rows and columns of what draw_symbol draws, and the matrix, shape (2, 3), from the drawing to its col, row.
 
-    The matrix tells where the jambs lie on the picture, in continuous pixels. Errors as of draw_symbol.
+    The matrix gives continuous pixels, so also the jambs on the picture. Errors as of draw_symbol.
     """
     if name not in SYMBOLS:
         raise OptionError(f"symbol is {name!r}, give one of {', '.join(SYMBOLS)}")
@@ -81,7 +80,7 @@ def frame_symbol(name: str, *, size_px: float, stroke_px: int = 1) -> tuple[tupl
     jambs = [] if symbol.jambs is None else [symbol.jambs]
     points = np.concatenate([*(mark.points for mark in symbol.marks), *jambs])
     low, high = points.min(axis=0), points.max(axis=0)
-    margin = stroke_px + 1  # OpenCV spreads smooth lines
+    margin = stroke_px + 1  # smooth lines are wider by a pixel
     width, height = (max(ceil(side * size_px + 2 * margin), 3) for side in high - low)
     matrix = np.array([[size_px, 0, margin - low[0] * size_px], [0, size_px, margin - low[1] * size_px]])
     return (height, width), matrix
@@ -96,12 +95,12 @@ def paint_marks(
     """
     for mark in marks:
         cols_and_rows = mark.points @ matrix[:, :2].T + matrix[:, 2]
-        # OpenCV counts from the middle of the first pixel.
-        points = np.round((cols_and_rows - 0.5) * 2**SHIFT).astype(np.int32)
+        # OpenCV counts from the middle of the first pixel
+        points = np.round((cols_and_rows - 0.5) * 2**SUBPIXEL_BITS).astype(np.int32)
         if mark.color is not None:
-            cv2.fillPoly(colors, [points], mark.color, cv2.LINE_AA, SHIFT)
+            cv2.fillPoly(colors, [points], mark.color, cv2.LINE_AA, SUBPIXEL_BITS)
         else:
-            cv2.polylines(colors, [points], mark.closed, ink, stroke_px, cv2.LINE_AA, SHIFT)
+            cv2.polylines(colors, [points], mark.closed, ink, stroke_px, cv2.LINE_AA, SUBPIXEL_BITS)
 
 
 def pixel_matrix(grid: GridMap) -> Floats:
@@ -123,106 +122,100 @@ def _frame(left: float, top: float, right: float, bottom: float) -> Mark:
     return Mark(np.array([(left, top), (right, top), (right, bottom), (left, bottom)], float), closed=True)
 
 
-def _square(color: Color, side: float = 1.0) -> Mark:
-    return _area(color, (0, 0), (side, 0), (side, side), (0, side))
+def _rectangle(color: Color, left: float, top: float, right: float, bottom: float) -> Mark:
+    return _area(color, (left, top), (right, top), (right, bottom), (left, bottom))
 
 
-def _arc(middle: tuple[float, float], start: float, stop: float) -> Floats:
-    """Points of an arc of radius 1; degrees, from x towards what is up on the sheet."""
+def _arc(start: float, stop: float) -> Floats:
+    """Points of an arc of radius 1 around the origin; degrees, from the x axis upwards on the sheet."""
     angles = np.radians(np.linspace(start, stop, 2 + round(abs(stop - start) / 6)))
-    points: Floats = np.column_stack([np.cos(angles), -np.sin(angles)]) + middle
-    return points
+    return np.column_stack([np.cos(angles), -np.sin(angles)])
 
 
 def _swing(angle: float, *, hinge: float = 0.0, mirrored: bool = False, arc: bool = True) -> tuple[Mark, ...]:
-    """A leaf of width 1 open by so many degrees, and the arc of its free edge back to the other jamb."""
+    """A leaf of width 1 open by an angle, degrees, and the arc of its free edge back to the other jamb."""
     side = -1 if mirrored else 1
     tip = hinge + side * cos(radians(angle)), -sin(radians(angle))
     leaf = _line((hinge, 0), tip)
-    if not arc:
-        return (leaf,)
-    points = _arc((0, 0), angle, 0) * (side, 1) + (hinge, 0)
-    return leaf, Mark(points)
+    return (leaf, Mark(_arc(angle, 0) * (side, 1) + (hinge, 0))) if arc else (leaf,)
 
 
 def _door(*marks: Mark, width: float = 1.0) -> SymbolDrawing:
     return SymbolDrawing("door", marks, np.array([(0.0, 0.0), (width, 0.0)]))
 
 
-def _window(panes: int) -> SymbolDrawing:
-    """So many lines along the wall, those of its faces among them, between two jambs."""
-    places = np.linspace(-WALL / 2, WALL / 2, panes)
-    lines = [_line((0, y), (1.5, y)) for y in places]
-    ends = [_line((x, -WALL / 2), (x, WALL / 2)) for x in (0, 1.5)]
-    return SymbolDrawing("window", (*lines, *ends), np.array([(0.0, 0.0), (1.5, 0.0)]))
+def _window(panes: int, width: float = 1.5) -> SymbolDrawing:
+    """A number of lines along the wall, two of them its faces, between two jambs."""
+    lines = [_line((0, y), (width, y)) for y in np.linspace(-WALL_DEPTH / 2, WALL_DEPTH / 2, panes)]
+    ends = [_line((x, -WALL_DEPTH / 2), (x, WALL_DEPTH / 2)) for x in (0, width)]
+    return SymbolDrawing("window", (*lines, *ends), np.array([(0.0, 0.0), (width, 0.0)]))
+
+
+def _object(*marks: Mark) -> SymbolDrawing:
+    return SymbolDrawing("object", marks)
+
+
+def _sign(color: Color, *marks: Mark) -> SymbolDrawing:
+    """A picture on a square of a colour."""
+    return _object(_rectangle(color, 0, 0, 1, 1), *marks)
 
 
 def _stairs(treads: int = 10, width: float = 1.4) -> SymbolDrawing:
     """Treads across a flight, and an arrow along its middle."""
-    length = treads * TREAD
+    length, middle = treads * TREAD, width / 2
     lines = [_line((x, 0), (x, width)) for x in np.arange(1, treads) * TREAD]
-    shaft = _line((TREAD / 2, width / 2), (length - TREAD, width / 2))
-    head = _line(
-        (length - 2 * TREAD, width / 2 - 0.15), (length - TREAD, width / 2), (length - 2 * TREAD, width / 2 + 0.15)
-    )
-    return SymbolDrawing("object", (_frame(0, 0, length, width), *lines, shaft, head))
+    tip, barbs = length - TREAD, length - 2 * TREAD
+    head = _line((barbs, middle - 0.15), (tip, middle), (barbs, middle + 0.15))
+    return _object(_frame(0, 0, length, width), *lines, _line((TREAD / 2, middle), (tip, middle)), head)
 
 
 def _lift(side: float = 1.8) -> SymbolDrawing:
     """A box with its diagonals."""
-    diagonals = _line((0, 0), (side, side)), _line((0, side), (side, 0))
-    return SymbolDrawing("object", (_frame(0, 0, side, side), *diagonals))
+    return _object(_frame(0, 0, side, side), _line((0, 0), (side, side)), _line((0, side), (side, 0)))
 
 
 def _extinguisher() -> SymbolDrawing:
     bottle = [(0.36, 0.88), (0.36, 0.42), (0.44, 0.32), (0.44, 0.24), (0.58, 0.24), (0.58, 0.32), (0.66, 0.42)]
     hose = [(0.44, 0.2), (0.3, 0.28), (0.22, 0.52), (0.28, 0.54), (0.35, 0.32), (0.46, 0.26)]
     handle = [(0.42, 0.12), (0.7, 0.16), (0.7, 0.22), (0.42, 0.2)]
-    return SymbolDrawing(
-        "object", (_square(RED), *(_area(WHITE, *shape) for shape in ([*bottle, (0.66, 0.88)], hose, handle)))
-    )
+    return _sign(RED, *(_area(WHITE, *shape) for shape in ([*bottle, (0.66, 0.88)], hose, handle)))
 
 
 def _hydrant() -> SymbolDrawing:
     """A reel of hose, and its nozzle."""
-    turn = _arc((0, 0), 0, 360)
+    circle = _arc(0, 360)
     rings = [(0.34, WHITE), (0.25, RED), (0.16, WHITE), (0.07, RED)]
-    reel = [_area(color, *(turn * radius + (0.42, 0.46))) for radius, color in rings]
-    nozzle = _area(WHITE, (0.7, 0.5), (0.78, 0.5), (0.86, 0.86), (0.76, 0.86))
-    return SymbolDrawing("object", (_square(RED), *reel, nozzle))
+    reel = [_area(color, *(circle * radius + (0.42, 0.46))) for radius, color in rings]
+    return _sign(RED, *reel, _area(WHITE, (0.7, 0.5), (0.78, 0.5), (0.86, 0.86), (0.76, 0.86)))
 
 
-def _arrow(tip: tuple[float, float], direction: tuple[float, float], color: Color, size: float) -> Mark:
-    """An arrow of a length, its tip at a point."""
+def _arrow(tip: tuple[float, float], direction: tuple[float, float], color: Color, length: float) -> Mark:
+    """An arrow with its tip at a point."""
     outline = np.array([(0, 0), (-0.45, 0.36), (-0.45, 0.14), (-1, 0.14), (-1, -0.14), (-0.45, -0.14), (-0.45, -0.36)])
     along = np.array(direction) / np.hypot(*direction)
     across = np.array([-along[1], along[0]])
-    return _area(color, *(np.array(tip) + size * (outline[:, :1] * along + outline[:, 1:] * across)))
+    return _area(color, *(np.array(tip) + length * (outline[:, :1] * along + outline[:, 1:] * across)))
 
 
 def _exit() -> SymbolDrawing:
-    doorway = _area(WHITE, (0.62, 0.16), (0.86, 0.16), (0.86, 0.84), (0.62, 0.84))
-    return SymbolDrawing("object", (_square(GREEN), doorway, _arrow((0.56, 0.5), (1, 0), WHITE, 0.46)))
+    """A doorway, and an arrow to it."""
+    return _sign(GREEN, _rectangle(WHITE, 0.62, 0.16, 0.86, 0.84), _arrow((0.56, 0.5), (1, 0), WHITE, 0.46))
 
 
 def _first_aid() -> SymbolDrawing:
-    bars = (
-        _area(WHITE, (0.4, 0.16), (0.6, 0.16), (0.6, 0.84), (0.4, 0.84)),
-        _area(WHITE, (0.16, 0.4), (0.84, 0.4), (0.84, 0.6), (0.16, 0.6)),
-    )
-    return SymbolDrawing("object", (_square(GREEN), *bars))
+    """A cross."""
+    return _sign(GREEN, _rectangle(WHITE, 0.4, 0.16, 0.6, 0.84), _rectangle(WHITE, 0.16, 0.4, 0.84, 0.6))
 
 
 def _assembly_point() -> SymbolDrawing:
     """Four arrows to the middle."""
     ways = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
-    arrows = [_arrow((0.5 - 0.08 * x, 0.5 - 0.08 * y), (x, y), WHITE, 0.42) for x, y in ways]
-    return SymbolDrawing("object", (_square(GREEN), *arrows))
+    return _sign(GREEN, *(_arrow((0.5 - 0.08 * x, 0.5 - 0.08 * y), (x, y), WHITE, 0.42) for x, y in ways))
 
 
 def _way_out() -> SymbolDrawing:
-    """The green arrow along a way of escape."""
-    return SymbolDrawing("object", (_arrow((1.6, 0.3), (1, 0), (0, 190, 60), 1.6),))
+    """The green arrow along an escape route."""
+    return _object(_arrow((1.6, 0.3), (1, 0), (0, 190, 60), 1.6))
 
 
 SYMBOLS: Mapping[str, SymbolDrawing] = MappingProxyType(

@@ -5,19 +5,33 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from pianta._types import Floats
-from pianta.plan.symbols.drawings import Kind
+from pianta._types import Floats, Mask
+from pianta.plan.symbols.drawings import SymbolKind
+from pianta.plan.symbols.template_matching import Image
 from pianta.plan.symbols.templates import Template
 
-Image = NDArray[Any]
-# Colours of signs are so far from grey; dark ones need less, if it is so much of their lightest channel.
-LEAST_CHROMA, LEAST_DARK_CHROMA, LEAST_SATURATION = 45, 20, 0.4
+
+@dataclass(frozen=True, kw_only=True)
+class ToneParameters:
+    """Thresholds of colours and contrast of symbols; levels are of 8 bits. Chosen by hand, no fit is on record."""
+
+    min_chroma: int = 45  # levels between the channels of the colours of signs
+    min_dark_chroma: int = 20  # levels, for dark colours, if they also have:
+    min_saturation: float = 0.4  # chroma as a share of the highest channel
+    min_sign_share: float = 0.1  # share of coloured pixels in the template of a sign
+    paper_percentile: float = 90.0  # of the greys of a template: its paper
+    full_contrast: float = 60.0  # levels below the paper that are full contrast, the most that a sheet needs
+    faintest_line: float = 0.06  # contrast that counts as none
+    min_ink: float = 0.25  # contrast, boosted, from which on a pixel of a template is ink
+    same_pose: float = 0.02  # mean difference of two poses that are the same
+
+
+TONES = ToneParameters()
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,15 +40,15 @@ class PlacedSymbol:
 
     corners: shape (4, 2), row and col in continuous pixels, from the upper left of the template clockwise, mirrored as
     it is. jambs: shape (2, 2), the ends of the gap of a door or window. score: 0 … 1, of the match.
-    drawn: what of the template is ink, shape (H, W), as it lies on the sheet from the least row and col of its corners.
+    ink: which pixels are drawn, shape (H, W), as it lies on the sheet from the least row and col of its corners.
     """
 
     name: str
-    kind: Kind
+    kind: SymbolKind
     corners: Floats
     jambs: Floats | None
     score: float
-    drawn: NDArray[np.bool_]
+    ink: Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +60,11 @@ class Pose:
     matrix: Floats
 
 
-def find_colored(lightest: Image, darkest: Image) -> NDArray[np.bool_]:
-    """What has a strong colour, by the lightest and darkest channel of each pixel, all of one shape."""
-    chroma = cv2.subtract(lightest, darkest)
-    return np.asarray((chroma > LEAST_CHROMA) | ((chroma > LEAST_DARK_CHROMA) & (chroma > LEAST_SATURATION * lightest)))
+def find_colored(highest: Image, lowest: Image) -> Mask:
+    """Which pixels have a strong colour, by their highest and lowest channel, all of one shape."""
+    chroma = cv2.subtract(highest, lowest)
+    is_saturated = chroma > TONES.min_saturation * highest
+    return np.asarray((chroma > TONES.min_chroma) | ((chroma > TONES.min_dark_chroma) & is_saturated))
 
 
 def place_symbol(pose: Pose, scale: float, corner: Floats, score: float) -> PlacedSymbol:
@@ -63,59 +78,57 @@ def place_symbol(pose: Pose, scale: float, corner: Floats, score: float) -> Plac
 
     jambs = None if template.jambs is None else on_sheet(template.jambs)
     corners = on_sheet([(0, 0), (0, width), (height, width), (height, 0)])
-    drawn = resize(pose.image, scale) > 0.25 if pose.image.ndim == 2 else np.ones(_scaled(pose.image, scale), bool)
-    return PlacedSymbol(template.name, template.kind, corners, jambs, float(score), drawn)
+    image = resize(pose.image, scale)
+    ink = image > TONES.min_ink if image.ndim == 2 else np.ones(image.shape[:2], bool)
+    return PlacedSymbol(template.name, template.kind, corners, jambs, float(score), ink)
 
 
 def is_sign(template: Template) -> bool:
-    """Whether a template is told by its colours."""
+    """Whether a template is recognised by its colours."""
     if template.image.ndim == 2 or template.kind != "object":
         return False
-    return bool((np.ptp(template.image, axis=2) > LEAST_CHROMA).mean() > 0.1)
+    return bool((np.ptp(template.image, axis=2) > TONES.min_chroma).mean() > TONES.min_sign_share)
 
 
-def turn_template(template: Template) -> Iterator[Pose]:
-    """A template in the rotations that differ; doors, windows and what is drawn by lines mirrored, too."""
-    image = template.image if is_sign(template) else _contrast_of(template.image)
+def template_poses(template: Template) -> Iterator[Pose]:
+    """A template in the rotations that differ; our own doors, windows and line drawings also mirrored."""
+    image = template.image if is_sign(template) else _template_contrast(template.image)
     height, width = image.shape[:2]
-    own = template.door_px is not None
-    turns = range(1 if own and is_sign(template) and template.name != "way out" else 4)
-    seen: list[Image] = []
-    for mirrored, quarter in product((False, True) if own and not is_sign(template) else (False,), turns):
-        pose = np.rot90(image[:, ::-1] if mirrored else image, quarter)
-        if any(pose.shape == other.shape and np.abs(pose - other).mean() < 0.02 for other in seen):
+    is_builtin = template.door_px is not None
+    rotations = range(1 if is_builtin and is_sign(template) and template.name != "way out" else 4)
+    mirrorings = (False, True) if is_builtin and not is_sign(template) else (False,)
+    distinct: list[Image] = []
+    for mirrored, quarters in product(mirrorings, rotations):
+        pose = np.rot90(image[:, ::-1] if mirrored else image, quarters)
+        if any(pose.shape == other.shape and np.abs(pose - other).mean() < TONES.same_pose for other in distinct):
             continue
-        seen.append(pose)
-        yield Pose(template, np.ascontiguousarray(pose), _turn_matrix(height, width, mirrored, quarter))
+        distinct.append(pose)
+        yield Pose(template, np.ascontiguousarray(pose), _pose_matrix(height, width, mirrored, quarters))
 
 
-def _turn_matrix(height: int, width: int, mirrored: bool, quarter: int) -> Floats:  # noqa: FBT001
+def _pose_matrix(height: int, width: int, mirrored: bool, quarters: int) -> Floats:  # noqa: FBT001
     """From row, col of an image to those of the image mirrored left to right and turned by np.rot90; shape (2, 3)."""
     matrix = np.array([[1.0, 0, 0], [0, -1, width]] if mirrored else [[1.0, 0, 0], [0, 1, 0]])
-    for _ in range(quarter):
+    for _ in range(quarters):
         matrix = np.array([[0.0, -1], [1, 0]]) @ matrix + np.array([[0, 0, width], [0, 0, 0]])
         height, width = width, height
     return matrix
 
 
-def _contrast_of(image: Image) -> Image:
-    """How dark each pixel of a template is, as of measure_contrast, lifted."""
+def _template_contrast(image: Image) -> Image:
+    """How dark each pixel of a template is, as `Sheet.contrast`, boosted."""
     darkest = image if image.ndim == 2 else image.min(axis=2)
-    paper = float(np.percentile(darkest, 90))
-    return lift(np.clip((paper - darkest.astype(np.float32)) / 60, 0, 1))
+    paper = float(np.percentile(darkest, TONES.paper_percentile))
+    return boost_faint_lines(np.clip((paper - darkest.astype(np.float32)) / TONES.full_contrast, 0, 1))
 
 
-def lift(contrast: Image) -> Image:
-    """Hair-light lines count nearly as much as black ones."""
-    return np.sqrt(np.maximum(contrast - np.float32(0.06), 0)).astype(np.float32)
-
-
-def _scaled(image: Image, factor: float) -> tuple[int, int]:
-    height, width = (max(1, round(side * factor)) for side in image.shape[:2])
-    return height, width
+def boost_faint_lines(contrast: Image) -> Image:
+    """The contrast with hair-light lines nearly as strong as black ones."""
+    return np.sqrt(np.maximum(contrast - np.float32(TONES.faintest_line), 0)).astype(np.float32)
 
 
 def resize(image: Image, factor: float) -> Image:
     """The image with its sides times a factor, at least a pixel."""
-    way = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
-    return np.asarray(cv2.resize(image, _scaled(image, factor)[::-1], interpolation=way))
+    method = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
+    height, width = (max(1, round(side * factor)) for side in image.shape[:2])
+    return np.asarray(cv2.resize(image, (width, height), interpolation=method))

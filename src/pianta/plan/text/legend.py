@@ -12,20 +12,33 @@ import numpy as np
 from pianta._types import Floats
 from pianta.plan.sheets.sheet import PlacedText
 
-# Left edges of entries below each other differ by less than this many heights of a line, and their heights by less
-# than this factor; lines follow each other within this many heights, and a name follows its key within so many.
-ALIGNED, ALIKE, NEXT_LINE, NEXT_WORD = 1.6, 1.7, 3.5, 5.0
-# Successive keys differ by this much at most, in at least this share of the pairs.
-NEXT_KEY, CONSECUTIVE = 3, 0.6
-# Entries without a sign behind the key, such as "1 Main office", look like names in rooms: it takes more of them.
-LEAST_ENTRIES, LEAST_BARE_ENTRIES = 2, 4
-MAX_RANGE = 100
-# Files of drawings may hold anything: longer texts are no entries, and no legend has more.
-MAX_TEXT_LENGTH, MAX_ENTRIES = 200, 1000
+# Files of drawings may hold anything, so there are limits, for time
+MAX_TEXT_LENGTH = 200  # characters of an entry
+MAX_ENTRIES = 1000  # of a legend
+MAX_RANGE = 100  # keys of an entry
+
+
+@dataclass(frozen=True, kw_only=True)
+class LegendParameters:
+    """Thresholds of `find_legend`; heights are those of a line of text. Chosen by hand, no fit is on record."""
+
+    left_offset: float = 1.6  # heights between the left edges of entries below each other, at most
+    alike_heights: float = 1.7  # ratio of the heights of two texts of a legend, at most
+    line_distance: float = 3.5  # heights from one entry to the next, at most
+    word_distance: float = 5.0  # heights from a key to its name, at most
+    same_line: float = 0.5  # heights between the middles of a key and its name, at most
+    level_slope: float = 4.0  # width of a level text over the rise of its line, at least
+    max_key_step: int = 3  # from one key to the next
+    min_consecutive: float = 0.6  # share of successive entries with such a step
+    min_entries: int = 2  # with a heading, or signs behind at least half of the keys
+    min_bare_entries: int = 4  # else, since texts such as "1 Main office" may be names in rooms
+
+
+PARAMETERS = LegendParameters()
 
 _HEADING = re.compile(r"(?:room |raum)?(?:legend[ae]?|légende|leyenda|key|schedule|liste)\b", re.IGNORECASE)
-# OCR takes a 1 for I or l, and a 0 for O.
-_LOOK_ALIKE = str.maketrans({"I": "1", "l": "1", "|": "1", "O": "0", "o": "0"})
+# The text reader confuses 1 with I and l, and 0 with O
+_DIGITS_OF_LETTERS = str.maketrans({"I": "1", "l": "1", "|": "1", "O": "0", "o": "0"})
 _KEY = r"(?:[\dIlO|]{1,3}\d?[A-Za-z]?|[A-Z])"
 _KEYS = rf"(?P<keys>{_KEY}(?:\s*(?:[&,/+]|and|bis|-|–)\s*{_KEY})*)"
 _NAME = r"(?P<name>[^\W\d_][^—=]*[^\W\d_].*)"
@@ -38,22 +51,22 @@ _KEY_ALONE = re.compile(rf"{_KEYS}\s*(?P<sign>[.):=—–-]?)")
 class Legend:
     """What keys stand for.
 
-    entries: names by keys in standard form. texts: those on the sheet that make the legend, its heading too.
+    entries: names by keys in standard form. texts: of the legend on the sheet, with its heading.
     """
 
     entries: Mapping[str, str] = field(default_factory=dict)
     texts: tuple[PlacedText, ...] = ()
 
     def find_name(self, text: str) -> str | None:
-        """The name that a text stands for when it is a key, None when it is none."""
+        """The name that a text stands for as a key, None if it is no key."""
         return self.entries.get(standard_key(text))
 
 
 @dataclass(frozen=True, eq=False)
 class _Entry:
-    """A line of a legend: its keys, its name, whether a sign stands between, and the texts that it was read from.
+    """A line of a legend: its keys, its name, whether a sign stands between them, and its texts.
 
-    left, row, height: of the first of these, pixels.
+    left, row, height: of the first text, pixels.
     """
 
     keys: tuple[str, ...]
@@ -72,15 +85,15 @@ def standard_key(text: str) -> str:
 
 
 def find_legend(texts: Sequence[PlacedText]) -> Legend:
-    """The legend on a sheet, empty where there is none.
+    """The legend on a sheet, empty without one.
 
-    Entries are lines of a key and a name ("1. Vestibule", "6—Office", "114 & 121—Offices", a key and its name apart)
-    that stand below each other, two at least, with keys that follow each other. The first name of a key counts.
+    Entries are lines of a key and a name ("1. Vestibule", "6—Office", "114 & 121—Offices", or a key beside its name)
+    that stand below each other, at least two, with keys that follow each other. The first name of a key counts.
     """
     level = [text for text in texts if len(text.text) <= MAX_TEXT_LENGTH and _is_level(text)]
     headings = [text for text in level if _HEADING.match(text.text)]
     entries = _read_entries(level, headed=bool(headings))
-    columns = [part for column in _align(entries) for part in _cut(column)]
+    columns = [part for column in _align(entries) for part in _split_at_gaps(column)]
     listed = [entry for column in columns if _is_list(column, headed=bool(headings)) for entry in column]
     names: dict[str, str] = {}
     for entry in listed:
@@ -92,30 +105,29 @@ def find_legend(texts: Sequence[PlacedText]) -> Legend:
 
 def _is_level(text: PlacedText) -> bool:
     down, right = text.corners[1] - text.corners[0]
-    return bool(right > 4 * abs(down))
+    return bool(right > PARAMETERS.level_slope * abs(down))
 
 
 def _read_entries(texts: Sequence[PlacedText], *, headed: bool) -> list[_Entry]:
-    """The first texts that may be lines of a legend, and pairs of texts where key and name stand apart."""
+    """The first texts that may be lines of a legend, and pairs of a key and a name beside it."""
     entries: list[_Entry] = []
-    lines = _Lines.of(texts)
+    lines = _Lines.from_texts(texts)
     for text in texts:
-        found = _ENTRY.fullmatch(text.text) or _BARE_ENTRY.fullmatch(text.text)
+        match = _ENTRY.fullmatch(text.text) or _BARE_ENTRY.fullmatch(text.text)
         used: tuple[PlacedText, ...] = (text,)
-        if found:
-            name = found["name"]
+        if match:
+            name = match["name"]
         else:
-            found = _KEY_ALONE.fullmatch(text.text)
-            beside = lines.name_beside(text) if found and (found["sign"] or headed) else None
-            if found is None or beside is None:
+            match = _KEY_ALONE.fullmatch(text.text)
+            beside = lines.name_beside(text) if match and (match["sign"] or headed) else None
+            if match is None or beside is None:
                 continue
             name, used = beside.text, (text, beside)
-        keys = _unfold_keys(found["keys"])
+        keys = _unfold_keys(match["keys"])
         if keys:
-            place = float(text.corners[0][1]), float(text.middle[0]), text.height
-            entries.append(
-                _Entry(keys, " ".join(name.split()).rstrip(" ,;"), bool(found["sign"].strip()), used, *place)
-            )
+            name, signed = " ".join(name.split()).rstrip(" ,;"), bool(match["sign"].strip())
+            left, row = float(text.corners[0][1]), float(text.middle[0])
+            entries.append(_Entry(keys, name, signed, used, left, row, text.height))
         if len(entries) == MAX_ENTRIES:
             break
     return entries
@@ -123,7 +135,7 @@ def _read_entries(texts: Sequence[PlacedText], *, headed: bool) -> list[_Entry]:
 
 @dataclass(frozen=True, eq=False)
 class _Lines:
-    """Texts from top to bottom; rows, lefts, heights: shape (N,), where they lie, pixels."""
+    """Texts from top to bottom; rows, lefts, heights: shape (N,), of their middles, left edges and lines, pixels."""
 
     texts: Sequence[PlacedText]
     rows: Floats
@@ -131,22 +143,22 @@ class _Lines:
     heights: Floats
 
     @classmethod
-    def of(cls, texts: Sequence[PlacedText]) -> _Lines:
-        """Those of a sheet."""
+    def from_texts(cls, texts: Sequence[PlacedText]) -> _Lines:
+        """The texts of a sheet."""
         ordered = sorted(texts, key=lambda text: float(text.middle[0]))
-        places = np.array([(text.middle[0], text.corners[0][1], text.height) for text in ordered]).reshape(-1, 3)
-        return cls(ordered, *places.T)
+        lines = np.array([(text.middle[0], text.corners[0][1], text.height) for text in ordered]).reshape(-1, 3)
+        return cls(ordered, *lines.T)
 
     def name_beside(self, text: PlacedText) -> PlacedText | None:
-        """Of texts on its line the next one on the right, of the same height, unless it is no name or has a key."""
-        height, middle = text.height, float(text.middle[0])
-        first, last = np.searchsorted(self.rows, (middle - 0.5 * height, np.nextafter(middle + 0.5 * height, np.inf)))
+        """The next text on the right on the same line, of the same height, unless it is no name or has a key."""
+        height, middle, reach = text.height, float(text.middle[0]), PARAMETERS.same_line * text.height
+        first, last = np.searchsorted(self.rows, (middle - reach, np.nextafter(middle + reach, np.inf)))
         lefts, heights = self.lefts[first:last], self.heights[first:last]
         gaps = lefts - (text.corners[1][1] - 0.5 * height)
-        alike = np.maximum(heights, height) <= ALIKE * np.minimum(heights, height)
-        # A text narrower than half its height ends so near to its left edge that it would be beside itself.
+        alike = np.maximum(heights, height) <= PARAMETERS.alike_heights * np.minimum(heights, height)
+        # A text that is narrower than half its height would be beside itself
         beyond = (gaps >= 0) & (lefts > text.corners[0][1])
-        near = np.flatnonzero(beyond & (gaps <= NEXT_WORD * height) & alike)
+        near = np.flatnonzero(beyond & (gaps <= PARAMETERS.word_distance * height) & alike)
         if not len(near):
             return None
         beside = self.texts[first + near[lefts[near].argmin()]]
@@ -155,7 +167,7 @@ class _Lines:
 
 
 def _unfold_keys(text: str) -> tuple[str, ...]:
-    """The keys that an entry names: 114 and 121 of "114 & 121", 1 to 4 of "1-4"; none for what cannot be unfolded."""
+    """The keys that an entry names: 114 and 121 of "114 & 121", 1 to 4 of "1-4"; empty for other texts."""
     parts = re.split(r"\s*(&|,|/|\+|and|bis|-|–)\s*", text)
     keys = [_read_key(part) for part in parts[::2]]
     unfolded = keys[:1]
@@ -173,8 +185,8 @@ def _unfold_keys(text: str) -> tuple[str, ...]:
 
 
 def _read_key(text: str) -> str:
-    """A key in standard form, with digits where letters were read for them."""
-    digits = text.translate(_LOOK_ALIKE)
+    """A key in standard form, with digits for letters that the text reader confuses with them."""
+    digits = text.translate(_DIGITS_OF_LETTERS)
     return standard_key(digits if digits.isdigit() and text not in ("I", "O", "l", "o") else text)
 
 
@@ -185,8 +197,8 @@ def _align(entries: Sequence[_Entry]) -> list[list[_Entry]]:
         for column in columns:
             last = column[-1]
             height = min(last.height, entry.height)
-            alike = max(last.height, entry.height) <= ALIKE * height
-            if alike and abs(last.left - entry.left) <= ALIGNED * height:
+            alike = max(last.height, entry.height) <= PARAMETERS.alike_heights * height
+            if alike and abs(last.left - entry.left) <= PARAMETERS.left_offset * height:
                 column.append(entry)
                 break
         else:
@@ -194,11 +206,11 @@ def _align(entries: Sequence[_Entry]) -> list[list[_Entry]]:
     return columns
 
 
-def _cut(column: Sequence[_Entry]) -> list[list[_Entry]]:
-    """A column cut where a line is too far below the one before."""
+def _split_at_gaps(column: Sequence[_Entry]) -> list[list[_Entry]]:
+    """A column split where an entry is too far below the one before."""
     parts = [[column[0]]]
     for above, below in pairwise(column):
-        if below.row - above.row <= NEXT_LINE * above.height:
+        if below.row - above.row <= PARAMETERS.line_distance * above.height:
             parts[-1].append(below)
         else:
             parts.append([below])
@@ -207,16 +219,17 @@ def _cut(column: Sequence[_Entry]) -> list[list[_Entry]]:
 
 def _is_list(column: Sequence[_Entry], *, headed: bool) -> bool:
     """Whether entries below each other are a legend, and not rooms in a row."""
-    signed = sum(entry.signed for entry in column)
-    least = LEAST_ENTRIES if headed or 2 * signed >= len(column) else LEAST_BARE_ENTRIES
+    p, signed = PARAMETERS, sum(entry.signed for entry in column)
+    least = p.min_entries if headed or 2 * signed >= len(column) else p.min_bare_entries
     if len(column) < least:
         return False
-    steps = [_step_between(above, below) for above, below in pairwise(column)]
-    return float(np.mean([0 < step <= NEXT_KEY for step in steps])) >= CONSECUTIVE or (headed and len(steps) == 1)
+    steps = [_key_step(above, below) for above, below in pairwise(column)]
+    share = float(np.mean([0 < step <= p.max_key_step for step in steps]))
+    return share >= p.min_consecutive or (headed and len(steps) == 1)
 
 
-def _step_between(above: _Entry, below: _Entry) -> int:
-    """By how much the key of an entry follows that of the entry above it; 0 where that cannot be said."""
+def _key_step(above: _Entry, below: _Entry) -> int:
+    """By how much the key of an entry follows that of the entry above it; 0 if unknown."""
     last, first = above.keys[-1], below.keys[0]
     if last.isdigit() and first.isdigit():
         return int(first) - int(last)

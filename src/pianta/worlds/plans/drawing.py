@@ -1,4 +1,4 @@
-"""Plans as architects, schools and dealers draw them, of floors whose rooms and doors are known exactly."""
+"""Plans in the styles of architects, schools and estate agents, of floors with exact rooms and doors."""
 
 from __future__ import annotations
 
@@ -24,30 +24,41 @@ from pianta.worlds.plans.lettering import (
     Lettering,
     WrittenText,
     letter_room,
-    width_of_legend,
+    measure_legend,
     write_legend,
     write_texts,
 )
 from pianta.worlds.plans.look import Canvas, PlanLook
 from pianta.worlds.plans.symbols import mark_furniture, mark_room_symbol, mark_signs, widen_doors
-from pianta.worlds.plans.walls import paint_walls, reach_to_axes
+from pianta.worlds.plans.walls import extend_rooms_to_axes, paint_walls
 
-# Metres around the building, where its dimensions are written, and where the title and the bar of scale stand.
-MARGIN, DIMENSIONS, STRIP = 1.0, 1.4, 1.8
-TICK, BAR_HEIGHT, TEXT_MARGIN = 0.2, 0.25, 0.1
-BAR_METRES = (1, 2, 5, 10, 20, 50)
+# Lengths on the plan in metres of the building.
+# Blank space around the building.
+MARGIN = 1.0
+# Strip for the dimensions below and beside the building.
+DIMENSION_STRIP = 1.4
+# Strip for the title above the building, and for the scale bar below it.
+TITLE_STRIP = 1.8
+# Slashes at the ends of dimension lines.
+TICK = 0.2
+BAR_HEIGHT = 0.25
+# Clear space around texts.
+TEXT_MARGIN = 0.1
+# Lengths of the scale bar, of which the largest up to a quarter of the building is chosen.
+BAR_LENGTHS = (1, 2, 5, 10, 20, 50)
 PASTELS = ((198, 219, 239), (199, 233, 192), (253, 226, 170), (221, 204, 232), (250, 209, 205), (229, 229, 229))
 PASSAGES = ("CORRIDOR", "HALL")
+# Limit of memory.
 MAX_PIXELS = 60_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnPlan:
-    """A plan and the truth about it.
+    """A plan and its ground truth.
 
-    colors: shape (H, W, 3), red, green, blue. truth: the floor, metres; a point of it lies on the sheet where
-    grid.map_to_pixel puts it. grid: H × W unknown cells of the true resolution. texts: every line of text.
-    names: by the id of each room whose name, or number in the legend, is on the sheet, the name.
+    colors: shape (H, W, 3), red, green, blue. truth: the floor, metres; grid.map_to_pixel gives the position of a point
+    on the sheet. grid: H × W unknown cells of the true resolution. texts: every line of text.
+    names: name of each room that has its name, or its number in the legend, on the sheet; by id.
     """
 
     colors: Colors
@@ -63,54 +74,55 @@ def draw_plan(
     *,
     seed: int = 0,
     texts: Mapping[int, str] | None = None,
-    **changes: Any,  # noqa: ANN401 - PlanLook says which, and of what type
+    **changes: Any,  # noqa: ANN401 - the fields of PlanLook, with their types
 ) -> DrawnPlan:
-    """A plan of a floor whose rooms leave the walls of pianta.worlds.floors between them.
+    """A plan of a floor of pianta.worlds.floors, whose rooms have walls of that thickness between them.
 
-    look: how it looks; changes: fields of PlanLook that differ from it, such as style="double".
-    texts: the name that is written into a room, by the id of the room; none unless given. Names that do not fit their
-    room are left out. Rooms labelled STAIRS or ELEVATOR get the symbol.
-    The truth has the doors as they are drawn, and, with walls of single lines, rooms that reach to the lines.
-    The same seed draws the same plan. Raises OptionError for looks that make no plan, or one of too many pixels.
+    look: the style; changes: fields of PlanLook that differ from it, such as style="double".
+    texts: name to write into each room, by id. Names that do not fit their room are left out. Rooms labelled STAIRS or
+    ELEVATOR get the symbol.
+    The truth has the doors as they are drawn, and, with walls of single lines, rooms that extend to the lines.
+    The same seed draws the same plan. Raises OptionError for looks out of range, or a plan of too many pixels.
     """
     look = replace(look or PlanLook(), **changes)
     texts = texts or {}
     rng = np.random.default_rng(seed)
-    drawn = widen_doors(floor) if look.doors == "double" else floor
+    truth = widen_doors(floor) if look.doors == "double" else floor
     footprint = unary_union([room.polygon for room in floor.rooms]).buffer(OUTER_WALL, join_style="mitre")
     lettering = Lettering(look.font, max(round(look.lettering * look.px_per_metre), 6), look.text_angle)
     numbers = dict(enumerate(dict.fromkeys(texts.values()), start=1)) if look.legend else {}
-    grid = _lay_sheet(footprint, look, width_of_legend(numbers, lettering.face()) if numbers else 0.0)
+    grid = _make_sheet(footprint, look, measure_legend(numbers, lettering.face()) if numbers else 0.0)
     canvas = Canvas(np.full((*grid.shape, 3), 255, np.uint8), grid, look, footprint)
-    written = _letter_rooms(drawn, texts, numbers, grid, lettering)
-    lines = [line for of_room in written.values() for line in of_room]
-    _paint_rooms(canvas, drawn)
-    _paint_contents(canvas, drawn, lines, rng)
-    paint_walls(canvas, drawn, rng)
+    written = _letter_rooms(truth, texts, numbers, grid, lettering)
+    lines = [line for room_lines in written.values() for line in room_lines]
+    _paint_rooms(canvas, truth)
+    _paint_contents(canvas, truth, lines, rng)
+    paint_walls(canvas, truth, rng)
     _paint_measures(canvas)
     lines += _write_around(canvas, numbers, lettering)
     colors = _photograph(write_texts(canvas.colors, lines, ink=look.color), look.noise, rng)
     return DrawnPlan(
         colors,
-        reach_to_axes(drawn) if look.style == "single" else drawn,
+        extend_rooms_to_axes(truth) if look.style == "single" else truth,
         grid,
-        tuple(line.place() for line in lines),
-        {room: texts[room] for room, of_room in written.items() if of_room},
+        tuple(line.to_placed() for line in lines),
+        {room: texts[room] for room, room_lines in written.items() if room_lines},
     )
 
 
-def _lay_sheet(footprint: BaseGeometry, look: PlanLook, legend_px: float) -> GridMap:
-    """The frame of a sheet that holds the building, turned, and what stands around it."""
+def _make_sheet(footprint: BaseGeometry, look: PlanLook, legend_px: float) -> GridMap:
+    """The frame of a sheet for the rotated building with dimensions, title, scale bar and legend around it."""
     yaw = -radians(look.rotation)
     right, up = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
     corners = get_coordinates(footprint) @ np.column_stack([right, up])
-    aside = DIMENSIONS if look.dimensions else 0.0
-    low = corners.min(axis=0) - MARGIN - (aside, aside + STRIP * look.scale_bar)
-    high = corners.max(axis=0) + MARGIN + (MARGIN * (legend_px > 0), STRIP * bool(look.title))
+    aside = DIMENSION_STRIP if look.dimensions else 0.0
+    low = corners.min(axis=0) - MARGIN - (aside, aside + TITLE_STRIP * look.scale_bar)
+    high = corners.max(axis=0) + MARGIN + (MARGIN * (legend_px > 0), TITLE_STRIP * bool(look.title))
     width, height = (int(side) for side in np.ceil((high - low) * look.px_per_metre + (legend_px, 0)))
     if width * height > MAX_PIXELS:
-        wanted = f"{look.px_per_metre:g} px_per_metre"
-        raise OptionError(f"a plan of {width} × {height} pixels is too large, give less than {wanted}")
+        raise OptionError(
+            f"a plan of {width} × {height} pixels is too large, give less than {look.px_per_metre:g} px_per_metre"
+        )
     x, y = low[0] * right + low[1] * up
     return GridMap(np.full((height, width), UNKNOWN, np.int8), 1 / look.px_per_metre, (x, y, yaw))
 
@@ -118,7 +130,7 @@ def _lay_sheet(footprint: BaseGeometry, look: PlanLook, legend_px: float) -> Gri
 def _letter_rooms(
     floor: Floor, texts: Mapping[int, str], numbers: Mapping[int, str], grid: GridMap, lettering: Lettering
 ) -> dict[int, list[WrittenText]]:
-    """The lines in each room: its name, or the number of the name where there is a legend."""
+    """The lines in each room: its name, or the number of the name if there is a legend."""
     number_of = {name: str(number) for number, name in numbers.items()}
     return {
         room.id: letter_room(number_of.get(texts[room.id], texts[room.id]), room.polygon, grid, lettering)
@@ -136,9 +148,9 @@ def _paint_rooms(canvas: Canvas, floor: Floor) -> None:
 
 
 def _paint_contents(canvas: Canvas, floor: Floor, lines: Sequence[WrittenText], rng: np.random.Generator) -> None:
-    """Stairs and lifts, and signs and furniture where nothing is written."""
+    """Stairs and lifts, and signs and furniture clear of the texts."""
     look = canvas.look
-    corners = [canvas.grid.pixel_to_map(*line.place().corners.T) for line in lines]
+    corners = [canvas.grid.pixel_to_map(*line.to_placed().corners.T) for line in lines]
     written = unary_union([Polygon(np.column_stack(xy)).buffer(TEXT_MARGIN) for xy in corners])
     for room in floor.rooms:
         symbol = mark_room_symbol(room)
@@ -147,16 +159,16 @@ def _paint_contents(canvas: Canvas, floor: Floor, lines: Sequence[WrittenText], 
         elif symbol:
             canvas.paint(symbol)
         elif look.furniture:
-            canvas.paint(mark_furniture(room, floor.doors, density=look.furniture, kept=written, rng=rng))
+            canvas.paint(mark_furniture(room, floor.doors, density=look.furniture, blocked=written, rng=rng))
 
 
 def _paint_measures(canvas: Canvas) -> None:
-    """Lines of dimensions below and beside the building, and the bar of scale: a dark half and a light one."""
+    """Dimension lines below and beside the building, and the scale bar: a dark half and a light one."""
     look = canvas.look
     top, left, bottom, right = canvas.bounds_px
     marks = []
     if look.dimensions:
-        off, tick = DIMENSIONS / 2 * look.px_per_metre, TICK * look.px_per_metre / 2
+        off, tick = DIMENSION_STRIP / 2 * look.px_per_metre, TICK * look.px_per_metre / 2
         for ends in (((left, bottom + off), (right, bottom + off)), ((left - off, top), (left - off, bottom))):
             slashes = [np.array([(x - tick, y + tick), (x + tick, y - tick)]) for x, y in ends]
             marks += [Mark(np.array(ends)), *map(Mark, slashes)]
@@ -176,26 +188,26 @@ def _box_px(col: float, row: float, width: float, height: float) -> Floats:
 def _bar_metres(canvas: Canvas) -> int:
     """A round length of up to a quarter of the building."""
     _, left, _, right = canvas.bounds_px
-    return max((length for length in BAR_METRES if 4 * length * canvas.look.px_per_metre <= right - left), default=1)
+    return max((length for length in BAR_LENGTHS if 4 * length * canvas.look.px_per_metre <= right - left), default=1)
 
 
 def _bar_corner(canvas: Canvas) -> tuple[float, float]:
-    """Row and col of the lower left corner of the bar of scale."""
+    """Row and col of the lower left corner of the scale bar."""
     _, left, bottom, _ = canvas.bounds_px
-    below = MARGIN + BAR_HEIGHT + (DIMENSIONS if canvas.look.dimensions else 0.0)
+    below = MARGIN + BAR_HEIGHT + (DIMENSION_STRIP if canvas.look.dimensions else 0.0)
     return bottom + below * canvas.look.px_per_metre, left
 
 
 def _write_around(canvas: Canvas, numbers: Mapping[int, str], lettering: Lettering) -> list[WrittenText]:
-    """Title, legend, dimensions in metres, and how long the bar of scale is."""
+    """Title, legend, dimensions in metres, and the length of the scale bar."""
     look, face, metre = canvas.look, lettering.face(), canvas.look.px_per_metre
     top, left, bottom, right = canvas.bounds_px
     texts = []
     if look.title:
         large = lettering.face(round(1.6 * lettering.height_px))
-        texts.append(WrittenText(look.title, large, (top - STRIP / 2 * metre, (left + right) / 2)))
+        texts.append(WrittenText(look.title, large, (top - TITLE_STRIP / 2 * metre, (left + right) / 2)))
     if look.dimensions:
-        off = DIMENSIONS / 2 * metre + face.size * LINE_SPACING / 2
+        off = DIMENSION_STRIP / 2 * metre + face.size * LINE_SPACING / 2
         width, height = (f"{length / metre:.2f}" for length in (right - left, bottom - top))
         texts.append(WrittenText(width, face, (bottom + off, (left + right) / 2)))
         texts.append(WrittenText(height, face, ((top + bottom) / 2, left - off), 90.0))
@@ -203,18 +215,18 @@ def _write_around(canvas: Canvas, numbers: Mapping[int, str], lettering: Letteri
         row, col = _bar_corner(canvas)
         length, below = _bar_metres(canvas), row + face.size * LINE_SPACING * 0.75
         ends = {"0": col, f"{length} m": col + length * metre}
-        texts += [WrittenText(text, face, (below, place)) for text, place in ends.items()]
+        texts += [WrittenText(text, face, (below, end)) for text, end in ends.items()]
     return texts + (write_legend(numbers, (top, right + MARGIN * metre), face) if numbers else [])
 
 
 def _photograph(colors: Colors, noise: float, rng: np.random.Generator) -> Colors:
-    """The picture in uneven light, with grain, as a JPEG."""
+    """The picture after a photo: uneven light, grain, JPEG artefacts."""
     if not noise:
         return colors
     height, width = colors.shape[:2]
     corners = (1 - 0.5 * noise * rng.random((3, 3))).astype(np.float32)
     light = cv2.resize(corners, (width, height), interpolation=cv2.INTER_CUBIC)[:, :, None]
     grain = rng.normal(0, 12 * noise, (height, width, 1))
-    seen = np.clip(colors * light + grain, 0, 255).astype(np.uint8)
-    _, encoded = cv2.imencode(".jpg", seen, [cv2.IMWRITE_JPEG_QUALITY, round(95 - 65 * noise)])
+    photo = np.clip(colors * light + grain, 0, 255).astype(np.uint8)
+    _, encoded = cv2.imencode(".jpg", photo, [cv2.IMWRITE_JPEG_QUALITY, round(95 - 65 * noise)])
     return np.asarray(cv2.imdecode(encoded, cv2.IMREAD_COLOR), np.uint8)

@@ -1,4 +1,4 @@
-"""What is written on a drawn plan: names of rooms, a legend, a title, dimensions and a bar of scale."""
+"""The texts of a drawn plan: names of rooms, legend, title, dimensions and scale bar."""
 
 from __future__ import annotations
 
@@ -20,21 +20,24 @@ from pianta.plan.sheets.sheet import PlacedText
 Color = tuple[int, int, int]
 
 DEFAULT_FONT = "DejaVuSans"
-# Lettering may be so much smaller than wished where a room is small, but not smaller than so many pixels.
-SMALLEST, SMALLEST_PX = 0.6, 8
+# Names in small rooms are written smaller, down to this share of the usual height, ...
+MIN_HEIGHT_SHARE = 0.6
+# ... and to this height; pixels.
+MIN_HEIGHT_PX = 8
+# Distance between lines, as a multiple of the height of the font.
 LINE_SPACING = 1.25
 
 
 @dataclass(frozen=True)
 class Lettering:
-    """How a plan is lettered. font: a file of matplotlib's fonts. height_px: of the em. angle: degrees, from x up."""
+    """Style of the names. font: a file of matplotlib. height_px: of the em. angle: degrees, counter-clockwise."""
 
     font: str = DEFAULT_FONT
     height_px: int = 14
     angle: float = 0.0
 
     def face(self, height_px: int | None = None) -> ImageFont.FreeTypeFont:
-        """The font at a height; raises OptionError for one that matplotlib does not bring."""
+        """The font at a height; raises OptionError for a font that does not come with matplotlib."""
         import matplotlib as mpl
 
         file = Path(mpl.get_data_path(), "fonts", "ttf", f"{Path(self.font).name}.ttf")
@@ -45,7 +48,7 @@ class Lettering:
 
 @dataclass(frozen=True, eq=False)
 class WrittenText:
-    """A line of text with the font, and the place of its middle, row and col in continuous pixels."""
+    """A line of text with its font, and its middle, row and col in continuous pixels."""
 
     text: str
     face: ImageFont.FreeTypeFont
@@ -58,7 +61,7 @@ class WrittenText:
         left, top, right, bottom = self.face.getbbox(self.text)
         return right - left, bottom - top
 
-    def place(self) -> PlacedText:
+    def to_placed(self) -> PlacedText:
         """The text with the corners of its ink."""
         width, height = self.size
         turn = radians(self.angle)
@@ -84,24 +87,24 @@ def write_texts(colors: Colors, texts: Iterable[WrittenText], *, ink: Color) -> 
 
 
 def letter_room(name: str, room: Polygon, grid: GridMap, lettering: Lettering) -> list[WrittenText]:
-    """A name in the middle of a room, else in its widest place, in lines where it is too long for one.
+    """A name in the middle of a room, else at its widest point, on several lines if it is too long for one.
 
-    Empty where it does not fit, even in smaller letters.
+    Empty if it does not fit even in the smallest letters.
     """
-    places = [room.centroid.coords[0], maximum_inscribed_circle(room).coords[0]]
-    middles = [tuple(float(value) for value in grid.map_to_pixel(*place)) for place in places]
-    smallest = max(round(SMALLEST * lettering.height_px), SMALLEST_PX)
+    points = [room.centroid.coords[0], maximum_inscribed_circle(room).coords[0]]
+    middles = [tuple(float(value) for value in grid.map_to_pixel(*point)) for point in points]
+    smallest = max(round(MIN_HEIGHT_SHARE * lettering.height_px), MIN_HEIGHT_PX)
     for height in range(max(lettering.height_px, smallest), smallest - 1, -1):
         face = lettering.face(height)
         for lines, (row, col) in product(_break_lines(name), middles):
             texts = _stack_lines(lines, face, (row, col), lettering.angle)
-            if all(_lies_in(text, room, grid) for text in texts):
+            if all(_is_inside(text, room, grid) for text in texts):
                 return texts
     return []
 
 
 def _break_lines(name: str) -> list[list[str]]:
-    """The name in one line, then broken once where the halves are most alike, then at every blank."""
+    """The name on one line, then on two lines of the most similar length, then with one word per line."""
     words = name.split()
     broken = [[" ".join(words)]]
     if len(words) > 2:
@@ -115,7 +118,7 @@ def _break_lines(name: str) -> list[list[str]]:
 def _stack_lines(
     lines: Sequence[str], face: ImageFont.FreeTypeFont, middle: tuple[float, float], angle: float
 ) -> list[WrittenText]:
-    """Lines below each other about a middle, which turn with their angle."""
+    """Lines one below the other, centred on a middle and rotated by an angle."""
     down = np.array([cos(radians(angle)), sin(radians(angle))]) * face.size * LINE_SPACING
     texts = []
     for index, line in enumerate(lines):
@@ -124,15 +127,15 @@ def _stack_lines(
     return texts
 
 
-def _lies_in(text: WrittenText, room: Polygon, grid: GridMap) -> bool:
-    corners = text.place().corners
+def _is_inside(text: WrittenText, room: Polygon, grid: GridMap) -> bool:
+    corners = text.to_placed().corners
     return bool(room.buffer(-2 * grid.resolution).contains(Polygon(np.column_stack(grid.pixel_to_map(*corners.T)))))
 
 
 def write_legend(
     names: Mapping[int, str], corner: tuple[float, float], face: ImageFont.FreeTypeFont
 ) -> list[WrittenText]:
-    """Lines "1 Office" below each other under "Legend", from the upper left corner, row and col."""
+    """Lines such as "1 Office" below "Legend", from the upper left corner, row and col."""
     lines = ["Legend", *(f"{number} {name}" for number, name in names.items())]
     texts = []
     for index, line in enumerate(lines):
@@ -142,6 +145,6 @@ def write_legend(
     return texts
 
 
-def width_of_legend(names: Mapping[int, str], face: ImageFont.FreeTypeFont) -> float:
-    """Pixels from the left end of a legend to the right one."""
-    return max(float(text.place().corners[:, 1].max()) for text in write_legend(names, (0, 0), face))
+def measure_legend(names: Mapping[int, str], face: ImageFont.FreeTypeFont) -> float:
+    """Width of a legend, pixels."""
+    return max(float(text.to_placed().corners[:, 1].max()) for text in write_legend(names, (0, 0), face))

@@ -1,4 +1,4 @@
-"""PlanLook: how a drawn plan looks, and the canvas that it is drawn on."""
+"""PlanLook: the style of a drawn plan; and Canvas, which it is drawn on."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from pianta._types import Colors, Floats
 from pianta.errors import OptionError
 from pianta.gridmap import GridMap
-from pianta.plan.symbols.drawings import SHIFT, Color, Mark, paint_marks, pixel_matrix
+from pianta.plan.symbols.drawings import SUBPIXEL_BITS, Color, Mark, paint_marks, pixel_matrix
 from pianta.worlds.plans.lettering import DEFAULT_FONT
 from pianta.worlds.plans.symbols import DOOR_STYLES, DoorStyle
 
@@ -23,17 +23,18 @@ WALL_STYLES: tuple[WallStyle, ...] = get_args(WallStyle)
 
 @dataclass(frozen=True)
 class PlanLook:
-    """How a plan looks.
+    """The style of a plan.
 
     style: of the walls: filled, the two lines of their faces, or one line along their axes.
-    px_per_metre: of the sheet. doors: how they are drawn; "double" gives wide doors two leaves, and all others one.
-    windows: 0, or the 2 or 3 lines of each in the outer walls. furniture: 0 none … 1 full.
-    lettering: m, height of names; font: one of matplotlib's; text_angle: degrees. legend: numbers in the rooms, and
-    what they mean beside the plan. title: above it. dimensions, scale_bar: whether to draw them. colored: in pastels.
-    evacuation: signs and arrows in the passages. noise: 0 none … 1 a bad photo: JPEG, grain, uneven light.
+    px_per_metre: of the sheet. doors: style of doors; "double" gives wide doors two leaves, and other doors one.
+    windows: 0, or the number of lines of each window in the outer walls, 2 or 3. furniture: 0 none … 1 full.
+    lettering: height of names, metres; font: one of matplotlib's; text_angle: degrees. legend: whether rooms have
+    numbers, which a list beside the plan explains. title: above the plan. dimensions, scale_bar: whether to draw them.
+    colored: whether rooms are filled in pastels. evacuation: whether passages have signs and arrows.
+    noise: 0 none … 1 a bad photo: JPEG, grain, uneven light.
     rotation: of the building on the sheet, degrees, counter-clockwise. ink: grey of the lines, 0 black.
 
-    Raises OptionError, naming all of them, for values that make no plan.
+    Raises OptionError, naming all of them, for values out of range.
     """
 
     style: WallStyle = "thick"
@@ -105,20 +106,20 @@ class Canvas:
 
     @property
     def bounds_px(self) -> tuple[float, float, float, float]:
-        """First row and col and last row and col of the building."""
+        """First row and col, and last row and col, of the building."""
         rows, cols = self.grid.map_to_pixel(*get_coordinates(self.footprint).T)
         return float(rows.min()), float(cols.min()), float(rows.max()), float(cols.max())
 
     def paint(self, marks: list[Mark], *, strokes: int = 1) -> None:
-        """Draw marks, metres, in ink; strokes: width of lines in thin ones."""
+        """Draw marks, metres, in ink; strokes: width of the lines, as a multiple of thin ones."""
         paint_marks(self.colors, marks, self.matrix, stroke_px=strokes * self.look.stroke_px, ink=self.look.color)
 
     def fill(self, shape: BaseGeometry, color: Color) -> None:
-        """Fill polygons, metres, but for their holes."""
+        """Fill polygons, metres, without their holes."""
         matrix = self.matrix
         for part in get_parts(shape):
             if isinstance(part, Polygon) and not part.is_empty:
                 rings = [get_coordinates(ring) for ring in (part.exterior, *part.interiors)]
                 pixels = [ring @ matrix[:, :2].T + matrix[:, 2] - 0.5 for ring in rings]
-                points = [np.round(ring * 2**SHIFT).astype(np.int32) for ring in pixels]
-                cv2.fillPoly(self.colors, points, color, cv2.LINE_AA, SHIFT)
+                points = [np.round(ring * 2**SUBPIXEL_BITS).astype(np.int32) for ring in pixels]
+                cv2.fillPoly(self.colors, points, color, cv2.LINE_AA, SUBPIXEL_BITS)

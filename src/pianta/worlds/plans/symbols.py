@@ -1,4 +1,4 @@
-"""What stands in the rooms and walls of a drawn plan: doors, windows, stairs, furniture, signs; as marks in metres."""
+"""Doors, windows, stairs, furniture and signs of a drawn plan, as marks in metres."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pianta._types import Floats
 from pianta.floor import Door, Floor, Room
-from pianta.plan.symbols.drawings import SYMBOLS, WALL, Mark
+from pianta.plan.symbols.drawings import SYMBOLS, WALL_DEPTH, Mark
 from pianta.worlds.floors import INNER_WALL, OUTER_WALL
 
 DoorStyle = Literal["arc", "arc 45", "leaf", "leaf 45", "sliding", "double", "gap"]
@@ -28,47 +28,58 @@ SYMBOL_OF_STYLE = {
     "double": "door",
 }
 
-# Metres: a double door and the least wall beside it, a window and the least wall for it.
-DOUBLE_WIDTH, BESIDE = 1.6, 0.2
-WINDOW_WIDTH, WINDOW_PLACE = 1.5, 2.4
-# From the axis of an inner wall to where a room surely is, m.
+# The sizes are usual ones (chosen by hand); lengths in metres.
+# Width of a double door.
+DOUBLE_WIDTH = 1.6
+# Wall beside a double door on each side, at least.
+WALL_BESIDE_DOOR = 0.2
+WINDOW_WIDTH = 1.5
+# Length of wall for each window, at least.
+WINDOW_SPACING = 2.4
+# Distance from the axis of an inner wall to a point that is certainly in the room.
 OFF_WALL = INNER_WALL / 2 + 0.02
-# How many single doors swing into the room with the smaller id, which is the passage of floors of worlds.
-OUTWARDS = 0.1
-SIGN_SIZE, SIGN_SPACING = 0.7, 2.5
+# Share of the doors that swing into the room with the smaller id, which is the passage in floors of worlds.
+OUTWARDS_SHARE = 0.1
+SIGN_SIZE = 0.7
+# Least distance between two signs.
+SIGN_SPACING = 2.5
 SIGNS = ("way out", "extinguisher", "way out", "exit", "way out", "hydrant", "way out", "first aid")
-# Floor area for each piece of furniture at density 1, m², how often a place for it is tried, and what stays clear of
-# doors, walls and other pieces, m.
-AREA_PER_PIECE, TRIES = 5.0, 12
-AT_DOOR, AT_WALL, AT_PIECE = 1.1, 0.1, 0.3
+# Floor area per piece of furniture at density 1; m².
+AREA_PER_PIECE = 5.0
+# Attempts to place each piece.
+MAX_ATTEMPTS = 12
+# Clear space between furniture and doors, walls and other pieces.
+DOOR_CLEARANCE = 1.1
+WALL_CLEARANCE = 0.1
+PIECE_CLEARANCE = 0.3
 
 
 @dataclass(frozen=True)
 class Window:
-    """A window, by the middle line of its gap in the wall, and the thickness of the wall, metres."""
+    """A window: the middle line of its gap in the wall, and the thickness of the wall, metres."""
 
     line: LineString
     wall: float = OUTER_WALL
 
 
 def widen_doors(floor: Floor) -> Floor:
-    """The floor with doors of DOUBLE_WIDTH wherever the wall beside a door leaves the place for them."""
+    """The floor with all doors widened to DOUBLE_WIDTH that have enough wall beside them."""
     doors = list(floor.doors)
     polygons = {room.id: room.polygon for room in floor.rooms}
     for index, door in enumerate(floor.doors):
         wider = _widen_door(door, polygons)
         others = [other.line for other in doors if other is not door]
-        if wider and all(wider.line.distance(line) > BESIDE for line in others):
+        if wider and all(wider.line.distance(line) > WALL_BESIDE_DOOR for line in others):
             doors[index] = wider
     return replace(floor, doors=tuple(doors))
 
 
 def _widen_door(door: Door, polygons: dict[int, Polygon]) -> Door | None:
-    """The door with twice the leaves, None where a wall ends too near."""
+    """The door with DOUBLE_WIDTH; None if a wall ends too near."""
     if door.is_entrance or not door.line.length:
         return None
     middle, along, across = _frame_of_line(door.line)
-    needed = along * (DOUBLE_WIDTH / 2 + BESIDE)
+    needed = along * (DOUBLE_WIDTH / 2 + WALL_BESIDE_DOOR)
     for off in (-OFF_WALL, OFF_WALL):
         face = LineString([middle - needed + across * off, middle + needed + across * off])
         if not any(polygons[room].contains(face) for room in door.room_ids):
@@ -85,14 +96,14 @@ def _frame_of_line(line: LineString) -> tuple[Floats, Floats, Floats]:
 
 
 def mark_doors(floor: Floor, style: DoorStyle, *, wall: float, rng: np.random.Generator) -> list[Mark]:
-    """Marks of all doors of a floor but openings, whose leaves hang in a face of the wall.
+    """Marks of all doors of a floor, without openings; their leaves hang in a face of the wall.
 
-    wall: how thick the walls are drawn, metres. Doors of DOUBLE_WIDTH have two leaves where the style is "double".
+    wall: thickness of the drawn walls, metres. Doors of DOUBLE_WIDTH have two leaves if the style is "double".
     """
     marks: list[Mark] = []
     polygons = {room.id: room.polygon for room in floor.rooms}
     for door in floor.doors:
-        turned, outwards = rng.random() < 0.5, rng.random() < OUTWARDS
+        turned, outwards = rng.random() < 0.5, rng.random() < OUTWARDS_SHARE
         if style == "gap" or door.kind == "opening" or not door.line.length:
             continue
         twice = style == "double" and door.width >= DOUBLE_WIDTH
@@ -105,7 +116,7 @@ def mark_doors(floor: Floor, style: DoorStyle, *, wall: float, rng: np.random.Ge
 def _frame_of_door(
     door: Door, into: Polygon, wall: float, *, turned: bool, units: int
 ) -> tuple[Floats, Floats, Floats]:
-    """Origin and axes, metres, of a symbol so many units wide that swings into a room."""
+    """Origin and axes, metres, of a symbol that is units wide and swings into a room."""
     middle, along, across = _frame_of_line(door.line)
     inwards = across if into.distance(Point(middle + across)) < into.distance(Point(middle - across)) else -across
     along = -along if turned else along
@@ -125,12 +136,12 @@ def find_windows(floor: Floor, footprint: BaseGeometry) -> list[Window]:
 def _find_windows(room: Polygon, footprint: BaseGeometry) -> Iterator[Window]:
     for ends in pairwise(get_coordinates(room.exterior)):
         side = LineString(ends)
-        count = int(side.length / WINDOW_PLACE)
+        count = int(side.length / WINDOW_SPACING)
         if not count:
             continue
         _, along, left = _frame_of_line(side)
-        for place in (np.arange(count) + 0.5) / count:
-            middle = ends[0] + (ends[1] - ends[0]) * place - left * OUTER_WALL / 2
+        for share in (np.arange(count) + 0.5) / count:
+            middle = ends[0] + (ends[1] - ends[0]) * share - left * OUTER_WALL / 2
             jambs = [middle - along * WINDOW_WIDTH / 2, middle + along * WINDOW_WIDTH / 2]
             beyond = [jamb - left * (OUTER_WALL / 2 + 0.1) for jamb in jambs]
             if not footprint.intersects(LineString(beyond)):
@@ -144,12 +155,12 @@ def mark_windows(windows: Sequence[Window], panes: int) -> list[Mark]:
     for window in windows:
         middle, along, across = _frame_of_line(window.line)
         unit = along * WINDOW_WIDTH / 1.5
-        marks += place_marks(symbol.marks, middle - along * WINDOW_WIDTH / 2, unit, across * window.wall / WALL)
+        marks += place_marks(symbol.marks, middle - along * WINDOW_WIDTH / 2, unit, across * window.wall / WALL_DEPTH)
     return marks
 
 
 def mark_room_symbol(room: Room) -> list[Mark]:
-    """Stairs or a lift in the middle of a room that is labelled so, as large as fits; nothing in others."""
+    """Stairs or a lift in the middle of a room with that label, as large as fits; empty for other rooms."""
     name = {"STAIRS": "stairs", "ELEVATOR": "lift"}.get(room.label or "")
     if name is None:
         return []
@@ -166,76 +177,76 @@ def mark_room_symbol(room: Room) -> list[Mark]:
 
 
 def mark_signs(room: BaseGeometry, rng: np.random.Generator) -> list[Mark]:
-    """Signs of an evacuation map in a room: arrows along it, and what SIGNS names."""
+    """Signs of an evacuation map in a room: those of SIGNS, in turn."""
     marks: list[Mark] = []
-    for index, place in enumerate(_spread_places(room.buffer(-SIGN_SIZE))):
+    for index, point in enumerate(_space_points(room.buffer(-SIGN_SIZE))):
         name = SIGNS[index % len(SIGNS)]
         size = SIGN_SIZE / (1.6 if name == "way out" else 1)
         middle = np.array([0.8, 0.3] if name == "way out" else [0.5, 0.5]) * size
         side = -1 if name == "way out" and rng.random() < 0.5 else 1
-        corner = place + np.array([-middle[0] * side, middle[1]])
+        corner = point + np.array([-middle[0] * side, middle[1]])
         marks += place_marks(SYMBOLS[name].marks, corner, (size * side, 0), (0, -size))
     return marks
 
 
-def _spread_places(area: BaseGeometry) -> list[Floats]:
-    """Points of an area that keep SIGN_SPACING from each other; none of an area that is empty."""
+def _space_points(area: BaseGeometry) -> list[Floats]:
+    """Points of an area at least SIGN_SPACING apart; empty for an empty area."""
     if area.is_empty:
         return []
     x0, y0, x1, y1 = area.bounds
     xs, ys = np.arange(x0 + 0.1, x1, 0.4), np.arange(y0 + 0.1, y1, 0.4)
     grid = np.column_stack([np.repeat(xs, len(ys)), np.tile(ys, len(xs))])
-    places: list[Floats] = []
-    for place in grid[contains_xy(area, *grid.T)]:
-        if all(np.hypot(*(place - other)) >= SIGN_SPACING for other in places):
-            places.append(place)
-    return places
+    points: list[Floats] = []
+    for point in grid[contains_xy(area, *grid.T)]:
+        if all(np.hypot(*(point - other)) >= SIGN_SPACING for other in points):
+            points.append(point)
+    return points
 
 
 def mark_furniture(
-    room: Room, doors: Sequence[Door], *, density: float, kept: BaseGeometry, rng: np.random.Generator
+    room: Room, doors: Sequence[Door], *, density: float, blocked: BaseGeometry, rng: np.random.Generator
 ) -> list[Mark]:
-    """Outlines of desks with chairs, round tables and shelves that keep clear of doors and of each other.
+    """Outlines of desks with chairs, round tables and shelves, clear of doors and of each other.
 
-    density: 0 empty … 1 as full as the plans of dealers of furniture. kept: where nothing may stand, metres.
+    density: 0 empty … 1 as full as in a furniture catalogue. blocked: area without furniture, metres.
     """
-    at_doors = [door.line.buffer(AT_DOOR) for door in doors if room.id in door.room_ids]
-    clear = room.polygon.buffer(-AT_WALL).difference(unary_union([*at_doors, kept]))
+    at_doors = [door.line.buffer(DOOR_CLEARANCE) for door in doors if room.id in door.room_ids]
+    clear = room.polygon.buffer(-WALL_CLEARANCE).difference(unary_union([*at_doors, blocked]))
     wanted = round(density * room.polygon.area / AREA_PER_PIECE)
-    standing: list[BaseGeometry] = []
+    placed: list[BaseGeometry] = []
     marks: list[Mark] = []
-    for _ in range(TRIES * wanted):
+    for _ in range(MAX_ATTEMPTS * wanted):
         pieces = _draw_pieces(room.polygon, rng)
-        whole = unary_union(pieces)
-        if clear.contains(whole) and all(whole.distance(other) > AT_PIECE for other in standing):
-            standing.append(whole)
+        outline = unary_union(pieces)
+        if clear.contains(outline) and all(outline.distance(other) > PIECE_CLEARANCE for other in placed):
+            placed.append(outline)
             marks += [Mark(get_coordinates(piece.exterior)[:-1], closed=True) for piece in pieces]
-        if len(standing) == wanted:
+        if len(placed) == wanted:
             break
     return marks
 
 
 def _draw_pieces(room: Polygon, rng: np.random.Generator) -> list[Polygon]:
-    """The outlines of one piece somewhere in the bounds of a room."""
-    kind = int(rng.integers(4))
+    """The outlines of one piece of furniture at a random position in the bounds of a room."""
+    piece_type = int(rng.integers(4))
     chair = box(-0.22, -0.22, 0.22, 0.22)
-    if kind == 0:
+    if piece_type == 0:
         pieces = [box(-0.8, -0.4, 0.8, 0.4), affinity.translate(chair, 0, -0.7)]
-    elif kind == 1:
+    elif piece_type == 1:
         around = [affinity.translate(chair, *(0.85 * step)) for step in np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])]
         pieces = [Point(0, 0).buffer(0.55, quad_segs=8), *around]
-    elif kind == 2:
+    elif piece_type == 2:
         pieces = [box(-0.7, -0.2, 0.7, 0.2)]
     else:
         pieces = [box(-1.2, -0.45, 0.0, 0.45), box(0.0, -0.45, 1.2, 0.45)]
         pieces += [affinity.translate(chair, x, y) for x in (-0.6, 0.6) for y in (-0.75, 0.75)]
     x0, y0, x1, y1 = room.bounds
-    place = x0 + (x1 - x0) * rng.random(), y0 + (y1 - y0) * rng.random()
+    position = x0 + (x1 - x0) * rng.random(), y0 + (y1 - y0) * rng.random()
     angle = 90 * int(rng.integers(4))
-    return [affinity.translate(affinity.rotate(piece, angle, origin=(0, 0)), *place) for piece in pieces]
+    return [affinity.translate(affinity.rotate(piece, angle, origin=(0, 0)), *position) for piece in pieces]
 
 
 def place_marks(marks: Sequence[Mark], origin: ArrayLike, x_axis: ArrayLike, y_axis: ArrayLike) -> list[Mark]:
-    """Marks in a frame that has its origin and the ends of its axes, as vectors, where they are given."""
+    """Marks transformed into a frame with an origin and two axes, given as vectors."""
     axes = np.array([x_axis, y_axis], float)
     return [replace(mark, points=mark.points @ axes + np.asarray(origin, float)) for mark in marks]

@@ -1,0 +1,136 @@
+"""Table 3.1b beside the published one, the means of each set of maps, and the figures of each map."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from pianta_bench.harness.records import Record, Results, name_parts
+from pianta_bench.harness.tables import Cell, FilledTable, Table
+from pianta_bench.layout.timing import FAILED_NOTE, TIME_NOTE
+from pianta_bench.segmentation.measure import FAILED, SCORES
+
+SCORE_LABELS = {"precision": "prec.", "recall": "recall", "a_fc": "A_FC", "mean_iou": "mean\nIoU", "f1": "\nF1"}
+TIME_LABELS = {"seconds": "time\ns", "transforms": "time\nDT"}
+PUBLISHED_MAPS = 20
+# Of sums over all maps: the metric, and those that are divided.
+RATIOS = {
+    "found_per_true": ("found", "true"),
+    "still_there": ("still_there", "rooms_before"),
+    "kept_id": ("kept_id", "still_there"),
+}
+COUNT_NOTE = (
+    "What counts: all pixels of a room, floor under furniture too; rooms of up to 0.25 m² on neither side. schools and "
+    "doors: free cells only; doors: only rooms at the known ones, which lie behind one closed door each."
+)
+REST_NOTE = (
+    "On free cells, where those in no room are one more room, as Table 3.1b was counted. Its rooms begin at 1 m²."
+)
+
+SCORES_OF_SET = Table(
+    title="Room segmentation, {part}",
+    rows=("method",),
+    columns=("metric",),
+    where={"metric": list(SCORES)},
+    labels=SCORE_LABELS,
+    unit="%",
+)
+ROOMS_OF_SET = Table(
+    title="Rooms in all, {part}",
+    rows=("method",),
+    columns=("metric",),
+    where={"metric": ["found_per_true", "mean seconds", "median transforms"]},
+    labels={"found_per_true": "found / true", "mean seconds": "time, s", "median transforms": "time, DT"},
+    digits={"found_per_true": 2, "median transforms": 0},
+)
+MAPS = Table(
+    title="Room segmentation of each map, {part}, {method}",
+    rows=("item",),
+    columns=("metric",),
+    where={"metric": [*SCORES, "found", "true", *TIME_LABELS]},
+    labels={**SCORE_LABELS, "found": "rooms\nfound", "true": "\ntrue", **TIME_LABELS},
+    summarise=Cell.only,
+    digits={"seconds": 2},
+    summaries=("mean", "sd", "median"),
+)
+TABLE_3_1B = Table(
+    title="Table 3.1b, accuracy of room segmentation",
+    rows=("method",),
+    columns=("part", "metric"),
+    where={"part": ["survey", "furniture"], "metric": ["precision_rest", "recall_rest"]},
+    labels={"precision_rest": "prec.", "recall_rest": "recall"},
+    published="table_3_1b.csv",
+    unit="%",
+)
+# Every figure of every map, by method and set.
+MEANS = Table(
+    title="Means of all figures",
+    rows=("part", "method"),
+    columns=("metric",),
+    where={"metric": list(FAILED)},
+    shown=False,
+)
+MEDIANS = Table(
+    title="Medians of all figures",
+    rows=("part", "method"),
+    columns=("metric",),
+    where={"metric": list(FAILED)},
+    summarise=Cell.median,
+    shown=False,
+)
+
+
+def tabulate(results: Results) -> list[FilledTable]:
+    """Means of each set, the figures of the maps where wanted, and Table 3.1b where its maps are there."""
+    methods, maps = results.options["methods"], results.options["maps"]
+    tables = []
+    for part in name_parts(results.items):
+        own = results.select(part=part)
+        tables.append(SCORES_OF_SET.fill(own, part=part))
+        derived = [*divide_sums(results, part), *summarise_times(results, part)]
+        tables.append(ROOMS_OF_SET.fill(derived, notes=list_lasting(derived), part=part))
+        if maps or len(methods) == 1:
+            tables += [MAPS.fill(results.select(part=part, method=each), part=part, method=each) for each in methods]
+    published = [part for part in TABLE_3_1B.where["part"] if part in name_parts(results.items)]
+    if published:
+        count = len({item.item for item in results.items if item.part in published})
+        note = f"The thesis' figures are over {PUBLISHED_MAPS} maps; here are {count}."
+        tables.append(TABLE_3_1B.narrow(part=published).fill(results.records, notes=(note, REST_NOTE)))
+    notes = [COUNT_NOTE, TIME_NOTE, *[FAILED_NOTE] * results.failed]
+    tables[-1] = replace(tables[-1], notes=(*tables[-1].notes, *notes))
+    return [*tables, MEANS.fill(results.records), MEDIANS.fill(results.records)]
+
+
+def divide_sums(results: Results, part: str) -> Iterator[Record]:
+    """For each method the ratios of sums over the maps that have both figures."""
+    for method in results.options["methods"]:
+        for ratio, (part_metric, whole_metric) in RATIOS.items():
+            figures = {
+                metric: [record["value"] for record in results.select(part=part, method=method, metric=metric)]
+                for metric in (part_metric, whole_metric)
+            }
+            pairs = [pair for pair in zip(figures[part_metric], figures[whole_metric], strict=True) if None not in pair]
+            total = sum(whole for _, whole in pairs)
+            value = sum(one for one, _ in pairs) / total if total else None
+            yield {"part": part, "method": method, "metric": ratio, "value": value}
+
+
+def summarise_times(results: Results, part: str) -> Iterator[Record]:
+    """For each method the mean of the seconds, and the median of the distance transforms."""
+    for method in results.options["methods"]:
+        seconds, transforms = (results.values(part=part, method=method, metric=metric) for metric in TIME_LABELS)
+        yield {"part": part, "method": method, "metric": "mean seconds", "value": Cell.over(seconds).mean}
+        yield {"part": part, "method": method, "metric": "median transforms", "value": Cell.median(transforms).mean}
+
+
+def list_lasting(derived: list[Record]) -> list[str]:
+    """Where maps grow, for each method: the rooms that the next step still has, and the ids that they keep."""
+    ratios = {(record["method"], record["metric"]): record["value"] for record in derived}
+    notes = []
+    for method in dict.fromkeys(record["method"] for record in derived):
+        rooms, ids = ratios[method, "still_there"], ratios[method, "kept_id"]
+        if rooms is not None and ids is not None:
+            notes.append(
+                f"{method}: {rooms:.1%} of rooms are there in the next step, {ids:.1%} of these with their id."
+            )
+    return notes
