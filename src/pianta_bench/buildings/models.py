@@ -171,12 +171,10 @@ def compare_by_part(buildings: Sequence[str], compare: Callable[[Indices], Float
     return lambda building: compare_part(part_of[building])
 
 
-def _group(held_out: Indices, buildings: Sequence[str]) -> dict[str, list[int]]:
+def _group(held_out: Indices, buildings: Sequence[str]) -> dict[str, Indices]:
     """The indices of held-out floors by building."""
-    groups: dict[str, list[int]] = {}
-    for i in held_out.tolist():
-        groups.setdefault(buildings[i], []).append(i)
-    return groups
+    names = [buildings[i] for i in held_out]
+    return {name: held_out[[other == name for other in names]] for name in dict.fromkeys(names)}
 
 
 def _grow(

@@ -61,7 +61,7 @@ class Scores:
     def wrong_floors(self, left_out: str, model: str, label_set: LabelSet) -> Mask:
         """Which floors have a wrong type, shape (floors,)."""
         truth = [floor.annotated.kind for floor in self.floors]
-        return np.array(self.predicted_types(left_out, model, label_set)) != np.array(truth)
+        return np.asarray(np.array(self.predicted_types(left_out, model, label_set)) != np.array(truth))
 
     def measure_curves(self) -> Iterator[tuple[str, str, str, Curve]]:
         """ROC and PR curves in R/C: part (S, O or S+O), model, name, curve."""

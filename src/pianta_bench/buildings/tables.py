@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pianta._types import Mask
+from pianta.labels import LabelSet
 from pianta.rooms.completion import LABELS
 from pianta_bench.buildings.measure import BUILDINGS, FLOORS, PLACES, SECONDS, WRONG_ROOMS, WRONG_TYPE
 from pianta_bench.buildings.models import KLOG, MODELS
@@ -147,7 +148,7 @@ def _list_areas(scores: Scores) -> Iterator[Record]:
             yield {"part": part, "model": CHANCE, "curve": curve_name, "value": curve.chance}
 
 
-def _count_types(scores: Scores, label_set: str) -> Iterator[Record]:
+def _count_types(scores: Scores, label_set: LabelSet) -> Iterator[Record]:
     """How many floors of each type have each predicted type, and how many there are of the former."""
     true = [floor.annotated.kind for floor in scores.floors]
     for model, one, other in product(MODELS, scores.building_types, scores.building_types):

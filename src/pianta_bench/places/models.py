@@ -30,7 +30,8 @@ LOCAL, CENTRAL, PIANTA, MAPPED = "Ex-T", "Ex-T, centrality", "pianta", "pianta, 
 # The trees of CENTRAL, on a floor that is enlarged to the scale of its drawing.
 IN_DRAWINGS_SCALE = "Ex-T, drawing's scale"
 STEPS, LAST_STEP = ("first pass", "second pass"), "random field"
-LOCAL_TREES = TreeParameters(trees=500)  # thesis, section 6.2
+TREES = 500  # of each forest of Extra-Trees; thesis, section 6.2
+LOCAL_TREES = TreeParameters(trees=TREES)
 # Columns of V_n: without closeness and betweenness, and all.
 WITHOUT_CENTRALITY, ALL_FEATURES = slice(0, len(GEOMETRIC) + 1), slice(0, len(ROOM_FEATURES))
 COLUMNS: Mapping[str, slice] = MappingProxyType({LOCAL: WITHOUT_CENTRALITY, CENTRAL: ALL_FEATURES})
