@@ -85,9 +85,9 @@ def _grow_directly(
     features = parameters.count_features(rows.shape[1])
     min_leaf, min_split = parameters.min_leaf, max(2, 2 * parameters.min_leaf)
     least_weight, least_gain, depth = 0.0, 0.0, np.iinfo(np.int32).max
-    random = np.random.RandomState(seed)
+    random, tree_random = np.random.RandomState(seed), np.random.RandomState()
     for _ in range(parameters.trees):
-        tree_random = np.random.RandomState(random.randint(np.iinfo(np.int32).max))
+        tree_random.seed(random.randint(np.iinfo(np.int32).max))
         splitter = RandomSplitter(Gini(1, classes), features, min_leaf, least_weight, tree_random, None)
         if parameters.max_leaves is None:
             builder = DepthFirstTreeBuilder(splitter, min_split, min_leaf, least_weight, depth, least_gain)
