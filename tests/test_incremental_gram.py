@@ -26,7 +26,7 @@ def change(batch, graphs, moves, *, together=False) -> list[tuple[int, int, int,
         number = graph % len(graphs)
         size = len(graphs[number])
         ends = sorted({one % size, other % size})
-        if len(ends) == 2 and (number, *ends) not in [change[:3] for change in done]:
+        if len(ends) == 2 and (number, *ends) not in [step[:3] for step in done]:
             done.append((number, *ends, present))
             edit = graphs[number].add_edges_from if present else graphs[number].remove_edges_from
             edit([ends])

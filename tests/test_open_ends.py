@@ -56,8 +56,8 @@ def test_floors_without_doors_to_other_rooms_have_no_examples():
 def test_weights():
     floor = small_model().floors[3]
     corridors = {node for node, label in floor.graph.nodes(data="label") if label == "CORRIDOR"}
-    label_counts = read_explored_part(explore_by_corridors(floor.graph, corridors)[0], SCHOOL)
-    weights = ENDS.stage_weights(label_counts)
+    explored = read_explored_part(explore_by_corridors(floor.graph, corridors)[0], SCHOOL)
+    weights = ENDS.stage_weights(explored)
     assert weights.shape == (len(ENDS.stages),)
     assert weights.sum() == pytest.approx(1)
     assert (weights > 0).all()
@@ -71,10 +71,10 @@ def test_weights():
 
 def test_weights_as_written():
     """exp(-d² / (2 · 0.5²) - JS / 0.2) over the stages of a floor, d of the logarithms of one more."""
-    label_counts = read_explored_part(hide_rooms(make_wing("CC"), {0}), SCHOOL)
-    assert (len(label_counts.open), len(label_counts.doors)) == (0, 2)
-    result = ENDS.stage_weights(label_counts)
-    labels = count_labels_of_part(label_counts, SCHOOL)
+    explored = read_explored_part(hide_rooms(make_wing("CC"), {0}), SCHOOL)
+    assert (len(explored.open), len(explored.doors)) == (0, 2)
+    result = ENDS.stage_weights(explored)
+    labels = count_labels_of_part(explored, SCHOOL)
     assert labels.sum() == 1
 
     def weigh(stage) -> float:
@@ -122,6 +122,6 @@ def test_models_that_cannot_be_explored():
 
 def test_known_labels():
     graph = join_wings(*WINGS["a"], source="a")
-    label_counts = read_explored_part(hide_rooms(graph, {0, 1, 5}, {6}), SCHOOL)
-    counts = dict(zip(SCHOOL.by_name, count_labels_of_part(label_counts, SCHOOL).tolist(), strict=True))
+    explored = read_explored_part(hide_rooms(graph, {0, 1, 5}, {6}), SCHOOL)
+    counts = dict(zip(SCHOOL.by_name, count_labels_of_part(explored, SCHOOL).tolist(), strict=True))
     assert {label: count for label, count in counts.items() if count} == {"CORRIDOR": 2, "CLASSROOM": 1, "BATHROOM": 1}
