@@ -11,7 +11,6 @@ from shapely import LineString, Point, box
 from pianta.errors import OptionError
 from pianta.exploration.starts import check_start, find_starts, place_robots
 from pianta.exploration.world import (
-    World,
     build_world,
     clear_cells,
     explorable_cells,
@@ -54,9 +53,9 @@ def test_entrances_stay_closed():
     assert np.array_equal(world.blocked, two_room_world(door=False).blocked)
 
 
-@pytest.mark.parametrize("kind", FLOOR_MAKERS)
-def test_a_gap_between_rooms_is_the_wall(kind):
-    floor = make_floor(kind, seed=3)
+@pytest.mark.parametrize("floor_type", FLOOR_MAKERS)
+def test_a_gap_between_rooms_is_the_wall(floor_type):
+    floor = make_floor(floor_type, seed=3)
     world = build_world(floor, wall=0.1)
     inside = floor.label_image(world.grid) > 0
     assert not (world.blocked & inside).any()
@@ -65,9 +64,9 @@ def test_a_gap_between_rooms_is_the_wall(kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", FLOOR_MAKERS)
-def test_every_room_of_a_synthetic_floor_is_reached_and_no_wall_leaks(kind):
-    floor = make_floor(kind, seed=1)
+@pytest.mark.parametrize("floor_type", FLOOR_MAKERS)
+def test_every_room_of_a_synthetic_floor_is_reached_and_no_wall_leaks(floor_type):
+    floor = make_floor(floor_type, seed=1)
     world = build_world(floor)
     reached = reachable_cells(world, [world.cell(*find_starts(world)[0])], radius=0.2)
     assert {room.id for room in floor.rooms} == {*np.unique(world.room_of_cell[reached]).tolist()} - {0}
@@ -84,7 +83,7 @@ def test_the_origin_of_a_world_is_that_of_its_floor():
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "messages"),
     [
         ({"resolution": 0}, "resolution"),
         ({"wall": -1}, "wall"),
@@ -92,8 +91,8 @@ def test_the_origin_of_a_world_is_that_of_its_floor():
         ({"resolution": 0.0001}, "cells"),
     ],
 )
-def test_lengths_without_meaning_are_refused(options, told):
-    with pytest.raises(OptionError, match=told):
+def test_lengths_without_meaning_are_refused(options, messages):
+    with pytest.raises(OptionError, match=messages):
         build_world(two_rooms(), **options)
 
 
@@ -120,10 +119,13 @@ def test_clear_cells_are_further_from_obstacles_than_the_radius():
 
 @pytest.mark.slow
 @given(cells=st.lists(st.lists(st.booleans(), min_size=6, max_size=6), min_size=5, max_size=9), radius=st.floats(0, 3))
-def test_clear_cells_are_those_that_is_clear_says(cells, radius):
-    world = World(np.array(cells), 1.0)
-    clear = clear_cells(world.blocked, radius)
-    assert all(clear[cell] == world.is_clear(cell, radius) for cell in np.ndindex(clear.shape))
+def test_cells_are_clear_if_all_cells_within_the_radius_are_free(cells, radius):
+    blocked = np.pad(np.array(cells), 4, constant_values=True)
+    obstacles = np.argwhere(blocked) - 4
+    clear = clear_cells(np.array(cells), radius)
+    for cell in np.ndindex(clear.shape):
+        squares = ((obstacles - cell) ** 2).sum(axis=1)
+        assert clear[cell] == (squares > radius**2).all()
 
 
 def test_corners_count_as_explorable_and_rooms_behind_walls_do_not():
@@ -163,7 +165,7 @@ def test_a_world_that_is_too_narrow_has_no_start():
 
 
 @pytest.mark.parametrize(
-    ("start", "told"),
+    ("start", "messages"),
     [
         ((100, 100), "outside"),
         ((-0.2, 2), "wall"),
@@ -172,20 +174,21 @@ def test_a_world_that_is_too_narrow_has_no_start():
         ((float("nan"), 2), "finite"),
     ],
 )
-def test_a_start_where_no_robot_can_stand_is_one_clear_line(start, told):
-    with pytest.raises(OptionError, match=told) as raised:
+def test_a_start_where_no_robot_can_stand_is_one_clear_line(start, messages):
+    with pytest.raises(OptionError, match=messages) as raised:
         check_start(two_room_world(), start, radius=0.2)
     assert "\n" not in str(raised.value)
 
 
 def test_robots_stand_beside_each_other():
     world = two_room_world()
-    places = place_robots(world, [(2, 2), (3, 3)], 4, radius=0.2)
-    assert places[:2] == [(2, 2), (3, 3)]
-    apart = [Point(one).distance(Point(other)) for i, one in enumerate(places) for other in places[:i]]
-    assert min(apart) > 0.55
-    assert all(world.is_clear(world.cell(*place), 0.2) for place in places)
-    assert Point(places[2]).distance(Point(2, 2)) < 0.75
+    points = place_robots(world, [(2, 2), (3, 3)], 4, radius=0.2)
+    assert points[:2] == [(2, 2), (3, 3)]
+    gaps = [Point(one).distance(Point(other)) for i, one in enumerate(points) for other in points[:i]]
+    assert min(gaps) > 0.55
+    clear = clear_cells(world.blocked, 0.2 / world.resolution)
+    assert all(clear[world.cell(*point)] for point in points)
+    assert Point(points[2]).distance(Point(2, 2)) < 0.75
 
 
 def test_there_is_no_place_for_too_many_robots():

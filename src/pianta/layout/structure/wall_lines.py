@@ -13,7 +13,7 @@ from pianta._types import Floats, Indices, Mask
 from pianta.layout.structure.necks import measure_lengths
 from pianta.layout.structure.regions import sample_image
 
-# The constants of this module were chosen by hand on the maps of the benches (docs/structure.md).
+# The constants of this module were chosen by hand on the maps of the benches (docs/methods/structure.md).
 # Length of contour on both sides of a cell that gives its tangent; metres.
 TANGENT_REACH = 0.2
 # Distance between the samples along a line; metres.
@@ -188,7 +188,7 @@ def _drop_duplicates(lines: WallLines, resolution: float) -> WallLines:
     agreement = (lines.towards[earlier] * lines.towards[later]).sum(axis=1)
     same = (np.maximum(*across) < SAME_ACROSS) & (along < SAME_ALONG) & (agreement > np.cos(np.radians(SAME_ANGLE)))
     selected = np.ones(len(lines), bool)
-    # The pairs are sorted by the later line, so that it is decided before whether the earlier one stays.
+    # The pairs are sorted by the later line, so the decision about the earlier line is final when it is used.
     for first, second in zip(earlier[same].tolist(), later[same].tolist(), strict=True):
         selected[second] &= not selected[first]
     return lines.select(selected)
