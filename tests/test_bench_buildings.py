@@ -1,4 +1,4 @@
-"""`pianta bench buildings`: on tiny buildings, whose types and rooms are easily told apart, and on folders of them."""
+"""`pianta bench buildings` on tiny buildings whose types and rooms are easy to distinguish, and on folders of them."""
 
 import json
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ from pianta_bench.buildings.models import (
     classify_floors_by_trees,
     classify_rooms_by_relations,
     classify_rooms_by_trees,
-    compare_by_part,
+    compare_by_fold,
     compare_floors,
 )
 from pianta_bench.buildings.scores import BUILDING, FLOOR, Scores
@@ -128,17 +128,17 @@ def floors(tiny: Path) -> list[BuildingFloor]:
 def with_wrong_labels(floor: BuildingFloor) -> BuildingFloor:
     """Each room has the label after its own."""
     labels = {
-        label_set: tuple(known[(known.index(label) + 1) % len(known)] for label in floor.labels[label_set])
-        for label_set, known in LABELS.items()
+        label_set: tuple(names[(names.index(label) + 1) % len(names)] for label in floor.labels[label_set])
+        for label_set, names in LABELS.items()
     }
     return replace(floor, labels=labels)
 
 
 def with_wrong_measures(floor: BuildingFloor) -> BuildingFloor:
-    """The rooms are of sizes that all lie between those of the others, where the bins are cut."""
+    """The sizes of the rooms lie between those of the other floors, where the edges of the bins are."""
     facts = tuple(
-        replace(fact, arguments=(fact.arguments[0], 5.0 + place / 1000)) if fact.relation == "area" else fact
-        for place, fact in enumerate(floor.facts.facts)
+        replace(fact, arguments=(fact.arguments[0], 5.0 + index / 1000)) if fact.relation == "area" else fact
+        for index, fact in enumerate(floor.facts.facts)
     )
     return replace(floor, facts=replace(floor.facts, facts=facts))
 
@@ -154,89 +154,91 @@ def folds_of(floors: Sequence[BuildingFloor]) -> Any:
 
 
 @pytest.mark.slow
-def test_trees_have_not_seen_the_building(floors):
-    """Wrong labels and types of floors change nothing of what is said of them."""
-    places = partial(classify_rooms_by_trees, model=LOCAL, trees=10, seed=0)
-    types = partial(classify_floors_by_trees, label_set=R_C, model=LOCAL, trees=10, seed=0)
-    labels_said, types_said = places(floors)[F_C_E_S], types(floors, folds_of(floors)).values
+def test_trees_are_not_trained_on_the_building(floors):
+    """Wrong labels and types of the held-out floors do not change their predictions."""
+    classify_rooms = partial(classify_rooms_by_trees, model=LOCAL, trees=10, seed=0)
+    classify_types = partial(classify_floors_by_trees, label_set=R_C, model=LOCAL, trees=10, seed=0)
+    labels, types = classify_rooms(floors)[F_C_E_S], classify_types(floors, folds_of(floors)).values
     for held_out in ([0, 1], [2], [5]):
         wrong_labels, wrong_types = (
-            [make(floor) if place in held_out else floor for place, floor in enumerate(floors)]
+            [make(floor) if index in held_out else floor for index, floor in enumerate(floors)]
             for make in (with_wrong_labels, with_wrong_type)
         )
-        for place in held_out:
-            np.testing.assert_array_equal(places(wrong_labels)[F_C_E_S][place], labels_said[place])
-        np.testing.assert_array_equal(types(wrong_types, folds_of(floors)).values[held_out], types_said[held_out])
+        for index in held_out:
+            np.testing.assert_array_equal(classify_rooms(wrong_labels)[F_C_E_S][index], labels[index])
+        np.testing.assert_array_equal(classify_types(wrong_types, folds_of(floors)).values[held_out], types[held_out])
 
 
 @pytest.mark.slow
-def test_pianta_has_not_seen_the_building(floors):
-    """Wrong types of floors, and what they are like, change nothing of what is said of their buildings."""
-    said, typical = classify_floors_by_pianta(floors, folds_of(floors), R_C)
+def test_pianta_is_not_trained_on_the_building(floors):
+    """Wrong types and descriptions of the held-out floors do not change the predictions for their buildings."""
+    predicted, typical = classify_floors_by_pianta(floors, folds_of(floors), R_C)
     for held_out in ([0, 1], [2], [5]):
-        wrong = [with_wrong_type(floor) if place in held_out else floor for place, floor in enumerate(floors)]
-        said_again, typical_again = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
-        np.testing.assert_array_equal(said_again[held_out], said[held_out])
+        wrong = [with_wrong_type(floor) if index in held_out else floor for index, floor in enumerate(floors)]
+        predicted_again, typical_again = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
+        np.testing.assert_array_equal(predicted_again[held_out], predicted[held_out])
         np.testing.assert_array_equal(typical_again[held_out], typical[held_out])
-    # school0 and school1 are a building; what school1 is like may not tell on school0.
+    # school0 and school1 are one building: the description of school1 must not influence school0.
     wrong = [floors[0], replace(floors[1], descriptions=floors[6].descriptions), *floors[2:]]
-    said_again, _ = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
-    np.testing.assert_array_equal(said_again[0], said[0])
-    assert not np.array_equal(said_again[2], said[2]), "others have seen it"
+    predicted_again, _ = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
+    np.testing.assert_array_equal(predicted_again[0], predicted[0])
+    assert not np.array_equal(predicted_again[2], predicted[2]), "the other floors are trained on it"
 
 
 @pytest.mark.slow
-def test_the_relational_kernel_has_not_seen_the_building(floors, monkeypatch):
-    """Labels of a floor, and a measure that would move the bins, change nothing of what is said of its building."""
+def test_the_relational_kernel_is_not_trained_on_the_building(floors, monkeypatch):
+    """Labels of a floor, and measures that would move the bins, do not change the predictions for its building."""
     schools = floors[:4]
     bins: list[list[str]] = []
     fit = RoomKernel.fit
 
-    def spy(kernel: Any, known: Any, *, binned: Any) -> Any:
+    def spy(kernel: Any, training: Any, *, binned: Any) -> Any:
         bins.append([each.name for each in binned])
-        return fit(kernel, known, binned=binned)
+        return fit(kernel, training, binned=binned)
 
     monkeypatch.setattr(RoomKernel, "fit", spy)
-    judged = classify_rooms_by_relations(schools)
-    # plans, school2 and school3 are a part each.
+    predicted = classify_rooms_by_relations(schools)
+    # plans, school2 and school3 are one fold each.
     assert bins == [["school2", "school3"], ["school0", "school1", "school3"], ["school0", "school1", "school2"]]
-    assert [[values.shape for values in judged[each]] for each in (R_C, F_C_E_S)] == [[(14, 2)] * 4, [(14, 4)] * 4]
-    # school0 and school1 are the building; what school1 is may not tell on school0.
-    told = classify_rooms_by_relations(
+    assert [[values.shape for values in predicted[each]] for each in (R_C, F_C_E_S)] == [[(14, 2)] * 4, [(14, 4)] * 4]
+    # school0 and school1 are one building: school1 must not influence school0.
+    predicted_again = classify_rooms_by_relations(
         [with_wrong_labels(schools[0]), with_wrong_measures(with_wrong_labels(schools[1])), *schools[2:]]
     )
     for label_set in (R_C, F_C_E_S):
-        np.testing.assert_array_equal(told[label_set][0], judged[label_set][0])
-        assert not np.array_equal(told[label_set][2], judged[label_set][2]), "others have seen it"
+        np.testing.assert_array_equal(predicted_again[label_set][0], predicted[label_set][0])
+        assert not np.array_equal(predicted_again[label_set][2], predicted[label_set][2]), (
+            "the other floors are trained on it"
+        )
 
 
 @pytest.mark.slow
-def test_the_kernel_of_floors_has_not_seen_the_building(floors):
-    """The same of building types, a wrong type too."""
+def test_the_kernel_of_floors_is_not_trained_on_the_building(floors):
+    """The same for building types, also with a wrong type."""
 
-    def judge(given: Sequence[BuildingFloor]) -> Any:
-        return classify_floors_by_relations(given, folds_of(given), compare_floors(given, R_C)).values
+    def predict(training: Sequence[BuildingFloor]) -> Any:
+        return classify_floors_by_relations(training, folds_of(training), compare_floors(training, R_C)).values
 
-    judged = judge(floors)
+    predicted = predict(floors)
     wrong = with_wrong_type(with_wrong_measures(with_wrong_labels(floors[1])))
-    told = judge([with_wrong_type(floors[0]), wrong, *floors[2:]])
-    np.testing.assert_array_equal(told[0], judged[0])
-    assert not np.array_equal(told[2], judged[2]), "others have seen it"
+    predicted_again = predict([with_wrong_type(floors[0]), wrong, *floors[2:]])
+    np.testing.assert_array_equal(predicted_again[0], predicted[0])
+    assert not np.array_equal(predicted_again[2], predicted[2]), "the other floors are trained on it"
 
 
-def test_parts_of_many_buildings():
-    seen: list[list[int]] = []
+def test_folds_of_many_buildings():
+    training_sets: list[list[int]] = []
 
     def compare(others: Any) -> Any:
-        seen.append(others.tolist())
+        training_sets.append(others.tolist())
         return np.zeros((0, 0))
 
     buildings = ["a", "b", "c", "d", "e", "f", "a"]
-    of_building = compare_by_part(buildings, compare)
+    gram_of_building = compare_by_fold(buildings, compare)
     for name in buildings:
-        of_building(name)
-    # Three parts, each once: a and d, b and e, c and f.
-    assert seen == [[1, 2, 4, 5], [0, 2, 3, 5, 6], [0, 1, 3, 4, 6]]
+        gram_of_building(name)
+    # Three folds, each compared once: a and d, b and e, c and f.
+    assert training_sets == [[1, 2, 4, 5], [0, 2, 3, 5, 6], [0, 1, 3, 4, 6]]
 
 
 @pytest.mark.slow
@@ -255,11 +257,11 @@ def test_table_6_1_by_hand(measured):
         [6.82, 46.89, 7.73, 44.92, 8, 8],
         [None] * 6,
     ]
-    # Rooms of one label are nearly of one size, and rooms of the types are not: nobody errs.
+    # Rooms of one label are nearly of one size, and rooms of different types are not: these models make no error.
     for model in (LOCAL, CENTRAL):
         assert [cell.mean for cell in types[model]] == [0, 0]
     assert [cell.mean for cell in cells[LOCAL][:2]] == [0, 0]
-    # It hardly sees how large a HALL is.
+    # The kernel hardly measures how large a HALL is.
     wrong = [cell.mean for cell in cells[KLOG][:2]]
     assert all(mean is not None and mean <= 100 * most / 14 for mean, most in zip(wrong, (2, 6), strict=True))
     one_floor_out = cells_of(results, 2)
@@ -269,11 +271,14 @@ def test_table_6_1_by_hand(measured):
 
 @pytest.mark.slow
 def test_wrong_floors_are_named(measured):
-    given = scores_of(measured[0])
+    measured_scores = scores_of(measured[0])
     floor_scores = np.zeros((7, 2))
-    floor_scores[:, given.building_types.index("school")] = 1
-    scores = replace(given, types={**given.types, (BUILDING, KLOG, R_C): FloorScores(floor_scores, np.ones(7, bool))})
-    results = Results(options=measured[0].options, objects={"scores": scores, "of_thesis": True})
+    floor_scores[:, measured_scores.building_types.index("school")] = 1
+    scores = replace(
+        measured_scores,
+        types={**measured_scores.types, (BUILDING, KLOG, R_C): FloorScores(floor_scores, np.ones(7, bool))},
+    )
+    results = Results(options=measured[0].options, objects={"scores": scores, "is_table_6_1": True})
     list_errors(results, scores)
     assert scores.wrong_floors(BUILDING, KLOG, R_C).tolist() == [False] * 4 + [True] * 3
     table = tabulate(results)[1]
@@ -299,7 +304,7 @@ def test_votes_of_rooms(tiny):
 
 
 @pytest.mark.slow
-def test_gram_matrices_of_floors_tell_labels(tiny):
+def test_gram_matrices_of_floors_depend_on_the_labels(tiny):
     floors, _ = read_building_floors(tiny, convention=LabelConvention.EXPERIMENTS)
     grams = [compare_floors(floors, label_set)("office/office0") for label_set in (R_C, F_C_E_S)]
     assert [gram.shape for gram in grams] == [(7, 7)] * 2
@@ -336,12 +341,12 @@ def test_the_split_moves_labels(tiny, trainings):
 
 
 def test_command(tiny, trainings, tmp_path):
-    (tiny / "buildings" / "office" / "strange.xml").write_text("<building/>")
+    (tiny / "buildings" / "office" / "broken.xml").write_text("<building/>")
     file, pictures = tmp_path / "new" / "buildings.json", tmp_path / "pictures"
     options = "--trees", 5, "--seed", 3, "--jobs", 1, "--json", file, "--pictures", pictures
     outcome = run_pianta("bench", "buildings", "--data", tiny, *options)
     assert (outcome.code, outcome.err) == (1, "")
-    assert "strange failed (offices): " in outcome.out
+    assert "broken failed (offices): " in outcome.out
     assert "Ex-T: 5 trees (thesis: 500)" in outcome.out
     assert {*list_files(pictures)} == {"places.png", "buildings.png"}
     content = json.loads(file.read_text())
@@ -353,12 +358,12 @@ def test_command(tiny, trainings, tmp_path):
     floor = next(floor for floor in content["floors"] if floor["item"] == "school1")
     assert (floor["building"], floor["type"], len(floor["rooms"])) == ("school/plans", "school", 14)
     assert floor["true"]["R/C"].count("CORRIDOR") == 2
-    given = next(each for each in floor["predicted"] if (each["model"], each["labels"]) == (PIANTA, "F/C/E/S"))
-    assert given["predicted"] == ["SERVICE"] * 14
+    prediction = next(each for each in floor["predicted"] if (each["model"], each["labels"]) == (PIANTA, "F/C/E/S"))
+    assert prediction["predicted"] == ["SERVICE"] * 14
     assert {each["left_out"] for each in floor["scores"]} == {BUILDING, FLOOR}
     assert len(content["curves"]) == 3 * 4 * 2
     failed = [item for item in content["items"] if item["failure"]]
-    assert [(item["part"], item["item"]) for item in failed] == [("offices", "strange")]
+    assert [(item["part"], item["item"]) for item in failed] == [("offices", "broken")]
 
 
 @pytest.mark.slow
@@ -380,18 +385,18 @@ def test_figures_do_not_depend_on_the_number_of_processes(tiny):
 @pytest.fixture
 def folders(tmp_path: Path) -> list[Path]:
     """Three schools, offices and houses, the last with a schema of their own."""
-    made = []
-    for kind in ("school", "office", "house"):
-        folder = tmp_path / kind
+    type_folders = []
+    for building_type in ("school", "office", "house"):
+        folder = tmp_path / building_type
         folder.mkdir()
         for number in range(3):
-            (folder / f"{kind}{number}.xml").write_text(write_labelled(kind, stretch=1 + number / 10))
-        made.append(folder)
+            (folder / f"{building_type}{number}.xml").write_text(write_labelled(building_type, stretch=1 + number / 10))
+        type_folders.append(folder)
     labels = ("C", FCES.CONNECTION, GeneralLabel.CORRIDOR), ("H", FCES.CONNECTION, GeneralLabel.HALL)
     rooms = ("M", FCES.FUNCTIONAL, GeneralLabel.MEDIUM), ("S", FCES.SERVICE, GeneralLabel.SMALL)
     schema = LabelSchema("house", tuple(Label(*label, "#aabbcc") for label in (*labels, *rooms)))
-    save_label_schema(schema, made[2] / "labels.yaml")
-    return made
+    save_label_schema(schema, type_folders[2] / "labels.yaml")
+    return type_folders
 
 
 @pytest.mark.slow
@@ -406,26 +411,30 @@ def test_three_types(folders, tmp_path):
     assert {floor["type"] for floor in content["floors"]} == {"school", "office", "house"}
     assert all(each["left_out"] == BUILDING for floor in content["floors"] for each in floor["scores"])
     confusion = {(cell["row"], cell["column"]): cell["mean"] for cell in content["tables"][1]["cells"]}
-    kinds = "school", "office", "house"
-    assert {sum(confusion[f"{model}, {kind}", name] for name in kinds) for model in MODELS for kind in kinds} == {3}
+    building_types = "school", "office", "house"
+    assert {
+        sum(confusion[f"{model}, {building_type}", name] for name in building_types)
+        for model in MODELS
+        for building_type in building_types
+    } == {3}
     assert confusion[f"{CENTRAL}, school", "school"] == 3
 
 
 @pytest.mark.slow
 def test_confusion_by_hand(folders):
-    given = measure_types(folders)
-    assert scores_of(given).building_types == ["house", "office", "school"]
+    results = measure_types(folders)
+    assert scores_of(results).building_types == ["house", "office", "school"]
     floor_scores = np.eye(3)[[0, 1, 2, 1, 1, 1, 0, 0, 2]]
-    types = {**scores_of(given).types, (BUILDING, PIANTA, F_C_E_S): FloorScores(floor_scores, np.ones(9, bool))}
-    scores = replace(scores_of(given), types=types)
-    results = Results(options=given.options, objects={"scores": scores, "of_thesis": False})
-    list_errors(results, scores)
+    types = {**scores_of(results).types, (BUILDING, PIANTA, F_C_E_S): FloorScores(floor_scores, np.ones(9, bool))}
+    scores = replace(scores_of(results), types=types)
+    changed = Results(options=results.options, objects={"scores": scores, "is_table_6_1": False})
+    list_errors(changed, scores)
     # The floors are three schools, three offices, three houses.
-    rows = {name: [cell.mean for cell in cells] for name, cells in cells_of(results, 2).items()}
+    rows = {name: [cell.mean for cell in cells] for name, cells in cells_of(changed, 2).items()}
     assert rows["pianta, school"] == [1, 1, 1]
     assert rows["pianta, office"] == [0, 3, 0]
     assert rows["pianta, house"] == [2, 0, 1]
-    assert cells_of(results, 0)[PIANTA][1].mean == pytest.approx(300 / 9)
+    assert cells_of(changed, 0)[PIANTA][1].mean == pytest.approx(300 / 9)
 
 
 @pytest.mark.slow
@@ -491,8 +500,8 @@ def test_floors_of_a_subfolder_are_not_divided(folders):
 
 
 @pytest.mark.slow
-def test_files_may_tell_their_type(folders):
-    """An office among the schools is one."""
+def test_files_may_have_their_own_type(folders):
+    """An office in the folder of the schools is an office."""
     office = write_labelled("office", stretch=1.5)
     office = office.replace("<building>", "<building><building_type><main_type>OFFICE</main_type></building_type>")
     (folders[0] / "office3.xml").write_text(office)
@@ -509,7 +518,7 @@ def test_files_may_tell_their_type(folders):
         read_type_folders(folders[:2], convention=LabelConvention.EXPERIMENTS)
 
 
-def test_a_bad_schema_is_told(folders):
+def test_a_bad_schema_is_refused(folders):
     (folders[2] / "labels.yaml").write_text("building_type: [")
     with pytest.raises(LabelError):
         measure_types(folders)

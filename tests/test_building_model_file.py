@@ -289,7 +289,7 @@ def test_damaged_files_are_refused_or_read(tmp_path, content):
 )
 @settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_model_that_was_read_can_predict(tmp_path, features, rooms, random):
-    """Whatever numbers a stranger's model has."""
+    """Whatever numbers the file has."""
     floors = [
         {
             "source": f"{index}",

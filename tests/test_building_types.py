@@ -1,4 +1,4 @@
-"""What kind of building a floor is of: types that are built in different ways, strange floors, and real ones."""
+"""What kind of building a floor is of: types that are built in different ways, unusual floors, and real ones."""
 
 from dataclasses import replace
 from math import pi
@@ -158,7 +158,7 @@ def test_labels_that_are_there_are_used():
 
 
 def test_labels_of_the_type_are_mapped_upwards():
-    """The rooms are CLASSROOM, CORRIDOR and CLOSET, which nobody has said to be FUNCTIONAL, CONNECTION and SERVICE."""
+    """The rooms are CLASSROOM, CORRIDOR and CLOSET; the labels FUNCTIONAL, CONNECTION and SERVICE follow from these."""
     assert predict_building_type(NEW["school"], typed_model()) == typed_model().predict(spread(NEW["school"]))
 
 
@@ -237,12 +237,12 @@ def test_types_and_buildings():
 
 
 def test_buildings_are_left_out_in_order():
-    parts = [(seen.tolist(), own.tolist()) for seen, own in leave_buildings_out(["b", "a", "b", "c"])]
+    parts = [(training.tolist(), held_out.tolist()) for training, held_out in leave_buildings_out(["b", "a", "b", "c"])]
     assert parts == [([1, 3], [0, 2]), ([0, 2, 3], [1]), ([0, 1, 2], [3])]
 
 
 def test_many_buildings_are_left_out_some_together():
-    parts = [own.tolist() for _, own in leave_buildings_out(["b", "a", "b", "c"], parts=2)]
+    parts = [held_out.tolist() for _, held_out in leave_buildings_out(["b", "a", "b", "c"], parts=2)]
     assert parts == [[0, 2, 3], [1]]
 
 
@@ -324,10 +324,10 @@ def test_worlds_of_robocup_are_no_buildings(data, name):
 
 def test_buildings_of_two_types_with_the_same_names_are_four():
     floors = [replace(floor, source=f"{floor.source[-5]}.xml") for floor in typed_floors()]
-    kept = [floor for floor in floors if floor.building_types[0] != "house" and floor.source in ("a.xml", "b.xml")]
-    model = train_building_types(kept, schemas=ALL_SCHEMAS)
+    chosen = [floor for floor in floors if floor.building_types[0] != "house" and floor.source in ("a.xml", "b.xml")]
+    model = train_building_types(chosen, schemas=ALL_SCHEMAS)
     assert set(model.buildings) == {"school/a", "school/b", "office/a", "office/b"}
-    assert len(predict_held_out(model)) == len(kept)
+    assert len(predict_held_out(model)) == len(chosen)
 
 
 def test_what_all_known_floors_have_alike_does_not_make_others_unlike():
@@ -339,8 +339,8 @@ def test_what_all_known_floors_have_alike_does_not_make_others_unlike():
     )
 
 
-def test_the_labels_that_are_missing_are_found_and_the_others_stay():
-    """A room without any label does not change what pianta said of the others, though it would say something else."""
+def test_missing_labels_are_predicted_and_the_others_stay():
+    """A room without a label does not change the predictions that the others have, which pianta would now make anew."""
     rooms = NEW["school"].rooms
     predicted = {"F/C/E/S": "SERVICE"}
     labelled = [

@@ -53,7 +53,7 @@ def count_rooms(*fixed_areas) -> Counts:
 
 
 def run(slots, cost, *, constraints=None, label_counts=None, jumps=0) -> AreaChains:
-    """Chains, all from the first floor, after their moves, or after so many jumps."""
+    """Chains that all start at the first floor, after their moves, or after `jumps` jumps."""
     starts = slots.fill(np.full((CHAINS, 2), CONFIGURATIONS[0]), np.zeros((CHAINS, len(slots.clusters))))
     counts = count_rooms() if label_counts is None else label_counts
     chains = AreaChains(slots, cost, starts, constraints=constraints or Constraints(), label_counts=counts)
@@ -121,7 +121,7 @@ def enumerate_all(
             continue
         rooms = counts[list(areas_of_slots)].sum(axis=0)
         violations = int((constraints or Constraints()).count_violations(rooms[None], [*SCHOOL.by_name])[0])
-        # Step 3: all areas of a cluster are as likely; and all the ways to fill so many slots are one configuration.
+        # Step 3: all areas of a cluster are equally likely; all ways to fill equally many slots are one configuration.
         choices = prod(len(slots[position]) - 1 for position in range(len(fixed_areas), len(slots)) if filled[position])
         if ways:
             one, other = count_filled(filled)

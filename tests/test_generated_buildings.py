@@ -224,7 +224,7 @@ def test_like_a_floor():
 
 def test_like_a_floor_with_areas_larger_than_any():
     floor = assign_area_clusters(make_wing("C" * 80), quick_model())
-    # 81 rooms cannot be, and nobody has wished for them.
+    # 81 rooms are impossible, and no constraint asks for them.
     buildings = generate_buildings(quick_model(), 2, similar_to=floor)
     assert all(nx.is_connected(building) for building in buildings)
 
@@ -285,7 +285,7 @@ def test_types_of_two_floors(graphs, segmentation):
 
 
 def test_clusters_that_no_floor_has_together():
-    # Nothing tells how these areas are joined; where they come together they are all the same.
+    # No training floor has these areas joined; in one building all ways to join them are equally likely.
     floors = (build_floor(("CCT",), (), (0,)), build_floor(("AAS",), (), (1,)))
     model = TypeModel(SCHOOL, Segmentation.CORR, floors, 5, 20, 5)
     buildings = generate_buildings(model, 40, constraints=Constraints(rooms=(8, 8)), costs=Costs.THESIS)

@@ -215,7 +215,7 @@ def test_graphs_from_one_source_have_a_ratio_near_one(statistic):
     # Of one set of so few real graphs the ratio is anything from 0.1 to 6.
     sources = [[make_plan(10, seed=40 * source + graph) for graph in range(40)] for source in range(40)]
     trials = [draw_trials(plans[:20], plans[20:], repeats=10, seed=0) for plans in sources]
-    compared = [compare_discrepancy(of_source, statistic=statistic) for of_source in trials]
+    compared = [compare_discrepancy(trial, statistic=statistic) for trial in trials]
     ratio = np.mean([one.generated for one in compared]) / np.mean([one.real for one in compared])
     assert ratio == pytest.approx(1, abs=0.15)
 

@@ -1,4 +1,4 @@
-"""kLog fact files: real ones come back byte for byte, others fact for fact, and what is none is refused in one line."""
+"""kLog files: real ones are rewritten byte for byte, others fact for fact; other files are refused in one line."""
 
 import re
 

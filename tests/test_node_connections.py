@@ -167,7 +167,7 @@ def test_all_pairs_where_no_cut_has_their_labels():
     building = ConnectedBuilding([make_wing("GG", hub="HALL"), make_wing("A", hub="LOBBY")])
     candidates = building.list_candidates((0, 1), POTENTIALS)
     assert len(candidates.pairs) == 6
-    # Only degrees tell them apart: 2, 1, 1 and 1, 1.
+    # They differ only in their degrees: 2, 1, 1 and 1, 1.
     assert candidates.weights == [2, 2, 1, 1, 1, 1]
 
 

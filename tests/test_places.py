@@ -86,8 +86,8 @@ def test_turned_moved_and_rescaled_floors_get_the_same_labels(unseen):
     rooms = tuple(replace(room, polygon=move(room.polygon)) for room in unseen.rooms)
     doors = tuple(replace(door, line=move(door.line), width=door.width * 1.7) for door in unseen.doors)
     moved = replace(unseen, rooms=rooms, doors=doors, walls=())
-    predicted, said_of_moved = (small_model().passes(each)["random field"] for each in (unseen, moved))
-    assert said_of_moved == pytest.approx(predicted, abs=0.05)
+    predicted, predicted_of_moved = (small_model().passes(each)["random field"] for each in (unseen, moved))
+    assert predicted_of_moved == pytest.approx(predicted, abs=0.05)
 
 
 def test_a_single_room_and_none():
@@ -107,8 +107,10 @@ def test_training_record_in_words():
 @pytest.mark.slow
 def test_the_same_seed_trains_the_same_model(unseen):
     again = train_rooms(labelled_floors())
-    for predicted, said_again in zip(small_model().passes(unseen).values(), again.passes(unseen).values(), strict=True):
-        assert (predicted == said_again).all()
+    for predicted, predicted_again in zip(
+        small_model().passes(unseen).values(), again.passes(unseen).values(), strict=True
+    ):
+        assert (predicted == predicted_again).all()
     assert again.field.temperature == small_model().field.temperature
 
 
@@ -248,7 +250,7 @@ def test_faults_of_simulated_floors_are_listed_once_after_those_of_annotated_one
 
 @pytest.mark.slow
 def test_simulated_rooms_count_less_for_names():
-    """Copies of the floors whose classrooms are called LAB: trees see nothing but the weight that tells them apart."""
+    """Copies of the floors whose classrooms are called LAB: only the weights differ."""
     floors, renamed = labelled_floors(), {"CLASSROOM": "LAB"}
     simulated = [
         replace(

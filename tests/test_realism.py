@@ -327,14 +327,18 @@ def test_robocup_worlds_are_separated_from_offices(data, label_set):
     unrealistic_names, unrealistic_floors, _ = zip(*worlds, strict=True)
     two = RealismModel(training, names, label_set, unrealistic_floors, unrealistic_names)
     one = replace(two, unrealistic_floors=(), unrealistic_buildings=())
-    of_offices, of_worlds = (
+    office_assessments, world_assessments = (
         [one.leave_out(name).assess_description(floor, ids) for name, floor, ids in part] for part in (offices, worlds)
     )
-    assert max(world.likeness for world in of_worlds) < np.median([office.likeness for office in of_offices])
-    assert max(world.typicality for world in of_worlds) < 0.1
-    assert min(len(world.reasons) for world in of_worlds) > np.median([len(office.reasons) for office in of_offices])
+    assert max(world.likeness for world in world_assessments) < np.median(
+        [office.likeness for office in office_assessments]
+    )
+    assert max(world.typicality for world in world_assessments) < 0.1
+    assert min(len(world.reasons) for world in world_assessments) > np.median(
+        [len(office.reasons) for office in office_assessments]
+    )
     # Of the offices those that are least like the others, by two classes.
-    least = np.argsort([office.likeness for office in of_offices])[:3]
+    least = np.argsort([office.likeness for office in office_assessments])[:3]
     for name, floor, ids in [*(offices[index] for index in least), *worlds]:
         predicted = two.leave_out(name).assess_description(floor, ids).probability
         assert predicted is not None

@@ -28,10 +28,10 @@ ROOMS = [box(x, 2, x + 4, 5) for x in (0, 4, 8)]
 UNIT = sqrt(12)
 
 
-def hang_door(one: int, other: int | None, x: float, y: float, kind: str = "door") -> Door:
-    assert kind in ("door", "opening")
+def hang_door(one: int, other: int | None, x: float, y: float, door_kind: str = "door") -> Door:
+    assert door_kind in ("door", "opening")
     line = LineString([(x - 0.45, y), (x + 0.45, y)])
-    return Door((one, other), line, 0.9, "opening" if kind == "opening" else "door")
+    return Door((one, other), line, 0.9, "opening" if door_kind == "opening" else "door")
 
 
 def build(*polygons: Polygon, doors: tuple[Door, ...] = ()) -> Floor:
@@ -259,18 +259,18 @@ def test_rectangles_are_the_smallest_and_nearest_to_a_square(turn: float) -> Non
 
 @pytest.mark.slow
 @settings(max_examples=30)
-@example(kind="hall", seed=0, turn=1.0, scale=0.3, shift=(3.0, 4.0))
+@example(floor_maker="hall", seed=0, turn=1.0, scale=0.3, shift=(3.0, 4.0))
 @given(
-    kind=st.sampled_from(sorted(FLOOR_MAKERS)),
+    floor_maker=st.sampled_from(sorted(FLOOR_MAKERS)),
     seed=st.integers(0, 9),
     turn=st.floats(0, 2 * pi),
     scale=st.floats(0.3, 3),
     shift=st.tuples(st.floats(-50, 50), st.floats(-50, 50)),
 )
 def test_no_feature_depends_on_turn_scale_shift_or_order(
-    *, kind: str, seed: int, turn: float, scale: float, shift: tuple[float, float]
+    *, floor_maker: str, seed: int, turn: float, scale: float, shift: tuple[float, float]
 ) -> None:
-    floor = make_floor(kind, seed=seed)
+    floor = make_floor(floor_maker, seed=seed)
     moved = move(floor, turn=turn, scale=scale, shift=shift)
     rng = np.random.default_rng(seed)
     order, doors = rng.permutation(len(floor.rooms)), rng.permutation(len(floor.doors))

@@ -78,8 +78,10 @@ def refuse(path: Path, match: str) -> None:
 
 def test_round_trip(model_file):
     read, floor = read_room_model(model_file), labelled_floors()[0]
-    for predicted, said_before in zip(read.passes(floor).values(), small_model().passes(floor).values(), strict=True):
-        assert (predicted == said_before).all()
+    for predicted, predicted_before in zip(
+        read.passes(floor).values(), small_model().passes(floor).values(), strict=True
+    ):
+        assert (predicted == predicted_before).all()
     assert read.label(floor) == small_model().label(floor)
     assert read.training == small_model().training
     assert read.schemas == small_model().schemas

@@ -202,7 +202,7 @@ def test_passages_wider_than_a_door_are_openings(width, door_kind):
     assert floor.doors[0].width == pytest.approx(2 * half * 0.05, abs=0.02)
 
 
-# What nobody has visited, as rows and columns of the suite, and the rooms that end there.
+# Unexplored parts, as rows and columns of the suite, and the rooms that end there.
 HIDDEN = {
     "right end of the right room": ((0, 90, 160, 200), [2]),
     "left end of all": ((0, 143, 0, 50), [1, 3]),

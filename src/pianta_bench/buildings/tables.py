@@ -12,7 +12,7 @@ import numpy as np
 from pianta._types import Mask
 from pianta.labels import LabelSet
 from pianta.rooms.completion import LABELS
-from pianta_bench.buildings.measure import BUILDINGS, FLOORS, PLACES, SECONDS, WRONG_ROOMS, WRONG_TYPE
+from pianta_bench.buildings.measure import BUILDING_TASK, FLOOR_TASK, ROOM_TASK, SECONDS, WRONG_ROOMS, WRONG_TYPE
 from pianta_bench.buildings.models import KLOG, MODELS
 from pianta_bench.buildings.scores import BOTH, BUILDING, FLOOR, POSITIVE, Scores
 from pianta_bench.buildings.scores import PARTS as SHORT_TYPES
@@ -24,17 +24,18 @@ from pianta_bench.places.models import PIANTA
 PUBLISHED_KLOG = "kLog"
 OWN_MODELS = f"Ex-T and {KLOG}"
 CHANCE = "chance"
-SCHOOLS, OFFICES = (f"{name}s" for name in KINDS)
+SCHOOLS = "schools"
+OFFICES = "offices"
 
 
 def share_wrong(floors: Sequence[Any]) -> Cell:
-    """Share of what is wrong, %; floors: True or 1 for what is wrong, one value or an array for each floor."""
+    """Share of errors, %; floors: True or 1 for an error, one value or an array for each floor."""
     wrong = np.concatenate([np.atleast_1d(each) for each in floors])
     return Cell(100 * float(wrong.mean()), count=len(wrong))
 
 
 def add_seconds(seconds: Sequence[float]) -> Cell:
-    """Their sum."""
+    """The sum of seconds."""
     return Cell(sum(seconds))
 
 
@@ -82,7 +83,7 @@ AREAS = Table(
     digits=3,
     notes=(
         f"R/C. Places: positive is CORRIDOR. Buildings: positive is {POSITIVE}; one building left out.",
-        "PR: precision over recall, the area that of its steps.",
+        "PR: precision over recall, the area below its steps.",
     ),
 )
 CONFUSION = Table(
@@ -92,16 +93,16 @@ CONFUSION = Table(
     columns=("predicted",),
     summarise=lambda counts: Cell(counts[0][0], count=counts[0][1]),
     digits=0,
-    notes=("A row a true type, a column a predicted one.",),
+    notes=("Rows: true types, columns: predicted ones.",),
 )
 TIMES = Table(
     title="Processor time",
     unit="s",
     rows=("item",),
     columns=("metric",),
-    where={"part": SECONDS, "item": [*MODELS, OWN_MODELS], "metric": [PLACES, BUILDINGS, FLOORS]},
+    where={"part": SECONDS, "item": [*MODELS, OWN_MODELS], "metric": [ROOM_TASK, BUILDING_TASK, FLOOR_TASK]},
     summarise=add_seconds,
-    notes=("Processor time of all threads, without reading floors and measuring their rooms.",),
+    notes=("Processor time of all threads, without reading floors and describing their rooms.",),
 )
 
 
@@ -110,14 +111,14 @@ def tabulate(results: Results) -> list[FilledTable]:
     scores: Scores = results.objects["scores"]
     records = [*_rename_klog(results.records)]
     times = [*results.records, *_join_times(results)]
-    if not results.objects["of_thesis"]:
+    if not results.objects["is_table_6_1"]:
         counts = ", ".join(f"{name} {len(scores.list_type(name))} floors" for name in scores.building_types)
         trees = f"{counts}. Whole buildings are left out. Ex-T: {results.options['trees']} trees."
         confusions = [CONFUSION.fill(_count_types(scores, each), labels=each) for each in LABELS]
         types = OTHER_TYPES.fill(records, notes=(trees, *_name_wrong_floors(scores, BUILDING)))
         return [types, *confusions, TIMES.fill(times)]
     left_out = "Whole buildings are left out."
-    learned = "The other floors of its building are trained on, as in the thesis."
+    learned = "The models are trained on the other floors of the building, as in the thesis."
     return [
         ROOMS.fill(_rename_klog(_list_wrong_rooms(scores)), notes=_note_rooms(results)),
         TYPES.fill(records, notes=(left_out, *_name_wrong_floors(scores, BUILDING))),
@@ -129,13 +130,13 @@ def tabulate(results: Results) -> list[FilledTable]:
 
 
 def _rename_klog(records: Iterable[Record]) -> Iterator[Record]:
-    """Records in which the relational kernel has the name of what was published in its place."""
+    """Records in which the relational kernel has the name of the published method that it replaces."""
     for record in records:
         yield {**record, "model": PUBLISHED_KLOG} if record.get("model") == KLOG else record
 
 
 def _list_wrong_rooms(scores: Scores) -> Iterator[Record]:
-    """Of each floor which rooms are wrong."""
+    """Which rooms of each floor are wrong."""
     for (model, label_set), (index, floor) in product(scores.rooms, enumerate(scores.floors)):
         wrong = scores.wrong_rooms(index, model, label_set)
         yield {"part": f"{floor.annotated.kind}s", "model": model, "labels": label_set, "value": wrong}
@@ -149,7 +150,7 @@ def _list_areas(scores: Scores) -> Iterator[Record]:
 
 
 def _count_types(scores: Scores, label_set: LabelSet) -> Iterator[Record]:
-    """How many floors of each type have each predicted type, and how many there are of the former."""
+    """Number of floors of each true type with each predicted type, and number of floors of the true type."""
     true = [floor.annotated.kind for floor in scores.floors]
     for model, one, other in product(MODELS, scores.building_types, scores.building_types):
         pairs = [*zip(true, scores.predicted_types(BUILDING, model, label_set), strict=True)]
@@ -172,18 +173,18 @@ def _note_rooms(results: Results) -> tuple[str, ...]:
         f"S schools: {schools} (thesis: 30 floors). O offices: {offices} (20). Whole buildings are left out.",
         f"Trained on floors of the same type, {PIANTA} on both. Ex-T: {results.options['trees']} trees (thesis: 500).",
         f"{KLOG}: the thesis' column has kLog.",
-        f"Labels are divided as in the thesis' {results.options['convention']} (docs/labels.md).",
+        f"Labels are divided as in the thesis' {results.options['convention']} (docs/methods/labels.md).",
     )
 
 
 def _name_wrong_floors(scores: Scores, left_out: str) -> Iterator[str]:
-    """For each model and label set the floors with a wrong type, and those unlike all training floors of pianta."""
+    """For each model and label set the floors with a wrong type; for pianta also those unlike all training floors."""
     for model, label_set in product(MODELS, LABELS):
         wrong = scores.wrong_floors(left_out, model, label_set)
         yield f"Wrong, {model}, {label_set}: {_name(scores, wrong)}."
         if model == PIANTA:
             typical = scores.types[left_out, model, label_set].typical
-            yield f"Unlike all known, {model}, {label_set}: {_name(scores, ~typical)}."
+            yield f"Unlike all training floors, {model}, {label_set}: {_name(scores, ~typical)}."
 
 
 def _name(scores: Scores, chosen: Mask) -> str:

@@ -1,4 +1,4 @@
-"""Processor time of what is measured."""
+"""Processor time of a function."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Callable
 from time import process_time
 from typing import TypeVar
 
-Made = TypeVar("Made")
+Outcome = TypeVar("Outcome")
 
 
-def measure_time(make: Callable[[], Made]) -> tuple[float, Made]:
-    """The processor time of this process, s, and what was made."""
+def measure_time(function: Callable[[], Outcome]) -> tuple[float, Outcome]:
+    """The processor time of this process in a call, s, and the result of the call."""
     start = process_time()
-    made = make()
-    return process_time() - start, made
+    outcome = function()
+    return process_time() - start, outcome
