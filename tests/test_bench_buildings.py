@@ -53,7 +53,7 @@ class StandIn:
 
 
 def stand_in_for_training(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """The names of what each model was trained on."""
+    """Replaces training; the names of the training files of each model."""
     trained: list[list[str]] = []
 
     def train(floors: Sequence[TrainingFloor], **_: object) -> StandIn:
@@ -66,7 +66,7 @@ def stand_in_for_training(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
 
 @pytest.fixture
 def trainings(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """A stand-in for training; the names of what each model was trained on."""
+    """A stand-in for training; the names of the training files of each model."""
     return stand_in_for_training(monkeypatch)
 
 
@@ -96,7 +96,7 @@ def scores_of(results: Results) -> Scores:
 
 
 def measure(data: Path, **options: Any) -> Results:
-    """In this process, where the stand-ins are."""
+    """Measures in this process, because other processes do not have the stand-ins."""
     return measure_all(data, trees=10, jobs=1, **options)
 
 
@@ -106,7 +106,7 @@ def measure_types(folders: Sequence[Path]) -> Results:
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[Results, list[list[str]]]:
-    """What is measured of the tiny data, and the names of what each model was trained on; leave it as it is."""
+    """The results on the tiny data, and the names of the training files of each model; tests must not change them."""
     with pytest.MonkeyPatch.context() as monkeypatch:
         trained = stand_in_for_training(monkeypatch)
         return measure(write_tiny(tmp_path_factory.mktemp("tiny"))), trained
@@ -126,7 +126,7 @@ def floors(tiny: Path) -> list[BuildingFloor]:
 
 
 def with_wrong_labels(floor: BuildingFloor) -> BuildingFloor:
-    """Each room has the label after its own."""
+    """Each room has the next label of its label set instead of its own."""
     labels = {
         label_set: tuple(names[(names.index(label) + 1) % len(names)] for label in floor.labels[label_set])
         for label_set, names in LABELS.items()
@@ -294,7 +294,7 @@ def test_wrong_floors_are_named(measured):
 
 @pytest.mark.slow
 def test_votes_of_rooms(tiny):
-    """A floor has the type that most of its rooms are given."""
+    """A floor has the type that is predicted for most of its rooms."""
     floors, _ = read_building_floors(tiny, convention=LabelConvention.EXPERIMENTS)
     folds = list_folds([floor.annotated.building for floor in floors])
     votes = classify_floors_by_trees(floors, folds, R_C, model=CENTRAL, trees=10, seed=0).values
@@ -328,7 +328,7 @@ def test_curves(measured):
 
 
 @pytest.mark.slow
-def test_the_split_moves_labels(tiny, trainings):
+def test_the_convention_changes_functions_of_labels(tiny, trainings):
     (tiny / "buildings" / "school" / "school3.xml").write_text(
         write_labelled("school", stretch=1).replace("CLOSET", "GYM")
     )
@@ -448,7 +448,7 @@ def test_labels_of_another_schema(folders):
 
 
 @pytest.mark.slow
-def test_too_few(folders, tiny, tmp_path):
+def test_too_few_buildings_or_types_are_refused(folders, tiny, tmp_path):
     for name in ("office1.xml", "office2.xml"):
         (folders[1] / name).unlink()
     outcome = run_pianta("bench", "buildings", "--types", folders[0], "--types", folders[1])
@@ -467,7 +467,7 @@ def test_too_few(folders, tiny, tmp_path):
 
 @pytest.mark.slow
 def test_floors_of_one_building_stay_together(folders):
-    """hall-1 and hall-2 are one building; school0 … school2 would be one, so that each is one."""
+    """hall-1 and hall-2 are one building; school0 … school2 would all be one, so each becomes a building."""
     for number in (1, 2):
         (folders[1] / f"hall-{number}.xml").write_text(write_labelled("office", stretch=2 + number / 10))
     (folders[1] / "tower.xml").write_text(write_labelled("office", stretch=3))
@@ -479,7 +479,7 @@ def test_floors_of_one_building_stay_together(folders):
 
 @pytest.mark.slow
 def test_a_subfolder_is_a_building(folders):
-    """Floors of one name in two folders are of two buildings, and those of two names in one folder of one."""
+    """Floors with one name in two folders are of two buildings; floors with two names in one folder are of one."""
     for building in ("a", "b", "c"):
         (folders[1] / building).mkdir()
         for number, name in enumerate(("first", "ground")):
@@ -507,7 +507,7 @@ def test_files_may_have_their_own_type(folders):
     (folders[0] / "office3.xml").write_text(office)
     floors, _ = read_type_folders(folders[:2], convention=LabelConvention.EXPERIMENTS)
     assert [floor.annotated.kind for floor in floors if floor.annotated.item == "office3"] == ["office"]
-    # Who gives a schema means its type.
+    # The schema of the folder decides the type.
     save_label_schema(LabelSchema("tower", SCHEMAS["office"].labels), folders[1] / "labels.yaml")
     (folders[0] / "office3.xml").rename(folders[1] / "office3.xml")
     floors, _ = read_type_folders(folders[:2], convention=LabelConvention.EXPERIMENTS)
@@ -524,7 +524,7 @@ def test_a_bad_schema_is_refused(folders):
         measure_types(folders)
 
 
-def test_options_that_make_no_sense(tiny, folders, tmp_path):
+def test_options_without_meaning_are_refused(tiny, folders, tmp_path):
     outcome = run_pianta("bench", "buildings", "--data", tiny, "--split", "graphs")
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
     assert "graphs" in outcome.err
@@ -534,8 +534,8 @@ def test_options_that_make_no_sense(tiny, folders, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_data(data):
-    """Places of the offices by the relational kernel: the bar is kLog's."""
+def test_rooms_of_the_real_offices(data):
+    """Rooms of the offices by the relational kernel, at least as good as kLog."""
     floors, failed = read_building_floors(data, convention=LabelConvention.EXPERIMENTS)
     assert failed == []
     assert len(floors) == 43

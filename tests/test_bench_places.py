@@ -1,4 +1,4 @@
-"""`pianta bench places`: on tiny buildings, with a model whose every figure is known by hand."""
+"""`pianta bench places` on tiny buildings, with a model whose figures can be computed by hand."""
 
 import json
 from collections.abc import Sequence
@@ -59,7 +59,7 @@ class StandIn:
 
 @pytest.fixture
 def trainings(monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], list[str]]]:
-    """Stand-ins for training and simulation; the names of what each model was trained on."""
+    """Stand-ins for training and simulation; the names of the training files of each model."""
     trained: list[tuple[list[str], list[str]]] = []
 
     def train(floors: Sequence[TrainingFloor], *, schemas: object, seed: int) -> StandIn:
@@ -100,7 +100,7 @@ def label_map(path: Path, *labels: str) -> None:
 
 
 def measure(data: Path) -> Results:
-    """In this process, where the stand-ins are."""
+    """Measures in this process, because other processes do not have the stand-ins."""
     return places.measure(data, jobs=1)
 
 
@@ -142,7 +142,7 @@ def test_table_6_1_by_hand(tiny, trainings):
     assert [cell.mean for cell in cells_of(results, 0)["pianta: second pass"]] == pytest.approx([600 / 7] * 4)
     assert [cell.published_mean for cell in cells_of(results, 0)[CENTRAL]] == [2.44, 33.42, 5.12, 32.80]
     assert cells_of(results, 0)["kLog"][1] == Cell(None, published_mean=46.89, digits=2)
-    # Rooms of one label are nearly of one size in the schools: no tree errs.
+    # In the schools, rooms of one label are nearly of one size: the trees make no error.
     assert [cell.mean for cell in cells_of(results, 0)[LOCAL][:2]] == [0, 0]
     assert error_of(results, "school0", model=PIANTA, labels="F/C/E/S") == pytest.approx(400 / 7)
 
@@ -166,7 +166,7 @@ def test_tables_of_a_map_by_hand(tiny, trainings):
 
 @pytest.mark.slow
 def test_calibration_and_cost(tiny, trainings, monkeypatch):
-    # Two trainings, then reading and labelling three times each, of which the medians are taken.
+    # The times of two trainings, then of three readings and three labellings, whose medians count.
     lasting = [1, 2, *(3, 4, 9), *(0.5, 0.25, 7)]
     monkeypatch.setattr(timing, "process_time", iter([time for end in lasting for time in (0, end)]).__next__)
     results = measure(tiny)
@@ -188,7 +188,7 @@ def test_annotated_floors_of_the_data(data):
     }
 
 
-def test_what_overlaps_nothing_is_wrong_and_not_calibrated():
+def test_a_room_that_overlaps_no_true_room_is_wrong_and_left_out_of_the_calibration():
     rooms = tuple(Room(number, box(20 * number, 0, 20 * number + 10, 10)) for number in (1, 2))
     labels = (replace(rooms[0], label="CLASSROOM"), replace(rooms[0], id=2, polygon=box(90, 0, 95, 5), label="CLOSET"))
     true = Floor(labels, building_type={"school": 1.0})
@@ -209,7 +209,7 @@ def test_what_overlaps_nothing_is_wrong_and_not_calibrated():
     assert true_layout.pair_labels(PIANTA, F_C_E_S)[1] == LabelPair("CONNECTION", "SERVICE")
 
 
-def test_splits():
+def test_functions_by_convention():
     figure, experiments = schemas_of(LabelConvention.FIGURE), schemas_of(LabelConvention.EXPERIMENTS)
     assert figure["school"].by_name["GYM"].function_in() == FCES.SERVICE
     for building_type, schema in SCHEMAS.items():
@@ -227,7 +227,7 @@ def test_splits():
 
 @pytest.mark.slow
 def test_real_models(tiny):
-    """Extra-Trees have 9 or 11 features, of one type; labels that they were not trained on have no probability."""
+    """Extra-Trees use 9 or 11 features and floors of one type; labels absent from the training have probability 0."""
     floors, _ = read_annotated_floors(tiny)
     convention = LabelConvention.FIGURE
     prepared = [PreparedFloor.prepare(each, convention) for each in floors]
@@ -289,7 +289,7 @@ def test_command(tiny, trainings, tmp_path):
     assert next(cell["mean"] for cell in cells if (cell["row"], cell["column"]) == ("map, pianta", "R/C, BC")) == 50
 
 
-def test_a_split_that_is_none(tiny):
+def test_an_unknown_split_is_refused(tiny):
     outcome = run_pianta("bench", "places", "--data", tiny, "--split", "graphs")
     assert (outcome.code, outcome.out) == (2, "")
     (line,) = outcome.err.splitlines()

@@ -275,11 +275,11 @@ def test_a_door_without_length_is_scaled():
     ("types", "building_type"),
     [({"school": 1.0}, "school"), ({"school": 0.9, "office": 0.1}, None), ({"school": 0.9}, None), ({}, None)],
 )
-def test_a_certain_type_is_a_users(types, building_type):
+def test_a_type_with_probability_1_is_a_given_type(types, building_type):
     assert Floor((), building_type=types).given_type == building_type
 
 
-def test_a_room_may_have_a_name_which_its_node_has_too():
+def test_the_name_of_a_room_is_also_that_of_its_node():
     floor = Floor((Room(1, box(0, 0, 1, 1), name="204 Französisch"), Room(2, box(1, 0, 2, 1), name="x" * 200)))
     assert [floor.graph().nodes[room_id]["name"] for room_id in (1, 2)] == ["204 Französisch", "x" * 200]
 

@@ -1,4 +1,4 @@
-"""Training of place models, and the labels that they give."""
+"""Training of room models, and the labels that they predict."""
 
 from dataclasses import replace
 from typing import Any
@@ -115,12 +115,12 @@ def test_the_same_seed_trains_the_same_model(unseen):
 
 
 @pytest.mark.slow
-def test_the_order_of_floors_does_not_choose_the_parts_left_out():
+def test_folds_do_not_depend_on_the_order_of_floors():
     backwards = train_rooms(labelled_floors()[::-1])
     assert backwards.training.floors == small_model().training.floors
 
 
-def test_passes_are_the_steps(unseen):
+def test_passes_are_the_steps_of_the_model(unseen):
     passes = small_model().passes(unseen)
     assert list(passes) == ["first pass", "second pass", "random field"]
     assert all(predicted.shape == (len(unseen.rooms), len(FUNCTIONS)) for predicted in passes.values())
@@ -232,7 +232,7 @@ def test_a_type_may_be_in_any_case(unseen):
 
 
 def test_a_function_is_chosen_from_r_c_down():
-    """The second is no corridor, though CONNECTION is the most probable of the four."""
+    """The second room is no corridor, although CONNECTION is the most probable of the four."""
     assessed = np.array([[0.1, 0.6, 0.2, 0.1], [0.3, 0.4, 0.2, 0.1], [0.0, 0.5, 0.1, 0.4], [0.7, 0.1, 0.1, 0.1]])
     assert choose_functions(assessed).tolist() == [1, 0, 3, 0]
 
@@ -271,7 +271,7 @@ def test_simulated_rooms_count_less_for_names():
 
 @pytest.mark.slow
 def test_simulated_rooms_without_weight_change_nothing(monkeypatch):
-    """They would join classrooms to classrooms, were they counted."""
+    """Their pairs of classrooms would change the random field if they counted."""
     floors = labelled_floors()
     unusual = [replace(each, rooms=tuple(replace(room, label="STAIRS") for room in each.rooms)) for each in floors]
     annotated = train_rooms(floors)

@@ -31,7 +31,7 @@ def save_comparison(
 ) -> None:
     """Write a PNG of the true rooms, left, and the reconstructed ones, right, on the map, cropped to the building.
 
-    reconstructed, truth: shape (H, W), n > 0 is a room. Rooms that match (IoU above 0.5) have one colour, the others are
+    reconstructed, truth: shape (H, W), n > 0 is a room. Rooms that match (IoU above 0.5) have one colour, others are
     grey with a red outline; the pixels in which a pair of matching rooms differs are red on the right.
 
     Raises PiantaError when the file cannot be written.

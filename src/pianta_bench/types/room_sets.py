@@ -145,7 +145,7 @@ def _check_size(floors: Sequence[RoomSet], failed: Sequence[Item], folder: Path)
 
 
 def _schema_of_folder(folder: Path) -> Callable[[Sequence[str | None]], list[str]]:
-    """Maps labels of files to L_general by the user's schema, else that of the type; houses have these labels already."""
+    """Maps labels of files to L_general by the user's schema, else that of the type; houses already have these."""
     if (folder / USER_SCHEMA).is_file():
         return _by_schema(read_label_schema(folder / USER_SCHEMA))
     return _check_general if folder.name == "house" else _by_schema(schema_of(folder.name))
