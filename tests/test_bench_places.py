@@ -1,7 +1,7 @@
 """`pianta bench places`: on tiny buildings, with a model whose every figure is known by hand."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from pianta.floor import Floor, Room
 from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSet
 from pianta.rooms.extra_trees import TreeParameters
 from pianta.rooms.features import RoomContext, describe_rooms
-from pianta.rooms.training import TrainingFloor
+from pianta.rooms.training import TrainingFloor, prepare_floors
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_floors
 from pianta_bench.harness import timing
 from pianta_bench.harness.records import Results
@@ -282,6 +282,29 @@ def test_command(tiny, trainings, tmp_path):
     # In the figure's split STAIRS are CORRIDOR, and nobody is sure of a corridor.
     cells = content["tables"][1]["cells"]
     assert next(cell["mean"] for cell in cells if (cell["row"], cell["column"]) == ("map, pianta", "R/C, BC")) == 50
+
+
+def test_a_floor_that_cannot_be_described_does_not_stop_the_others(tiny, trainings, monkeypatch):
+    def describe(floors: Sequence[Floor], schemas: Any, **options: Any) -> Iterator[TrainingFloor]:
+        if any(floor.source == "school2.xml" for floor in floors):
+            raise ValueError("no shape")
+        return prepare_floors(floors, schemas, **options)
+
+    folder = tiny / "buildings" / "school"
+    (folder / "school3.xml").write_text((folder / "school2.xml").read_text())
+    monkeypatch.setattr(place_models, "prepare_floors", describe)
+    results = measure(tiny)
+    assert [(item.part, item.item, item.failure) for item in results.items if item.failure] == [
+        ("schools", "school2", "ValueError: no shape"),
+        ("simulated", "office1", "the map shows no room"),
+    ]
+    assert {floor.item for floor in results.objects["floors"]} == {
+        "school0",
+        "school1",
+        "school3",
+        "office0",
+        "office1",
+    }
 
 
 def test_a_split_that_is_none(tiny):

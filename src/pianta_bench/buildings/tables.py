@@ -172,7 +172,7 @@ def _note_rooms(results: Results) -> tuple[str, ...]:
         f"S schools: {schools} (thesis: 30 floors). O offices: {offices} (20). Whole buildings are left out.",
         f"Trained on floors of the same type, {PIANTA} on both. Ex-T: {results.options['trees']} trees (thesis: 500).",
         f"{KLOG}: the thesis' column has kLog.",
-        f"Labels are divided as in the thesis' {results.options['convention']} (docs/labels.md).",
+        f"Labels are divided as in the thesis' {results.options['convention']} (docs/methods/labels.md).",
     )
 
 

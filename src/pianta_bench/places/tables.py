@@ -107,7 +107,7 @@ COSTS = Table(
 def tabulate(results: Results) -> list[FilledTable]:
     """Table 6.1 (places), Tables 5.2 to 5.4, calibration, and cost if it was measured."""
     floors: list[EvaluatedFloor] = results.objects["floors"]
-    convention = f"Labels are divided as in the thesis' {results.objects['convention']} (docs/labels.md)."
+    convention = f"Labels are divided as in the thesis' {results.objects['convention']} (docs/methods/labels.md)."
     layouts = [floor for floor in floors if floor.part == LAYOUTS]
     tables = [
         TABLE_6_1.fill(_pair_labels(floors), notes=(*_note_counts(floors), convention)),
