@@ -61,13 +61,13 @@ SIMULATED = "simulated"
 COST, COUNTS = "processor s", "cost"  # what takes how long, and of how many floors and rooms
 WRONG_ROOMS = "wrong rooms, %"
 MAPS_TYPE = "school"  # building type of the maps
-TIMED_ROOMS = 60  # labelling is timed on the map with about so many reconstructed rooms
+TIMED_ROOMS = 60  # labelling is timed on the map with about this number of reconstructed rooms
 RUNS = 3  # of reading and labelling, of whose times the median is taken
 
 
 @dataclass(frozen=True)
 class MapItem:
-    """A map of a floor. drawn_area: m² of the rooms of the annotated floor of that name, None if there is none."""
+    """A map of a floor. drawn_area: m² of the rooms of the annotated floor of that name if there is one."""
 
     item: str
     building: str
@@ -115,9 +115,9 @@ def measure(
         for number, floor in enumerate(floors)
     }
     prepared: list[PreparedFloor] = []
-    for partial_results, of_floor in run_steps(preparing, jobs=jobs, track=track):
+    for partial_results, described in run_steps(preparing, jobs=jobs, track=track):
         results.extend(partial_results)
-        prepared += of_floor
+        prepared += described
 
     items = [*prepared, *maps]
     buildings = [*(floor.annotated.building for floor in prepared), *(item.building for item in maps)]
@@ -129,9 +129,9 @@ def measure(
         for others, held_out in list_folds(buildings)
     }
     evaluated: list[EvaluatedFloor] = []
-    for partial_results, of_fold in run_steps(evaluating, jobs=jobs, track=track):
+    for partial_results, fold_floors in run_steps(evaluating, jobs=jobs, track=track):
         results.extend(partial_results)
-        evaluated += of_fold
+        evaluated += fold_floors
     results.objects |= {"floors": evaluated, "convention": labels}
     results.details["rooms"] = [floor.as_json() for floor in evaluated]
     _measure_cost(results, prepared, folder, seed=seed)

@@ -155,7 +155,7 @@ def _list_accuracies(results: Results, floors: Sequence[EvaluatedFloor]) -> Iter
 
 
 def _list_confusions(layouts: Sequence[EvaluatedFloor], way: str) -> Iterator[Record]:
-    """Of each map the share of the rooms with a true label that have a predicted one, None if it has no such rooms."""
+    """Of each map the share of the rooms with a true label that have a predicted one, None without such rooms."""
     for floor, model in product(layouts, (CENTRAL, PIANTA)):
         shares = count_confusion(floor.pair_labels(model, LabelSet.F_C_E_S, way), FUNCTIONS)
         for (row, column), share in np.ndenumerate(shares):
