@@ -177,6 +177,8 @@ def test_pianta_is_not_trained_on_the_building(floors):
         wrong = [with_wrong_type(floor) if index in held_out else floor for index, floor in enumerate(floors)]
         again, typical_again = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
         np.testing.assert_array_equal(again[held_out], first[held_out])
+        assert typical is not None
+        assert typical_again is not None
         np.testing.assert_array_equal(typical_again[held_out], typical[held_out])
     # school0 and school1 are a building; what school1 is like must not affect school0.
     wrong = [floors[0], replace(floors[1], descriptions=floors[6].descriptions), *floors[2:]]
