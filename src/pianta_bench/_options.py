@@ -92,3 +92,4 @@ BuildingTypes = Annotated[
     typer.Option("--types", help="Folder of buildings of one type; repeat it for each type.", metavar="DIR"),
 ]
 Trees = Annotated[int, typer.Option(help="Of each forest of Extra-Trees; the thesis has 500.", min=1, max=10000)]
+Jobs = Annotated[int, typer.Option(min=1, help="Processes; the figures, except times, do not depend on them.")]
