@@ -15,7 +15,6 @@ from pianta.errors import OptionError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
-from pianta_bench import _plans_cli as bench_plans
 from pianta_bench._options import (
     PLACE_SPLITS,
     Buildings,
@@ -41,13 +40,12 @@ if TYPE_CHECKING:
 
 Bench = TypeVar("Bench")
 # In the order of the help. Each is a folder with a BENCH.
-BENCHES = ("layout", "segmentation", "cost", "graphs", "exploration")
+BENCHES = ("layout", "segmentation", "cost", "graphs", "exploration", "plans")
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
 for name in BENCHES:
     bench = import_module(f"pianta_bench.{name}").BENCH
     app.command(name, epilog=show_examples(bench.examples))(bench.make_command())
-app.command("plans", epilog=show_examples(bench_plans.EXAMPLES))(bench_plans.bench_plans)
 
 
 @app.command("types", epilog=show_examples(["pianta bench types", "pianta bench types --pictures types"]))

@@ -74,9 +74,7 @@ def measure(
     return results
 
 
-def describe_runs(
-    results: Results, building_sets: Mapping[str, BuildingSet], runs: Iterable[Run]
-) -> dict[str, object]:
+def describe_runs(results: Results, building_sets: Mapping[str, BuildingSet], runs: Iterable[Run]) -> dict[str, object]:
     """What the file has besides figures: every run, what was left out of the tables, and the speed of scans."""
     metrics = {f"{share:g}": name_share(share) for share in SHARES} | {"searches": TO_ROOM}
     policies = results.options["policies"]

@@ -53,8 +53,8 @@ SEARCHES = Table(
     where={"metric": ["metres", *RATIO, *SUMS]},
     labels=INTERVAL_LABELS,
     notes=(
-        f"Ratio, %: the mean over buildings of mean ratios; of sums: of metres. Rooms in sight of the start of {NEAREST} "
-        "count for metres and sums only.",
+        "Ratio, %: the mean over buildings of mean ratios; of sums: of metres.",
+        f"Rooms in sight of the start of {NEAREST} count for metres and sums only.",
         INTERVAL_NOTE,
     ),
 )
@@ -90,8 +90,7 @@ def tabulate(results: Results) -> list[FilledTable]:
         ]
         if searches.count:
             notes = [
-                f"{searches.count} searches in {len(searches.metres)} buildings; "
-                "the mean of those of each building first.",
+                f"{searches.count} searches in {len(searches.metres)} buildings; the mean of each building first.",
                 *name_some("Not all policies succeed, left out", searches.left_out),
             ]
             tables.append(SEARCHES.fill(derive_searches(results, searches), notes=notes, part=part))
@@ -182,7 +181,7 @@ def describe_set(results: Results, part: str) -> Iterator[str]:
     """Notes: how many buildings were explored, and which without a model or by no model."""
     runs = [run for run in results.objects["runs"] if run.part == part]
     buildings, starts = {run.building for run in runs}, {(run.building, run.start) for run in runs}
-    yield f"{len(buildings)} buildings, {len(starts)} starts; the mean of the starts of each building first."
+    yield f"{len(buildings)} buildings, {len(starts)} starts; the mean of each building first."
     if list_policies(results, predicts=True):
         count = results.details["without_model"][part]
         if count:
