@@ -24,7 +24,7 @@ from pianta_bench.plans.figures import DOOR_COLOR, TRUTH_COLOR, paint_plan
 from pianta_bench.plans.measure import choose_plans, measure
 from pianta_bench.plans.plan_sets import (
     COLORED,
-    DRAWN,
+    DRAWN_PLANS,
     EVACUATION,
     KIND_OF_PLAN,
     KINDS,
@@ -58,7 +58,9 @@ PLAN = TruePlan("tiny", np.full((*SHAPE, 3), 255, np.uint8), TRUE, GRID, LINES, 
 
 
 def reading_of(*floors: Floor, grid: GridMap = GRID) -> PlanReading:
-    return PlanReading(tuple(PlanFloor(floor, grid, PlanScale(grid.resolution, "doors", 1.0)) for floor in floors), None)
+    return PlanReading(
+        tuple(PlanFloor(floor, grid, PlanScale(grid.resolution, "doors", 1.0)) for floor in floors), None
+    )
 
 
 @dataclass
@@ -263,7 +265,7 @@ def names_on_sheets(*exact: float) -> Results:
 
 
 def test_names_are_read_beside_the_drawn_plans(tmp_path, monkeypatch):
-    monkeypatch.setattr(plans_module, "DRAWN", {"drawn-thick": DRAWN["drawn-thick"]})
+    monkeypatch.setattr(plans_module, "DRAWN_PLANS", {"drawn-thick": DRAWN_PLANS["drawn-thick"]})
     monkeypatch.setattr(plans_module, "measure_text", lambda *, track: names_on_sheets(9, 7))
     monkeypatch.setattr(plans_module, "_default_reader", lambda _: read_nothing)
     outcome = run_pianta("bench", "plans", "--set", "drawn", "--json", tmp_path / "figures.json")
@@ -281,7 +283,7 @@ def test_the_reason_is_shown_if_names_cannot_be_read(monkeypatch):
         msg = "no rapidocr"
         raise ImportError(msg)
 
-    monkeypatch.setattr(plans_module, "DRAWN", {"drawn-thick": DRAWN["drawn-thick"]})
+    monkeypatch.setattr(plans_module, "DRAWN_PLANS", {"drawn-thick": DRAWN_PLANS["drawn-thick"]})
     monkeypatch.setattr(plans_module, "measure_text", fail)
     results = measure(sets=["drawn"], read=read_nothing)
     assert not results.failed
@@ -290,9 +292,9 @@ def test_the_reason_is_shown_if_names_cannot_be_read(monkeypatch):
 
 
 def test_plans_are_chosen_by_set_and_name(tiny):
-    assert choose_plans(tiny, [], []) == {"real": ["good", "hard"], "drawn": list(DRAWN)}
+    assert choose_plans(tiny, [], []) == {"real": ["good", "hard"], "drawn": list(DRAWN_PLANS)}
     assert choose_plans(tiny, [], ["hard"]) == {"real": ["hard"]}
-    assert choose_plans(None, ["drawn"], []) == {"drawn": list(DRAWN)}
+    assert choose_plans(None, ["drawn"], []) == {"drawn": list(DRAWN_PLANS)}
     assert choose_plans(Path("nowhere"), [], ["drawn-thick"]) == {"drawn": ["drawn-thick"]}
     with pytest.raises(OptionError, match="old"):
         choose_plans(tiny, ["old"], [])
@@ -356,6 +358,7 @@ def test_summary(hand_made):
         "A_BC, median": 80,
         "A_BC, mean": 70,
         "doors F1, median": 85,
+        "doors F1, mean": 85,
         "better with symbols, % of plans": 50,
         "seconds for 6 million pixels": 8,
         "names read exactly, %": None,

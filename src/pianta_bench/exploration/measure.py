@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from time import process_time
@@ -16,7 +16,7 @@ from pianta.exploration.world import build_world
 from pianta.worlds.floors import make_floor
 from pianta_bench.data.folders import find_data
 from pianta_bench.exploration import SYNTHETIC
-from pianta_bench.exploration.buildings import BuildingSet, choose_sets, make_buildings, read_buildings
+from pianta_bench.exploration.buildings import choose_sets, make_buildings, read_buildings
 from pianta_bench.exploration.policies import COMPARED_POLICIES, ComparedPolicy, choose_policies
 from pianta_bench.exploration.runs import SHARES, TO_ROOM, Run, RunSettings, name_share, run_building
 from pianta_bench.exploration.scores import pair_runs
@@ -59,40 +59,29 @@ def measure(
         raise OptionError(f"starts are {starts} and jobs {jobs}, give 0 or more starts and 1 job or more")
     options = {"policies": [*settings.policies], "starts": starts, "resolution": resolution, "searches": searches}
     results = Results({"sets": chosen, **options, "seed": seed})
-    building_sets = {part: make_buildings() if part == SYNTHETIC else read_buildings(find_data(data), part)
-                     for part in chosen}  # fmt: skip
-    for part, building_set in building_sets.items():
+    read = {part: make_buildings() if part == SYNTHETIC else read_buildings(find_data(data), part) for part in chosen}
+    for part, building_set in read.items():
         results.items += [Item(part, name, reason) for name, reason in building_set.failures.items()]
-    buildings = [building for building_set in building_sets.values() for building in building_set.buildings]
+    buildings = [building for building_set in read.values() for building in building_set.buildings]
     names = [f"{building.part} {building.name}" for building in buildings]
     runs: list[Run] = []
     for measured in run_all(partial(run_building, settings=settings), buildings, names, jobs=jobs, track=track):
         results.extend(measured)
         runs += measured.objects["runs"]
-    results.details |= describe_runs(results, building_sets, runs)
     results.objects |= {"settings": settings, "buildings": buildings, "runs": runs}
+    results.details["runs"] = [run.as_json() for run in runs]
+    results.details["left_out"] = {part: list_left_out(results, part) for part in chosen}
+    results.details["unmodelled"] = {part: building_set.unmodelled for part, building_set in read.items()}
+    results.details["scans"] = time_scans()
     return results
 
 
-def describe_runs(results: Results, building_sets: Mapping[str, BuildingSet], runs: Iterable[Run]) -> dict[str, object]:
-    """What the file has besides figures: every run, what was left out of the tables, and the speed of scans."""
+def list_left_out(results: Results, part: str) -> dict[str, tuple[str, ...]]:
+    """The starts and searches of a set that do not count in the tables, by share or "searches"."""
     metrics = {f"{share:g}": name_share(share) for share in SHARES} | {"searches": TO_ROOM}
-    policies = results.options["policies"]
     return {
-        "runs": [run.as_json() for run in runs],
-        "left_out": {
-            part: {
-                name: pair_runs(results.select(part=part, metric=metric), policies).left_out
-                for name, metric in metrics.items()
-            }
-            for part in building_sets
-        },
-        "unmodelled": {part: building_set.unmodelled for part, building_set in building_sets.items()},
-        "without_model": {
-            part: sum(not building.others for building in building_set.buildings)
-            for part, building_set in building_sets.items()
-        },
-        "scans": time_scans(),
+        name: pair_runs(results.select(part=part, metric=metric), results.options["policies"]).left_out
+        for name, metric in metrics.items()
     }
 
 

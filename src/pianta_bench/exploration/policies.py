@@ -2,36 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
-from typing import Protocol
 
 from pianta.errors import OptionError
 from pianta.exploration.policies import POLICIES, PREDICTED, make_policy
 from pianta.exploration.policy_input import Policy
-from pianta.prediction.unexplored_part import FloorSampler
 
 NEAREST = "nearest"
-
-
-class MakePolicy(Protocol):
-    """Makes a policy for one run."""
-
-    def __call__(self, *, sampler: FloorSampler | None, find: str | None) -> Policy:
-        """sampler: of whole floors, None if no model fits. find: the label to search for, None for an exploration."""
 
 
 @dataclass(frozen=True)
 class ComparedPolicy:
     """A policy of the comparison.
 
-    predicts: whether it uses the sampler and the label. One that does not is classical: it drives the same way
-    whatever it searches for.
+    make: the policy from `sampler`, of whole floors, None if no model fits, and `find`, the label to search for, None
+    for an exploration. predicts: whether it uses them. One that does not is classical: it drives the same way whatever
+    it searches for.
     """
 
-    make: MakePolicy
+    make: Callable[..., Policy]
     predicts: bool = False
 
 

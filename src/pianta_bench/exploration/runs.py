@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
 from math import inf, isfinite
 from time import process_time
 
@@ -19,7 +19,7 @@ from pianta.labels import SCHEMAS
 from pianta.prediction.unexplored_part import FloorSampler
 from pianta_bench.exploration.buildings import ExploredBuilding
 from pianta_bench.exploration.policies import ComparedPolicy
-from pianta_bench.harness.records import Figures, Item, Results
+from pianta_bench.harness.records import NO_FIGURES, Figures, Item, Results
 
 # Shares of the area of which the distances are in the tables, and those of the curves.
 SHARES = (0.8, 0.9, 0.95, 0.99)
@@ -48,13 +48,12 @@ class RunSettings:
     seed: int = 0
 
 
-@dataclass(frozen=True)
+@dataclass
 class Run:
     """A run of a policy from a start, numbered from 1; its figures are the records of its item.
 
-    position: x, y of the start, m. label: what it searched for, None for an exploration. outcome: why it ended, empty
-    if it failed. curve: of an exploration, metres to each share of CURVE, inf for never. distances: of an exploration,
-    metres until a room of each label to search for was recognised.
+    position: x, y of the start, m. label: what it searches for, None for an exploration. outcome: why it ended, empty
+    if it failed. curve: of an exploration, metres to each share of CURVE, inf for never.
     """
 
     part: str
@@ -66,12 +65,12 @@ class Run:
     outcome: str = ""
     failure: str | None = None
     curve: tuple[float, ...] = ()
-    distances: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def item(self) -> str:
         """Its name in the results."""
-        return ", ".join([f"{self.building} start {self.start}", self.policy, *[self.label or ""] * bool(self.label)])
+        label = f", {self.label}" if self.label else ""
+        return f"{self.building} start {self.start}, {self.policy}{label}"
 
     @property
     def fields(self) -> dict[str, object]:
@@ -119,85 +118,73 @@ class PreparedBuilding:
 
 
 def run_building(building: ExploredBuilding, settings: RunSettings) -> Results:
-    """Explore a building with all policies from all starts, and search for its rooms; objects["runs"]: all `Run`s.
-
-    Failures become items of the results.
-    """
-    prepared = PreparedBuilding(building, settings)
-
-    def prepare() -> Iterator[Figures]:
-        yield {METRES: float(len(prepared.points))}
-
-    preparation = Results(objects={"runs": []})
-    preparation.measure(building.part, building.name, prepare)
-    if preparation.failed:
-        return replace(preparation, records=[])
-    results = Results()
-    starts = range(1, len(prepared.points) + 1)
-    runs = [_run(prepared, policy, start, results) for start in starts for policy in settings.policies]
-    if settings.searches:
-        runs += [search for start in starts for search in _search(prepared, start, runs, results)]
-    results.objects["runs"] = runs
+    """Explore a building with all policies from all starts, and search for its rooms; objects["runs"]: each `Run`."""
+    prepared, results = PreparedBuilding(building, settings), Results(objects={"runs": []})
+    results.measure(building.part, building.name, lambda: [NO_FIGURES] * len(prepared.points))
+    if not results.failed:
+        results.items.clear()  # the runs are the items
+        for start in range(1, len(prepared.points) + 1):
+            _run_from(prepared, start, results)
     return results
 
 
-def _run(prepared: PreparedBuilding, policy: str, start: int, results: Results, *, label: str | None = None) -> Run:
-    """One run, whose figures are added to the results."""
-    building, explorations = prepared.building, list[Exploration]()
+def _run_from(prepared: PreparedBuilding, start: int, results: Results) -> None:
+    """All runs from a start. The searches of classical policies are the beginnings of their explorations."""
+    building, policies = prepared.building, prepared.settings.policies
+    new_run = partial(Run, building.part, building.name, start, prepared.points[start - 1])
+    runs = {policy: new_run(policy) for policy in policies}
+    explorations = {policy: _measure_run(prepared, run, results) for policy, run in runs.items()}
+    for label in building.labels if prepared.settings.searches else ():
+        metres = {
+            policy: measure_search(prepared.world, exploration, label) if exploration else inf
+            for policy, exploration in explorations.items()
+            if not policies[policy].predicts
+        }
+        if not isfinite(min(metres.values(), default=inf)):
+            continue  # what no classical policy reaches cannot be reached
+        for policy in policies:
+            run = new_run(policy, label)
+            if policies[policy].predicts:
+                _measure_run(prepared, run, results)
+                continue
+            run.outcome, run.failure = runs[policy].outcome, runs[policy].failure
+            results.items.append(Item(run.part, run.item, run.failure))
+            reached = metres[policy] if isfinite(metres[policy]) else None
+            results.add(run.part, run.item, {TO_ROOM: reached}, **run.fields)
+            results.objects["runs"].append(run)
+
+
+def _measure_run(prepared: PreparedBuilding, run: Run, results: Results) -> Exploration | None:
+    """Drive one run, and add it with its figures to the results; None if it failed."""
+    explorations: list[Exploration] = []
 
     def measure() -> Iterator[Figures]:
-        exploration, seconds = prepared.explore(policy, start, label=label)
+        exploration, seconds = prepared.explore(run.policy, run.start, label=run.label)
         explorations.append(exploration)
-        yield {**_describe(exploration), SECONDS: seconds}
-        if label is not None:
+        yield {
+            METRES: float(exploration.distance[-1]),
+            SHARE: float(exploration.share[-1]),
+            AREA: exploration.reachable_area,
+            DECISIONS: float(exploration.decisions),
+            SCANS: float(len(exploration.area)),
+            SECONDS: seconds,
+        }
+        if run.label is not None:
             yield {TO_ROOM: float(exploration.distance[-1]) if exploration.found_room is not None else None}
             return
         metres = {share: exploration.distance_to(share) for share in SHARES}
         yield {name_share(share): distance if isfinite(distance) else None for share, distance in metres.items()}
 
-    run = Run(building.part, building.name, start, prepared.points[start - 1], policy, label)
-    failed = dict.fromkeys((*METRICS, *([TO_ROOM] if label else map(name_share, SHARES))))
+    failed = dict.fromkeys((*METRICS, *([TO_ROOM] if run.label else map(name_share, SHARES))))
     results.measure(run.part, run.item, measure, failed=failed, **run.fields)
+    results.objects["runs"].append(run)
+    run.failure = results.items[-1].failure
     if not explorations:
-        return replace(run, failure=results.items[-1].failure)
+        return None
     (exploration,) = explorations
-    run = replace(run, outcome=exploration.outcome, failure=results.items[-1].failure)
-    if label is not None:
-        return run
-    distances = {name: measure_search(prepared.world, exploration, name) for name in building.labels}
-    return replace(
-        run,
-        curve=tuple(map(exploration.distance_to, CURVE)),
-        distances={name: metres for name, metres in distances.items() if isfinite(metres)},
-    )
-
-
-def _describe(exploration: Exploration) -> dict[str, float]:
-    return {
-        METRES: float(exploration.distance[-1]),
-        SHARE: float(exploration.share[-1]),
-        AREA: exploration.reachable_area,
-        DECISIONS: float(exploration.decisions),
-        SCANS: float(len(exploration.area)),
-    }
-
-
-def _search(prepared: PreparedBuilding, start: int, runs: Sequence[Run], results: Results) -> Iterator[Run]:
-    """The runs to each label from a start; those of classical policies are the beginnings of their explorations."""
-    policies = prepared.settings.policies
-    explorations = [run for run in runs if run.start == start and run.label is None]
-    classical = [run for run in explorations if not policies[run.policy].predicts]
-    # A label that no classical policy reaches cannot be reached.
-    reachable = [label for label in prepared.building.labels if any(label in run.distances for run in classical)]
-    for label in reachable:
-        for exploration in explorations:
-            if policies[exploration.policy].predicts:
-                yield _run(prepared, exploration.policy, start, results, label=label)
-                continue
-            run = replace(exploration, label=label)
-            results.items.append(Item(run.part, run.item, run.failure))
-            results.add(run.part, run.item, {TO_ROOM: run.distances.get(label)}, **run.fields)
-            yield run
+    run.outcome = exploration.outcome
+    run.curve = tuple(map(exploration.distance_to, CURVE)) if run.label is None else ()
+    return exploration
 
 
 def measure_search(world: World, exploration: Exploration, label: str) -> float:

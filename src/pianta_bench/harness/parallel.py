@@ -7,7 +7,8 @@ from typing import TypeVar
 
 from pianta_bench.harness.records import Track
 
-Input, Output = TypeVar("Input"), TypeVar("Output")
+Input = TypeVar("Input")
+Output = TypeVar("Output")
 
 
 def run_all(

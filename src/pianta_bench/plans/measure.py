@@ -23,7 +23,7 @@ from pianta_bench.harness.parallel import run_all
 from pianta_bench.harness.records import Figures, Item, Results, Track
 from pianta_bench.plans import SET_NAMES
 from pianta_bench.plans.figures import save_plan_picture
-from pianta_bench.plans.plan_sets import DRAWN, TruePlan, draw_true_plan, find_image, list_plans, read_true_plan
+from pianta_bench.plans.plan_sets import DRAWN_PLANS, TruePlan, draw_true_plan, find_image, list_plans, read_true_plan
 from pianta_bench.plans.scores import FAILED, UNITS, match_floors, score_reading
 from pianta_bench.plans.text import measure_text
 
@@ -79,9 +79,9 @@ def choose_plans(data: Path | None, sets: Sequence[str], only: Sequence[str]) ->
     for name in sets:
         if name not in SET_NAMES:
             raise OptionError(f"set is {name!r}, give one of {', '.join(SET_NAMES)}")
-    wanted = sets or ([] if only and all(name in DRAWN for name in only) else ["real"]) + ["drawn"]
+    wanted = sets or ([] if only and all(name in DRAWN_PLANS for name in only) else ["real"]) + ["drawn"]
     names = {"real": list_plans(find_data(data))} if "real" in wanted else {}
-    names |= {"drawn": list(DRAWN)} if "drawn" in wanted else {}
+    names |= {"drawn": list(DRAWN_PLANS)} if "drawn" in wanted else {}
     absent = sorted(set(only).difference(*names.values()))
     if absent:
         available = ", ".join(chain.from_iterable(names.values()))
@@ -91,13 +91,13 @@ def choose_plans(data: Path | None, sets: Sequence[str], only: Sequence[str]) ->
 
 
 def measure_plan(name: str, *, data: Path | None, with_text: bool, pictures: Path | None, read: PlanReader) -> Results:
-    """Both readings of one plan, which is drawn if its name is one of DRAWN; details: its kind, defects, and scales."""
-    part = "drawn" if name in DRAWN else "real"
+    """Both readings of one plan, which is drawn if its name is one of DRAWN_PLANS; details: its kind, defects, and scales."""
+    part = "drawn" if name in DRAWN_PLANS else "real"
     results = Results(details={"set": part, "plan": name})
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the defects of the truth are in the results
-            plan = draw_true_plan(name) if name in DRAWN else read_true_plan(data or Path(), name)
+            plan = draw_true_plan(name) if name in DRAWN_PLANS else read_true_plan(data or Path(), name)
     except PiantaError as error:
         results.items.append(Item(f"{part}, truth", name, one_line_reason(error)))
         return results
@@ -111,7 +111,7 @@ def measure_plan(name: str, *, data: Path | None, with_text: bool, pictures: Pat
     scales: dict[str, str] = {}
     results.details |= {**fields, "defects": plan.defects, "scales": scales}
     with TemporaryDirectory() as folder:
-        if name in DRAWN:
+        if name in DRAWN_PLANS:
             file = Path(folder, f"{name}.png")
             Image.fromarray(plan.colors).save(file)
         else:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
 
@@ -30,59 +32,24 @@ IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
 DOOR_METRES = 0.9  # width of a door by the scale of the truths
 MAX_OVERLAP = 0.01  # share of the area in two rooms; chosen by hand
 
-LINES, COLORED, OLD, THIN, EVACUATION, SCREENSHOT = (
-    "line drawing",
-    "coloured",
-    "old or by hand",
-    "thin and grey",
-    "evacuation",
-    "screenshot",
-)
+LINES, COLORED, OLD = "line drawing", "coloured", "old or by hand"
+THIN, EVACUATION, SCREENSHOT = "thin and grey", "evacuation", "screenshot"
 KINDS = (LINES, COLORED, OLD, THIN, EVACUATION, SCREENSHOT)
 
-# Assigned by eye.
-KIND_OF_PLAN: Mapping[str, str] = MappingProxyType(
-    {
-        name: kind
-        for kind, names in {
-            LINES: (
-                "130604floorplanwithfurnituresmall 324elmfurnplan executiveofficefloorplansla622d60bb7a76a60 "
-                "floor1024x523 millneckmanor off2 putnamjuniorhigh sidneyriver"
-            ),
-            COLORED: (
-                "cunningham2f ed21 milano1 neulengbach1 neulengbach2 pinecondos poli rockislandgroundfloor "
-                "rockislandsecondfloor skffloorplan varzeapaulistafde1 varzeapaulistafde2 village virginiacross"
-            ),
-            OLD: (
-                "bluefieldschoolfirstfloor bronxville plans1 plans2 scuolasconosciuta southmountainschool1 "
-                "southmountainschool2 westasheville wilbraham"
-            ),
-            THIN: "37sfloorplanbig falaelem1 falaelem2 franch1 sabadell1 sabadell2 sabadell3 ursy1",
-            EVACUATION: "scuolasconosciuta2 scuolasecondariaigradomera sicurezza1",
-            SCREENSHOT: (
-                "iranopen2013round2 robcup2013preliminary1 robocup2012preliminary1 robocup2013final1 "
-                "robocup2013preliminary2"
-            ),
-        }.items()
-        for name in names.split()
-    }
-)
-# Plans whose doors are mostly gaps in the walls, without leaf or arc; by eye, from a dozen doors of each.
-WITHOUT_DOOR_SYMBOLS = frozenset(
-    {
-        *("bluefieldschoolfirstfloor", "bronxville", "falaelem1", "falaelem2", "franch1", "neulengbach1"),
-        *("neulengbach2", "poli", "putnamjuniorhigh", "scuolasconosciuta", "scuolasecondariaigradomera", "sicurezza1"),
-        *("sidneyriver", "southmountainschool1", "southmountainschool2", "ursy1", "varzeapaulistafde2", "wilbraham"),
-    }
-)
+# The kind of each plan, and whether most of its doors have a leaf or an arc, or else are gaps in the walls. Both were
+# assigned by eye, the latter from a dozen doors of each plan.
+_KINDS_FILE = files("pianta_bench").joinpath("plans", "kinds.csv")
+_PLANS = list(csv.DictReader(_KINDS_FILE.read_text(encoding="utf-8").splitlines()))
+KIND_OF_PLAN: Mapping[str, str] = {row["plan"]: row["kind"] for row in _PLANS}
+WITHOUT_DOOR_SYMBOLS = frozenset(row["plan"] for row in _PLANS if row["door_symbols"] == "no")
 
 
 @dataclass(frozen=True, eq=False)
 class TruePlan:
     """A plan and the truth about it.
 
-    colors: shape (H, W, 3). truth: in the frame of the grid, whose cells are the pixels. kind: one of KINDS.
-    building_type: as the truth says, or empty. draws_doors: whether most doors have a leaf or an arc.
+    colors: shape (H, W, 3). truth: in the frame of the grid, whose cells are the pixels.
+    kind: one of KINDS, or "drawn". building_type: as in the truth, or empty. draws_doors: whether most doors have a leaf or an arc.
     defects: of the truth; it is sound without any.
     """
 
@@ -97,12 +64,12 @@ class TruePlan:
 
 
 def list_plans(data: Path) -> list[str]:
-    """Names of the plans with a truth, sorted; raises DataError if there is none."""
+    """Names of the plans with a truth, sorted; raises DataError without any."""
     return list_maps(data / PLANS_FOLDER, TRUTH)
 
 
 def find_image(data: Path, name: str) -> Path:
-    """The image of a plan; raises DataError if there is none."""
+    """The image of a plan; raises DataError if it does not exist."""
     files = [data / PLANS_FOLDER / f"{name}{suffix}" for suffix in IMAGE_SUFFIXES]
     image = next((file for file in files if file.is_file()), None)
     if image is None:
@@ -177,7 +144,7 @@ def detect_input_kind(colors: Colors) -> str:
 
 
 # By name of a drawn plan the layout of its floor and the seed, as of make_floor, and how it is drawn.
-DRAWN: Mapping[str, tuple[str, int, PlanLook]] = MappingProxyType(
+DRAWN_PLANS: Mapping[str, tuple[str, int, PlanLook]] = MappingProxyType(
     {
         "drawn-thick": ("corridor", 1, PlanLook(windows=2, title="FIRST FLOOR")),
         "drawn-thick-furniture": ("l", 2, PlanLook(windows=3, furniture=1.0)),
@@ -200,10 +167,10 @@ ROOM_NAMES = (
 
 
 def draw_true_plan(name: str) -> TruePlan:
-    """A plan of DRAWN with its exact truth."""
-    layout, seed, look = DRAWN[name]
+    """A plan of DRAWN_PLANS with its exact truth."""
+    layout, seed, look = DRAWN_PLANS[name]
     floor = make_floor(layout, seed=seed)
     texts = {room.id: ROOM_NAMES[room.id % len(ROOM_NAMES)] for room in floor.rooms}
     texts[1] = (floor.rooms[0].label or "").capitalize()
-    drawn = draw_plan(floor, look, seed=seed, texts=texts)
-    return TruePlan(name, drawn.colors, replace(drawn.truth, source=name), drawn.grid, "drawn")
+    drawing = draw_plan(floor, look, seed=seed, texts=texts)
+    return TruePlan(name, drawing.colors, replace(drawing.truth, source=name), drawing.grid, "drawn")

@@ -31,7 +31,7 @@ LABELS = {
     "seconds": "time\ns",
 }
 BUILDINGS = ("school", "office")
-OTHER_KINDS = [kind for kind in KINDS if kind != SCREENSHOT]
+OTHER_KINDS = list(KINDS[: KINDS.index(SCREENSHOT)])
 # What counts in the means of real plans.
 REPRESENTATIVE = {"is_sound": True, "kind": OTHER_KINDS, "building_type": BUILDINGS, "reading": WITH}
 LARGE = 2.0  # million pixels; smaller plans say little of the time for a large one
@@ -107,15 +107,15 @@ EXACT_NAMES = Table(
 def tabulate(results: Results) -> list[FilledTable]:
     """All tables of the sets that were measured."""
     tables = []
-    real, drawn = (results.select(set=part) for part in ("real", "drawn"))
+    real, synthetic = (results.select(set=part) for part in ("real", "drawn"))
     if real:
         tables += [tabulate_plans(results, real, title="Plans"), GROUPS.fill(derive_groups(real))]
         tables += [tabulate_symbols(real, title="Plans"), tabulate_summary(results, real)]
-    if drawn:
+    if synthetic:
         failure = results.details.get("text_failure")
         notes = [f"Names on drawn plans were not read: {failure}"] * bool(failure)
-        tables.append(tabulate_plans(results, drawn, title="Drawn plans", summaries=("mean", "sd")))
-        tables.append(tabulate_symbols(drawn, title="Drawn plans", notes=notes))
+        tables.append(tabulate_plans(results, synthetic, title="Drawn plans", summaries=("mean", "sd")))
+        tables.append(tabulate_symbols(synthetic, title="Drawn plans", notes=notes))
     names = results.select(part=PART)
     if names:
         fonts = dict.fromkeys(record["font"] for record in names)
@@ -141,7 +141,7 @@ def tabulate_plans(
 def derive_groups(records: Sequence[Record]) -> Iterator[Record]:
     """The records of each kind of drawing and of building with a sound truth, of all, and of those left apart."""
     groups = {
-        **{kind: {**REPRESENTATIVE, "kind": kind} for kind in OTHER_KINDS},
+        **{plan_kind: {**REPRESENTATIVE, "kind": plan_kind} for plan_kind in OTHER_KINDS},
         **{f"{name}s": {**REPRESENTATIVE, "building_type": name} for name in BUILDINGS},
         "all": REPRESENTATIVE,
         "all, median": REPRESENTATIVE,
@@ -191,24 +191,21 @@ def count_better(records: Sequence[Record]) -> tuple[int, int]:
 
 
 def tabulate_summary(results: Results, records: Sequence[Record]) -> FilledTable:
-    """Means and medians of the plans that are representative, and the time for a large plan."""
+    """Means and medians of the representative plans, and the time for a large plan."""
     sound = select_records(records, {**REPRESENTATIVE, "reading": list(READINGS)})
     drawing = select_records(sound, {"draws_doors": True})
-    better, _ = count_better(drawing)
-    counts = [len({record["item"] for record in chosen}) for chosen in (sound, drawing)]
+    plans, drawing_plans = (len({record["item"] for record in chosen}) for chosen in (sound, drawing))
     figures: dict[str, float | None] = {}
-    for metric in ("a_fc", "a_bc"):
-        values = [record["value"] for record in select_records(sound, {"metric": metric, "reading": WITH})]
-        figures[f"{LABELS[metric]}, median"] = Cell.median(values).mean
-        figures[f"{LABELS[metric]}, mean"] = Cell.over(values).mean
-    doors = [record["value"] for record in select_records(drawing, {"metric": "doors_f1", "reading": WITH})]
-    figures["doors F1, median"] = Cell.median(doors).mean
-    figures["better with symbols, % of plans"] = 100 * better / counts[1] if counts[1] else None
+    for metric, name, chosen in (("a_fc", "A_FC", sound), ("a_bc", "A_BC", sound), ("doors_f1", "doors F1", drawing)):
+        values = [record["value"] for record in select_records(chosen, {"metric": metric, "reading": WITH})]
+        figures |= {f"{name}, median": Cell.median(values).mean, f"{name}, mean": Cell.over(values).mean}
+    better, _ = count_better(drawing)
+    figures["better with symbols, % of plans"] = 100 * better / drawing_plans if drawing_plans else None
     figures[f"seconds for {LARGE_SIZE:g} million pixels"] = estimate_time(records)
     figures["names read exactly, %"] = share_exact(results.select(part=PART))
-    note = f"{counts[0]} schools and offices; doors, symbols: {counts[1]} that draw their doors."
-    table = ({"metric": name, "figure": "here", "value": value} for name, value in figures.items())
-    return SUMMARY.fill(table, notes=[note])
+    note = f"{plans} schools and offices; doors, symbols: {drawing_plans} that draw their doors."
+    summary = ({"metric": name, "figure": "here", "value": value} for name, value in figures.items())
+    return SUMMARY.fill(summary, notes=[note])
 
 
 def estimate_time(records: Sequence[Record]) -> float | None:
