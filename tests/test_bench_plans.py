@@ -58,9 +58,8 @@ PLAN = TruePlan("tiny", np.full((*SHAPE, 3), 255, np.uint8), TRUE, GRID, LINES, 
 
 
 def reading_of(*floors: Floor, grid: GridMap = GRID) -> PlanReading:
-    return PlanReading(
-        tuple(PlanFloor(floor, grid, PlanScale(grid.resolution, "doors", 1.0)) for floor in floors), None
-    )
+    scale = PlanScale(grid.resolution, "doors", 1.0)
+    return PlanReading(tuple(PlanFloor(floor, grid, scale) for floor in floors), None)
 
 
 @dataclass

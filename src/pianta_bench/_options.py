@@ -49,14 +49,6 @@ TypesPictures = Annotated[
         "--pictures", help="Folder for accuracy, k_distance, clusters and cluster_scores, as .png.", metavar="DIR"
     ),
 ]
-PlacePictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures",
-        help="Folder for reliability.png, confusion.png, and NAME.png and NAME_true.png of each map.",
-        metavar="DIR",
-    ),
-]
 RealismPictures = Annotated[
     Path | None, typer.Option("--pictures", help="Folder for scores.png and curves.png (Fig. 8.4).", metavar="DIR")
 ]
@@ -80,16 +72,16 @@ Buildings = Annotated[
     ),
 ]
 PlaceSplit = Annotated[
-    str, typer.Option(help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5).")
+    str,
+    typer.Option("--split", help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5)."),
+]
+Jobs = Annotated[
+    int | None, typer.Option(help="Processes that share the work, unless given one for each core.", min=1, max=1024)
 ]
 Seed = Annotated[int, typer.Option(help="Of folds, of classifiers, and of simulated maps.", min=0, max=2**31)]
 
-CurvePictures = Annotated[
-    Path | None, typer.Option("--pictures", help="Folder for places.png and buildings.png, the curves.", metavar="DIR")
-]
 BuildingTypes = Annotated[
     list[Path] | None,
     typer.Option("--types", help="Folder of buildings of one type; repeat it for each type.", metavar="DIR"),
 ]
 Trees = Annotated[int, typer.Option(help="Of each forest of Extra-Trees; the thesis has 500.", min=1, max=10000)]
-Jobs = Annotated[int, typer.Option(min=1, help="Processes; the figures, except times, do not depend on them.")]

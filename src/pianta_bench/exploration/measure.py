@@ -20,7 +20,7 @@ from pianta_bench.exploration.buildings import choose_sets, make_buildings, read
 from pianta_bench.exploration.policies import COMPARED_POLICIES, ComparedPolicy, choose_policies
 from pianta_bench.exploration.runs import SHARES, TO_ROOM, Run, RunSettings, name_share, run_building
 from pianta_bench.exploration.scores import pair_runs
-from pianta_bench.harness.parallel import run_all
+from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Item, Results, Track
 
 # Limits of the resolution, metres per cell.
@@ -63,9 +63,9 @@ def measure(
     for part, building_set in read.items():
         results.items += [Item(part, name, reason) for name, reason in building_set.failures.items()]
     buildings = [building for building_set in read.values() for building in building_set.buildings]
-    names = [f"{building.part} {building.name}" for building in buildings]
+    steps = {f"{building.part} {building.name}": partial(run_building, building, settings) for building in buildings}
     runs: list[Run] = []
-    for measured in run_all(partial(run_building, settings=settings), buildings, names, jobs=jobs, track=track):
+    for measured in run_steps(steps, jobs=jobs, track=track):
         results.extend(measured)
         runs += measured.objects["runs"]
     results.objects |= {"settings": settings, "buildings": buildings, "runs": runs}

@@ -1,26 +1,25 @@
-"""The same measurement of many inputs, in one process or in several."""
+"""The steps of a bench in several processes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import TypeVar
 
 from pianta_bench.harness.records import Track
 
-Input = TypeVar("Input")
-Output = TypeVar("Output")
+Outcome = TypeVar("Outcome")
 
 
-def run_all(
-    run: Callable[[Input], Output], inputs: Sequence[Input], names: Sequence[str], *, jobs: int, track: Track
-) -> Iterator[Output]:
-    """The outputs in the order of the inputs. jobs: processes. track: wraps the names, to show progress."""
-    if jobs == 1:
-        for each, _ in zip(inputs, track(names), strict=True):
-            yield run(each)
-        return
-    from joblib import Parallel, delayed
+def run_steps(steps: Mapping[str, Callable[[], Outcome]], *, jobs: int | None, track: Track) -> Iterator[Outcome]:
+    """What the steps return, in their order; it does not depend on `jobs`.
 
-    outputs = Parallel(n_jobs=jobs, return_as="generator")(delayed(run)(each) for each in inputs)
-    for _, output in zip(track(names), outputs, strict=True):
-        yield output
+    steps: by name; what they are called with and return goes from process to process, so it can be pickled.
+    jobs: number of processes, None for one for each core; with 1 everything is done in this process.
+    track: wraps the names, to show progress.
+    """
+    from joblib import Parallel, cpu_count, delayed
+
+    processes = min(jobs or cpu_count(), max(len(steps), 1))
+    outcomes = Parallel(processes, return_as="generator")(delayed(step)() for step in steps.values())
+    for _, outcome in zip(track([*steps]), outcomes, strict=True):
+        yield outcome

@@ -65,7 +65,7 @@ class Results:
             self.records.append({"part": part, "item": item, **fields, **named, "value": value})
 
     def extend(self, other: Results) -> None:
-        """Append the records and the items of other results."""
+        """Append the records and items of results, such as those of a step."""
         self.records += other.records
         self.items += other.items
 

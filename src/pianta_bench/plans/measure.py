@@ -19,7 +19,7 @@ from pianta.plan.read_plan import PlanReading, read_plan
 from pianta.plan.walls.segmentation import networks_without
 from pianta_bench.data.annotated_floors import read_buildings_of_files
 from pianta_bench.data.folders import find_data
-from pianta_bench.harness.parallel import run_all
+from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Figures, Item, Results, Track
 from pianta_bench.plans import SET_NAMES
 from pianta_bench.plans.figures import save_plan_picture
@@ -61,11 +61,11 @@ def measure(
     measure_one = partial(
         measure_plan, data=folder, with_text=with_text, pictures=pictures, read=read or _default_reader(folder)
     )
-    plans = list(chain.from_iterable(names.values()))
-    measured = list(run_all(measure_one, plans, plans, jobs=jobs, track=track))
-    for plan in measured:
+    steps = {name: partial(measure_one, name) for name in chain.from_iterable(names.values())}
+    results.details["plans"] = []
+    for plan in run_steps(steps, jobs=jobs, track=track):
         results.extend(plan)
-    results.details["plans"] = [plan.details for plan in measured]
+        results.details["plans"].append(plan.details)
     if with_text and "drawn" in names and not only:
         try:
             results.extend(measure_text(track=track))
@@ -91,7 +91,7 @@ def choose_plans(data: Path | None, sets: Sequence[str], only: Sequence[str]) ->
 
 
 def measure_plan(name: str, *, data: Path | None, with_text: bool, pictures: Path | None, read: PlanReader) -> Results:
-    """Both readings of one plan, which is drawn if its name is one of DRAWN_PLANS; details: its kind, defects, and scales."""
+    """Both readings of one plan, which is synthetic if it is in DRAWN_PLANS; details: kind, defects, and scales."""
     part = "drawn" if name in DRAWN_PLANS else "real"
     results = Results(details={"set": part, "plan": name})
     try:

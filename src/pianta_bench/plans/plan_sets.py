@@ -49,8 +49,8 @@ class TruePlan:
     """A plan and the truth about it.
 
     colors: shape (H, W, 3). truth: in the frame of the grid, whose cells are the pixels.
-    kind: one of KINDS, or "drawn". building_type: as in the truth, or empty. draws_doors: whether most doors have a leaf or an arc.
-    defects: of the truth; it is sound without any.
+    kind: one of KINDS, or "drawn". building_type: as in the truth, or empty.
+    draws_doors: whether most doors have a leaf or an arc. defects: of the truth; it is sound without any.
     """
 
     name: str
