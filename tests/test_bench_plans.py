@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from pianta.errors import DataError, OptionError, PlanError
 from pianta.floor import Door, Floor, Room, scale_floor
 from pianta.gridmap import GridMap
 from pianta.plan.read_plan import PlanFloor, PlanReading
-from pianta.plan.scale import PlanScale
+from pianta.plan.sheets.sheet import PlanScale
 from pianta_bench.harness.records import Results
 from pianta_bench.harness.tables import FilledTable
 from pianta_bench.plans import measure as plans_module
@@ -258,8 +259,8 @@ def names_on_sheets(*exact: float) -> Results:
     """Names on drawn sheets, ten a sheet."""
     results = Results()
     for number, count in enumerate(exact):
-        fields = {"font": "font", "capital": f"{number} px", "rotation": "0°"}
-        results.measure(PART, f"sheet {number}", lambda count=count: [{"names": 10, "exact": count}], **fields)
+        figures = {"names": 10, "exact": count}
+        results.add(PART, f"sheet {number}", figures, font="font", capital=f"{number} px", rotation="0°")
     return results
 
 
@@ -306,7 +307,12 @@ def test_plans_are_chosen_by_set_and_name(tiny):
 def add_plan(results: Results, name: str, with_: float, without: float, **more: object) -> None:
     """Add a school of which each share is the same."""
     defects = more.pop("defects", ())
-    fields = {"kind": LINES, "building_type": "school", "draws_doors": True, "is_sound": not defects} | more
+    fields: dict[str, Any] = {
+        "kind": LINES,
+        "building_type": "school",
+        "draws_doors": True,
+        "is_sound": not defects,
+    } | more
     for reading, share in (("with symbols", with_), ("without", without)):
         figures = {**dict.fromkeys(UNITS, 1.0), **dict.fromkeys(PERCENT, share)}
         figures |= {"seconds": 4.0, "megapixels": 3.0 if name == "a" else 0.1}

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from pianta_bench._options import Data, Jobs
+from pianta_bench._options import Data, TimedJobs
 from pianta_bench.harness.bench import Bench
 
 SYNTHETIC = "synthetic"
@@ -44,7 +44,7 @@ BENCH = Bench(
         "starts": (Starts, 3),
         "resolution": (Resolution, 0.1),
         "searches": (Searches, True),
-        "jobs": (Jobs, 1),
+        "jobs": (TimedJobs, 1),
         "seed": (Seed, 0),
     },
     pictures="curves.png, and SET_NAME.png of a few buildings with all tracks",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from math import inf, isfinite
 from time import process_time
+from typing import Any
 
 import numpy as np
 
@@ -73,7 +74,7 @@ class Run:
         return f"{self.building} start {self.start}, {self.policy}{label}"
 
     @property
-    def fields(self) -> dict[str, object]:
+    def fields(self) -> dict[str, Any]:
         """The fields of its records besides part, item and metric."""
         return {"building": self.building, "start": self.start, "policy": self.policy, "label": self.label}
 

@@ -115,8 +115,8 @@ def list_policies(results: Results, *, predicts: bool) -> list[str]:
 def derive_distances(distances: Mapping[str, Pairs], policies: Sequence[str]) -> Iterator[Record]:
     """The mean metres to each share of each policy in each building."""
     for policy, (metric, pairs) in product(policies, distances.items()):
-        for metres in pairs.average(policy) or [None]:
-            yield {"policy": policy, "metric": metric, "value": metres}
+        averages: list[float | None] = [*pairs.average(policy)]
+        yield from ({"policy": policy, "metric": metric, "value": metres} for metres in averages or [None])
 
 
 def derive_ratios(results: Results, distances: Mapping[str, Pairs]) -> Iterator[Record]:

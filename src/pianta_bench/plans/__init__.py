@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from pianta_bench._options import Data, Jobs
+from pianta_bench._options import Data, TimedJobs
 from pianta_bench.harness.bench import Bench
 
 SET_NAMES = ("real", "drawn")
@@ -36,7 +36,7 @@ BENCH = Bench(
         "sets": (Sets, None),
         "only": (Only, None),
         "with_text": (WithText, True),
-        "jobs": (Jobs, 1),
+        "jobs": (TimedJobs, 1),
     },
     pictures="NAME.png, detected rooms and doors over each plan, the truth in red",
 )

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from PIL import Image
 
@@ -101,7 +101,7 @@ def measure_plan(name: str, *, data: Path | None, with_text: bool, pictures: Pat
     except PiantaError as error:
         results.items.append(Item(f"{part}, truth", name, one_line_reason(error)))
         return results
-    fields = {
+    fields: dict[str, Any] = {
         "set": part,
         "kind": plan.kind,
         "building_type": plan.building_type,

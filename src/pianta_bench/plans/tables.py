@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from statistics import fmean
+from typing import Any
 
 from pianta_bench.harness.records import Record, Results, select_records
 from pianta_bench.harness.tables import Cell, FilledTable, Table
@@ -33,7 +34,7 @@ LABELS = {
 BUILDINGS = ("school", "office")
 OTHER_KINDS = list(KINDS[: KINDS.index(SCREENSHOT)])
 # What counts in the means of real plans.
-REPRESENTATIVE = {"is_sound": True, "kind": OTHER_KINDS, "building_type": BUILDINGS, "reading": WITH}
+REPRESENTATIVE: dict[str, Any] = {"is_sound": True, "kind": OTHER_KINDS, "building_type": BUILDINGS, "reading": WITH}
 LARGE = 2.0  # million pixels; smaller plans say little of the time for a large one
 LARGE_SIZE = 6.0  # million pixels of the plan for which the time is estimated
 UNSOUND = "*"
@@ -140,7 +141,7 @@ def tabulate_plans(
 
 def derive_groups(records: Sequence[Record]) -> Iterator[Record]:
     """The records of each kind of drawing and of building with a sound truth, of all, and of those left apart."""
-    groups = {
+    groups: dict[str, dict[str, Any]] = {
         **{plan_kind: {**REPRESENTATIVE, "kind": plan_kind} for plan_kind in OTHER_KINDS},
         **{f"{name}s": {**REPRESENTATIVE, "building_type": name} for name in BUILDINGS},
         "all": REPRESENTATIVE,
