@@ -60,7 +60,7 @@ class FilledTable:
     """A table with its figures.
 
     rows: the cells by name of row, and in it by name of column. unit: of all figures, or empty.
-    shown: whether it is printed, or only saved.
+    shown: whether it is printed, or only saved. published: the file of the published figures, empty if there are none.
     """
 
     title: str
@@ -69,6 +69,7 @@ class FilledTable:
     notes: tuple[str, ...] = ()
     unit: str = ""
     shown: bool = True
+    published: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +80,8 @@ class Table:
     where: by field the value of the records that count, or several in the order of rows and columns.
     labels: what a value of a field is called in the table, by value; may also fix the order.
     summarise: makes a cell of the figures that share a row and a column.
-    digits: how many are shown behind the point, of all cells or by value of a field.
+    digits: how many are shown behind the point, of all cells or by value of a field. factor: 100 to show shares in %;
+    published figures already have it.
     published: the file of published figures, in `published/`. summaries: rows below, of SUMMARIES.
     shown: whether the table is printed, or only saved.
     """
@@ -91,6 +93,7 @@ class Table:
     labels: Mapping[Any, str] = field(default_factory=dict)
     summarise: Callable[[list[Any]], Cell] = Cell.over
     digits: int | Mapping[Any, int] = 1
+    factor: float = 1.0
     published: str = ""
     summaries: tuple[str, ...] = ()
     unit: str = ""
@@ -108,9 +111,8 @@ class Table:
         """
         groups: dict[tuple[Key, Key], list[Any]] = {}
         for record in select_records(records, self.where):
-            groups.setdefault((self._key(record, self.rows), self._key(record, self.columns)), []).append(
-                record["value"]
-            )
+            key = self._key(record, self.rows), self._key(record, self.columns)
+            groups.setdefault(key, []).append(self._scale(record["value"]))
         cells = {key: self.summarise(values) for key, values in groups.items()}
         for record in self._published():
             key = self._key(record, self.rows), self._key(record, self.columns)
@@ -134,7 +136,11 @@ class Table:
             (*self.notes, *notes),
             self.unit,
             self.shown,
+            self.published,
         )
+
+    def _scale(self, value: float | None) -> float | None:
+        return value if value is None or self.factor == 1 else self.factor * value
 
     def _key(self, record: Record, names: tuple[str, ...]) -> Key:
         return tuple(record[name] for name in names)
@@ -151,11 +157,10 @@ class Table:
         """The published figures that the table has a place for."""
         if not self.published:
             return []
-        known = {name: value for name, value in self.where.items() if name in (*self.rows, *self.columns)}
+        records: list[Record] = [*read_published(self.published)]
+        known = {name: value for name, value in self.where.items() if records and name in records[0]}
         named = {str(value): value for values in known.values() for value in _as_sequence(values)}
-        records = [
-            {name: named.get(text, text) for name, text in record.items()} for record in read_published(self.published)
-        ]
+        records = [{name: named.get(text, text) for name, text in record.items()} for record in records]
         return select_records(records, known)
 
     def _sort(self, keys: Iterable[Key], side: int) -> list[Key]:
