@@ -42,7 +42,7 @@ from tests.command_line import list_files, run_pianta
 from tests.explored_worlds import two_rooms
 from tests.tiny_data import write_schools
 
-Made = TypeVar("Made")
+Output = TypeVar("Output")
 
 SCHOOLS = "KKKW-KL", "KKS-KK", "LLW-KKK", "KKC-LK", "LLC-KKW", "KK-KWL"
 POLICIES = (NEAREST, "gain", "ours")
@@ -63,12 +63,12 @@ class FakePredicting:
         return NearestFrontier().choose(inputs)
 
 
-MADE: list[FakePredicting] = []
+POLICIES_MADE: list[FakePredicting] = []
 
 
 def make_fake(*, sampler: FloorSampler | None, find: str | None) -> FakePredicting:
-    MADE.append(FakePredicting(sampler, find))
-    return MADE[-1]
+    POLICIES_MADE.append(FakePredicting(sampler, find))
+    return POLICIES_MADE[-1]
 
 
 REGISTRY = {
@@ -91,14 +91,14 @@ def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Six schools, and one that cannot be read."""
     data = tmp_path_factory.mktemp("data")
     write_schools(data, *SCHOOLS)
-    (data / "buildings" / "school" / "strange.xml").write_text("<building/>")
+    (data / "buildings" / "school" / "unreadable.xml").write_text("<building/>")
     return data
 
 
 @pytest.fixture(scope="module")
 def measured(tiny) -> Results:
     """Robots search for labels that one other school has."""
-    MADE.clear()
+    POLICIES_MADE.clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(exploration_buildings, "MIN_OTHER_FLOORS", 1)
         # The names of tiny schools end with a number, as those of the floors of one building.
@@ -106,9 +106,9 @@ def measured(tiny) -> Results:
         return measure(tiny, sets=["school"], starts=1, resolution=0.25, registry=REGISTRY)
 
 
-def read_as_buildings(data: Path, kind: str, make: Callable[[AnnotatedFloor], Made]) -> Any:
+def read_as_buildings(data: Path, building_type: str, make: Callable[[AnnotatedFloor], Output]) -> Any:
     """read_annotated_buildings with a building for each drawing."""
-    return read_annotated_buildings(data, kind, lambda drawn: make(replace(drawn, building=drawn.item)))
+    return read_annotated_buildings(data, building_type, lambda floor: make(replace(floor, building=floor.item)))
 
 
 def list_runs(results: Results, *, searches: bool) -> list[Run]:
@@ -179,8 +179,8 @@ def test_curves_are_over_starts_from_which_all_reach_the_end():
 def test_the_room_is_found_where_it_is_recognised():
     world = build_world(two_rooms(), resolution=0.2)
     run = explore(world, NearestFrontier(), starts=[(3.5, 3.5)])
-    looked = explore(world, NearestFrontier(), starts=[(3.5, 3.5)], find="stairs")
-    assert 0 < measure_search(world, run, "STAIRS") == looked.distance[-1] < run.distance[-1]
+    search = explore(world, NearestFrontier(), starts=[(3.5, 3.5)], find="stairs")
+    assert 0 < measure_search(world, run, "STAIRS") == search.distance[-1] < run.distance[-1]
     assert measure_search(world, run, "CLASSROOM") == 0
     assert measure_search(world, run, "GYM") == np.inf
 
@@ -190,7 +190,7 @@ def test_every_building_is_explored_by_every_policy(measured):
     explorations = list_runs(measured, searches=False)
     names = [f"school{number}" for number in range(6)]
     assert [*dict.fromkeys(run.building for run in explorations)] == names
-    assert [item.item for item in measured.items if item.failure and "CLOSET" not in item.item] == ["strange"]
+    assert [item.item for item in measured.items if item.failure and "CLOSET" not in item.item] == ["unreadable"]
     for name in names:
         runs = {run.policy: run for run in explorations if run.building == name}
         assert [*runs] == [*POLICIES]
@@ -206,13 +206,13 @@ def test_every_building_is_explored_by_every_policy(measured):
 
 def test_policies_that_predict_get_a_model_of_the_others_and_the_label(measured):
     """The model of each school is of five floors; a search of ours is a run, that of nearest part of an exploration."""
-    samplers = {id(made.sampler): made.sampler for made in MADE}
+    samplers = {id(policy.sampler): policy.sampler for policy in POLICIES_MADE}
     assert len(samplers) == 6
     sources = [{floor.source for floor in sampler.model.floors} for sampler in samplers.values() if sampler]
     names = {f"school{number}" for number in range(6)}
     assert [names - others for others in sources] == [{f"school{number}"} for number in range(6)]
     searches = list_runs(measured, searches=True)
-    assert {made.find for made in MADE} - {None} == {run.label for run in searches}
+    assert {policy.find for policy in POLICIES_MADE} - {None} == {run.label for run in searches}
     for building, label in {(run.building, run.label) for run in searches if run.label != "CLOSET"}:
         records = measured.select(building=building, label=label, metric=TO_ROOM)
         metres = {record["policy"]: record["value"] for record in records}
@@ -220,7 +220,7 @@ def test_policies_that_predict_get_a_model_of_the_others_and_the_label(measured)
 
 
 def test_runs_that_fail_are_named_and_left_out_for_all(measured):
-    failed = [item for item in measured.items if item.failure and item.item != "strange"]
+    failed = [item for item in measured.items if item.failure and item.item != "unreadable"]
     assert [item.item for item in failed] == ["school3 start 1, ours, CLOSET", "school4 start 1, ours, CLOSET"]
     assert failed[0].failure == "ValueError: no closets"
     assert pair_runs(measured.select(metric=TO_90), POLICIES).count == 6
@@ -292,8 +292,8 @@ def test_a_few_floors_are_explored_without_a_model(tmp_path):
     with pytest.raises(DataError, match="school"):
         read_buildings(tmp_path / "none", "school")
     (tmp_path / "buildings" / "office").mkdir()
-    (tmp_path / "buildings" / "office" / "strange.xml").write_text("<building/>")
-    with pytest.raises(DataError, match="strange"):
+    (tmp_path / "buildings" / "office" / "unreadable.xml").write_text("<building/>")
+    with pytest.raises(DataError, match="unreadable"):
         read_buildings(tmp_path, "office")
 
 
@@ -326,7 +326,7 @@ def test_command(tiny, tmp_path):
     )
     assert (outcome.code, outcome.err) == (1, "")
     assert "Distance to a share of the area, school" in outcome.out
-    assert "strange failed (school): " in outcome.out
+    assert "unreadable failed (school): " in outcome.out
     assert {*list_files(pictures)} == {"curves.png", "school_school0.png", "school_school2.png", "school_school5.png"}
     assert json.loads(file.read_text())["options"]["searches"] is False
 

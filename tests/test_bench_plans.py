@@ -54,7 +54,7 @@ GRID = GridMap(np.full(SHAPE, -1), 0.1)
 CORRIDOR, WEST, EAST = box(0, 6, 8, 8), box(0, 2, 4, 6), box(4, 2, 8, 6)
 DOORS = (Door((1, 2), LineString([(1.55, 6), (2.45, 6)]), 0.9), Door((1, 3), LineString([(5.55, 6), (6.45, 6)]), 0.9))
 TRUE = Floor(tuple(Room(number, polygon) for number, polygon in enumerate((CORRIDOR, WEST, EAST), 1)), DOORS)
-WHOLE = Floor((Room(1, box(0, 2, 8, 8)),))
+ONE_ROOM = Floor((Room(1, box(0, 2, 8, 8)),))
 PLAN = TruePlan("tiny", np.full((*SHAPE, 3), 255, np.uint8), TRUE, GRID, LINES, "school")
 
 
@@ -74,17 +74,17 @@ class FakeReader:
         self.calls.append((path.stem, with_symbols, with_text))
         if path.stem not in self.floors:
             raise PlanError(f"plan {path.name} shows no walls")
-        return reading_of(self.floors[path.stem] if with_symbols else WHOLE)
+        return reading_of(self.floors[path.stem] if with_symbols else ONE_ROOM)
 
 
 def read_nothing(path: Path, *, with_symbols: bool, with_text: bool) -> PlanReading:
     return reading_of()
 
 
-def write_plan(data: Path, name: str, *, kind: str = "SCHOOL", suffix: str = ".png") -> None:
+def write_plan(data: Path, name: str, *, building_type: str = "SCHOOL", suffix: str = ".png") -> None:
     folder = data / "floorplans"
     folder.mkdir(parents=True, exist_ok=True)
-    typed = f"<building_type><main_type>{kind}</main_type></building_type><floor>"
+    typed = f"<building_type><main_type>{building_type}</main_type></building_type><floor>"
     (folder / f"{name}.xml").write_text(write_school(["KK"]).replace("<floor>", typed))
     Image.fromarray(PLAN.colors).save(folder / f"{name}{suffix}")
 
@@ -92,7 +92,7 @@ def write_plan(data: Path, name: str, *, kind: str = "SCHOOL", suffix: str = ".p
 @pytest.fixture
 def tiny(tmp_path: Path) -> Path:
     write_plan(tmp_path, "good")
-    write_plan(tmp_path, "hard", kind="OFFICE", suffix=".jpg")
+    write_plan(tmp_path, "hard", building_type="OFFICE", suffix=".jpg")
     return tmp_path
 
 
@@ -102,9 +102,9 @@ def shares_of(figures: Mapping[str, float | None]) -> list[float | None]:
 
 def test_a_perfect_reading_of_a_wrong_scale_in_another_frame():
     frame = GridMap(np.full(SHAPE, -1), 0.2, (5.0, -3.0, 0.5))
-    found = move_floor(TRUE, GRID, frame)
-    assert found.doors[0].width == pytest.approx(1.8)
-    figures = score_reading(reading_of(found, grid=frame), PLAN)
+    floor = move_floor(TRUE, GRID, frame)
+    assert floor.doors[0].width == pytest.approx(1.8)
+    figures = score_reading(reading_of(floor, grid=frame), PLAN)
     assert shares_of(figures) == pytest.approx([100] * 6)
     assert (figures["doors_f1"], figures["edges_f1"]) == pytest.approx((100, 100))
     assert figures["scale_error"] == pytest.approx(100)
@@ -112,8 +112,8 @@ def test_a_perfect_reading_of_a_wrong_scale_in_another_frame():
 
 
 def test_rooms_and_doors_are_scored():
-    """One room of 48 m² instead of three of 16 m²; a door 0.3 m aside, and one too many."""
-    rooms = score_reading(reading_of(WHOLE), PLAN)
+    """One room of 48 m² instead of three of 16 m²; a door 0.3 m off, and one too many."""
+    rooms = score_reading(reading_of(ONE_ROOM), PLAN)
     assert shares_of(rooms) == pytest.approx([100 / 3, 100, 100 / 3, 100, 100 / 3, 0])
     moved = [Door(door.rooms, translate(door.line, 0.3), 0.9) for door in DOORS[:1]]
     stray = Door((2, 3), LineString([(4, 3), (4, 4)]), 1.0)
@@ -223,7 +223,7 @@ def test_drawn_plans_score_full_with_their_truth(name):
 
 
 def test_each_plan_is_read_with_and_without_symbols(tiny, tmp_path):
-    reader = FakeReader({"good": TRUE, "hard": WHOLE})
+    reader = FakeReader({"good": TRUE, "hard": ONE_ROOM})
     pictures = tmp_path / "pictures"
     results = measure(tiny, sets=["real"], with_text=False, read=reader, pictures=pictures)
     assert reader.calls == [(name, symbols, False) for name in ("good", "hard") for symbols in (True, False)]
@@ -383,8 +383,8 @@ def test_tables_fit_a_terminal(hand_made):
 
 
 def test_pictures_show_the_floor_and_the_truth():
-    found = Floor((Room(1, CORRIDOR), Room(2, WEST)), (Door((1, 2), LineString([(0.2, 6), (1.2, 6)]), 1),))
-    colors = paint_plan(PLAN, found, factor=4.0)
+    floor = Floor((Room(1, CORRIDOR), Room(2, WEST)), (Door((1, 2), LineString([(0.2, 6), (1.2, 6)]), 1),))
+    colors = paint_plan(PLAN, floor, factor=4.0)
     assert colors.shape == (320, 400, 3)
 
     def color_at(x: float, y: float) -> tuple[int, ...]:
@@ -437,7 +437,7 @@ def test_plans_with_a_kind_on_record_have_an_image(data):
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 def test_truths_of_real_plans(data):
     if not {"off2", "plans1"} <= set(list_plans(data)):
-        pytest.skip("the data have not both plans")
+        pytest.skip("the data lack one of the plans")
     off2, plans1 = (read_true_plan(data, name) for name in ("off2", "plans1"))
     assert (off2.kind, off2.building_type, off2.draws_doors, off2.defects) == (LINES, "office", True, ())
     assert len(off2.truth.rooms) == 31
