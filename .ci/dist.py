@@ -27,7 +27,7 @@ MAX_MEGABYTES = 25  # of each file
 RESULTS = {"floor.geojson", "graph.json", "picture.png", "rooms.png"}
 # What a build adds to the files of the repository.
 ADDED = {"PKG-INFO", ".gitignore", "pyproject.toml"}
-# Files beside the modules of a package that a wheel does not have.
+# Files in the folder of a package that build it, and that a wheel does not have.
 BUILDING = {"pyproject.toml", "README.md"}
 
 
@@ -73,7 +73,8 @@ def check_wheel(path: Path, package: str) -> list[str]:
     with zipfile.ZipFile(path) as archive:
         names = {name for name in archive.namelist() if not PurePosixPath(name).parts[0].endswith(".dist-info")}
     show_contents(path, names)
-    expected = {name.removeprefix("src/") for name in list_tracked(package) if PurePosixPath(name).name not in BUILDING}
+    building = {f"{package}/{name}" for name in BUILDING}
+    expected = {name.removeprefix("src/") for name in list_tracked(package) if name not in building}
     faults = compare(path, names, expected)
     tests = sorted(name for name in names if {"tests", "docs"} & {*PurePosixPath(name).parts})
     return [*faults, *(f"{path.name} has {name}" for name in tests)]
