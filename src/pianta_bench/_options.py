@@ -78,6 +78,10 @@ PlaceSplit = Annotated[
 Jobs = Annotated[
     int | None, typer.Option(help="Processes that share the work, unless given one for each core.", min=1, max=1024)
 ]
+# Of benches that measure times, which processes beside change: one unless given.
+TimedJobs = Annotated[
+    int, typer.Option("--jobs", min=1, help="Processes; the figures, except times, do not depend on them.")
+]
 Seed = Annotated[int, typer.Option(help="Of folds, of classifiers, and of simulated maps.", min=0, max=2**31)]
 
 BuildingTypes = Annotated[

@@ -13,8 +13,6 @@ from pianta.cli.terminal import show_examples, stdout, track_items
 from pianta.errors import OptionError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
-from pianta_bench import _exploration_cli as bench_exploration
-from pianta_bench import _plans_cli as bench_plans
 from pianta_bench._options import (
     Buildings,
     Data,
@@ -30,14 +28,15 @@ if TYPE_CHECKING:
 
 Bench = TypeVar("Bench")
 # In the order of the help. Each is a folder with a BENCH.
-BENCHES = ("layout", "segmentation", "cost", "graphs", "types", "places", "buildings", "realism", "partial")
+BENCHES = (
+    *("layout", "segmentation", "cost", "graphs", "types", "places", "buildings", "realism", "partial"),
+    *("exploration", "plans"),
+)
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
 for name in BENCHES:
     bench = import_module(f"pianta_bench.{name}").BENCH
     app.command(name, epilog=show_examples(bench.examples))(bench.make_command())
-app.command("exploration", epilog=show_examples(bench_exploration.EXAMPLES))(bench_exploration.bench_exploration)
-app.command("plans", epilog=show_examples(bench_plans.EXAMPLES))(bench_plans.bench_plans)
 
 
 @app.command(

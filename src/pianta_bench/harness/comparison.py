@@ -10,12 +10,14 @@ from statistics import fmean, stdev
 from types import MappingProxyType
 from typing import TypeAlias
 
+from rich import box
 from rich.console import Group, RenderableType
+from rich.table import Table
 from rich.text import Text
 
 from pianta import __version__
 from pianta.io._files import atomic_file
-from pianta_bench.harness.old_report import ABSENT, show_figure, start_table
+from pianta_bench.harness.report import ABSENT, show_figure
 from pianta_bench.harness.table import Row
 
 # What was measured on each item, by the name of the part that the items belong to.
@@ -174,3 +176,12 @@ def tell_faults(part: str, rows: Sequence[Row]) -> Iterator[RenderableType]:
     warned = sum(bool(row.warned) for row in rows)
     if warned:
         yield Text(f"Warnings on {warned} of {len(rows)} {part}; --json lists them.")
+
+
+def start_table(first: str, *headings: str) -> Table:
+    """A table without rows, of a column of names and columns of figures that are never cut."""
+    rows = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
+    rows.add_column(first, overflow="fold")
+    for heading in headings:
+        rows.add_column(heading, justify="right", no_wrap=True)
+    return rows
