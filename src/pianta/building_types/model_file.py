@@ -128,7 +128,7 @@ class _Fit(_Part):
     likenesses: _Numbers
 
     def find_faults(self, floors: int, types: int) -> str | None:
-        """What in the fit contradicts a model of these numbers of floors and types, in one message; None without faults."""
+        """What in the fit contradicts a model of these numbers of floors and types; None if nothing does."""
         shapes = {
             "weights": (floors, types - 1),
             "intercepts": (types * (types - 1) // 2,),
