@@ -40,7 +40,7 @@ from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import make_sample, simulate_map
 from pianta_bench.data.folders import find_data
 from pianta_bench.types.figures import draw_accuracies, draw_clusters
-from pianta_bench.types.measure import measure_types
+from pianta_bench.types.measure import measure as measure_types
 
 IMAGES = Path(__file__).parent / "images"
 PARAMETERS, STRUCTURE = ThesisParameters(), StructureParameters()

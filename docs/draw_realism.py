@@ -13,10 +13,9 @@ from pianta.errors import DataError
 from pianta.floor import Door, Floor, Room
 from pianta.io.floors import save_floor
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
-from pianta_bench.data.folders import find_data
 from pianta_bench.harness.charts import save_chart
 from pianta_bench.realism.figures import draw_scores
-from pianta_bench.realism.measure import measure_realism
+from pianta_bench.realism.measure import measure
 
 IMAGES = Path(__file__).parent / "images"
 SEEDS = range(4)
@@ -28,10 +27,10 @@ def main() -> None:
     """Draw both pictures; without data, the picture of the scores stays."""
     draw_labyrinth()
     try:
-        bench = measure_realism(find_data())
+        results = measure()
     except DataError:
         return
-    save_chart(draw_scores(bench), IMAGES / "realism_scores.png", dpi=110)
+    save_chart(draw_scores(results), IMAGES / "realism_scores.png", dpi=110)
 
 
 def draw_labyrinth() -> None:

@@ -14,11 +14,11 @@ from pianta.worlds.floors import make_corridor_floor
 from pianta_bench.partial import measure as bench
 from pianta_bench.partial.maps import PartialMap, list_real_maps, simulate_drawing, simulate_world
 from pianta_bench.partial.measure import (
-    JudgedRoom,
+    EvaluatedRoom,
     draw_rectangle,
-    judge_rooms,
+    evaluate_rooms,
+    measure,
     measure_iou,
-    measure_partial,
     measure_unseen,
 )
 from tests.command_line import run_pianta
@@ -47,25 +47,25 @@ def write_data(folder, *steps: dict[str, object]) -> None:
     (folder / "buildings" / "school" / "here.xml").write_text(LAYOUT)
 
 
-def found_floor(*_: object, **__: object) -> Floor:
+def reconstruct_floor(*_: object, **__: object) -> Floor:
     return Floor((Room(1, SEEN, partial=True, predicted=TRUE, confidence=0.75),))
 
 
 @pytest.fixture
 def tiny(tmp_path, monkeypatch):
     write_data(tmp_path / "data", STEP)
-    monkeypatch.setattr(bench, "reconstruct", found_floor)
+    monkeypatch.setattr(bench, "reconstruct", reconstruct_floor)
     monkeypatch.setattr(bench, "SIMULATED_COUNT", 0)
     return tmp_path / "data"
 
 
 def test_the_layout_is_moved_by_the_affine_map(tiny):
-    (found,) = list_real_maps(tiny)
-    assert found.read().rooms[0].equals(TRUE)
+    (partial_map,) = list_real_maps(tiny)
+    assert partial_map.read().rooms[0].equals(TRUE)
 
 
-def test_a_room_is_judged_by_the_true_one(tiny):
-    (room,) = measure_partial(tiny, simulated=0).rooms["here a"]
+def test_a_room_is_compared_with_the_true_one(tiny):
+    (room,) = measure(tiny, simulated=0).objects["rooms"]["here a"]
     assert (room.seen, room.rectangle, room.predicted, room.confidence) == pytest.approx((0.5, 0.5, 1, 0.75))
     assert (room.seen_share, room.unseen_share) == pytest.approx((0.5, 0.5))
     assert room.truly_partial
@@ -77,12 +77,12 @@ def test_the_rectangle_goes_along_the_walls():
     assert draw_rectangle(room, np.pi / 4).area > 12
 
 
-def test_a_whole_room_is_judged_where_part_of_it_was_not_seen():
+def test_a_whole_room_is_evaluated_where_part_of_it_was_not_seen():
     cells = np.full((100, 100), UNKNOWN, np.int8)
     cells[30:60, 15:35] = FREE
-    known = PartialMap("here", GridMap(cells, 0.1), [TRUE])
-    (judged,) = judge_rooms(Floor((Room(1, SEEN),)), known)
-    assert (judged.found_partial, judged.predicted, judged.confidence) == (False, judged.seen, None)
+    partial_map = PartialMap("here", GridMap(cells, 0.1), [TRUE])
+    (room,) = evaluate_rooms(Floor((Room(1, SEEN),)), partial_map)
+    assert (room.called_partial, room.predicted, room.confidence) == (False, room.seen, None)
 
 
 def test_a_wall_is_no_unseen_space():
@@ -104,9 +104,9 @@ def test_bench_prints_and_saves_what_it_measures(tiny, tmp_path, monkeypatch):
     assert (code, err) == (0, "")
     row = next(line.split() for line in out.splitlines() if line.startswith("here a (1)"))
     assert row == ["here", "a", "(1)", "50.0", "50.0", "100.0", "50.0", "50.0"]
-    items = json.loads((tmp_path / "figures.json").read_text())["items"]
-    assert items[0]["item"] == "here/a_001 room 1"
-    assert items[0]["figures"]["confidence"] == 75
+    records = json.loads((tmp_path / "figures.json").read_text())["records"]
+    (confidence,) = [record for record in records if record["metric"] == "confidence" and record["part"] == "here a"]
+    assert (confidence["item"], confidence["value"]) == ("here/a_001 room 1", 75)
 
 
 def test_a_map_that_fails_is_named_and_does_not_count(tiny, monkeypatch):
@@ -114,9 +114,9 @@ def test_a_map_that_fails_is_named_and_does_not_count(tiny, monkeypatch):
         raise MapError("it shows nothing")
 
     monkeypatch.setattr(bench, "reconstruct", fail)
-    measured = measure_partial(tiny, simulated=0)
-    assert not measured.rooms["here a"]
-    assert measured.items["here a"][0].failure == "it shows nothing"
+    results = measure(tiny, simulated=0)
+    assert not results.objects["rooms"]["here a"]
+    assert [(item.part, item.failure) for item in results.items] == [("here a", "it shows nothing")]
 
 
 def test_data_without_partial_maps_are_refused(tmp_path):
@@ -135,12 +135,12 @@ def test_a_faulty_list_of_steps_is_refused(tmp_path, step):
 def test_simulated_maps_show_part_of_their_rooms_and_are_repeated():
     one, same, drawn = simulate_world(1), simulate_world(1), simulate_drawing(make_corridor_floor(seed=2), seed=2)
     assert (one.grid.cells == same.grid.cells).all()
-    for known in (one, drawn):
-        assert known.grid.unknown.any()
-        assert known.grid.free.any()
-        assert 0 < np.mean([measure_unseen(room, known.grid) for room in known.rooms]) < 1
+    for each in (one, drawn):
+        assert each.grid.unknown.any()
+        assert each.grid.free.any()
+        assert 0 < np.mean([measure_unseen(room, each.grid) for room in each.rooms]) < 1
 
 
-def test_a_judged_room_is_truly_partial_from_a_tenth_on():
-    room = JudgedRoom("", 1, True, 0.9, 0.05, 0.9, 0.9, 0.9, None)
+def test_a_room_is_truly_partial_from_a_tenth_on():
+    room = EvaluatedRoom("", 1, True, 0.9, 0.05, 0.9, 0.9, 0.9, None)
     assert not room.truly_partial

@@ -11,24 +11,17 @@ import pytest
 from pianta.errors import DataError, MapError
 from pianta.floor import Floor
 from pianta.labels import LabelSet
-from pianta_bench.harness.comparison import Cell
+from pianta_bench.harness.records import Results
+from pianta_bench.harness.tables import Cell
 from pianta_bench.places.models import CENTRAL, LOCAL
 from pianta_bench.realism import measure as realism
 from pianta_bench.realism import models as realism_models
-from pianta_bench.realism import readings as realism_readings
+from pianta_bench.realism import views as realism_views
 from pianta_bench.realism.figures import draw_curves, draw_scores
-from pianta_bench.realism.measure import (
-    OFFICES,
-    ONE,
-    SCHOOLS,
-    TWO,
-    WORLDS,
-    RealismBench,
-    measure_realism,
-    tabulate_realism,
-)
+from pianta_bench.realism.measure import OFFICES, ONE, SCHOOLS, TWO, WORLDS, AssessedFloor, measure
 from pianta_bench.realism.models import GAUSSIAN, KLOG
-from pianta_bench.realism.readings import MAPPED, UNLABELLED
+from pianta_bench.realism.tables import derive_errors, derive_views, tabulate
+from pianta_bench.realism.views import MAPPED, UNLABELLED
 from tests.command_line import list_files, run_pianta
 from tests.tiny_types import write_types
 
@@ -73,7 +66,7 @@ def write_data(data: Path) -> Path:
 def tiny(tmp_path_factory) -> Path:
     data = write_data(tmp_path_factory.mktemp("data"))
     write_types(data, "school", buildings=2)
-    (data / "buildings" / "robocup" / "strange.xml").write_text("<building/>")
+    (data / "buildings" / "robocup" / "broken.xml").write_text("<building/>")
     return data
 
 
@@ -87,109 +80,116 @@ def maps() -> Iterator[None]:
         return floor
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(realism_readings, "simulate_and_reconstruct", read)
+        patch.setattr(realism_views, "simulate_and_reconstruct", read)
         yield
 
 
 @pytest.fixture(scope="module")
-def measured(tiny) -> RealismBench:
-    return measure_realism(tiny, trees=5)
+def measured(tiny) -> Results:
+    return measure(tiny, trees=5)
+
+
+def floors_of(results: Results, part: str) -> list[AssessedFloor]:
+    return [floor for floor in results.objects["floors"] if floor.part == part]
 
 
 @pytest.mark.slow
-def test_everybody_is_judged_by_all_models(measured):
-    assert [len(measured.of_part(part)) for part in (OFFICES, WORLDS, SCHOOLS)] == [5, 4, 2]
+def test_every_floor_is_scored_by_all_models(measured):
+    assert [len(floors_of(measured, part)) for part in (OFFICES, WORLDS, SCHOOLS)] == [5, 4, 2]
     models = {LOCAL, CENTRAL, KLOG, GAUSSIAN, TWO, ONE}
-    for floor in measured.of_part(OFFICES) + measured.of_part(WORLDS):
+    for floor in floors_of(measured, OFFICES) + floors_of(measured, WORLDS):
         assert {*floor.scores} == {(model, label_set) for model in models for label_set in (R_C, F_C_E_S)}
-    for floor in measured.of_part(SCHOOLS):
+    for floor in floors_of(measured, SCHOOLS):
         assert {*floor.scores} == {(ONE, R_C), (ONE, F_C_E_S)}
         assert floor.realism[R_C].probability is None
     # An office is compared with the other four, a world with all five.
-    assert {len(floor.realism[R_C].usual) for floor in measured.of_part(OFFICES)} == {4}
-    assert {len(floor.realism[R_C].usual) for floor in measured.of_part(WORLDS)} == {5}
+    assert {len(floor.realism[R_C].usual) for floor in floors_of(measured, OFFICES)} == {4}
+    assert {len(floor.realism[R_C].usual) for floor in floors_of(measured, WORLDS)} == {5}
 
 
 def test_table_8_2(measured):
-    table, one_class, _, floors = tabulate_realism(measured)
-    rows = {row.name: row.cells for row in table.rows}
-    assert [cell.printed_mean for cell in rows[LOCAL]] == [16.67, 8.33]
-    assert [cell.printed_mean for cell in rows[KLOG]] == [0, 0]
-    assert rows[TWO] == (Cell(0.0), Cell(0.0))
+    table, one_class, _, floors = tabulate(measured)
+    assert [table.rows[LOCAL][column].published_mean for column in table.columns] == [16.67, 8.33]
+    assert [table.rows[KLOG][column].published_mean for column in table.columns] == [0, 0]
+    assert [*table.rows[TWO].values()] == [Cell(0.0, digits=2)] * 2
     assert "5 real offices and 4 simulated (thesis: 20 and 6)" in table.notes[0]
-    said = {row.name: [cell.mean for cell in row.cells] for row in one_class.rows}
-    assert said["worlds less like offices than the median office"] == [1, 1]
-    assert said["AUC"] == [1, 1]
-    assert said["worlds: called simulated"] == [1, 1]
+    means = {name: [cell.mean for cell in cells.values()] for name, cells in one_class.rows.items()}
+    assert means["worlds less like offices than the median office"] == [1, 1]
+    assert means["AUC"] == [1, 1]
+    assert means["worlds: called simulated"] == [1, 1]
     assert len(floors.rows) == 9
-    assert floors.rows[-1].name == "world3"
+    assert [*floors.rows][-1] == "world3"
 
 
 def test_views(measured):
-    offices, worlds = measured.of_part(OFFICES), measured.of_part(WORLDS)
+    offices, worlds = floors_of(measured, OFFICES), floors_of(measured, WORLDS)
     assert {*offices[0].views} == {(UNLABELLED, R_C), (UNLABELLED, F_C_E_S)}
     for floor in (*offices[1:], *worlds):
         assert {*floor.views} == {(view, each) for view in (UNLABELLED, MAPPED) for each in (R_C, F_C_E_S)}
         # The stand-in of a map is the drawing.
         assert floor.views[MAPPED, R_C] == floor.views[UNLABELLED, R_C]
-    cells = {row.name: [cell.mean for cell in row.cells] for row in tabulate_realism(measured)[2].rows}
-    assert cells["two classes: errors"][0] == 0
-    untypical = [floor.realism[R_C].is_atypical for floor in offices]
-    assert cells["offices called so"][0] == 100 * sum(untypical) / 5
-    untypical = [floor.views[UNLABELLED, R_C].is_atypical for floor in worlds]
-    assert cells["worlds called simulated by one class"][1] == 100 * sum(untypical) / 4
+    errors = {
+        (each["metric"], each["view"], each["label_set"]): each["value"] for each in derive_views([*offices, *worlds])
+    }
+    assert errors["two classes: errors", "drawn", "R/C"] == 0
+    atypical = [floor.realism[R_C].is_atypical for floor in offices]
+    assert errors["offices called simulated by one class", "drawn", "R/C"] == 100 * sum(atypical) / 5
+    atypical = [floor.views[UNLABELLED, R_C].is_atypical for floor in worlds]
+    assert errors["worlds called simulated by one class", UNLABELLED, "R/C"] == 100 * sum(atypical) / 4
+
+
+def error_of(results: Results, model: str) -> float:
+    (error,) = [
+        each["value"] for each in derive_errors(results) if (each["model"], each["label_set"]) == (model, "R/C")
+    ]
+    return float(error)
 
 
 def test_errors_by_hand(measured, monkeypatch):
-    """Of five offices two are above 0.9, of four worlds none: three of nine are wrong."""
-    scores = sorted(floor.realism[R_C].likeness for floor in measured.of_part(OFFICES))
-    floors = [
-        realism.JudgedRealism(
-            floor.drawn, floor.part, {(ONE, R_C): floor.realism[R_C].likeness}, floor.realism, floor.views
-        )
-        for floor in measured.floors
-    ]
+    """Of five offices two are above the third score, of four worlds none: three of nine are wrong."""
+    scores = sorted(measured.values(metric="likeness", label_set=R_C, part=OFFICES))
+    likeness = measured.select(metric="likeness", part=[OFFICES, WORLDS])
+    results = Results(records=[{**record, "metric": "score", "model": ONE} for record in likeness])
     monkeypatch.setattr(realism, "THRESHOLDS", MappingProxyType({ONE: scores[2]}))
-    bench = RealismBench(0, 5, floors, measured.failed)
-    assert realism.measure_error(bench, ONE, R_C) == pytest.approx(3 / 9)
+    assert error_of(results, ONE) == pytest.approx(100 * 3 / 9)
 
 
 def test_a_probability_of_one_half_is_realistic(measured):
-    """As the verdict of pianta says; offices are right then, and worlds wrong."""
+    """As the verdict of pianta has it; offices are right then, and worlds wrong."""
     floors = [
-        replace(
-            floor,
-            scores={(TWO, R_C): 0.5},
-            realism={each: replace(judged, probability=0.5) for each, judged in floor.realism.items()},
-        )
-        for floor in measured.floors
+        replace(floor, realism={each: replace(one, probability=0.5) for each, one in floor.realism.items()})
+        for floor in measured.objects["floors"]
     ]
-    bench = replace(measured, floors=floors)
     assert floors[0].realism[R_C].verdict.startswith("realistic")
-    assert realism.measure_error(bench, TWO, R_C) == pytest.approx(4 / 9)
-    cells = {row.name: [cell.mean for cell in row.cells] for row in realism.tabulate_views(bench).rows}
-    assert cells["two classes: errors"][0] == pytest.approx(400 / 9)
+    halves = [{**each, "value": 0.5} for each in measured.select(metric="score", model=TWO)]
+    assert error_of(Results(records=halves), TWO) == pytest.approx(100 * 4 / 9)
+    (error,) = [
+        each["value"]
+        for each in derive_views(floors)
+        if (each["metric"], each["label_set"], each["view"]) == ("two classes: errors", "R/C", "drawn")
+    ]
+    assert error == pytest.approx(400 / 9)
 
 
 @pytest.mark.slow
-def test_nobody_is_scored_by_who_has_seen_it(tiny, monkeypatch):
-    asked: list[tuple[set[str], set[str]]] = []
+def test_no_floor_is_scored_by_a_model_of_its_building(tiny, monkeypatch):
+    folds: list[tuple[set[str], set[str]]] = []
 
     def score(fold):
-        asked.append(({floor.item for floor in fold.known}, {floor.item for floor in fold.asked}))
-        assert [floor.item.startswith("office") for floor in fold.known] == fold.real.tolist()
-        return [1.0 for _ in fold.asked]
+        folds.append(({floor.item for floor in fold.training}, {floor.item for floor in fold.tested}))
+        assert [floor.item.startswith("office") for floor in fold.training] == fold.real.tolist()
+        return [1.0 for _ in fold.tested]
 
     (tiny / "manifest.json").write_text(
         json.dumps([{"path": f"buildings/robocup/world{n}.xml", "building": "final"} for n in (0, 1)])
     )
     monkeypatch.setattr(realism_models, "SCORERS", {LOCAL: score})
     monkeypatch.setattr(realism, "SCORERS", {LOCAL: score})
-    measure_realism(tiny)
+    measure(tiny)
     (tiny / "manifest.json").unlink()
-    everybody = {f"office{n}" for n in range(5)} | {f"world{n}" for n in range(4)}
-    assert all(known | out == everybody and not known & out for known, out in asked)
-    assert sum({"world0", "world1"} == out for _, out in asked) == 2, "once for each label set"
+    names = {f"office{n}" for n in range(5)} | {f"world{n}" for n in range(4)}
+    assert all(training | tested == names and not training & tested for training, tested in folds)
+    assert sum({"world0", "world1"} == tested for _, tested in folds) == 2, "once for each label set"
 
 
 def test_pictures(measured):
@@ -204,11 +204,11 @@ def test_pictures(measured):
 def test_too_few_floors(tmp_path):
     write_types(tmp_path, "office")
     with pytest.raises(DataError, match="robocup"):
-        measure_realism(tmp_path)
+        measure(tmp_path)
     (tmp_path / "buildings" / "robocup").mkdir()
     (tmp_path / "buildings" / "robocup" / "world.xml").write_text(write_world(8, 4))
     with pytest.raises(DataError, match="offices"):
-        measure_realism(tmp_path)
+        measure(tmp_path)
 
 
 def test_floors_of_one_building_are_too_few(tmp_path):
@@ -216,30 +216,34 @@ def test_floors_of_one_building_are_too_few(tmp_path):
     records = [{"path": f"buildings/robocup/world{n}.xml", "building": "final"} for n in range(4)]
     (tmp_path / "manifest.json").write_text(json.dumps(records))
     with pytest.raises(DataError, match="worlds"):
-        measure_realism(tmp_path)
+        measure(tmp_path)
 
 
 @pytest.mark.slow
-def test_command(tiny, measured: RealismBench, tmp_path, monkeypatch):
-    asked: list[tuple[Path, int]] = []
+def test_command(tiny, measured: Results, tmp_path, monkeypatch):
+    calls: list[tuple[Path, int]] = []
 
-    def measure(data: Path, *, seed: int, track: object) -> RealismBench:
-        asked.append((data, seed))
+    def measure_again(data: Path, *, seed: int, track: object) -> Results:
+        calls.append((data, seed))
         return measured
 
-    monkeypatch.setattr(realism, "measure_realism", measure)
+    monkeypatch.setattr(realism, "measure", measure_again)
     file, pictures = tmp_path / "new" / "realism.json", tmp_path / "pictures"
     arguments = "--data", tiny, "--seed", 3, "--json", file, "--pictures", pictures
     outcome = run_pianta("bench", "realism", *arguments)
-    assert asked == [(tiny, 3)]
+    assert calls == [(tiny, 3)]
     assert (outcome.code, outcome.err) == (1, "")
     assert "Table 8.2, errors of validation" in outcome.out
-    assert "strange failed (worlds), not counted: " in outcome.out
+    assert "broken failed (worlds): " in outcome.out
     assert {*list_files(pictures)} == {"curves.png", "scores.png"}
     content = json.loads(file.read_text())
-    assert (content["bench"], content["trees"]) == ("realism", 5)
+    assert (content["bench"], content["options"]["trees"]) == ("realism", 5)
     assert "Ex-T: 5 trees on single rooms" in outcome.out
     assert len(content["floors"]) == 2 * 11
     assert {"part", "item", "label_set", "verdict", "measures"} <= {*content["floors"][0]}
-    world = next(item for item in content["items"] if item["item"] == "world0")
-    assert world["figures"]["pianta, one class, R/C"] == 0
+    (score,) = [
+        record["value"]
+        for record in content["records"]
+        if (record["item"], record.get("model"), record["label_set"]) == ("world0", "pianta, one class", "R/C")
+    ]
+    assert score == 0

@@ -43,7 +43,7 @@ def test_the_union_has_all_rooms_and_counts_names_together():
 def test_types_in_the_data_are_read_and_joined(tmp_path):
     write_types(tmp_path, "school", "office")
     (school, office, union), failed = read_room_sets(tmp_path)
-    assert failed == {"school": (), "office": ()}
+    assert failed == []
     assert (school.name, office.name, union.name) == ("School", "Office", "S+O")
     assert len(school.labels) == 28
     assert school.names == {("C", "CORRIDOR"): 2, ("M", "CLASSROOM"): 12, ("S", "CLOSET"): 12, ("H", "HALL"): 2}
@@ -91,11 +91,9 @@ def test_one_bad_floor_does_not_stop_the_others(tmp_path):
     (house,), failed = read_room_sets(tmp_path)
     assert set(house.buildings) == {"house/house2", "house/house3"}
     assert len(house.labels) == sum(house.names.values()) == 28
-    assert [row.item for row in failed["house"]] == ["house0", "house1"]
-    assert failed["house"][0].failure == (
-        "labels KITCHEN are none of C, H, S, M, B, give the schema of houses as labels.yaml"
-    )
-    assert "is no XML" in str(failed["house"][1].failure)
+    assert [(item.part, item.item) for item in failed] == [("houses", "house0"), ("houses", "house1")]
+    assert failed[0].failure == ("labels KITCHEN are none of C, H, S, M, B, give the schema of houses as labels.yaml")
+    assert "is no XML" in str(failed[1].failure)
 
 
 def test_where_too_few_floors_are_left_the_faults_are_told(tmp_path):

@@ -14,7 +14,6 @@ from pianta.cli.terminal import show_examples, stdout, track_items
 from pianta.errors import OptionError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
-from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
 from pianta_bench import _exploration_cli as bench_exploration
 from pianta_bench import _plans_cli as bench_plans
 from pianta_bench._options import (
@@ -25,16 +24,12 @@ from pianta_bench._options import (
     Data,
     GenerationPictures,
     Json,
-    Method,
-    Pictures,
     PlacePictures,
     PlaceSplit,
     PredictionPictures,
-    RealismPictures,
     Samples,
     Seed,
     Trees,
-    TypesPictures,
 )
 
 if TYPE_CHECKING:
@@ -42,7 +37,7 @@ if TYPE_CHECKING:
 
 Bench = TypeVar("Bench")
 # In the order of the help. Each is a folder with a BENCH.
-BENCHES = ("layout", "segmentation", "cost", "graphs")
+BENCHES = ("layout", "segmentation", "cost", "graphs", "types", "realism", "partial")
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
 for name in BENCHES:
@@ -50,26 +45,6 @@ for name in BENCHES:
     app.command(name, epilog=show_examples(bench.examples))(bench.make_command())
 app.command("exploration", epilog=show_examples(bench_exploration.EXAMPLES))(bench_exploration.bench_exploration)
 app.command("plans", epilog=show_examples(bench_plans.EXAMPLES))(bench_plans.bench_plans)
-
-
-@app.command("types", epilog=show_examples(["pianta bench types", "pianta bench types --pictures types"]))
-def bench_types(*, data: Data = None, seed: Seed = 0, json: Json = None, pictures: TypesPictures = None) -> None:
-    """Types of buildings: classifiers and clusters of rooms (Tables 4.2 to 4.4).
-
-    Reads buildings/school/*.xml and buildings/office/*.xml of the data, and
-    buildings/house/*.xml with labels.yaml when there are any. A building that
-    fails does not count; the exit code is then 1.
-    """
-    _check_outputs(json, pictures)
-    from pianta_bench.data.folders import find_data
-    from pianta_bench.types.figures import save_types_pictures
-    from pianta_bench.types.measure import measure_types
-    from pianta_bench.types.tables import save_types_bench, show_types_bench
-
-    bench = measure_types(find_data(data), seed=seed, track=track_items)
-    stdout.print(show_types_bench(bench))
-    _save(bench, json, save_types_bench, pictures, save_types_pictures)
-    _exit_on_failure(bench.failed)
 
 
 @app.command(
@@ -153,25 +128,6 @@ def bench_buildings(
     _exit_on_failure(items)
 
 
-@app.command("realism", epilog=show_examples(["pianta bench realism", "pianta bench realism --pictures realism"]))
-def bench_realism(*, data: Data = None, seed: Seed = 0, json: Json = None, pictures: RealismPictures = None) -> None:
-    """Real offices and simulated ones told apart (Table 8.2, Fig. 8.4).
-
-    Reads buildings/office/*.xml and buildings/robocup/*.xml of the data, and
-    buildings/school/*.xml when there are any, which are judged as if they were
-    offices. A floor that fails does not count; the exit code is then 1.
-    """
-    _check_outputs(json, pictures)
-    from pianta_bench.data.folders import find_data
-    from pianta_bench.realism.figures import save_realism_pictures
-    from pianta_bench.realism.measure import measure_realism, save_realism, tabulate_realism
-
-    bench = measure_realism(find_data(data), seed=seed, track=track_items)
-    _show(tabulate_realism(bench), bench.items)
-    _save(bench, json, save_realism, pictures, save_realism_pictures)
-    _exit_on_failure(bench.items)
-
-
 @app.command(
     "generation",
     epilog=show_examples(["pianta bench generation", "pianta bench generation --json new.json --pictures new"]),
@@ -200,34 +156,6 @@ def bench_generation(
     bench = measure_generation(find_data(data), seed=seed, count=count, track=track_items)
     _show(tabulate_generation(bench), bench.items)
     _save(bench, json, save_generation, pictures, save_generation_pictures)
-    _exit_on_failure(bench.items)
-
-
-@app.command("partial", epilog=show_examples(["pianta bench partial", "pianta bench partial --pictures partial"]))
-def bench_partial(
-    *, data: Data = None, method: Method = DEFAULT_METHOD, json: Json = None, pictures: Pictures = None
-) -> None:
-    """Rooms that were seen in part, predicted as a whole (section 8.2).
-
-    Reads partial/*/steps.json and its maps of the data with the whole
-    buildings, and simulates some more. A map that fails does not count; the
-    exit code is then 1.
-    """
-    check_method(method)
-    _check_outputs(json, pictures)
-    from pianta_bench.data.folders import find_data
-    from pianta_bench.harness.comparison import save_comparisons, show_comparisons
-    from pianta_bench.partial.measure import measure_partial, tabulate_partial
-
-    folder = find_data(data)
-    if pictures:
-        pictures.mkdir(parents=True, exist_ok=True)
-    bench = measure_partial(folder, method=method, pictures=pictures, track=track_items)
-    tables = tabulate_partial(bench)
-    stdout.print(show_comparisons(tables, bench.items))
-    if json:
-        with atomic_folder(json.parent) as new:
-            save_comparisons("partial", tables, bench.items, new / json.name)
     _exit_on_failure(bench.items)
 
 

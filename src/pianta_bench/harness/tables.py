@@ -79,7 +79,8 @@ class Table:
     where: by field the value of the records that count, or several in the order of rows and columns.
     labels: what a value of a field is called in the table, by value; may also fix the order.
     summarise: makes a cell of the figures that share a row and a column.
-    digits: how many are shown behind the point, of all cells or by value of a field.
+    digits: how many are shown behind the point, of all cells or by value of a field. factor: 100 to show shares in %;
+    published figures already have it.
     published: the file of published figures, in `published/`. summaries: rows below, of SUMMARIES.
     shown: whether the table is printed, or only saved.
     """
@@ -91,6 +92,7 @@ class Table:
     labels: Mapping[Any, str] = field(default_factory=dict)
     summarise: Callable[[list[Any]], Cell] = Cell.over
     digits: int | Mapping[Any, int] = 1
+    factor: float = 1.0
     published: str = ""
     summaries: tuple[str, ...] = ()
     unit: str = ""

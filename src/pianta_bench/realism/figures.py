@@ -1,4 +1,4 @@
-"""Pictures of a RealismBench: the scores of all floors, and Fig. 8.4 as curves."""
+"""The scores of all floors, and Fig. 8.4 as curves."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pianta._types import Floats
 from pianta.labels import LabelSet
 from pianta.rooms.completion import LABELS
 from pianta_bench.harness.charts import save_chart, start_chart
+from pianta_bench.harness.records import Results
 from pianta_bench.places.models import CENTRAL, LOCAL
-from pianta_bench.realism.measure import OFFICES, ONE, SCHOOLS, TWO, WORLDS, RealismBench, list_scores
+from pianta_bench.realism.measure import OFFICES, ONE, SCHOOLS, TWO, WORLDS, list_scores
 from pianta_bench.realism.models import KLOG
 
 if TYPE_CHECKING:
@@ -33,25 +35,24 @@ CURVES = MappingProxyType(
     }
 )
 DPI = 130
-# Dots of a part lie so far apart across their line at most.
-SPREAD = 0.28
+SPREAD = 0.28  # of the dots of a part to both sides of its line, in distances between lines
 
 
-def save_realism_pictures(bench: RealismBench, folder: Path) -> None:
+def save_figures(results: Results, folder: Path) -> None:
     """Write scores.png and curves.png into a folder; raises PiantaError when one cannot be written."""
-    save_chart(draw_scores(bench), folder / "scores.png", dpi=DPI)
-    save_chart(draw_curves(bench), folder / "curves.png", dpi=DPI)
+    save_chart(draw_scores(results), folder / "scores.png", dpi=DPI)
+    save_chart(draw_curves(results), folder / "curves.png", dpi=DPI)
 
 
-def draw_scores(bench: RealismBench) -> Figure:
+def draw_scores(results: Results) -> Figure:
     """Likeness to real offices, and probability of being real: a mark a floor, a column a label set."""
     figure = start_chart(10, 4.6)
     axes = figure.subplots(2, len(LABELS), squeeze=False)
     for label_set, (above, below) in zip(LABELS, axes.T, strict=True):
-        likeness = {part: [floor.realism[label_set].likeness for floor in bench.of_part(part)] for part in COLORS}
+        likeness = {part: results.values(metric="likeness", label_set=label_set, part=part) for part in COLORS}
         plot_scores(likeness, ax=above)
-        # Nobody has said of schools whether they are real offices.
-        plot_scores({part: list_scores(bench, TWO, label_set, part) for part in (OFFICES, WORLDS)}, ax=below)
+        # Schools are in neither of the two classes.
+        plot_scores({part: list_scores(results, TWO, label_set, part) for part in (OFFICES, WORLDS)}, ax=below)
         above.set_title(str(label_set))
         above.set_xlabel("one class: likeness to the three nearest real offices")
         below.set_xlabel("two classes: probability of being real")
@@ -60,37 +61,39 @@ def draw_scores(bench: RealismBench) -> Figure:
     return figure
 
 
-def plot_scores(scores: Mapping[str, Sequence[float]], *, ax: Axes) -> Axes:
+def plot_scores(scores: Mapping[str, Sequence[float] | Floats], *, ax: Axes) -> Axes:
     """Draw the scores of each part as marks, parts below each other, with the median of the offices."""
-    drawn = [part for part, of_part in scores.items() if of_part]
-    for place, part in enumerate(drawn):
-        across = place + SPREAD * (2 * ((np.arange(len(scores[part])) * 0.618) % 1) - 1)
+    parts = [part for part, figures in scores.items() if len(figures)]
+    for row, part in enumerate(parts):
+        across = row + SPREAD * (2 * ((np.arange(len(scores[part])) * 0.618) % 1) - 1)
         ax.scatter(scores[part], across, s=26, marker=SHAPES[part], color=COLORS[part], alpha=0.75, linewidths=0)
     ax.axvline(float(np.median(scores[OFFICES])), color=COLORS[OFFICES], linewidth=1, zorder=0)
-    ax.set_yticks(range(len(drawn)), drawn)
-    ax.set_ylim(len(drawn) - 0.5, -0.5)
+    ax.set_yticks(range(len(parts)), parts)
+    ax.set_ylim(len(parts) - 0.5, -0.5)
     ax.spines[["top", "right"]].set_visible(False)
     return ax
 
 
-def draw_curves(bench: RealismBench) -> Figure:
+def draw_curves(results: Results) -> Figure:
     """Receiver operating characteristic and precision over recall of real offices, a row a label set."""
     figure = start_chart(9, 8)
     for label_set, (left, right) in zip(LABELS, figure.subplots(len(LABELS), 2, squeeze=False), strict=True):
-        plot_curves(bench, label_set, left, right)
+        plot_curves(results, label_set, left, right)
     return figure
 
 
-def plot_curves(bench: RealismBench, label_set: LabelSet, left: Axes, right: Axes) -> None:
+def plot_curves(results: Results, label_set: LabelSet, left: Axes, right: Axes) -> None:
     """Draw the curves of all models in a label set."""
     from sklearn.metrics import average_precision_score, precision_recall_curve, roc_auc_score, roc_curve
 
-    real = [True] * len(bench.of_part(OFFICES)) + [False] * len(bench.of_part(WORLDS))
+    likeness = [results.values(metric="likeness", label_set=label_set, part=part) for part in (OFFICES, WORLDS)]
+    real = [True] * len(likeness[0]) + [False] * len(likeness[1])
     for model, (color, style) in CURVES.items():
-        scores = [score for part in (OFFICES, WORLDS) for score in list_scores(bench, model, label_set, part)]
-        if model == ONE:  # many floors have the typicality 0
-            floors = [*bench.of_part(OFFICES), *bench.of_part(WORLDS)]
-            scores = [floor.realism[label_set].likeness for floor in floors]
+        # Many floors have the typicality 0, so likeness stands for it.
+        parts = (
+            likeness if model == ONE else [list_scores(results, model, label_set, part) for part in (OFFICES, WORLDS)]
+        )
+        scores = np.concatenate(parts)
         false, true, _ = roc_curve(real, scores)
         precision, recall, _ = precision_recall_curve(real, scores)
         look: dict[str, Any] = {"color": color, "linestyle": style, "linewidth": 1.6}

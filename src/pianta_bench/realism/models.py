@@ -20,51 +20,53 @@ from pianta.rooms.completion import LABELS
 from pianta_bench.data.annotated_floors import AnnotatedFloor
 from pianta_bench.places.models import ALL_FEATURES, CENTRAL, LOCAL, WITHOUT_CENTRALITY
 
-KLOG, GAUSSIAN = "kLog-style", "pianta, Gaussian features"
-REAL, SIMULATED = "real", "simulated"
+KLOG = "kLog-style"
+GAUSSIAN = "pianta, Gaussian features"
+REAL = "real"
+SIMULATED = "simulated"
 
 
 @dataclass(frozen=True, eq=False)
 class Fold:
     """The task to score floors by others.
 
-    known: floors of other buildings. real: which of them are. asked: the floors of one building.
+    training: floors of other buildings. real: which of them are real. tested: the floors of one building.
     seed, trees: of Extra-Trees.
     """
 
-    known: Sequence[AnnotatedFloor]
+    training: Sequence[AnnotatedFloor]
     real: NDArray[np.bool_]
-    asked: Sequence[AnnotatedFloor]
+    tested: Sequence[AnnotatedFloor]
     label_set: LabelSet
     seed: int
     trees: int
 
 
 def score_by_trees(fold: Fold, columns: slice) -> list[float]:
-    """Share of the rooms that Extra-Trees take for rooms of real floors; they see columns of V_n and the label."""
+    """Share of the rooms that Extra-Trees take for rooms of real floors, by columns of V_n and the label."""
     from sklearn.ensemble import ExtraTreesClassifier
 
-    features = [_list_features(floor, columns, fold.label_set) for floor in fold.known]
-    truth = np.repeat(fold.real, [len(of_floor) for of_floor in features])
+    features = [_list_features(floor, columns, fold.label_set) for floor in fold.training]
+    truth = np.repeat(fold.real, [len(rooms) for rooms in features])
     forest = ExtraTreesClassifier(fold.trees, random_state=fold.seed).fit(np.concatenate(features), truth)
-    return [float(forest.predict(_list_features(floor, columns, fold.label_set)).mean()) for floor in fold.asked]
+    return [float(forest.predict(_list_features(floor, columns, fold.label_set)).mean()) for floor in fold.tested]
 
 
 def score_by_relations(fold: Fold) -> list[float]:
     """Decision values of an SVM on NSPDK over graphs of facts; above 0 for what is real."""
     classifier = RelationalTypeClassifier(label_set=fold.label_set)
-    classifier.fit([floor.floor for floor in fold.known], [REAL if is_real else SIMULATED for is_real in fold.real])
-    decided = classifier.decide([floor.floor for floor in fold.asked])
+    classifier.fit([floor.floor for floor in fold.training], [REAL if is_real else SIMULATED for is_real in fold.real])
+    decided = classifier.decide([floor.floor for floor in fold.tested])
     real, simulated = (classifier.types_.index(name) for name in (REAL, SIMULATED))
     return [float(row[real] - row[simulated]) for row in decided]
 
 
 def score_by_gaussian(fold: Fold) -> list[float]:
     """Probability of being real, where features of floors are compared as in the one class."""
-    known = [describe_drawn(floor, fold.label_set) for floor in fold.known]
-    buildings = [floor.building for floor in fold.known]
-    classifier = RealismClassifier(kernel=BuildingKernel).fit(known, fold.real.tolist(), buildings)
-    return [classifier.predict_probability(describe_drawn(floor, fold.label_set)) for floor in fold.asked]
+    training = [describe_drawn(floor, fold.label_set) for floor in fold.training]
+    buildings = [floor.building for floor in fold.training]
+    classifier = RealismClassifier(kernel=BuildingKernel).fit(training, fold.real.tolist(), buildings)
+    return [classifier.predict_probability(describe_drawn(floor, fold.label_set)) for floor in fold.tested]
 
 
 SCORERS: Mapping[str, Callable[[Fold], list[float]]] = MappingProxyType(
@@ -82,9 +84,9 @@ def score_left_out(
 ) -> list[float]:
     """The score of each floor by a model of SCORERS that has not seen its building."""
     scores = np.zeros(len(floors))
-    for seen, held_out in leave_buildings_out([floor.building for floor in floors]):
-        known, asked = ([floors[place] for place in places] for places in (seen, held_out))
-        scores[held_out] = SCORERS[model](Fold(known, real[seen], asked, label_set, seed, trees))
+    for others, held_out in leave_buildings_out([floor.building for floor in floors]):
+        training, tested = ([floors[index] for index in indices] for indices in (others, held_out))
+        scores[held_out] = SCORERS[model](Fold(training, real[others], tested, label_set, seed, trees))
     return list(map(float, scores))
 
 

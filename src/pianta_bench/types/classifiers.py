@@ -1,11 +1,10 @@
-"""Type classifiers and standard classifiers: four algorithms that tell L_general from features (section 4.2.3)."""
+"""Type classifiers and standard classifiers: four algorithms that predict L_general from features (section 4.2.3)."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from statistics import fmean, stdev
 from types import MappingProxyType
 from typing import Protocol, Self
 
@@ -72,49 +71,17 @@ DIVISIONS = ("rooms", "buildings")
 
 @dataclass(frozen=True)
 class CrossValidation:
-    """What the algorithms made of a set.
+    """How well the algorithms label a set of rooms.
 
-    rooms: the name of the set. representation, divided: keys of REPRESENTATIONS and DIVISIONS.
     accuracies: by algorithm the share of right labels in each fold.
     confusion: rows are true labels, columns the given ones, in the order of GENERAL_LABELS; the share of each row,
         mean over algorithms, shape (5, 5); NaN in the rows of labels that the set does not have.
     misled: per label the share of rooms of other labels that it was given to, mean over algorithms, shape (5,).
     """
 
-    rooms: str
-    representation: str
-    divided: str
     accuracies: Mapping[str, tuple[float, ...]]
     confusion: Floats
     misled: Floats
-
-    @property
-    def mean(self) -> float:
-        """Mean accuracy over algorithms."""
-        return fmean(map(fmean, self.accuracies.values()))
-
-    @property
-    def sd_of_algorithms(self) -> float:
-        """Standard deviation over algorithms of their mean accuracies."""
-        return stdev(map(fmean, self.accuracies.values()))
-
-    @property
-    def sd_of_folds(self) -> float:
-        """Standard deviation over folds, mean over algorithms."""
-        return fmean(map(stdev, self.accuracies.values()))
-
-
-@dataclass(frozen=True)
-class Transfer:
-    """Accuracies of classifiers of one set on another, by algorithm, one for each fold that was left out of learning.
-
-    train, test: names of sets. representation: a key of REPRESENTATIONS.
-    """
-
-    train: str
-    test: str
-    representation: str
-    accuracies: Mapping[str, tuple[float, ...]]
 
 
 def cross_validate(rooms: RoomSet, *, representation: str, divided: str, seed: int) -> CrossValidation:
@@ -129,11 +96,11 @@ def cross_validate(rooms: RoomSet, *, representation: str, divided: str, seed: i
     }
     confusion = np.mean([share_rows(table) for table in tables], axis=0)
     misled = np.mean([share_misled(table) for table in tables], axis=0)
-    return CrossValidation(rooms.name, representation, divided, accuracies, confusion, misled)
+    return CrossValidation(accuracies, confusion, misled)
 
 
-def measure_transfer(train: RoomSet, test: RoomSet, *, representation: str, seed: int) -> Transfer:
-    """Learn from nine tenths of a set, ten times, and label the whole of another (Table 4.4)."""
+def measure_transfer(train: RoomSet, test: RoomSet, *, representation: str, seed: int) -> dict[str, tuple[float, ...]]:
+    """Accuracies by algorithm of training on nine tenths of a set, ten times, and labelling another set (Table 4.4)."""
     learnt, asked = (REPRESENTATIONS[representation](rooms) for rooms in (train, test))
     accuracies: dict[str, tuple[float, ...]] = {}
     for name, make in ALGORITHMS.items():
@@ -142,7 +109,7 @@ def measure_transfer(train: RoomSet, test: RoomSet, *, representation: str, seed
             for fold, (rows, _) in enumerate(divide(train, divided="rooms", seed=seed))
         ]
         accuracies[name] = tuple(float((each.predict(asked) == test.labels).mean()) for each in classifiers)
-    return Transfer(train.name, test.name, representation, accuracies)
+    return accuracies
 
 
 def divide(rooms: RoomSet, *, divided: str, seed: int) -> list[Split]:

@@ -1,4 +1,4 @@
-"""Figs. 4.3 and 4.4 of a TypesBench: accuracies, K-distances, clusters, and what labels say of them."""
+"""Figs. 4.3 and 4.4: accuracies, K-distances, clusters, and how well labels agree with them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pianta_bench.harness.charts import save_chart, start_chart
-from pianta_bench.types import published as printed
-from pianta_bench.types.classifiers import ALGORITHMS, CrossValidation
+from pianta_bench.harness.records import Record, Results
+from pianta_bench.harness.tables import read_published
+from pianta_bench.types.classifiers import ALGORITHMS
 from pianta_bench.types.clusters import EPSILON, MIN_POINTS, OUTLIER, SCALES, RoomClusters
-from pianta_bench.types.measure import BY_AREA, BY_NAME, OF_THESIS, TypesBench
+from pianta_bench.types.measure import BY_AREA, BY_NAME
+from pianta_bench.types.tables import OF_THESIS, PUBLISHED_CLUSTERS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,38 +28,37 @@ CLUSTER_COLORS = ("#cc6677", "#332288", "#ddcc77", "#117733", "#88ccee", "#88225
 INK, ACCENT = "#303030", "#b5123b"
 DPI = 110
 # Sets of rooms end in a few that are far larger than all others; the axes leave them out.
-SEEN_SHARE = 0.98
+SHOWN_SHARE = 0.98
 
 
-def save_types_pictures(bench: TypesBench, folder: Path) -> None:
+def save_figures(results: Results, folder: Path) -> None:
     """Write accuracy.png, k_distance.png, clusters.png and cluster_scores.png into a folder.
 
     Raises PiantaError when one cannot be written.
     """
     for name, draw in PICTURES.items():
-        save_chart(draw(bench), folder / name, dpi=DPI)
+        save_chart(draw(results), folder / name, dpi=DPI)
 
 
-def draw_accuracies(bench: TypesBench) -> Figure:
+def draw_accuracies(results: Results) -> Figure:
     """Bars of the algorithms and their standard deviations over folds, with the thesis' means (Fig. 4.3)."""
     figure = start_chart(9.5, 4)
     captions = {BY_NAME: "S, M, B by the label's name", BY_AREA: "S, M, B by area"}
     axes = figure.subplots(1, 2, sharey=True)
-    for ax, (sizes, validations) in zip(axes, bench.validations.items(), strict=True):
-        shown = [each for each in validations if (each.representation, each.divided) == OF_THESIS]
-        _plot_accuracies(shown, ax=ax)
-        ax.set_title(captions[sizes], fontsize=11)
+    for ax, (sizes, caption) in zip(axes, captions.items(), strict=True):
+        _plot_accuracies(results.select(metric="accuracy", **OF_THESIS | {"sizes": sizes}), ax=ax)
+        ax.set_title(caption, fontsize=11)
     axes[0].set_ylabel("accuracy, %")
     handles, names = axes[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=9)
     return figure
 
 
-def draw_distances(bench: TypesBench) -> Figure:
+def draw_distances(results: Results) -> Figure:
     """The K-distance plot of each set, and ε, by which ε is chosen (section 4.2.4)."""
     figure = start_chart(3.4 * len(SCALES), 3.6)
     for ax, scale in zip(figure.subplots(1, len(SCALES), sharey=True), SCALES, strict=True):
-        for color, each in zip(ALGORITHM_COLORS, _of_scale(bench.clusters, scale), strict=False):
+        for color, each in zip(ALGORITHM_COLORS, _of_scale(results.objects["clusters"], scale), strict=False):
             ranks = np.linspace(0, 100, len(each.distances))
             ax.plot(ranks, each.distances, color=color, linewidth=1.6, label=f"{each.rooms}, bends at {each.bend:.1f}")
         ax.axhline(EPSILON, color=ACCENT, linestyle="--", linewidth=1, label=f"ε = {EPSILON:g}")
@@ -69,31 +70,37 @@ def draw_distances(bench: TypesBench) -> Figure:
     return figure
 
 
-def draw_clusters(bench: TypesBench) -> Figure:
+def draw_clusters(results: Results) -> Figure:
     """Clusters on the first two principal components, a column a set, a row a scale; outliers black (Fig. 4.4a-d)."""
-    count = len(bench.sets)
+    count = len(results.details["sets"])
     figure = start_chart(3.5 * count, 3.0 * len(SCALES))
     rows = figure.subplots(len(SCALES), count, squeeze=False)
     for axes, scale in zip(rows, SCALES, strict=True):
-        for ax, each in zip(axes, _of_scale(bench.clusters, scale), strict=True):
+        for ax, each in zip(axes, _of_scale(results.objects["clusters"], scale), strict=True):
             _plot_clusters(each, ax=ax)
         axes[0].set_ylabel(scale, fontsize=11)
     figure.supxlabel("first principal component (down: the second), without the farthest rooms", fontsize=9)
     return figure
 
 
-def draw_cluster_scores(bench: TypesBench) -> Figure:
+def draw_cluster_scores(results: Results) -> Figure:
     """Homogeneity and completeness over L_general, and homogeneity over R/C (Fig. 4.4f)."""
     scores = {"homogeneity": "homogeneity", "completeness": "completeness", "homogeneity_r_c": "homogeneity, R/C"}
     figure = start_chart(3.4 * len(SCALES), 3.4)
     for ax, scale in zip(figure.subplots(1, len(SCALES), sharey=True), SCALES, strict=True):
-        clusters = _of_scale(bench.clusters, scale)
-        for place, (key, name) in enumerate(scores.items()):
+        clusters = _of_scale(results.objects["clusters"], scale)
+        for number, (key, name) in enumerate(scores.items()):
             values = [each.figures[key] or 0.0 for each in clusters]
-            places = np.arange(len(clusters)) + (place - 1) * 0.27
-            bars = ax.bar(places, values, 0.25, color=ALGORITHM_COLORS[place], label=name)
+            positions = np.arange(len(clusters)) + (number - 1) * 0.27
+            bars = ax.bar(positions, values, 0.25, color=ALGORITHM_COLORS[number], label=name)
             ax.bar_label(bars, fmt="%.2f", fontsize=7, padding=1)
-        ax.axhline(printed.HOMOGENEITY_R_C, color=ACCENT, linestyle="--", linewidth=1, label="thesis, R/C (H, S, O)")
+        ax.axhline(
+            float(PUBLISHED_CLUSTERS["homogeneity_r_c"]),
+            color=ACCENT,
+            linestyle="--",
+            linewidth=1,
+            label="thesis, R/C (H, S, O)",
+        )
         ax.set_xticks(range(len(clusters)), [each.rooms for each in clusters])
         ax.set(ylim=(0, 1))
         ax.set_title(scale, fontsize=11)
@@ -103,7 +110,7 @@ def draw_cluster_scores(bench: TypesBench) -> Figure:
     return figure
 
 
-PICTURES: MappingProxyType[str, Callable[[TypesBench], Figure]] = MappingProxyType(
+PICTURES: MappingProxyType[str, Callable[[Results], Figure]] = MappingProxyType(
     {
         "accuracy.png": draw_accuracies,
         "k_distance.png": draw_distances,
@@ -113,26 +120,32 @@ PICTURES: MappingProxyType[str, Callable[[TypesBench], Figure]] = MappingProxyTy
 )
 
 
-def _plot_accuracies(validations: Sequence[CrossValidation], *, ax: Axes) -> None:
-    for place, (name, color) in enumerate(zip(ALGORITHMS, ALGORITHM_COLORS, strict=True)):
-        folds = [each.accuracies[name] for each in validations]
-        places = np.arange(len(folds)) + (place - 1.5) * 0.19
-        heights, errors = ([100 * of(each) for each in folds] for of in (fmean, stdev))
-        ax.bar(places, heights, 0.18, yerr=errors, color=color, ecolor=INK, capsize=2, label=name)
+def _plot_accuracies(records: Sequence[Record], *, ax: Axes) -> None:
+    """Draw bars from the records of folds."""
+    folds: dict[str, dict[str, list[float]]] = {}
+    for record in records:
+        folds.setdefault(record["part"], {}).setdefault(record["algorithm"], []).append(record["value"])
+    for number, (algorithm, color) in enumerate(zip(ALGORITHMS, ALGORITHM_COLORS, strict=True)):
+        positions = np.arange(len(folds)) + (number - 1.5) * 0.19
+        heights, errors = (
+            [100 * summarise(each[algorithm]) for each in folds.values()] for summarise in (fmean, stdev)
+        )
+        ax.bar(positions, heights, 0.18, yerr=errors, color=color, ecolor=INK, capsize=2, label=algorithm)
+    published = {record["part"]: float(record["mean"]) for record in read_published("figure_4_3.csv")}
     names = []
-    for place, each in enumerate(validations):
-        mean, _ = printed.ACCURACIES[each.rooms if "+" not in each.rooms else "H+S+O"]
-        label = None if place else "thesis, mean of the four"
-        ax.plot([place - 0.42, place + 0.42], [mean, mean], color=ACCENT, linewidth=2, label=label)
-        union = "\n(thesis: H+S+O)" if "+" in each.rooms and each.rooms != "H+S+O" else ""
-        names.append(f"{each.rooms}{union}\n{100 * each.mean:.1f}, thesis {mean}")
+    for x, (part, algorithms) in enumerate(folds.items()):
+        mean = published[part if "+" not in part else "H+S+O"]
+        label = None if x else "thesis, mean of the four"
+        ax.plot([x - 0.42, x + 0.42], [mean, mean], color=ACCENT, linewidth=2, label=label)
+        union = "\n(thesis: H+S+O)" if "+" in part and part != "H+S+O" else ""
+        names.append(f"{part}{union}\n{100 * fmean(map(fmean, algorithms.values())):.1f}, thesis {mean}")
     ax.set_xticks(range(len(names)), names, fontsize=9)
     ax.set(ylim=(0, 100))
     _clear(ax)
 
 
 def _plot_clusters(each: RoomClusters, *, ax: Axes) -> None:
-    low, high = (np.quantile(each.plane, share, axis=0) for share in (1 - SEEN_SHARE, SEEN_SHARE))
+    low, high = (np.quantile(each.plane, share, axis=0) for share in (1 - SHOWN_SHARE, SHOWN_SHARE))
     margin = 0.1 * (high - low)
     outside = each.clusters == OUTLIER
     first, second = each.plane.T

@@ -2,124 +2,134 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from itertools import permutations, product
+from math import isfinite
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from pianta_bench.harness.table import Row
-from pianta_bench.types.classifiers import (
-    DIVISIONS,
-    REPRESENTATIONS,
-    CrossValidation,
-    Transfer,
-    cross_validate,
-    measure_transfer,
-)
-from pianta_bench.types.clusters import SCALES, RoomClusters, find_room_clusters
-from pianta_bench.types.published import CHARACTERISTICS
+from pianta_bench.data.folders import find_data
+from pianta_bench.harness.records import Figures, Results, Track
+from pianta_bench.harness.tables import read_published
+from pianta_bench.types.classifiers import DIVISIONS, REPRESENTATIONS, cross_validate, measure_transfer
+from pianta_bench.types.clusters import SCALES, find_room_clusters
 from pianta_bench.types.room_sets import GENERAL_LABELS, RoomSet, join_room_sets, name_sizes_by_area, read_room_sets
 
 # Section 4.2.3 has the labels of the rooms behind the doorways among what represents a room, and divides rooms.
-OF_THESIS = ("with neighbours", "rooms")
-# How S, M and B are given: by the label's name, or by area.
-BY_NAME, BY_AREA = "by name", "by area"
+REPRESENTATION_OF_THESIS = "with neighbours"
+DIVISION_OF_THESIS = "rooms"
+# How a room becomes S, M or B: by the name of its label, or by its area.
+BY_NAME = "by name"
+BY_AREA = "by area"
+GEOMETRY = ("area", "doorways", "axes ratio")
 
 
-@dataclass(frozen=True)
-class Characteristics:
-    """Rooms of a label in a set (Table 4.2).
+def measure(data: Path | None = None, *, seed: int = 0, track: Track = iter) -> Results:
+    """Measure Tables 4.2, 4.3, 4.4 and Figs. 4.3, 4.4 on the buildings of the data; shares from 0 to 1, areas in m².
 
-    share: of the rooms of the set. means, sds: of area (m²), doorways, axes ratio; None where rooms are too few.
+    A floor that fails does not count. The union of all types comes last, if there are several.
+    seed: of folds and of algorithms. track: wraps the classifications, to show progress.
+    Raises what read_room_sets raises.
     """
-
-    label: str
-    rooms: int
-    share: float
-    means: tuple[float | None, ...]
-    sds: tuple[float | None, ...]
-
-
-@dataclass(frozen=True)
-class TypesBench:
-    """What was measured of each set, in the order of the thesis; the union comes last where there is one.
-
-    seed: of folds and of algorithms. validations, transfers: by BY_NAME and BY_AREA; the latter only OF_THESIS.
-    transfers: between sets of one type each. failed: by building type, the floors that no set has, and why.
-    """
-
-    seed: int
-    sets: tuple[RoomSet, ...]
-    validations: dict[str, tuple[CrossValidation, ...]]
-    transfers: dict[str, tuple[Transfer, ...]]
-    clusters: tuple[RoomClusters, ...]
-    failed: dict[str, tuple[Row, ...]]
-
-
-def measure_types(data: Path, *, seed: int = 0, track: Callable[[Sequence[str]], Iterable[str]] = iter) -> TypesBench:
-    """Measure Tables 4.2, 4.3, 4.4 and Figs. 4.3, 4.4 on the buildings of the data.
-
-    A floor that fails does not count.
-    track: as of measure_segmentation, over the classifications. Raises what read_room_sets raises.
-    """
-    read, failed = read_room_sets(data)
-    sets = {BY_NAME: read, BY_AREA: _name_all_by_area(read)}
-    trials = [(BY_NAME, *trial) for trial in product(sets[BY_NAME], REPRESENTATIONS, DIVISIONS)]
-    trials += [(BY_AREA, rooms, *OF_THESIS) for rooms in sets[BY_AREA]]
-    validations: dict[str, list[CrossValidation]] = {BY_NAME: [], BY_AREA: []}
+    read, failed = read_room_sets(find_data(data))
+    sets = {BY_NAME: read, BY_AREA: name_all_by_area(read)}
+    results = Results({"seed": seed}, items=failed)
+    for rooms in read:
+        results.add(rooms.name, "", describe_labels(rooms), names=("label", "metric"))
+    trials = [(BY_NAME, *trial) for trial in product(read, REPRESENTATIONS, DIVISIONS)]
+    trials += [(BY_AREA, rooms, REPRESENTATION_OF_THESIS, DIVISION_OF_THESIS) for rooms in sets[BY_AREA]]
     tracked = track([f"{rooms.name}, {name}, {divided}" for _, rooms, name, divided in trials])
     for (sizes, rooms, representation, divided), _ in zip(trials, tracked, strict=True):
-        validations[sizes].append(cross_validate(rooms, representation=representation, divided=divided, seed=seed))
-    return TypesBench(
-        seed,
-        sets[BY_NAME],
-        {sizes: tuple(measured) for sizes, measured in validations.items()},
-        {
-            BY_NAME: _measure_transfers(sets[BY_NAME], REPRESENTATIONS, seed),
-            BY_AREA: _measure_transfers(sets[BY_AREA], OF_THESIS[:1], seed),
+        add_validation(results, rooms, sizes=sizes, representation=representation, divided=divided)
+    for sizes, representations in ((BY_NAME, tuple(REPRESENTATIONS)), (BY_AREA, (REPRESENTATION_OF_THESIS,))):
+        add_transfers(results, without_union(sets[sizes]), sizes=sizes, representations=representations)
+    clusters = [find_room_clusters(rooms, scale=scale) for rooms, scale in product(read, SCALES)]
+    for each in clusters:
+        results.add(each.rooms, "", {"bend": each.bend, **each.figures}, features=each.scale)
+    results.details["sets"] = [describe_set(rooms) for rooms in read]
+    results.objects["clusters"] = clusters
+    return results
+
+
+def add_validation(results: Results, rooms: RoomSet, *, sizes: str, representation: str, divided: str) -> None:
+    """Append the accuracies of each fold, and the confusion, of classifiers of a set."""
+    validation = cross_validate(rooms, representation=representation, divided=divided, seed=results.options["seed"])
+    fields: dict[str, Any] = {"sizes": sizes, "features": representation, "folds_of": divided}
+    for algorithm, folds in validation.accuracies.items():
+        for number, accuracy in enumerate(folds):
+            results.add(rooms.name, f"fold {number}", {"accuracy": accuracy}, algorithm=algorithm, **fields)
+    rows = dict(zip((*GENERAL_LABELS, "FN"), (*validation.confusion, validation.misled), strict=True))
+    for label, shares in rows.items():
+        given = dict(
+            zip(GENERAL_LABELS, (share if isfinite(share) else None for share in shares.tolist()), strict=True)
+        )
+        results.add(rooms.name, "", given, names=("given",), metric="confusion", label=label, **fields)
+
+
+def add_transfers(results: Results, sets: Sequence[RoomSet], *, sizes: str, representations: Sequence[str]) -> None:
+    """Append the accuracies of classifiers of one set on another, one for each fold that was left out of training."""
+    for (train, test), representation in product(permutations(sets, 2), representations):
+        accuracies = measure_transfer(train, test, representation=representation, seed=results.options["seed"])
+        for algorithm, folds in accuracies.items():
+            for number, accuracy in enumerate(folds):
+                results.add(
+                    f"{train.name}, {test.name}",
+                    f"fold {number}",
+                    {"transfer": accuracy},
+                    algorithm=algorithm,
+                    sizes=sizes,
+                    features=representation,
+                )
+
+
+def describe_labels(rooms: RoomSet) -> Figures:
+    """Rooms, their share, and means and standard deviations (n - 1) of geometry, for each label (Table 4.2)."""
+    return dict(_describe_labels(rooms))
+
+
+def _describe_labels(rooms: RoomSet) -> Iterator[tuple[tuple[str, str], float | None]]:
+    for label in GENERAL_LABELS:
+        geometry = rooms.geometry[rooms.labels == label]
+        yield (label, "rooms"), len(geometry)
+        yield (label, "share"), len(geometry) / len(rooms.labels)
+        for column, name in enumerate(GEOMETRY):
+            figures = geometry[:, column]
+            yield (label, name), float(figures.mean()) if len(figures) else None
+            yield (label, f"{name} sd"), float(np.std(figures, ddof=1)) if len(figures) > 1 else None
+
+
+def describe_set(rooms: RoomSet) -> dict[str, Any]:
+    """Rooms and buildings of a set, the areas that divide S, M and B, and which names of labels became which label."""
+    return {
+        "name": rooms.name,
+        "rooms": len(rooms.labels),
+        "buildings": len(set(rooms.buildings.tolist())),
+        "bounds_by_area": None if "+" in rooms.name else size_bounds(rooms.name),
+        "mapping": {
+            label: {name: count for (general, name), count in sorted(rooms.names.items()) if general == label}
+            for label in GENERAL_LABELS
         },
-        tuple(find_room_clusters(rooms, scale=scale) for rooms, scale in product(sets[BY_NAME], SCALES)),
-        failed,
-    )
+    }
 
 
-def characterise(rooms: RoomSet) -> tuple[Characteristics, ...]:
-    """Share, means and standard deviations (n - 1) of each label of L_general (Table 4.2)."""
-    return tuple(_characterise_label(rooms, label) for label in GENERAL_LABELS)
-
-
-def bounds_of_sizes(building_type: str) -> tuple[float, float]:
+def size_bounds(building_type: str) -> tuple[float, float]:
     """Areas (m²) halfway between the means of S, M and B that Table 4.2 prints for a type of building."""
-    small, medium, big = (CHARACTERISTICS[building_type][label][1] for label in "SMB")
-    return (small + medium) / 2, (medium + big) / 2
+    areas = {
+        record["label"]: float(record["mean"])
+        for record in read_published("table_4_2.csv")
+        if (record["part"], record["metric"]) == (building_type, "area")
+    }
+    return (areas["S"] + areas["M"]) / 2, (areas["M"] + areas["B"]) / 2
 
 
-def _name_all_by_area(sets: Sequence[RoomSet]) -> tuple[RoomSet, ...]:
-    types = [name_sizes_by_area(rooms, bounds_of_sizes(rooms.name)) for rooms in _without_union(sets)]
+def name_all_by_area(sets: Sequence[RoomSet]) -> tuple[RoomSet, ...]:
+    """The sets with S, M and B by area, and their union."""
+    types = [name_sizes_by_area(rooms, size_bounds(rooms.name)) for rooms in without_union(sets)]
     return (*types, join_room_sets(sets[-1].name, types)) if len(sets) > 1 else tuple(types)
 
 
-def _measure_transfers(sets: Sequence[RoomSet], representations: Iterable[str], seed: int) -> tuple[Transfer, ...]:
-    pairs = product(permutations(_without_union(sets), 2), representations)
-    return tuple(
-        measure_transfer(train, test, representation=representation, seed=seed)
-        for (train, test), representation in pairs
-    )
-
-
-def _without_union(sets: Sequence[RoomSet]) -> Sequence[RoomSet]:
+def without_union(sets: Sequence[RoomSet]) -> Sequence[RoomSet]:
+    """The sets of single types."""
     return sets[:-1] if len(sets) > 1 else sets
-
-
-def _characterise_label(rooms: RoomSet, label: str) -> Characteristics:
-    geometry = rooms.geometry[rooms.labels == label]
-    nothing: tuple[float | None, ...] = (None,) * rooms.geometry.shape[1]
-    return Characteristics(
-        label,
-        len(geometry),
-        len(geometry) / len(rooms.labels),
-        tuple(geometry.mean(axis=0).tolist()) if len(geometry) else nothing,
-        tuple(np.std(geometry, axis=0, ddof=1).tolist()) if len(geometry) > 1 else nothing,
-    )

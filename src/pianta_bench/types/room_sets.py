@@ -21,7 +21,7 @@ from pianta.labels import GeneralLabel, LabelSchema, LabelSet, schema_of
 from pianta.rooms.thesis_features import GENERAL_FEATURES, compute_general_features
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
 from pianta_bench.data.folders import REMEDY
-from pianta_bench.harness.table import Row
+from pianta_bench.harness.records import Item
 
 Labels = NDArray[np.str_]
 
@@ -61,11 +61,11 @@ class RoomSet:
         return np.hstack([self.geometry, self.neighbours])
 
 
-def read_room_sets(data: Path) -> tuple[tuple[RoomSet, ...], dict[str, tuple[Row, ...]]]:
+def read_room_sets(data: Path) -> tuple[tuple[RoomSet, ...], list[Item]]:
     """The sets of types that data/buildings has, and their union when there are several (section 4.2.3).
 
-    Beside them, by type, the floors that could not be read or have labels that the schema does not have: no set has
-    their rooms.
+    Beside them the floors that failed, because they cannot be read or have labels that the schema does not have: no
+    set has their rooms.
 
     A house set is the user's: data/buildings/house with layout XMLs, and their schema in labels.yaml unless the
     labels are already those of L_general.
@@ -77,12 +77,14 @@ def read_room_sets(data: Path) -> tuple[tuple[RoomSet, ...], dict[str, tuple[Row
     if not types:
         places = ", ".join(short_repr(folder / name) for name in BUILDING_TYPES)
         raise DataError(f"no buildings in any of {places}, {REMEDY}")
-    sets, failed = [], {}
+    sets: list[RoomSet] = []
+    failed: list[Item] = []
     for name in types:
-        floors, failed[name] = read_annotated_buildings(
-            data, name, partial(_represent, _schema_of_folder(folder / name))
-        )
-        _check_size(floors, failed[name], folder / name)
+        represent = partial(_represent, _schema_of_folder(folder / name))
+        floors, rows = read_annotated_buildings(data, name, represent)
+        faults = [Item(f"{name}s", row.item, row.failure) for row in rows]
+        _check_size(floors, faults, folder / name)
+        failed += faults
         sets.append(join_room_sets(name.capitalize(), floors))
     if len(sets) > 1:
         sets.append(join_room_sets("+".join(rooms.name[0] for rooms in sets), sets))
@@ -132,7 +134,7 @@ def _represent(generalise: Callable[[Sequence[str | None]], list[str]], drawn: A
     return RoomSet(drawn.item, *represent_floor(floor, labels), np.array(labels, str), buildings, names)
 
 
-def _check_size(floors: Sequence[RoomSet], failed: Sequence[Row], folder: Path) -> None:
+def _check_size(floors: Sequence[RoomSet], failed: Sequence[Item], folder: Path) -> None:
     """Refuse a set that cannot be divided into folds, and say which of its floors failed."""
     counts = Counter(label for floor in floors for label in floor.labels.tolist())
     buildings = len({building for floor in floors for building in floor.buildings.tolist()})
