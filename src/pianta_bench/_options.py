@@ -60,25 +60,6 @@ PlacePictures = Annotated[
 RealismPictures = Annotated[
     Path | None, typer.Option("--pictures", help="Folder for scores.png and curves.png (Fig. 8.4).", metavar="DIR")
 ]
-GenerationPictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures",
-        help="Folder for heatmap, areas, buildings (Figs. 7.5, 7.7, 7.9) and sheets real, corr, ncut, as .png.",
-        metavar="DIR",
-    ),
-]
-PredictionPictures = Annotated[
-    Path | None,
-    typer.Option("--pictures", help="Folder for KIND_NAME_CORRIDORS.png of a few floors (Fig. 8.9).", metavar="DIR"),
-]
-Samples = Annotated[int, typer.Option("--count", "-n", help="Samples of each prediction.", min=1, max=10000)]
-Buildings = Annotated[
-    int,
-    typer.Option(
-        "--count", "-n", help="Buildings to generate with each model, as many as are real or more.", min=1, max=10000
-    ),
-]
 PlaceSplit = Annotated[
     str, typer.Option(help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5).")
 ]

@@ -18,16 +18,12 @@ from pianta_bench import _exploration_cli as bench_exploration
 from pianta_bench import _plans_cli as bench_plans
 from pianta_bench._options import (
     PLACE_SPLITS,
-    Buildings,
     BuildingTypes,
     CurvePictures,
     Data,
-    GenerationPictures,
     Json,
     PlacePictures,
     PlaceSplit,
-    PredictionPictures,
-    Samples,
     Seed,
     Trees,
 )
@@ -37,7 +33,7 @@ if TYPE_CHECKING:
 
 Bench = TypeVar("Bench")
 # In the order of the help. Each is a folder with a BENCH.
-BENCHES = ("layout", "segmentation", "cost", "graphs", "types", "realism", "partial")
+BENCHES = ("layout", "segmentation", "cost", "graphs", "types", "realism", "partial", "generation")
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
 for name in BENCHES:
@@ -126,59 +122,6 @@ def bench_buildings(
     _show(tabulate_buildings(bench), items)
     _save(bench, json, save_buildings, pictures, save_building_pictures)
     _exit_on_failure(items)
-
-
-@app.command(
-    "generation",
-    epilog=show_examples(["pianta bench generation", "pianta bench generation --json new.json --pictures new"]),
-)
-def bench_generation(
-    *,
-    data: Data = None,
-    count: Buildings = 200,
-    seed: Seed = 0,
-    json: Json = None,
-    pictures: GenerationPictures = None,
-) -> None:
-    """Models of schools and new ones made by them (chapter 7, Tables 7.1, 7.2).
-
-    Reads buildings/school/*.xml of the data, and sampled/corr_table7_1.json
-    when it is there, the thesis' own new schools. A school that fails does
-    not count; the exit code is then 1.
-    """
-    _check_outputs(json, pictures)
-    from pianta_bench.data.folders import find_data
-    from pianta_bench.generation.figures import save_generation_pictures
-    from pianta_bench.generation.file import save_generation
-    from pianta_bench.generation.measure import measure_generation
-    from pianta_bench.generation.tables import tabulate_generation
-
-    bench = measure_generation(find_data(data), seed=seed, count=count, track=track_items)
-    _show(tabulate_generation(bench), bench.items)
-    _save(bench, json, save_generation, pictures, save_generation_pictures)
-    _exit_on_failure(bench.items)
-
-
-@app.command("prediction", epilog=show_examples(["pianta bench prediction --json new.json --pictures new"]))
-def bench_prediction(
-    *, data: Data = None, count: Samples = 100, seed: Seed = 0, json: Json = None, pictures: PredictionPictures = None
-) -> None:
-    """What lies beyond the explored part of a floor, predicted (section 8.3).
-
-    Reads buildings/school/*.xml and buildings/office/*.xml of the data. Each is
-    predicted by all others. What fails does not count; the exit code is then 1.
-    """
-    _check_outputs(json, pictures)
-    from pianta_bench.data.folders import find_data
-    from pianta_bench.prediction.figures import save_prediction_pictures
-    from pianta_bench.prediction.file import save_prediction
-    from pianta_bench.prediction.measure import measure_prediction
-    from pianta_bench.prediction.tables import tabulate_prediction
-
-    bench = measure_prediction(find_data(data), count=count, seed=seed, track=track_items)
-    _show(tabulate_prediction(bench), bench.items)
-    _save(bench, json, save_prediction, pictures, save_prediction_pictures)
-    _exit_on_failure(bench.items)
 
 
 def _show(tables: Sequence[ComparisonTable], items: Items) -> None:

@@ -1,53 +1,63 @@
-"""Clusters of functional areas: how alike the areas of each are to each other, and to those of other clusters."""
+"""Clusters of functional areas: how similar the areas of each are to each other, and to those of other clusters."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pianta.generation.area_clusters import compare_areas, measure_cluster_similarity
-from pianta.generation.type_model import TypeModel
+from pianta._types import Floats, Indices
+from pianta.generation.area_clusters import measure_cluster_similarity
+from pianta_bench.harness.records import Results
+
+# Figures of a model.
+AREAS = "functional areas"
+CLUSTERS = "clusters"
+CLUSTERS_BY_WL = "clusters by WL"
+SMALLEST = "areas of the smallest cluster"
+LARGEST = "areas of the largest cluster"
+SINGLE = "clusters of one area"
+LOOSE = "loose clusters"
+MIXED = "mixed clusters"
+# Figures of a cluster.
+SIZE = "areas of the cluster"
+WITHIN = "similarity within a cluster"
+TO_OTHERS = "similarity to other clusters"
+SINGLE_TO_OTHERS = "similarity to other clusters, of a cluster of one area"
 
 
 @dataclass(frozen=True, eq=False)
 class ClusterScores:
-    """What was found of the clusters of a model.
+    """Similarities of the clusters of a model.
 
-    gram: of all areas, shape (areas, areas). clusters: of each area. similarity: of each two clusters, shape
+    gram: of all areas, shape (areas, areas). clusters: of each area. similarity: mean of each two clusters, shape
     (clusters, clusters), each area compared with itself too, as in Fig. 7.5.
     intra: mean similarity of two areas of each cluster, nan for a cluster of one. inter: of an area of it and one of
     any other cluster, nan for the only cluster. sizes: areas of each.
     """
 
-    gram: NDArray[np.float64]
-    clusters: NDArray[np.intp]
-    similarity: NDArray[np.float64]
-    intra: NDArray[np.float64]
-    inter: NDArray[np.float64]
-    sizes: NDArray[np.intp]
+    gram: Floats
+    clusters: Indices
+    similarity: Floats
+    intra: Floats
+    inter: Floats
+    sizes: Indices
 
     @property
     def loose(self) -> int:
-        """Clusters whose areas are not more alike to each other than to those of other clusters."""
+        """Clusters whose areas are not more similar to each other than to those of all other clusters."""
         return int((self.intra <= self.inter).sum())
 
     @property
     def mixed(self) -> int:
-        """Clusters whose areas are as alike to those of one other cluster as to each other."""
+        """Clusters whose areas are as similar to those of one other cluster as to each other."""
         others = self.similarity.copy()
         np.fill_diagonal(others, -np.inf)
         return int((self.intra <= others.max(axis=1)).sum())
 
 
-def score_clusters(model: TypeModel) -> ClusterScores:
-    """Scores of the clusters of a model's areas, by the normalised Graph Hopper kernel."""
-    gram, clusters = compare_areas(model.areas), model.clusters
-    return score_gram(gram, clusters)
-
-
-def score_gram(gram: NDArray[np.float64], clusters: NDArray[np.intp]) -> ClusterScores:
+def score_gram(gram: Floats, clusters: Indices) -> ClusterScores:
     """Scores of clusters, shape (areas,), by the Gram matrix of the areas."""
     sizes = np.bincount(clusters)
     similarity = measure_cluster_similarity(gram, clusters)
@@ -59,3 +69,27 @@ def score_gram(gram: NDArray[np.float64], clusters: NDArray[np.intp]) -> Cluster
         inter = (sums.sum(axis=1) - own) / (sizes * (sizes.sum() - sizes))
     intra[sizes == 1] = np.nan
     return ClusterScores(gram, clusters, similarity, intra, inter, sizes)
+
+
+def add_cluster_scores(results: Results, part: str, model: str, scores: ClusterScores, *, by_wl: int) -> None:
+    """Append the records of a model and of each of its clusters. by_wl: clusters by the Weisfeiler-Lehman kernel."""
+    counts = {
+        AREAS: len(scores.clusters),
+        CLUSTERS: len(scores.sizes),
+        CLUSTERS_BY_WL: by_wl,
+        SMALLEST: int(scores.sizes.min()),
+        LARGEST: int(scores.sizes.max()),
+        SINGLE: int((scores.sizes == 1).sum()),
+        LOOSE: scores.loose,
+        MIXED: scores.mixed,
+    }
+    results.add(part, model, counts)
+    for number, (size, intra, inter) in enumerate(zip(scores.sizes, scores.intra, scores.inter, strict=True), 1):
+        to_others = TO_OTHERS if size > 1 else SINGLE_TO_OTHERS
+        figures = {SIZE: int(size), WITHIN: keep_finite(intra), to_others: keep_finite(inter)}
+        results.add(part, f"cluster {number}", figures)
+
+
+def keep_finite(figure: float) -> float | None:
+    """The figure, None for infinity and nan."""
+    return float(figure) if isfinite(figure) else None

@@ -1,9 +1,10 @@
-"""Chapter 7: models of real schools, new ones made by them, and how far these are from real ones."""
+"""Chapter 7: models of real schools, new ones made by them, and how much these differ from real ones."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
@@ -12,224 +13,176 @@ import networkx as nx
 import numpy as np
 
 from pianta.errors import DataError, OptionError
-from pianta.evaluation.graph_sets import Trial
-from pianta.generation.area_clusters import AreaKernel
+from pianta.generation.area_clusters import AreaKernel, compare_areas
 from pianta.generation.buildings import Costs, generate_buildings
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.train import train_type
-from pianta.generation.type_model import ModelMixing, TypeModel, learn_type, prepare_room_graph
+from pianta.generation.type_model import Mixing, TypeModel, learn_type, prepare_room_graph
 from pianta.graphs.metrics import find_corridors, measure_graph
 from pianta.io._files import short_repr
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.graphs import read_room_graphs
 from pianta.labels import SCHOOL
-from pianta_bench.data.folders import list_maps
-from pianta_bench.generation.clusters import ClusterScores, score_clusters
-from pianta_bench.generation.costs import SamplingCosts, time_sampling
-from pianta_bench.generation.scores import (
-    Effort,
-    HeldOutScores,
-    SetScores,
-    draw_halves,
-    score_halves,
-    score_held_out,
-    score_set,
-)
-from pianta_bench.graphs.tables import NAMES, PRINTED
-from pianta_bench.harness.comparison import Items
-from pianta_bench.harness.table import Column, Figures, Row, measure_rows
+from pianta_bench.data.folders import find_data, list_maps
+from pianta_bench.generation import COUNT
+from pianta_bench.generation.clusters import add_cluster_scores, keep_finite, score_gram
+from pianta_bench.generation.costs import SECONDS, time_sampling
+from pianta_bench.generation.scores import Repeats, add_held_out, add_real_halves, add_set_scores, draw_halves
+from pianta_bench.harness.records import Figures, Results, Track
+from pianta_bench.harness.tables import read_published
 
-REAL, CORR, NCUT, PRINTED_COSTS, THESIS = "real", "corr", "ncut", "as printed", "thesis"
+REAL = "real"
+CORR = "corr"
+NCUT = "ncut"
+PUBLISHED_COSTS = "as printed"
+THESIS = "thesis"
+REAL_HALF = "real half A"
 SEGMENTATIONS = MappingProxyType({CORR: Segmentation.CORR, NCUT: Segmentation.NCUT})
 SAMPLED = Path("sampled", "corr_table7_1.json")
-METRICS = tuple(PRINTED)
-COUNT, SEED = 200, 0
-EFFORT = Effort()
-# Each half of the real floors is as many as a model takes.
-MIN_FLOORS = 4
-_COLUMNS = tuple(Column(key, NAMES[key], "") for key in METRICS)
+TABLE_7_1 = "table_7_1.csv"
+METRICS = tuple(dict.fromkeys(record["metric"] for record in read_published(TABLE_7_1)))
+REPEATS = Repeats()
+MIN_FLOORS = 4  # each half of the real floors is as many as a model needs
+MODEL = "model"
+TRAINING = "training"
+LEARNING = "areas and clusters"
+# By field of ModelMixing, what its iterations are called.
+ITERATIONS: Mapping[str, str] = MappingProxyType(
+    {"sweeps": "step 1: sweeps", "edge_moves": "step 2: moves", "door_moves": "step 4: moves"}
+)
+CONVERGENCE: Mapping[str, str] = MappingProxyType({name: f"{text[:6]}: R̂" for name, text in ITERATIONS.items()})
 
 
-@dataclass(frozen=True, eq=False)
-class RoomGraphs:
-    """A set of room graphs, and a row of 19 metrics for each item; a row that failed has no graph."""
-
-    graphs: Sequence[nx.Graph]
-    rows: tuple[Row, ...]
-
-    def list_figures(self, key: str) -> list[float]:
-        """A metric of all graphs that have it."""
-        return [figure for row in self.rows if (figure := row.figures[key]) is not None]
-
-
-@dataclass(frozen=True, eq=False)
-class JudgedModel:
-    """A model of all real floors.
-
-    training: seconds that it took; learning: those for its areas and clusters alone. clusters_by_wl: how many there are
-    by the Weisfeiler-Lehman kernel. halves: pairs of halves of the real floors, with what models of
-    the first have made.
-    """
-
-    model: TypeModel
-    mixing: ModelMixing | None
-    training: float
-    learning: float
-    sampling: SamplingCosts
-    clusters: ClusterScores
-    clusters_by_wl: int
-    halves: Sequence[Trial]
-    held_out: HeldOutScores
-
-
-@dataclass(frozen=True, eq=False)
-class GenerationBench:
-    """What was measured.
-
-    sets: by part, REAL first; PRINTED_COSTS by the model of CORR with Costs.THESIS; THESIS only where its samples are
-    in the data. scores: by part but REAL. models: CORR and NCUT. real_halves: of half A of the real floors itself, for
-    each pair of halves of the models.
-    """
-
-    seed: int
-    count: int
-    effort: Effort
-    sets: Mapping[str, RoomGraphs]
-    scores: Mapping[str, SetScores]
-    models: Mapping[str, JudgedModel]
-    real_halves: HeldOutScores
-
-    @property
-    def items(self) -> Items:
-        """The metrics of every graph, and what failed, by part."""
-        return {part: graphs.rows for part, graphs in self.sets.items()}
-
-
-def measure_generation(
-    data: Path,
+def measure(
+    data: Path | None = None,
     *,
-    seed: int = SEED,
     count: int = COUNT,
-    effort: Effort | None = None,
-    track: Callable[[Sequence[str]], Iterable[str]] = iter,
-) -> GenerationBench:
-    """Model the floors of data/buildings/school/*.xml by `corr` and `ncut`, and judge so many buildings of each.
+    seed: int = 0,
+    repeats: Repeats | None = None,
+    track: Track = iter,
+) -> Results:
+    """Model the floors of data/buildings/school/*.xml by `corr` and `ncut`, and score `count` buildings of each.
 
     Rooms without a door are left out. A floor that cannot be read, that has unknown labels or that is in several parts
-    does not count. Beside the buildings stand the thesis' own, data/sampled/corr_table7_1.json, when they are there.
-    effort: EFFORT unless given. track: wraps the names of what is measured, to show progress.
+    does not count. The thesis' own buildings, data/sampled/corr_table7_1.json, are scored as well if they are there.
+    repeats: REPEATS by default. track: wraps the names of what is measured, to show progress.
     Raises DataError for fewer than four floors, and for fewer of the thesis' samples than floors; OptionError for fewer
     buildings than floors.
     """
-    real = read_real(data)
-    _check_counts(len(real.graphs), count)
-    samples = read_samples(data, len(real.graphs))
-    return _judge_all(real=real, samples=samples, count=count, seed=seed, effort=effort or EFFORT, track=track)
+    folder, repeats = find_data(data), repeats or REPEATS
+    results = Results({"seed": seed, "count": count, "repeats": asdict(repeats)})
+    real = read_real(results, folder)
+    _check_counts(len(real), count)
+    samples = read_samples(results, folder, len(real))
+    results.objects |= {"graphs": {REAL: real}, "models": {}, "clusters": {}, "halves": {}}
+    results.details["models"] = {}
+    for part in track([*SEGMENTATIONS, PUBLISHED_COSTS, *[THESIS] * bool(samples), REAL_HALF]):
+        if part == REAL_HALF:
+            add_real_halves(results, part, results.objects["halves"][CORR], SCHOOL, seed=seed, repeats=repeats)
+            continue
+        if part == THESIS:
+            graphs = samples
+        elif part == PUBLISHED_COSTS:
+            made = generate_buildings(results.objects["models"][CORR], count, seed=seed, costs=Costs.THESIS)
+            graphs = _measure_generated(results, part, made)
+        else:
+            made = _measure_model(results, part, real, count=count, seed=seed, repeats=repeats)
+            graphs = _measure_generated(results, part, made)
+        results.objects["graphs"][part] = graphs
+        add_set_scores(results, part, graphs, real, SCHOOL, seed=seed, repeats=repeats)
+    return results
 
 
-def read_real(data: Path) -> RoomGraphs:
-    """The floors of data/buildings/school/*.xml as a model takes them."""
+def read_real(results: Results, data: Path) -> list[nx.Graph]:
+    """The floors of data/buildings/school/*.xml as a model needs them."""
     folder = data / "buildings" / "school"
-    return _measure_items(list_maps(folder, ".xml"), lambda name: read_building_xml(folder / f"{name}.xml").graph())
+    return _measure_graphs(
+        results, REAL, list_maps(folder, ".xml"), lambda name: read_building_xml(folder / f"{name}.xml").graph()
+    )
 
 
-def read_samples(data: Path, least: int) -> RoomGraphs | None:
-    """The thesis' own samples, None where there are none; raises DataError where fewer than `least` can be used."""
+def read_samples(results: Results, data: Path, least: int) -> list[nx.Graph]:
+    """The thesis' own samples, none if there is no file; raises DataError if fewer than `least` can be used."""
     file = data / SAMPLED
     if not file.exists():
-        return None
+        return []
     graphs = {graph.graph["source"]: graph for graph in read_room_graphs(file)}
-    samples = _measure_items(graphs, graphs.__getitem__)
-    if len(samples.graphs) < least:
+    samples = _measure_graphs(results, THESIS, graphs, graphs.__getitem__)
+    if len(samples) < least:
         raise DataError(
-            f"{len(samples.graphs)} graphs of {short_repr(file)} can be used beside {least} real floors, "
+            f"{len(samples)} graphs of {short_repr(file)} can be used beside {least} real floors, "
             "give as many at least, or leave the file out"
         )
     return samples
 
 
-def _judge_all(
-    *,
-    real: RoomGraphs,
-    samples: RoomGraphs | None,
-    count: int,
-    seed: int,
-    effort: Effort,
-    track: Callable[[Sequence[str]], Iterable[str]],
-) -> GenerationBench:
-    sets = {REAL: real}
-    scores: dict[str, SetScores] = {}
-    models: dict[str, JudgedModel] = {}
-    real_halves = HeldOutScores({}, {})
-    for part in track([*SEGMENTATIONS, PRINTED_COSTS, *[THESIS] * (samples is not None), REAL]):
-        if part == REAL:
-            real_halves = score_halves(models[CORR].halves, SCHOOL, seed=seed, effort=effort)
-            continue
-        if part in SEGMENTATIONS:
-            made, models[part] = _judge_model(real.graphs, SEGMENTATIONS[part], count, seed, effort)
-            sets[part] = _measure_set(made, part)
-        elif part == PRINTED_COSTS:
-            made = generate_buildings(models[CORR].model, count, seed=seed, costs=Costs.THESIS)
-            sets[part] = _measure_set(made, part)
-        elif samples is not None:
-            sets[part] = samples
-        scores[part] = score_set(sets[part].graphs, real.graphs, SCHOOL, seed=seed, effort=effort)
-    return GenerationBench(seed, count, effort, sets, scores, models, real_halves)
-
-
-def _judge_model(
-    real: Sequence[nx.Graph], segmentation: Segmentation, count: int, seed: int, effort: Effort
-) -> tuple[list[nx.Graph], JudgedModel]:
-    """Buildings of a model of the real floors, and what is said of it and of models of half of them."""
+def _measure_model(
+    results: Results, part: str, real: Sequence[nx.Graph], *, count: int, seed: int, repeats: Repeats
+) -> list[nx.Graph]:
+    """Buildings of a model of the real floors; the records of it and of models of half of the floors are appended."""
+    segmentation = SEGMENTATIONS[part]
     start = perf_counter()
     model = train_type(real, schema=SCHOOL, areas=segmentation, seed=seed)
     training = perf_counter() - start
     start = perf_counter()
     learn_type(real, SCHOOL, segmentation=segmentation)
     learning = perf_counter() - start
-    made, sampling = time_sampling(model, count, seed=seed)
+    made, costs = time_sampling(model, count, seed=seed)
 
     def make(half: Sequence[nx.Graph], random: np.random.Generator) -> list[nx.Graph]:
-        # Iterations are those that chains of the model of all floors take.
+        # As many iterations as the chains of the model of all floors need.
         learnt = learn_type(half, SCHOOL, segmentation=segmentation)
         of_half = replace(learnt, sweeps=model.sweeps, edge_moves=model.edge_moves, door_moves=model.door_moves)
-        return generate_buildings(of_half, effort.made * len(half), seed=int(random.integers(2**31)))
+        return generate_buildings(of_half, repeats.made * len(half), seed=int(random.integers(2**31)))
 
-    halves = draw_halves(make, real, models=effort.models, seed=seed)
-    held_out = score_held_out(halves, SCHOOL, seed=seed, effort=effort)
+    halves = draw_halves(make, real, models=repeats.models, seed=seed)
+    add_held_out(results, part, halves, SCHOOL, seed=seed, repeats=repeats)
     by_wl = learn_type(real, SCHOOL, segmentation=segmentation, kernel=AreaKernel.WEISFEILER_LEHMAN)
-    return made, JudgedModel(
-        model,
-        model.mixing,
-        training,
-        learning,
-        sampling,
-        score_clusters(model),
-        by_wl.configurations.shape[1],
-        halves,
-        held_out,
-    )
+    clusters = score_gram(compare_areas(model.areas), model.clusters)
+    add_cluster_scores(results, part, MODEL, clusters, by_wl=by_wl.configurations.shape[1])
+    seconds = {(SECONDS, TRAINING): training, (SECONDS, LEARNING): learning}
+    results.add(part, MODEL, seconds | costs, names=("metric", "work"))
+    for step in ITERATIONS if model.mixing else ():
+        mixing: Mixing = getattr(model.mixing, step)
+        figures = {ITERATIONS[step]: mixing.iterations, CONVERGENCE[step]: keep_finite(mixing.convergence)}
+        results.add(part, MODEL, figures)
+    for name, value in (("models", model), ("clusters", clusters), ("halves", halves)):
+        results.objects[name][part] = value
+    results.details["models"][part] = {"similarity": clusters.similarity.tolist(), "areas": _list_areas(model)}
+    return made
 
 
-def _measure_set(graphs: Sequence[nx.Graph], part: str) -> RoomGraphs:
+def _list_areas(model: TypeModel) -> list[dict[str, object]]:
+    """The functional areas of the floors of a model, as JSON."""
+    return [
+        {"floor": floor.source, "rooms": len(area), "cluster": int(cluster)}
+        for floor in model.floors
+        for area, cluster in zip(floor.areas, floor.clusters, strict=True)
+    ]
+
+
+def _measure_generated(results: Results, part: str, graphs: Sequence[nx.Graph]) -> list[nx.Graph]:
     named = {f"{part} {number}": graph for number, graph in enumerate(graphs, 1)}
-    return _measure_items(named, named.__getitem__)
+    return _measure_graphs(results, part, named, named.__getitem__)
 
 
-def _measure_items(names: Iterable[str], read: Callable[[str], nx.Graph]) -> RoomGraphs:
-    """The graphs of the items that a model can take, and the metrics of all."""
-    graphs: dict[str, nx.Graph] = {}
+def _measure_graphs(
+    results: Results, part: str, names: Iterable[str], read: Callable[[str], nx.Graph]
+) -> list[nx.Graph]:
+    """The graphs of the items that a model can use; the metrics of each are appended."""
+    graphs = []
 
-    def measure(name: str) -> Iterator[Figures]:
+    def measure_one(name: str) -> Iterator[Figures]:
         graph = read(name)
         graph.graph["source"] = name
         prepared = prepare_room_graph(graph, SCHOOL)
         measured = measure_graph(prepared, find_corridors(prepared, SCHOOL))
-        graphs[name] = prepared
-        yield {key: measured[key] for key in METRICS}
+        graphs.append(prepared)
+        yield {metric: measured[metric] for metric in METRICS}
 
-    rows = measure_rows(names, measure, columns=_COLUMNS)
-    return RoomGraphs([*graphs.values()], rows)
+    for name in names:
+        results.measure(part, name, partial(measure_one, name))
+    return graphs
 
 
 def _check_counts(floors: int, count: int) -> None:

@@ -1,362 +1,433 @@
-"""A GenerationBench in tables: Tables 7.1 and 7.2, clusters, and the scores of today."""
+"""Tables 7.1 and 7.2, clusters, convergence, and how much generated buildings differ from real ones."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
 from statistics import fmean
 from types import MappingProxyType
 
 from pianta.evaluation.graph_sets import STATISTICS, DiscrepancyRatio
-from pianta_bench.generation.costs import STEP_1_3, STEP_2, STEP_4, STEPS
+from pianta_bench.generation.clusters import (
+    AREAS,
+    CLUSTERS,
+    CLUSTERS_BY_WL,
+    LARGEST,
+    LOOSE,
+    MIXED,
+    SINGLE,
+    SMALLEST,
+    TO_OTHERS,
+    WITHIN,
+    keep_finite,
+)
+from pianta_bench.generation.costs import (
+    ALL_STEPS,
+    BATCH,
+    FLOORS,
+    FLOORS_AT_ONCE,
+    FUNCTIONAL,
+    FUNCTIONAL_AT_ONCE,
+    GRAM_ROW,
+    ITERATION,
+    SECONDS,
+    STEP_2,
+    STEP_4,
+    STEPS,
+)
 from pianta_bench.generation.measure import (
+    CONVERGENCE,
     CORR,
+    ITERATIONS,
+    LEARNING,
     METRICS,
     NCUT,
-    PRINTED_COSTS,
+    PUBLISHED_COSTS,
     REAL,
+    REAL_HALF,
+    TABLE_7_1,
     THESIS,
-    GenerationBench,
-    JudgedModel,
+    TRAINING,
 )
 from pianta_bench.generation.scores import (
+    ACCURACY,
     CLASSIFIERS,
+    DISCREPANCY,
     DISTANCE,
     FOREST,
-    ITERATIONS,
+    GENERATED,
+    HELD_OUT_ACCURACY,
+    HELD_OUT_DISCREPANCY,
+    ONE_OUT,
+    PAIR_OUT,
     RADIUS,
-    SetScores,
+    RATIO,
+    VALIDITY,
     measure_ratio_error,
     pool_ratios,
 )
-from pianta_bench.graphs.tables import NAMES, PRINTED, TWO_DIGITS
-from pianta_bench.harness.comparison import Cell, ComparisonRow, ComparisonTable
+from pianta_bench.generation.scores import ITERATIONS as WL_ITERATIONS
+from pianta_bench.generation.scores import REAL_HALF as OF_REAL_HALF
+from pianta_bench.graphs.tables import LABELS as METRIC_LABELS
+from pianta_bench.graphs.tables import TWO_DIGITS
+from pianta_bench.harness.records import Record, Results
+from pianta_bench.harness.tables import Cell, FilledTable, Table, read_published
 
-Pair = tuple[float, float]
-
-# Mean and standard deviation of generated schools, by `corr` and by `ncut` (Table 7.1).
-PRINTED_MADE: Mapping[str, tuple[Pair, Pair]] = MappingProxyType(
-    {
-        "nodes": ((40.57, 17.73), (39.75, 16.10)),
-        "nodes_r": ((32.3, 14.40), (31.68, 13.72)),
-        "nodes_c": ((8.37, 4.27), (8.07, 3.16)),
-        "path_length": ((3.43, 0.59), (3.36, 0.55)),
-        "diameter": ((6.62, 1.73), (6.38, 1.55)),
-        "art_points": ((10.04, 5.07), (10.10, 4.30)),
-        "assortativity": ((-0.47, 0.14), (-0.44, 0.13)),
-        "betweenness": ((0.036, 0.013), (0.036, 0.012)),
-        "betweenness_r": ((0.005, 0.005), (0.006, 0.006)),
-        "betweenness_c": ((0.160, 0.065), (0.150, 0.051)),
-        "closeness": ((0.309, 0.054), (0.316, 0.057)),
-        "closeness_r": ((0.290, 0.048), (0.296, 0.050)),
-        "closeness_c": ((0.384, 0.087), (0.393, 0.084)),
-        "eigenvector": ((0.239, 0.072), (0.241, 0.069)),
-        "eigenvector_r": ((0.177, 0.056), (0.241, 0.053)),
-        "eigenvector_c": ((0.486, 0.159), (0.502, 0.142)),
-        "katz": ((0.166, 0.043), (0.166, 0.042)),
-        "katz_r": ((0.152, 0.041), (0.159, 0.040)),
-        "katz_c": ((0.222, 0.056), (0.221, 0.051)),
-    }
+MODELS = [CORR, NCUT]
+GENERATED_PARTS = [CORR, NCUT, PUBLISHED_COSTS, THESIS]
+# The published part that a part is compared with; the thesis' samples are those of its `corr`.
+PUBLISHED_PARTS = MappingProxyType({CORR: CORR, NCUT: NCUT, PUBLISHED_COSTS: CORR, THESIS: CORR})
+PUBLISHED_FLOORS = 50  # thesis, section 7.4
+PUBLISHED_MEANS: Mapping[tuple[str, str], float] = MappingProxyType(
+    {(record["part"], record["metric"]): float(record["mean"]) for record in read_published(TABLE_7_1)}
 )
-# The column of PRINTED_MADE that a part stands beside; the thesis' samples are those of its `corr`.
-PRINTED_COLUMNS = MappingProxyType({CORR: 0, NCUT: 1, PRINTED_COSTS: 0, THESIS: 0})
-PRINTED_FLOORS = 50
-PRINTED_AREAS, PRINTED_CLUSTERS = MappingProxyType({CORR: 287, NCUT: 207}), MappingProxyType({CORR: 12, NCUT: 17})
-PRINTED_CLUSTERS_BY_WL = MappingProxyType({CORR: 27})
-# Orders of magnitude, s (Table 7.2, WL).
-PRINTED_SECONDS = MappingProxyType({STEP_1_3: 0.1, STEP_2: 0.1, STEP_4: 10.0})
-SIGNIFICANT = 0.05
-HEADINGS = MappingProxyType({THESIS: "thesis' own"})
-REAL_HALF = "real half A"
+PUBLISHED_DIGITS = 3  # of the means
+SIGNIFICANT = 0.05  # level of the Kolmogorov-Smirnov test; the usual one
+LABELS = {**METRIC_LABELS, THESIS: "thesis' own", "labelled": "labels of the type only"}
+
+GAP = "distance"
+PUBLISHED_GAP = "published distance"
+P_VALUE = "p-value"
+NEARER = "nearer to the real mean than published"
+ALIKE = f"two-sample KS p > {SIGNIFICANT}"
+PROPOSALS = {
+    f"{step} / {row}": (step, row)
+    for step, row in (
+        (STEP_2, FUNCTIONAL),
+        (STEP_2, FUNCTIONAL_AT_ONCE),
+        (STEP_2, FLOORS),
+        (STEP_4, FLOORS),
+        (STEP_4, FLOORS_AT_ONCE),
+    )
+}
+
+
+def pool_cells(ratios: list[DiscrepancyRatio]) -> Cell:
+    """The pooled ratio of models, with its standard error in the place of a standard deviation."""
+    return Cell(keep_finite(pool_ratios(ratios).ratio), measure_ratio_error(ratios), count=len(ratios))
+
+
+METRICS_TABLE = Table(
+    title="Table 7.1, metrics of schools: real, and generated by corr",
+    where={"metric": list(METRICS), "part": [REAL, CORR]},
+    labels=LABELS,
+    digits={metric: 2 if metric in TWO_DIGITS else 3 for metric in METRICS},
+    published=TABLE_7_1,
+)
+TABLES_7_1 = (
+    METRICS_TABLE,
+    Table(
+        title="Table 7.1, metrics of schools: the others",
+        where={"metric": list(METRICS), "part": GENERATED_PARTS[1:]},
+        labels=LABELS,
+        digits=METRICS_TABLE.digits,
+        published=TABLE_7_1,
+        notes=(
+            f"{PUBLISHED_COSTS}: corr; Γ1 by the distances to all floors, one door for each edge",
+            "of Ĥ, P_conn by Ξ Λ Λ Υ alone.",
+        ),
+    ),
+)
+GAPS = Table(
+    title="Table 7.1, distances of the means from the real ones, and Kolmogorov-Smirnov tests",
+    columns=("part", "figure"),
+    labels=LABELS,
+    summarise=Cell.only,
+    digits=3,
+    shown=False,
+)
+COUNTS = Table(title="Rows of Table 7.1", labels=LABELS, summarise=Cell.only, unit="rows")
+CLUSTER_FIGURES = (
+    *(AREAS, CLUSTERS, CLUSTERS_BY_WL, SMALLEST, LARGEST, SINGLE),
+    *(WITHIN, TO_OTHERS),
+    *(LOOSE, MIXED),
+)
+CLUSTER_TABLE = Table(
+    title="Section 7.3.3, clusters of functional areas",
+    where={"metric": list(CLUSTER_FIGURES), "part": MODELS},
+    digits={metric: 3 if metric in {WITHIN, TO_OTHERS} else 0 for metric in CLUSTER_FIGURES},
+    published="section_7_3_3.csv",
+    notes=(
+        "loose: areas not more similar to each other than to those of all other clusters;",
+        "mixed: not more than to those of one other cluster.",
+        "Similarity: mean ± sd over clusters, of two of its areas, or one of others.",
+        "by WL: by the Weisfeiler-Lehman kernel; all other rows: by Graph Hopper.",
+    ),
+)
+VALIDITY_TABLE = Table(
+    title="Validity of generated schools",
+    where={"metric": list(VALIDITY), "part": GENERATED_PARTS},
+    labels=LABELS,
+    summarise=Cell.only,
+    factor=100,
+    unit="%",
+    notes=("novel: no copy of a real one; unique: no copy of an earlier one.",),
+)
+DISCREPANCIES = Table(
+    title="Discrepancy of generated schools from real ones",
+    rows=("statistic",),
+    where={"metric": DISCREPANCY, "side": RATIO, "statistic": list(STATISTICS), "part": GENERATED_PARTS},
+    labels=LABELS,
+    summarise=Cell.only,
+    digits=2,
+)
+ACCURACIES = Table(
+    title="Generated schools separated from all real ones",
+    rows=("classifier", "left_out"),
+    where={
+        "metric": ACCURACY,
+        "classifier": list(CLASSIFIERS),
+        "left_out": [ONE_OUT, PAIR_OUT],
+        "part": GENERATED_PARTS,
+    },
+    labels=LABELS,
+    factor=100,
+    unit="% right",
+)
+HELD_OUT_DISCREPANCIES = Table(
+    title="Held out: discrepancy of models of half A from half B",
+    rows=("statistic",),
+    summarise=pool_cells,
+    digits=2,
+)
+HELD_OUT_ACCURACIES = Table(
+    title="Held out: models of half A separated from half B",
+    rows=("classifier",),
+    where={"metric": HELD_OUT_ACCURACY, "part": [*MODELS, REAL_HALF]},
+    factor=100,
+    unit="% right",
+    notes=(
+        "A graph of each side is left out; mean ± sd over models.",
+        f"{REAL_HALF}: its floors, each once.",
+    ),
+)
+TABLE_7_2 = Table(
+    title="Table 7.2, an iteration for a building",
+    rows=("work",),
+    where={"metric": ITERATION, "work": list(STEPS), "part": MODELS},
+    summarise=Cell.only,
+    digits=3,
+    factor=1000,
+    published="table_7_2.csv",
+    unit="ms",
+)
+TIMES = Table(
+    title="Time on this machine",
+    rows=("work",),
+    where={"metric": SECONDS, "work": [TRAINING, LEARNING, *STEPS, ALL_STEPS], "part": MODELS},
+    summarise=Cell.only,
+    digits=2,
+    unit="s",
+)
+GRAM_ROWS = Table(
+    title="Rows of the Gram matrix from scratch",
+    rows=("work",),
+    where={
+        "metric": GRAM_ROW,
+        "work": [FLOORS, FUNCTIONAL, FLOORS_AT_ONCE, FUNCTIONAL_AT_ONCE],
+        "part": MODELS,
+    },
+    summarise=Cell.only,
+    digits=3,
+    factor=1000,
+    unit="ms",
+    notes=(f"Of the WL Gram matrix, {WL_ITERATIONS} rounds, of a graph of mean size. Medians.",),
+)
+PROPOSAL_TABLE = Table(
+    title="Proposals, in times of such a row",
+    summarise=Cell.only,
+    digits=3,
+)
+CHAINS = Table(
+    title="Section 7.4.2, convergence of chains",
+    where={
+        "metric": [label for step in ITERATIONS for label in (ITERATIONS[step], CONVERGENCE[step])],
+        "part": MODELS,
+    },
+    summarise=Cell.only,
+    digits=3,
+    notes=("R̂: of the median target, in the second half; near 1 where chains have mixed.",),
+)
 
 
 @dataclass(frozen=True)
 class MetricGap:
-    """A row of Table 7.1: how far the mean of generated graphs is from that of real ones, here and in the thesis.
+    """How far the mean of a metric of generated graphs is from that of real ones, here and in the thesis.
 
-    p_value: of the two-sample Kolmogorov-Smirnov test. None where one of the sets has no graph with the metric.
+    p_value: of the two-sample Kolmogorov-Smirnov test. None if one of the sets has no graph with the metric.
     """
 
-    key: str
     gap: float | None
-    printed_gap: float
+    published_gap: float
     p_value: float | None
 
     @property
     def is_nearer(self) -> bool:
-        """Whether the mean is nearer than in the thesis; where print has no difference, none is nearer."""
-        return self.gap is not None and self.gap < self.printed_gap
+        """Whether the mean is nearer than in the thesis; if the published means are equal, none is nearer."""
+        return self.gap is not None and self.gap < self.published_gap
 
     @property
     def is_alike(self) -> bool:
-        """Whether the test sees no difference."""
+        """Whether the test finds no difference."""
         return self.p_value is not None and self.p_value > SIGNIFICANT
 
 
-def tabulate_generation(bench: GenerationBench) -> tuple[ComparisonTable, ...]:
-    """Table 7.1 and its bars, clusters, scores of sets and of models of a half, Table 7.2, and convergence."""
-    return (
-        *compare_with_table_7_1(bench),
-        tabulate_gaps(bench),
-        tabulate_clusters(bench),
-        tabulate_scores(bench),
-        tabulate_held_out(bench),
-        compare_with_table_7_2(bench),
-        tabulate_costs(bench),
-        tabulate_mixing(bench),
-    )
-
-
-def compare_with_table_7_1(bench: GenerationBench) -> tuple[ComparisonTable, ComparisonTable]:
-    """Means over the graphs of each part, beside those of Table 7.1: real and by `corr`; the others."""
-    parts = [part for part in bench.sets if part not in {REAL, CORR}]
-    told = _tell_samples(bench)
-    notes = (
-        f"Schools: {len(bench.sets[REAL].graphs)} real (thesis {PRINTED_FLOORS}), {bench.count} of each model (200).",
-    )
-    more = (
-        f"{PRINTED_COSTS}: corr; Γ1 by the distances to all floors, one door for each edge",
-        "of Ĥ, P_conn by Ξ Λ Λ Υ alone.",
-        told,
-    )
-    return (
-        _compare_metrics(bench, "Table 7.1, metrics of schools: real, and generated by corr", [REAL, CORR], notes),
-        _compare_metrics(bench, "Table 7.1, metrics of schools: the others", parts, more),
-    )
-
-
-def tabulate_gaps(bench: GenerationBench) -> ComparisonTable:
-    """How many rows of Table 7.1 are nearer to the real mean than in the thesis, and how many the test passes."""
-    gaps = {part: compare_metrics(bench, part) for part in bench.scores}
-    counts = {
-        f"nearer to the real mean (≥ 14 of {len(METRICS)})": "is_nearer",
-        f"two-sample KS p > {SIGNIFICANT} (≥ 15 of {len(METRICS)})": "is_alike",
-    }
-    rows = tuple(
-        ComparisonRow(name, tuple(Cell(sum(getattr(gap, test) for gap in of)) for of in gaps.values()), 0)
-        for name, test in counts.items()
-    )
-    notes = []
-    for part, of in gaps.items():
-        for what, test in (("not nearer", "is_nearer"), ("p too small", "is_alike")):
-            failed = [NAMES[gap.key] for gap in of if not getattr(gap, test)]
-            notes.append(f"{HEADINGS.get(part, part)}, {what}: {', '.join(failed) or 'none'}.")
-    notes += [
-        "Nearer: than the thesis' generated mean is to its real one, both as printed;",
-        "where these are equal no row is nearer. KS: Kolmogorov-Smirnov.",
+def tabulate(results: Results) -> list[FilledTable]:
+    """Table 7.1, clusters, scores of sets and of models of a half, Table 7.2 and other times, and convergence."""
+    records, count, repeats = results.records, results.options["count"], results.options["repeats"]
+    floors = len(results.objects["graphs"][REAL])
+    (batch, *_) = results.values(metric=BATCH)
+    gaps = compare_metrics(results)
+    table_7_1, others = TABLES_7_1
+    return [
+        table_7_1.fill(
+            records,
+            notes=(f"Schools: {floors} real (thesis {PUBLISHED_FLOORS}), {count} of each model (200).",),
+        ),
+        others.fill(records, notes=(_describe_samples(results),)),
+        GAPS.fill(derive_gaps(gaps)),
+        COUNTS.fill(derive_counts(gaps), notes=_list_failed(gaps)),
+        CLUSTER_TABLE.fill(records, notes=(f"The thesis has {PUBLISHED_FLOORS} schools, here are {floors}.",)),
+        VALIDITY_TABLE.fill(records),
+        DISCREPANCIES.fill(
+            records,
+            notes=(
+                "Squared, from a half of the real floors, over that of the other half, means of",
+                f"{repeats['trials']} splits. These models have seen both halves.",
+            ),
+        ),
+        ACCURACIES.fill(
+            records,
+            notes=(
+                f"NSPDK: radius {RADIUS}, distance {DISTANCE}; WL: {WL_ITERATIONS} rounds.",
+                f"{FOREST}: {repeats['trees']} trees.",
+                f"Of {repeats['draws']} draws of as many as are real, {FOREST} {repeats['forest_draws']}.",
+                "One out: below 50 for equal sets; pair out: 50, copies below.",
+            ),
+        ),
+        HELD_OUT_DISCREPANCIES.fill(
+            derive_discrepancies(results),
+            notes=(
+                f"{repeats['models']} models, each of a half A of the real floors, drawn at random.",
+                f"From half B, of {repeats['subsamples']} subsamples of a model's buildings, as many as half A has,",
+                "over that of half A; of all models, ± its standard error.",
+                f"{REAL_HALF}: its floors drawn with replacement: about the best possible for a",
+                "model that knows only half A.",
+            ),
+        ),
+        HELD_OUT_ACCURACIES.fill(records),
+        TABLE_7_2.fill(
+            records,
+            notes=(
+                f"Median of all iterations, over the {batch} buildings that run side by side.",
+                "Published are orders of magnitude, with WL.",
+                "Step 3 (published: 1 ms) is part of step 1, whose iterations are sweeps.",
+            ),
+        ),
+        TIMES.fill(
+            records,
+            notes=(
+                f"{TRAINING}: on {floors} floors; {LEARNING}: less than 60 s in the thesis.",
+                f"Steps are of all {count} buildings.",
+            ),
+        ),
+        GRAM_ROWS.fill(records, notes=(f"All at once: those of {count} graphs are computed together.",)),
+        PROPOSAL_TABLE.fill(
+            derive_proposals(results),
+            notes=(
+                "Proposal: an iteration for one building, which hashes again only what changed,",
+                f"{batch} buildings side by side. Over a row: the gain of both; over a row of all at",
+                "once, side by side too: of the first alone.",
+            ),
+        ),
+        CHAINS.fill(records),
     ]
-    return ComparisonTable("Rows of Table 7.1", _list_columns(bench), rows, tuple(notes), "rows")
 
 
-def compare_metrics(bench: GenerationBench, part: str) -> list[MetricGap]:
-    """The rows of Table 7.1 of a part."""
-    gaps = []
-    for key in METRICS:
-        real, made = (bench.sets[name].list_figures(key) for name in (REAL, part))
-        printed = PRINTED[key][0][0], PRINTED_MADE[key][PRINTED_COLUMNS[part]][0]
-        gaps.append(compare_figures(key, real, made, printed))
-    return gaps
+def compare_metrics(results: Results) -> dict[str, dict[str, MetricGap]]:
+    """By generated part and metric the distance from the real floors."""
+    return {
+        part: {
+            metric: compare_figures(
+                results.values(part=REAL, metric=metric),
+                results.values(part=part, metric=metric),
+                (PUBLISHED_MEANS[REAL, metric], PUBLISHED_MEANS[PUBLISHED_PARTS[part], metric]),
+            )
+            for metric in METRICS
+        }
+        for part in GENERATED_PARTS
+        if part in results.objects["graphs"]
+    }
 
 
-def compare_figures(key: str, real: Sequence[float], made: Sequence[float], printed: Pair) -> MetricGap:
-    """The gap of a metric; printed: the thesis' means of real and of generated graphs."""
+def compare_figures(real: Sequence[float], generated: Sequence[float], published: tuple[float, float]) -> MetricGap:
+    """The gap of a metric; published: the means of real and of generated graphs."""
     from scipy.stats import ks_2samp
 
-    # So many digits are printed.
-    printed_gap = round(abs(printed[1] - printed[0]), 3)
-    if not real or not made:
-        return MetricGap(key, None, printed_gap, None)
-    return MetricGap(key, abs(fmean(made) - fmean(real)), printed_gap, float(ks_2samp(real, made).pvalue))
+    published_gap = round(abs(published[1] - published[0]), PUBLISHED_DIGITS)
+    if not real or not generated:
+        return MetricGap(None, published_gap, None)
+    return MetricGap(abs(fmean(generated) - fmean(real)), published_gap, float(ks_2samp(real, generated).pvalue))
 
 
-def tabulate_clusters(bench: GenerationBench) -> ComparisonTable:
-    """Numbers and sizes of clusters of functional areas, and how alike their areas are."""
-    found = {part: dict(_list_cluster_cells(part, judged)) for part, judged in bench.models.items()}
-    rows = tuple(
-        ComparisonRow(name, tuple(cells[name] for cells in found.values()), 3 if "similarity" in name else 0)
-        for name in found[CORR]
-    )
-    notes = (
-        f"The thesis has {PRINTED_FLOORS} schools, here are {len(bench.sets[REAL].graphs)}.",
-        "loose: areas not more alike to each other than to those of all other clusters;",
-        "mixed: not more than to those of one other cluster.",
-        "Similarity: mean ± sd over clusters, of two of its areas, or one of others.",
-        "by WL: by the Weisfeiler-Lehman kernel; all other rows: by Graph Hopper.",
-    )
-    return ComparisonTable("Section 7.3.3, clusters of functional areas", tuple(bench.models), rows, notes)
+def derive_gaps(gaps: Mapping[str, Mapping[str, MetricGap]]) -> Iterator[Record]:
+    """The distances of the means, here and published, and the p-values."""
+    for part, metrics in gaps.items():
+        for metric, gap in metrics.items():
+            figures = {GAP: gap.gap, PUBLISHED_GAP: gap.published_gap, P_VALUE: gap.p_value}
+            for figure, value in figures.items():
+                yield {"part": part, "metric": metric, "figure": figure, "value": value}
 
 
-def tabulate_scores(bench: GenerationBench) -> ComparisonTable:
-    """Validity, novelty, discrepancy and two-sample tests of each part beside all real floors."""
-    found = [dict(_list_score_cells(scores)) for scores in bench.scores.values()]
-    rows = tuple(
-        ComparisonRow(name, tuple(cells[name] for cells in found), 2 if "discrepancy" in name else 1)
-        for name in found[0]
-    )
-    effort = bench.effort
-    notes = (
-        "Discrepancy: squared, from a half of the real floors, over that of the other,",
-        f"means of {effort.trials} splits; no bar, as these models have seen both, unlike those below.",
-        f"NSPDK: radius {RADIUS}, distance {DISTANCE}; WL: {ITERATIONS} rounds; {FOREST}: {effort.trees} trees.",
-        f"% right: of {effort.draws} draws of as many as are real, {FOREST} {effort.forest_draws}.",
-        "One out: below 50 for what is as the real ones are; pair out: 50, copies below.",
-    )
-    return ComparisonTable("Generated beside all real floors (bars)", _list_columns(bench), rows, notes)
+def derive_counts(gaps: Mapping[str, Mapping[str, MetricGap]]) -> Iterator[Record]:
+    """How many rows of Table 7.1 are nearer to the real mean than in the thesis, and in how many KS sees no difference.
+
+    The number of rows is the same for all parts.
+    """
+    for part, metrics in gaps.items():
+        yield {"part": part, "metric": NEARER, "value": sum(gap.is_nearer for gap in metrics.values())}
+        yield {"part": part, "metric": ALIKE, "value": sum(gap.is_alike for gap in metrics.values())}
 
 
-def tabulate_held_out(bench: GenerationBench) -> ComparisonTable:
-    """Discrepancies and two-sample tests of what models of half A make beside half B."""
-    rows = []
-    scored = [*(judged.held_out for judged in bench.models.values()), bench.real_halves]
-    for name in STATISTICS:
-        cells = [_ratio_cell(of.discrepancies[name]) for of in scored]
-        rows.append(ComparisonRow(f"discrepancy, {name} (≤ 1.5)", tuple(cells), 2))
-    for name in CLASSIFIERS:
-        cells = [Cell.over(100 * share for share in of.told[name]) for of in scored]
-        rows.append(ComparisonRow(f"{name}, pair out, % (≤ 55)", tuple(cells), 1))
-    effort = bench.effort
-    notes = (
-        f"{effort.models} models, each of a half A of the real floors, drawn at random.",
-        f"Discrepancy: from half B, of {effort.subsamples} subsamples of a model's buildings, as many",
-        "as half A has, over that of half A; of all models, ± its standard error. The bar",
-        "of 1.5 is for these, against held-out buildings.",
-        "% right: a model's buildings told from half B, mean ± sd over models.",
-        f"{REAL_HALF}: its floors drawn again, for % right each once. It knows all of",
-        "half A and nothing else: about the best to hope for of one who knows only that.",
-    )
-    columns = (*bench.models, REAL_HALF)
-    return ComparisonTable("Held out: models of half A beside half B (bars)", columns, tuple(rows), notes)
+def derive_discrepancies(results: Results) -> Iterator[Record]:
+    """The held-out discrepancies of each model, a DiscrepancyRatio each."""
+    for part in (*MODELS, REAL_HALF):
+        for statistic in STATISTICS:
+            generated, real = (
+                results.values(part=part, metric=HELD_OUT_DISCREPANCY, statistic=statistic, side=side)
+                for side in (GENERATED, OF_REAL_HALF)
+            )
+            for pair in zip(generated, real, strict=True):
+                yield {"part": part, "statistic": statistic, "value": DiscrepancyRatio(*pair)}
 
 
-def compare_with_table_7_2(bench: GenerationBench) -> ComparisonTable:
-    """Milliseconds of an iteration of each step."""
-    rows = tuple(
-        ComparisonRow(
-            step,
-            tuple(
-                Cell(_multiply(judged.sampling.iterations[step], 1000), None, 1000 * PRINTED_SECONDS[step])
-                for judged in bench.models.values()
-            ),
-            3,
-        )
-        for step in STEPS
-    )
-    notes = (
-        f"Median of all iterations, over the {bench.models[CORR].sampling.batch} buildings that run side by side.",
-        "Printed are orders of magnitude, with WL.",
-        "Step 3 (printed: 1 ms) is part of step 1, whose iterations are sweeps.",
-    )
-    return ComparisonTable("Table 7.2, an iteration for a building", tuple(bench.models), rows, notes, "ms")
+def derive_proposals(results: Results) -> Iterator[Record]:
+    """An iteration over a row of the Gram matrix, and a row of all at once over one alone."""
+    for part in MODELS:
+        rows = {record["work"]: record["value"] for record in results.select(part=part, metric=GRAM_ROW)}
+        iterations = {record["work"]: record["value"] for record in results.select(part=part, metric=ITERATION)}
+        for name, (step, row) in PROPOSALS.items():
+            seconds = iterations[step]
+            yield {"part": part, "metric": name, "value": None if seconds is None else seconds / rows[row]}
+        yield {
+            "part": part,
+            "metric": f"{FLOORS_AT_ONCE} / {FLOORS}",
+            "value": rows[FLOORS_AT_ONCE] / rows[FLOORS],
+        }
 
 
-def tabulate_costs(bench: GenerationBench) -> ComparisonTable:
-    """Seconds of training and sampling, and proposals in times of a Gram row computed from scratch."""
-    found = {part: dict(_list_cost_cells(judged)) for part, judged in bench.models.items()}
-    rows = tuple(
-        ComparisonRow(name, tuple(cells[name] for cells in found.values()), 3 if "/" in name or "ms" in name else 2)
-        for name in found[CORR]
-    )
-    side_by_side = bench.models[CORR].sampling.batch
-    notes = (
-        f"The bar of training is 10 s, for {PRINTED_FLOORS} floors.",
-        f"Steps are of all {bench.count} buildings. Row: of the WL Gram matrix, {ITERATIONS} rounds, of a",
-        "graph of mean size. Medians. Proposal: an iteration for one building, which",
-        f"hashes again only what changed, {side_by_side} buildings side by side. Over a row: the",
-        f"gain of both; over a row of {bench.count} at once, side by side too: of the first alone.",
-    )
-    return ComparisonTable("Time on this machine (bars)", tuple(bench.models), rows, notes)
+def _list_failed(gaps: Mapping[str, Mapping[str, MetricGap]]) -> Iterator[str]:
+    """Notes that name the rows of Table 7.1 that do not count."""
+    for part, metrics in gaps.items():
+        far = [METRIC_LABELS[metric] for metric, gap in metrics.items() if not gap.is_nearer]
+        unlike = [METRIC_LABELS[metric] for metric, gap in metrics.items() if not gap.is_alike]
+        yield f"{LABELS.get(part, part)}, not nearer: {', '.join(far) or 'none'}."
+        yield f"{LABELS.get(part, part)}, p too small: {', '.join(unlike) or 'none'}."
+    yield "Nearer: than the thesis' generated mean is to its real one, both as published;"
+    yield "if these are equal no row is nearer. KS: Kolmogorov-Smirnov."
 
 
-def tabulate_mixing(bench: GenerationBench) -> ComparisonTable:
-    """Iterations of the chains, and R̂ of several with the same target."""
-    rows = []
-    for name, field in (("step 1: sweeps", "sweeps"), ("step 2: moves", "edge_moves"), ("step 4: moves", "door_moves")):
-        found = [getattr(judged.mixing, field) for judged in bench.models.values()]
-        rows.append(ComparisonRow(name, tuple(Cell(each.iterations) for each in found), 0))
-        rows.append(ComparisonRow(f"{name[:6]}: R̂", tuple(Cell(keep_finite(each.convergence)) for each in found), 3))
-    notes = ("R̂: of the median target, in the second half; near 1 where chains have mixed.",)
-    return ComparisonTable("Section 7.4.2, convergence of chains", tuple(bench.models), tuple(rows), notes)
-
-
-def _compare_metrics(
-    bench: GenerationBench, title: str, parts: Sequence[str], notes: tuple[str, ...]
-) -> ComparisonTable:
-    rows = []
-    for key in METRICS:
-        printed = {REAL: PRINTED[key][0], CORR: PRINTED_MADE[key][0], NCUT: PRINTED_MADE[key][1]}
-        cells = [Cell.over(bench.sets[part].list_figures(key), printed.get(part, (None, None))) for part in parts]
-        rows.append(ComparisonRow(NAMES[key], tuple(cells), 2 if key in TWO_DIGITS else 3))
-    return ComparisonTable(title, tuple(HEADINGS.get(part, part) for part in parts), tuple(rows), notes)
-
-
-def _list_columns(bench: GenerationBench) -> tuple[str, ...]:
-    return tuple(HEADINGS.get(part, part) for part in bench.scores)
-
-
-def _tell_samples(bench: GenerationBench) -> str:
-    if THESIS in bench.sets:
-        return f"{HEADINGS[THESIS]}: {len(bench.sets[THESIS].graphs)} of its 200 by corr, measured here."
-    return "The thesis' own samples are not in the data and have no column."
-
-
-def _list_cluster_cells(part: str, judged: JudgedModel) -> Iterator[tuple[str, Cell]]:
-    found = judged.clusters
-    several = found.sizes > 1
-    yield "functional areas", Cell(len(found.clusters), None, PRINTED_AREAS[part])
-    yield "clusters", Cell(len(found.sizes), None, PRINTED_CLUSTERS[part])
-    yield "clusters by WL", Cell(judged.clusters_by_wl, None, PRINTED_CLUSTERS_BY_WL.get(part))
-    yield "areas of the smallest cluster", Cell(int(found.sizes.min()))
-    yield "areas of the largest cluster", Cell(int(found.sizes.max()))
-    yield "clusters of one area", Cell(int((~several).sum()))
-    yield "similarity within a cluster", Cell.over(found.intra[several].tolist())
-    yield "similarity to other clusters", Cell.over(keep_finite(value) for value in found.inter[several].tolist())
-    yield "loose clusters (0)", Cell(found.loose)
-    yield "mixed clusters", Cell(found.mixed)
-
-
-def _list_score_cells(scores: SetScores) -> Iterator[tuple[str, Cell]]:
-    yield "connected, % (100)", Cell(100 * scores.validity.connected)
-    yield "planar, % (≥ 99)", Cell(100 * scores.validity.planar)
-    yield "labels of the type only, %", Cell(100 * scores.validity.labelled)
-    yield "novel, % (≥ 95)", Cell(100 * scores.novel)
-    yield "unique, % (≥ 95)", Cell(100 * scores.unique)
-    for name in STATISTICS:
-        yield f"discrepancy, {name}", Cell(keep_finite(scores.discrepancies[name].ratio))
-    for name in CLASSIFIERS:
-        yield f"{name}, one out, % (≤ 55)", Cell.over(100 * share for share in scores.told[name].one_out)
-        yield f"{name}, pair out, % (≤ 55)", Cell.over(100 * share for share in scores.told[name].pair_out)
-
-
-def _ratio_cell(ratios: Sequence[DiscrepancyRatio]) -> Cell:
-    return Cell(keep_finite(pool_ratios(ratios).ratio), measure_ratio_error(ratios), count=len(ratios))
-
-
-def _list_cost_cells(judged: JudgedModel) -> Iterator[tuple[str, Cell]]:
-    spent = judged.sampling
-    yield f"training on {len(judged.model.floors)} floors, s", Cell(judged.training)
-    yield "areas and clusters, s (thesis: < 60)", Cell(judged.learning)
-    for step in STEPS:
-        yield f"{step}, s", Cell(spent.steps[step])
-    yield f"all {spent.count} buildings, s (≤ 60 for 200)", Cell(spent.total)
-    yield "row against the floors, ms", Cell(1000 * spent.full_row)
-    yield "row against functional graphs, ms", Cell(1000 * spent.functional_row)
-    at_once = f"row, {spent.count} at once"
-    for step, name, seconds in (
-        (STEP_2, "row of functional graphs", spent.functional_row),
-        (STEP_2, f"functional {at_once}", spent.functional_batch_row),
-        (STEP_2, "row of floors", spent.full_row),
-        (STEP_4, "row of floors", spent.full_row),
-        (STEP_4, at_once, spent.batch_row),
-    ):
-        yield f"proposal of {step} / {name}", Cell(_multiply(spent.iterations[step], 1 / seconds))
-    yield f"{at_once} / row of floors", Cell(spent.batch_row / spent.full_row)
-
-
-def _multiply(figure: float | None, factor: float) -> float | None:
-    return None if figure is None else factor * figure
-
-
-def keep_finite(figure: float) -> float | None:
-    """The figure, None for infinity and nan."""
-    return float(figure) if isfinite(figure) else None
+def _describe_samples(results: Results) -> str:
+    if THESIS not in results.objects["graphs"]:
+        return "The thesis' own samples are not in the data and have no column."
+    return f"{LABELS[THESIS]}: {len(results.objects['graphs'][THESIS])} of its 200 by corr, measured here."

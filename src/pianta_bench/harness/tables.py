@@ -110,8 +110,9 @@ class Table:
         """
         groups: dict[tuple[Key, Key], list[Any]] = {}
         for record in select_records(records, self.where):
+            value = record["value"]
             groups.setdefault((self._key(record, self.rows), self._key(record, self.columns)), []).append(
-                record["value"]
+                value if value is None or self.factor == 1 else self.factor * value
             )
         cells = {key: self.summarise(values) for key, values in groups.items()}
         for record in self._published():
