@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 Bench = TypeVar("Bench")
 # In the order of the help. Each is a folder with a BENCH.
-BENCHES = ("layout", "segmentation", "cost", "graphs", "types", "realism", "partial", "generation")
+BENCHES = ("layout", "segmentation", "cost", "graphs", "types", "realism", "partial", "generation", "prediction")
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
 for name in BENCHES:
