@@ -173,6 +173,7 @@ def test_saved_results(tmp_path: Path) -> None:
             {"part": "a", "item": "y", "failure": "broken", "warnings": []},
         ],
         "records": [{"part": "a", "item": "x", "metric": "r", "value": 1.0}],
+        "published": {},
         "curves": [1, 2],
     }
 

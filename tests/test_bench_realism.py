@@ -149,7 +149,8 @@ def test_errors_by_hand(measured, monkeypatch):
     """Of five offices two are above the third score, of four worlds none: three of nine are wrong."""
     scores = sorted(measured.values(metric="likeness", label_set=R_C, part=OFFICES))
     likeness = measured.select(metric="likeness", part=[OFFICES, WORLDS])
-    results = Results(records=[{**record, "metric": "score", "model": ONE} for record in likeness])
+    results = Results()
+    results.records += [{**record, "metric": "score", "model": ONE} for record in likeness]
     monkeypatch.setattr(realism, "THRESHOLDS", MappingProxyType({ONE: scores[2]}))
     assert error_of(results, ONE) == pytest.approx(100 * 3 / 9)
 
@@ -162,7 +163,9 @@ def test_a_probability_of_one_half_is_realistic(measured):
     ]
     assert floors[0].realism[R_C].verdict.startswith("realistic")
     halves = [{**each, "value": 0.5} for each in measured.select(metric="score", model=TWO)]
-    assert error_of(Results(records=halves), TWO) == pytest.approx(100 * 4 / 9)
+    results = Results()
+    results.records += halves
+    assert error_of(results, TWO) == pytest.approx(100 * 4 / 9)
     (error,) = [
         each["value"]
         for each in derive_views(floors)

@@ -42,10 +42,10 @@ def buildings(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
-    """A model of floors as they are found on maps."""
-    result = [simulate_and_reconstruct(floor, seed=seed) for seed, floor in enumerate(typed_floors())]
+    """A model of floors as they are reconstructed from maps."""
+    floors = [simulate_and_reconstruct(floor, seed=seed) for seed, floor in enumerate(typed_floors())]
     path = tmp_path_factory.mktemp("model") / "types.json"
-    save_building_type_model(train_building_types(result, schemas=ALL_SCHEMAS, label_set=LabelSet.R_C), path)
+    save_building_type_model(train_building_types(floors, schemas=ALL_SCHEMAS, label_set=LabelSet.R_C), path)
     return path
 
 
@@ -61,8 +61,8 @@ def map_of(floor: Floor, folder: Path) -> Path:
 def maps(tmp_path_factory):
     """A map of a new building of each type."""
     folder = tmp_path_factory.mktemp("maps")
-    generated = {"school": make_school(7, width=6.8), "office": make_office(5, depth=3.2), "house": make_house(6)}
-    return {type_name: map_of(floor, folder / type_name) for type_name, floor in generated.items()}
+    new_floors = {"school": make_school(7, width=6.8), "office": make_office(5, depth=3.2), "house": make_house(6)}
+    return {type_name: map_of(floor, folder / type_name) for type_name, floor in new_floors.items()}
 
 
 def save_as(floor: Floor, path: Path) -> Path:
@@ -77,14 +77,14 @@ def test_train_on_three_types(buildings, tmp_path):
     out_file = tmp_path / "types.json"
     code, out, err = run_pianta("train", "buildings", *folders, "--labels", buildings / "house.yaml", "-o", out_file)
     assert (code, err) == (0, "")
-    trained, wrong, unknown, index = out.splitlines()
+    trained, wrong, unknown, output = out.splitlines()
     assert trained == (
         "trained on 16 floors: 5 floors of 5 buildings of type house, 5 floors of 5 buildings of type office, "
         "6 floors of 5 buildings of type school"
     )
     assert wrong == "wrong types of floors whose building was left out: 0 of 16, 0.0%"
     assert re.fullmatch(r"called unknown when left out: \d+ of 16, \d+\.\d%", unknown)
-    assert re.fullmatch(rf"in {re.escape(str(out_file))}, \d+ KB", index)
+    assert re.fullmatch(rf"in {re.escape(str(out_file))}, \d+ KB", output)
     assert read_building_type_model(out_file).building_types == ("house", "office", "school")
     assert list(tmp_path.iterdir()) == [out_file]
 
@@ -97,7 +97,7 @@ def test_training_again_gives_the_same_bytes(buildings, tmp_path):
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 
-def test_the_type_of_files_without_one(buildings, tmp_path):
+def test_the_type_of_files_without_a_type(buildings, tmp_path):
     for number, floor in enumerate(typed_floors()[-3:]):
         save_as(replace(floor, building_type={}), tmp_path / f"{'abc'[number]}.geojson")
     options = ("--labels", buildings / "house.yaml", "--type", " House ", "-o", tmp_path / "types.json", "-q")
@@ -107,11 +107,11 @@ def test_the_type_of_files_without_one(buildings, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("what", ["buildings", "places"])
-def test_a_guessed_type_is_not_learned_from(buildings, tmp_path, what):
-    """`pianta read` writes what it guesses into floor.geojson; who corrects the labels has not confirmed the type."""
+def test_a_predicted_type_is_not_used_in_training(buildings, tmp_path, what):
+    """`pianta read` writes its prediction into floor.geojson; a user who corrects the labels does not confirm it."""
     for number, floor in enumerate(typed_floors()[-3:]):
-        guessed = replace(floor, building_type={"school": 0.9, "office": 0.1})
-        save_as(guessed, tmp_path / f"{'abc'[number]}.geojson")
+        predicted = replace(floor, building_type={"school": 0.9, "office": 0.1})
+        save_as(predicted, tmp_path / f"{'abc'[number]}.geojson")
     command = ("train", what, buildings / "school", tmp_path, "-o", tmp_path / "m.npz")
     code, out, err = run_pianta(*command)
     assert (code, out) == (2, "")
@@ -152,11 +152,11 @@ def test_a_building_that_cannot_be_read_does_not_stop_the_others(buildings, tmp_
     assert "trained on 11 floors" in out
 
 
-@pytest.mark.parametrize(("options", "message"), [(("--type", " "), "--type"), (("--labels", "no.yaml"), "no.yaml")])
-def test_training_options_that_make_no_sense(buildings, tmp_path, options, message):
+@pytest.mark.parametrize(("options", "fragment"), [(("--type", " "), "--type"), (("--labels", "no.yaml"), "no.yaml")])
+def test_training_options_that_make_no_sense(buildings, tmp_path, options, fragment):
     code, out, err = run_pianta("train", "buildings", buildings, *options, "-o", tmp_path / "types.json")
     assert (code, out) == (2, "")
-    assert message in err
+    assert fragment in err
 
 
 @pytest.mark.slow
@@ -164,16 +164,16 @@ def test_read_prints_the_type(maps, model, tmp_path):
     for type_name, path in maps.items():
         code, out, err = run_pianta("read", path, "-o", tmp_path, "--building-model", model)
         assert (code, err) == (0, "")
-        message = next(line for line in out.splitlines() if line.startswith("building: "))
+        type_line = next(line for line in out.splitlines() if line.startswith("building: "))
         floor = read_floor(tmp_path / "floor.geojson")
         assert floor.building_types[0] == type_name
         assert sum(floor.building_type.values()) == pytest.approx(1)
         first, *others = (f"{name} {floor.building_type[name]:.2f}" for name in floor.building_types)
-        assert message == f"building: {first} ({', '.join(others)})"
+        assert type_line == f"building: {first} ({', '.join(others)})"
         assert set(floor.building_type) == {"house", "office", "school"}
 
 
-def building_model_saying(chances: dict[str, float], monkeypatch: pytest.MonkeyPatch) -> None:
+def set_predicted_type(chances: dict[str, float], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "pianta.building_types.classify.classify_building", lambda floor, model: replace(floor, building_type=chances)
     )
@@ -181,8 +181,8 @@ def building_model_saying(chances: dict[str, float], monkeypatch: pytest.MonkeyP
 
 @pytest.mark.slow
 @pytest.mark.parametrize("chances", [{"school": 0.99, "office": 0.01}, {"school": 0.2, "house": 0.8}, {}])
-def test_a_guessed_type_names_no_rooms(maps, tmp_path, monkeypatch, chances):
-    building_model_saying(chances, monkeypatch)
+def test_a_predicted_type_gives_rooms_no_labels(maps, tmp_path, monkeypatch, chances):
+    set_predicted_type(chances, monkeypatch)
     assert run_pianta("read", maps["school"], "-o", tmp_path, "-q") == (0, "", "")
     floor = read_floor(tmp_path / "floor.geojson")
     assert floor.building_type == chances
@@ -192,7 +192,7 @@ def test_a_guessed_type_names_no_rooms(maps, tmp_path, monkeypatch, chances):
 
 
 @pytest.mark.slow
-def test_a_building_unlike_all_that_are_known(maps, model, tmp_path):
+def test_a_building_unlike_all_training_floors(maps, model, tmp_path):
     hall = map_of(make_house(1, width=30), tmp_path / "hall")
     code, out, err = run_pianta("read", hall, "-o", tmp_path, "--building-model", model)
     assert (code, err) == (0, "")
@@ -205,21 +205,21 @@ def test_a_building_unlike_all_that_are_known(maps, model, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("chances", "message"),
+    ("chances", "description"),
     [({"office": 0.3, "school": 0.7}, "school 0.70"), ({"house": 1.0}, "house 1.00"), ({}, "unknown type")],
 )
-def test_the_type_in_the_line_of_each_map(maps, tmp_path, monkeypatch, chances, message):
-    building_model_saying(chances, monkeypatch)
+def test_the_type_in_the_line_of_each_map(maps, tmp_path, monkeypatch, chances, description):
+    set_predicted_type(chances, monkeypatch)
     code, out, err = run_pianta("read", *maps.values(), "-o", tmp_path)
     assert (code, err) == (0, "")
     assert [line.partition(" m², ")[2] for line in out.splitlines()[:3]] == [
-        f"{message}, in {tmp_path / type_name}-map" for type_name in maps
+        f"{description}, in {tmp_path / type_name}-map" for type_name in maps
     ]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("options", [("--type", "school"), ("--no-labels",)])
-def test_no_type_is_printed_unless_it_is_predicted(maps, tmp_path, options):
+def test_a_given_type_is_not_predicted(maps, tmp_path, options):
     code, out, err = run_pianta("read", maps["house"], "-o", tmp_path, *options)
     assert (code, err) == (0, "")
     assert "building:" not in out
@@ -229,21 +229,21 @@ def test_no_type_is_printed_unless_it_is_predicted(maps, tmp_path, options):
 
 
 @pytest.mark.slow
-def test_a_given_type_stays_and_a_guessed_one_does_not(maps, tmp_path):
+def test_a_given_type_stays_and_a_predicted_one_does_not(maps, tmp_path):
     folder = tmp_path / "out"
-    for old, message in [
+    for old, type_line in [
         ({"office": 1.0}, "building: office, as given by a user"),
         ({"office": 0.9, "school": 0.1}, None),
     ]:
         assert run_pianta("read", maps["school"], "-o", folder, "-q") == (0, "", "")
         floor = read_floor(folder / "floor.geojson")
-        assessed = floor.building_type
+        predicted = floor.building_type
         save_floor(replace(floor, building_type=old), folder / "floor.geojson")
         code, out, err = run_pianta("read", maps["school"], "--previous", folder, "-o", folder)
         assert (code, err) == (0, "")
         again = read_floor(folder / "floor.geojson")
-        assert again.building_type == (old if message else assessed)
-        assert message is None or message in out.splitlines()
+        assert again.building_type == (old if type_line else predicted)
+        assert type_line is None or type_line in out.splitlines()
     assert run_pianta("read", maps["school"], "--previous", folder, "-o", folder, "--type", "school", "-q").code == 0
     assert read_floor(folder / "floor.geojson").building_type == {"school": 1.0}
 
@@ -264,17 +264,17 @@ def test_manual_labels_stay_under_a_predicted_type(maps, model, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("options", "fragment"),
     [
         (("--building-model", "nowhere.json"), "nowhere.json"),
         (("--building-model", "types.json", "--type", "school"), "--building-model"),
         (("--building-model", "types.json", "--no-labels"), "--no-labels"),
     ],
 )
-def test_reading_options_that_make_no_sense(maps, tmp_path, options, message):
+def test_reading_options_that_make_no_sense(maps, tmp_path, options, fragment):
     code, out, err = run_pianta("read", maps["school"], "-o", tmp_path / "out", *options)
     assert (code, out) == (2, "")
-    assert message in err
+    assert fragment in err
     assert err.count("\n") == 1
     assert not list_files(tmp_path / "out")
 
@@ -291,39 +291,39 @@ def test_models_of_rooms_and_of_buildings_are_not_mixed_up(maps, model, tmp_path
 
 
 @pytest.mark.slow
-def test_the_type_is_predicted_by_manual_labels(maps, tmp_path, monkeypatch):
+def test_the_type_is_predicted_from_manual_labels(maps, tmp_path, monkeypatch):
     folder = tmp_path / "out"
     assert run_pianta("read", maps["school"], "-o", folder, "-q") == (0, "", "")
     floor = read_floor(folder / "floor.geojson")
     rooms = tuple(replace(room, label="ENTRANCE") for room in floor.rooms)
     save_floor(replace(floor, rooms=rooms), folder / "floor.geojson")
-    assessed: list[Floor] = []
+    classified: list[Floor] = []
 
-    def judge(floor: Floor, model: object) -> Floor:
-        assessed.append(floor)
+    def classify(floor: Floor, model: object) -> Floor:
+        classified.append(floor)
         return floor
 
-    monkeypatch.setattr("pianta.building_types.classify.classify_building", judge)
+    monkeypatch.setattr("pianta.building_types.classify.classify_building", classify)
     assert run_pianta("read", maps["school"], "--previous", folder, "-o", folder, "-q") == (0, "", "")
-    assert {room.label for room in assessed[0].rooms} == {"ENTRANCE"}
+    assert {room.label for room in classified[0].rooms} == {"ENTRANCE"}
 
 
 @pytest.mark.slow
-def test_only_the_given_room_model_is_used(maps, tmp_path, monkeypatch):
-    """A label of nobody's schema stays, and for the type the room is what the given model finds."""
+def test_only_the_given_room_model_labels_rooms(maps, tmp_path, monkeypatch):
+    """A label that no schema has stays; for the building type, the label of the given model counts."""
     folder = tmp_path / "out"
     assert run_pianta("read", maps["school"], "-o", folder, "-q") == (0, "", "")
     floor = read_floor(folder / "floor.geojson")
     ward, *others = floor.rooms
     save_floor(replace(floor, rooms=(replace(ward, label="WARD"), *others)), folder / "floor.geojson")
-    queries: list[Floor] = []
+    labelled: list[Floor] = []
     label = RoomModel.label
 
     def count(model: RoomModel, floor: Floor) -> Floor:
-        queries.append(floor)
+        labelled.append(floor)
         return label(model, floor)
 
     monkeypatch.setattr(RoomModel, "label", count)
     assert run_pianta("read", maps["school"], "--previous", folder, "-o", folder, "-q") == (0, "", "")
-    assert len(queries) == 1
+    assert len(labelled) == 1
     assert read_floor(folder / "floor.geojson").rooms[0].label == "WARD"

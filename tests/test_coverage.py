@@ -9,12 +9,8 @@ from shapely import Polygon, box
 
 from pianta.evaluation.coverage import (
     Scores,
-    backward_accuracy,
     backward_coverage,
-    forward_accuracy,
     forward_coverage,
-    precision,
-    recall,
     score_layout,
 )
 
@@ -52,10 +48,10 @@ def test_accuracy_weighs_by_area_and_precision_does_not():
     """A room of 9 m², two thirds of it true, and one of 1 m² that is all true; the truth reaches no further."""
     found = [box(0, 0, 3, 3), box(5, 0, 6, 1)]
     truth = [box(0, 0, 3, 2), box(5, 0, 6, 1)]
-    assert forward_accuracy(found, truth) == pytest.approx(7 / 10)
-    assert precision(found, truth) == pytest.approx((2 / 3 + 1) / 2)
-    assert backward_accuracy(found, truth) == pytest.approx(1)
-    assert recall(found, truth) == pytest.approx(1)
+    assert score_layout(found, truth).a_fc == pytest.approx(7 / 10)
+    assert score_layout(found, truth).precision == pytest.approx((2 / 3 + 1) / 2)
+    assert score_layout(found, truth).a_bc == pytest.approx(1)
+    assert score_layout(found, truth).recall == pytest.approx(1)
     scores = score_layout(found, truth)
     assert scores.mean_iou == pytest.approx((2 / 3 + 1) / 2)
     assert scores.f1 == 1

@@ -106,6 +106,18 @@ def test_files_that_a_page_names_are_there(page):
     assert [name for name in named if not (ROOT / name).exists()] == []
 
 
+@pytest.mark.parametrize("page", PAGES, ids=relative_name)
+def test_modules_that_a_page_names_are_there(page):
+    """A page about a method names modules without their folder."""
+    modules = {
+        path.name
+        for folder in ("src", "tests", "training", "benchmarks", "docs")
+        for path in (ROOT / folder).rglob("*.py")
+    }
+    named = re.findall(r"`(?:[\w/]+/)?(\w+\.py)`", page.read_text(encoding="utf-8"))
+    assert [name for name in named if name not in modules] == []
+
+
 def test_the_page_of_the_house_has_every_folder_in_the_order_of_imports():
     page = (ROOT / "docs" / "reference" / "house.md").read_text(encoding="utf-8")
     listed = [name.removesuffix(".py") for name in re.findall(r"^\| `([\w.]+)/?` \|", page, re.MULTILINE)]

@@ -110,7 +110,7 @@ def test_edges_join_the_middles_of_nodes_and_are_thick_between_corridors(ax):
     assert thick == [("a", "b")]
 
 
-def test_each_node_is_drawn_at_its_place_and_seen(ax):
+def test_each_node_is_drawn_at_its_position_and_visible(ax):
     plot_room_graph(SMALL_SCHOOL, ax=ax, schema=SCHOOL)
     (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
     for patch, (x, y) in zip(ax.patches, place_nodes(SMALL_SCHOOL).values(), strict=True):
@@ -194,7 +194,7 @@ def test_parts_of_a_building_lie_apart():
         assert (high < other_low).any() or (other_high < low).any()
 
 
-def test_a_sheet_has_a_building_in_each_place_row_by_row():
+def test_a_sheet_has_its_buildings_row_by_row():
     graphs = [SMALL_SCHOOL, nx.empty_graph(1), nx.path_graph(3)]
     figure = draw_contact_sheet(graphs, schema=SCHOOL, columns=2)
     assert [ax.get_title() for ax in figure.axes] == ["1: 8 rooms", "2: 1 room", "3: 3 rooms"]

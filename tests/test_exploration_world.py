@@ -11,7 +11,6 @@ from shapely import LineString, Point, box
 from pianta.errors import OptionError
 from pianta.exploration.starts import check_start, find_starts, place_robots
 from pianta.exploration.world import (
-    World,
     build_world,
     clear_cells,
     explorable_cells,
@@ -120,10 +119,13 @@ def test_clear_cells_are_further_from_obstacles_than_the_radius():
 
 @pytest.mark.slow
 @given(cells=st.lists(st.lists(st.booleans(), min_size=6, max_size=6), min_size=5, max_size=9), radius=st.floats(0, 3))
-def test_clear_cells_are_those_that_is_clear_says(cells, radius):
-    world = World(np.array(cells), 1.0)
-    clear = clear_cells(world.blocked, radius)
-    assert all(clear[cell] == world.is_clear(cell, radius) for cell in np.ndindex(clear.shape))
+def test_cells_are_clear_if_all_cells_within_the_radius_are_free(cells, radius):
+    blocked = np.pad(np.array(cells), 4, constant_values=True)
+    obstacles = np.argwhere(blocked) - 4
+    clear = clear_cells(np.array(cells), radius)
+    for cell in np.ndindex(clear.shape):
+        squares = ((obstacles - cell) ** 2).sum(axis=1)
+        assert clear[cell] == (squares > radius**2).all()
 
 
 def test_corners_count_as_explorable_and_rooms_behind_walls_do_not():
@@ -180,12 +182,13 @@ def test_a_start_where_no_robot_can_stand_is_one_clear_line(start, told):
 
 def test_robots_stand_beside_each_other():
     world = two_room_world()
-    places = place_robots(world, [(2, 2), (3, 3)], 4, radius=0.2)
-    assert places[:2] == [(2, 2), (3, 3)]
-    apart = [Point(one).distance(Point(other)) for i, one in enumerate(places) for other in places[:i]]
-    assert min(apart) > 0.55
-    assert all(world.is_clear(world.cell(*place), 0.2) for place in places)
-    assert Point(places[2]).distance(Point(2, 2)) < 0.75
+    points = place_robots(world, [(2, 2), (3, 3)], 4, radius=0.2)
+    assert points[:2] == [(2, 2), (3, 3)]
+    gaps = [Point(one).distance(Point(other)) for i, one in enumerate(points) for other in points[:i]]
+    assert min(gaps) > 0.55
+    clear = clear_cells(world.blocked, 0.2 / world.resolution)
+    assert all(clear[world.cell(*point)] for point in points)
+    assert Point(points[2]).distance(Point(2, 2)) < 0.75
 
 
 def test_there_is_no_place_for_too_many_robots():

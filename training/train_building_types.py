@@ -1,7 +1,7 @@
 """Train the model of building types that comes with pianta: python training/train_building_types.py.
 
-As `pianta train buildings` does, but which floors are of one building is read from manifest.json of the data: names of
-files do not always tell.
+As `pianta train buildings`, but manifest.json of the data says which floors are of one building, as names of files are
+not always enough.
 """
 
 from __future__ import annotations
@@ -15,14 +15,13 @@ from pianta_bench.data.folders import find_data
 
 
 def main() -> None:
-    """Train, save, and print how many types are wrong when the building is left out."""
+    """Train, save, and print the number of wrong types when the building is left out."""
     floors, _ = read_annotated_floors(find_data(None))
     model = train_building_types([floor.floor for floor in floors], buildings=[floor.building for floor in floors])
     save_building_type_model(model, DEFAULT_MODEL)
-    verdicts = predict_held_out(model)
-    said = [verdict.likeliest for verdict in verdicts]
-    wrong = sum(one != other for one, other in zip(said, model.types, strict=True))
-    unknown = sum(not verdict.is_known for verdict in verdicts)
+    predictions = predict_held_out(model)
+    wrong = sum(each.likeliest != true for each, true in zip(predictions, model.types, strict=True))
+    unknown = sum(not each.is_known for each in predictions)
     typer.echo(f"{len(floors)} floors of {len(set(model.buildings))} buildings: {wrong} wrong, {unknown} unknown")
 
 

@@ -284,7 +284,7 @@ class Floor:
         return f"<Floor {self.source!r}: {len(self.rooms)} rooms, {len(self.doors)} doors, {area:.1f} m²>"
 
     def __getitem__(self, room_id: int) -> Room:
-        """The room with an id; KeyError if there is none."""
+        """The room with an id; KeyError if it does not exist."""
         for room in self.rooms:
             if room.id == room_id:
                 return room

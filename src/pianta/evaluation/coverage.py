@@ -56,26 +56,6 @@ def backward_coverage(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> lis
     return forward_coverage(truth, rooms)
 
 
-def forward_accuracy(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> float:
-    """A_FC: share of the rooms' area within the true rooms that they are mapped to; low if under-segmented."""
-    return score_layout(rooms, truth).a_fc
-
-
-def backward_accuracy(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> float:
-    """A_BC: share of the true rooms' area within the rooms that they are mapped to; low if over-segmented."""
-    return score_layout(rooms, truth).a_bc
-
-
-def precision(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> float:
-    """Mean over the rooms of the share of each within the true room that it is mapped to."""
-    return score_layout(rooms, truth).precision
-
-
-def recall(rooms: Sequence[Polygon], truth: Sequence[Polygon]) -> float:
-    """Mean over the true rooms of the share of each within the room that it is mapped to."""
-    return score_layout(rooms, truth).recall
-
-
 def score_overlaps(
     overlaps: NDArray[np.float64], areas: NDArray[np.float64], true_areas: NDArray[np.float64]
 ) -> Scores:

@@ -71,7 +71,7 @@ def check_start(world: World, start: Point, *, radius: float) -> None:
         fault = "outside of the world"
     elif world.blocked[cell]:
         fault = "in a wall or outside of the building"
-    elif not world.is_clear(cell, radius):
+    elif not clear_cells(world.blocked, radius / world.resolution)[cell]:
         fault = f"nearer to a wall than the robot's radius of {radius} m"
     if fault:
         x, y = find_starts(world, radius=radius)[0]

@@ -88,15 +88,6 @@ class World:
         x, y = self.grid.pixel_to_map(cell[0] + 0.5, cell[1] + 0.5)
         return float(x), float(y)
 
-    def is_clear(self, cell: tuple[int, int], radius: float) -> bool:
-        """Whether a robot of a radius, metres, can stand in the middle of a cell."""
-        reach = int(radius / self.resolution)
-        row, col = cell
-        if not (reach <= row < self.blocked.shape[0] - reach and reach <= col < self.blocked.shape[1] - reach):
-            return False
-        around = self.blocked[row - reach : row + reach + 1, col - reach : col + reach + 1]
-        return not (around & _disc(radius / self.resolution)).any()
-
 
 def build_world(floor: Floor, *, resolution: float = 0.1, wall: float = 0.2, door: float = 0.9) -> World:
     """Build the world of a floor; wall: thickness between rooms; door: minimum width. All lengths in metres.

@@ -6,12 +6,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
+from pianta._types import Floats
 from pianta.errors import GraphError, LabelError, ModelError
 from pianta.generation.area_clusters import AreaKernel, cluster_areas, compare_areas
 from pianta.generation.functional_areas import (
@@ -28,6 +29,9 @@ from pianta.graphs.metrics import find_corridors
 from pianta.io._faults import join_faults
 from pianta.io._files import short_repr
 from pianta.labels import LabelConvention, LabelSchema, standard_name
+
+if TYPE_CHECKING:
+    from pianta.graphs.graph_hopper import GraphHopper
 
 Counts: TypeAlias = NDArray[np.int64]
 
@@ -158,6 +162,14 @@ class TypeModel:
         return np.array([cluster for floor in self.floors for cluster in floor.clusters], np.intp)
 
     @cached_property
+    def _kernel(self) -> tuple[GraphHopper, Floats]:
+        """The kernel of `areas`, and its Gram matrix."""
+        from pianta.graphs.graph_hopper import GraphHopper
+
+        kernel = GraphHopper().fit(self.areas)
+        return kernel, kernel.compare()
+
+    @cached_property
     def configurations(self) -> Counts:
         """V: the number of areas of each cluster on each floor, shape (floors, clusters)."""
         return np.array([self.count_clusters(floor) for floor in self.floors])
@@ -181,6 +193,24 @@ class TypeModel:
             Shape (clusters,).
         """
         return np.bincount(floor.clusters, minlength=int(self.clusters.max()) + 1).astype(np.int64)
+
+    def assign_clusters(self, areas: Iterable[nx.Graph]) -> list[int]:
+        """The cluster of the most similar area of the model, for each area.
+
+        Parameters
+        ----------
+        areas
+            Functional areas, with a `label` at each node.
+
+        Returns
+        -------
+        list of int
+            Similar are areas that are similar to the same areas, as for the clusters of the model.
+        """
+        kernel, gram = self._kernel
+        nearest = [int(((gram - row) ** 2).sum(axis=1).argmin()) for row in kernel.compare(areas)]
+        clusters: list[int] = self.clusters[nearest].tolist()
+        return clusters
 
     def __str__(self) -> str:
         areas = f"{len(self.areas)} functional areas by {self.segmentation}"
@@ -228,15 +258,10 @@ def assign_area_clusters(graph: nx.Graph, model: TypeModel) -> TypeFloor:
     graph: as for `learn_type`. The nodes of the result have their original names as `room`.
     Raises GraphError and LabelError as `prepare_room_graph`.
     """
-    from pianta.graphs.graph_hopper import GraphHopper
-
     prepared = prepare_room_graph(graph, model.schema)
     areas = _segment(prepared, model.schema, model.segmentation)
-    kernel = GraphHopper().fit(model.areas)
-    rows, gram = kernel.compare([area_subgraph(prepared, area) for area in areas]), kernel.compare()
-    # As in `cluster_areas`: areas are similar if they are similar to the same areas.
-    nearest = [int(((gram - row) ** 2).sum(axis=1).argmin()) for row in rows]
-    return TypeFloor(prepared.graph["source"], prepared, areas, tuple(model.clusters[nearest].tolist()))
+    clusters = model.assign_clusters([area_subgraph(prepared, area) for area in areas])
+    return TypeFloor(prepared.graph["source"], prepared, areas, tuple(clusters))
 
 
 def prepare_room_graph(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:

@@ -20,7 +20,6 @@ from pianta.generation.functional_graph import FunctionalGraphs, sample_function
 from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, connect_areas
 from pianta.generation.type_model import TypeModel, area_subgraph, count_labels, size_attribute
-from pianta.graphs.graph_hopper import GraphHopper
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelConvention
 from pianta.prediction.area_plan import AreaPlan, NewArea, plan_areas, segment_known_rooms
@@ -79,8 +78,6 @@ class FloorSampler:
         shares = count_labels([floor.graph for floor in model.floors], model.schema).astype(float)
         shares /= shares.sum(axis=1, keepdims=True)
         self.label_shares = dict(zip(model.schema.by_name, shares.mean(axis=0).tolist(), strict=True))
-        self._kernel = GraphHopper().fit(model.areas)
-        self._gram = self._kernel.compare()
 
     def sample(
         self,
@@ -94,7 +91,8 @@ class FloorSampler:
         """Sample the floors with these numbers, from 0; a floor depends only on its number and the seed."""
         generators = [np.random.default_rng((seed, number)) for number in numbers]
         known_areas = segment_known_rooms(explored)
-        clusters = self._assign_clusters(explored, known_areas)
+        areas = [area_subgraph(explored.graph, area) for area in known_areas]
+        clusters = [str(cluster) for cluster in self.model.assign_clusters(areas)]
         # Steps 1 and 3: the number of unexplored functional areas, their clusters, and the areas.
         weights = self.ends.stage_weights(explored)
         plans = [self._plan(explored, known_areas, clusters, weights, generator) for generator in generators]
@@ -113,12 +111,6 @@ class FloorSampler:
         connections = NodeConnections(self.references, buildings, graphs, self.potentials, generators, n_fixed=fixed)
         connect_areas(connections, moves=door_moves)
         return [_finish(*parts) for parts in zip(plans, buildings, opened, strict=True)]
-
-    def _assign_clusters(self, explored: ExploredPart, known_areas: Sequence[Area]) -> list[str]:
-        """The cluster of each known area, as text: that of the most similar area of the model."""
-        rows = self._kernel.compare([area_subgraph(explored.graph, area) for area in known_areas])
-        nearest = [int(((self._gram - row) ** 2).sum(axis=1).argmin()) for row in rows]
-        return [str(self.model.clusters[area]) for area in nearest]
 
     def _plan(
         self,

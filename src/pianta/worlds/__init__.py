@@ -1,1 +1,1 @@
-"""Synthetic floors (floors), what stands in them (furniture), and the maps that a robot would make of them (scan)."""
+"""Synthetic floors (floors), their furniture (furniture), and simulated maps of them (scan, partial_scan)."""

@@ -16,7 +16,7 @@ from rich.text import Text
 from pianta import __version__
 from pianta.io._files import atomic_file
 from pianta_bench.harness.records import Results, name_parts
-from pianta_bench.harness.tables import Cell, FilledTable
+from pianta_bench.harness.tables import Cell, FilledTable, read_published
 
 ABSENT = "–"
 MAX_WIDTH = 100  # characters; columns that do not fit go below
@@ -50,6 +50,7 @@ def save_results(bench: str, tables: Sequence[FilledTable], results: Results, pa
         "tables": [_table_as_json(table) for table in tables],
         "items": [asdict(item) for item in results.items],
         "records": results.records,
+        "published": _list_published(tables),
         **results.details,
     }
     with atomic_file(path) as temporary:
@@ -61,6 +62,18 @@ def show_figure(figure: float | None, digits: int) -> str:
     if figure is None or not isfinite(figure):
         return ABSENT
     return str(figure) if isinstance(figure, int) else f"{figure:.{digits}f}"
+
+
+def _list_published(tables: Sequence[FilledTable]) -> dict[str, list[dict[str, object]]]:
+    """The published figures of each file that a table shows."""
+    names = dict.fromkeys(table.published for table in tables if table.published)
+    return {
+        name: [
+            {key: float(text) if key in {"mean", "sd"} and text else text for key, text in record.items()}
+            for record in read_published(name)
+        ]
+        for name in names
+    }
 
 
 def _table_as_json(table: FilledTable) -> dict[str, object]:

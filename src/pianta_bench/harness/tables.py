@@ -60,7 +60,7 @@ class FilledTable:
     """A table with its figures.
 
     rows: the cells by name of row, and in it by name of column. unit: of all figures, or empty.
-    shown: whether it is printed, or only saved.
+    shown: whether it is printed, or only saved. published: the file of the published figures, empty if there are none.
     """
 
     title: str
@@ -69,6 +69,7 @@ class FilledTable:
     notes: tuple[str, ...] = ()
     unit: str = ""
     shown: bool = True
+    published: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,10 +111,8 @@ class Table:
         """
         groups: dict[tuple[Key, Key], list[Any]] = {}
         for record in select_records(records, self.where):
-            value = record["value"]
-            groups.setdefault((self._key(record, self.rows), self._key(record, self.columns)), []).append(
-                value if value is None or self.factor == 1 else self.factor * value
-            )
+            key = self._key(record, self.rows), self._key(record, self.columns)
+            groups.setdefault(key, []).append(self._scale(record["value"]))
         cells = {key: self.summarise(values) for key, values in groups.items()}
         for record in self._published():
             key = self._key(record, self.rows), self._key(record, self.columns)
@@ -137,7 +136,11 @@ class Table:
             (*self.notes, *notes),
             self.unit,
             self.shown,
+            self.published,
         )
+
+    def _scale(self, value: float | None) -> float | None:
+        return value if value is None or self.factor == 1 else self.factor * value
 
     def _key(self, record: Record, names: tuple[str, ...]) -> Key:
         return tuple(record[name] for name in names)
@@ -154,11 +157,10 @@ class Table:
         """The published figures that the table has a place for."""
         if not self.published:
             return []
-        known = {name: value for name, value in self.where.items() if name in (*self.rows, *self.columns)}
+        records: list[Record] = [*read_published(self.published)]
+        known = {name: value for name, value in self.where.items() if records and name in records[0]}
         named = {str(value): value for values in known.values() for value in _as_sequence(values)}
-        records = [
-            {name: named.get(text, text) for name, text in record.items()} for record in read_published(self.published)
-        ]
+        records = [{name: named.get(text, text) for name, text in record.items()} for record in records]
         return select_records(records, known)
 
     def _sort(self, keys: Iterable[Key], side: int) -> list[Key]:

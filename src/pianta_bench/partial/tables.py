@@ -86,7 +86,7 @@ def compare_confidence(runs: Mapping[str, Sequence[EvaluatedRoom]]) -> Iterator[
         for low, high in CONFIDENCE_BINS:
             # The last bin has its upper end.
             end = high + (high == 1)
-            pairs = [
+            pairs: list[tuple[float | None, float | None]] = [
                 (100 * room.confidence, 100 * room.predicted)
                 for room in rooms
                 if room.confidence is not None and low <= room.confidence < end
@@ -100,8 +100,8 @@ def compare_confidence(runs: Mapping[str, Sequence[EvaluatedRoom]]) -> Iterator[
 def compare_partial(runs: Mapping[str, Sequence[EvaluatedRoom]]) -> Iterator[Record]:
     """Which rooms that are truly partial are called so, and which that are called so are it."""
     for run, rooms in runs.items():
-        called = [room.truly_partial for room in rooms if room.called_partial]
-        true = [room.called_partial for room in rooms if room.truly_partial]
+        called: list[bool | None] = [room.truly_partial for room in rooms if room.called_partial]
+        true: list[bool | None] = [room.called_partial for room in rooms if room.truly_partial]
         name = f"{run} ({len(true)}, {len(called)})"
         for metric, flags in (("of truly partial, called", true), ("of called, truly partial", called)):
             for flag in flags or [None]:

@@ -111,10 +111,12 @@ def tabulate(results: Results) -> list[FilledTable]:
     """The tables of chapter 4, for each set of rooms."""
     sets = results.details["sets"]
     parts = [each["name"] for each in sets]
-    tables = [
-        TABLE_4_2.narrow(part=each["name"]).fill(results.records, part=each["name"], rooms=each["rooms"])
-        for each in sets
+    labels = [
+        {**record, "value": 100 * record["value"]} if record["metric"] == "share" else record
+        for record in results.records
+        if "label" in record
     ]
+    tables = [TABLE_4_2.narrow(part=each["name"]).fill(labels, part=each["name"], rooms=each["rooms"]) for each in sets]
     for sizes, title in SIZES_TITLES.items():
         records = results.select(metric="accuracy", sizes=sizes)
         means = derive_means(records, ("part", "features", "folds_of"))
@@ -144,7 +146,7 @@ def derive_means(records: Sequence[Record], names: Sequence[str]) -> list[Record
     for record in records:
         by_algorithm = groups.setdefault(tuple(record[name] for name in names), {})
         by_algorithm.setdefault(record["algorithm"], []).append(record["value"])
-    derived = []
+    derived: list[Record] = []
     for key, folds in groups.items():
         means = [fmean(values) for values in folds.values()]
         figures = fmean(means), stdev(means), fmean(map(stdev, folds.values()))

@@ -40,7 +40,7 @@ STOP_SHARE = 0.5
 MIN_MOVE = 0.3
 # Open rows with gaps of at most this number of rows are one run.
 RUN_GAP = 3
-# Narrower parts of what is added to the room are removed; metres.
+# Narrower parts of the added area are removed; metres.
 SLIVER_WIDTH = 0.3
 # Extents of other rooms, if no complete room was observed; metres.
 USUAL_EXTENT = np.array([[4.0, 5.0]])
@@ -48,8 +48,16 @@ USUAL_EXTENT = np.array([[4.0, 5.0]])
 MAX_WALL_SHARE = 0.05
 # ... and if its area is larger by more than this share than that of its reachable part.
 MIN_GROWTH = 0.02
-# More doors count as this many.
+# More doors count as this many, ...
 MAX_DOORS = 6
+# ... divided by this.
+DOOR_SCALE = 3
+# Rate at which the similarity to the most similar room falls with the difference of log extents.
+NEAREST_SIMILARITY_RATE = 3
+# Width of the Gaussian of the mean similarity; difference of log extents.
+MEAN_SIMILARITY_WIDTH = 0.3
+# Longest move over the shorter extent of the room, at most.
+MAX_MOVE_RATIO = 3.0
 
 # First row and column, last row and column, inclusive.
 Bounds: TypeAlias = tuple[int, int, int, int]
@@ -276,7 +284,7 @@ def _describe(
         float(strip),
         scene.frontier.sum() * scene.view.cell / np.sqrt(observed_area),
         (frontier & shrink_mask(cells, scene.near)).sum() / max(1, scene.frontier.sum()),
-        min(scene.doors, MAX_DOORS) / 3,
+        min(scene.doors, MAX_DOORS) / DOOR_SCALE,
         np.log1p(len(scene.extents)),
     )
     return Hypothesis(cells, window, rectangle, np.array(features, float))
@@ -297,8 +305,8 @@ def _compare_extents(scene: RoomScene, cells: Mask) -> tuple[float, ...]:
         extent.prod() / size.prod(),
         np.log(area) - float(np.median(np.log(extents.prod(axis=1)))),
         abs(np.log(size[0] / size[1])),
-        np.exp(-3 * np.min(differences)),
-        np.mean(np.exp(-((differences / 0.3) ** 2))),
+        np.exp(-NEAREST_SIMILARITY_RATE * np.min(differences)),
+        np.mean(np.exp(-((differences / MEAN_SIMILARITY_WIDTH) ** 2))),
     )
 
 
@@ -325,7 +333,7 @@ def _measure_moves(scene: RoomScene, moves: Moves, sides: list[Side]) -> tuple[f
         len(moves),
         len(sides),
         np.log1p(sum(metres)),
-        min(3.0, max(metres) / float(_measure_extent(_bound(scene.observed), cell).min())),
+        min(MAX_MOVE_RATIO, max(metres) / float(_measure_extent(_bound(scene.observed), cell).min())),
         float(np.mean(ends)),
     )
 

@@ -90,7 +90,7 @@ class Rooms:
 
 
 def initial_rooms(regions: Regions) -> Rooms:
-    """Every region as a room of its own."""
+    """Rooms of one region each."""
     return Rooms(np.arange(len(regions.area)), regions.width, regions.area, regions.hulls)
 
 

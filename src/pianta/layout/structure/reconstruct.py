@@ -1,4 +1,4 @@
-"""Rooms by wall lines and narrow passages together: what the thesis asks for in chapter 9."""
+"""The method `structure`: rooms by narrow passages and wall lines together, as chapter 9 of the thesis proposes."""
 
 from __future__ import annotations
 

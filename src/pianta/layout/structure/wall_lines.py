@@ -188,7 +188,7 @@ def _drop_duplicates(lines: WallLines, resolution: float) -> WallLines:
     agreement = (lines.towards[earlier] * lines.towards[later]).sum(axis=1)
     same = (np.maximum(*across) < SAME_ACROSS) & (along < SAME_ALONG) & (agreement > np.cos(np.radians(SAME_ANGLE)))
     selected = np.ones(len(lines), bool)
-    # The pairs are sorted by the later line, so that it is decided before whether the earlier one stays.
+    # The pairs are sorted by the later line, so the decision about the earlier line is final when it is used.
     for first, second in zip(earlier[same].tolist(), later[same].tolist(), strict=True):
         selected[second] &= not selected[first]
     return lines.select(selected)
