@@ -23,11 +23,11 @@ def make_branch(*labels: str) -> nx.Graph:
 
 
 def plan(explored: ExploredPart, chosen=(), branches=None, seed=0) -> AreaPlan:
-    known = segment_known_rooms(explored)
+    known_areas = segment_known_rooms(explored)
     return plan_areas(
         explored,
-        known,
-        ["1"] * len(known),
+        known_areas,
+        ["1"] * len(known_areas),
         chosen=chosen,
         branches=branches or {},
         generator=np.random.default_rng(seed),
@@ -108,12 +108,12 @@ def test_branches_are_of_the_area_of_their_door():
     assert [*near.values()] == [0, 0, 0, 0]
     one, two, *others = explored.doors
     planned = plan(explored, [WING], {one: make_branch("A", "S"), two: None, **dict.fromkeys(others, nx.Graph())})
-    (known, _) = planned.areas
+    (known_areas, _) = planned.areas
     assert planned.doors == {0: [two]}
-    assert known.nodes[one]["label"] == LABELS["A"]
-    assert known.nodes[0, one, 1]["label"] == LABELS["S"]
-    assert known.degree(one) == 2
-    assert len(known) == 5
+    assert known_areas.nodes[one]["label"] == LABELS["A"]
+    assert known_areas.nodes[0, one, 1]["label"] == LABELS["S"]
+    assert known_areas.degree(one) == 2
+    assert len(known_areas) == 5
 
 
 def test_start_of_the_functional_graph():
@@ -168,6 +168,6 @@ def test_known_doors_are_in_the_building():
     planned = plan(part, [WING])
     generator = np.random.default_rng(0)
     building, _ = planned.build(planned.start(generator), [1], generator)
-    places = planned.number_rooms()
+    positions = planned.number_rooms()
     doors = {frozenset(door) for door in building.list_doors()}
-    assert {frozenset((places[one], places[other])) for one, other in part.known_graph.edges} <= doors
+    assert {frozenset((positions[one], positions[other])) for one, other in part.known_graph.edges} <= doors

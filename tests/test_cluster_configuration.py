@@ -41,15 +41,15 @@ FLOORS = (
 )
 CONFIGURATIONS = [(2, 1), (1, 0), (0, 2), (1, 1)]
 MODEL = TypeModel(SCHOOL, Segmentation.CORR, FLOORS)
-KEPT = build_floor(("CCCCC",), (), (0,))
+FIXED = build_floor(("CCCCC",), (), (0,))
 
 
-def make_slots(*, areas=(2, 2), kept=()) -> Slots:
-    return Slots(MODEL, np.array(areas), (tuple(kept), ()))
+def make_slots(*, areas=(2, 2), fixed_areas=()) -> Slots:
+    return Slots(MODEL, np.array(areas), (tuple(fixed_areas), ()))
 
 
-def count_rooms(*kept) -> Counts:
-    return count_labels([*MODEL.areas, *(area for floor in kept for area in floor.area_graphs)], SCHOOL)
+def count_rooms(*fixed_areas) -> Counts:
+    return count_labels([*MODEL.areas, *(area for floor in fixed_areas for area in floor.area_graphs)], SCHOOL)
 
 
 def run(slots, cost, *, constraints=None, label_counts=None, jumps=0) -> AreaChains:
@@ -68,15 +68,15 @@ def run(slots, cost, *, constraints=None, label_counts=None, jumps=0) -> AreaCha
 
 def assert_distribution(chains, weights) -> None:
     """Configurations and violations of constraints are as frequent as the weights say."""
-    found = np.column_stack([chains.slots.count_areas(chains.filled), chains.violations])
-    counts = Counter(map(tuple, found.tolist()))
+    result = np.column_stack([chains.slots.count_areas(chains.filled), chains.violations])
+    counts = Counter(map(tuple, result.tolist()))
     assert counts.keys() <= weights.keys()
     total = sum(weights.values())
-    differences = [abs(counts[key] / len(found) - weight / total) for key, weight in weights.items()]
+    differences = [abs(counts[key] / len(result) - weight / total) for key, weight in weights.items()]
     assert max(differences) < 0.025
 
 
-def weigh_density(filled, rooms, *, near=FLOORS, exchange=P_ANY_FLOOR) -> float:
+def density_weight(filled, rooms, *, near=FLOORS, exchange=P_ANY_FLOOR) -> float:
     """e^-Γ1 as the docstring of DensityCost has it, by which of the slots 0, 1 and 2, 3 are filled."""
     values = count_filled(filled)
     weight = 0.0
@@ -84,16 +84,16 @@ def weigh_density(filled, rooms, *, near=FLOORS, exchange=P_ANY_FLOOR) -> float:
         size = log(rooms / len(floor.graph))
         part = exp(-(size**2) / (2 * SIZE_DEVIATION**2))
         for cluster, value in enumerate(values):
-            frequency = np.mean([of_floor[cluster] == value for of_floor in CONFIGURATIONS]) + MIN_FREQUENCY
+            frequency = np.mean([configuration[cluster] == value for configuration in CONFIGURATIONS]) + MIN_FREQUENCY
             part *= (1 - exchange) * (floor.clusters.count(cluster) == value) + exchange * frequency
         weight += part
     return weight
 
 
-def weigh_distance(filled, rooms=0) -> float:
+def distance_weight(filled, rooms=0) -> float:
     """e^-Γ1 of the printed cost, by which of the slots 0, 1 and 2, 3 are filled."""
-    slots = [[value > rank for value in of_floor for rank in range(2)] for of_floor in CONFIGURATIONS]
-    distances = [sum(a != b for a, b in zip(filled, of_floor, strict=True)) for of_floor in slots]
+    slots = [[value > rank for value in configuration for rank in range(2)] for configuration in CONFIGURATIONS]
+    distances = [sum(a != b for a, b in zip(filled, floor_slots, strict=True)) for floor_slots in slots]
     return exp(-0.0625 * 50 / 4 * sum(distances))
 
 
@@ -103,7 +103,7 @@ def count_filled(filled) -> tuple[int, int]:
 
 
 def enumerate_all(
-    weigh, *, label_counts=None, first=2, kept=(), constraints=None, ways=True
+    weigh, *, label_counts=None, first=2, fixed_areas=(), constraints=None, ways=True
 ) -> Counter[tuple[int, ...]]:
     """The exact weight of each configuration and number of violations, over all ways to fill the slots with areas.
 
@@ -112,8 +112,8 @@ def enumerate_all(
     counts = np.vstack([count_rooms() if label_counts is None else label_counts, 0 * count_rooms()[:1]])
     areas = [[EMPTY, *np.flatnonzero(MODEL.clusters == cluster).tolist()] for cluster in range(2)]
     slots = [*[areas[0]] * first, areas[1], areas[1]]
-    for place, area in enumerate(kept):
-        slots[place] = [area]
+    for position, area in enumerate(fixed_areas):
+        slots[position] = [area]
     weights: Counter[tuple[int, ...]] = Counter()
     for areas_of_slots in product(*slots):
         filled = [area != EMPTY for area in areas_of_slots]
@@ -122,10 +122,10 @@ def enumerate_all(
         rooms = counts[list(areas_of_slots)].sum(axis=0)
         violations = int((constraints or Constraints()).count_violations(rooms[None], [*SCHOOL.by_name])[0])
         # Step 3: all areas of a cluster are as likely; and all the ways to fill so many slots are one configuration.
-        choices = prod(len(slots[place]) - 1 for place in range(len(kept), len(slots)) if filled[place])
+        choices = prod(len(slots[position]) - 1 for position in range(len(fixed_areas), len(slots)) if filled[position])
         if ways:
             one, other = count_filled(filled)
-            choices *= comb(first - len(kept), one - len(kept)) * comb(2, other)
+            choices *= comb(first - len(fixed_areas), one - len(fixed_areas)) * comb(2, other)
         weights[*count_filled(filled), violations] += (
             weigh(filled, rooms.sum()) / choices * exp(-VIOLATION_COST * violations)
         )
@@ -136,14 +136,14 @@ def enumerate_all(
 @pytest.mark.parametrize("jumps", [0, JUMPS])
 def test_density_by_enumeration(jumps):
     slots = make_slots()
-    assert_distribution(run(slots, DensityCost(slots), jumps=jumps), enumerate_all(weigh_density))
+    assert_distribution(run(slots, DensityCost(slots), jumps=jumps), enumerate_all(density_weight))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("jumps", [0, JUMPS])
 def test_density_near_one_floor(jumps):
     slots, near = make_slots(), FLOORS[3]
-    weights = enumerate_all(partial(weigh_density, near=[near], exchange=P_ANY_FLOOR_IF_SIMILAR))
+    weights = enumerate_all(partial(density_weight, near=[near], exchange=P_ANY_FLOOR_IF_SIMILAR))
     assert_distribution(run(slots, DensityCost(slots, similar_to=near), jumps=jumps), weights)
     assert weights[1, 1, 0] / sum(weights.values()) > 0.6
 
@@ -152,11 +152,11 @@ def test_density_near_one_floor(jumps):
 @pytest.mark.parametrize("jumps", [0, JUMPS])
 def test_density_beside_kept_areas(jumps):
     number = len(MODEL.areas)
-    slots = make_slots(areas=(3, 2), kept=[number])
-    chains = run(slots, DensityCost(slots), label_counts=count_rooms(KEPT), jumps=jumps)
+    slots = make_slots(areas=(3, 2), fixed_areas=[number])
+    chains = run(slots, DensityCost(slots), label_counts=count_rooms(FIXED), jumps=jumps)
     assert (chains.filled[:, 0] == number).all()
     assert (chains.filled[:, 1:] != number).all()
-    exact = enumerate_all(weigh_density, label_counts=count_rooms(KEPT), first=3, kept=[number])
+    exact = enumerate_all(density_weight, label_counts=count_rooms(FIXED), first=3, fixed_areas=[number])
     # What is kept is never all.
     del exact[1, 0, 0]
     assert_distribution(chains, exact)
@@ -165,7 +165,7 @@ def test_density_beside_kept_areas(jumps):
 @pytest.mark.slow
 def test_printed_distance_by_enumeration():
     slots = make_slots()
-    assert_distribution(run(slots, DistanceCost(slots)), enumerate_all(weigh_distance, ways=False))
+    assert_distribution(run(slots, DistanceCost(slots)), enumerate_all(distance_weight, ways=False))
 
 
 def test_alpha_is_of_the_segmentation():
@@ -187,10 +187,10 @@ def test_alpha_is_of_the_segmentation():
 )
 def test_constraints_by_enumeration(constraints):
     slots = make_slots()
-    exact = enumerate_all(weigh_density, constraints=constraints)
+    exact = enumerate_all(density_weight, constraints=constraints)
     assert_distribution(run(slots, DensityCost(slots), constraints=constraints), exact)
     assert_distribution(run(slots, DensityCost(slots), constraints=constraints, jumps=JUMPS), exact)
-    weights = enumerate_all(weigh_distance, constraints=constraints, ways=False)
+    weights = enumerate_all(distance_weight, constraints=constraints, ways=False)
     assert_distribution(run(slots, DistanceCost(slots), constraints=constraints), weights)
 
 
@@ -237,8 +237,8 @@ def test_slots_by_hand():
 
 
 def test_bounds_of_rooms():
-    slots = make_slots(kept=[len(MODEL.areas)])
-    counts = count_rooms(KEPT)
+    slots = make_slots(fixed_areas=[len(MODEL.areas)])
+    counts = count_rooms(FIXED)
     fewest, most = slots.bound_rooms(np.column_stack([counts, counts.sum(axis=1)]))
     columns = [*SCHOOL.by_name]
     classroom, office = columns.index("CLASSROOM"), columns.index("SMALL ADMINISTRATIVE")
@@ -271,7 +271,7 @@ def test_constraints_that_no_chain_meets():
 
 
 @pytest.mark.slow
-def test_all_sweeps_are_made_where_nothing_is_wished_for():
+def test_without_constraints_all_sweeps_run():
     slots = make_slots()
     starts = slots.fill(np.full((40, 2), CONFIGURATIONS[0]), np.zeros((40, 4)))
     chains = AreaChains(slots, DensityCost(slots), starts.copy(), constraints=Constraints(), label_counts=count_rooms())
@@ -307,5 +307,5 @@ def test_every_slot_is_kept():
     number = len(MODEL.areas)
     slots = Slots(MODEL, np.array([1, 0]), ((number,), ()))
     filled = slots.fill(np.array([[1, 0]]), np.zeros((1, 1)))
-    chains = AreaChains(slots, DensityCost(slots), filled, constraints=Constraints(), label_counts=count_rooms(KEPT))
+    chains = AreaChains(slots, DensityCost(slots), filled, constraints=Constraints(), label_counts=count_rooms(FIXED))
     assert sample_areas(chains, [np.random.default_rng(0)]).tolist() == [[number]]

@@ -56,7 +56,7 @@ def test_constraints_that_contradict_themselves(constraints, message):
         Constraints(**constraints)
 
 
-def test_all_faults_are_told_in_one_line():
+def test_all_faults_are_in_one_line():
     with pytest.raises(OptionError) as caught:
         Constraints(rooms=(9, 3), at_least={"gym": -1, "classroom": 4}, at_most={"classroom": 1})
     assert str(caught.value).count(";") == 2
@@ -79,16 +79,16 @@ def test_misses_by_hand():
 
 def check(constraints: Constraints, *, fewest: dict[str, int], most: dict[str, int]) -> None:
     """Check by the rooms of two labels, and of all."""
-    kept, possible = ([counts.get(label, 0) for label in SCHOOL.by_name] for counts in (fewest, most))
-    constraints.check(np.array([*kept, sum(kept)]), np.array([*possible, sum(possible)]), SCHOOL)
+    fixed, possible = ([counts.get(label, 0) for label in SCHOOL.by_name] for counts in (fewest, most))
+    constraints.check(np.array([*fixed, sum(fixed)]), np.array([*possible, sum(possible)]), SCHOOL)
 
 
 def test_constraints_that_can_be_met():
-    kept, most = {"CLASSROOM": 2}, {"CLASSROOM": 10, "GYM": 1}
-    check(Constraints(), fewest=kept, most=most)
+    fixed, most = {"CLASSROOM": 2}, {"CLASSROOM": 10, "GYM": 1}
+    check(Constraints(), fewest=fixed, most=most)
     constraints = Constraints(rooms=(11, 11), at_least={"classroom": 10, "gym": 1}, at_most={"gym": 1})
-    check(constraints, fewest=kept, most=most)
-    check(Constraints(rooms=(1, 2), at_most={"classroom": 2, "gym": 0}), fewest=kept, most=most)
+    check(constraints, fewest=fixed, most=most)
+    check(Constraints(rooms=(1, 2), at_most={"classroom": 2, "gym": 0}), fewest=fixed, most=most)
 
 
 @pytest.mark.parametrize(
@@ -110,7 +110,7 @@ def test_constraints_that_no_building_can_meet(constraints, message):
         check(constraints, fewest={"CLASSROOM": 2}, most={"CLASSROOM": 10, "GYM": 1})
 
 
-def test_all_that_cannot_be_is_told():
+def test_all_impossible_constraints_are_reported():
     constraints = Constraints(rooms=(99, 99), at_least={"gym": 2, "lab": 1}, at_most={"classroom": 1})
     with pytest.raises(OptionError) as caught:
         check(constraints, fewest={"CLASSROOM": 2}, most={"CLASSROOM": 10, "GYM": 1})

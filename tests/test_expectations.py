@@ -22,7 +22,7 @@ def test_a_room_as_large_as_any_ends_soon():
     assert expected.expect_rest("CLASSROOM", 100) == pytest.approx(5)
 
 
-def test_of_a_room_of_unknown_or_strange_label_all_rooms_tell():
+def test_rooms_without_a_usual_label_use_the_sizes_of_all_rooms():
     expected = RoomExpectations(school_sampler())
     # Larger than 100 m² are the gyms alone.
     for label in (None, "SAUNA"):
@@ -30,22 +30,22 @@ def test_of_a_room_of_unknown_or_strange_label_all_rooms_tell():
 
 
 def test_behind_the_doors_is_what_the_model_has():
-    found = RoomExpectations(school_sampler(), find="gym").predict_beyond(recognised_rooms(), [])
-    assert found.area.keys() == found.hit.keys() == {LIBRARY_DOOR, CORRIDOR_DOOR}
+    result = RoomExpectations(school_sampler(), find="gym").predict_beyond(recognised_rooms(), [])
+    assert result.area.keys() == result.hit.keys() == {LIBRARY_DOOR, CORRIDOR_DOOR}
     # Each school has a gym of 300 m², behind the library.
-    assert found.hit[LIBRARY_DOOR] > 0.9
-    assert found.area[LIBRARY_DOOR] > 250
+    assert result.hit[LIBRARY_DOOR] > 0.9
+    assert result.area[LIBRARY_DOOR] > 250
 
 
 def test_a_label_that_no_floor_of_the_model_has_is_nowhere():
-    found = RoomExpectations(school_sampler(), find="KITCHEN").predict_beyond(recognised_rooms(), [])
-    assert set(found.hit.values()) == {0}
+    result = RoomExpectations(school_sampler(), find="KITCHEN").predict_beyond(recognised_rooms(), [])
+    assert set(result.hit.values()) == {0}
     assert set(RoomExpectations(school_sampler()).predict_beyond(recognised_rooms(), []).hit.values()) == {0}
 
 
 def test_an_open_corridor_is_an_end_of_its_own():
-    found = RoomExpectations(school_sampler()).predict_beyond(recognised_rooms(), [1])
-    assert 1 in found.area
+    result = RoomExpectations(school_sampler()).predict_beyond(recognised_rooms(), [1])
+    assert 1 in result.area
 
 
 def test_predictions_are_the_same_and_kept_while_nothing_new_is_seen():
@@ -63,5 +63,5 @@ def test_what_cannot_be_a_part_of_a_floor_lets_nothing_expect(monkeypatch):
         raise LabelError("strange")
 
     monkeypatch.setattr(expectations, "read_explored_part", refuse)
-    found = RoomExpectations(school_sampler()).predict_beyond(recognised_rooms(), [])
-    assert (found.area, found.hit) == (Beyond().area, Beyond().hit) == ({}, {})
+    result = RoomExpectations(school_sampler()).predict_beyond(recognised_rooms(), [])
+    assert (result.area, result.hit) == (Beyond().area, Beyond().hit) == ({}, {})

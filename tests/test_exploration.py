@@ -38,17 +38,17 @@ def row_of_rooms(*labels: str, door: bool = True) -> Floor:
 
 
 def make_policy_input(
-    distances: list[list[float]], points: ArrayLike | None = None, *, known: NDArray[np.int8] | None = None
+    distances: list[list[float]], points: ArrayLike | None = None, *, mapped: NDArray[np.int8] | None = None
 ) -> PolicyInput:
     """Robots and frontiers at given distances from each other, on an unknown map of 0.1 m cells."""
     ways = np.array(distances, float)
     count = ways.shape[1]
-    places = np.array([(100.0 * n, 0) for n in range(count)] if points is None else points)
-    known = np.full((101, 101), -1, np.int8) if known is None else known
+    positions = np.array([(100.0 * n, 0) for n in range(count)] if points is None else points)
+    mapped = np.full((101, 101), -1, np.int8) if mapped is None else mapped
     targets = [(50, 20 * n + 30) for n in range(count)]
     frontiers = tuple(Frontier(np.array([target]), target, 1.0, n) for n, target in enumerate(targets))
     poses = tuple(Pose(0, 0) for _ in ways)
-    return PolicyInput(known, known == 0, 0.1, (0, 0, 0), poses, frontiers, ways, places, (0,) * count, reach=2.0)
+    return PolicyInput(mapped, mapped == 0, 0.1, (0, 0, 0), poses, frontiers, ways, positions, (0,) * count, reach=2.0)
 
 
 def ids_of(choice: Sequence[Frontier | None]) -> list[int | None]:
@@ -121,14 +121,14 @@ def test_the_run_is_the_same_under_every_hash_seed():
         "run = explore(two_room_world(), InformationGain(), robots=2);"
         "print(run.distance.tolist(), run.area.tolist(), run.recognised_at, run.entered_at)"
     )
-    told = [
+    messages = [
         subprocess.run(
             [sys.executable, "-c", code], env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True, check=True
         ).stdout
         for seed in ("1", "2")
     ]
-    assert told[0] == told[1]
-    assert told[0]
+    assert messages[0] == messages[1]
+    assert messages[0]
 
 
 @pytest.mark.slow
@@ -190,11 +190,11 @@ def test_a_label_that_no_room_has_is_refused_with_those_there_are():
         explore(read_world(world.grid), NearestFrontier(), find="gym")
 
 
-def test_a_room_that_cannot_be_reached_is_told_and_the_run_ends_in_order():
+def test_an_unreachable_room_is_a_warning_and_the_run_ends_normally():
     world = build_world(row_of_rooms("OFFICE", "GYM", door=False))
-    with pytest.warns(MapWarning, match="GYM") as told:
+    with pytest.warns(MapWarning, match="GYM") as messages:
         run = explore(world, NearestFrontier(), starts=[(2, 2)], find="GYM")
-    assert len(told) == 1
+    assert len(messages) == 1
     assert (run.outcome, run.found_room) == ("done", None)
     assert run.share[-1] > 0.99
 
@@ -206,7 +206,7 @@ def test_a_start_in_a_wall_is_refused(start):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "messages"),
     [
         ({"robots": 0, "radius": -1}, "robots.*radius"),
         ({"step": 0}, "step"),
@@ -216,8 +216,8 @@ def test_a_start_in_a_wall_is_refused(start):
         ({"max_distance": inf}, "max_distance"),
     ],
 )
-def test_options_without_meaning_are_refused(options, told):
-    with pytest.raises(OptionError, match=told):
+def test_options_without_meaning_are_refused(options, messages):
+    with pytest.raises(OptionError, match=messages):
         explore(two_room_world(), NearestFrontier(), **options)
 
 
@@ -242,16 +242,16 @@ def test_a_grid_map_without_truth_is_explored():
 @pytest.mark.slow
 def test_several_robots_explore_together_on_different_ways():
     world = build_world(make_floor("ring", seed=1))
-    asked = []
+    requested = []
 
     class Watched(NearestFrontier):
         def choose(self, inputs):
             choice = super().choose(inputs)
-            asked.append((len(inputs.frontiers), ids_of(choice)))
+            requested.append((len(inputs.frontiers), ids_of(choice)))
             return choice
 
     two = explore(world, Watched(), robots=2)
-    for there, chosen in asked:
+    for there, chosen in requested:
         some = [frontier for frontier in chosen if frontier is not None]
         assert len(set(some)) == len(some)
         assert len(some) == min(there, 2)
@@ -281,11 +281,11 @@ def test_robots_do_not_crowd():
 
 @pytest.mark.parametrize("worth", ["ratio", "exponential"])
 def test_the_gain_is_weighed_against_the_way(worth):
-    known = np.full((101, 101), -1, np.int8)
-    known[:, :40] = 0
+    mapped = np.full((101, 101), -1, np.int8)
+    mapped[:, :40] = 0
     near_and_poor = [[2.0, 4.0]]
-    assert ids_of(InformationGain(worth).choose(make_policy_input(near_and_poor, known=known))) == [1]
-    assert ids_of(InformationGain(worth).choose(make_policy_input([[2.0, 40.0]], known=known))) == [0]
+    assert ids_of(InformationGain(worth).choose(make_policy_input(near_and_poor, mapped=mapped))) == [1]
+    assert ids_of(InformationGain(worth).choose(make_policy_input([[2.0, 40.0]], mapped=mapped))) == [0]
 
 
 def test_a_gain_without_meaning_is_refused():
@@ -299,37 +299,37 @@ def test_a_gain_without_meaning_is_refused():
 
 def test_rooms_are_recognised_by_what_was_seen_of_them():
     world = build_world(row_of_rooms("OFFICE", "LAB", "GYM"))
-    known = np.full(world.blocked.shape, -1, np.int8)
-    known[world.room_of_cell == 1] = 0
-    known[tuple(world.door_cells[0].T)] = 0
-    seen = recognise_rooms(world, known)
-    assert seen is not None
-    assert [(room.id, room.label, room.entered) for room in seen.rooms] == [(1, "OFFICE", False)]
-    assert seen.rooms[0].share == 1
-    assert seen.unopened == ((1, 0),)
-    assert seen.floor.doors == ()
-    further = recognise_rooms(world, known, entered={2})
+    mapped = np.full(world.blocked.shape, -1, np.int8)
+    mapped[world.room_of_cell == 1] = 0
+    mapped[tuple(world.door_cells[0].T)] = 0
+    observed = recognise_rooms(world, mapped)
+    assert observed is not None
+    assert [(room.id, room.label, room.entered) for room in observed.rooms] == [(1, "OFFICE", False)]
+    assert observed.rooms[0].share == 1
+    assert observed.unopened == ((1, 0),)
+    assert observed.floor.doors == ()
+    further = recognise_rooms(world, mapped, entered={2})
     assert further is not None
     assert [room.id for room in further.rooms] == [1, 2]
     assert [door.rooms for door in further.floor.doors] == [(1, 2)]
     assert further.unopened == ()
-    assert recognise_rooms(read_world(world.grid), known) is None
+    assert recognise_rooms(read_world(world.grid), mapped) is None
 
 
-def test_policies_are_told_what_was_recognised():
-    told = []
+def test_policies_get_the_recognised_rooms():
+    messages = []
 
     class Watched(NearestFrontier):
         def choose(self, inputs):
-            told.append(inputs)
+            messages.append(inputs)
             return super().choose(inputs)
 
     explore(build_world(row_of_rooms(*"ABC")), Watched(), starts=[(2, 2)])
-    assert told[0].recognised.rooms[0].label == "A"
-    assert {room.label for room in told[-1].recognised.rooms} == {*"ABC"}
-    assert not told[0].cells.flags.writeable
-    assert all(len(one.rooms) == len(one.frontiers) for one in told)
-    assert all(one.distances.shape == (1, len(one.frontiers)) for one in told)
+    assert messages[0].recognised.rooms[0].label == "A"
+    assert {room.label for room in messages[-1].recognised.rooms} == {*"ABC"}
+    assert not messages[0].cells.flags.writeable
+    assert all(len(one.rooms) == len(one.frontiers) for one in messages)
+    assert all(one.distances.shape == (1, len(one.frontiers)) for one in messages)
 
 
 @pytest.mark.slow
@@ -354,9 +354,9 @@ def test_importing_the_simulator_does_not_import_numba():
 def test_only_the_unknown_floor_is_replaced():
     # The floor that is perceived keeps the type of the building, which policies may ask for.
     floor = replace(two_rooms(), building_type={"school": 1.0})
-    seen = recognise_rooms(build_world(floor), np.zeros(build_world(floor).blocked.shape, np.int8))
-    assert seen is not None
-    assert seen.floor.building_type == {"school": 1.0}
+    observed = recognise_rooms(build_world(floor), np.zeros(build_world(floor).blocked.shape, np.int8))
+    assert observed is not None
+    assert observed.floor.building_type == {"school": 1.0}
 
 
 def test_more_starts_than_robots_are_refused():

@@ -29,9 +29,9 @@ MAP = """
 
 
 def find(picture: str, *, reachable: str | None = None, **options: Any) -> list[Frontier]:
-    known = draw_cells(picture)
-    free = known == 0 if reachable is None else draw_cells(reachable) == 0
-    return find_frontiers(known, free, resolution=1, **{"min_length": 1} | options)
+    mapped = draw_cells(picture)
+    free = mapped == 0 if reachable is None else draw_cells(reachable) == 0
+    return find_frontiers(mapped, free, resolution=1, **{"min_length": 1} | options)
 
 
 def test_frontiers_are_free_cells_beside_the_unknown():
@@ -60,16 +60,16 @@ def test_the_target_is_where_a_robot_can_stand():
 
 
 def test_a_frontier_along_a_wall_is_reached_from_beside_it():
-    known = np.zeros((9, 9), np.int8)
-    known[0] = -1
+    mapped = np.zeros((9, 9), np.int8)
+    mapped[0] = -1
     reachable = np.zeros((9, 9), bool)
     reachable[3, 2:7] = True
-    (along,) = find_frontiers(known, reachable, resolution=0.1)
+    (along,) = find_frontiers(mapped, reachable, resolution=0.1)
     assert along.cells[:, 0].tolist() == [1] * 9
     assert along.target == (3, 4)
     reachable[3] = False
     reachable[6] = True
-    assert find_frontiers(known, reachable, resolution=0.1) == []
+    assert find_frontiers(mapped, reachable, resolution=0.1) == []
 
 
 def test_given_up_cells_are_no_frontier():
@@ -80,21 +80,21 @@ def test_given_up_cells_are_no_frontier():
 
 
 def test_a_long_frontier_is_divided():
-    known = np.zeros((3, 100), np.int8)
-    known[0] = -1
-    parts = find_frontiers(known, known == 0, resolution=0.1)
+    mapped = np.zeros((3, 100), np.int8)
+    mapped[0] = -1
+    parts = find_frontiers(mapped, mapped == 0, resolution=0.1)
     assert [len(part.cells) for part in parts] == [50, 50]
     assert [part.target for part in parts] == [(1, 24), (1, 74)]
 
 
 def test_what_was_seen_is_no_border_any_more():
-    known = draw_cells(MAP)
+    mapped = draw_cells(MAP)
     (east, _) = find(MAP)
-    assert count_border(known, east.cells) == 3
-    known[2:4, 8] = 100
-    assert count_border(known, east.cells) == 1
-    known[4, 7] = 100
-    assert count_border(known, east.cells) == 0
+    assert count_border(mapped, east.cells) == 3
+    mapped[2:4, 8] = 100
+    assert count_border(mapped, east.cells) == 1
+    mapped[4, 7] = 100
+    assert count_border(mapped, east.cells) == 0
 
 
 def test_ways_are_straight_and_diagonal_steps_and_cut_no_corner():

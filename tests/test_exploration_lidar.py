@@ -177,12 +177,12 @@ def test_many_scans_outvote_a_wrong_one():
 
 
 def test_the_gain_is_the_unknown_area_that_no_obstacle_hides():
-    known = np.full((41, 41), -1, np.int8)
-    known[20, 20] = 0
-    open_ = measure_gains(known, [(20, 20)], reach=1.5, resolution=0.1)
+    mapped = np.full((41, 41), -1, np.int8)
+    mapped[20, 20] = 0
+    open_ = measure_gains(mapped, [(20, 20)], reach=1.5, resolution=0.1)
     assert open_[0] == pytest.approx(pi * 1.5**2 - 0.01, rel=0.002)
-    known[:, 21] = 100
-    half = measure_gains(known, [(20, 20)], reach=1.5, resolution=0.1)
+    mapped[:, 21] = 100
+    half = measure_gains(mapped, [(20, 20)], reach=1.5, resolution=0.1)
     assert 0.5 < half[0] / open_[0] < 0.56
 
 

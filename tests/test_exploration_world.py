@@ -53,9 +53,9 @@ def test_entrances_stay_closed():
     assert np.array_equal(world.blocked, two_room_world(door=False).blocked)
 
 
-@pytest.mark.parametrize("kind", FLOOR_MAKERS)
-def test_a_gap_between_rooms_is_the_wall(kind):
-    floor = make_floor(kind, seed=3)
+@pytest.mark.parametrize("floor_type", FLOOR_MAKERS)
+def test_a_gap_between_rooms_is_the_wall(floor_type):
+    floor = make_floor(floor_type, seed=3)
     world = build_world(floor, wall=0.1)
     inside = floor.label_image(world.grid) > 0
     assert not (world.blocked & inside).any()
@@ -64,9 +64,9 @@ def test_a_gap_between_rooms_is_the_wall(kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", FLOOR_MAKERS)
-def test_every_room_of_a_synthetic_floor_is_reached_and_no_wall_leaks(kind):
-    floor = make_floor(kind, seed=1)
+@pytest.mark.parametrize("floor_type", FLOOR_MAKERS)
+def test_every_room_of_a_synthetic_floor_is_reached_and_no_wall_leaks(floor_type):
+    floor = make_floor(floor_type, seed=1)
     world = build_world(floor)
     reached = reachable_cells(world, [world.cell(*find_starts(world)[0])], radius=0.2)
     assert {room.id for room in floor.rooms} == {*np.unique(world.room_of_cell[reached]).tolist()} - {0}
@@ -83,7 +83,7 @@ def test_the_origin_of_a_world_is_that_of_its_floor():
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "messages"),
     [
         ({"resolution": 0}, "resolution"),
         ({"wall": -1}, "wall"),
@@ -91,8 +91,8 @@ def test_the_origin_of_a_world_is_that_of_its_floor():
         ({"resolution": 0.0001}, "cells"),
     ],
 )
-def test_lengths_without_meaning_are_refused(options, told):
-    with pytest.raises(OptionError, match=told):
+def test_lengths_without_meaning_are_refused(options, messages):
+    with pytest.raises(OptionError, match=messages):
         build_world(two_rooms(), **options)
 
 
@@ -165,7 +165,7 @@ def test_a_world_that_is_too_narrow_has_no_start():
 
 
 @pytest.mark.parametrize(
-    ("start", "told"),
+    ("start", "messages"),
     [
         ((100, 100), "outside"),
         ((-0.2, 2), "wall"),
@@ -174,8 +174,8 @@ def test_a_world_that_is_too_narrow_has_no_start():
         ((float("nan"), 2), "finite"),
     ],
 )
-def test_a_start_where_no_robot_can_stand_is_one_clear_line(start, told):
-    with pytest.raises(OptionError, match=told) as raised:
+def test_a_start_where_no_robot_can_stand_is_one_clear_line(start, messages):
+    with pytest.raises(OptionError, match=messages) as raised:
         check_start(two_room_world(), start, radius=0.2)
     assert "\n" not in str(raised.value)
 

@@ -87,7 +87,7 @@ def test_parallel_doors_lead_to_rooms_of_their_own():
 
 
 @pytest.mark.parametrize(
-    ("told", "is_unknown"),
+    ("messages", "is_unknown"),
     [
         ({"area": 4.9, "predicted_area": 10.0}, True),
         ({"area": 5.0, "predicted_area": 10.0}, False),
@@ -106,10 +106,10 @@ def test_parallel_doors_lead_to_rooms_of_their_own():
         ({"label": None}, True),
     ],
 )
-def test_a_reading_with_partial_rooms(told, is_unknown):
+def test_a_reading_with_partial_rooms(messages, is_unknown):
     rooms: dict[str, dict[str, object]] = {
         "hall": {"label": "CORRIDOR"},
-        "class": {"label": "CLASSROOM", "partial": True} | told,
+        "class": {"label": "CLASSROOM", "partial": True} | messages,
     }
     part = read_explored_part(make_graph(rooms, ("hall", "class")), SCHOOL)
     assert part.doors == ({1: 0} if is_unknown else {})
@@ -204,8 +204,8 @@ def partial_floors(draw) -> tuple[nx.Graph, set[int]]:
 
 @settings(max_examples=60)
 @given(partial_floors())
-def test_every_door_of_an_explored_room_is_there_once(drawn):
-    graph, explored = drawn
+def test_every_door_of_an_explored_room_is_there_once(sampled):
+    graph, explored = sampled
     part = read_explored_part(hide_rooms(graph, explored), SCHOOL)
     node_of = {room: node for node, room in part.graph.nodes(data="room")}
     for room in explored:
@@ -223,7 +223,7 @@ def test_exploration_only_grows_and_ends_with_the_floor(name, data):
     corridors = {node for node, label in graph.nodes(data="label") if label == "CORRIDOR"}
     stages = explore_by_corridors(graph, corridors)
     assert len(stages) == len(corridors)
-    known = [{node for node in stage if isinstance(node, int)} for stage in stages]
-    assert all(before <= after for before, after in itertools.pairwise(known))
-    assert known[-1] == {*graph}
+    known_part = [{node for node in stage if isinstance(node, int)} for stage in stages]
+    assert all(before <= after for before, after in itertools.pairwise(known_part))
+    assert known_part[-1] == {*graph}
     assert all(nx.is_connected(stage) for stage in stages)

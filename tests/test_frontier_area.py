@@ -40,10 +40,10 @@ def test_a_frontier_at_a_door_has_what_is_behind_it(expected):
 
 
 def test_frontiers_of_a_room_share_it_by_length(expected):
-    known = make_policy_input(
+    inputs = make_policy_input(
         [(5, 5), (7, 5)], [[3, 4]], lengths=[3.0, 1.0], rooms=[3, 3], recognised=recognised_rooms()
     )
-    measured, hits = measure_frontiers(known, expected)
+    measured, hits = measure_frontiers(inputs, expected)
     assert column(measured, "share of its end") == [0.75, 0.25]
     assert column(measured, "beyond") == pytest.approx([27**0.5, 3])
     assert hits.tolist() == [0.375, 0.125]
@@ -70,10 +70,10 @@ def test_without_recognised_rooms_only_what_is_in_sight_is_measured(expected):
 
 
 def test_a_point_belongs_to_the_nearest_door_within_reach():
-    seen = recognised_rooms()
-    assert find_door(seen, (1, 5)) == LIBRARY_DOOR
-    assert find_door(seen, (18, 1)) == CORRIDOR_DOOR
-    assert find_door(seen, (10, 1)) is None
+    observed = recognised_rooms()
+    assert find_door(observed, (1, 5)) == LIBRARY_DOOR
+    assert find_door(observed, (18, 1)) == CORRIDOR_DOOR
+    assert find_door(observed, (10, 1)) is None
 
 
 def test_the_perceptron_is_worked_by_hand(monkeypatch):

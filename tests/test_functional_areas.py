@@ -118,8 +118,8 @@ def test_names_and_order_do_not_matter_where_nothing_ties(random, segmentation):
     edges = [(names[one], names[other]) for one, other in floor.graph.edges]
     random.shuffle(edges)
     renamed = nx.Graph(edges)
-    found = find_functional_areas(renamed, {names[node] for node in corridors}, segmentation=segmentation)
-    assert sort_areas(found) == sort_areas({names[node] for node in area} for area in floor.areas)
+    result = find_functional_areas(renamed, {names[node] for node in corridors}, segmentation=segmentation)
+    assert sort_areas(result) == sort_areas({names[node] for node in area} for area in floor.areas)
 
 
 def test_two_stars_joined_by_an_edge_are_cut_there():
@@ -155,7 +155,7 @@ def find_best_split(graph) -> tuple[dict[frozenset[frozenset[int]], float], bool
     degrees = np.diag(adjacency.sum(axis=0))
     values, vectors = np.linalg.eig(np.linalg.inv(degrees) @ (degrees - adjacency))
     second = np.argsort(values.real)[1]
-    ordered = [nodes[place] for place in np.argsort(vectors[:, second].real)]
+    ordered = [nodes[position] for position in np.argsort(vectors[:, second].real)]
     splits = {}
     for first in range(1, len(nodes)):
         side, other = set(ordered[:first]), set(ordered[first:])
@@ -178,10 +178,10 @@ def test_the_least_normalised_cut_of_all_splits_along_the_fiedler_vector(size, s
     if not certain or len(best) > 1:
         return
     assert len(segment_by_normalized_cut(graph, max_cut=least - 1e-6, min_rooms=1)) == 1
-    found = segment_by_normalized_cut(graph, max_cut=least + 1e-6, min_rooms=1)
-    assert len(found) > 1
+    result = segment_by_normalized_cut(graph, max_cut=least + 1e-6, min_rooms=1)
+    assert len(result) > 1
     (sides,) = best
-    assert all(any(area <= side for side in sides) for area in found)
+    assert all(any(area <= side for side in sides) for area in result)
 
 
 def test_parts_are_cut_again():
@@ -195,7 +195,7 @@ def test_cuts_and_the_functional_graph():
     #  3 - 4 2
     graph = nx.Graph([(1, 0), (0, 3), (4, 1), (3, 4), (2, 1)])
     areas = (frozenset({0, 1}), frozenset({2}), frozenset({3, 4}))
-    cuts = {pair: sorted(found) for pair, found in find_cuts(graph, areas).items()}
+    cuts = {pair: sorted(result) for pair, result in find_cuts(graph, areas).items()}
     assert cuts == {(0, 1): [(1, 2)], (0, 2): [(0, 3), (1, 4)]}
     functional = build_functional_graph(graph, areas, ["a", "b", "a"])
     assert dict(functional.nodes(data="label")) == {0: "a", 1: "b", 2: "a"}
@@ -210,7 +210,7 @@ def test_doors_are_cuts_or_inside_of_areas(plan, segmentation):
     cuts = find_cuts(graph, areas)
     inside = sum(graph.subgraph(area).number_of_edges() for area in areas)
     assert inside + sum(map(len, cuts.values())) == graph.number_of_edges()
-    assert all(one in areas[a] and other in areas[b] for (a, b), found in cuts.items() for one, other in found)
+    assert all(one in areas[a] and other in areas[b] for (a, b), result in cuts.items() for one, other in result)
     assert nx.is_connected(build_functional_graph(graph, areas, ["a"] * len(areas)))
 
 

@@ -38,7 +38,7 @@ def measure_cost(graphs) -> Floats:
 
 
 def find_graphs(chains, labels) -> list[nx.Graph]:
-    return [label(graph, of_graph) for graph, of_graph in zip(chains.to_graphs(), labels, strict=True)]
+    return [label(graph, graph_labels) for graph, graph_labels in zip(chains.to_graphs(), labels, strict=True)]
 
 
 @pytest.mark.slow
@@ -48,15 +48,15 @@ def find_graphs(chains, labels) -> list[nx.Graph]:
     st.integers(0, 3),
     st.integers(0, 1000),
 )
-def test_what_holds_after_every_move(labels, kept, seed):
+def test_what_holds_after_every_move(labels, n_fixed, seed):
     generators = [np.random.default_rng((seed, number)) for number in range(len(labels))]
-    kept = min(kept, *map(len, labels))
-    functional = nx.path_graph(kept) if kept else None
+    n_fixed = min(n_fixed, *map(len, labels))
+    functional = nx.path_graph(n_fixed) if n_fixed else None
     starts = [
-        draw_start(of_graph, generator, fixed=functional)
-        for of_graph, generator in zip(labels, generators, strict=True)
+        draw_start(graph_labels, generator, fixed=functional)
+        for graph_labels, generator in zip(labels, generators, strict=True)
     ]
-    chains = FunctionalGraphs(REFERENCES, starts, n_fixed=kept)
+    chains = FunctionalGraphs(REFERENCES, starts, n_fixed=n_fixed)
     random = np.random.default_rng(seed)
     for _ in range(25):
         before = find_graphs(chains, labels)
@@ -66,7 +66,7 @@ def test_what_holds_after_every_move(labels, kept, seed):
         for old, new in zip(before, after, strict=True):
             assert nx.is_connected(new)
             assert not [*nx.selfloop_edges(new)]
-            assert set(new.subgraph(range(kept)).edges) == set(pairwise(range(kept)))
+            assert set(new.subgraph(range(n_fixed)).edges) == set(pairwise(range(n_fixed)))
             added, removed = set(new.edges) - set(old.edges), set(old.edges) - set(new.edges)
             assert max(len(added), len(removed)) <= 1
             if added and removed:
@@ -128,47 +128,47 @@ def test_kept_areas_are_joined_as_they_were():
     assert len({frozenset(graph.edges) for graph in chains.to_graphs()}) > 1
 
 
-def move_closed(start: nx.Graph, *, kept: int, closed: bool = True) -> list[nx.Graph]:
+def move_closed(start: nx.Graph, *, n_fixed: int, closed: bool = True) -> list[nx.Graph]:
     """What a start becomes along twenty chains of forty moves, at every move."""
-    chains = FunctionalGraphs(REFERENCES, [start] * 20, n_fixed=kept, closed=closed)
+    chains = FunctionalGraphs(REFERENCES, [start] * 20, n_fixed=n_fixed, closed=closed)
     random = np.random.default_rng(0)
-    found = []
+    result = []
     for _ in range(40):
         chains.move(random.random((20, DRAWS)))
-        found += chains.to_graphs()
-    return found
+        result += chains.to_graphs()
+    return result
 
 
 @pytest.mark.slow
 def test_closed_areas_lead_to_as_many_others():
     """Areas 0 and 1 are known, and lead to one and two others; where to may change."""
     start = label(nx.Graph([(0, 1), (0, 2), (1, 3), (1, 4), (2, 3), (4, 5)]), "010101")
-    found = move_closed(start, kept=2)
-    for graph in found:
+    result = move_closed(start, n_fixed=2)
+    for graph in result:
         assert nx.is_connected(graph)
         assert graph.has_edge(0, 1)
         assert (graph.degree(0), graph.degree(1)) == (2, 3)
-    assert {frozenset(graph[0]) for graph in found} >= {frozenset({1, place}) for place in (2, 3, 4)}
+    assert {frozenset(graph[0]) for graph in result} >= {frozenset({1, index}) for index in (2, 3, 4)}
     # Others are joined as they like, and kept areas that are not closed are, too.
-    assert len({graph.number_of_edges() for graph in found}) > 1
-    assert len({graph.degree(0) for graph in move_closed(start, kept=2, closed=False)}) > 1
+    assert len({graph.number_of_edges() for graph in result}) > 1
+    assert len({graph.degree(0) for graph in move_closed(start, n_fixed=2, closed=False)}) > 1
 
 
 def test_known_edges_stay():
     """Area 0 is known and so is its edge to 1, which is open; its other edge leads anywhere."""
     start = label(nx.Graph([(0, 1), (0, 2), (1, 3), (2, 3)]), "0111")
     start.edges[0, 1]["known"] = True
-    found = move_closed(start, kept=1)
-    assert all(graph.has_edge(0, 1) and graph.degree(0) == 2 for graph in found)
-    assert {frozenset(graph[0]) for graph in found} == {frozenset({1, 2}), frozenset({1, 3})}
-    assert len({graph.degree(1) for graph in found}) > 1
+    result = move_closed(start, n_fixed=1)
+    assert all(graph.has_edge(0, 1) and graph.degree(0) == 2 for graph in result)
+    assert {frozenset(graph[0]) for graph in result} == {frozenset({1, 2}), frozenset({1, 3})}
+    assert len({graph.degree(1) for graph in result}) > 1
     start.edges[0, 1]["known"] = False
-    assert not all(graph.has_edge(0, 1) for graph in move_closed(start, kept=1))
+    assert not all(graph.has_edge(0, 1) for graph in move_closed(start, n_fixed=1))
 
 
 def test_nothing_moves_where_all_is_known():
     start = label(nx.Graph([(0, 1), (1, 2)]), "010")
-    assert all(set(graph.edges) == {(0, 1), (1, 2)} for graph in move_closed(start, kept=3))
+    assert all(set(graph.edges) == {(0, 1), (1, 2)} for graph in move_closed(start, n_fixed=3))
 
 
 def test_bridges_are_never_removed():
@@ -206,7 +206,7 @@ def test_what_a_chain_does_depends_on_no_other():
 def test_chains_go_where_graphs_are_like_the_references():
     labels = ["0101"] * 60
     generators = [np.random.default_rng(number) for number in range(60)]
-    starts = [draw_start(of_graph, generator) for of_graph, generator in zip(labels, generators, strict=True)]
+    starts = [draw_start(graph_labels, generator) for graph_labels, generator in zip(labels, generators, strict=True)]
     traces: list[np.ndarray] = []
     chains = FunctionalGraphs(REFERENCES, starts)
     sample_functional_graphs(chains, generators, moves=150, traces=traces)
@@ -216,13 +216,13 @@ def test_chains_go_where_graphs_are_like_the_references():
 
 
 @given(st.integers(1, 12), st.integers(0, 4), st.integers(0, 1000))
-def test_starts_are_connected(size, kept, seed):
-    functional = label(nx.path_graph(min(kept, size))) if kept else None
+def test_starts_are_connected(size, n_fixed, seed):
+    functional = label(nx.path_graph(min(n_fixed, size))) if n_fixed else None
     start = draw_start(["1"] * size, np.random.default_rng(seed), fixed=functional)
     assert nx.is_connected(start)
     assert list(start) == [*range(size)]
     assert start.number_of_edges() == size - 1
-    assert {edge for edge in start.edges if max(edge) < kept} >= set(functional.edges if functional else ())
+    assert {edge for edge in start.edges if max(edge) < n_fixed} >= set(functional.edges if functional else ())
 
 
 def test_numbers_of_doors_are_as_often_as_given():

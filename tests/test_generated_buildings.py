@@ -22,7 +22,7 @@ from pianta.generation.type_model import TypeFloor, TypeModel, assign_area_clust
 from tests.generated_types import SCHOOL, build_floor, join_wings, make_wing, small_model
 
 # A part of a building that was seen, with names of rooms that are no numbers.
-SEEN = nx.relabel_nodes(join_wings(("CCCT", "GS"), ((0, 1),), source="seen"), lambda node: f"room {node}")
+OBSERVED = nx.relabel_nodes(join_wings(("CCCT", "GS"), ((0, 1),), source="seen"), lambda node: f"room {node}")
 
 
 @cache
@@ -33,7 +33,7 @@ def quick_model(segmentation=Segmentation.CORR) -> TypeModel:
 
 @cache
 def seen_floor() -> TypeFloor:
-    return assign_area_clusters(SEEN, quick_model())
+    return assign_area_clusters(OBSERVED, quick_model())
 
 
 def list_rooms(building) -> tuple[list[Any], list[Any]]:
@@ -49,8 +49,8 @@ def assert_building(building, model) -> None:
     assert list(building) == [*range(len(building))]
     assert nx.is_connected(building)
     assert not [*nx.selfloop_edges(building)]
-    known = {label for floor in model.floors for _, label in floor.graph.nodes(data="label")}
-    assert {label for _, label in building.nodes(data="label")} <= known
+    model_labels = {label for floor in model.floors for _, label in floor.graph.nodes(data="label")}
+    assert {label for _, label in building.nodes(data="label")} <= model_labels
 
 
 @pytest.mark.slow
@@ -68,10 +68,10 @@ def test_buildings_are_floors_of_the_type(segmentation, costs):
 
 def test_sizes_are_a_fifth_beyond_those_of_floors_at_most():
     sizes = [len(floor.graph) for floor in quick_model().floors]
-    found = [len(building) for building in generate_buildings(quick_model(), 60)]
-    assert 0.8 * min(sizes) - 0.5 <= min(found)
-    assert max(found) <= 1.2 * max(sizes) + 0.5
-    assert len(set(found)) > 5
+    result = [len(building) for building in generate_buildings(quick_model(), 60)]
+    assert 0.8 * min(sizes) - 0.5 <= min(result)
+    assert max(result) <= 1.2 * max(sizes) + 0.5
+    assert len(set(result)) > 5
 
 
 @pytest.mark.slow
@@ -86,13 +86,13 @@ def test_a_building_depends_on_none_beside_it(numbers, seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("given_floor", ["none", "like", "kept"])
+@pytest.mark.parametrize("given_floor", ["none", "similar_to", "fixed"])
 def test_batches_are_the_same_as_all_at_once(given_floor):
-    like, kept = (seen_floor() if given_floor == name else None for name in ("like", "kept"))
-    sampler = BuildingSampler(quick_model(), similar_to=like, fixed=kept)
+    template, fixed_floor = (seen_floor() if given_floor == name else None for name in ("similar_to", "fixed"))
+    sampler = BuildingSampler(quick_model(), similar_to=template, fixed=fixed_floor)
     parts = [*sampler.sample(range(3), seed=2), *sampler.sample(range(3, 6), seed=2)]
-    whole = BuildingSampler(quick_model(), similar_to=like, fixed=kept).sample(range(6), seed=2)
-    assert list(map(list_rooms, parts)) == list(map(list_rooms, whole))
+    complete = BuildingSampler(quick_model(), similar_to=template, fixed=fixed_floor).sample(range(6), seed=2)
+    assert list(map(list_rooms, parts)) == list(map(list_rooms, complete))
 
 
 def test_jobs_make_the_same_buildings():
@@ -116,11 +116,11 @@ from dataclasses import replace
 from pianta.generation.buildings import generate_buildings
 from pianta.generation.type_model import learn_type, assign_area_clusters
 from tests.generated_types import SCHOOL, join_wings, make_schools
-from tests.test_generated_buildings import SEEN, list_rooms
+from tests.test_generated_buildings import OBSERVED, list_rooms
 named = [nx.relabel_nodes(graph, lambda node: f"room {node}") for graph in make_schools()]
 for segmentation in ("corr", "ncut"):
     model = replace(learn_type(named, SCHOOL, segmentation=segmentation), sweeps=5, edge_moves=20, door_moves=4)
-    floor = assign_area_clusters(SEEN, model)
+    floor = assign_area_clusters(OBSERVED, model)
     for buildings in (generate_buildings(model, 3), generate_buildings(model, 2, fixed=floor, similar_to=floor)):
         print(*map(list_rooms, buildings))
 """
@@ -128,7 +128,7 @@ for segmentation in ("corr", "ncut"):
 
 @pytest.mark.slow
 def test_the_same_under_every_hash_seed():
-    found = [
+    result = [
         subprocess.run(
             [sys.executable, "-c", HASHED],
             check=True,
@@ -139,8 +139,8 @@ def test_the_same_under_every_hash_seed():
         ).stdout
         for seed in ("1", "2", "3")
     ]
-    assert "room 4" in found[0]
-    assert len(set(found)) == 1
+    assert "room 4" in result[0]
+    assert len(set(result)) == 1
 
 
 def test_constraints_are_met():
@@ -182,7 +182,7 @@ def test_constraints_that_no_building_can_meet(constraints, message):
         generate_buildings(quick_model(), 2, constraints=constraints)
 
 
-def test_constraints_that_contradict_what_is_kept():
+def test_constraints_that_contradict_fixed_rooms():
     with pytest.raises(OptionError, match="CLASSROOM") as caught:
         generate_buildings(
             quick_model(), 2, fixed=seen_floor(), constraints=Constraints(rooms=(1, 5), at_most={"classroom": 2})
@@ -213,12 +213,13 @@ def test_options_that_are_none(options, message):
 
 
 def test_like_a_floor():
-    like = quick_model().floors[3]
-    buildings = generate_buildings(quick_model(), 12, similar_to=like)
-    assert all(0.8 * len(like.graph) - 0.5 <= len(building) <= 1.2 * len(like.graph) + 0.5 for building in buildings)
+    template = quick_model().floors[3]
+    buildings = generate_buildings(quick_model(), 12, similar_to=template)
+    size = len(template.graph)
+    assert all(0.8 * size - 0.5 <= len(building) <= 1.2 * size + 0.5 for building in buildings)
     assert len({str(list_rooms(building)) for building in buildings}) > 6
-    asked = generate_buildings(quick_model(), 4, similar_to=like, constraints=Constraints(rooms=(12, 12)))
-    assert [len(building) for building in asked] == [12] * 4
+    requested = generate_buildings(quick_model(), 4, similar_to=template, constraints=Constraints(rooms=(12, 12)))
+    assert [len(building) for building in requested] == [12] * 4
 
 
 def test_like_a_floor_with_areas_larger_than_any():
@@ -232,11 +233,11 @@ def test_rooms_and_doors_that_are_kept():
     for building in generate_buildings(quick_model(), 12, fixed=seen_floor(), constraints=Constraints(rooms=(14, 20))):
         assert_building(building, quick_model())
         node_of = {room: node for node, room in building.nodes(data="room") if room is not None}
-        assert node_of.keys() == set(SEEN)
-        assert sorted(node_of.values()) == [*range(len(SEEN))]
-        assert all(building.nodes[node]["label"] == SEEN.nodes[room]["label"] for room, node in node_of.items())
-        seen = {frozenset((node_of[one], node_of[other])) for one, other in SEEN.edges}
-        assert {frozenset(edge) for edge in building.subgraph(node_of.values()).edges} == seen
+        assert node_of.keys() == set(OBSERVED)
+        assert sorted(node_of.values()) == [*range(len(OBSERVED))]
+        assert all(building.nodes[node]["label"] == OBSERVED.nodes[room]["label"] for room, node in node_of.items())
+        observed = {frozenset((node_of[one], node_of[other])) for one, other in OBSERVED.edges}
+        assert {frozenset(edge) for edge in building.subgraph(node_of.values()).edges} == observed
         assert 14 <= len(building) <= 20
 
 
@@ -250,7 +251,7 @@ def test_what_is_kept_may_be_larger_than_any_floor():
         assert building.subgraph(range(len(graph))).number_of_edges() == graph.number_of_edges()
 
 
-def test_kept_and_like_and_wishes_at_once():
+def test_fixed_rooms_a_template_and_constraints_together():
     (building,) = generate_buildings(
         quick_model(),
         1,
@@ -291,13 +292,13 @@ def test_clusters_that_no_floor_has_together():
     assert all(nx.is_connected(building) and len(building) == 8 for building in buildings)
 
 
-def test_progress_is_told():
-    told = []
+def test_progress_is_reported():
+    messages = []
 
     def track(names: Sequence[str]) -> Iterator[str]:
         for name in names:
-            told.append(name)
+            messages.append(name)
             yield name
 
     generate_buildings(quick_model(), 2, track=track)
-    assert told == [f"buildings 1 to 2: {step}" for step in ("functional areas", "functional graphs", "doors")]
+    assert messages == [f"buildings 1 to 2: {step}" for step in ("functional areas", "functional graphs", "doors")]

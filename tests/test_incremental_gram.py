@@ -26,7 +26,7 @@ def change(batch, graphs, moves, *, together=False) -> list[tuple[int, int, int,
         number = graph % len(graphs)
         size = len(graphs[number])
         ends = sorted({one % size, other % size})
-        if len(ends) == 2 and (number, *ends) not in [known[:3] for known in done]:
+        if len(ends) == 2 and (number, *ends) not in [step[:3] for step in done]:
             done.append((number, *ends, present))
             edit = graphs[number].add_edges_from if present else graphs[number].remove_edges_from
             edit([ends])
@@ -52,8 +52,8 @@ def batches(draw):
 
 @pytest.mark.slow
 @given(batches(), MOVES, st.integers(0, 5), st.booleans())
-def test_equal_to_the_kernel_after_any_changes(drawn, moves, iterations, together):
-    references, graphs = drawn
+def test_equal_to_the_kernel_after_any_changes(sampled, moves, iterations, together):
+    references, graphs = sampled
     batch = IncrementalGram(ReferenceGraphs(references, iterations=iterations), graphs)
     np.testing.assert_array_equal(batch.measure_similarity(), compare(references, graphs, iterations=iterations))
     change(batch, graphs, moves, together=together)
@@ -62,8 +62,8 @@ def test_equal_to_the_kernel_after_any_changes(drawn, moves, iterations, togethe
 
 @pytest.mark.slow
 @given(batches(), MOVES)
-def test_undoing_restores_everything(drawn, moves):
-    references, graphs = drawn
+def test_undoing_restores_everything(sampled, moves):
+    references, graphs = sampled
     batch = IncrementalGram(ReferenceGraphs(references), graphs)
     before = [batch.adjacency.copy(), batch.products.copy(), batch.squares.copy(), batch.measure_similarity()]
     moves = [(*move[:3], True) for move in moves]

@@ -18,13 +18,13 @@ QUICK = replace(small_model(), sweeps=8, edge_moves=40, door_moves=10)
 Runner = Callable[[BuildingSampler, int], Floats]
 
 
-def make_runner(apart: Callable[[int], float], asked: list[int]) -> Runner:
+def make_runner(apart: Callable[[int], float], requested: list[int]) -> Runner:
     """A step whose chains are as far apart as it says for their iterations; of three targets, one has always mixed."""
 
     def run(sampler: BuildingSampler, seed: int) -> Floats:
         iterations = sampler.model.sweeps
         assert sampler.model.edge_moves == sampler.model.door_moves == iterations
-        asked.append(iterations)
+        requested.append(iterations)
         noise = np.random.default_rng(seed).normal(size=(3, CHAINS, iterations))
         noise[1:] += apart(iterations) * np.arange(CHAINS)[:, None]
         return noise
@@ -38,28 +38,28 @@ def use_runners(monkeypatch: pytest.MonkeyPatch, runner: Runner) -> None:
 
 
 def test_chains_that_have_mixed_stay(monkeypatch):
-    asked: list[int] = []
-    use_runners(monkeypatch, make_runner(lambda _: 0.0, asked))
-    found = count_mixing_iterations(replace(QUICK, sweeps=200, edge_moves=300, door_moves=400))
-    assert asked == [200, 300, 400]
-    assert [step.iterations for step in (found.sweeps, found.edge_moves, found.door_moves)] == asked
-    assert found.sweeps.convergence == pytest.approx(1, abs=0.03)
+    requested: list[int] = []
+    use_runners(monkeypatch, make_runner(lambda _: 0.0, requested))
+    result = count_mixing_iterations(replace(QUICK, sweeps=200, edge_moves=300, door_moves=400))
+    assert requested == [200, 300, 400]
+    assert [step.iterations for step in (result.sweeps, result.edge_moves, result.door_moves)] == requested
+    assert result.sweeps.convergence == pytest.approx(1, abs=0.03)
 
 
 def test_chains_that_mix_late_take_more(monkeypatch):
-    asked: list[int] = []
-    use_runners(monkeypatch, make_runner(lambda iterations: 5.0 * (iterations < 400), asked))
-    found = count_mixing_iterations(replace(QUICK, sweeps=200, edge_moves=400, door_moves=100))
-    assert asked == [200, 400, 400, 100, 200, 400]
-    assert [step.iterations for step in (found.sweeps, found.edge_moves, found.door_moves)] == [400, 400, 400]
+    requested: list[int] = []
+    use_runners(monkeypatch, make_runner(lambda iterations: 5.0 * (iterations < 400), requested))
+    result = count_mixing_iterations(replace(QUICK, sweeps=200, edge_moves=400, door_moves=100))
+    assert requested == [200, 400, 400, 100, 200, 400]
+    assert [step.iterations for step in (result.sweeps, result.edge_moves, result.door_moves)] == [400, 400, 400]
 
 
 def test_chains_that_never_mix_take_four_times_as_many(monkeypatch):
-    asked: list[int] = []
-    use_runners(monkeypatch, make_runner(lambda _: 5.0, asked))
-    found = count_mixing_iterations(replace(QUICK, sweeps=100, edge_moves=50, door_moves=30))
-    assert [step.iterations for step in (found.sweeps, found.edge_moves, found.door_moves)] == [400, 200, 120]
-    assert found.door_moves.convergence > 2
+    requested: list[int] = []
+    use_runners(monkeypatch, make_runner(lambda _: 5.0, requested))
+    result = count_mixing_iterations(replace(QUICK, sweeps=100, edge_moves=50, door_moves=30))
+    assert [step.iterations for step in (result.sweeps, result.edge_moves, result.door_moves)] == [400, 200, 120]
+    assert result.door_moves.convergence > 2
 
 
 def test_only_the_second_half_counts(monkeypatch):
@@ -84,19 +84,19 @@ def test_traces_of_the_steps():
     )
     assert all(np.isfinite(traces).all() for traces in (sweeps, edges, doors))
     # Chains of a target start apart, unless it has two areas, which are joined in one way.
-    assert any(len(set(of_target[:, 0])) > 1 for of_target in edges)
+    assert any(len(set(target_traces[:, 0])) > 1 for target_traces in edges)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("segmentation", Segmentation)
 def test_chains_of_the_small_schools(segmentation):
-    found = count_mixing_iterations(
+    result = count_mixing_iterations(
         replace(small_model(segmentation), sweeps=40, edge_moves=300, door_moves=60), seed=1
     )
-    assert found.sweeps.convergence < 1.1
-    assert found.sweeps.iterations == 40
-    assert found.edge_moves.iterations in (300, 600, 1200)
-    assert found.door_moves.iterations in (60, 120, 240)
+    assert result.sweeps.convergence < 1.1
+    assert result.sweeps.iterations == 40
+    assert result.edge_moves.iterations in (300, 600, 1200)
+    assert result.door_moves.iterations in (60, 120, 240)
 
 
 def test_the_same_seed_finds_the_same():
@@ -107,8 +107,8 @@ def test_floors_of_one_area_have_nothing_to_join():
     model = TypeModel(
         SCHOOL, Segmentation.CORR, (build_floor(("CC",), (), (0,)), build_floor(("AA",), (), (0,))), 5, 20, 10
     )
-    found = count_mixing_iterations(model)
-    assert (found.edge_moves, found.door_moves) == (Mixing(20, 1.0), Mixing(10, 1.0))
+    result = count_mixing_iterations(model)
+    assert (result.edge_moves, result.door_moves) == (Mixing(20, 1.0), Mixing(10, 1.0))
 
 
 def test_a_type_is_trained_with_what_was_found(monkeypatch):
@@ -118,18 +118,18 @@ def test_a_type_is_trained_with_what_was_found(monkeypatch):
         lambda model, *, seed, track: ModelMixing(Mixing(seed, 1.0), Mixing(8, 1.2), Mixing(9, 1.3)),
     )
     model = train_type(make_schools(), schema=SCHOOL, areas="ncut", seed=7)
-    found = model.mixing
-    assert found is not None
+    result = model.mixing
+    assert result is not None
     assert (model.sweeps, model.edge_moves, model.door_moves) == (7, 8, 9)
-    assert found.edge_moves == Mixing(8, 1.2)
-    assert found.sweeps.has_mixed
-    assert not found.edge_moves.has_mixed
+    assert result.edge_moves == Mixing(8, 1.2)
+    assert result.sweeps.has_mixed
+    assert not result.edge_moves.has_mixed
     assert (model.segmentation, len(model.floors)) == (Segmentation.NCUT, 8)
 
 
 @pytest.mark.slow
 def test_two_floors():
     model = train_type([make_wing("C"), make_wing("AAA")], schema=SCHOOL)
-    found = model.mixing
-    assert found is not None
-    assert model.sweeps == found.sweeps.iterations >= 300
+    result = model.mixing
+    assert result is not None
+    assert model.sweeps == result.sweeps.iterations >= 300

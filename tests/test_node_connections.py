@@ -30,7 +30,7 @@ SCHOOL_AREAS = small_model().areas
 AREAS = (make_wing("CCT"), make_wing("SA"))
 
 
-def take_neighborhood(graph, one, other) -> nx.Graph:
+def neighborhood_of_edge(graph, one, other) -> nx.Graph:
     """N_1 of an edge: its ends, what is next to them, and the doors at either end."""
     around = nx.Graph([(one, other), *graph.edges([one, other])])
     nx.set_node_attributes(around, dict(graph.nodes(data="label")), "label")
@@ -43,7 +43,7 @@ def list_cuts() -> list[tuple[nx.Graph, int, int]]:
 
 def measure_xi(around: nx.Graph) -> float:
     """Ξ as printed, d being the distance of the normalised kernel."""
-    cuts = [take_neighborhood(*cut) for cut in list_cuts()]
+    cuts = [neighborhood_of_edge(*cut) for cut in list_cuts()]
     kernel = WeisfeilerLehman(iterations=5).fit(cuts)
     between = np.sqrt(np.maximum(2 - 2 * kernel.compare(), 0))
     mean = between.mean(axis=1)
@@ -61,7 +61,7 @@ def measure_phi(graph, one, other) -> float:
     pairs = [{cut[0].nodes[cut[1]]["label"], cut[0].nodes[cut[2]]["label"]} for cut in list_cuts()]
     upsilon = pairs.count(labels) / len(pairs)
     degrees: int = graph.degree(one) * graph.degree(other)
-    return measure_xi(take_neighborhood(graph, one, other)) * degrees * upsilon
+    return measure_xi(neighborhood_of_edge(graph, one, other)) * degrees * upsilon
 
 
 def test_cuts_of_the_model():
@@ -83,12 +83,12 @@ def test_p_conn_as_printed():
     candidates = building.list_candidates((0, 1), POTENTIALS)
     assert candidates.pairs == [(0, 4), (1, 5), (2, 5)]
     resemblance = POTENTIALS.measure_resemblance(candidates.neighborhoods)
-    found = np.array(candidates.weights) * [resemblance[around] for around in candidates.neighborhoods]
+    result = np.array(candidates.weights) * [resemblance[around] for around in candidates.neighborhoods]
     expected = np.array([measure_phi(building.to_graph(), *pair) for pair in candidates.pairs])
-    np.testing.assert_allclose(found / found.sum(), expected / expected.sum(), rtol=1e-9)
+    np.testing.assert_allclose(result / result.sum(), expected / expected.sum(), rtol=1e-9)
     bounds = np.cumsum(expected / expected.sum())
-    for place, bound in enumerate(bounds):
-        assert candidates.draw(POTENTIALS, float(bound) - 1e-6) == candidates.pairs[place]
+    for position, bound in enumerate(bounds):
+        assert candidates.draw(POTENTIALS, float(bound) - 1e-6) == candidates.pairs[position]
     assert candidates.draw(POTENTIALS, float(bounds[0]) + 1e-6) == candidates.pairs[1]
     assert candidates.draw(POTENTIALS, 0.0) == candidates.pairs[0]
     assert candidates.draw(POTENTIALS, float(np.nextafter(1, 0))) == candidates.pairs[-1]
@@ -118,16 +118,16 @@ def test_resemblance_is_printed():
     neighbors = [set(graph[node]) for node in graph]
     for one, other in [(0, 4), (1, 5), (0, 1), (3, 6), (2, 5)]:
         around = describe_neighborhood(labels, neighbors, one, other)
-        found = POTENTIALS.measure_resemblance([around])[around]
-        assert found == pytest.approx(measure_xi(take_neighborhood(graph, one, other)), rel=1e-12)
+        result = POTENTIALS.measure_resemblance([around])[around]
+        assert result == pytest.approx(measure_xi(neighborhood_of_edge(graph, one, other)), rel=1e-12)
 
 
 def test_cuts_resemble_themselves_as_much_as_they_are_many():
     # By its denominator Ξ of all cuts adds up to 1.
-    assert sum(measure_xi(take_neighborhood(*cut)) for cut in list_cuts()) == pytest.approx(1)
+    assert sum(measure_xi(neighborhood_of_edge(*cut)) for cut in list_cuts()) == pytest.approx(1)
 
 
-def test_resemblance_does_not_depend_on_what_is_asked_beside():
+def test_resemblance_does_not_depend_on_other_neighborhoods():
     building = ConnectedBuilding([*small_model().areas[:4]])
     potentials = CutPotentials(small_model())
     wanted = [
@@ -151,7 +151,7 @@ def test_neighborhoods_are_those_of_the_graph(seed):
     assert described == describe_neighborhood(labels, neighbors, other, one)
     assert nx.is_isomorphic(
         build_neighborhood(described),
-        take_neighborhood(graph, one, other),
+        neighborhood_of_edge(graph, one, other),
         node_match=lambda first, second: first["label"] == second["label"],
     )
 
@@ -187,13 +187,13 @@ def functional_trees(draw):
     """Areas of the small model, and a tree that joins them by one door or more."""
     areas = draw(st.lists(st.sampled_from(SCHOOL_AREAS), min_size=1, max_size=6))
     functional = nx.empty_graph(len(areas))
-    for place in range(1, len(areas)):
-        functional.add_edge(draw(st.integers(0, place - 1)), place, cuts=draw(st.integers(1, 8)))
+    for position in range(1, len(areas)):
+        functional.add_edge(draw(st.integers(0, position - 1)), position, cuts=draw(st.integers(1, 8)))
     return areas, functional
 
 
 def count_doors(building, functional) -> Counter[Pair]:
-    area_of = {room: place for place, area in enumerate(building.areas) for room in area}
+    area_of = {room: position for position, area in enumerate(building.areas) for room in area}
     pairs = [(area_of[one], area_of[other]) for one, other in building.list_doors()]
     counts = Counter((min(pair), max(pair)) for pair in pairs if pair[0] != pair[1])
     assert counts.keys() == {tuple(sorted(edge)) for edge in functional.edges}
@@ -218,8 +218,8 @@ def connect(areas, functional, *, seeds=(0,), model=None, moves=10) -> Connected
 @pytest.mark.slow
 @settings(max_examples=40)
 @given(functional_trees(), st.integers(0, 1000))
-def test_what_holds_for_all_doors(drawn, seed):
-    areas, functional = drawn
+def test_what_holds_for_all_doors(sampled, seed):
+    areas, functional = sampled
     chains, (start,), (graph,) = connect(areas, functional, seeds=[seed])
     (building,) = chains.buildings
     counts = count_doors(building, functional)
@@ -230,8 +230,8 @@ def test_what_holds_for_all_doors(drawn, seed):
         assert sorted(building.doors[pair]) == sorted(set(building.doors[pair]))
         assert len(building.doors[pair]) == count
     for area, rooms in zip(areas, building.areas, strict=True):
-        places = {node: place for place, node in enumerate(area)}
-        assert list_inside(graph, rooms) == {frozenset((places[one], places[other])) for one, other in area.edges}
+        positions = {node: position for position, node in enumerate(area)}
+        assert list_inside(graph, rooms) == {frozenset((positions[one], positions[other])) for one, other in area.edges}
         assert [graph.nodes[room]["label"] for room in rooms] == [label for _, label in area.nodes(data="label")]
     assert nx.is_connected(graph)
     assert nx.check_planarity(graph)[0]
@@ -305,12 +305,12 @@ def test_doors_do_not_depend_on_how_the_functional_graph_holds_its_edges():
 
 
 def test_kept_doors_never_move():
-    kept = small_model().floors[3]
-    areas = [*kept.area_graphs, *small_model().areas[:2]]
+    fixed = small_model().floors[3]
+    areas = [*fixed.area_graphs, *small_model().areas[:2]]
     functional = nx.Graph()
-    functional.add_edges_from([*kept.functional_graph.edges, (0, 4), (4, 5)], cuts=2)
+    functional.add_edges_from([*fixed.functional_graph.edges, (0, 4), (4, 5)], cuts=2)
     building = ConnectedBuilding(areas)
-    building.add_fixed_doors(kept)
+    building.add_fixed_doors(fixed)
     before = {*building.list_doors()}
     references = ReferenceGraphs([floor.graph for floor in small_model().floors])
     chains = NodeConnections(
@@ -319,10 +319,10 @@ def test_kept_doors_never_move():
     (graph,) = connect_areas(chains, moves=30)
     assert before <= {*graph.edges}
     assert set(building.doors) == {(0, 4), (4, 5)}
-    rooms = range(len(kept.graph))
-    labels = [label for _, label in kept.graph.nodes(data="label")]
+    rooms = range(len(fixed.graph))
+    labels = [label for _, label in fixed.graph.nodes(data="label")]
     assert Counter(graph.nodes[room]["label"] for room in rooms) == Counter(labels)
-    assert graph.subgraph(rooms).number_of_edges() == kept.graph.number_of_edges()
+    assert graph.subgraph(rooms).number_of_edges() == fixed.graph.number_of_edges()
 
 
 def connect_known_ends(ends: list[int], *, seed: int, moves: int = 30) -> tuple[ConnectedBuilding, nx.Graph]:
@@ -383,7 +383,7 @@ def test_known_doors_are_made_even_where_they_cross():
 
 
 @given(st.integers(2, 5), st.integers(0, 10**6))
-def test_planar_is_as_networkx_says(count, seed):
+def test_planarity_is_that_of_networkx(count, seed):
     random = np.random.default_rng(seed)
     building = ConnectedBuilding([make_wing("C" * int(random.integers(0, 4))) for _ in range(count)])
     # Only the first two may be joined, the others are alone: their trees count as well.
@@ -392,7 +392,7 @@ def test_planar_is_as_networkx_says(count, seed):
     assert building.is_planar() == nx.check_planarity(building.to_graph())[0]
 
 
-def test_a_crossing_is_told_beside_areas_that_are_alone():
+def test_a_crossing_is_detected_beside_isolated_areas():
     # All nine pairs of two triples: K_3,3 with edges more.
     building = ConnectedBuilding([make_wing("CC"), make_wing("CC"), *[make_wing("C")] * 9])
     for one in range(3):

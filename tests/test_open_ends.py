@@ -44,7 +44,7 @@ def test_examples_of_doors():
     assert [example.near for example in own] == ["CLASSROOM", "CLASSROOM"]
     (branch,) = [example.branch for example in own if example.branch is not None]
     assert dict(branch.nodes(data="label")) == {3: "CLOSET"}
-    assert [len(of_floor) for of_floor in ends.by_label["CLASSROOM"]] == [2, 2]
+    assert [len(examples) for examples in ends.by_label["CLASSROOM"]] == [2, 2]
     assert [*ends.by_label] == ["CLASSROOM"]
 
 
@@ -56,25 +56,25 @@ def test_floors_without_doors_to_other_rooms_have_no_examples():
 def test_weights():
     floor = small_model().floors[3]
     corridors = {node for node, label in floor.graph.nodes(data="label") if label == "CORRIDOR"}
-    known = read_explored_part(explore_by_corridors(floor.graph, corridors)[0], SCHOOL)
-    weights = ENDS.stage_weights(known)
+    explored = read_explored_part(explore_by_corridors(floor.graph, corridors)[0], SCHOOL)
+    weights = ENDS.stage_weights(explored)
     assert weights.shape == (len(ENDS.stages),)
     assert weights.sum() == pytest.approx(1)
     assert (weights > 0).all()
     # As far as itself, of which nothing is apart; it has four stages.
-    stages = [place for place, stage in enumerate(ENDS.stages) if stage.floor == 3]
+    stages = [position for position, stage in enumerate(ENDS.stages) if stage.floor == 3]
     assert len(stages) == 4
     assert weights[stages].argmax() == 0
-    complete = [place for place, stage in enumerate(ENDS.stages) if stage.open == 0]
+    complete = [position for position, stage in enumerate(ENDS.stages) if stage.open == 0]
     assert weights[complete].max() < weights[stages[0]]
 
 
 def test_weights_as_written():
     """exp(-d² / (2 · 0.5²) - JS / 0.2) over the stages of a floor, d of the logarithms of one more."""
-    known = read_explored_part(hide_rooms(make_wing("CC"), {0}), SCHOOL)
-    assert (len(known.open), len(known.doors)) == (0, 2)
-    found = ENDS.stage_weights(known)
-    labels = count_labels_of_part(known, SCHOOL)
+    explored = read_explored_part(hide_rooms(make_wing("CC"), {0}), SCHOOL)
+    assert (len(explored.open), len(explored.doors)) == (0, 2)
+    result = ENDS.stage_weights(explored)
+    labels = count_labels_of_part(explored, SCHOOL)
     assert labels.sum() == 1
 
     def weigh(stage) -> float:
@@ -86,11 +86,11 @@ def test_weights_as_written():
         first = p * np.log2(p / middle) + sum(q * np.log2(2) for q in np.delete(share, corridor) if q > 0)
         divergence = (first + np.log2(1 / middle)) / 2
         apart = np.log(1 + stage.open) ** 2 + (np.log(1 + stage.doors) - np.log(3)) ** 2
-        of_floor = sum(other.floor == stage.floor for other in ENDS.stages)
-        return float(np.exp(-apart / 0.5 - divergence / 0.2) / of_floor)
+        n_stages = sum(other.floor == stage.floor for other in ENDS.stages)
+        return float(np.exp(-apart / 0.5 - divergence / 0.2) / n_stages)
 
     expected = np.array([weigh(stage) for stage in ENDS.stages])
-    np.testing.assert_allclose(found, expected / expected.sum(), rtol=1e-9)
+    np.testing.assert_allclose(result, expected / expected.sum(), rtol=1e-9)
 
 
 def test_hubs():
@@ -122,6 +122,6 @@ def test_models_that_cannot_be_explored():
 
 def test_known_labels():
     graph = join_wings(*WINGS["a"], source="a")
-    known = read_explored_part(hide_rooms(graph, {0, 1, 5}, {6}), SCHOOL)
-    counts = dict(zip(SCHOOL.by_name, count_labels_of_part(known, SCHOOL).tolist(), strict=True))
+    explored = read_explored_part(hide_rooms(graph, {0, 1, 5}, {6}), SCHOOL)
+    counts = dict(zip(SCHOOL.by_name, count_labels_of_part(explored, SCHOOL).tolist(), strict=True))
     assert {label: count for label, count in counts.items() if count} == {"CORRIDOR": 2, "CLASSROOM": 1, "BATHROOM": 1}

@@ -34,8 +34,8 @@ WAYS = [[4, 9]]
 def plain(monkeypatch):
     """What is in sight is all that is found, and the gym is behind the library."""
     monkeypatch.setattr(frontier_area, "_read_weights", sight_only_weights)
-    found = Beyond({LIBRARY_DOOR: 20.0, CORRIDOR_DOOR: 20.0}, {LIBRARY_DOOR: 1.0, CORRIDOR_DOOR: 0.0})
-    monkeypatch.setattr(RoomExpectations, "predict_beyond", lambda *_: found)
+    result = Beyond({LIBRARY_DOOR: 20.0, CORRIDOR_DOOR: 20.0}, {LIBRARY_DOOR: 1.0, CORRIDOR_DOOR: 0.0})
+    monkeypatch.setattr(RoomExpectations, "predict_beyond", lambda *_: result)
 
 
 @pytest.fixture(scope="module")
@@ -52,15 +52,15 @@ def school():
 
 
 def test_a_search_goes_to_the_door_behind_which_the_label_is_certain(plain):
-    known = make_policy_input(AT_DOORS, WAYS, recognised=recognised_rooms())
-    assert ids_of(PredictedGain(school_sampler()).choose(known)) == [0]
-    assert ids_of(PredictedGain(school_sampler(), find="gym").choose(known)) == [1]
+    inputs = make_policy_input(AT_DOORS, WAYS, recognised=recognised_rooms())
+    assert ids_of(PredictedGain(school_sampler()).choose(inputs)) == [0]
+    assert ids_of(PredictedGain(school_sampler(), find="gym").choose(inputs)) == [1]
 
 
 def test_two_robots_get_different_frontiers_and_the_last_may_get_none(plain):
-    known = make_policy_input(AT_DOORS, [*WAYS, *WAYS], recognised=recognised_rooms())
+    inputs = make_policy_input(AT_DOORS, [*WAYS, *WAYS], recognised=recognised_rooms())
     for find in (None, "gym"):
-        first, second = ids_of(PredictedGain(school_sampler(), find=find).choose(known))
+        first, second = ids_of(PredictedGain(school_sampler(), find=find).choose(inputs))
         assert {first, second} == {0, 1}
     assert ids_of(PredictedGain().choose(make_policy_input([(19, 1.5)], [[4], [5]]))) == [0, None]
     assert ids_of(PredictedGain().choose(make_policy_input(AT_DOORS, [[inf, inf], [4, 9]]))) == [None, 0]
@@ -68,8 +68,8 @@ def test_two_robots_get_different_frontiers_and_the_last_may_get_none(plain):
 
 def test_robots_keep_apart():
     # Two frontiers side by side, and one that is a little further.
-    known = make_policy_input([(19, 1.5), (18, 1.5), (3, 2.5)], [[3, 3.5, 8], [3, 3.5, 6]])
-    assert ids_of(PredictedGain().choose(known)) == [0, 2]
+    inputs = make_policy_input([(19, 1.5), (18, 1.5), (3, 2.5)], [[3, 3.5, 8], [3, 3.5, 6]])
+    assert ids_of(PredictedGain().choose(inputs)) == [0, 2]
 
 
 def test_without_a_model_the_unknown_in_sight_is_all_that_is_expected():
@@ -81,27 +81,27 @@ def test_without_a_model_the_unknown_in_sight_is_all_that_is_expected():
 
 
 def test_what_is_hardly_worth_the_way_is_left_for_the_last():
-    known = np.full((20, 50), 0, np.int8)
-    known[:8, :] = -1
+    inputs = np.full((20, 50), 0, np.int8)
+    inputs[:8, :] = -1
     # The unknown is out of sight of the near frontier, but in that of the far one.
-    known[10, :] = 100
-    poor = make_policy_input([(5, 1), (12, 6)], [[1, 20]], cells=known)
+    inputs[10, :] = 100
+    poor = make_policy_input([(5, 1), (12, 6)], [[1, 20]], cells=inputs)
     assert ids_of(PredictedGain().choose(poor)) == [1]
-    assert ids_of(PredictedGain().choose(make_policy_input([(5, 1), (12, 6)], [[1, inf]], cells=known))) == [0]
+    assert ids_of(PredictedGain().choose(make_policy_input([(5, 1), (12, 6)], [[1, inf]], cells=inputs))) == [0]
 
 
 def test_the_share_that_was_seen_is_that_of_all_that_is_expected():
-    known = make_policy_input(AT_DOORS, WAYS)
+    inputs = make_policy_input(AT_DOORS, WAYS)
     # The corridor has 60 m².
-    assert PredictedGain().expect_share(known, np.array([15.0, 5.0])) == pytest.approx(0.75)
+    assert PredictedGain().expect_share(inputs, np.array([15.0, 5.0])) == pytest.approx(0.75)
 
 
 def test_it_advises_to_stop_when_enough_was_seen(plain):
-    known = make_policy_input(AT_DOORS, [*WAYS, *WAYS], recognised=recognised_rooms())
-    _, areas, _ = PredictedGain(school_sampler()).expect(known)
+    inputs = make_policy_input(AT_DOORS, [*WAYS, *WAYS], recognised=recognised_rooms())
+    _, areas, _ = PredictedGain(school_sampler()).expect(inputs)
     share = 60 / (60 + areas.sum())
-    assert PredictedGain(school_sampler(), enough=share - 0.01).choose(known) == [None, None]
-    assert None not in PredictedGain(school_sampler(), enough=share + 0.01).choose(known)
+    assert PredictedGain(school_sampler(), enough=share - 0.01).choose(inputs) == [None, None]
+    assert None not in PredictedGain(school_sampler(), enough=share + 0.01).choose(inputs)
 
 
 @pytest.mark.parametrize("enough", [0, -1, 1.1, float("nan")])
@@ -129,7 +129,7 @@ def test_a_run_ends_by_its_advice(sampler, school):
     assert 0.2 < run.share[-1] < 0.95
 
 
-def test_a_room_is_looked_for(sampler, school):
+def test_a_search_prefers_the_wanted_room(sampler, school):
     run = explore(school, PredictedGain(sampler, find="closet"), starts=[(1, 1.5)], find="closet")
     assert run.outcome == "found CLOSET"
 

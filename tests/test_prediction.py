@@ -128,9 +128,9 @@ def test_open_ends():
 def test_skeleton():
     """In ONE "?" is a corridor of the hall; in TWO "??", which the open corridor leads to as well."""
     graph = predict_by(ONE, TWO).skeleton
-    found = {frozenset(edge): probability for *edge, probability in graph.edges(data="probability")}
+    result = {frozenset(edge): probability for *edge, probability in graph.edges(data="probability")}
     beyond = ("beyond", "side")
-    assert found == {
+    assert result == {
         frozenset(("hall", "side")): 1,
         frozenset(("hall", "?")): 0.5,
         frozenset(("side", beyond)): 0.5,
@@ -217,9 +217,9 @@ def test_a_reading_of_a_partial_map():
     graph = nx.Graph(source="part")
     graph.add_node(1, label="CORRIDOR", area=30.0, partial=True, predicted_area=60.0)
     graph.add_node(2, label="CLASSROOM", area=50.0, partial=False)
-    told = {"R/C": {"ROOM": 1.0}, "type": {"CLASSROOM": 0.6, "LAB": 0.4}}
-    graph.add_node(3, label="CLASSROOM", area=5.0, partial=True, predicted_area=50.0, label_probabilities=told)
-    graph.add_node(4, label="CLASSROOM", area=45.0, partial=True, predicted_area=50.0, label_probabilities=told)
+    messages = {"R/C": {"ROOM": 1.0}, "type": {"CLASSROOM": 0.6, "LAB": 0.4}}
+    graph.add_node(3, label="CLASSROOM", area=5.0, partial=True, predicted_area=50.0, label_probabilities=messages)
+    graph.add_node(4, label="CLASSROOM", area=45.0, partial=True, predicted_area=50.0, label_probabilities=messages)
     graph.add_edges_from([(1, 2), (1, 3), (1, 4)])
     prediction = predict(graph, SAMPLER, count=30)
     assert [(end.room, end.near) for end in prediction.ends] == [(1, 1), (3, 1)]
@@ -230,8 +230,8 @@ def test_a_reading_of_a_partial_map():
 
 
 def test_what_cannot_be_predicted():
-    whole = join_wings(*WINGS["a"], source="a")
-    for graph in (whole, explore("a", -1), hide_rooms(whole, {*whole})):
+    complete = join_wings(*WINGS["a"], source="a")
+    for graph in (complete, explore("a", -1), hide_rooms(complete, {*complete})):
         with pytest.raises(
             GraphError, match=r"^no door of it is unopened and no corridor goes on, so there is nothing"
         ):
@@ -247,7 +247,7 @@ def test_what_cannot_be_predicted():
             predict(explore("a", 0), SAMPLER, count=count)
     with pytest.raises(OptionError, match=r"^seed is -1, give 0 or more$"):
         predict(explore("a", 0), SAMPLER, seed=-1)
-    strange = explore("a", 0)
-    strange.nodes[1]["label"] = "SPA"
+    unusual = explore("a", 0)
+    unusual.nodes[1]["label"] = "SPA"
     with pytest.raises(LabelError, match="'SPA'"):
-        predict(strange, SAMPLER)
+        predict(unusual, SAMPLER)

@@ -14,9 +14,9 @@ from pianta.exploration.tours import choose_first_target
 from tests.explored_worlds import draw_cells
 
 
-def first_on_line(robot: float, places: ArrayLike, worths: ArrayLike, lengths: ArrayLike | None = None) -> int:
+def first_on_line(robot: float, positions: ArrayLike, worths: ArrayLike, lengths: ArrayLike | None = None) -> int:
     """The first of places on a line, metres, that a robot on it visits."""
-    here = np.array(places, float)
+    here = np.array(positions, float)
     within = np.zeros(len(here)) if lengths is None else np.array(lengths, float)
     return choose_first_target(abs(here - robot), abs(here[:, None] - here), np.array(worths, float), within)
 
@@ -25,9 +25,9 @@ def cost_of(order, distances, between, worths, lengths) -> float:
     """What waits on a tour: the worth of each place over the way until half of it has been seen."""
     way, cost = 0.0, 0.0
     steps = [distances[order[0]], *(between[one, other] for one, other in pairwise(order))]
-    for place, step in zip(order, steps, strict=True):
-        cost += worths[place] * (way + step + lengths[place] / 2)
-        way += step + lengths[place]
+    for index, step in zip(order, steps, strict=True):
+        cost += worths[index] * (way + step + lengths[index] / 2)
+        way += step + lengths[index]
     return cost
 
 
@@ -90,9 +90,9 @@ def test_ways_between_places_lead_around_walls():
         """)
         == 0
     )
-    found = measure_distances_between(passable, np.array([(0, 0), (5, 0), (0, 5)]), resolution=0.5)
+    result = measure_distances_between(passable, np.array([(0, 0), (5, 0), (0, 5)]), resolution=0.5)
     # Coarse cells of 1 m: two steps right, two down and two back.
-    assert found == pytest.approx(np.array([[0, 6, 2], [6, 0, 4], [2, 4, 0]]))
+    assert result == pytest.approx(np.array([[0, 6, 2], [6, 0, 4], [2, 4, 0]]))
     parted = draw_cells("""
         ..####..
         ..####..

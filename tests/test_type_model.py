@@ -79,12 +79,12 @@ def test_nodes_may_be_anything(segmentation):
         lambda node: node - 7,
         lambda node: node if node % 2 else f"{node}",
     ]
-    known = learn_type(make_schools(), SCHOOL, segmentation=segmentation)
+    expected_model = learn_type(make_schools(), SCHOOL, segmentation=segmentation)
     for name in names:
         graphs = [nx.relabel_nodes(graph, name) for graph in make_schools()]
         model = learn_type(graphs, SCHOOL, segmentation=segmentation)
-        assert [floor.areas for floor in model.floors] == [floor.areas for floor in known.floors]
-        assert model.clusters.tolist() == known.clusters.tolist()
+        assert [floor.areas for floor in model.floors] == [floor.areas for floor in expected_model.floors]
+        assert model.clusters.tolist() == expected_model.clusters.tolist()
         rooms = [room for _, room in model.floors[2].graph.nodes(data="room")]
         assert rooms == list(graphs[2])
 
@@ -146,7 +146,7 @@ def test_floors_that_are_none(graph, message):
         learn_type([make_wing("C"), graph, make_wing("A")], SCHOOL)
 
 
-def test_all_faults_are_told_in_one_line():
+def test_all_faults_are_in_one_line():
     named = change_label(None, source="lab.xml")
     with pytest.raises(ModelError) as caught:
         learn_type([CUT, make_wing("C"), named, LOOP, change_label("POOL")], SCHOOL)
@@ -166,11 +166,11 @@ def test_one_floor_is_no_type(graphs):
 
 def test_areas_that_a_model_knows_are_recognized():
     for floor, graph in zip(small_model().floors, make_schools(), strict=True):
-        found = assign_area_clusters(graph, small_model())
-        assert found.source == floor.source
-        assert found.areas == floor.areas
-        assert found.clusters == floor.clusters
-        assert nx.utils.graphs_equal(found.graph, floor.graph)
+        result = assign_area_clusters(graph, small_model())
+        assert result.source == floor.source
+        assert result.areas == floor.areas
+        assert result.clusters == floor.clusters
+        assert nx.utils.graphs_equal(result.graph, floor.graph)
     assert len(set(assign_area_clusters(join_wings(("CCCC", "AA"), ((0, 1),), source=""), small_model()).clusters)) == 2
 
 

@@ -66,8 +66,8 @@ def test_round_trip(tmp_path, segmentation):
         assert [*one.graph.nodes(data="label")] == [*other.graph.nodes(data="label")]
     save_type_model(read, tmp_path / "again.json")
     assert (tmp_path / "again.json").read_bytes() == (tmp_path / "m.json").read_bytes()
-    ours, theirs = (generate_buildings(known, 4, seed=5) for known in (read, model))
-    assert list(map(list_rooms, ours)) == list(map(list_rooms, theirs))
+    reread, expected = (generate_buildings(type_model, 4, seed=5) for type_model in (read, model))
+    assert list(map(list_rooms, reread)) == list(map(list_rooms, expected))
 
 
 def test_a_type_of_ones_own(tmp_path):
@@ -249,7 +249,7 @@ def test_the_same_floor_in_another_order_is_harmless(model_file, tmp_path):
     assert_sampled(turned)
 
 
-def test_all_faults_are_told(model_file, tmp_path):
+def test_all_faults_are_reported(model_file, tmp_path):
     def change(content: dict[str, Any]) -> None:
         content["floors"][0]["clusters"] = [0]
         content["floors"][1]["doors"] = []
@@ -294,13 +294,13 @@ VALUES = st.one_of(
 @given(st.data())
 def test_a_value_replaced_by_another(model_file, tmp_path, data):
     content = json.loads(model_file.read_text())
-    place: Any = content
+    index: Any = content
     while True:
-        key = data.draw(st.sampled_from(sorted(place) if isinstance(place, dict) else range(len(place))))
-        if not isinstance(place[key], dict | list) or not place[key] or data.draw(st.integers(0, 4)) == 0:
+        key = data.draw(st.sampled_from(sorted(index) if isinstance(index, dict) else range(len(index))))
+        if not isinstance(index[key], dict | list) or not index[key] or data.draw(st.integers(0, 4)) == 0:
             break
-        place = place[key]
-    place[key] = data.draw(VALUES)
+        index = index[key]
+    index[key] = data.draw(VALUES)
     path = tmp_path / "replaced.json"
     path.write_text(json.dumps(content))
     with refused_in_one_line():

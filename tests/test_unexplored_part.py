@@ -40,32 +40,32 @@ def list_corridors(graph: nx.Graph) -> list[int]:
 
 def check_known_part(sample: SampledFloor, explored: ExploredPart) -> None:
     """Known rooms, their labels and doors are in the sample; closed rooms have no others but behind unopened doors."""
-    graph, known = sample.graph, sample.known_nodes
+    graph, nodes = sample.graph, sample.known_nodes
     assert [*graph] == [*range(len(graph))]
-    assert {*known} == {*explored.known_graph}
-    assert len({*known.values()}) == len(known)
-    for node, place in known.items():
-        assert graph.nodes[place]["label"] == explored.graph.nodes[node]["label"]
-    doors = {frozenset((known[near], sample.behind.get(door))) for door, near in explored.doors.items()}
-    before = {frozenset((known[one], known[other])) for one, other in explored.known_graph.edges}
-    found = {frozenset(edge) for edge in graph.edges}
-    ends = {known[corridor] for corridor in explored.open}
-    assert before <= found
-    for edge in found - before:
-        assert edge in doors or not edge & ({*known.values()} - ends)
+    assert {*nodes} == {*explored.known_graph}
+    assert len({*nodes.values()}) == len(nodes)
+    for node, index in nodes.items():
+        assert graph.nodes[index]["label"] == explored.graph.nodes[node]["label"]
+    doors = {frozenset((nodes[near], sample.behind.get(door))) for door, near in explored.doors.items()}
+    before = {frozenset((nodes[one], nodes[other])) for one, other in explored.known_graph.edges}
+    result = {frozenset(edge) for edge in graph.edges}
+    ends = {nodes[corridor] for corridor in explored.open}
+    assert before <= result
+    for edge in result - before:
+        assert edge in doors or not edge & ({*nodes.values()} - ends)
 
 
 def check_doors(sample: SampledFloor, explored: ExploredPart) -> None:
     """Each door leads from its room to one unknown room or, seldom, to an open corridor."""
     ends = {sample.known_nodes[corridor] for corridor in explored.open}
     behind: dict[int, list[int]] = {}
-    for door, place in sample.behind.items():
+    for door, index in sample.behind.items():
         near = explored.doors[door]
-        assert sample.graph.has_edge(sample.known_nodes[near], place)
-        assert place in ends or place in sample.unseen
-        behind.setdefault(near, []).append(place)
+        assert sample.graph.has_edge(sample.known_nodes[near], index)
+        assert index in ends or index in sample.unseen
+        behind.setdefault(near, []).append(index)
     # Doors of one room lead to different rooms.
-    assert all(len({*places}) == len(places) for places in behind.values())
+    assert all(len({*positions}) == len(positions) for positions in behind.values())
 
 
 @pytest.mark.slow
@@ -92,8 +92,8 @@ def test_what_holds_for_any_explored_part(name, data, seed):
 def test_stages_of_exploration():
     lost, doors = 0, 0
     for graph in make_back_doors():
-        for known in explore_by_corridors(graph, list_corridors(graph))[:-1]:
-            part = read_explored_part(known, SCHOOL)
+        for nodes in explore_by_corridors(graph, list_corridors(graph))[:-1]:
+            part = read_explored_part(nodes, SCHOOL)
             if not part.open_ends:
                 continue
             for sample in BACK_DOORS.sample(part, range(20)):
@@ -183,32 +183,32 @@ def test_samples_depend_on_their_seed_and_number_alone():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seen", [7.0, 12.0])
-def test_sizes_of_rooms(seen):
+@pytest.mark.parametrize("observed", [7.0, 12.0])
+def test_sizes_of_rooms(observed):
     """Rooms keep theirs; an open corridor, of which a part may be seen, that of its area where it is larger."""
     graphs = make_back_doors()
     for graph in graphs:
         nx.set_node_attributes(graph, 10.0, "area")
     sampler = FloorSampler(learn_type(graphs, SCHOOL))
     graph = graphs[1].copy()
-    nx.set_node_attributes(graph, seen, "area")
+    nx.set_node_attributes(graph, observed, "area")
     part = read_explored_part(explore_by_corridors(graph, list_corridors(graph))[0], SCHOOL)
-    found: set[float] = set()
+    result: set[float] = set()
     for sample in sampler.sample(part, range(10)):
-        sizes = {node: sample.graph.nodes[place]["area"] for node, place in sample.known_nodes.items()}
-        assert {sizes[node] for node in part.closed} == {seen}
-        found.update(sizes[node] for node in part.open)
+        sizes = {node: sample.graph.nodes[index]["area"] for node, index in sample.known_nodes.items()}
+        assert {sizes[node] for node in part.closed} == {observed}
+        result.update(sizes[node] for node in part.open)
         assert {sample.graph.nodes[node]["area"] for node in sample.unseen} <= {10.0}
     # That of a corridor whose area has no rooms is what is seen.
-    assert max(seen, 10.0) in found <= {seen, 10.0}
+    assert max(observed, 10.0) in result <= {observed, 10.0}
 
 
 def test_shares_of_labels():
     """Of floors, each as much: a of 10 rooms with 2 corridors, …"""
     shares = SAMPLER.label_shares
     assert [*shares] == [*SCHOOL.by_name]
-    of_corridors = [len(wings) / (len(wings) + sum(map(len, wings))) for wings, _ in WINGS.values()]
-    assert shares["CORRIDOR"] == pytest.approx(sum(of_corridors) / len(of_corridors))
+    corridor_nodes = [len(wings) / (len(wings) + sum(map(len, wings))) for wings, _ in WINGS.values()]
+    assert shares["CORRIDOR"] == pytest.approx(sum(corridor_nodes) / len(corridor_nodes))
     assert sum(shares.values()) == pytest.approx(1)
 
 

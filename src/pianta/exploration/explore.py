@@ -343,7 +343,7 @@ def _check_options(
 
 
 def _find_wanted(world: World, find: str | None) -> list[int]:
-    """Ids of the rooms with the wanted label; raises OptionError with the existing labels if there are none."""
+    """Ids of the rooms with the wanted label; raises OptionError with the existing labels if no room has it."""
     if find is None:
         return []
     wanted = find_rooms(world.floor, [standard_name(find)])

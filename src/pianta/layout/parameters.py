@@ -21,7 +21,7 @@ class ThesisParameters(Parameters):
     """Thresholds of the layout method of the thesis (section 3.1); the defaults fit most buildings.
 
     Sources: [1] the thesis, [2] the experiments of its authors, [3] trial on the 11 survey maps and 13 schools of the
-    benches and on synthetic maps (docs/layout.md). Values without a number were chosen by hand.
+    benches and on synthetic maps (docs/methods/layout.md). Values without a number were chosen by hand.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class ThesisParameters(Parameters):
 class StructureParameters(Parameters):
     """Thresholds of the method `structure`, in metres; the defaults fit most buildings.
 
-    The values were chosen on the survey, furniture, schools and clutter maps of the benches (docs/structure.md).
+    Values chosen on the survey, furniture, schools and clutter maps of the benches (docs/methods/structure.md).
 
     Parameters
     ----------

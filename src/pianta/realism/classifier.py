@@ -23,7 +23,7 @@ class LinearBuildingKernel(BuildingKernel):
     """The BuildingKernel with features compared by their product instead of a Gaussian.
 
     By the Gaussian, a floor far from all training floors is equally unlike both classes, and the decision is a
-    constant. Chosen with the figures of docs/realism.md in sight.
+    constant. Chosen with the figures of docs/methods/realism.md in sight.
     """
 
     def compare_features(self, floors: Sequence[BuildingDescription]) -> Floats:

@@ -37,7 +37,7 @@ NEAR_LIMITS = (2.0, 5.0)
 
 @dataclass(frozen=True, kw_only=True)
 class FeatureParameters(Parameters):
-    """Thresholds of the feature-based segmentation; chosen on the survey's maps (docs/segmentation.md).
+    """Thresholds of the feature-based segmentation; chosen on the survey's maps (docs/methods/segmentation.md).
 
     spacing: a scan is taken in one cell of each square of this side; metres (the survey scans every cell).
     smallest: area of the smallest room; m².

@@ -50,7 +50,7 @@ class VoronoiParameters(Parameters):
     """Thresholds of the Voronoi segmentation.
 
     The defaults are those of the survey's program, except passage_width, which was chosen on the survey's maps, and the
-    rules, which are quoted from memory of the paper (docs/segmentation.md).
+    rules, which are quoted from memory of the paper (docs/methods/segmentation.md).
 
     passage_width: gaps up to this width are not passages, and the diagram does not lead through them; metres.
     neighbourhood: the stretch of the diagram in which a critical point has the least clearance is this long, divided

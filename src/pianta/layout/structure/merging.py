@@ -22,7 +22,7 @@ MIN_SHARE = 0.02
 MIN_AREA = 0.01
 # More neighbours than this count as this many; part of the features that the model was fitted to.
 MAX_NEIGHBOURS = 5
-# Two stretches of one corridor (docs/structure.md, "Bends of corridors"; chosen on the maps of the benches):
+# Two stretches of one corridor (docs/methods/structure.md, "Bends of corridors"; chosen on the maps of the benches):
 # area over squared width of each, at least;
 CORRIDOR_ASPECT = 2.0
 # opening over the width of the narrower one, at least;

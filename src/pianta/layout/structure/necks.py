@@ -18,7 +18,7 @@ from pianta.layout._label_images import grow_mask
 
 Clearance = NDArray[np.float32]
 
-# The constants of this module were chosen by hand on the maps of the benches (docs/structure.md).
+# The constants of this module were chosen by hand on the maps of the benches (docs/methods/structure.md).
 # Side of the blocks of cells on which the basins are computed, for speed; cells.
 BLOCK_PX = 2
 # Cosine of the angle between the two jambs of a neck, seen from its middle, at most: 120° or more.

@@ -18,7 +18,7 @@ from pianta.layout.structure.wall_lines import SAMPLE_SPACING, WallLines
 
 Window = tuple[slice, slice]
 
-# The constants were chosen by hand on the maps of the benches (docs/structure.md).
+# The constants were chosen by hand on the maps of the benches (docs/methods/structure.md).
 # Parts of a room are split again, up to this many times in all.
 MAX_ROUNDS = 6
 # Distances from a wall line at which the rooms on its two sides are searched, nearest first: walls are thinner than

@@ -13,7 +13,7 @@ from pianta._types import Floats, Indices, Mask
 from pianta.layout.structure.necks import measure_lengths
 from pianta.layout.structure.regions import sample_image
 
-# The constants of this module were chosen by hand on the maps of the benches (docs/structure.md).
+# The constants of this module were chosen by hand on the maps of the benches (docs/methods/structure.md).
 # Length of contour on both sides of a cell that gives its tangent; metres.
 TANGENT_REACH = 0.2
 # Distance between the samples along a line; metres.
