@@ -16,10 +16,10 @@ from pianta.evaluation.graph_sets import STATISTICS, DiscrepancyRatio, Trial
 from pianta.generation.buildings import generate_buildings
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import Mixing, ModelMixing, TypeModel, learn_type
-from pianta.labels import SCHOOL, LabelSchema
+from pianta.labels import LabelSchema
 from pianta_bench.generation import measure as generation
 from pianta_bench.generation import tables as generation_tables
-from pianta_bench.generation.clusters import LARGEST, SINGLE, SMALLEST, score_gram
+from pianta_bench.generation.clusters import score_gram
 from pianta_bench.generation.costs import (
     ALL_STEPS,
     BATCH,
@@ -52,17 +52,13 @@ from pianta_bench.generation.scores import (
     CLASSIFIERS,
     HELD_OUT_ACCURACY,
     HELD_OUT_DISCREPANCY,
-    ONE_OUT,
-    PAIR_OUT,
-    RATIO,
     Repeats,
-    add_held_out,
-    add_real_halves,
+    SetScorer,
     draw_halves,
     measure_ratio_error,
     pool_ratios,
 )
-from pianta_bench.generation.tables import PUBLISHED_MEANS, compare_figures, compare_metrics, tabulate
+from pianta_bench.generation.tables import ALIKE, GAPS, NEARER, PUBLISHED_MEANS, compare_figures, derive_gaps, tabulate
 from pianta_bench.harness.records import Results
 from pianta_bench.harness.report import save_results
 from pianta_bench.harness.tables import FilledTable
@@ -141,45 +137,47 @@ def test_nearer_than_the_thesis():
     """Means of 2 and 4 are nearer than published ones with a difference of 5.33; 0 and 6 are not."""
     published = 35.24, 40.57
     gap = compare_figures([1, 2, 3], [3, 4, 5], published)
-    assert (gap.gap, gap.published_gap, gap.is_nearer) == (2, 5.33, True)
-    assert not compare_figures([0, 0], [6, 6], published).is_nearer
-    assert not compare_figures([0, 0], [-6, -6], published).is_nearer
+    assert (gap["distance"], gap["published distance"], gap[NEARER]) == (2, 5.33, True)
+    assert not compare_figures([0, 0], [6, 6], published)[NEARER]
+    assert not compare_figures([0, 0], [-6, -6], published)[NEARER]
     # If the published means are equal nothing is nearer, not even an equal mean.
-    assert not compare_figures([1, 1], [1, 1], (0.005, 0.005)).is_nearer
+    assert not compare_figures([1, 1], [1, 1], (0.005, 0.005))[NEARER]
     nothing = compare_figures([], [1], published)
-    assert (nothing.gap, nothing.p_value, nothing.is_nearer, nothing.is_alike) == (None, None, False, False)
+    assert [nothing[name] for name in ("distance", "p-value", NEARER, ALIKE)] == [None, None, False, False]
 
 
 def test_kolmogorov_smirnov():
     """Of all ways to order two sets of n, two leave them apart: 2 of 20 for n = 3, 2 of 70 for n = 4."""
     few, many = (compare_figures(range(count), range(10, 10 + count), (0.0, 1.0)) for count in (3, 4))
-    assert few.is_alike
-    assert few.p_value == pytest.approx(0.1)
-    assert not many.is_alike
-    assert many.p_value == pytest.approx(2 / 70)
+    assert few[ALIKE]
+    assert few["p-value"] == pytest.approx(0.1)
+    assert not many[ALIKE]
+    assert many["p-value"] == pytest.approx(2 / 70)
 
 
 @pytest.mark.slow
 def test_counts_of_rows(measured, monkeypatch):
     far = {(part, metric): 1e6 for part in (CORR, NCUT) for metric in ("nodes", "katz_c")}
     monkeypatch.setattr(generation_tables, "PUBLISHED_MEANS", {**PUBLISHED_MEANS, **far})
-    gaps = compare_metrics(measured)
-    assert [*gaps] == PARTS[1:]
-    assert [*gaps[THESIS]] == list(METRICS)
-    assert gaps[THESIS]["nodes"].is_nearer
+    gaps: dict[tuple[str, str], dict[str, float | None]] = {}
+    for gap in derive_gaps(measured):
+        gaps.setdefault((gap["part"], gap["figure"]), {})[gap["metric"]] = gap["value"]
+    assert [*gaps] == [(part, figure) for part in PARTS[1:] for figure in (*GAPS, NEARER, ALIKE)]
+    assert [*gaps[THESIS, NEARER]] == list(METRICS)
+    assert gaps[THESIS, NEARER]["nodes"]
     table = find_table(measured, "Rows of Table 7.1")
     nearer, alike = table.rows.values()
     assert [cell.mean for cell in nearer.values()] == [
-        sum(gap.is_nearer for gap in metrics.values()) for metrics in gaps.values()
+        sum(map(bool, gaps[part, NEARER].values())) for part in PARTS[1:]
     ]
     # The samples are the real ones, two of them twice.
     assert alike["thesis' own"].mean == 19
-    assert "thesis' own, p too small: none." in table.notes
-    assert any("corr, not nearer: " in note and "betw-cen R" in note for note in table.notes)
+    notes = "\n".join(table.notes).splitlines()
+    assert "thesis' own, p too small: none." in notes
+    assert any("corr, not nearer: " in note and "betw-cen R" in note for note in notes)
     all_gaps = find_table(measured, "Table 7.1, distances")
-    assert all_gaps.rows["nodes"]["corr, distance"].mean == gaps[CORR]["nodes"].gap
-    assert all_gaps.rows["nodes"]["corr, published distance"].mean == gaps[CORR]["nodes"].published_gap
-    assert all_gaps.rows["nodes"]["corr, p-value"].mean == gaps[CORR]["nodes"].p_value
+    for figure in GAPS:
+        assert all_gaps.rows["nodes"][f"corr, {figure}"].mean == gaps[CORR, figure]["nodes"]
 
 
 def test_similarity_of_clusters():
@@ -230,8 +228,8 @@ def test_held_out_scores():
     cycles = [label(nx.cycle_graph(3 + number), "CORRIDOR") for number in range(8)]
     results = Results()
     for part, made in (("same", paths[::2]), ("other", cycles)):
-        add_held_out(results, part, [Trial(made, paths[::2], paths[1::2])], SCHOOL, seed=0, repeats=REPEATS)
-    ratios = {"metric": HELD_OUT_DISCREPANCY, "side": RATIO}
+        SetScorer(results, REPEATS).score_held_out(part, [Trial(made, paths[::2], paths[1::2])])
+    ratios = {"metric": HELD_OUT_DISCREPANCY, "side": "ratio"}
     same = {record["statistic"]: record["value"] for record in results.select(part="same", **ratios)}
     assert same == dict.fromkeys(STATISTICS, 1)
     assert min(results.values(part="other", statistic=["degree", "labels"], **ratios)) > 10
@@ -305,15 +303,15 @@ def test_tables(measured):
     clusters = list_means(measured, "Section 7.3.3")
     scores = measured.objects["clusters"].values()
     assert clusters["functional areas"][0] == 16
-    assert clusters[SINGLE] == [sum(each.sizes == 1) for each in scores]
-    assert clusters[SMALLEST] == [min(each.sizes) for each in scores]
-    assert clusters[LARGEST] == [max(each.sizes) for each in scores]
+    assert clusters["clusters of one area"] == [sum(each.sizes == 1) for each in scores]
+    assert clusters["areas of the smallest cluster"] == [min(each.sizes) for each in scores]
+    assert clusters["areas of the largest cluster"] == [max(each.sizes) for each in scores]
     by_wl = find_table(measured, "Section 7.3.3").rows["clusters by WL"]
     assert [cell.published_mean for cell in by_wl.values()] == [27, None]
     validity = list_means(measured, "Validity")
     assert (validity["novel"][-1], validity["unique"][-1]) == (0, 75)
     accuracies = list_means(measured, "Generated schools separated")
-    for left_out in (PAIR_OUT, ONE_OUT):
+    for left_out in ("pair out", "one out"):
         (share,) = measured.values(part=CORR, metric=ACCURACY, classifier="WL SVM", left_out=left_out)
         assert accuracies[f"WL SVM, {left_out}"][0] == 100 * share
     held_out = list_means(measured, "Held out: models of half A separated")
@@ -336,8 +334,8 @@ def test_copies_of_half_a_are_no_nearer_than_half_a():
         nx.set_node_attributes(graph, ("CLASSROOM", "CORRIDOR")[number % 2], "label")
     results = Results()
     halves = [Trial([], graphs[::2], graphs[1::2])]
-    add_real_halves(results, REAL_HALF, halves, SCHOOL, seed=0, repeats=Repeats(draws=1, trees=5))
-    ratios = results.select(metric=HELD_OUT_DISCREPANCY, side=RATIO)
+    SetScorer(results, Repeats(draws=1, trees=5)).score_real_halves(REAL_HALF, halves)
+    ratios = results.select(metric=HELD_OUT_DISCREPANCY, side="ratio")
     assert {record["statistic"] for record in ratios} == {*STATISTICS}
     # All graphs of half A have another number of nodes; drawn again, some are missing and some are there twice.
     (of_degrees,) = (record["value"] for record in ratios if record["statistic"] == "degree")
@@ -350,7 +348,7 @@ def test_nothing_is_cut_in_80_columns(measured):
     text = "\n".join(show_lines(tables, measured, width=80))
     assert "…" not in text
     assert "Extra-Trees, pair out" in text
-    notes = [note for table in tables for note in table.notes]
+    notes = [line for table in tables for note in table.notes for line in note.splitlines()]
     assert [note for note in notes if len(note) > 80 and "nearer: " not in note] == []
 
 
@@ -453,9 +451,8 @@ def test_command(tiny, tmp_path, monkeypatch):
     assert len(model["areas"]) == 16
     of_model = [record for record in records if record["part"] == CORR]
     assert sum(record["value"] for record in of_model if record["metric"] == "areas of the cluster") == 16
-    ratios = [
-        record["item"] for record in of_model if (record.get("statistic"), record.get("side")) == ("degree", RATIO)
-    ]
+    sides = {"statistic": "degree", "side": "ratio"}
+    ratios = [record["item"] for record in of_model if sides.items() <= record.items()]
     assert ratios == ["model 1", "model 2", "all graphs"]
 
 

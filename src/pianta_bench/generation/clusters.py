@@ -11,21 +11,6 @@ from pianta._types import Floats, Indices
 from pianta.generation.area_clusters import measure_cluster_similarity
 from pianta_bench.harness.records import Results
 
-# Figures of a model.
-AREAS = "functional areas"
-CLUSTERS = "clusters"
-CLUSTERS_BY_WL = "clusters by WL"
-SMALLEST = "areas of the smallest cluster"
-LARGEST = "areas of the largest cluster"
-SINGLE = "clusters of one area"
-LOOSE = "loose clusters"
-MIXED = "mixed clusters"
-# Figures of a cluster.
-SIZE = "areas of the cluster"
-WITHIN = "similarity within a cluster"
-TO_OTHERS = "similarity to other clusters"
-SINGLE_TO_OTHERS = "similarity to other clusters, of a cluster of one area"
-
 
 @dataclass(frozen=True, eq=False)
 class ClusterScores:
@@ -73,20 +58,22 @@ def score_gram(gram: Floats, clusters: Indices) -> ClusterScores:
 
 def add_cluster_scores(results: Results, part: str, model: str, scores: ClusterScores, *, by_wl: int) -> None:
     """Append the records of a model and of each of its clusters. by_wl: clusters by the Weisfeiler-Lehman kernel."""
-    counts = {
-        AREAS: len(scores.clusters),
-        CLUSTERS: len(scores.sizes),
-        CLUSTERS_BY_WL: by_wl,
-        SMALLEST: int(scores.sizes.min()),
-        LARGEST: int(scores.sizes.max()),
-        SINGLE: int((scores.sizes == 1).sum()),
-        LOOSE: scores.loose,
-        MIXED: scores.mixed,
+    figures = {
+        "functional areas": len(scores.clusters),
+        "clusters": len(scores.sizes),
+        "clusters by WL": by_wl,
+        "areas of the smallest cluster": int(scores.sizes.min()),
+        "areas of the largest cluster": int(scores.sizes.max()),
+        "clusters of one area": int((scores.sizes == 1).sum()),
+        "loose clusters": scores.loose,
+        "mixed clusters": scores.mixed,
     }
-    results.add(part, model, counts)
+    results.add(part, model, figures)
     for number, (size, intra, inter) in enumerate(zip(scores.sizes, scores.intra, scores.inter, strict=True), 1):
-        to_others = TO_OTHERS if size > 1 else SINGLE_TO_OTHERS
-        figures = {SIZE: int(size), WITHIN: keep_finite(intra), to_others: keep_finite(inter)}
+        # The table leaves out clusters of one area.
+        several = "cluster" if size > 1 else "cluster of one area"
+        similarities = {f"similarity within a {several}": intra, f"similarity of a {several} to others": inter}
+        figures = {"areas of the cluster": int(size)} | {name: keep_finite(x) for name, x in similarities.items()}
         results.add(part, f"cluster {number}", figures)
 
 

@@ -27,7 +27,7 @@ from pianta_bench.data.folders import find_data, list_maps
 from pianta_bench.generation import COUNT
 from pianta_bench.generation.clusters import add_cluster_scores, keep_finite, score_gram
 from pianta_bench.generation.costs import SECONDS, time_sampling
-from pianta_bench.generation.scores import Repeats, add_held_out, add_real_halves, add_set_scores, draw_halves
+from pianta_bench.generation.scores import Repeats, SetScorer, draw_halves
 from pianta_bench.harness.records import Figures, Results, Track
 from pianta_bench.harness.tables import read_published
 
@@ -74,11 +74,12 @@ def measure(
     real = read_real(results, folder)
     _check_counts(len(real), count)
     samples = read_samples(results, folder, len(real))
+    scorer = SetScorer(results, repeats, seed)
     results.objects |= {"graphs": {REAL: real}, "models": {}, "clusters": {}, "halves": {}}
     results.details["models"] = {}
     for part in track([*SEGMENTATIONS, PUBLISHED_COSTS, *[THESIS] * bool(samples), REAL_HALF]):
         if part == REAL_HALF:
-            add_real_halves(results, part, results.objects["halves"][CORR], SCHOOL, seed=seed, repeats=repeats)
+            scorer.score_real_halves(part, results.objects["halves"][CORR])
             continue
         if part == THESIS:
             graphs = samples
@@ -86,10 +87,10 @@ def measure(
             made = generate_buildings(results.objects["models"][CORR], count, seed=seed, costs=Costs.THESIS)
             graphs = _measure_generated(results, part, made)
         else:
-            made = _measure_model(results, part, real, count=count, seed=seed, repeats=repeats)
+            made = _measure_model(scorer, part, real, count)
             graphs = _measure_generated(results, part, made)
         results.objects["graphs"][part] = graphs
-        add_set_scores(results, part, graphs, real, SCHOOL, seed=seed, repeats=repeats)
+        scorer.score_set(part, graphs, real)
     return results
 
 
@@ -116,11 +117,9 @@ def read_samples(results: Results, data: Path, least: int) -> list[nx.Graph]:
     return samples
 
 
-def _measure_model(
-    results: Results, part: str, real: Sequence[nx.Graph], *, count: int, seed: int, repeats: Repeats
-) -> list[nx.Graph]:
+def _measure_model(scorer: SetScorer, part: str, real: Sequence[nx.Graph], count: int) -> list[nx.Graph]:
     """Buildings of a model of the real floors; the records of it and of models of half of the floors are appended."""
-    segmentation = SEGMENTATIONS[part]
+    results, repeats, seed, segmentation = scorer.results, scorer.repeats, scorer.seed, SEGMENTATIONS[part]
     start = perf_counter()
     model = train_type(real, schema=SCHOOL, areas=segmentation, seed=seed)
     training = perf_counter() - start
@@ -136,7 +135,7 @@ def _measure_model(
         return generate_buildings(of_half, repeats.made * len(half), seed=int(random.integers(2**31)))
 
     halves = draw_halves(make, real, models=repeats.models, seed=seed)
-    add_held_out(results, part, halves, SCHOOL, seed=seed, repeats=repeats)
+    scorer.score_held_out(part, halves)
     by_wl = learn_type(real, SCHOOL, segmentation=segmentation, kernel=AreaKernel.WEISFEILER_LEHMAN)
     clusters = score_gram(compare_areas(model.areas), model.clusters)
     add_cluster_scores(results, part, MODEL, clusters, by_wl=by_wl.configurations.shape[1])

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 
 import networkx as nx
 import numpy as np
 
-from pianta._types import Floats
 from pianta.evaluation.graph_sets import (
     STATISTICS,
     DiscrepancyRatio,
@@ -27,7 +26,7 @@ from pianta.evaluation.two_sample import (
     kernel_two_sample_test,
 )
 from pianta.graphs.metrics import find_corridors
-from pianta.labels import LabelSchema
+from pianta.labels import SCHOOL
 from pianta_bench.generation.clusters import keep_finite
 from pianta_bench.harness.records import Results
 
@@ -39,22 +38,12 @@ RADIUS = 2  # edges, of NSPDK; chosen by hand
 DISTANCE = 4  # edges, of NSPDK; chosen by hand
 ITERATIONS = 5  # of WL; its default in pianta
 
-# Metrics; the first are shares of the graphs, 0 … 1.
-NOVEL = "novel"
-UNIQUE = "unique"
-VALIDITY = ("connected", "planar", "labelled", NOVEL, UNIQUE)
-DISCREPANCY = "discrepancy"
-ACCURACY = "accuracy"
+# Metrics of records.
+VALIDITY = ("connected", "planar", "labelled", "novel", "unique")  # shares of the graphs, 0 … 1
+DISCREPANCY = "discrepancy"  # by `statistic` and `side`: generated, real, or their ratio
+ACCURACY = "accuracy"  # by `classifier` and `left_out`, 0 … 1
 HELD_OUT_DISCREPANCY = "held-out discrepancy"
 HELD_OUT_ACCURACY = "held-out accuracy"
-# What a discrepancy is of: the two of a DiscrepancyRatio, and their ratio.
-GENERATED = "generated"
-REAL_HALF = "real"
-RATIO = "ratio"
-# Which graphs a classifier is tested on.
-ONE_OUT = "one out"
-PAIR_OUT = "pair out"
-ALL_GRAPHS = "all graphs"
 
 
 @dataclass(frozen=True)
@@ -76,28 +65,87 @@ class Repeats:
     subsamples: int = 50
 
 
-def add_set_scores(
-    results: Results,
-    part: str,
-    generated: Sequence[nx.Graph],
-    real: Sequence[nx.Graph],
-    schema: LabelSchema,
-    *,
-    seed: int,
-    repeats: Repeats,
-) -> None:
-    """Append the scores of a set of graphs beside all real ones, which are as many as them or fewer."""
-    results.add(part, ALL_GRAPHS, asdict(measure_validity(generated, schema.by_name)))
-    copies, doubles = float(np.mean(find_copies(generated, real))), float(np.mean(find_repeats(generated)))
-    results.add(part, ALL_GRAPHS, {NOVEL: 1 - copies, UNIQUE: 1 - doubles})
-    trials = draw_trials(generated, real, repeats=repeats.trials, seed=seed)
-    for statistic in STATISTICS:
-        discrepancy = compare_discrepancy(trials, statistic=statistic)
-        _add_discrepancy(results, part, ALL_GRAPHS, discrepancy, metric=DISCREPANCY, statistic=statistic)
-    for classifier, scores in compare_samples(generated, real, schema, seed=seed, repeats=repeats).items():
-        for left_out, shares in ((ONE_OUT, scores.one_out), (PAIR_OUT, scores.pair_out)):
-            for number, share in enumerate(shares, 1):
-                results.add(part, f"draw {number}", {ACCURACY: share}, classifier=classifier, left_out=left_out)
+@dataclass(frozen=True)
+class SetScorer:
+    """Appends the scores of sets of graphs of schools to the results of a bench. seed: of all that is random."""
+
+    results: Results
+    repeats: Repeats
+    seed: int = 0
+
+    def score_set(self, part: str, generated: Sequence[nx.Graph], real: Sequence[nx.Graph]) -> None:
+        """Scores of a set of graphs beside all real ones, which are as many or fewer."""
+        item = "all graphs"
+        self.results.add(part, item, asdict(measure_validity(generated, SCHOOL.by_name)))
+        copies, repeated = float(np.mean(find_copies(generated, real))), float(np.mean(find_repeats(generated)))
+        self.results.add(part, item, {"novel": 1 - copies, "unique": 1 - repeated})
+        trials = draw_trials(generated, real, repeats=self.repeats.trials, seed=self.seed)
+        self._add_discrepancies(part, item, trials, DISCREPANCY)
+        for classifier, scores in self.compare_samples(generated, real, self.repeats.forest_draws).items():
+            for left_out, shares in (("one out", scores.one_out), ("pair out", scores.pair_out)):
+                for number, share in enumerate(shares, 1):
+                    self.results.add(
+                        part, f"draw {number}", {ACCURACY: share}, classifier=classifier, left_out=left_out
+                    )
+
+    def score_held_out(self, part: str, halves: Iterable[Trial]) -> None:
+        """Scores, beside half B, of what models of half A have made (`draw_halves`).
+
+        A discrepancy is the mean over subsamples of a model's graphs, each as large as half A.
+        """
+        for number, trial in enumerate(halves, 1):
+            random, size = np.random.default_rng(self.seed), len(trial.half_a)
+            draws = [random.permutation(len(trial.generated))[:size] for _ in range(self.repeats.subsamples)]
+            self._score_half(part, f"model {number}", trial.generated, draws, trial)
+
+    def score_real_halves(self, part: str, halves: Iterable[Trial]) -> None:
+        """Scores of half A itself beside half B, about the best possible for a model that knows only half A.
+
+        Discrepancies are of as many floors drawn from half A with replacement, as of a model that copies its floors.
+        """
+        for number, trial in enumerate(halves, 1):
+            random, size = np.random.default_rng(self.seed), len(trial.half_a)
+            draws = random.integers(size, size=(self.repeats.subsamples, size))
+            self._score_half(part, f"model {number}", trial.half_a, draws, trial)
+
+    def compare_samples(
+        self, generated: Sequence[nx.Graph], real: Sequence[nx.Graph], forest_draws: int
+    ) -> Mapping[str, TwoSampleScores]:
+        """The classifier two-sample tests: kernel machines on NSPDK and WL, Extra-Trees on thirteen metrics."""
+        from pianta.graphs.nspdk import NeighborhoodPairs
+        from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
+
+        seed, repeats = self.seed, self.repeats
+        kernels = {
+            NSPDK: NeighborhoodPairs(radius=RADIUS, distance=DISTANCE),
+            WL: WeisfeilerLehman(iterations=ITERATIONS),
+        }
+        scores = {
+            name: kernel_two_sample_test(real, generated, kernel, seed=seed, repeats=repeats.draws)
+            for name, kernel in kernels.items()
+        }
+        features = (
+            np.array([describe_structure(graph, find_corridors(graph, SCHOOL)) for graph in graphs])
+            for graphs in (real, generated)
+        )
+        scores[FOREST] = forest_two_sample_test(*features, seed=seed, repeats=forest_draws, trees=repeats.trees)
+        return scores
+
+    def _score_half(
+        self, part: str, item: str, graphs: Sequence[nx.Graph], draws: Iterable[Iterable[int]], trial: Trial
+    ) -> None:
+        """Discrepancies of draws of the graphs, and accuracies on all of them, both beside half B."""
+        trials = [trial._replace(generated=[graphs[index] for index in draw]) for draw in draws]
+        self._add_discrepancies(part, item, trials, HELD_OUT_DISCREPANCY)
+        for classifier, scores in self.compare_samples(graphs, trial.half_b, forest_draws=1).items():
+            share = float(np.mean(scores.pair_out))
+            self.results.add(part, item, {HELD_OUT_ACCURACY: share}, classifier=classifier)
+
+    def _add_discrepancies(self, part: str, item: str, trials: Sequence[Trial], metric: str) -> None:
+        for statistic in STATISTICS:
+            discrepancy = compare_discrepancy(trials, statistic=statistic)
+            figures = {**asdict(discrepancy), "ratio": keep_finite(discrepancy.ratio)}
+            self.results.add(part, item, figures, names=("side",), metric=metric, statistic=statistic)
 
 
 def draw_halves(make: GraphMaker, real: Sequence[nx.Graph], *, models: int, seed: int) -> list[Trial]:
@@ -112,32 +160,10 @@ def draw_halves(make: GraphMaker, real: Sequence[nx.Graph], *, models: int, seed
     return [trial._replace(generated=graphs) for trial, graphs in zip(trials, made, strict=True)]
 
 
-def add_held_out(
-    results: Results, part: str, halves: Sequence[Trial], schema: LabelSchema, *, seed: int, repeats: Repeats
-) -> None:
-    """Append the scores, beside half B, of what models of half A have made (`draw_halves`).
-
-    A discrepancy is the mean over subsamples of a model's graphs, each as large as half A.
-    """
-    subsamples = [_draw_subsamples(trial, repeats.subsamples, seed) for trial in halves]
-    _add_halves(results, part, subsamples, [trial.generated for trial in halves], schema, seed=seed, repeats=repeats)
-
-
-def add_real_halves(
-    results: Results, part: str, halves: Sequence[Trial], schema: LabelSchema, *, seed: int, repeats: Repeats
-) -> None:
-    """Append the scores of half A itself beside half B, about the best possible for a model that knows only half A.
-
-    Discrepancies are of as many floors drawn from half A with replacement, as of a model that copies its floors.
-    """
-    redrawn = [_draw_again(trial, repeats.subsamples, seed) for trial in halves]
-    _add_halves(results, part, redrawn, [trial.half_a for trial in halves], schema, seed=seed, repeats=repeats)
-
-
 def pool_ratios(ratios: Sequence[DiscrepancyRatio]) -> DiscrepancyRatio:
     """The ratio of the means over models, in which a model whose halves are similar by chance has little weight."""
     return DiscrepancyRatio(
-        *(float(np.mean([getattr(each, name) for each in ratios])) for name in (GENERATED, REAL_HALF))
+        *(float(np.mean([getattr(each, name) for each in ratios])) for name in ("generated", "real"))
     )
 
 
@@ -152,65 +178,3 @@ def measure_ratio_error(ratios: Sequence[DiscrepancyRatio]) -> float | None:
     if not np.isfinite(left_out).all():
         return None
     return float(np.sqrt(len(ratios) - 1) * np.std(left_out))
-
-
-def compare_samples(
-    generated: Sequence[nx.Graph], real: Sequence[nx.Graph], schema: LabelSchema, *, seed: int, repeats: Repeats
-) -> Mapping[str, TwoSampleScores]:
-    """The classifier two-sample tests: kernel machines on NSPDK and WL, Extra-Trees on thirteen metrics."""
-    from pianta.graphs.nspdk import NeighborhoodPairs
-    from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
-
-    kernels = {NSPDK: NeighborhoodPairs(radius=RADIUS, distance=DISTANCE), WL: WeisfeilerLehman(iterations=ITERATIONS)}
-    scores = {
-        name: kernel_two_sample_test(real, generated, kernel, seed=seed, repeats=repeats.draws)
-        for name, kernel in kernels.items()
-    }
-    features = (_describe(graphs, schema) for graphs in (real, generated))
-    scores[FOREST] = forest_two_sample_test(*features, seed=seed, repeats=repeats.forest_draws, trees=repeats.trees)
-    return scores
-
-
-def _add_halves(
-    results: Results,
-    part: str,
-    trials: Iterable[Sequence[Trial]],
-    generated: Iterable[Sequence[nx.Graph]],
-    schema: LabelSchema,
-    *,
-    seed: int,
-    repeats: Repeats,
-) -> None:
-    """Append discrepancies and accuracies of each model. trials: of each. generated: the graphs to classify."""
-    once = replace(repeats, forest_draws=1)
-    for number, (of_model, graphs) in enumerate(zip(trials, generated, strict=True), 1):
-        item = f"model {number}"
-        for statistic in STATISTICS:
-            discrepancy = compare_discrepancy(of_model, statistic=statistic)
-            _add_discrepancy(results, part, item, discrepancy, metric=HELD_OUT_DISCREPANCY, statistic=statistic)
-        tests = compare_samples(graphs, of_model[0].half_b, schema, seed=seed, repeats=once)
-        for classifier, scores in tests.items():
-            results.add(part, item, {HELD_OUT_ACCURACY: float(np.mean(scores.pair_out))}, classifier=classifier)
-
-
-def _add_discrepancy(results: Results, part: str, item: str, discrepancy: DiscrepancyRatio, **fields: str) -> None:
-    figures = {**asdict(discrepancy), RATIO: keep_finite(discrepancy.ratio)}
-    results.add(part, item, figures, names=("side",), **fields)
-
-
-def _describe(graphs: Sequence[nx.Graph], schema: LabelSchema) -> Floats:
-    return np.array([describe_structure(graph, find_corridors(graph, schema)) for graph in graphs])
-
-
-def _draw_again(trial: Trial, count: int, seed: int) -> list[Trial]:
-    random = np.random.default_rng(seed)
-    size = len(trial.half_a)
-    draws = random.integers(size, size=(count, size)).tolist()
-    return [trial._replace(generated=[trial.half_a[index] for index in draw]) for draw in draws]
-
-
-def _draw_subsamples(trial: Trial, count: int, seed: int) -> list[Trial]:
-    random = np.random.default_rng(seed)
-    size = len(trial.half_a)
-    draws = [random.permutation(len(trial.generated))[:size] for _ in range(count)]
-    return [trial._replace(generated=[trial.generated[index] for index in draw]) for draw in draws]
