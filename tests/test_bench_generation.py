@@ -161,7 +161,7 @@ def test_counts_of_rows(measured, monkeypatch):
     monkeypatch.setattr(generation_tables, "PUBLISHED_MEANS", {**PUBLISHED_MEANS, **far})
     gaps: dict[tuple[str, str], dict[str, float | None]] = {}
     for gap in derive_gaps(measured):
-        gaps.setdefault((gap["part"], gap["figure"]), {})[gap["metric"]] = gap["value"]
+        gaps.setdefault((gap["part"], gap["figure"]), {})[gap["row"]] = gap["value"]
     assert [*gaps] == [(part, figure) for part in PARTS[1:] for figure in (*GAPS, NEARER, ALIKE)]
     assert [*gaps[THESIS, NEARER]] == list(METRICS)
     assert gaps[THESIS, NEARER]["nodes"]
@@ -300,6 +300,9 @@ def test_clock():
 
 
 def test_tables(measured):
+    for title, part in (("Table 7.1, metrics of schools: real", CORR), ("Table 7.1, metrics of schools: the", NCUT)):
+        cell = find_table(measured, title).rows["nodes"][part]
+        assert (cell.mean, cell.count) == (np.mean(measured.values(part=part, metric="nodes")), 8)
     clusters = list_means(measured, "Section 7.3.3")
     scores = measured.objects["clusters"].values()
     assert clusters["functional areas"][0] == 16

@@ -96,6 +96,7 @@ TABLES = (
     ),
     SetTable(
         title="Table 7.1, distances of the means from the real ones, and Kolmogorov-Smirnov tests",
+        rows=("row",),
         columns=("part", "figure"),
         where={"figure": list(GAPS)},
         summarise=Cell.only,
@@ -257,7 +258,7 @@ def derive_gaps(results: Results) -> Iterator[Record]:
             real, generated = (results.values(part=each, metric=metric) for each in (REAL, part))
             published = PUBLISHED_MEANS[REAL, metric], PUBLISHED_MEANS[PUBLISHED_PARTS[part], metric]
             for figure, value in compare_figures(real, generated, published).items():
-                yield {"part": part, "metric": metric, "figure": figure, "value": value}
+                yield {"part": part, "row": metric, "figure": figure, "value": value}
 
 
 def compare_figures(real: Sequence[float], generated: Sequence[float], published: tuple[float, float]) -> Figures:
@@ -311,7 +312,7 @@ def _list_failed(gaps: Iterable[Record]) -> Iterator[str]:
     for gap in gaps:
         if gap["figure"] in {NEARER, ALIKE}:
             names = failed.setdefault((gap["part"], gap["figure"]), [])
-            names += [METRIC_LABELS[gap["metric"]]] * (not gap["value"])
+            names += [METRIC_LABELS[gap["row"]]] * (not gap["value"])
     for (part, figure), names in failed.items():
         heading = "not nearer" if figure == NEARER else "p too small"
         yield f"{LABELS.get(part, part)}, {heading}: {', '.join(names) or 'none'}."
