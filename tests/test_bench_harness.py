@@ -7,11 +7,14 @@ from io import StringIO
 from math import sqrt
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
 
 from pianta import __version__
 from pianta.errors import PiantaError
+from pianta_bench.harness.folds import MAX_FOLDS, list_folds
+from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Figures, Item, Results
 from pianta_bench.harness.report import save_results, show_tables
 from pianta_bench.harness.tables import Cell, FilledTable, Table
@@ -191,3 +194,54 @@ def test_without_the_package_the_verb_says_how_to_install_it(monkeypatch: pytest
     outcome = run_pianta("bench", "graphs")
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == "error: the verb bench is a package of its own, install it: pip install 'pianta[bench]'\n"
+
+
+class TestFolds:
+    def test_each_building_is_left_out_alone(self):
+        folds = list_folds(["b", "a", "b", "c"])
+        assert [(others.tolist(), held_out.tolist()) for others, held_out in folds] == [
+            ([0, 2, 3], [1]),
+            ([1, 3], [0, 2]),
+            ([0, 1, 2], [3]),
+        ]
+
+    def test_of_many_buildings_neighbours_are_left_out_together(self):
+        buildings = [f"{number:03}" for number in range(90)]
+        folds = list_folds(buildings)
+        assert len(folds) == MAX_FOLDS
+        assert np.concatenate([held_out for _, held_out in folds]).tolist() == [*range(90)]
+        assert {len(held_out) for _, held_out in folds} == {2, 3}
+        assert all(len(others) + len(held_out) == 90 for others, held_out in folds)
+        assert [held_out.tolist() for _, held_out in list_folds("abcde", most=2)] == [[0, 1, 2], [3, 4]]
+
+
+class TestSteps:
+    @pytest.mark.parametrize("jobs", [1, 2, None])
+    def test_outcomes_come_in_the_order_of_the_steps(self, jobs):
+        names: list[str] = []
+
+        def track(items):
+            for item in items:
+                names.append(item)
+                yield item
+
+        steps = {name: partial(sqrt, number) for name, number in (("a", 4), ("b", 9), ("c", 1))}
+        assert [*run_steps(steps, jobs=jobs, track=track)] == [2, 3, 1]
+        assert names == ["a", "b", "c"]
+
+    def test_an_error_of_ours_stays_one(self):
+        with pytest.raises(PiantaError, match="broken"):
+            [*run_steps({"a": partial(_fail, "broken"), "b": partial(_fail, "too")}, jobs=2, track=iter)]
+
+    def test_results_of_steps_are_joined(self):
+        results, other = Results(), Results()
+        results.add("maps", "a", {"score": 1.0})
+        other.add("maps", "b", {"score": 2.0})
+        other.items.append(Item("maps", "b"))
+        results.extend(other)
+        assert results.values(metric="score") == [1.0, 2.0]
+        assert results.items == [Item("maps", "b")]
+
+
+def _fail(reason: str) -> None:
+    raise PiantaError(reason)

@@ -14,14 +14,27 @@ from pianta.errors import DataError, MapError
 from pianta.evaluation.semantics import LabelPair
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSet
+from pianta.rooms.extra_trees import TreeParameters
+from pianta.rooms.features import RoomContext, describe_rooms
+from pianta.rooms.training import TrainingFloor
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_floors
-from pianta_bench.harness.comparison import Cell
+from pianta_bench.harness import timing
+from pianta_bench.harness.records import Results
+from pianta_bench.harness.tables import Cell
 from pianta_bench.places import measure as places
 from pianta_bench.places import models as place_models
-from pianta_bench.places.evaluated_floor import LAYOUTS, TRUE_LAYOUTS, JudgedFloor
-from pianta_bench.places.measure import measure_places
-from pianta_bench.places.models import CENTRAL, LOCAL, MAPPED, PIANTA, schemas_of, train_judges
-from pianta_bench.places.tables import PlacesBench, average_confusions, measure_curve, tabulate_places
+from pianta_bench.places.evaluated import BACKWARD, LAYOUTS, TRUE_LAYOUTS, EvaluatedFloor, measure_curve
+from pianta_bench.places.models import (
+    CENTRAL,
+    LOCAL,
+    MAPPED,
+    PIANTA,
+    Classifiers,
+    PreparedFloor,
+    list_examples,
+    schemas_of,
+)
+from pianta_bench.places.tables import fill_confusion, tabulate
 from tests.command_line import list_files, run_pianta
 from tests.tiny_data import OUTLINES, write_building, write_slam
 from tests.tiny_types import write_types
@@ -30,17 +43,15 @@ R_C, F_C_E_S = LabelSet.R_C, LabelSet.F_C_E_S
 
 
 class StandIn:
-    """Says FUNCTIONAL with 0.7 of every room, and after its first passes SERVICE and CONNECTION."""
+    """Predicts FUNCTIONAL with 0.7 for every room, and after its first passes SERVICE and CONNECTION."""
 
-    def passes(self, floor: Floor) -> dict[str, Any]:
-        assert not floor.building_type
-        assert all(room.label is None for room in floor.rooms)
-        said = {
+    def predict_functions(self, context: RoomContext) -> dict[str, Any]:
+        probabilities = {
             "first pass": (0.0, 0.0, 0.0, 1.0),
             "second pass": (0.0, 1.0, 0.0, 0.0),
             "random field": (0.7, 0.1, 0.1, 0.1),
         }
-        return {step: np.tile(row, (len(floor.rooms), 1)) for step, row in said.items()}
+        return {step: np.tile(row, (len(context.features), 1)) for step, row in probabilities.items()}
 
     def label(self, floor: Floor) -> Floor:
         return replace(floor, rooms=tuple(replace(room, label="FUNCTIONAL") for room in floor.rooms))
@@ -51,8 +62,9 @@ def trainings(monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], list[str
     """Stand-ins for training and simulation; the names of what each model was trained on."""
     trained: list[tuple[list[str], list[str]]] = []
 
-    def train(floors: Sequence[Floor], *, simulated: Sequence[Floor], schemas: object, seed: int) -> StandIn:
-        trained.append(([floor.source for floor in floors], [floor.source for floor in simulated]))
+    def train(floors: Sequence[TrainingFloor], *, schemas: object, seed: int) -> StandIn:
+        annotated, simulated = ([each.source for each in floors if (each.weight == 1) == one] for one in (True, False))
+        trained.append((annotated, simulated))
         return StandIn()
 
     def simulate(floor: Floor, *, seed: int) -> Floor:
@@ -60,9 +72,9 @@ def trainings(monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], list[str
             raise MapError("the map shows no room")
         return floor
 
-    monkeypatch.setattr(place_models, "train_rooms", train)
+    monkeypatch.setattr(place_models, "train_on_prepared", train)
     monkeypatch.setattr(places, "simulate_and_reconstruct", simulate)
-    monkeypatch.setattr(place_models, "TREES", 5)
+    monkeypatch.setattr(place_models, "LOCAL_TREES", TreeParameters(trees=5))
     return trained
 
 
@@ -87,13 +99,23 @@ def label_map(path: Path, *labels: str) -> None:
     path.write_text(text)
 
 
-def cells_of(bench: PlacesBench, table: int) -> dict[str, tuple[Cell, ...]]:
-    return {row.name: row.cells for row in tabulate_places(bench)[table].rows}
+def measure(data: Path) -> Results:
+    """In this process, where the stand-ins are."""
+    return places.measure(data, jobs=1)
+
+
+def cells_of(results: Results, table: int) -> dict[str, list[Cell]]:
+    return {name: [*cells.values()] for name, cells in tabulate(results)[table].rows.items()}
+
+
+def error_of(results: Results, item: str, **where: Any) -> float:
+    (value,) = results.values(item=item, metric="wrong rooms, %", **where)
+    return value
 
 
 @pytest.mark.slow
-def test_nothing_is_judged_by_who_has_seen_its_building(tiny, trainings):
-    measure_places(tiny)
+def test_no_model_is_trained_on_the_building_it_classifies(tiny, trainings):
+    measure(tiny)
     schools, offices = ["school0.xml", "school1.xml", "school2.xml"], ["office0.xml", "office1.xml"]
     # Without each office, without the two floors of plans, without the third school; and all, for the cost.
     kept = [[*schools, "office1.xml"], [*schools, "office0.xml"], ["school2.xml", *offices], [*schools[:2], *offices]]
@@ -106,54 +128,48 @@ def test_nothing_is_judged_by_who_has_seen_its_building(tiny, trainings):
 
 @pytest.mark.slow
 def test_table_6_1_by_hand(tiny, trainings):
-    bench = measure_places(tiny)
+    results = measure(tiny)
     # A school has CORRIDOR, HALL, 6 CLASSROOMs and 6 CLOSETs; an office LOBBY, 6 OFFICEs, 6 WASHROOMs, CORRIDOR.
-    ours = cells_of(bench, 0)[PIANTA]
+    ours = cells_of(results, 0)[PIANTA]
     assert [cell.mean for cell in ours] == pytest.approx([100 * 2 / 14, 100 * 8 / 14] * 2)
     assert [cell.count for cell in ours] == [42, 42, 28, 28]
-    assert [cell.mean for cell in cells_of(bench, 0)["pianta: first pass"]] == pytest.approx([100 / 7, 400 / 7] * 2)
-    assert [cell.mean for cell in cells_of(bench, 0)["pianta: second pass"]] == pytest.approx([600 / 7] * 4)
-    assert [cell.printed_mean for cell in cells_of(bench, 0)[CENTRAL]] == [2.44, 33.42, 5.12, 32.80]
-    assert cells_of(bench, 0)["kLog"][1] == Cell(None, printed_mean=46.89)
+    assert [cell.mean for cell in cells_of(results, 0)["pianta: first pass"]] == pytest.approx([100 / 7, 400 / 7] * 2)
+    assert [cell.mean for cell in cells_of(results, 0)["pianta: second pass"]] == pytest.approx([600 / 7] * 4)
+    assert [cell.published_mean for cell in cells_of(results, 0)[CENTRAL]] == [2.44, 33.42, 5.12, 32.80]
+    assert cells_of(results, 0)["kLog"][1] == Cell(None, published_mean=46.89, digits=2)
     # Rooms of one label are nearly of one size in the schools: no tree errs.
-    assert [cell.mean for cell in cells_of(bench, 0)[LOCAL][:2]] == [0, 0]
-    figures = bench.items["schools"][0].figures
-    assert figures["pianta, F/C/E/S"] == pytest.approx(400 / 7)
+    assert [cell.mean for cell in cells_of(results, 0)[LOCAL][:2]] == [0, 0]
+    assert error_of(results, "school0", model=PIANTA, labels="F/C/E/S") == pytest.approx(400 / 7)
 
 
 @pytest.mark.slow
 def test_tables_of_a_map_by_hand(tiny, trainings):
-    bench = measure_places(tiny)
-    accuracies = cells_of(bench, 1)
-    assert [cell.mean for cell in accuracies[PIANTA]] == [50] * 4
-    assert [cell.mean for cell in accuracies["true layout: pianta"]] == [50] * 4
-    assert [cell.mean for cell in accuracies["pianta: first pass"]] == [50, 50, 0, 0]
-    assert accuracies[CENTRAL][0].printed_mean == 97.1
-    forward, backward = cells_of(bench, 2), cells_of(bench, 3)
-    assert [cell.mean for cell in forward["pianta: F"]] == [100, 0, 0, 0, 0]
-    assert [cell.mean for cell in backward["pianta: C"]] == [100, 0, 0, 0, 0]
-    assert [cell.mean for cell in backward["pianta: E"]] == [None] * 5
-    assert (backward[f"{CENTRAL}: S"][0].printed_mean, forward[f"{CENTRAL}: S"][0].printed_sd) == (
-        33.9,
-        8.1,
-    )
-    assert bench.items[LAYOUTS][0].figures["pianta, R/C, FC"] == 50
+    results = measure(tiny)
+    accuracies = cells_of(results, 1)
+    assert [cell.mean for cell in accuracies["map, pianta"]] == [50] * 4
+    assert [cell.mean for cell in accuracies["true layout, pianta"]] == [50] * 4
+    assert [cell.mean for cell in accuracies["map, pianta: first pass"]] == [50, 50, 0, 0]
+    assert accuracies[f"map, {CENTRAL}"][0].published_mean == 97.1
+    forward, backward = cells_of(results, 2), cells_of(results, 3)
+    assert [cell.mean for cell in forward["pianta, F"]] == [100, 0, 0, 0, 0]
+    assert [cell.mean for cell in backward["pianta, C"]] == [100, 0, 0, 0, 0]
+    assert [cell.mean for cell in backward["pianta, E"]] == [None] * 5
+    cells = backward[f"{CENTRAL}, S"][0], forward[f"{CENTRAL}, S"][0]
+    assert (cells[0].published_mean, cells[1].published_sd) == (33.9, 8.1)
+    assert error_of(results, "school1", part=LAYOUTS, model=PIANTA, labels="R/C", way="FC") == 50
 
 
 @pytest.mark.slow
 def test_calibration_and_cost(tiny, trainings, monkeypatch):
     # Two trainings, then reading and labelling three times each, of which the medians are taken.
     lasting = [1, 2, *(3, 4, 9), *(0.5, 0.25, 7)]
-    monkeypatch.setattr(places, "process_time", iter([time for end in lasting for time in (0, end)]).__next__)
-    bench = measure_places(tiny)
-    errors = [cell.mean for cell in cells_of(bench, 4)[PIANTA]]
+    monkeypatch.setattr(timing, "process_time", iter([time for end in lasting for time in (0, end)]).__next__)
+    results = measure(tiny)
+    errors = [cell.mean for cell in cells_of(results, 4)[PIANTA]]
     of_drawn = [100 * abs(0.9 - 12 / 14), 100 * abs(0.7 - 6 / 14)]
     assert errors == pytest.approx([*of_drawn, *of_drawn, 40, 20])
-    assert bench.cost is not None
-    assert (bench.cost.floors, bench.cost.rooms, bench.cost.item, bench.cost.map_rooms) == (5, 70, "school1", 2)
-    times = [bench.cost.train_drawn, bench.cost.train_all, bench.cost.read, bench.cost.label]
-    assert times == [1, 2, 4, 0.5]
-    assert [cells[0].mean for cells in cells_of(bench, 5).values()] == [*times, 0.125]
+    assert results.values(part="cost", item="school1", metric=["floors", "rooms", "map rooms"]) == [5, 70, 2]
+    assert [cells[0].mean for cells in cells_of(results, 5).values()] == [1, 2, 4, 0.5, 0.125]
 
 
 @pytest.mark.slow
@@ -171,19 +187,21 @@ def test_what_overlaps_nothing_is_wrong_and_not_calibrated():
     rooms = tuple(Room(number, box(20 * number, 0, 20 * number + 10, 10)) for number in (1, 2))
     labels = (replace(rooms[0], label="CLASSROOM"), replace(rooms[0], id=2, polygon=box(90, 0, 95, 5), label="CLOSET"))
     true = Floor(labels, building_type={"school": 1.0})
-    opinions = {"m": {F_C_E_S: np.array([[0.6, 0.4, 0, 0], [0, 1.0, 0, 0]])}}
-    judged = JudgedFloor(LAYOUTS, "x", "school/x", Floor(rooms), true, opinions, LabelConvention.EXPERIMENTS)
-    assert judged.pair("m", F_C_E_S) == [LabelPair("FUNCTIONAL", "FUNCTIONAL"), LabelPair("CONNECTION", None)]
-    assert judged.pair("m", F_C_E_S, backward=True)[1] == LabelPair(None, "SERVICE")
-    curve = measure_curve([judged], "m", F_C_E_S)
+    by_model = {CENTRAL: {F_C_E_S: np.array([[0.6, 0.4, 0, 0], [0, 1.0, 0, 0]])}}
+    by_model[PIANTA] = by_model[CENTRAL]
+    floor = EvaluatedFloor(LAYOUTS, "x", "school/x", Floor(rooms), true, by_model, LabelConvention.EXPERIMENTS)
+    pairs = [LabelPair("FUNCTIONAL", "FUNCTIONAL"), LabelPair("CONNECTION", None)]
+    assert floor.pair_labels(PIANTA, F_C_E_S) == pairs
+    assert floor.pair_labels(PIANTA, F_C_E_S, BACKWARD)[1] == LabelPair(None, "SERVICE")
+    curve = measure_curve([floor], PIANTA, F_C_E_S)
     assert curve.counts.sum() == 1
     assert curve.error == pytest.approx(0.4)
-    service = average_confusions([judged], "m", backward=True)[3]
-    assert [cell.mean for cell in service] == [0, 0, 0, 0, 100]
-    assert judged.as_json()["true"] == ["FUNCTIONAL", None]
+    service = fill_confusion([floor], BACKWARD).rows["pianta, S"]
+    assert [cell.mean for cell in service.values()] == [0, 0, 0, 0, 100]
+    assert floor.as_json()["true"] == ["FUNCTIONAL", None]
     # The same rooms as a true layout are paired by order, however they overlap.
-    of_truth = replace(judged, part=TRUE_LAYOUTS)
-    assert of_truth.pair("m", F_C_E_S)[1] == LabelPair("CONNECTION", "SERVICE")
+    true_layout = replace(floor, part=TRUE_LAYOUTS)
+    assert true_layout.pair_labels(PIANTA, F_C_E_S)[1] == LabelPair("CONNECTION", "SERVICE")
 
 
 def test_splits():
@@ -204,34 +222,39 @@ def test_splits():
 
 @pytest.mark.slow
 def test_real_models(tiny):
-    """Extra-Trees see 9 or 11 features, of one type; labels they have not seen have no probability."""
+    """Extra-Trees have 9 or 11 features, of one type; labels that they were not trained on have no probability."""
     floors, _ = read_annotated_floors(tiny)
-    judges = train_judges(
-        floors[1:], {"school/school1": floors[1].floor}, kind="school", split=LabelConvention.FIGURE, seed=0
-    )
-    forests = {name: model.forests[F_C_E_S] for name, model in judges.local.items()}
-    assert {name: forest.n_features_in_ for name, forest in forests.items()} == {LOCAL: 9, CENTRAL: 11}
-    assert {len(forest.estimators_) for forest in forests.values()} == {500}
-    assert [judges.places[name].training.simulated for name in (PIANTA, MAPPED)] == [0, 1]
-    opinions = judges.judge(floors[0].unlabelled)
-    assert [*opinions] == [
+    convention = LabelConvention.FIGURE
+    prepared = [PreparedFloor.prepare(each, convention) for each in floors]
+    simulated = list_examples([], [floors[1].floor], convention=convention)
+    training = [replace(prepared[1], examples=prepared[1].examples + simulated), *prepared[2:]]
+    classifiers = Classifiers(training, convention, seed=0)
+    forests = {name: classifiers.forest(name, "school", F_C_E_S) for name in (LOCAL, CENTRAL)}
+    assert {name: forest.trees[0].n_features for name, forest in forests.items()} == {LOCAL: 9, CENTRAL: 11}
+    assert {len(forest.trees) for forest in forests.values()} == {500}
+    assert [classifiers.room_models[name].training.simulated for name in (PIANTA, MAPPED)] == [0, 1]
+    by_model = classifiers.predict("school", floors[0].features, describe_rooms(floors[0].unlabelled))
+    assert [*by_model] == [
         LOCAL, CENTRAL, PIANTA, "pianta: first pass", "pianta: second pass",
         MAPPED, f"{MAPPED}: first pass", f"{MAPPED}: second pass",
     ]  # fmt: skip
-    for opinion in opinions.values():
-        assert {label_set: votes.shape for label_set, votes in opinion.items()} == {R_C: (14, 2), F_C_E_S: (14, 4)}
-        for votes in opinion.values():
+    for probabilities in by_model.values():
+        assert {label_set: votes.shape for label_set, votes in probabilities.items()} == {
+            R_C: (14, 2),
+            F_C_E_S: (14, 4),
+        }
+        for votes in probabilities.values():
             np.testing.assert_allclose(votes.sum(axis=1), 1)
-        assert opinion[F_C_E_S][0].argmax() == 1, "the corridor"
-    np.testing.assert_array_equal(opinions[LOCAL][F_C_E_S][:, 2], 0)
+        assert probabilities[F_C_E_S][0].argmax() == 1, "the corridor"
+    np.testing.assert_array_equal(by_model[LOCAL][F_C_E_S][:, 2], 0)
 
 
 @pytest.mark.slow
 def test_the_scale_is_that_of_the_drawing(tiny, trainings):
-    bench = measure_places(tiny)
-    drawn = next(floor.true for floor in bench.judged if floor.item == "school1")
-    areas = [sum(room.polygon.area for room in floor.rooms) for floor in (drawn, bench.of_part(LAYOUTS)[0].true)]
-    assert bench.items[LAYOUTS][0].figures["scale"] == pytest.approx((areas[0] / areas[1]) ** 0.5)
+    results = measure(tiny)
+    truth = {floor.part: floor.truth for floor in results.objects["floors"] if floor.item == "school1"}
+    areas = [sum(room.polygon.area for room in truth[part].rooms) for part in ("schools", LAYOUTS)]
+    assert results.values(part=LAYOUTS, metric="scale") == pytest.approx([(areas[0] / areas[1]) ** 0.5])
 
 
 def test_unlabelled_floors_say_nothing():
@@ -244,20 +267,21 @@ def test_command(tiny, trainings, tmp_path):
     (tiny / "buildings" / "office" / "strange.xml").write_text("<building/>")
     label_map(tiny / "slam" / "school1_gt.xml", "CLASSROOM", "STAIRS")
     file, pictures = tmp_path / "new" / "places.json", tmp_path / "pictures"
-    outcome = run_pianta("bench", "places", "--data", tiny, "--split", "figure", "--json", file, "--pictures", pictures)
+    options = "--split", "figure", "--jobs", 1, "--json", file, "--pictures", pictures
+    outcome = run_pianta("bench", "places", "--data", tiny, *options)
     assert (outcome.code, outcome.err) == (1, "")
-    assert "strange failed (offices), not counted: " in outcome.out
-    assert "office1 failed (simulated), not counted: the map shows no room" in outcome.out
+    assert "strange failed (offices): " in outcome.out
+    assert "office1 failed (simulated): the map shows no room" in outcome.out
     assert "divided as in the thesis' figure" in outcome.out
     assert {*list_files(pictures)} == {"confusion.png", "reliability.png", "school1.png", "school1_true.png"}
     content = json.loads(file.read_text())
-    assert (content["bench"], content["split"], content["seed"]) == ("places", "figure", 0)
+    assert (content["bench"], content["options"]) == ("places", {"convention": "figure", "seed": 0})
     layout = next(floor for floor in content["rooms"] if floor["part"] == LAYOUTS)
     assert sorted(layout["true"]) == ["ENTRANCE", "FUNCTIONAL"]
     assert layout["probabilities"][PIANTA] == [[0.7, 0.1, 0.1, 0.1]] * 2
     # In the figure's split STAIRS are CORRIDOR, and nobody is sure of a corridor.
     cells = content["tables"][1]["cells"]
-    assert next(cell["mean"] for cell in cells if (cell["name"], cell["column"]) == (PIANTA, "R/C BC")) == 50
+    assert next(cell["mean"] for cell in cells if (cell["row"], cell["column"]) == ("map, pianta", "R/C, BC")) == 50
 
 
 def test_a_split_that_is_none(tiny):
@@ -272,5 +296,5 @@ def test_without_maps(tiny, trainings):
     for file in (tiny / "slam").iterdir():
         file.unlink()
     with pytest.raises(DataError, match=r"_gt\.xml"):
-        measure_places(tiny)
+        measure(tiny)
     assert not trainings

@@ -1,5 +1,7 @@
 """The forest of arrays says what scikit-learn says."""
 
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,6 +9,7 @@ from hypothesis import strategies as st
 from sklearn.ensemble import ExtraTreesClassifier
 
 from pianta.errors import ModelError
+from pianta.rooms.extra_trees import ExtraTrees, TreeParameters, grow_extra_trees
 from pianta.rooms.forest import LEAF, Forest
 
 CLASSES = 5
@@ -58,13 +61,51 @@ def trained(draw: st.DrawFn) -> tuple[ExtraTreesClassifier, np.random.Generator]
     return forest.fit(features, truth, weights), random
 
 
+def to_extra_trees(classifier: ExtraTreesClassifier) -> ExtraTrees:
+    return ExtraTrees([estimator.tree_ for estimator in classifier.estimators_], classifier.classes_)
+
+
+@pytest.mark.parametrize("directly", [True, False], ids=["by the builder", "by the classifier"])
+@pytest.mark.parametrize(
+    ("parameters", "same"),
+    [
+        (TreeParameters(trees=15), {}),
+        (
+            TreeParameters(trees=15, feature_share=0.4, min_leaf=4),
+            {"max_features": 0.4, "min_samples_leaf": 4},
+        ),
+        (TreeParameters(trees=15, feature_share=0.4, max_leaves=6), {"max_features": 0.4, "max_leaf_nodes": 6}),
+    ],
+    ids=["default", "leaves", "best first"],
+)
+@pytest.mark.parametrize("weighted", [True, False], ids=["weights", "no weights"])
+def test_the_same_trees_as_of_the_classifier(parameters, same, weighted, directly, monkeypatch):
+    if not directly:
+        # As if scikit-learn had moved its builder
+        monkeypatch.setitem(sys.modules, "sklearn.tree._splitter", None)
+    random = np.random.default_rng(7)
+    features = random.normal(size=(300, 9))
+    features[:, 0] = random.integers(0, 4, 300)
+    truth = random.choice([0, 2, 3], 300)
+    weights = random.choice([1.0, 0.3], 300) if weighted else None
+    forest = grow_extra_trees(features, truth, weights, parameters=parameters, seed=4)
+    classifier = ExtraTreesClassifier(15, random_state=4, **same).fit(features, truth, weights)
+    for tree, estimator in zip(forest.trees, classifier.estimators_, strict=True):
+        for name in ("feature", "threshold", "value", "children_left", "children_right"):
+            np.testing.assert_array_equal(getattr(tree, name), getattr(estimator.tree_, name))
+    rows = random.normal(size=(50, 9))
+    predicted = forest.class_probabilities(rows, CLASSES)
+    np.testing.assert_array_equal(predicted[:, [0, 2, 3]], classifier.predict_proba(rows))
+    assert not predicted[:, [1, 4]].any()
+
+
 @given(trained())
 @settings(max_examples=60, deadline=None)
 def test_predictions_equal_those_of_scikit_learn(result):
     classifier, random = result
     rooms = random.normal(size=(40, classifier.n_features_in_)) * 10.0 ** random.integers(-9, 9)
     rooms[:, 0] = random.integers(0, 4, 40)
-    predicted = Forest.from_sklearn(classifier, CLASSES).predict(rooms)
+    predicted = Forest.from_trees(to_extra_trees(classifier), CLASSES).predict(rooms)
     np.testing.assert_allclose(predicted[:, classifier.classes_], classifier.predict_proba(rooms), rtol=0, atol=1e-12)
     assert predicted.sum(axis=1) == pytest.approx(1)
     assert not np.delete(predicted, classifier.classes_, axis=1).any()
@@ -78,7 +119,7 @@ def test_rooms_on_the_threshold_go_where_scikit_learn_sends_them():
     thresholds = np.concatenate([tree.tree_.threshold for tree in classifier.estimators_]).astype(np.float32)
     near = [np.nextafter(thresholds, np.float32(end)) for end in (-np.inf, np.inf)]
     rooms = np.concatenate([thresholds, *near]).astype(np.float64)[:, None]
-    predicted = Forest.from_sklearn(classifier, 2).predict(rooms)
+    predicted = Forest.from_trees(to_extra_trees(classifier), 2).predict(rooms)
     np.testing.assert_array_equal(predicted, classifier.predict_proba(rooms))
 
 

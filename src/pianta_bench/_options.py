@@ -19,7 +19,6 @@ Method = Annotated[str, typer.Option(help=f"How rooms are found: {', '.join(METH
 Json = Annotated[
     Path | None, typer.Option("--json", help="File for every figure and its map, as JSON.", metavar="FILE")
 ]
-Pictures = Annotated[Path | None, typer.Option(help="Folder for a picture of every floor found.", metavar="DIR")]
 Methods = Annotated[
     list[str] | None,
     typer.Option("--method", help=f"How rooms are found, may be repeated: {', '.join(METHODS)}; all unless given."),
@@ -33,41 +32,15 @@ Sets = Annotated[
     ),
 ]
 Maps = Annotated[bool, typer.Option("--maps", help="Print the rows of the maps; always done for a single method.")]
-ErrorPictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures", help="Folder for METHOD/SET/NAME.png, true rooms beside found ones, errors marked.", metavar="DIR"
-    ),
-]
-GraphPictures = Annotated[
-    Path | None,
-    typer.Option("--pictures", help="Folder for graphs.png, every metric of every building.", metavar="DIR"),
-]
-TypesPictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures", help="Folder for accuracy, k_distance, clusters and cluster_scores, as .png.", metavar="DIR"
-    ),
-]
-PlacePictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures",
-        help="Folder for reliability.png, confusion.png, and NAME.png and NAME_true.png of each map.",
-        metavar="DIR",
-    ),
-]
-RealismPictures = Annotated[
-    Path | None, typer.Option("--pictures", help="Folder for scores.png and curves.png (Fig. 8.4).", metavar="DIR")
-]
 PlaceSplit = Annotated[
-    str, typer.Option(help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5).")
+    str,
+    typer.Option("--split", help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5)."),
+]
+Jobs = Annotated[
+    int | None, typer.Option(help="Processes that share the work, unless given one for each core.", min=1, max=1024)
 ]
 Seed = Annotated[int, typer.Option(help="Of folds, of classifiers, and of simulated maps.", min=0, max=2**31)]
 
-CurvePictures = Annotated[
-    Path | None, typer.Option("--pictures", help="Folder for places.png and buildings.png, the curves.", metavar="DIR")
-]
 BuildingTypes = Annotated[
     list[Path] | None,
     typer.Option("--types", help="Folder of buildings of one type; repeat it for each type.", metavar="DIR"),

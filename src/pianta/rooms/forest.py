@@ -8,17 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pianta._types import Floats, Indices
 from pianta.errors import ModelError
-
-if TYPE_CHECKING:
-    from sklearn.ensemble import ExtraTreesClassifier
-
+from pianta.rooms.extra_trees import ExtraTrees
 
 # The feature of a leaf.
 LEAF = -1
@@ -46,13 +43,13 @@ class Forest:
             raise ModelError(f"the forest cannot be walked through: {fault}")
 
     @classmethod
-    def from_sklearn(cls, classifier: ExtraTreesClassifier, classes: int) -> Self:
-        """The trees of a fitted classifier, with exactly the same predictions.
+    def from_trees(cls, forest: ExtraTrees, classes: int) -> Self:
+        """The trees of Extra-Trees, with exactly the same predictions.
 
         Thresholds are rounded down to float32, as features are, so that no decision changes.
-        classes: L; the classes of the classifier are some of 0 … L - 1, and the others get no votes.
+        classes: L; the classes of the forest are some of 0 … L - 1, and the others get no votes.
         """
-        trees = [estimator.tree_ for estimator in classifier.estimators_]
+        trees = forest.trees
         starts = np.cumsum([0, *(tree.node_count for tree in trees)])
         left, right = (
             np.concatenate([getattr(tree, name) + start for tree, start in zip(trees, starts[:-1], strict=True)])
@@ -65,7 +62,7 @@ class Forest:
         order = _order_by_level(starts[:-1], left, right, leaf)
         inner, leaves = order[~leaf[order]], order[leaf[order]]
         votes = np.zeros((len(leaves), classes))
-        votes[:, classifier.classes_] = values[leaves, 0]
+        votes[:, forest.classes] = values[leaves, 0]
         return cls(np.where(leaf, LEAF, features)[order].astype(np.int16), _round_down(thresholds[inner]), votes)
 
     def predict(self, features: Floats) -> Floats:

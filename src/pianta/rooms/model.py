@@ -112,9 +112,21 @@ class RoomModel:
             By "first pass", "second pass" and "random field", probabilities of shape (rooms, 4), columns in the order
             of FCES; those of the last step are calibrated.
         """
-        return self._predict_functions(describe_rooms(floor))
+        return self.predict_functions(describe_rooms(floor))
 
-    def _predict_functions(self, context: RoomContext) -> dict[str, Floats]:
+    def predict_functions(self, context: RoomContext) -> dict[str, Floats]:
+        """Compute the probabilities of F/C/E/S after each step, from the context of the rooms.
+
+        Parameters
+        ----------
+        context
+            Of the rooms of a floor, by `describe_rooms`.
+
+        Returns
+        -------
+        dict
+            As of `passes`.
+        """
         first = self.first.predict(context.features)
         second = self.second.predict(describe_neighbours(context, first))
         marginals = self.field.compute_marginals(second, find_neighbourhood(context))
@@ -136,7 +148,7 @@ class RoomModel:
         if not floor.rooms:
             return floor
         context = describe_rooms(floor)
-        functions = self._predict_functions(context)["random field"]
+        functions = self.predict_functions(context)["random field"]
         building_type = find_labelled_type(floor, self)
         schema = None if building_type is None else self.schemas[building_type]
         names = np.zeros((len(functions), 0))

@@ -61,10 +61,9 @@ class RandomField:
         """Marginal probabilities of the rooms, shape (n, L), given those of the classifier, shape (n, L)."""
         unary = np.log(np.maximum(probabilities, MIN_PROBABILITY)) / self.temperature
         pairs = np.concatenate([near.doors, near.alike])
-        strengths = [self.door_strength * np.ones(len(near.doors)), self.alike_strength * near.share]
-        tables = [self.doors] * len(near.doors) + [self.alike] * len(near.alike)
-        scaled = np.concatenate(strengths)[:, None, None] * np.array(tables).reshape(-1, *self.doors.shape)
-        return propagate_beliefs(unary, pairs, scaled)
+        doors = np.broadcast_to(self.door_strength * self.doors, (len(near.doors), *self.doors.shape))
+        alike = (self.alike_strength * near.share)[:, None, None] * self.alike
+        return propagate_beliefs(unary, pairs, np.concatenate([doors, alike]))
 
 
 def propagate_beliefs(unary: Floats, pairs: Edges, pairwise: Floats) -> Floats:
@@ -73,31 +72,31 @@ def propagate_beliefs(unary: Floats, pairs: Edges, pairwise: Floats) -> Floats:
     unary: log potentials of n variables, shape (n, L). pairs: shape (m, 2). pairwise: their log potentials, shape
     (m, L, L), rows for the label of the first variable.
     """
-    count = len(pairs)
+    from scipy.sparse import csr_array
+
+    count, (variables, labels) = len(pairs), unary.shape
     source, target = np.concatenate([pairs, pairs[:, ::-1]]).T.astype(np.intp)
-    reverse = np.roll(np.arange(2 * count), count)
-    factors = np.exp(np.concatenate([pairwise, pairwise.transpose(0, 2, 1)]))
-    messages = np.zeros((2 * count, unary.shape[1]))
+    factors = np.exp(np.concatenate([pairwise, pairwise.transpose(0, 2, 1)])).transpose(1, 2, 0).copy()
+    # Adds to the unary potentials of each variable all messages to it.
+    columns = np.arange(variables + 2 * count)
+    entries = np.ones(len(columns)), (np.concatenate([np.arange(variables), target]), columns)
+    collect = csr_array(entries, shape=(variables, len(columns)))
+    # A column for each message, as numpy is slow along a short last axis.
+    messages = np.zeros((labels, 2 * count))
     for _ in range(MAX_ITERATIONS):
+        totals = np.ascontiguousarray((collect @ np.vstack([unary, messages.T])).T)
         # All messages to the source of each message, except the one from its target.
-        incoming = _collect(unary, target, messages)[source] - messages[reverse]
-        weights = np.exp(incoming - incoming.max(axis=1, keepdims=True))
-        sums = np.matmul(weights[:, None], factors)[:, 0]
-        outgoing = np.log(sums / sums.sum(axis=1, keepdims=True))
+        incoming = totals.take(source, axis=1) - np.roll(messages, count, axis=1)
+        weights = np.exp(incoming - incoming.max(axis=0))
+        sums = np.einsum("ie,ije->je", weights, factors)
+        outgoing = np.log(sums / sums.sum(axis=0))
         change = float(np.abs(outgoing - messages).max(initial=0))
         messages = DAMPING * messages + (1 - DAMPING) * outgoing
         if change < TOLERANCE:
             break
-    beliefs = _collect(unary, target, messages)
+    beliefs = collect @ np.vstack([unary, messages.T])
     beliefs -= beliefs.max(axis=1, keepdims=True)
     return np.asarray(np.exp(beliefs) / np.exp(beliefs).sum(axis=1, keepdims=True))
-
-
-def _collect(unary: Floats, target: Edges, messages: Floats) -> Floats:
-    """Unary potentials plus all messages to each variable, shape (n, L)."""
-    total = unary.copy()
-    np.add.at(total, target, messages)
-    return total
 
 
 def fit_random_field(

@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet
+from pianta.rooms.extra_trees import ExtraTrees, TreeParameters, grow_extra_trees
 from pianta.rooms.features import RoomContext, describe_rooms
 from pianta.rooms.forest import Forest
 from pianta.rooms.model import (
@@ -29,21 +29,13 @@ from pianta.rooms.model import (
 )
 from pianta.rooms.random_field import fit_random_field
 
-if TYPE_CHECKING:
-    from sklearn.ensemble import ExtraTreesClassifier
-
-
 # Folds of the cross-validation by buildings.
 FOLDS = 5
-# Trees of each pass, of the forests of each fold, and of the forests for the labels of a building type.
-TREES = 80
-FOLD_TREES = 40
-NAME_TREES = 30
-# Of Extra-Trees: share of the features that a split may choose from, fewest rooms in a leaf, most leaves of a tree for
-# labels of a type. Chosen among a dozen runs on the 43 annotated floors (docs/methods/places.md), as the next weight.
-FEATURE_SHARE = 0.4
-MIN_LEAF_ROOMS = 4
-MAX_NAME_LEAVES = 48
+# Extra-Trees over F/C/E/S, those of them that are grown for each fold, and trees over the labels of a building type.
+# Chosen among a dozen runs on the 43 annotated floors (docs/methods/places.md), as the next weight.
+FUNCTION_TREES = TreeParameters(trees=80, feature_share=0.4, min_leaf=4)
+FOLD_TREES = replace(FUNCTION_TREES, trees=40)
+LABEL_TREES = TreeParameters(trees=30, feature_share=0.4, max_leaves=48)
 # Weight of a room on a simulated map, beside 1 for an annotated one.
 SIMULATED_WEIGHT = 0.3
 
@@ -114,25 +106,34 @@ def train_rooms(
     """
     check_labels(floors, schemas)
     check_labels(simulated, schemas)
-    examples = [*_prepare_floors(floors, schemas), *_prepare_floors(simulated, schemas, weight=SIMULATED_WEIGHT)]
+    examples = [*prepare_floors(floors, schemas), *prepare_floors(simulated, schemas, weight=SIMULATED_WEIGHT)]
+    model = train_on_prepared(examples, schemas=schemas, seed=seed)
+    sources = tuple(sorted(floor.source for floor in floors))
+    return replace(model, training=replace(model.training, floors=sources))
+
+
+def train_on_prepared(
+    examples: Sequence[TrainingFloor], *, schemas: Mapping[str, LabelSchema] = SCHEMAS, seed: int = 0
+) -> RoomModel:
+    """Train a model as `train_rooms`, on floors that `prepare_floors` has described; annotated ones come first."""
     folds = _assign_folds(examples, np.random.default_rng(seed))
     # First pass: the context of a room
     features = [example.context.features for example in examples]
-    first = Forest.from_sklearn(_grow(features, examples, trees=TREES, seed=seed), len(FUNCTIONS))
+    first = Forest.from_trees(_grow(features, examples, FUNCTION_TREES, seed=seed), len(FUNCTIONS))
     held_out = _predict_held_out(features, examples, folds, seed=seed)
     # Second pass: also what trees that were not trained on the building predict for the rooms around
     features = [describe_neighbours(each.context, around) for each, around in zip(examples, held_out, strict=True)]
-    second = Forest.from_sklearn(_grow(features, examples, trees=TREES, seed=seed), len(FUNCTIONS))
+    second = Forest.from_trees(_grow(features, examples, FUNCTION_TREES, seed=seed), len(FUNCTIONS))
     held_out = _predict_held_out(features, examples, folds, seed=seed)
     # Random field and its calibration: on predictions of the second pass for buildings that were left out
     near = join_neighbourhoods([example.context for example in examples])
     field = fit_random_field(np.concatenate(held_out), _join_truth(examples), near, _join_weights(examples))
     marginals = field.compute_marginals(np.concatenate(held_out), near)
     names = {
-        building_type: Forest.from_sklearn(trees, len(schemas[building_type].labels))
+        building_type: Forest.from_trees(trees, len(schemas[building_type].labels))
         for building_type, trees in _grow_names(examples, features, seed=seed)
     }
-    training = _describe_training(floors, examples, _measure_errors(marginals, examples), seed=seed)
+    training = _describe_training(examples, _measure_errors(marginals, examples), seed=seed)
     return RoomModel(first, second, field, names, {name: schemas[name] for name in names}, training)
 
 
@@ -172,10 +173,10 @@ def check_labels(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = S
         raise LabelError(join_faults(faults))
 
 
-def _prepare_floors(
+def prepare_floors(
     floors: Sequence[Floor], schemas: Mapping[str, LabelSchema], *, weight: float = 1.0
 ) -> Iterator[TrainingFloor]:
-    """The floors that have rooms, described for training."""
+    """The floors that have rooms, described for training; their labels are known to be right (`check_labels`)."""
     for floor in floors:
         building_type, labels = most_probable_type(floor), [str(room.label) for room in floor.rooms]
         schema = schemas[building_type]
@@ -219,13 +220,11 @@ def _join_weights(examples: Sequence[TrainingFloor]) -> Floats:
 
 
 def _grow(
-    features: Sequence[Floats], examples: Sequence[TrainingFloor], *, trees: int, seed: int
-) -> ExtraTreesClassifier:
+    features: Sequence[Floats], examples: Sequence[TrainingFloor], parameters: TreeParameters, *, seed: int
+) -> ExtraTrees:
     """Extra-Trees over F/C/E/S."""
-    from sklearn.ensemble import ExtraTreesClassifier
-
-    forest = ExtraTreesClassifier(trees, max_features=FEATURE_SHARE, min_samples_leaf=MIN_LEAF_ROOMS, random_state=seed)
-    return forest.fit(np.concatenate(features), _join_truth(examples), _join_weights(examples))
+    rows, truth, weights = np.concatenate(features), _join_truth(examples), _join_weights(examples)
+    return grow_extra_trees(rows, truth, weights, parameters=parameters, seed=seed)
 
 
 def _predict_held_out(
@@ -235,16 +234,9 @@ def _predict_held_out(
     probabilities: list[Floats] = [np.zeros((0, len(FUNCTIONS)))] * len(examples)
     for fold in np.unique(folds):
         others = np.flatnonzero(folds != fold).tolist()
-        forest = _grow([features[i] for i in others], [examples[i] for i in others], trees=FOLD_TREES, seed=seed)
+        forest = _grow([features[i] for i in others], [examples[i] for i in others], FOLD_TREES, seed=seed)
         for i in np.flatnonzero(folds == fold).tolist():
-            probabilities[i] = class_probabilities(forest, features[i], len(FUNCTIONS))
-    return probabilities
-
-
-def class_probabilities(trees: ExtraTreesClassifier, features: Floats, classes: int) -> Floats:
-    """Probabilities of classes 0 … classes - 1, 0 for those that the forest was not trained on, shape (n, classes)."""
-    probabilities = np.zeros((len(features), classes))
-    probabilities[:, trees.classes_] = trees.predict_proba(features)
+            probabilities[i] = forest.class_probabilities(features[i], len(FUNCTIONS))
     return probabilities
 
 
@@ -260,30 +252,25 @@ def _measure_errors(probabilities: Floats, examples: Sequence[TrainingFloor]) ->
 
 def _grow_names(
     examples: Sequence[TrainingFloor], features: Sequence[Floats], *, seed: int
-) -> Iterator[tuple[str, ExtraTreesClassifier]]:
+) -> Iterator[tuple[str, ExtraTrees]]:
     """By building type, Extra-Trees over its labels."""
-    from sklearn.ensemble import ExtraTreesClassifier
-
     for building_type in sorted({example.building_type for example in examples}):
         chosen = [i for i, example in enumerate(examples) if example.building_type == building_type]
-        forest = ExtraTreesClassifier(
-            NAME_TREES, max_features=FEATURE_SHARE, max_leaf_nodes=MAX_NAME_LEAVES, random_state=seed
-        )
         names = np.concatenate([examples[i].names for i in chosen])
         weights = _join_weights([examples[i] for i in chosen])
-        yield building_type, forest.fit(np.concatenate([features[i] for i in chosen]), names, weights)
+        rows = np.concatenate([features[i] for i in chosen])
+        forest = grow_extra_trees(rows, names, weights, parameters=LABEL_TREES, seed=seed)
+        yield building_type, forest
 
 
-def _describe_training(
-    floors: Sequence[Floor], examples: Sequence[TrainingFloor], errors: Mapping[str, float], *, seed: int
-) -> Training:
+def _describe_training(examples: Sequence[TrainingFloor], errors: Mapping[str, float], *, seed: int) -> Training:
     from sklearn import __version__ as sklearn_version
 
     rooms: Counter[str] = Counter()
     for example in examples:
         rooms[example.building_type] += len(example.functions)
     return Training(
-        floors=tuple(sorted(floor.source for floor in floors)),
+        floors=tuple(sorted(example.source for example in examples if example.weight == 1)),
         rooms=rooms,
         simulated=sum(example.weight != 1 for example in examples),
         errors=errors,

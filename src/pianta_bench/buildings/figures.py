@@ -1,8 +1,7 @@
-"""Figs. 6.2 and 6.3 of a BuildingsBench: ROC and precision-recall curves of places and buildings in R/C."""
+"""Figs. 6.2 and 6.3: ROC and precision-recall curves of places and buildings in R/C."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -10,53 +9,43 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pianta.evaluation.curves import Curve
-from pianta_bench.buildings.measure import BuildingsBench
 from pianta_bench.buildings.models import KLOG
-from pianta_bench.buildings.tables import draw_curves
 from pianta_bench.harness.charts import save_chart, start_chart
+from pianta_bench.harness.records import Results
 from pianta_bench.places.models import PIANTA
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # Paul Tol's "bright" scheme, for colour-blind readers; a colour a part, a stroke a model.
 COLORS = MappingProxyType({"S": "#4477aa", "O": "#cc6633", "S+O": "#228833"})
 STROKES = MappingProxyType({KLOG: "--", PIANTA: "-"})
 NAMES = MappingProxyType({"S": "schools", "O": "offices", "S+O": "buildings"})
-PARTS = MappingProxyType({"places.png": ("S", "O"), "buildings.png": ("S+O",)})
+FIGURES = MappingProxyType({"places.png": ("S", "O"), "buildings.png": ("S+O",)})
 DPI = 130
 
-Curves = Mapping[tuple[str, str], tuple[Curve, Curve]]
 
-
-def save_building_pictures(bench: BuildingsBench, folder: Path) -> None:
-    """Write places.png and buildings.png into a folder; raises PiantaError when one cannot be written."""
-    curves = draw_curves(bench)
-    for name, parts in PARTS.items():
-        save_chart(draw_figure(curves, parts), folder / name, dpi=DPI)
-
-
-def draw_figure(curves: Curves, parts: tuple[str, ...]) -> Figure:
-    """ROC curves on the left, precision-recall curves on the right, of parts and both models."""
-    figure = start_chart(9.6, 5.3)
-    roc, precision_recall = figure.subplots(1, 2)
-    for part in parts:
-        for model in STROKES:
-            of_roc, of_precision = curves[part, model]
-            name = f"{NAMES[part]}, {model}"
-            plot_roc(of_roc, name, ax=roc, color=COLORS[part], stroke=STROKES[model])
-            plot_precision_recall(of_precision, name, ax=precision_recall, color=COLORS[part], stroke=STROKES[model])
-        chance = curves[part, PIANTA][1].chance
-        precision_recall.axhline(chance, color=COLORS[part], linewidth=0.8, linestyle=":", zorder=0)
-    roc.plot((0, 1), (0, 1), color="#999999", linewidth=0.8, linestyle=":", zorder=0)
-    roc.set(xlabel="false positive rate", ylabel="true positive rate", title="ROC")
-    precision_recall.set(xlabel="recall", ylabel="precision", title="precision-recall")
-    for ax in (roc, precision_recall):
-        ax.set(xlim=(-0.01, 1.01), ylim=(0, 1.01), aspect="equal")
-        ax.spines[["top", "right"]].set_visible(False)
-        ax.legend(framealpha=0.9, edgecolor="none", fontsize=8, loc="lower right", title="area")
-    return figure
+def save_figures(results: Results, folder: Path) -> None:
+    """Write places.png and buildings.png into a folder; raises PiantaError if one cannot be written."""
+    curves = [*results.objects["scores"].measure_curves()]
+    for name, parts in FIGURES.items():
+        figure = start_chart(9.6, 5.3)
+        roc, precision_recall = figure.subplots(1, 2)
+        for part, model, curve_name, curve in curves:
+            if part in parts and model in STROKES:
+                plot = plot_roc if curve_name == "ROC" else plot_precision_recall
+                ax = roc if curve_name == "ROC" else precision_recall
+                plot(curve, f"{NAMES[part]}, {model}", ax=ax, color=COLORS[part], stroke=STROKES[model])
+                if (model, curve_name) == (PIANTA, "PR"):
+                    ax.axhline(curve.chance, color=COLORS[part], linewidth=0.8, linestyle=":", zorder=0)
+        roc.plot((0, 1), (0, 1), color="#999999", linewidth=0.8, linestyle=":", zorder=0)
+        roc.set(xlabel="false positive rate", ylabel="true positive rate", title="ROC")
+        precision_recall.set(xlabel="recall", ylabel="precision", title="precision-recall")
+        for ax in (roc, precision_recall):
+            ax.set(xlim=(-0.01, 1.01), ylim=(0, 1.01), aspect="equal")
+            ax.spines[["top", "right"]].set_visible(False)
+            ax.legend(framealpha=0.9, edgecolor="none", fontsize=8, loc="lower right", title="area")
+        save_chart(figure, folder / name, dpi=DPI)
 
 
 def plot_roc(curve: Curve, name: str, *, ax: Axes, color: str, stroke: str = "-") -> Axes:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import warnings
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 
 from pianta.building_types.description import BuildingDescription, describe_building
@@ -21,13 +22,11 @@ from pianta.relational.kernels import ROOM_RELATIONS
 from pianta.rooms.completion import LABELS, map_labels_upwards
 from pianta.rooms.training import building_name
 from pianta_bench.data.annotated_floors import KINDS, AnnotatedFloor, read_annotated_buildings, set_building_type
-from pianta_bench.harness.table import Row
+from pianta_bench.harness.records import Item
 from pianta_bench.types.room_sets import USER_SCHEMA
 
-# A building is left out, and another of those that are left is left out to calibrate.
-LEAST_BUILDINGS = 3
-
-Failed = Mapping[str, tuple[Row, ...]]
+# Of each type: one building is left out, and of the others one more for calibration.
+MIN_BUILDINGS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,79 +36,85 @@ class BuildingFloor:
     labels: of its rooms, by label set. facts: of its rooms, without labels. descriptions: by label set.
     """
 
-    drawn: AnnotatedFloor
+    annotated: AnnotatedFloor
     labels: Mapping[LabelSet, tuple[str, ...]]
     facts: Interpretation
     descriptions: Mapping[LabelSet, BuildingDescription]
 
     @cached_property
-    def told(self) -> Mapping[LabelSet, Interpretation]:
+    def labelled_facts(self) -> Mapping[LabelSet, Interpretation]:
         """The facts with the labels of a set."""
         rooms = self.facts.entities(ROOM)
-        return {
-            label_set: replace(
-                self.facts,
-                facts=self.facts.facts
-                + tuple(Fact(LABEL.name, (room, label_atom(label))) for room, label in zip(rooms, labels, strict=True)),
-            )
-            for label_set, labels in self.labels.items()
-        }
+        labelled = {}
+        for label_set, labels in self.labels.items():
+            facts = [Fact(LABEL.name, (room, label_atom(label))) for room, label in zip(rooms, labels, strict=True)]
+            labelled[label_set] = replace(self.facts, facts=self.facts.facts + tuple(facts))
+        return labelled
 
 
-def prepare_floor(drawn: AnnotatedFloor, schema: LabelSchema, split: LabelConvention) -> BuildingFloor:
-    """The floor as all models see it.
+def prepare_floor(annotated: AnnotatedFloor, schema: LabelSchema, convention: LabelConvention) -> BuildingFloor:
+    """The floor as all models use it.
 
     Raises LabelError for labels that the schema does not have, and for a floor without rooms.
     """
-    floor = map_labels_upwards(drawn.floor, schema, convention=split)
+    floor = map_labels_upwards(annotated.floor, schema, convention=convention)
     labels = {label_set: tuple(room.labels[str(label_set)] for room in floor.rooms) for label_set in LABELS}
     descriptions = {label_set: describe_building(floor, label_set) for label_set in LABELS}
-    facts = interpret_floor(drawn.unlabelled, relations=ROOM_RELATIONS, label_set=None, name=drawn.item)
-    return BuildingFloor(drawn, labels, facts, descriptions)
+    facts = interpret_floor(annotated.unlabelled, relations=ROOM_RELATIONS, label_set=None, name=annotated.item)
+    return BuildingFloor(annotated, labels, facts, descriptions)
 
 
-def read_building_floors(data: Path, *, split: LabelConvention) -> tuple[list[BuildingFloor], Failed]:
-    """The schools and offices of the data, and by type those that could not be read.
+def read_building_floors(data: Path, *, convention: LabelConvention) -> tuple[list[BuildingFloor], list[Item]]:
+    """The schools and offices of the data, and those that could not be read.
 
-    Raises DataError when there are no floors of a type, or too few buildings.
+    Raises DataError if there are no floors of a type, or too few buildings.
     """
 
-    def prepare(drawn: AnnotatedFloor) -> BuildingFloor:
-        typed = replace(drawn, floor=set_building_type(drawn.floor, drawn.kind))
-        return prepare_floor(typed, SCHEMAS[drawn.kind], split)
+    def prepare(annotated: AnnotatedFloor) -> BuildingFloor:
+        typed = replace(annotated, floor=set_building_type(annotated.floor, annotated.kind))
+        return prepare_floor(typed, SCHEMAS[annotated.kind], convention)
 
-    floors, failed = [], {}
-    for kind in KINDS:
-        of_kind, failed[f"{kind}s"] = read_annotated_buildings(data, kind, prepare)
-        floors += of_kind
+    floors, failed = [], []
+    for building_type in KINDS:
+        read, rows = read_annotated_buildings(data, building_type, prepare)
+        floors += read
+        failed += [Item(f"{building_type}s", row.item, row.failure) for row in rows]
     _check_buildings(floors, KINDS, failed)
     return floors, failed
 
 
-def read_type_folders(folders: Sequence[Path], *, split: LabelConvention) -> tuple[list[BuildingFloor], Failed]:
-    """The floors of folders, each of one building type, and by folder those that could not be read.
+def read_type_folders(
+    folders: Sequence[Path], *, convention: LabelConvention
+) -> tuple[list[BuildingFloor], list[Item]]:
+    """The floors of folders, each of one building type, and those that could not be read.
 
-    The type is that of the schema labels.yaml in the folder; else what the file tells; else the folder's name. Floors
-    in one subfolder are of one building; others by building_name, and where that were one building only, each is one.
-    Raises OptionError for what is no folder, and a folder whose name is no type; DataError for fewer than two types and
-    too few buildings of one; what list_buildings and read_label_schema raise.
+    The type is that of the schema labels.yaml in the folder; else that of the file; else the name of the folder. Floors
+    in one subfolder are of one building; others by building_name. If all floors of a type would be of one building,
+    each is a building.
+    Raises OptionError for a path that is no folder, or a folder whose name is no type; DataError for fewer than two
+    types or too few buildings of one; what list_buildings and read_label_schema raise.
     """
     floors: list[BuildingFloor] = []
-    failed: dict[str, tuple[Row, ...]] = {}
-    kinds: dict[str, None] = {}
+    failed: list[Item] = []
+    types: dict[str, None] = {}
     for folder in folders:
         if not folder.is_dir():
             raise OptionError(f"{short_repr(folder)} is no folder, give a folder of buildings for each building type")
         schema = _read_schema(folder)
-        kind = schema.building_type if schema else _name_type(folder)
-        prepare = partial(_prepare_file, folder=folder, kind=kind, schema=schema, split=split)
-        read, failed[short_repr(folder)] = _read_files(list_buildings([folder]), folder, prepare)
-        kinds |= dict.fromkeys([floor.drawn.kind for floor in read] or [kind])
+        building_type = schema.building_type if schema else _folder_type(folder)
+        read = []
+        for file in list_buildings([folder]):
+            try:
+                annotated, file_schema = _read_annotated(file, folder, building_type, schema)
+                read.append(prepare_floor(annotated, file_schema, convention))
+            except PiantaError as error:
+                failed.append(Item(short_repr(folder), _item_name(file, folder), one_line_reason(error)))
+        types |= dict.fromkeys([floor.annotated.kind for floor in read] or [building_type])
         floors += read
     floors = _divide_buildings(floors)
-    if len(kinds) < 2:
-        raise DataError(f"all buildings are of type {next(iter(kinds), '')!r}, give folders of two types at least")
-    _check_buildings(floors, tuple(kinds), failed)
+    if len(types) < 2:
+        raise DataError(f"all buildings are of type {next(iter(types), '')!r}, give folders of two types at least")
+    _check_buildings(floors, tuple(types), failed)
     return floors, failed
 
 
@@ -119,8 +124,8 @@ def _read_schema(folder: Path) -> LabelSchema | None:
     return read_label_schema(file) if file.is_file() else None
 
 
-def _name_type(folder: Path) -> str:
-    """The building type that the name of a folder is."""
+def _folder_type(folder: Path) -> str:
+    """The building type that a folder is named after."""
     try:
         return standard_building_type(folder.resolve().name)
     except LabelError as error:
@@ -129,66 +134,59 @@ def _name_type(folder: Path) -> str:
         ) from error
 
 
-def _read_files(
-    files: Sequence[Path], folder: Path, prepare: partial[BuildingFloor]
-) -> tuple[list[BuildingFloor], tuple[Row, ...]]:
-    read, failed = [], []
-    for file in files:
-        try:
-            read.append(prepare(file))
-        except PiantaError as error:
-            failed.append(Row(_name_item(file, folder), {}, one_line_reason(error)))
-    return read, tuple(failed)
-
-
-def _prepare_file(
-    file: Path, *, folder: Path, kind: str, schema: LabelSchema | None, split: LabelConvention
-) -> BuildingFloor:
+def _read_annotated(
+    file: Path, folder: Path, building_type: str, schema: LabelSchema | None
+) -> tuple[AnnotatedFloor, LabelSchema]:
+    """The floor of a file in the folder of a type, and its schema. schema: that of the folder, if there is one."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", BuildingWarning)
         floor = read_building(file)
     if schema is None:
-        kind = floor.given_type or kind
-        if kind not in SCHEMAS:
+        building_type = floor.given_type or building_type
+        if building_type not in SCHEMAS:
             raise LabelError(
-                f"there is no schema of building type {kind!r}, give one as {USER_SCHEMA} in the folder, "
+                f"there is no schema of building type {building_type!r}, give one as {USER_SCHEMA} in the folder, "
                 f"or a folder whose name is one of {', '.join(SCHEMAS)}"
             )
-        schema = SCHEMAS[kind]
-    item = _name_item(file, folder)
-    building = f"{kind}/{_name_building(file.relative_to(folder))}"
-    drawn = AnnotatedFloor(item, kind, building, replace(floor, building_type={kind: 1.0}))
-    return prepare_floor(drawn, schema, split)
+        schema = SCHEMAS[building_type]
+    inside = file.relative_to(folder)
+    building = building_name(file.name) if inside.parent == Path() else inside.parent.as_posix()
+    typed = replace(floor, building_type={building_type: 1.0})
+    return AnnotatedFloor(_item_name(file, folder), building_type, f"{building_type}/{building}", typed), schema
 
 
-def _name_building(file: Path) -> str:
-    """The subfolder that a file of a type's folder is in; else what building_name tells of its name."""
-    return building_name(file.name) if file.parent == Path() else file.parent.as_posix()
-
-
-def _name_item(file: Path, folder: Path) -> str:
+def _item_name(file: Path, folder: Path) -> str:
     return file.relative_to(folder).with_suffix("").as_posix()
 
 
 def _divide_buildings(floors: Sequence[BuildingFloor]) -> list[BuildingFloor]:
-    """The floors, each a building of its own where all of a type would be one by their names."""
-    of_type: dict[str, set[str]] = {}
-    for floor in floors:
-        of_type.setdefault(floor.drawn.kind, set()).add(floor.drawn.building)
+    """The floors, each a building of its own if all of its type would be of one building by their names."""
+    buildings = _group_buildings(floors)
     return [
-        replace(floor, drawn=replace(floor.drawn, building=f"{floor.drawn.kind}/{floor.drawn.item}"))
-        if len(of_type[floor.drawn.kind]) == 1 and "/" not in floor.drawn.item
+        replace(floor, annotated=replace(annotated, building=f"{annotated.kind}/{annotated.item}"))
+        if len(buildings[annotated.kind]) == 1 and "/" not in annotated.item
         else floor
         for floor in floors
+        for annotated in [floor.annotated]
     ]
 
 
-def _check_buildings(floors: Sequence[BuildingFloor], kinds: Sequence[str], failed: Failed) -> None:
-    counts = {kind: len({floor.drawn.building for floor in floors if floor.drawn.kind == kind}) for kind in kinds}
+def _check_buildings(floors: Sequence[BuildingFloor], types: Sequence[str], failed: Sequence[Item]) -> None:
+    """Raise DataError if a type has fewer than MIN_BUILDINGS buildings."""
+    counts = {name: len(_group_buildings(floors)[name]) for name in types}
     few = [
-        f"{kind} has {count} building{'s' * (count != 1)}" for kind, count in counts.items() if count < LEAST_BUILDINGS
+        f"{name} has {count} building{'s' * (count != 1)}" for name, count in counts.items() if count < MIN_BUILDINGS
     ]
     if few:
-        reasons = [f"{row.item} failed: {row.failure}" for rows in failed.values() for row in rows]
-        told = f" ({reasons[0]}{f'; {len(reasons) - 1} more failed' if len(reasons) > 1 else ''})" if reasons else ""
-        raise DataError(f"{join_faults(few)}, give {LEAST_BUILDINGS} of each type at least{told}")
+        reasons = [f"{item.item} failed: {item.failure}" for item in failed]
+        reasons = reasons[:1] + [f"{len(failed) - 1} more failed"] * (len(failed) > 1)
+        known = f" ({'; '.join(reasons)})" if reasons else ""
+        raise DataError(f"{join_faults(few)}, give {MIN_BUILDINGS} of each type at least{known}")
+
+
+def _group_buildings(floors: Sequence[BuildingFloor]) -> Mapping[str, set[str]]:
+    """The names of the buildings of each type."""
+    buildings: defaultdict[str, set[str]] = defaultdict(set)
+    for floor in floors:
+        buildings[floor.annotated.kind].add(floor.annotated.building)
+    return buildings

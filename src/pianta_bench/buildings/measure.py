@@ -2,186 +2,177 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from itertools import product
 from pathlib import Path
-from time import process_time
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from pianta._types import Floats
+from pianta.errors import OptionError
 from pianta.labels import LabelConvention, LabelSet
 from pianta.rooms.completion import LABELS
-from pianta_bench.buildings.floors import BuildingFloor, Failed, read_building_floors, read_type_folders
+from pianta_bench.buildings.floors import BuildingFloor, read_building_floors, read_type_folders
 from pianta_bench.buildings.models import (
-    COLUMNS,
     KLOG,
+    FloorScores,
+    Folds,
+    classify_floors_by_pianta,
+    classify_floors_by_relations,
+    classify_floors_by_trees,
+    classify_rooms_by_pianta,
+    classify_rooms_by_relations,
+    classify_rooms_by_trees,
     compare_floors,
-    judge_buildings_by_pianta,
-    judge_buildings_by_relations,
-    judge_buildings_by_trees,
-    judge_places_by_pianta,
-    judge_places_by_relations,
-    judge_places_by_trees,
-    list_folds,
+    list_buildings,
     list_types,
 )
-from pianta_bench.places.models import PIANTA
+from pianta_bench.buildings.scores import BUILDING, DIGITS, FLOOR, Scores
+from pianta_bench.data.folders import find_data
+from pianta_bench.harness.folds import list_folds
+from pianta_bench.harness.parallel import run_steps
+from pianta_bench.harness.records import Item, Results, Track
+from pianta_bench.harness.timing import measure_time
+from pianta_bench.places.models import COLUMNS, PIANTA, PreparedFloor, check_convention
 
-# Section 6.2 takes 500; a fifth of them takes a fifth of the time.
-TREES = 100
-# What is left out of the training: the building, or only the floor, as in the thesis.
-BUILDING, FLOOR = "building", "floor"
+TREES = 100  # of each forest; 500 in section 6.2, which take five times as long
+MAX_FLOOR_FOLDS = 44  # the 43 floors of the data are left out one by one, of more some together
 PLACES, BUILDINGS, FLOORS = "places", "buildings", "buildings, one floor left out"
-TASK_OF = {BUILDING: BUILDINGS, FLOOR: FLOORS}
+TASKS = {BUILDING: BUILDINGS, FLOOR: FLOORS}
+SECONDS = "processor seconds"  # part of the records with times; their metric is the task
+WRONG_ROOMS, WRONG_TYPE = "wrong rooms, %", "wrong type"
+
+# What a step returns: of each task that it has timed the model, seconds, and scores by their key in Scores.
+Outcomes = list[tuple[str, str, float, Mapping[Any, Any]]]
 
 
-@dataclass(eq=False)
-class BuildingsBench:
-    """What was measured.
-
-    floors: those that were judged. failed: those that could not be, and why.
-    places: by model and label set, of each floor its rooms' scores, shape (rooms, labels); empty for floors of folders.
-    types: by what was left out, model and label set, the floors' scores, shape (floors, types).
-    typical: by what was left out and label set, whether pianta's model finds a floor like those that it knows.
-    seconds: of the processor, by task and model. The highest score decides.
-    """
-
-    split: LabelConvention
-    seed: int
-    trees: int
-    floors: Sequence[BuildingFloor]
-    failed: Failed
-    of_thesis: bool
-    places: dict[tuple[str, LabelSet], list[Floats]] = field(default_factory=dict)
-    types: dict[tuple[str, str, LabelSet], Floats] = field(default_factory=dict)
-    typical: dict[tuple[str, LabelSet], NDArray[np.bool_]] = field(default_factory=dict)
-    seconds: dict[tuple[str, str], float] = field(default_factory=dict)
-
-    @property
-    def building_types(self) -> list[str]:
-        """The types, in the order of their scores."""
-        return list_types(self.floors)
-
-    def places_of(self, kind: str) -> list[int]:
-        """The places of the floors of a type."""
-        return [place for place, floor in enumerate(self.floors) if floor.drawn.kind == kind]
-
-    @contextmanager
-    def timed(self, task: str, model: str) -> Iterator[None]:
-        """Add the processor time of what is done within to that of a model's task."""
-        start = process_time()
-        yield
-        self.seconds[task, model] = self.seconds.get((task, model), 0.0) + process_time() - start
-
-
-def measure_buildings(
-    data: Path,
+def measure(
+    data: Path | None = None,
     *,
-    split: LabelConvention = LabelConvention.EXPERIMENTS,
+    types: Sequence[Path] | None = None,
+    convention: str = LabelConvention.EXPERIMENTS,
     trees: int = TREES,
     seed: int = 0,
-    track: Callable[[Sequence[str]], Iterable[str]] = iter,
-) -> BuildingsBench:
-    """Classify the places and the buildings of data/buildings by models that have not seen the building.
+    jobs: int | None = None,
+    pictures: Path | None = None,
+    track: Track = iter,
+) -> Results:
+    """Classify the rooms and the floors of data/buildings by models that were not trained on the building.
 
-    A floor that fails does not count; Row.failure has the reason. Where manifest.json of the data says that floors are
-    of one building, they are left out together.
-    split: EXPERIMENTS or FIGURE, by which labels become R/C and F/C/E/S. trees: of each forest of Extra-Trees.
-    track: wraps the steps, to show progress. Raises what read_building_floors raises.
+    Records of each floor: wrong rooms in %, and whether its type is wrong, by model and label set. If manifest.json of
+    the data has several floors of one building, they are left out together.
+    types: folders of buildings of one type each, in place of data; only the floors are classified then, as section
+    6.2.2 does with three types of MIT.
+    convention: EXPERIMENTS or FIGURE, by which labels become R/C and F/C/E/S. trees: of each forest of Extra-Trees.
+    jobs: number of processes, None for one for each core; figures do not depend on it.
+    track: wraps the steps, to show progress.
+    Raises OptionError for another convention and for pictures of types, and what read_building_floors and
+    read_type_folders raise.
     """
-    floors, failed = read_building_floors(data, split=split)
-    bench = BuildingsBench(split, seed, trees, floors, failed, of_thesis=True)
-    return _measure(bench, track)
-
-
-def measure_building_types(
-    folders: Sequence[Path],
-    *,
-    split: LabelConvention = LabelConvention.EXPERIMENTS,
-    trees: int = TREES,
-    seed: int = 0,
-    track: Callable[[Sequence[str]], Iterable[str]] = iter,
-) -> BuildingsBench:
-    """Classify the buildings of folders, each of one building type, as section 6.2.2 does with three types of MIT.
-
-    Options as of measure_buildings. Raises what read_type_folders raises.
-    """
-    floors, failed = read_type_folders(folders, split=split)
-    bench = BuildingsBench(split, seed, trees, floors, failed, of_thesis=False)
-    return _measure(bench, track)
-
-
-def _measure(bench: BuildingsBench, track: Callable[[Sequence[str]], Iterable[str]]) -> BuildingsBench:
-    for floor in bench.floors:
-        # Read and computed before anything is timed, for all models alike.
-        _ = floor.drawn.features, floor.told
-    steps: dict[str, Callable[[], None]] = {}
-    if bench.of_thesis:
-        for kind in bench.building_types:
-            steps[f"places, {kind}s, Ex-T"] = partial(_judge_places_by_trees, bench, kind)
-            steps[f"places, {kind}s, {KLOG}"] = partial(_judge_places_by_relations, bench, kind)
-        for building in dict.fromkeys(floor.drawn.building for floor in bench.floors):
-            steps[f"places, {PIANTA} without {building}"] = partial(_judge_places_by_pianta, bench, building)
-    for model in (*COLUMNS, KLOG, PIANTA):
-        steps[f"buildings, {model}"] = partial(_judge_buildings, bench, model)
-    for step in track([*steps]):
-        steps[step]()
-    return bench
-
-
-def _judge_places_by_trees(bench: BuildingsBench, kind: str) -> None:
-    places = bench.places_of(kind)
-    floors = [bench.floors[place] for place in places]
-    for model, label_set in product(COLUMNS, LABELS):
-        with bench.timed(PLACES, model):
-            judged = judge_places_by_trees(floors, label_set, model=model, trees=bench.trees, seed=bench.seed)
-        _keep_places(bench, places, model, label_set, judged)
-
-
-def _judge_places_by_relations(bench: BuildingsBench, kind: str) -> None:
-    places = bench.places_of(kind)
-    with bench.timed(PLACES, KLOG):
-        judged = judge_places_by_relations([bench.floors[place] for place in places])
-    for label_set, of_floors in judged.items():
-        _keep_places(bench, places, KLOG, label_set, of_floors)
-
-
-def _judge_places_by_pianta(bench: BuildingsBench, building: str) -> None:
-    with bench.timed(PLACES, PIANTA):
-        judged = dict(judge_places_by_pianta(bench.floors, building, split=bench.split, seed=bench.seed))
-    for place, scores in judged.items():
-        for label_set, of_rooms in scores.items():
-            _keep_places(bench, [place], PIANTA, label_set, [of_rooms])
-
-
-def _keep_places(
-    bench: BuildingsBench, places: Sequence[int], model: str, label_set: LabelSet, judged: Sequence[Floats]
-) -> None:
-    of_floors = bench.places.setdefault((model, label_set), [np.zeros((0, 0))] * len(bench.floors))
-    for place, scores in zip(places, judged, strict=True):
-        of_floors[place] = scores
-
-
-def _judge_buildings(bench: BuildingsBench, model: str) -> None:
-    folds = {BUILDING: list_folds([floor.drawn.building for floor in bench.floors])}
-    if bench.of_thesis:
-        folds[FLOOR] = list_folds([str(place) for place in range(len(bench.floors))])
-    for label_set in LABELS:
-        compare = compare_floors(bench.floors, label_set)
-        for left_out, of_task in folds.items():
-            key = left_out, model, label_set
-            with bench.timed(TASK_OF[left_out], model):
-                if model in COLUMNS:
-                    bench.types[key] = judge_buildings_by_trees(
-                        bench.floors, of_task, label_set, model=model, trees=bench.trees, seed=bench.seed
-                    )
-                elif model == KLOG:
-                    bench.types[key] = judge_buildings_by_relations(bench.floors, of_task, compare)
+    labels = check_convention(convention)
+    if types and pictures:
+        raise OptionError("--pictures are of the thesis' two types, leave it out with --types")
+    read = partial(read_type_folders, types) if types else partial(read_building_floors, find_data(data))
+    floors, failed = read(convention=labels)
+    results = Results(options={"convention": str(labels), "trees": trees, "seed": seed}, items=failed)
+    scores = Scores(floors)
+    steps = {} if types else dict(_list_room_steps(floors, labels, trees, seed))
+    steps |= _list_floor_steps(floors, trees, seed, one_floor=not types)
+    for outcomes in run_steps(steps, jobs=jobs, track=track):
+        for task, model, seconds, values in outcomes:
+            results.add(SECONDS, model, {task: seconds})
+            for key, value in values.items():
+                if task == PLACES:
+                    scores.rooms.setdefault(key, {}).update(value)
                 else:
-                    bench.types[key], typical = judge_buildings_by_pianta(bench.floors, of_task, label_set)
-                    bench.typical[left_out, label_set] = typical
+                    scores.types[key] = value
+    list_errors(results, scores)
+    results.objects |= {"scores": scores, "of_thesis": not types}
+    results.details["floors"] = scores.as_json()
+    results.details["curves"] = [
+        {**asdict(curve), "part": part, "model": model, "curve": name, "x": x.tolist(), "y": y.tolist()}
+        for part, model, name, curve in ([] if types else scores.measure_curves())
+        for x, y in [(curve.x.round(DIGITS), curve.y.round(DIGITS))]
+    ]
+    return results
+
+
+def _list_room_steps(
+    floors: Sequence[BuildingFloor], convention: LabelConvention, trees: int, seed: int
+) -> Iterator[tuple[str, Callable[[], Outcomes]]]:
+    """The steps that classify rooms: by trees and relations for each type, by pianta for each fold."""
+    for name in list_types(floors):
+        indices = [index for index, floor in enumerate(floors) if floor.annotated.kind == name]
+        of_type = [floors[index] for index in indices]
+        classify = {KLOG: partial(classify_rooms_by_relations, of_type)}
+        for model in COLUMNS:
+            classify[model] = partial(classify_rooms_by_trees, of_type, model=model, trees=trees, seed=seed)
+        yield from (
+            (f"places, {name}s, {model}", partial(_score_rooms, model, indices, classify[model])) for model in classify
+        )
+    prepared = [PreparedFloor.prepare(floor.annotated, convention) for floor in floors]
+    for others, held_out in list_folds(list_buildings(floors)):
+        training, rest = ([prepared[i] for i in chosen] for chosen in (others, held_out))
+        classify_rest = partial(classify_rooms_by_pianta, training, rest, convention=convention, seed=seed)
+        names = ", ".join(sorted({floors[i].annotated.building for i in held_out}))
+        yield f"places, {PIANTA} without {names}", partial(_score_rooms, PIANTA, held_out.tolist(), classify_rest)
+
+
+def _list_floor_steps(
+    floors: Sequence[BuildingFloor], trees: int, seed: int, *, one_floor: bool
+) -> Iterator[tuple[str, Callable[[], Outcomes]]]:
+    """The steps that classify floors, with whole buildings left out and, on demand, with one floor left out."""
+    folds = {BUILDING: list_folds(list_buildings(floors))}
+    if one_floor:
+        folds[FLOOR] = list_folds([f"{index:06}" for index in range(len(floors))], most=MAX_FLOOR_FOLDS)
+    for label_set in LABELS:
+        yield f"buildings, {KLOG}, {label_set}", partial(_score_floors_by_relations, floors, folds, label_set)
+    for (left_out, of_task), label_set in product(folds.items(), LABELS):
+        classify = {PIANTA: partial(classify_floors_by_pianta, floors, of_task, label_set)}
+        for model in COLUMNS:
+            classify[model] = partial(
+                classify_floors_by_trees, floors, of_task, label_set, model=model, trees=trees, seed=seed
+            )
+        for model, classify_floors in classify.items():
+            key = left_out, model, label_set
+            yield f"buildings, {', '.join(key)} left out", partial(_score_floors, key, classify_floors)
+
+
+def _score_rooms(
+    model: str, indices: Sequence[int], classify: Callable[[], Mapping[LabelSet, Sequence[Floats]]]
+) -> Outcomes:
+    seconds, by_set = measure_time(classify)
+    scores = {(model, label_set): dict(zip(indices, each, strict=True)) for label_set, each in by_set.items()}
+    return [(PLACES, model, seconds, scores)]
+
+
+def _score_floors(key: tuple[str, str, LabelSet], classify: Callable[[], FloorScores]) -> Outcomes:
+    left_out, model, _ = key
+    seconds, scores = measure_time(classify)
+    return [(TASKS[left_out], model, seconds, {key: scores})]
+
+
+def _score_floors_by_relations(
+    floors: Sequence[BuildingFloor], folds: Mapping[str, Folds], label_set: LabelSet
+) -> Outcomes:
+    """All folds in one step, as they share the Gram matrices."""
+    compare = compare_floors(floors, label_set)
+    outcomes: Outcomes = []
+    for left_out, of_task in folds.items():
+        classify = partial(classify_floors_by_relations, floors, of_task, compare)
+        outcomes += _score_floors((left_out, KLOG, label_set), classify)
+    return outcomes
+
+
+def list_errors(results: Results, scores: Scores) -> None:
+    """Add the items and the records of all floors."""
+    for index, floor in enumerate(scores.floors):
+        part, item = f"{floor.annotated.kind}s", floor.annotated.item
+        results.items.append(Item(part, item))
+        for model, label_set in scores.rooms:
+            share = 100 * float(scores.wrong_rooms(index, model, label_set).mean())
+            results.add(part, item, {WRONG_ROOMS: share}, model=model, labels=label_set)
+        for left_out, model, label_set in scores.types:
+            is_wrong = float(scores.wrong_floors(left_out, model, label_set)[index])
+            results.add(part, item, {WRONG_TYPE: is_wrong}, model=model, labels=label_set, left_out=left_out)

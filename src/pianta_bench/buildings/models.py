@@ -1,182 +1,184 @@
-"""The models that bench buildings compares, each judging floors that it was not trained on.
+"""The models that bench buildings compares, each on floors that it was not trained on.
 
 Extra-Trees on single rooms and the relational kernel are those of Table 6.1; the third is pianta's own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pianta._types import Floats, Indices
+from pianta._types import Floats, Indices, Mask
 from pianta.building_types.model import BuildingTypeModel
-from pianta.evaluation.folds import leave_buildings_out
 from pianta.labels import LabelConvention, LabelSet
 from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_svm
 from pianta.rooms.completion import LABELS
-from pianta.rooms.training import class_probabilities
+from pianta.rooms.extra_trees import ExtraTrees, TreeParameters, grow_extra_trees
 from pianta_bench.buildings.floors import BuildingFloor
+from pianta_bench.harness.folds import list_folds
 from pianta_bench.places.models import (
-    ALL_FEATURES,
     CENTRAL,
+    COLUMNS,
     LAST_STEP,
     LOCAL,
     PIANTA,
-    WITHOUT_CENTRALITY,
+    PreparedFloor,
     both_sets,
-    train_on,
+    train_room_model,
 )
-
-if TYPE_CHECKING:
-    from sklearn.ensemble import ExtraTreesClassifier
 
 Folds = Sequence[tuple[Indices, Indices]]
 
 KLOG = "kLog-style"
 MODELS = (LOCAL, CENTRAL, KLOG, PIANTA)
-COLUMNS: Mapping[str, slice] = {LOCAL: WITHOUT_CENTRALITY, CENTRAL: ALL_FEATURES}
-# The bins of the relational kernel are cut so many times, each time without the floors of a part of the buildings.
+# The bins of the relational kernel are fitted so many times, each time without the floors of a part of the buildings.
 PARTS = 3
 
 
-def list_folds(buildings: Sequence[str]) -> Folds:
-    """For each building the places of the floors of all others, and of its own."""
-    return list(leave_buildings_out(buildings))
+class FloorScores(NamedTuple):
+    """Scores of the types of floors, shape (floors, types), and whether each floor is like those of the training."""
+
+    values: Floats
+    typical: Mask
 
 
-def judge_places_by_trees(
-    floors: Sequence[BuildingFloor], label_set: LabelSet, *, model: str, trees: int, seed: int
-) -> list[Floats]:
-    """Of each floor the probabilities of the labels of its rooms, shape (rooms, labels), by trees (section 6.1.3)."""
-    labels = LABELS[label_set]
-    features = [floor.drawn.features[:, COLUMNS[model]] for floor in floors]
-    truth = [np.array([labels.index(label) for label in floor.labels[label_set]]) for floor in floors]
-    judged = [np.zeros((0, len(labels)))] * len(floors)
-    for seen, held_out in list_folds([floor.drawn.building for floor in floors]):
-        forest = _grow([features[i] for i in seen], [truth[i] for i in seen], trees=trees, seed=seed)
-        for i in held_out.tolist():
-            judged[i] = class_probabilities(forest, features[i], len(labels))
-    return judged
+def classify_rooms_by_trees(
+    floors: Sequence[BuildingFloor], *, model: str, trees: int, seed: int
+) -> dict[LabelSet, list[Floats]]:
+    """By label set, of each floor the probabilities of labels, shape (rooms, labels) (section 6.1.3)."""
+    features = [floor.annotated.features[:, COLUMNS[model]] for floor in floors]
+    probabilities = {label_set: [np.zeros((0, len(labels)))] * len(floors) for label_set, labels in LABELS.items()}
+    for label_set, labels in LABELS.items():
+        truth = [np.array([labels.index(label) for label in floor.labels[label_set]]) for floor in floors]
+        for training, held_out in list_folds(list_buildings(floors)):
+            forest = _grow(features, truth, training, trees=trees, seed=seed)
+            for i in held_out.tolist():
+                probabilities[label_set][i] = forest.class_probabilities(features[i], len(labels))
+    return probabilities
 
 
-def judge_places_by_relations(floors: Sequence[BuildingFloor]) -> dict[LabelSet, list[Floats]]:
+def classify_rooms_by_relations(floors: Sequence[BuildingFloor]) -> dict[LabelSet, list[Floats]]:
     """By label set, of each floor decision values, shape (rooms, labels); all sets share the Gram matrices."""
-    buildings = [floor.drawn.building for floor in floors]
-    facts = [floor.facts for floor in floors]
-    compare = _compare_by_part(
+    buildings, facts = list_buildings(floors), [floor.facts for floor in floors]
+    compare = compare_by_part(
         buildings, lambda others: RoomKernel().fit(facts, binned=[facts[i] for i in others]).compare()
     )
-    starts = np.cumsum([0, *(len(floor.drawn.floor.rooms) for floor in floors)])
+    starts = np.cumsum([0, *(len(floor.annotated.floor.rooms) for floor in floors)])
     rows = [np.arange(start, end) for start, end in pairwise(starts)]
-    judged = {label_set: [np.zeros((0, len(labels)))] * len(floors) for label_set, labels in LABELS.items()}
-    for seen, held_out in list_folds(buildings):
-        gram = compare(buildings[held_out[0]])
-        known, new = (np.concatenate([rows[i] for i in places]) for places in (seen, held_out))
-        ends = np.cumsum([len(rows[i]) for i in held_out])[:-1]
-        for label_set, labels in LABELS.items():
-            machine = fit_svm(gram[np.ix_(known, known)], [name for i in seen for name in floors[i].labels[label_set]])
-            decided = np.split(decide(machine, gram[np.ix_(new, known)], labels), ends)
-            for i, values in zip(held_out.tolist(), decided, strict=True):
-                judged[label_set][i] = values
-    return judged
+    decisions = {label_set: [np.zeros((0, len(labels)))] * len(floors) for label_set, labels in LABELS.items()}
+    for training, held_out in list_folds(buildings):
+        known = np.concatenate([rows[i] for i in training])
+        for building, own in _group(held_out, buildings).items():
+            gram = compare(building)
+            for label_set, labels in LABELS.items():
+                truth = [label for i in training for label in floors[i].labels[label_set]]
+                svm = fit_svm(gram[np.ix_(known, known)], truth)
+                for i in own:
+                    decisions[label_set][i] = decide(svm, gram[np.ix_(rows[i], known)], labels)
+    return decisions
 
 
-def judge_places_by_pianta(
-    floors: Sequence[BuildingFloor], building: str, *, split: LabelConvention, seed: int
-) -> Iterator[tuple[int, Mapping[LabelSet, Floats]]]:
-    """Of each floor of a building its place, and probabilities by label set, by pianta's model of all other floors."""
-    model = train_on([floor.drawn for floor in floors if floor.drawn.building != building], split=split, seed=seed)
-    for place, floor in enumerate(floors):
-        if floor.drawn.building == building:
-            yield place, both_sets(model.passes(floor.drawn.unlabelled)[LAST_STEP], split)
+def classify_rooms_by_pianta(
+    training: Sequence[PreparedFloor], held_out: Sequence[PreparedFloor], *, convention: LabelConvention, seed: int
+) -> dict[LabelSet, list[Floats]]:
+    """By label set, of each held-out floor the probabilities of labels, by pianta's model of the other floors."""
+    model = train_room_model([floor.examples[0] for floor in training], convention=convention, seed=seed)
+    by_floor = [both_sets(model.predict_functions(each.context)[LAST_STEP], convention) for each in held_out]
+    return {label_set: [each[label_set] for each in by_floor] for label_set in LABELS}
 
 
-def judge_buildings_by_trees(
+def classify_floors_by_trees(
     floors: Sequence[BuildingFloor], folds: Folds, label_set: LabelSet, *, model: str, trees: int, seed: int
-) -> Floats:
-    """Shares of the rooms that are given each type, shape (floors, types): the floor has the most frequent one.
+) -> FloorScores:
+    """Shares of the rooms with each predicted type, shape (floors, types): a floor has the most frequent one.
 
-    A room has its features and its label (section 6.2.2).
+    A room is described by its features and its label (section 6.2.2).
     """
-    types = list_types(floors)
-    labels = np.array(LABELS[label_set])
-    features = [
-        np.column_stack([floor.drawn.features[:, COLUMNS[model]], np.array(floor.labels[label_set])[:, None] == labels])
-        for floor in floors
-    ]
-    truth = [np.full(len(each), types.index(floor.drawn.kind)) for each, floor in zip(features, floors, strict=True)]
-    judged = np.zeros((len(floors), len(types)))
-    for seen, held_out in folds:
-        forest = _grow([features[i] for i in seen], [truth[i] for i in seen], trees=trees, seed=seed)
+    types, labels = list_types(floors), np.array(LABELS[label_set])
+    features, truth = [], []
+    for floor in floors:
+        is_label = np.array(floor.labels[label_set])[:, None] == labels
+        features.append(np.column_stack([floor.annotated.features[:, COLUMNS[model]], is_label]))
+        truth.append(np.full(len(is_label), types.index(floor.annotated.kind)))
+    shares = np.zeros((len(floors), len(types)))
+    for training, held_out in folds:
+        forest = _grow(features, truth, training, trees=trees, seed=seed)
         for i in held_out.tolist():
-            judged[i] = np.bincount(forest.predict(features[i]), minlength=len(types)) / len(features[i])
-    return judged
+            predicted = forest.class_probabilities(features[i], len(types)).argmax(axis=1)
+            shares[i] = np.bincount(predicted, minlength=len(types)) / len(predicted)
+    return FloorScores(shares, np.ones(len(floors), bool))
 
 
 def compare_floors(floors: Sequence[BuildingFloor], label_set: LabelSet) -> Callable[[str], Floats]:
-    """The Gram matrix of all floors for the judgement of a building, whose floors had no part in the bins."""
-    told = [floor.told[label_set] for floor in floors]
-
-    def compare(others: Indices) -> Floats:
-        kernel = FloorKernel()
-        return kernel.fit(told, binned=[told[i] for i in others]).compare()
-
-    return _compare_by_part([floor.drawn.building for floor in floors], compare)
+    """The Gram matrix of all floors for the classification of a building, without whose floors the bins were fitted."""
+    facts = [floor.labelled_facts[label_set] for floor in floors]
+    return compare_by_part(
+        list_buildings(floors), lambda others: FloorKernel().fit(facts, binned=[facts[i] for i in others]).compare()
+    )
 
 
-def judge_buildings_by_relations(
+def classify_floors_by_relations(
     floors: Sequence[BuildingFloor], folds: Folds, compare: Callable[[str], Floats]
-) -> Floats:
+) -> FloorScores:
     """Decision values of the types, shape (floors, types); compare: as compare_floors gives it."""
-    types = list_types(floors)
-    judged = np.zeros((len(floors), len(types)))
-    for seen, held_out in folds:
-        gram = compare(floors[held_out[0]].drawn.building)
-        machine = fit_svm(gram[np.ix_(seen, seen)], [floors[i].drawn.kind for i in seen])
-        judged[held_out] = decide(machine, gram[np.ix_(held_out, seen)], types)
-    return judged
+    types, buildings = list_types(floors), list_buildings(floors)
+    decisions = np.zeros((len(floors), len(types)))
+    for training, held_out in folds:
+        for building, own in _group(held_out, buildings).items():
+            gram = compare(building)
+            svm = fit_svm(gram[np.ix_(training, training)], [floors[i].annotated.kind for i in training])
+            decisions[own] = decide(svm, gram[np.ix_(own, training)], types)
+    return FloorScores(decisions, np.ones(len(floors), bool))
 
 
-def judge_buildings_by_pianta(
-    floors: Sequence[BuildingFloor], folds: Folds, label_set: LabelSet
-) -> tuple[Floats, NDArray[np.bool_]]:
-    """Probabilities of the types, shape (floors, types), and whether each floor is like known ones at all."""
-    types = list_types(floors)
-    known = tuple(floor.descriptions[label_set] for floor in floors)
-    kinds, buildings = ([getattr(floor.drawn, name) for floor in floors] for name in ("kind", "building"))
-    model = BuildingTypeModel(known, tuple(kinds), tuple(buildings), label_set)
-    judged, typical = np.zeros((len(floors), len(types))), np.ones(len(floors), bool)
+def classify_floors_by_pianta(floors: Sequence[BuildingFloor], folds: Folds, label_set: LabelSet) -> FloorScores:
+    """Probabilities of the types, and which floors pianta finds typical."""
+    types, descriptions = list_types(floors), tuple(floor.descriptions[label_set] for floor in floors)
+    true_types = tuple(floor.annotated.kind for floor in floors)
+    model = BuildingTypeModel(descriptions, true_types, tuple(list_buildings(floors)), label_set)
+    probabilities, typical = np.zeros((len(floors), len(types))), np.ones(len(floors), bool)
     for _, held_out in folds:
-        without = model.leave_out(held_out)
+        others = model.leave_out(held_out)
         for i in held_out.tolist():
-            verdict = without.predict_description(known[i])
-            judged[i] = [verdict.probabilities[name] for name in types]
-            typical[i] = verdict.is_known
-    return judged, typical
+            prediction = others.predict_description(descriptions[i])
+            probabilities[i] = [prediction.probabilities[name] for name in types]
+            typical[i] = prediction.is_known
+    return FloorScores(probabilities, typical)
 
 
 def list_types(floors: Sequence[BuildingFloor]) -> list[str]:
     """The types of floors, sorted."""
-    return sorted({floor.drawn.kind for floor in floors})
+    return sorted({floor.annotated.kind for floor in floors})
 
 
-def _compare_by_part(buildings: Sequence[str], compare: Callable[[Indices], Floats]) -> Callable[[str], Floats]:
-    """What is compared for a building, once for all buildings of its part.
+def list_buildings(floors: Sequence[BuildingFloor]) -> list[str]:
+    """The building of each floor."""
+    return [floor.annotated.building for floor in floors]
 
-    compare: is given the places of the floors of all other parts.
+
+def compare_by_part(buildings: Sequence[str], compare: Callable[[Indices], Floats]) -> Callable[[str], Floats]:
+    """What is compared for a building, computed once for all buildings of its part.
+
+    compare: is called with the indices of the floors of all other parts.
     """
     part_of = {name: number % PARTS for number, name in enumerate(sorted(set(buildings)))}
     parts = np.array([part_of[name] for name in buildings])
-    of_part = cache(lambda part: compare(np.flatnonzero(parts != part)))
-    return lambda building: of_part(part_of[building])
+    compare_part = cache(lambda part: compare(np.flatnonzero(parts != part)))
+    return lambda building: compare_part(part_of[building])
 
 
-def _grow(features: Sequence[Floats], truth: Sequence[Indices], *, trees: int, seed: int) -> ExtraTreesClassifier:
-    from sklearn.ensemble import ExtraTreesClassifier
+def _group(held_out: Indices, buildings: Sequence[str]) -> dict[str, Indices]:
+    """The indices of held-out floors by building."""
+    names = [buildings[i] for i in held_out]
+    return {name: held_out[[other == name for other in names]] for name in dict.fromkeys(names)}
 
-    return ExtraTreesClassifier(trees, random_state=seed).fit(np.concatenate(features), np.concatenate(truth))
+
+def _grow(
+    features: Sequence[Floats], truth: Sequence[Indices], training: Indices, *, trees: int, seed: int
+) -> ExtraTrees:
+    rows, classes = (np.concatenate([values[i] for i in training]) for values in (features, truth))
+    return grow_extra_trees(rows, classes, parameters=TreeParameters(trees=trees), seed=seed)

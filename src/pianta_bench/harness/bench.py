@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -71,11 +72,16 @@ class Bench:
         if json:
             with atomic_folder(json.parent) as folder:
                 save_results(self.name, tables, results, folder / json.name)
-        if pictures and "pictures" not in options:
+        if pictures and (save_figures := self._find_save_figures()):
             with atomic_folder(pictures) as folder:
-                self._import("figures").save_figures(results, folder)
+                save_figures(results, folder)
         if results.failed:
             raise typer.Exit(1)
+
+    def _find_save_figures(self) -> Any:
+        """What writes pictures of the results; None for a bench that draws all its pictures while it measures."""
+        has_figures = find_spec(f"pianta_bench.{self.name}.figures")
+        return getattr(self._import("figures"), "save_figures", None) if has_figures else None
 
     def _import(self, module: str) -> Any:
         return import_module(f"pianta_bench.{self.name}.{module}")

@@ -64,6 +64,11 @@ class Results:
             named = dict(zip(names, keys, strict=True))
             self.records.append({"part": part, "item": item, **fields, **named, "value": value})
 
+    def extend(self, other: Results) -> None:
+        """Append the records and items of results, such as those of a step."""
+        self.records += other.records
+        self.items += other.items
+
     def measure(
         self,
         part: str,

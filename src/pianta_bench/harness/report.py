@@ -20,7 +20,7 @@ from pianta_bench.harness.tables import Cell, FilledTable, read_published
 
 ABSENT = "–"
 MAX_WIDTH = 100  # characters; columns that do not fit go below
-MAX_NAME_WIDTH = 32  # characters; longer names of rows go on in the next line
+MAX_NAME_WIDTH = 40  # characters; longer names of rows go on in the next line
 
 
 def show_tables(tables: Sequence[FilledTable], results: Results) -> Group:

@@ -1,18 +1,17 @@
-"""What rooms are for: Tables 6.1 (places) and 5.2 to 5.4, calibration and cost, with whole buildings left out."""
+"""What rooms are for: models of rooms on buildings that were left out of their training."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache, partial
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from math import sqrt
 from pathlib import Path
 from statistics import median
-from time import process_time
-from typing import TypeVar
+from types import MappingProxyType
 
 from pianta.evaluation.semantics import semantic_accuracy
-from pianta.floor import Floor
+from pianta.floor import Floor, scale_floor
 from pianta.gridmap import GridMap
 from pianta.io.maps import read_map
 from pianta.labels import LabelConvention, LabelSet
@@ -20,6 +19,9 @@ from pianta.layout.reconstruct import reconstruct
 from pianta.plot.figure import save_figure
 from pianta.plot.floor import draw_floor
 from pianta.rooms.completion import LABELS
+from pianta.rooms.features import describe_rooms
+from pianta.rooms.model import RoomModel
+from pianta.rooms.thesis_features import compute_room_features
 from pianta.worlds.simulated_readings import simulate_and_reconstruct
 from pianta_bench.data.annotated_floors import (
     AnnotatedFloor,
@@ -28,195 +30,241 @@ from pianta_bench.data.annotated_floors import (
     read_drawing,
     set_building_type,
 )
-from pianta_bench.data.folders import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, list_maps
-from pianta_bench.harness.comparison import save_comparisons
-from pianta_bench.harness.table import Figures, Row, measure_row
-from pianta_bench.places.evaluated_floor import LAYOUTS, OFFICES, SCHOOLS, TRUE_LAYOUTS, JudgedFloor
-from pianta_bench.places.models import PIANTA, Judges, train_judges, train_on, true_labels
-from pianta_bench.places.tables import Cost, PlacesBench, tabulate_places
+from pianta_bench.data.folders import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, find_data, list_maps
+from pianta_bench.harness.folds import list_folds
+from pianta_bench.harness.parallel import run_steps
+from pianta_bench.harness.records import Figures, Item, Results, Track
+from pianta_bench.harness.timing import measure_time
+from pianta_bench.places.evaluated import (
+    BACKWARD,
+    FORWARD,
+    LAYOUTS,
+    OFFICES,
+    SCHOOLS,
+    TRUE_LAYOUTS,
+    EvaluatedFloor,
+)
+from pianta_bench.places.models import (
+    CENTRAL,
+    IN_DRAWINGS_SCALE,
+    PIANTA,
+    Classifiers,
+    PreparedFloor,
+    check_convention,
+    list_examples,
+    train_room_model,
+    true_labels,
+)
 
-PART_OF_KIND = {"school": SCHOOLS, "office": OFFICES}
+PARTS: Mapping[str, str] = MappingProxyType({"school": SCHOOLS, "office": OFFICES})  # by building type
 SIMULATED = "simulated"
-# Of the buildings on the maps.
-MAPS_KIND = "school"
-# Of the floor that labelling is timed on, and how often both are.
-TIMED_ROOMS, RUNS = 60, 3
+COST, COUNTS = "processor s", "cost"  # what takes how long, and of how many floors and rooms
+WRONG_ROOMS = "wrong rooms, %"
+MAPS_TYPE = "school"  # building type of the maps
+TIMED_ROOMS = 60  # labelling is timed on the map with about so many reconstructed rooms
+RUNS = 3  # of reading and labelling, of whose times the median is taken
 
 
-def measure_places(
-    data: Path,
+@dataclass(frozen=True)
+class MapItem:
+    """A map of a floor. drawn_area: m² of the rooms of the annotated floor of that name, None if there is none."""
+
+    item: str
+    building: str
+    drawn_area: float | None
+
+    def read(self, data: Path) -> tuple[GridMap, Floor]:
+        """The map, and its true floor."""
+        folder = data / SLAM_FOLDER
+        grid = read_map(folder / f"{self.item}.png", resolution=SLAM_RESOLUTION)
+        return grid, set_building_type(read_drawing(folder / f"{self.item}{SLAM_TRUTH}", grid=grid), MAPS_TYPE)
+
+
+def measure(
+    data: Path | None = None,
     *,
-    split: LabelConvention = LabelConvention.EXPERIMENTS,
+    convention: str = LabelConvention.EXPERIMENTS,
     seed: int = 0,
+    jobs: int | None = None,
     pictures: Path | None = None,
-    track: Callable[[Sequence[str]], Iterable[str]] = iter,
-) -> PlacesBench:
-    """Label the floors of data/buildings and the maps of data/slam by models that have not seen their building.
+    track: Track = iter,
+) -> Results:
+    """Label the floors of data/buildings and the maps of data/slam by models that were not trained on their building.
 
-    A floor that fails does not count; Row.failure has the reason. Where manifest.json of the data says that floors
-    are of one building, they are left out together.
-    split: EXPERIMENTS or FIGURE, by which labels become R/C and F/C/E/S.
-    seed: of all trees, and of simulated maps, where the number of the floor is added.
-    pictures: an existing folder for NAME.png of each map, the labels given, and NAME_true.png.
+    Records of floors and maps: wrong rooms in %, by model, label set and, for maps, the way to pair rooms. If
+    manifest.json of the data has several floors of one building, they are left out together. A floor that fails has no
+    records.
+    convention: EXPERIMENTS or FIGURE, by which labels become R/C and F/C/E/S.
+    seed: of all trees, and of simulated maps, where the index of the floor is added.
+    jobs: number of processes, None for one for each core; figures do not depend on it.
+    pictures: folder for NAME.png of each map, with predicted labels, and NAME_true.png.
     track: wraps the steps, to show progress.
-    Raises DataError when there are no buildings of a type, or no maps.
+    Raises OptionError for another convention, DataError if there are no buildings of a type, or no maps.
     """
-    run = _start(data, split=split, seed=seed, pictures=pictures)
-    steps: dict[str, Callable[[], None]] = {
-        f"{floor.kind}/{floor.item}, simulated": partial(run.simulate, number)
-        for number, floor in enumerate(run.floors)
+    labels = check_convention(convention)
+    folder = find_data(data)
+    floors, failed = read_annotated_floors(folder)
+    maps = _list_map_items(folder, floors)
+    if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
+    results = Results(options={"convention": str(labels), "seed": seed})
+    results.items += [Item(PARTS[name], row.item, row.failure) for name, rows in failed.items() for row in rows]
+
+    preparing = {
+        f"{floor.kind}/{floor.item}, simulated": partial(_prepare, floor, convention=labels, seed=seed + number)
+        for number, floor in enumerate(floors)
     }
-    buildings = sorted({floor.building for floor in run.floors} | set(run.maps.values()))
-    steps |= {f"without {building}": partial(run.leave_out, building) for building in buildings}
-    steps["cost"] = run.measure_cost
-    for step in track([*steps]):
-        steps[step]()
-    return PlacesBench(split, seed, run.judged, run.items, run.cost)
+    prepared = []
+    for partial_results, floor in run_steps(preparing, jobs=jobs, track=track):
+        results.extend(partial_results)
+        prepared.append(floor)
 
-
-@dataclass(eq=False)
-class _Run:
-    """A bench under way. maps: the building of each map. simulated: by `kind/item`."""
-
-    data: Path
-    split: LabelConvention
-    seed: int
-    pictures: Path | None
-    floors: list[AnnotatedFloor]
-    maps: dict[str, str]
-    items: dict[str, list[Row]]
-    simulated: dict[str, Floor] = field(default_factory=dict)
-    judged: list[JudgedFloor] = field(default_factory=list)
-    cost: Cost | None = None
-
-    def simulate(self, number: int) -> None:
-        """Read a simulated map of a floor."""
-        floor = self.floors[number]
-
-        def measure(_: str) -> Iterator[Figures]:
-            reading = simulate_and_reconstruct(floor.floor, seed=self.seed + number)
-            self.simulated[f"{floor.kind}/{floor.item}"] = reading
-            yield {"rooms": len(reading.rooms), "true": len(floor.floor.rooms)}
-
-        self.items[SIMULATED].append(measure_row(floor.item, measure, columns=()))
-
-    def leave_out(self, building: str) -> None:
-        """Train without a building, and judge its floors, drawn and reconstructed."""
-        others = [floor for floor in self.floors if floor.building != building]
-        kind = building.split("/", maxsplit=1)[0]
-
-        @cache
-        def train() -> Judges:
-            return train_judges(others, self.simulated, kind=kind, split=self.split, seed=self.seed)
-
-        for floor in self.floors:
-            if floor.building == building:
-                judge = partial(self._judge_drawn, floor, train)
-                self.items[PART_OF_KIND[kind]].append(measure_row(floor.item, judge, columns=()))
-        for item, of_map in self.maps.items():
-            if of_map == building:
-                judge = partial(self._judge_map, building, train)
-                self.items[LAYOUTS].append(measure_row(item, judge, columns=()))
-
-    def _judge_drawn(self, floor: AnnotatedFloor, train: Callable[[], Judges], _: str) -> Iterator[Figures]:
-        opinions = train().judge(floor.unlabelled)
-        part = PART_OF_KIND[floor.kind]
-        judged = JudgedFloor(part, floor.item, floor.building, floor.unlabelled, floor.floor, opinions, self.split)
-        yield _describe_errors(judged)
-        self.judged.append(judged)
-
-    def _judge_map(self, building: str, train: Callable[[], Judges], item: str) -> Iterator[Figures]:
-        grid, true = self._read_map(item)
-        judges = train()
-        found = reconstruct(replace(grid, source=item))
-        on_truth = AnnotatedFloor(item, MAPS_KIND, building, true).unlabelled
-        factor = self._compare_scales(item, true)
-        judged = []
-        for part, floor in ((LAYOUTS, found), (TRUE_LAYOUTS, on_truth)):
-            opinions = judges.judge(floor) | judges.judge_rescaled(floor, factor)
-            judged.append(JudgedFloor(part, item, building, floor, true, opinions, self.split))
-        yield {**_describe_errors(judged[0]), "rooms": len(found.rooms), "true": len(true.rooms), "scale": factor}
-        if self.pictures:
-            save_figure(draw_floor(judges.places[PIANTA].label(found), grid), self.pictures / f"{item}.png")
-            save_figure(draw_floor(_show_functions(true, self.split), grid), self.pictures / f"{item}_true.png")
-        self.judged += judged
-
-    def _read_map(self, item: str) -> tuple[GridMap, Floor]:
-        folder = self.data / SLAM_FOLDER
-        grid = read_map(folder / f"{item}.png", resolution=SLAM_RESOLUTION)
-        return grid, set_building_type(read_drawing(folder / f"{item}{SLAM_TRUTH}", grid=grid), MAPS_KIND)
-
-    def _compare_scales(self, item: str, true: Floor) -> float:
-        """Lengths of the drawing in those of the map of the same floor; 1 where there is no drawing."""
-        area = sum(room.polygon.area for room in true.rooms)
-        drawn = (floor.floor for floor in self.floors if (floor.kind, floor.item) == (MAPS_KIND, item))
-        areas = [sum(room.polygon.area for room in floor.rooms) for floor in drawn]
-        return float(sqrt(areas[0] / area)) if areas else 1.0
-
-    def measure_cost(self) -> None:
-        """Time training, and reading and labelling of the map whose number of rooms found is next to TIMED_ROOMS.
-
-        It is labelled by a model of drawn floors, as the one that comes with pianta is.
-        """
-        layouts = [floor for floor in self.judged if floor.part == LAYOUTS]
-        if not layouts:
-            return
-        layout = min(layouts, key=lambda floor: abs(len(floor.found.rooms) - TIMED_ROOMS))
-        train = partial(train_on, self.floors, split=self.split, seed=self.seed)
-        grid, _ = self._read_map(layout.item)
-        train_drawn, model = _time(train)
-        train_all, _ = _time(partial(train, [*self.simulated.values()]))
-        read = median(_time(partial(reconstruct, grid))[0] for _ in range(RUNS))
-        label = median(_time(partial(model.label, layout.found))[0] for _ in range(RUNS))
-        rooms = sum(len(floor.floor.rooms) for floor in self.floors)
-        self.cost = Cost(
-            len(self.floors), rooms, train_drawn, train_all, layout.item, len(layout.found.rooms), read, label
+    items = [*prepared, *maps]
+    buildings = [*(floor.building for floor in floors), *(item.building for item in maps)]
+    evaluate = partial(_evaluate, data=folder, convention=labels, seed=seed, pictures=pictures)
+    evaluating = {
+        f"without {', '.join(sorted({buildings[i] for i in held_out}))}": partial(
+            evaluate, [prepared[i] for i in others if i < len(floors)], [items[i] for i in held_out]
         )
+        for others, held_out in list_folds(buildings)
+    }
+    evaluated: list[EvaluatedFloor] = []
+    for partial_results, of_fold in run_steps(evaluating, jobs=jobs, track=track):
+        results.extend(partial_results)
+        evaluated += of_fold
+    results.objects |= {"floors": evaluated, "convention": labels}
+    results.details["rooms"] = [floor.as_json() for floor in evaluated]
+    _measure_cost(results, prepared, folder, seed=seed)
+    return results
 
 
-def save_places(bench: PlacesBench, path: Path) -> None:
-    """Write every cell of the tables, every figure of every floor, and every judged room, as JSON.
-
-    Raises PiantaError when the file cannot be written.
-    """
-    more = {"split": bench.split, "seed": bench.seed, "rooms": [floor.as_json() for floor in bench.judged]}
-    save_comparisons("places", tabulate_places(bench), bench.items, path, more=more)
-
-
-def _start(data: Path, *, split: LabelConvention, seed: int, pictures: Path | None) -> _Run:
-    floors, failed = read_annotated_floors(data)
+def _list_map_items(data: Path, floors: Sequence[AnnotatedFloor]) -> list[MapItem]:
     buildings = read_buildings_of_files(data)
-    maps = {
-        item: f"{MAPS_KIND}/{buildings.get(f'{SLAM_FOLDER}/{item}.png', item)}"
+    areas = {floor.item: _measure_rooms(floor.floor) for floor in floors if floor.kind == MAPS_TYPE}
+    return [
+        MapItem(item, f"{MAPS_TYPE}/{buildings.get(f'{SLAM_FOLDER}/{item}.png', item)}", areas.get(item))
         for item in list_maps(data / SLAM_FOLDER, SLAM_TRUTH)
-    }
-    items = {part: [*failed[kind]] for kind, part in PART_OF_KIND.items()} | {SIMULATED: [], LAYOUTS: []}
-    return _Run(data, split, seed, pictures, floors, maps, items)
+    ]
 
 
-def _describe_errors(judged: JudgedFloor) -> dict[str, float | None]:
-    """Wrong rooms, %, by model, label set and, for a reconstructed floor, way of counting."""
-    ways = {", FC": False, ", BC": True} if judged.part == LAYOUTS else {"": False}
+def _prepare(annotated: AnnotatedFloor, *, convention: LabelConvention, seed: int) -> tuple[Results, PreparedFloor]:
+    """Describe a floor, and read a simulated map of it."""
+    results, prepared = Results(), [PreparedFloor.prepare(annotated, convention)]
+
+    def simulate() -> Iterator[Figures]:
+        reading = simulate_and_reconstruct(annotated.floor, seed=seed)
+        examples = prepared[0].examples + list_examples([], [reading], convention=convention)
+        prepared.append(replace(prepared[0], simulated=reading, examples=examples))
+        yield {"rooms": len(reading.rooms), "true": len(annotated.floor.rooms)}
+
+    results.measure(SIMULATED, annotated.item, simulate)
+    return results, prepared[-1]
+
+
+def _evaluate(
+    training: Sequence[PreparedFloor],
+    held_out: Sequence[PreparedFloor | MapItem],
+    *,
+    data: Path,
+    convention: LabelConvention,
+    seed: int,
+    pictures: Path | None,
+) -> tuple[Results, list[EvaluatedFloor]]:
+    """Train on floors, and classify the rooms of other floors and of maps."""
+    results, evaluated = Results(), []
+    classifiers = Classifiers(training, convention, seed)
+
+    def classify_annotated(prepared: PreparedFloor) -> Iterator[Figures]:
+        annotated = prepared.annotated
+        probabilities = classifiers.predict(annotated.kind, annotated.features, prepared.context)
+        names = PARTS[annotated.kind], annotated.item, annotated.building
+        floor = EvaluatedFloor(*names, annotated.unlabelled, annotated.floor, probabilities, convention)
+        yield list_errors(floor)
+        evaluated.append(floor)
+
+    def classify_map(item: MapItem) -> Iterator[Figures]:
+        grid, truth = item.read(data)
+        _ = classifiers.room_models  # if they cannot be trained, no map is read in vain
+        floor = reconstruct(replace(grid, source=item.item))
+        # Lengths of the annotated floor in those of the map of the same floor.
+        scale = 1.0 if item.drawn_area is None else sqrt(item.drawn_area / _measure_rooms(truth))
+        unlabelled = AnnotatedFloor(item.item, MAPS_TYPE, item.building, truth).unlabelled
+        floors = []
+        for part, each in ((LAYOUTS, floor), (TRUE_LAYOUTS, unlabelled)):
+            features, scaled = map(compute_room_features, (each, scale_floor(each, scale, scale)))
+            probabilities = classifiers.predict(MAPS_TYPE, features, describe_rooms(each))
+            probabilities[IN_DRAWINGS_SCALE] = classifiers.predict_local(CENTRAL, MAPS_TYPE, scaled)
+            floors.append(EvaluatedFloor(part, item.item, item.building, each, truth, probabilities, convention))
+        yield list_errors(floors[0])
+        results.add(LAYOUTS, item.item, {"rooms": len(floor.rooms), "true": len(truth.rooms), "scale": scale})
+        if pictures:
+            labelled = classifiers.room_models[PIANTA].label(floor)
+            save_figure(draw_floor(labelled, grid), pictures / f"{item.item}.png")
+            save_figure(draw_floor(_label_functions(truth, convention), grid), pictures / f"{item.item}_true.png")
+        evaluated.extend(floors)
+
+    for each in held_out:
+        if isinstance(each, MapItem):
+            part, item, classify_one = LAYOUTS, each.item, partial(classify_map, each)
+        else:
+            part, item = PARTS[each.annotated.kind], each.annotated.item
+            classify_one = partial(classify_annotated, each)
+        results.measure(part, item, classify_one, names=("model", "labels", "way"), metric=WRONG_ROOMS)
+    return results, evaluated
+
+
+def list_errors(floor: EvaluatedFloor) -> Figures:
+    """Wrong rooms, %, by model, label set and, for a reconstructed floor, way to pair rooms."""
+    ways = (FORWARD, BACKWARD) if floor.part == LAYOUTS else (FORWARD,)
     return {
-        f"{model}, {label_set}{way}": 100 - 100 * semantic_accuracy(judged.pair(model, label_set, backward=backward))
-        for model in judged.opinions
+        (model, str(label_set), way if floor.part == LAYOUTS else None): 100
+        - 100 * semantic_accuracy(floor.pair_labels(model, label_set, way))
+        for model in floor.probabilities
         for label_set in LABELS
-        for way, backward in ways.items()
+        for way in ways
     }
 
 
-def _show_functions(true: Floor, split: LabelConvention) -> Floor:
+def _measure_cost(results: Results, floors: Sequence[PreparedFloor], data: Path, *, seed: int) -> None:
+    """Time training on all floors, and reading and labelling of the map with about TIMED_ROOMS rooms.
+
+    It is labelled by a model of annotated floors, as the one that comes with pianta is. Nothing without maps.
+    """
+    layouts = [floor for floor in results.objects["floors"] if floor.part == LAYOUTS]
+    if not layouts:
+        return
+    layout = min(layouts, key=lambda floor: abs(len(floor.floor.rooms) - TIMED_ROOMS))
+    annotated = [floor.annotated.floor for floor in floors]
+    simulated = [floor.simulated for floor in floors if floor.simulated]
+
+    def train(simulated: Sequence[Floor]) -> RoomModel:
+        examples = list_examples(annotated, simulated, convention=layout.convention)
+        return train_room_model(examples, convention=layout.convention, seed=seed)
+
+    grid, _ = MapItem(layout.item, layout.building, None).read(data)
+    train_annotated, model = measure_time(partial(train, []))
+    train_all, _ = measure_time(partial(train, simulated))
+    read = median(measure_time(partial(reconstruct, grid))[0] for _ in range(RUNS))
+    label = median(measure_time(partial(model.label, layout.floor))[0] for _ in range(RUNS))
+    seconds = {
+        "training, drawn floors only": train_annotated,
+        "training, simulated maps too": train_all,
+        "reading the map": read,
+        "labelling its floor": label,
+        "labelling per reading": label / read,
+    }
+    rooms = sum(len(floor.rooms) for floor in annotated)
+    results.add(COST, layout.item, seconds)
+    results.add(COUNTS, layout.item, {"floors": len(floors), "rooms": rooms, "map rooms": len(layout.floor.rooms)})
+
+
+def _measure_rooms(floor: Floor) -> float:
+    """Area of all rooms, m²."""
+    return float(sum(room.polygon.area for room in floor.rooms))
+
+
+def _label_functions(truth: Floor, convention: LabelConvention) -> Floor:
     """The floor with labels in F/C/E/S."""
-    functions = true_labels(true, LabelSet.F_C_E_S, split=split)
-    rooms = [replace(room, label=label) for room, label in zip(true.rooms, functions, strict=True)]
-    return replace(true, rooms=tuple(rooms), building_type={})
-
-
-Made = TypeVar("Made")
-
-
-def _time(make: Callable[[], Made]) -> tuple[float, Made]:
-    """Processor time, s, and what was made."""
-    start = process_time()
-    made = make()
-    return process_time() - start, made
+    labels = true_labels(truth, LabelSet.F_C_E_S, convention=convention)
+    rooms = [replace(room, label=label) for room, label in zip(truth.rooms, labels, strict=True)]
+    return replace(truth, rooms=tuple(rooms), building_type={})

@@ -3,76 +3,119 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeAlias
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 
 from pianta._types import Floats
-from pianta.floor import Floor, scale_floor
+from pianta.errors import OptionError
+from pianta.floor import Floor
 from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSchema, LabelSet
 from pianta.rooms.completion import LABELS
+from pianta.rooms.extra_trees import ExtraTrees, TreeParameters, grow_extra_trees
+from pianta.rooms.features import RoomContext
 from pianta.rooms.model import RoomModel
-from pianta.rooms.thesis_features import GEOMETRIC, ROOM_FEATURES, compute_room_features
-from pianta.rooms.training import class_probabilities, train_rooms
+from pianta.rooms.thesis_features import GEOMETRIC, ROOM_FEATURES
+from pianta.rooms.training import SIMULATED_WEIGHT, TrainingFloor, prepare_floors, train_on_prepared
+from pianta_bench._options import PLACE_SPLITS
 from pianta_bench.data.annotated_floors import AnnotatedFloor
 
-if TYPE_CHECKING:
-    from sklearn.ensemble import ExtraTreesClassifier
-
 # Probabilities of the rooms of a floor, shape (rooms, labels), by label set.
-Opinion: TypeAlias = Mapping[LabelSet, Floats]
+ClassProbabilities: TypeAlias = Mapping[LabelSet, Floats]
 
-# Of IN_DRAWINGS_SCALE the trees are those of CENTRAL.
-IN_DRAWINGS_SCALE = "Ex-T, drawing's scale"
 LOCAL, CENTRAL, PIANTA, MAPPED = "Ex-T", "Ex-T, centrality", "pianta", "pianta, maps too"
+# The trees of CENTRAL, on a floor that is enlarged to the scale of its drawing.
+IN_DRAWINGS_SCALE = "Ex-T, drawing's scale"
 STEPS, LAST_STEP = ("first pass", "second pass"), "random field"
-# Section 6.2; all else as scikit-learn has it.
-TREES = 500
-# V_n without closeness and betweenness.
-LOCAL_FEATURES = len(GEOMETRIC) + 1
-WITHOUT_CENTRALITY, ALL_FEATURES = slice(0, LOCAL_FEATURES), slice(0, len(ROOM_FEATURES))
+TREES = 500  # of each forest of Extra-Trees; thesis, section 6.2
+LOCAL_TREES = TreeParameters(trees=TREES)
+# Columns of V_n: without closeness and betweenness, and all.
+WITHOUT_CENTRALITY, ALL_FEATURES = slice(0, len(GEOMETRIC) + 1), slice(0, len(ROOM_FEATURES))
+COLUMNS: Mapping[str, slice] = MappingProxyType({LOCAL: WITHOUT_CENTRALITY, CENTRAL: ALL_FEATURES})
 
 
 @dataclass(frozen=True, eq=False)
-class LocalTrees:
-    """Extra-Trees over V_n of single rooms (thesis, sections 5.3 and 6.1.3), for each label set.
+class PreparedFloor:
+    """An annotated floor with all that models need, computed once.
 
-    forests: their classes are places in LABELS. columns: those of V_n that it sees.
+    examples: the floor for training; after it what was reconstructed from a simulated map of it, if it has rooms.
+    simulated: the reconstructed floor.
     """
 
-    forests: Mapping[LabelSet, ExtraTreesClassifier]
-    columns: slice
+    annotated: AnnotatedFloor
+    examples: tuple[TrainingFloor, ...]
+    simulated: Floor | None = None
 
-    def judge(self, floor: Floor) -> Opinion:
-        """Probabilities of the labels of each set; of what was not in the training 0."""
-        features = compute_room_features(floor)[:, self.columns]
-        return {
-            label_set: class_probabilities(forest, features, len(LABELS[label_set]))
-            for label_set, forest in self.forests.items()
-        }
+    @classmethod
+    def prepare(cls, annotated: AnnotatedFloor, convention: LabelConvention) -> PreparedFloor:
+        """A floor without a simulated map."""
+        _ = annotated.features, annotated.unlabelled  # from here on they are known
+        return cls(annotated, list_examples([annotated.floor], convention=convention))
+
+    @property
+    def context(self) -> RoomContext:
+        """The context of its rooms."""
+        return self.examples[0].context
+
+
+def list_examples(
+    floors: Sequence[Floor], simulated: Sequence[Floor] = (), *, convention: LabelConvention
+) -> tuple[TrainingFloor, ...]:
+    """Annotated and simulated floors as pianta's model is trained on them."""
+    schemas = schemas_of(convention)
+    return (*prepare_floors(floors, schemas), *prepare_floors(simulated, schemas, weight=SIMULATED_WEIGHT))
 
 
 @dataclass(frozen=True, eq=False)
-class Judges:
-    """All models that were trained without one building."""
+class Classifiers:
+    """All models, trained on the same floors when they are first used."""
 
-    local: Mapping[str, LocalTrees]
-    places: Mapping[str, RoomModel]
-    split: LabelConvention
+    floors: Sequence[PreparedFloor]
+    convention: LabelConvention
+    seed: int
+    _forests: dict[tuple[str, str, LabelSet], ExtraTrees] = field(default_factory=dict)
 
-    def judge(self, floor: Floor) -> dict[str, Opinion]:
-        """What each model says of a floor, and pianta's after each of its steps, by name."""
-        opinions = {name: model.judge(floor) for name, model in self.local.items()}
-        for name, model in self.places.items():
-            steps = model.passes(floor)
-            opinions[name] = both_sets(steps[LAST_STEP], self.split)
-            opinions |= {name_step(name, step): both_sets(steps[step], self.split) for step in STEPS}
-        return opinions
+    @cached_property
+    def room_models(self) -> Mapping[str, RoomModel]:
+        """Pianta's models by name."""
+        annotated = [floor.examples[0] for floor in self.floors]
+        simulated = [example for floor in self.floors for example in floor.examples[1:]]
+        return {
+            name: train_room_model(examples, convention=self.convention, seed=self.seed)
+            for name, examples in ((PIANTA, annotated), (MAPPED, annotated + simulated))
+        }
 
-    def judge_rescaled(self, floor: Floor, factor: float) -> dict[str, Opinion]:
-        """What CENTRAL says of a floor whose lengths are multiplied by a factor."""
-        return {IN_DRAWINGS_SCALE: self.local[CENTRAL].judge(scale_floor(floor, factor, factor))}
+    def forest(self, model: str, building_type: str, label_set: LabelSet) -> ExtraTrees:
+        """Extra-Trees over V_n of the single rooms of a type (thesis, 5.3 and 6.1.3); classes: indices in LABELS."""
+        key = model, building_type, label_set
+        if key not in self._forests:
+            floors = [each.annotated for each in self.floors if each.annotated.kind == building_type]
+            features = np.concatenate([floor.features for floor in floors])[:, COLUMNS[model]]
+            labels = [true_labels(floor.floor, label_set, convention=self.convention) for floor in floors]
+            truth = np.array([LABELS[label_set].index(label) for of_floor in labels for label in of_floor])
+            self._forests[key] = grow_extra_trees(features, truth, parameters=LOCAL_TREES, seed=self.seed)
+        return self._forests[key]
+
+    def predict_local(self, model: str, building_type: str, features: Floats) -> ClassProbabilities:
+        """The probabilities of Extra-Trees; 0 for labels that were not in the training. features: V_n."""
+        return {
+            label_set: self.forest(model, building_type, label_set).class_probabilities(
+                features[:, COLUMNS[model]], len(labels)
+            )
+            for label_set, labels in LABELS.items()
+        }
+
+    def predict(self, building_type: str, features: Floats, context: RoomContext) -> dict[str, ClassProbabilities]:
+        """The probabilities of each model for a floor of a type, and those of pianta's after each of their steps."""
+        probabilities = {model: self.predict_local(model, building_type, features) for model in COLUMNS}
+        for name, model in self.room_models.items():
+            steps = model.predict_functions(context)
+            probabilities[name] = both_sets(steps[LAST_STEP], self.convention)
+            probabilities |= {name_step(name, step): both_sets(steps[step], self.convention) for step in STEPS}
+        return probabilities
 
 
 def name_step(model: str, step: str) -> str:
@@ -80,70 +123,43 @@ def name_step(model: str, step: str) -> str:
     return f"{model}: {step}"
 
 
-def train_judges(
-    floors: Sequence[AnnotatedFloor],
-    simulated: Mapping[str, Floor],
-    *,
-    kind: str,
-    split: LabelConvention,
-    seed: int,
-) -> Judges:
-    """Train all models on floors: Extra-Trees on those of one type, pianta's model on all.
-
-    simulated: by `kind/item`, readings of simulated maps of some of these floors.
-    """
-    of_kind = [floor for floor in floors if floor.kind == kind]
-    local = {
-        name: train_local_trees(of_kind, columns=columns, split=split, seed=seed)
-        for name, columns in ((LOCAL, WITHOUT_CENTRALITY), (CENTRAL, ALL_FEATURES))
-    }
-    readings = [simulated[key] for floor in floors if (key := f"{floor.kind}/{floor.item}") in simulated]
-    places = {PIANTA: train_on(floors, split=split, seed=seed)}
-    places[MAPPED] = train_on(floors, readings, split=split, seed=seed)
-    return Judges(local, places, split)
+def with_steps(model: str) -> list[str]:
+    """The names of a model and of its STEPS."""
+    return [model, *(name_step(model, step) for step in STEPS)]
 
 
-def train_on(
-    floors: Sequence[AnnotatedFloor], simulated: Sequence[Floor] = (), *, split: LabelConvention, seed: int
-) -> RoomModel:
-    """Train pianta's model, its labels divided as a split has them."""
-    drawn = [floor.floor for floor in floors]
-    return train_rooms(drawn, simulated=simulated, schemas=schemas_of(split), seed=seed)
+def train_room_model(examples: Sequence[TrainingFloor], *, convention: LabelConvention, seed: int) -> RoomModel:
+    """Train pianta's model with the labels of a convention."""
+    return train_on_prepared(examples, schemas=schemas_of(convention), seed=seed)
 
 
-def train_local_trees(
-    floors: Sequence[AnnotatedFloor], *, columns: slice, split: LabelConvention, seed: int
-) -> LocalTrees:
-    """Train Extra-Trees on the rooms of floors, for R/C and for F/C/E/S."""
-    from sklearn.ensemble import ExtraTreesClassifier
-
-    features = np.concatenate([floor.features for floor in floors])[:, columns]
-    forests = {}
-    for label_set, labels in LABELS.items():
-        truth = [labels.index(label) for floor in floors for label in true_labels(floor.floor, label_set, split=split)]
-        forests[label_set] = ExtraTreesClassifier(TREES, random_state=seed).fit(features, truth)
-    return LocalTrees(forests, columns)
+def true_labels(floor: Floor, label_set: LabelSet, *, convention: LabelConvention) -> list[str]:
+    """The labels of the rooms of a floor of one known type, in a label set."""
+    (building_type,) = floor.building_type
+    return SCHEMAS[building_type].map_labels((room.label for room in floor.rooms), label_set, convention=convention)
 
 
-def true_labels(floor: Floor, label_set: LabelSet, *, split: LabelConvention) -> list[str]:
-    """The labels of the rooms of a floor with one known type, in a label set."""
-    (kind,) = floor.building_type
-    return SCHEMAS[kind].map_labels((room.label for room in floor.rooms), label_set, convention=split)
-
-
-def schemas_of(split: LabelConvention) -> dict[str, LabelSchema]:
-    """The schemas with labels that lie in F/C/E/S where the split has them, in the experiments' split as well."""
+def schemas_of(convention: LabelConvention) -> dict[str, LabelSchema]:
+    """The schemas, whose labels have the place in F/C/E/S of a convention, by the convention of the experiments too."""
     return {
-        kind: LabelSchema(
-            kind, tuple(replace(label, in_experiments=label.function_in(split)) for label in schema.labels)
+        building_type: LabelSchema(
+            building_type,
+            tuple(replace(label, in_experiments=label.function_in(convention)) for label in schema.labels),
         )
-        for kind, schema in SCHEMAS.items()
+        for building_type, schema in SCHEMAS.items()
     }
 
 
-def both_sets(functions: Floats, split: LabelConvention) -> Opinion:
-    """F/C/E/S, and R/C as the split derives it from them."""
-    corridors = (FCES.CONNECTION, FCES.ENTRANCE) if split is LabelConvention.FIGURE else (FCES.CONNECTION,)
+def both_sets(functions: Floats, convention: LabelConvention) -> ClassProbabilities:
+    """F/C/E/S, and R/C as the convention derives it from them."""
+    corridors = (FCES.CONNECTION, FCES.ENTRANCE) if convention is LabelConvention.FIGURE else (FCES.CONNECTION,)
     columns = [LABELS[LabelSet.F_C_E_S].index(label) for label in corridors]
     corridor = functions[:, columns].sum(axis=1)
     return {LabelSet.R_C: np.column_stack([1 - corridor, corridor]), LabelSet.F_C_E_S: functions}
+
+
+def check_convention(name: str) -> LabelConvention:
+    """The convention of a name; raises OptionError unless labels can be classified in it."""
+    if name not in PLACE_SPLITS:
+        raise OptionError(f"split is {name!r}, give one of {', '.join(PLACE_SPLITS)}")
+    return LabelConvention(name)
