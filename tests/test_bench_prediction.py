@@ -290,8 +290,8 @@ def test_time():
             once = {"model, once": 1.0, "sampler, once": 2.0}
             results.add("schools", item, once, names=("work",), metric="seconds")
             for explored, spent in enumerate((9.0, seconds), 1):
-                fields = {"work": "prediction", "explored": explored, "half": explored == 2}
-                results.add("schools", item, {"seconds": spent}, **fields)
+                half = explored == 2
+                results.add("schools", item, {"seconds": spent}, work="prediction", explored=explored, half=half)
         return [means[0] for means in list_means(find_table(results, "Time of 100 samples")).values()]
 
     assert find(40) == [2, 7.5, 2, 1]

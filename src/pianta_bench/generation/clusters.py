@@ -73,8 +73,8 @@ def add_cluster_scores(results: Results, part: str, model: str, scores: ClusterS
         # The table leaves out clusters of one area.
         several = "cluster" if size > 1 else "cluster of one area"
         similarities = {f"similarity within a {several}": intra, f"similarity of a {several} to others": inter}
-        figures = {"areas of the cluster": int(size)} | {name: keep_finite(x) for name, x in similarities.items()}
-        results.add(part, f"cluster {number}", figures)
+        results.add(part, f"cluster {number}", {"areas of the cluster": int(size)})
+        results.add(part, f"cluster {number}", {name: keep_finite(value) for name, value in similarities.items()})
 
 
 def keep_finite(figure: float) -> float | None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import networkx as nx
 
@@ -92,7 +93,7 @@ def measure_floor(results: Results, building_type: str, name: str) -> None:
         start = process_time()
         prediction = predict(known, sampler, count=count, seed=seed)
         seconds = process_time() - start
-        stage = {"explored": explored, "half": explored == half}
+        stage: dict[str, Any] = {"explored": explored, "half": explored == half}
         scores = score_prediction(graph, prediction, baselines, edited=explored == half, seed=seed)
         results.add(part, name, {"seconds": seconds}, work="prediction", **stage)
         results.add(part, name, describe_stage(graph, prediction, baselines), **stage)
