@@ -69,7 +69,7 @@ from tests.tiny_data import write_schools
 pytestmark = pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 
 SCHOOLS = "KKKW-KKC-LLW", "KKKC-KKW", "LLW-KKKK-KKS", "KKKW-LLS-KKC", "KKC-KKKK", "LLC-KKKW-KKK"
-REPEATS = Repeats(trials=3, draws=1, forest_draws=1, trees=3, models=2, made=2, subsamples=3)
+REPEATS = Repeats(trials=3, draws=1, forest_draws=1, trees=3, models=2, multiple=2, subsamples=3)
 MIXING = ModelMixing(Mixing(5, 1.0), Mixing(20, inf), Mixing(5, 1.25))
 PARTS = [REAL, CORR, NCUT, PUBLISHED_COSTS, THESIS]
 
@@ -112,7 +112,7 @@ def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_schools(data, *SCHOOLS)
     graphs = read_real(Results(), data)
     write_samples(data, [*graphs, *graphs[:2]])
-    (data / "buildings" / "school" / "strange.xml").write_text("<building/>")
+    (data / "buildings" / "school" / "broken.xml").write_text("<building/>")
     return data
 
 
@@ -191,13 +191,13 @@ def test_similarity_of_clusters():
             [0.0, 0.1, 0.3, 0.9, 1.0],
         ]
     )
-    found = score_gram(gram, np.array([0, 0, 1, 1, 2]))
-    assert found.sizes.tolist() == [2, 2, 1]
-    assert found.intra == pytest.approx([0.8, 0.5, np.nan], nan_ok=True)
-    assert found.inter == pytest.approx([0.9 / 6, (0.8 + 1.2) / 6, 1.3 / 4])
-    assert found.similarity[0] == pytest.approx([0.9, 0.2, 0.05])
+    scores = score_gram(gram, np.array([0, 0, 1, 1, 2]))
+    assert scores.sizes.tolist() == [2, 2, 1]
+    assert scores.intra == pytest.approx([0.8, 0.5, np.nan], nan_ok=True)
+    assert scores.inter == pytest.approx([0.9 / 6, (0.8 + 1.2) / 6, 1.3 / 4])
+    assert scores.similarity[0] == pytest.approx([0.9, 0.2, 0.05])
     # To all others cluster 1 is less alike than to itself, to cluster 2 alone more.
-    assert (found.loose, found.mixed) == (0, 1)
+    assert (scores.loose, scores.mixed) == (0, 1)
     # 2 and 4 are 0.3 alike, and 1.9 / 6 to the others on average, which are 1.2 / 3 among themselves.
     assert score_gram(gram, np.array([0, 0, 1, 0, 1])).loose == 1
     assert np.isnan(score_gram(gram, np.zeros(5, int)).inter).all()
@@ -205,15 +205,15 @@ def test_similarity_of_clusters():
 
 def test_halves():
     real = [nx.path_graph(2 + number) for number in range(9)]
-    asked = []
+    given_halves = []
 
     def make(half, random):
-        asked.append(half)
+        given_halves.append(half)
         return [nx.path_graph(50)] * 7
 
     halves = draw_halves(make, real, models=3, seed=0)
-    assert [half for _, half, _ in halves] == asked
-    assert all(len(made) == 7 and len(a) == len(b) == 4 for made, a, b in halves)
+    assert [half for _, half, _ in halves] == given_halves
+    assert all(len(generated) == 7 and len(a) == len(b) == 4 for generated, a, b in halves)
     assert all(not {map(id, a)} & {map(id, b)} for _, a, b in halves)
 
 
@@ -227,8 +227,8 @@ def test_held_out_scores():
     paths = [label(nx.path_graph(3 + number), "CLASSROOM") for number in range(8)]
     cycles = [label(nx.cycle_graph(3 + number), "CORRIDOR") for number in range(8)]
     results = Results()
-    for part, made in (("same", paths[::2]), ("other", cycles)):
-        SetScorer(results, REPEATS).score_held_out(part, [Trial(made, paths[::2], paths[1::2])])
+    for part, generated in (("same", paths[::2]), ("other", cycles)):
+        SetScorer(results, REPEATS).score_held_out(part, [Trial(generated, paths[::2], paths[1::2])])
     ratios = {"metric": HELD_OUT_DISCREPANCY, "side": "ratio"}
     same = {record["statistic"]: record["value"] for record in results.select(part="same", **ratios)}
     assert same == dict.fromkeys(STATISTICS, 1)
@@ -259,14 +259,14 @@ def test_all_parts(measured):
     assert {record["metric"] for record in measured.select(part=CORR, item="corr 1")} == {*METRICS}
     # Corridors without rooms around them are rooms of the type all the same.
     assert measured.values(part=REAL, metric="nodes_c") == [3, 2, 3, 3, 2, 3]
-    assert [item.item for item in measured.items if item.part == REAL and item.failure] == ["strange"]
+    assert [item.item for item in measured.items if item.part == REAL and item.failure] == ["broken"]
     # All samples are real schools, the last two are there already.
     assert measured.values(part=THESIS, metric=["novel", "unique"]) == [0, 0.75]
     assert measured.values(part=THESIS, metric="connected") == [1]
     assert [*measured.objects["models"]] == [CORR, NCUT]
     for part, halves in measured.objects["halves"].items():
         assert len(halves) == 2
-        assert all(len(made) == 6 and len(a) == len(b) == 3 for made, a, b in halves)
+        assert all(len(generated) == 6 and len(a) == len(b) == 3 for generated, a, b in halves)
         for name in CLASSIFIERS:
             assert len(measured.values(part=part, metric=HELD_OUT_ACCURACY, classifier=name)) == 2
 
@@ -278,12 +278,12 @@ def test_timed_buildings_are_those_of_generate_buildings(measured, monkeypatch):
     )
     for part in (CORR, NCUT):
         model = measured.objects["models"][part]
-        made, costs = time_sampling(model, 8, seed=0)
-        for graph, timed, kept in zip(
-            generate_buildings(model, 8), made, measured.objects["graphs"][part], strict=True
+        generated, costs = time_sampling(model, 8, seed=0)
+        for graph, timed, measured_graph in zip(
+            generate_buildings(model, 8), generated, measured.objects["graphs"][part], strict=True
         ):
             assert nx.utils.graphs_equal(graph, timed)
-            assert [*kept.edges] == [*timed.edges]
+            assert [*measured_graph.edges] == [*timed.edges]
         steps = [costs[SECONDS, step] for step in STEPS]
         assert [work for metric, work in costs if metric == ITERATION] == [*STEPS]
         assert costs[BATCH, ALL_STEPS] == 3
@@ -341,8 +341,8 @@ def test_copies_of_half_a_are_no_nearer_than_half_a():
     ratios = results.select(metric=HELD_OUT_DISCREPANCY, side="ratio")
     assert {record["statistic"] for record in ratios} == {*STATISTICS}
     # All graphs of half A have another number of nodes; drawn again, some are missing and some are there twice.
-    (of_degrees,) = (record["value"] for record in ratios if record["statistic"] == "degree")
-    assert of_degrees > 1
+    (degree_ratio,) = (record["value"] for record in ratios if record["statistic"] == "degree")
+    assert degree_ratio > 1
     assert len(results.values(metric=HELD_OUT_ACCURACY)) == len(CLASSIFIERS)
 
 
@@ -408,13 +408,13 @@ def list_counts(ax: Axes) -> list[int]:
 
 @pytest.mark.slow
 def test_pictures(measured):
-    found = measured.objects["clusters"]
-    heatmaps, areas, buildings = draw_clusters(found), draw_areas(found, seed=0), draw_buildings(measured)
-    counts = [len(clusters.sizes) for clusters in found.values()]
+    scores = measured.objects["clusters"]
+    heatmaps, areas, buildings = draw_clusters(scores), draw_areas(scores, seed=0), draw_buildings(measured)
+    counts = [len(clusters.sizes) for clusters in scores.values()]
     assert [np.asarray(ax.get_images()[0].get_array()).shape for ax in heatmaps.axes[:2]] == [
         (count, count) for count in counts
     ]
-    for ax, clusters in zip(areas.axes, found.values(), strict=True):
+    for ax, clusters in zip(areas.axes, scores.values(), strict=True):
         assert list_counts(ax) == clusters.sizes.tolist()
     assert [list_counts(ax) for ax in buildings.axes] == [[8, 6], [8, 6]]
 
@@ -435,7 +435,7 @@ def test_command(tiny, tmp_path, monkeypatch):
     outcome = run_pianta("bench", "generation", *arguments)
     assert (outcome.code, outcome.err) == (1, "")
     assert "Table 7.1, metrics of schools: real, and generated by corr" in outcome.out
-    assert "strange failed (real): " in outcome.out
+    assert "broken failed (real): " in outcome.out
     names = {"heatmap.png", "areas.png", "buildings.png", "real.png", "corr.png", "ncut.png"}
     assert {*list_files(pictures)} == names
     content = json.loads(file.read_text())
@@ -452,10 +452,10 @@ def test_command(tiny, tmp_path, monkeypatch):
     assert [cell["column"] for cell in gaps["cells"]][: len(columns)] == columns
     model = content["models"][CORR]
     assert len(model["areas"]) == 16
-    of_model = [record for record in records if record["part"] == CORR]
-    assert sum(record["value"] for record in of_model if record["metric"] == "areas of the cluster") == 16
+    model_records = [record for record in records if record["part"] == CORR]
+    assert sum(record["value"] for record in model_records if record["metric"] == "areas of the cluster") == 16
     sides = {"statistic": "degree", "side": "ratio"}
-    ratios = [record["item"] for record in of_model if sides.items() <= record.items()]
+    ratios = [record["item"] for record in model_records if sides.items() <= record.items()]
     assert ratios == ["model 1", "model 2", "all graphs"]
 
 

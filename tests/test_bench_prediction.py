@@ -18,7 +18,7 @@ from pianta.prediction.unexplored_part import SampledFloor
 from pianta_bench.harness.records import Record, Results
 from pianta_bench.harness.report import save_results
 from pianta_bench.harness.tables import Cell, FilledTable
-from pianta_bench.prediction.baselines import BLIND, KNOWN, LOCAL, Baselines
+from pianta_bench.prediction.baselines import BLIND, KNOWN_PART, LOCAL, Baselines
 from pianta_bench.prediction.figures import choose_floors, save_figures
 from pianta_bench.prediction.measure import list_others, measure, read_floors
 from pianta_bench.prediction.scores import (
@@ -48,17 +48,17 @@ FLOORS = {"ash": "KKKW-KKC-LLW", "elm": "KKKC-KKW", "fir": "LLW-KKKK-KKS-KK", "o
 def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Four schools, one of two floors and one in two parts, and as many offices."""
     data = tmp_path_factory.mktemp("data")
-    for kind, label in (("school", "CLASSROOM"), ("office", "OFFICE")):
-        folder = data / "buildings" / kind
+    for building_type, label in (("school", "CLASSROOM"), ("office", "OFFICE")):
+        folder = data / "buildings" / building_type
         folder.mkdir(parents=True)
         for name, wings in FLOORS.items():
             text = write_school(wings.split("-"))
             for school_label in ("CLASSROOM", "LAB", "LIBRARY"):
-                text = text.replace(school_label, label) if kind == "office" else text
+                text = text.replace(school_label, label) if building_type == "office" else text
             (folder / f"{name}.xml").write_text(text)
     write = data / "buildings" / "school"
     (write / "elm2.xml").write_text(write_school(["KKK", "KKW"]))
-    (write / "strange.xml").write_text("<building/>")
+    (write / "broken.xml").write_text("<building/>")
     return data
 
 
@@ -71,10 +71,8 @@ def make_prediction(name: str, explored: set[int], discovered: set[int], *sample
     """A prediction whose samples begin with the rooms of the explored part, in order, those behind doors next."""
     graph = join_wings(*WINGS[name], source=name)
     part = read_explored_part(hide_rooms(graph, explored, discovered), SCHOOL)
-    known = {node: node for node in part.known_graph}
-    return Prediction(
-        part, tuple(SampledFloor(sample, known, {door: door for door in part.doors}) for sample in samples), SCHOOL, {}
-    )
+    rooms, doors = {node: node for node in part.known_graph}, {door: door for door in part.doors}
+    return Prediction(part, tuple(SampledFloor(sample, rooms, doors) for sample in samples), SCHOOL, {})
 
 
 def score(prediction: Prediction) -> Scores:
@@ -100,7 +98,7 @@ def test_a_perfect_prediction():
     assert scores["edits", TYPICAL] == 0
     assert (scores["labels", ORACLE] or 0) > 0
     # The unseen rooms have other labels than the known ones: 1 bit, were it not for the closet.
-    assert scores["labels", KNOWN] == 1
+    assert scores["labels", KNOWN_PART] == 1
     assert 0 < (scores["labels", BLIND] or 0) < 1
 
 
@@ -129,7 +127,7 @@ def test_baselines_count_rooms():
     part = make_prediction("a", EXPLORED, {6}).explored
     sizes = [len(graph.graph) for graph in small_model().floors]
     corridors = [len(wings) for wings, _ in WINGS.values()]
-    assert baselines.count_rooms(part) == {BLIND: (fmean(sizes), fmean(corridors)), KNOWN: (14, 4), LOCAL: (8, 2)}
+    assert baselines.count_rooms(part) == {BLIND: (fmean(sizes), fmean(corridors)), KNOWN_PART: (14, 4), LOCAL: (8, 2)}
     large = join_wings(("C" * 30, "G"), ((0, 1),), source="large")
     part = read_explored_part(hide_rooms(large, {*range(31)}, {31}), SCHOOL)
     assert baselines.count_rooms(part)[BLIND] == (32, fmean(corridors))
@@ -145,8 +143,8 @@ def test_baselines_predict_labels():
     columns = [*SCHOOL.by_name]
     shares = baselines.predict_shares(part)
     assert dict(zip(columns, shares[LOCAL], strict=True))["CLASSROOM"] == 1
-    known = dict(zip(columns, shares[KNOWN], strict=True))
-    assert (known["CORRIDOR"], known["CLASSROOM"]) == (pytest.approx(1 / 3), pytest.approx(2 / 3))
+    known_shares = dict(zip(columns, shares[KNOWN_PART], strict=True))
+    assert (known_shares["CORRIDOR"], known_shares["CLASSROOM"]) == (pytest.approx(1 / 3), pytest.approx(2 / 3))
     assert shares[BLIND].sum() == pytest.approx(1)
     # Nothing follows from a label that no other floor has, so local is blind.
     graph = nx.path_graph(2)
@@ -159,7 +157,7 @@ def test_baselines_predict_labels():
 def test_baselines_predict_skeletons():
     baselines = Baselines(small_model())
     part = make_prediction("d", {0, 1, 2, 3, 4, 5}, {6, 16}).explored
-    (twice,), (local,) = (baselines.predict_skeletons(part)[baseline] for baseline in (KNOWN, LOCAL))
+    (twice,), (local,) = (baselines.predict_skeletons(part)[baseline] for baseline in (KNOWN_PART, LOCAL))
     # Corridor 0 between two open ones, twice, joined at both.
     assert nx.is_isomorphic(twice, nx.cycle_graph(6))
     assert nx.is_isomorphic(local, nx.path_graph(3))
@@ -171,7 +169,7 @@ def test_baselines_predict_skeletons():
     assert sorted(dict(local.degree).values()) == [0, 1, 1]
     # Nothing is repeated where no corridor is open.
     part = read_explored_part(hide_rooms(graph, {*range(1, 6), 0}), SCHOOL)
-    (twice,) = baselines.predict_skeletons(part)[KNOWN]
+    (twice,) = baselines.predict_skeletons(part)[KNOWN_PART]
     assert nx.is_isomorphic(twice, nx.empty_graph(1))
 
 
@@ -239,10 +237,13 @@ def test_figures_over_floors():
 
 
 def test_comparison_with_baselines():
-    def stage(ours: float, blind: float) -> tuple[Stage]:
-        metrics, predictors = ("labels", "WL", "NSPDK", "edits"), (PREDICTED, BLIND, TYPICAL, "medoid", KNOWN, LOCAL)
+    def stage(value: float, blind: float) -> tuple[Stage]:
+        metrics, predictors = (
+            ("labels", "WL", "NSPDK", "edits"),
+            (PREDICTED, BLIND, TYPICAL, "medoid", KNOWN_PART, LOCAL),
+        )
         scores: Stage = {(metric, predictor): 1.0 for metric in metrics for predictor in predictors}
-        scores |= {("labels", PREDICTED): ours, ("labels", BLIND): blind, ("labels", ORACLE): 0.3}
+        scores |= {("labels", PREDICTED): value, ("labels", BLIND): blind, ("labels", ORACLE): 0.3}
         return (scores,)
 
     results = make_results(stage(0.1, 0.2), stage(0.3, 0.3), stage(0.5, 0.4), stage(0.1, 0.5))
@@ -318,11 +319,11 @@ def test_what_is_measured(measured):
     numbers = [sum(stage["item"] == name for stage in stages) for name in graphs["school"]]
     assert numbers == [2, 1, 1, 3, 2]
     schools = [item for item in measured.items if item.part == "schools"]
-    assert [item.item for item in schools if item.failure] == ["strange"]
+    assert [item.item for item in schools if item.failure] == ["broken"]
     assert all(item.warnings for item in schools if not item.failure)
     unseen = measured.select(part="schools", metric="unseen rooms")
-    for known, other in zip(stages, unseen, strict=True):
-        assert known["value"] + other["value"] == len(graphs["school"][known["item"]])
+    for stage, other in zip(stages, unseen, strict=True):
+        assert stage["value"] + other["value"] == len(graphs["school"][stage["item"]])
         assert other["value"] > 0
     edits = measured.select(part="schools", metric="edits")
     assert len(edits) == 6 * len(stages)
@@ -351,7 +352,7 @@ def test_tables(measured):
     text = "\n".join(show_lines(tables, measured, width=100))
     assert text.count("Jensen-Shannon divergence of the labels of unseen rooms") == 2
     assert "5 of 5 schools have rooms unseen with half of their corridors explored." in text
-    assert "strange failed (schools): " in text
+    assert "broken failed (schools): " in text
     assert len(tables) == 16
     assert [note for table in tables for note in table.notes if len(note) > 85] == []
     rows = list_means(find_table(measured, "Jensen-Shannon"))
@@ -385,7 +386,7 @@ def test_pictures(measured, tmp_path):
     # Only one floor is predicted three times.
     assert choose_floors(measured, "school") == {"fir": [1, 2, 3]}
     assert {*list_files(tmp_path)} == {
-        f"{kind}_fir_{number}.png" for kind in ("school", "office") for number in (1, 2, 3)
+        f"{building_type}_fir_{number}.png" for building_type in ("school", "office") for number in (1, 2, 3)
     }
 
 

@@ -52,8 +52,8 @@ class Repeats:
 
     trials: splits of the real graphs. draws: of as many generated graphs as there are real ones, for a kernel machine;
     forest_draws: the same for forests of `trees` trees; one draw if there are several models.
-    models: each of a half of the real graphs. made: buildings of each, as a multiple of a half. subsamples: of these,
-    each as large as a half.
+    models: each of a half of the real graphs. multiple: buildings of each, as a multiple of a half.
+    subsamples: of these buildings, each as large as a half.
     """
 
     trials: int = 200
@@ -61,7 +61,7 @@ class Repeats:
     forest_draws: int = 3
     trees: int = 100
     models: int = 6
-    made: int = 2
+    multiple: int = 2
     subsamples: int = 50
 
 
@@ -150,14 +150,14 @@ class SetScorer:
 
 def draw_halves(make: GraphMaker, real: Sequence[nx.Graph], *, models: int, seed: int) -> list[Trial]:
     """As `draw_trials`, but with all graphs that are made, and not only as many as half A has."""
-    made: list[Sequence[nx.Graph]] = []
+    sets: list[Sequence[nx.Graph]] = []
 
     def remember(half: Sequence[nx.Graph], random: np.random.Generator) -> Sequence[nx.Graph]:
-        made.append(make(half, random))
-        return made[-1]
+        sets.append(make(half, random))
+        return sets[-1]
 
     trials = draw_trials(remember, real, repeats=models, seed=seed)
-    return [trial._replace(generated=graphs) for trial, graphs in zip(trials, made, strict=True)]
+    return [trial._replace(generated=graphs) for trial, graphs in zip(trials, sets, strict=True)]
 
 
 def pool_ratios(ratios: Sequence[DiscrepancyRatio]) -> DiscrepancyRatio:

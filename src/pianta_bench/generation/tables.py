@@ -68,7 +68,7 @@ PROPOSALS = (
 
 
 def pool_cells(ratios: list[DiscrepancyRatio]) -> Cell:
-    """The pooled ratio of models, with its standard error in the place of a standard deviation."""
+    """The pooled ratio of models, with its standard error instead of a standard deviation."""
     return Cell(keep_finite(scores.pool_ratios(ratios).ratio), scores.measure_ratio_error(ratios), count=len(ratios))
 
 
@@ -124,7 +124,7 @@ TABLES = (
             f"The thesis has {PUBLISHED_FLOORS} schools, here are {{floors}}.",
             "loose: areas not more similar to each other than to those of all other clusters;",
             "mixed: not more than to those of one other cluster.",
-            "Similarity: mean ± sd over clusters, of two of its areas, or one of others.",
+            "Similarity: mean ± sd over clusters, of two of its areas, or of areas of two clusters.",
             "by WL: by the Weisfeiler-Lehman kernel; all other rows: by Graph Hopper.",
         ),
     ),

@@ -107,7 +107,7 @@ class Table:
     def fill(self, records: Iterable[Record], *, notes: Iterable[str] = (), **names: object) -> FilledTable:
         """The table with the figures of records.
 
-        notes: further ones, after those of the table. names: what stands in the place of {names} in title and notes.
+        notes: further ones, after those of the table. names: what replaces {names} in title and notes.
         """
         groups: dict[tuple[Key, Key], list[Any]] = {}
         for record in select_records(records, self.where):

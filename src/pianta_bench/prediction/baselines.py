@@ -19,9 +19,9 @@ from pianta.prediction.explored_part import ExploredPart
 from pianta.prediction.open_ends import count_labels_of_part
 
 BLIND = "blind"  # the average of the other floors, without the known part
-KNOWN = "known part"  # the known part again
+KNOWN_PART = "known part"  # the known part again
 LOCAL = "local"  # the most frequent neighbour of the room at each open end
-BASELINES = (BLIND, KNOWN, LOCAL)
+BASELINES = (BLIND, KNOWN_PART, LOCAL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +68,12 @@ class Baselines:
 
     def predict_shares(self, explored: ExploredPart) -> dict[str, Floats]:
         """By baseline the shares of labels of unknown rooms, shape (labels,); local is blind without a prediction."""
-        known = count_labels_of_part(explored, self.model.schema)
+        counts = count_labels_of_part(explored, self.model.schema)
         neighbours = Counter(self.predict_ends(explored).values())
         local = np.array([neighbours[label] for label in self.model.schema.by_name], float)
         return {
             BLIND: self.blind_shares,
-            KNOWN: known / known.sum(),
+            KNOWN_PART: counts / counts.sum(),
             LOCAL: local / local.sum() if local.sum() else self.blind_shares,
         }
 
@@ -91,24 +91,24 @@ class Baselines:
         times = corridors / max(corridors - len(explored.open), 1)
         return {
             BLIND: (max(float(means[0]), rooms), max(float(means[1]), corridors)),
-            KNOWN: (rooms * times, corridors * times),
+            KNOWN_PART: (rooms * times, corridors * times),
             LOCAL: (rooms + explored.open_ends, corridors + len(self._list_corridor_ends(explored))),
         }
 
     def predict_skeletons(self, explored: ExploredPart) -> dict[str, Sequence[nx.Graph]]:
         """By baseline its skeletons of the whole floor: blind those of all floors, the others one each."""
-        known = corridor_subgraph(explored.known_graph, explored.corridors)
-        twice = nx.disjoint_union(known, known) if explored.open else known
-        indices = {node: index for index, node in enumerate(known)}
+        skeleton = corridor_subgraph(explored.known_graph, explored.corridors)
+        twice = nx.disjoint_union(skeleton, skeleton) if explored.open else skeleton
+        indices = {node: index for index, node in enumerate(skeleton)}
         twice = nx.Graph(twice)
-        twice.add_edges_from((indices[corridor], indices[corridor] + len(known)) for corridor in explored.open)
-        local = nx.Graph(known)
+        twice.add_edges_from((indices[corridor], indices[corridor] + len(skeleton)) for corridor in explored.open)
+        local = nx.Graph(skeleton)
         for end, label in self._list_corridor_ends(explored).items():
             local.add_node(("beyond", end), label=label)
             near = explored.doors.get(end, end)
-            if near in known:
+            if near in skeleton:
                 local.add_edge(near, ("beyond", end))
-        return {BLIND: self.skeletons, KNOWN: [twice], LOCAL: [local]}
+        return {BLIND: self.skeletons, KNOWN_PART: [twice], LOCAL: [local]}
 
     def _list_corridor_ends(self, explored: ExploredPart) -> dict[int, str]:
         """The open ends at which the most frequent neighbour is a corridor, and its label."""

@@ -27,9 +27,9 @@ def save_figures(results: Results, folder: Path) -> None:
         for name, stages in choose_floors(results, building_type).items():
             sampler = FloorSampler(learn_type(list_others(graphs, name), schema))
             for corridors in stages:
-                whole = reveal_corridors(graphs[name], schema, corridors=corridors)
-                prediction = predict(whole.part, sampler, count=results.options["count"], seed=results.options["seed"])
-                figure = draw_prediction(prediction, truth=whole)
+                floor = reveal_corridors(graphs[name], schema, corridors=corridors)
+                prediction = predict(floor.part, sampler, count=results.options["count"], seed=results.options["seed"])
+                figure = draw_prediction(prediction, truth=floor)
                 save_figure(figure, folder / f"{building_type}_{name}_{corridors}.png")
 
 

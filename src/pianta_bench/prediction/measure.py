@@ -87,11 +87,11 @@ def measure_floor(results: Results, building_type: str, name: str) -> None:
     baselines = Baselines(model)
     explorations = explore_by_corridors(graph, find_corridors(graph, schema, convention=LabelConvention.GRAPHS))
     half = -(-len(explorations) // 2)
-    for explored, known in enumerate(explorations, 1):
-        if {node for node in known if known.nodes[node]["label"] is not None} == {*graph}:
+    for explored, part_graph in enumerate(explorations, 1):
+        if {node for node in part_graph if part_graph.nodes[node]["label"] is not None} == {*graph}:
             continue
         start = process_time()
-        prediction = predict(known, sampler, count=count, seed=seed)
+        prediction = predict(part_graph, sampler, count=count, seed=seed)
         seconds = process_time() - start
         stage: dict[str, Any] = {"explored": explored, "half": explored == half}
         scores = score_prediction(graph, prediction, baselines, edited=explored == half, seed=seed)

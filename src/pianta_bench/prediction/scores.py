@@ -73,7 +73,7 @@ def score_labels(graph: nx.Graph, prediction: Prediction, baselines: Baselines, 
     """Divergence of the predicted labels from those of the unseen rooms, bits, by label set."""
     schema = prediction.schema
     unseen = graph.subgraph(_list_unseen(graph, prediction))
-    true, whole = count_labels([unseen, graph], schema).astype(float)
+    true, total = count_labels([unseen, graph], schema).astype(float)
     shares, means = (
         np.array([[float(figures.get(name, 0.0)) for name in schema.by_name]])
         for figures in (prediction.shares, {name: interval.mean for name, interval in prediction.counts.items()})
@@ -91,7 +91,7 @@ def score_labels(graph: nx.Graph, prediction: Prediction, baselines: Baselines, 
             distributions = usable / usable.sum(axis=1, keepdims=True)
             divergence = float(measure_divergence(distributions, truth).mean()) if len(usable) else None
             scores[name, predictor] = divergence
-        scores[name, ORACLE] = expect_divergence(truth, whole @ merge, count=len(unseen), draws=ORACLE_DRAWS, seed=seed)
+        scores[name, ORACLE] = expect_divergence(truth, total @ merge, count=len(unseen), draws=ORACLE_DRAWS, seed=seed)
     return scores
 
 
@@ -163,8 +163,8 @@ def predict_doors(graph: nx.Graph, prediction: Prediction, baselines: Baselines)
 
 
 def _list_unseen(graph: nx.Graph, prediction: Prediction) -> list[int]:
-    known = {room for _, room in prediction.explored.known_graph.nodes(data="room")}
-    return [node for node in graph if node not in known]
+    rooms = {room for _, room in prediction.explored.known_graph.nodes(data="room")}
+    return [node for node in graph if node not in rooms]
 
 
 def _count_edits(truth: nx.Graph, skeleton: nx.Graph) -> float:

@@ -15,7 +15,7 @@ from pianta.labels import SCHEMAS, LabelSchema
 from pianta_bench.graphs.measure import PARTS
 from pianta_bench.harness.records import Record, Results, select_records
 from pianta_bench.harness.tables import Cell, FilledTable, Table
-from pianta_bench.prediction.baselines import BASELINES, BLIND, KNOWN, LOCAL
+from pianta_bench.prediction.baselines import BASELINES, BLIND, KNOWN_PART, LOCAL
 from pianta_bench.prediction.scores import (
     DISTANCES,
     EDITS,
@@ -28,7 +28,7 @@ from pianta_bench.prediction.scores import (
     TYPICAL,
 )
 
-# A figure of a predictor and of a baseline; None if there is none.
+# A figure of a predictor and of a baseline, None if it does not exist.
 Pair: TypeAlias = tuple[float | None, float | None]
 
 HALF = "half"
@@ -43,15 +43,15 @@ CHANCE_DRAWS = 200  # whose mean is the calibration error by chance; chosen by h
 COMPARED = {
     ("labels", PREDICTED): BASELINES,
     ("labels", ORACLE): (BLIND,),
-    **{(metric, PREDICTED): (BLIND, KNOWN, LOCAL) for metric in DISTANCES},
-    **{(metric, TYPICAL): (MEDOID, KNOWN, LOCAL) for metric in DISTANCES},
+    **{(metric, PREDICTED): (BLIND, KNOWN_PART, LOCAL) for metric in DISTANCES},
+    **{(metric, TYPICAL): (MEDOID, KNOWN_PART, LOCAL) for metric in DISTANCES},
 }
 
 
 def share_better(pairs: Sequence[Pair]) -> Cell:
     """In how many per cent of the pairs the predictor has the lower figure."""
     present = drop_absent(pairs)
-    return Cell(100 * fmean(ours < other for ours, other in present) if present else None, count=len(present))
+    return Cell(100 * fmean(value < other for value, other in present) if present else None, count=len(present))
 
 
 def show_gain(pairs: Sequence[Pair]) -> Cell:
@@ -115,7 +115,7 @@ SKELETONS = Table(
     where={
         "stage": STAGES,
         "metric": list(DISTANCES),
-        "predictor": [PREDICTED, TYPICAL, BLIND, MEDOID, KNOWN, LOCAL],
+        "predictor": [PREDICTED, TYPICAL, BLIND, MEDOID, KNOWN_PART, LOCAL],
     },
     digits=2,
     notes=(
@@ -263,14 +263,14 @@ def derive_times(results: Results, part: str) -> Iterator[Record]:
 
 def drop_absent(pairs: Iterable[Pair]) -> list[tuple[float, float]]:
     """The pairs of which both figures exist."""
-    return [(ours, other) for ours, other in pairs if ours is not None and other is not None]
+    return [(value, other) for value, other in pairs if value is not None and other is not None]
 
 
 def measure_gain(pairs: Iterable[Pair]) -> float | None:
     """By how many per cent the mean of the first figures is lower than that of the others."""
     present = drop_absent(pairs)
     total = sum(other for _, other in present)
-    return 100 * (1 - sum(ours for ours, _ in present) / total) if total else None
+    return 100 * (1 - sum(value for value, _ in present) / total) if total else None
 
 
 def list_first(doors: Iterable[Record]) -> list[Record]:
@@ -330,10 +330,10 @@ def _compare_labels(pairs: Iterable[Record]) -> Iterator[str]:
         }
         for predictor in (PREDICTED, ORACLE)
     )
-    worse = [item for item, (ours, blind) in predicted.items() if ours >= blind]
+    worse = [item for item, (value, blind) in predicted.items() if value >= blind]
     yield f"Labels below the blind average in {len(predicted) - len(worse)} of {len(predicted)}; not in:"
     yield from wrap_names(worse)
     gain = measure_gain(oracle.values())
     if gain is not None:
-        below = sum(ours < blind for ours, blind in oracle.values())
+        below = sum(value < blind for value, blind in oracle.values())
         yield f"The oracle's labels, not known in practice: lower by {gain:.1f} %, below in {below} of {len(oracle)}."
