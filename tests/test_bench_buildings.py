@@ -1,4 +1,4 @@
-"""`pianta bench buildings`: on tiny buildings, whose types and rooms are easily told apart, and on folders of them."""
+"""`pianta bench buildings`: on tiny buildings, whose types and rooms are easily separated, and on folders of them."""
 
 import json
 from collections.abc import Sequence
@@ -128,8 +128,8 @@ def floors(tiny: Path) -> list[BuildingFloor]:
 def with_wrong_labels(floor: BuildingFloor) -> BuildingFloor:
     """Each room has the label after its own."""
     labels = {
-        label_set: tuple(known[(known.index(label) + 1) % len(known)] for label in floor.labels[label_set])
-        for label_set, known in LABELS.items()
+        label_set: tuple(names[(names.index(label) + 1) % len(names)] for label in floor.labels[label_set])
+        for label_set, names in LABELS.items()
     }
     return replace(floor, labels=labels)
 
@@ -137,8 +137,8 @@ def with_wrong_labels(floor: BuildingFloor) -> BuildingFloor:
 def with_wrong_measures(floor: BuildingFloor) -> BuildingFloor:
     """The rooms are of sizes that all lie between those of the others, where the bins are cut."""
     facts = tuple(
-        replace(fact, arguments=(fact.arguments[0], 5.0 + place / 1000)) if fact.relation == "area" else fact
-        for place, fact in enumerate(floor.facts.facts)
+        replace(fact, arguments=(fact.arguments[0], 5.0 + index / 1000)) if fact.relation == "area" else fact
+        for index, fact in enumerate(floor.facts.facts)
     )
     return replace(floor, facts=replace(floor.facts, facts=facts))
 
@@ -154,89 +154,91 @@ def folds_of(floors: Sequence[BuildingFloor]) -> Any:
 
 
 @pytest.mark.slow
-def test_trees_have_not_seen_the_building(floors):
-    """Wrong labels and types of floors change nothing of what is said of them."""
+def test_trees_are_not_trained_on_the_building(floors):
+    """Wrong labels and types of floors do not change their predictions."""
     places = partial(classify_rooms_by_trees, model=LOCAL, trees=10, seed=0)
     types = partial(classify_floors_by_trees, label_set=R_C, model=LOCAL, trees=10, seed=0)
-    labels_said, types_said = places(floors)[F_C_E_S], types(floors, folds_of(floors)).values
+    label_probabilities, type_shares = places(floors)[F_C_E_S], types(floors, folds_of(floors)).values
     for held_out in ([0, 1], [2], [5]):
         wrong_labels, wrong_types = (
-            [make(floor) if place in held_out else floor for place, floor in enumerate(floors)]
+            [make(floor) if index in held_out else floor for index, floor in enumerate(floors)]
             for make in (with_wrong_labels, with_wrong_type)
         )
-        for place in held_out:
-            np.testing.assert_array_equal(places(wrong_labels)[F_C_E_S][place], labels_said[place])
-        np.testing.assert_array_equal(types(wrong_types, folds_of(floors)).values[held_out], types_said[held_out])
+        for index in held_out:
+            np.testing.assert_array_equal(places(wrong_labels)[F_C_E_S][index], label_probabilities[index])
+        np.testing.assert_array_equal(types(wrong_types, folds_of(floors)).values[held_out], type_shares[held_out])
 
 
 @pytest.mark.slow
-def test_pianta_has_not_seen_the_building(floors):
-    """Wrong types of floors, and what they are like, change nothing of what is said of their buildings."""
-    said, typical = classify_floors_by_pianta(floors, folds_of(floors), R_C)
+def test_pianta_is_not_trained_on_the_building(floors):
+    """Wrong types of floors, and what they are like, do not change the predictions for their buildings."""
+    first, typical = classify_floors_by_pianta(floors, folds_of(floors), R_C)
     for held_out in ([0, 1], [2], [5]):
-        wrong = [with_wrong_type(floor) if place in held_out else floor for place, floor in enumerate(floors)]
-        said_again, typical_again = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
-        np.testing.assert_array_equal(said_again[held_out], said[held_out])
+        wrong = [with_wrong_type(floor) if index in held_out else floor for index, floor in enumerate(floors)]
+        again, typical_again = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
+        np.testing.assert_array_equal(again[held_out], first[held_out])
+        assert typical is not None
+        assert typical_again is not None
         np.testing.assert_array_equal(typical_again[held_out], typical[held_out])
-    # school0 and school1 are a building; what school1 is like may not tell on school0.
+    # school0 and school1 are a building; what school1 is like must not affect school0.
     wrong = [floors[0], replace(floors[1], descriptions=floors[6].descriptions), *floors[2:]]
-    said_again, _ = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
-    np.testing.assert_array_equal(said_again[0], said[0])
-    assert not np.array_equal(said_again[2], said[2]), "others have seen it"
+    again, _ = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
+    np.testing.assert_array_equal(again[0], first[0])
+    assert not np.array_equal(again[2], first[2]), "others are trained on it"
 
 
 @pytest.mark.slow
-def test_the_relational_kernel_has_not_seen_the_building(floors, monkeypatch):
-    """Labels of a floor, and a measure that would move the bins, change nothing of what is said of its building."""
+def test_the_relational_kernel_is_not_fitted_to_the_building(floors, monkeypatch):
+    """Labels of a floor, and a measure that would move the bins, do not change the predictions for its building."""
     schools = floors[:4]
     bins: list[list[str]] = []
     fit = RoomKernel.fit
 
-    def spy(kernel: Any, known: Any, *, binned: Any) -> Any:
+    def spy(kernel: Any, training: Any, *, binned: Any) -> Any:
         bins.append([each.name for each in binned])
-        return fit(kernel, known, binned=binned)
+        return fit(kernel, training, binned=binned)
 
     monkeypatch.setattr(RoomKernel, "fit", spy)
-    judged = classify_rooms_by_relations(schools)
+    decisions = classify_rooms_by_relations(schools)
     # plans, school2 and school3 are a part each.
     assert bins == [["school2", "school3"], ["school0", "school1", "school3"], ["school0", "school1", "school2"]]
-    assert [[values.shape for values in judged[each]] for each in (R_C, F_C_E_S)] == [[(14, 2)] * 4, [(14, 4)] * 4]
-    # school0 and school1 are the building; what school1 is may not tell on school0.
-    told = classify_rooms_by_relations(
+    assert [[values.shape for values in decisions[each]] for each in (R_C, F_C_E_S)] == [[(14, 2)] * 4, [(14, 4)] * 4]
+    # school0 and school1 are the building; what school1 is must not affect school0.
+    changed = classify_rooms_by_relations(
         [with_wrong_labels(schools[0]), with_wrong_measures(with_wrong_labels(schools[1])), *schools[2:]]
     )
     for label_set in (R_C, F_C_E_S):
-        np.testing.assert_array_equal(told[label_set][0], judged[label_set][0])
-        assert not np.array_equal(told[label_set][2], judged[label_set][2]), "others have seen it"
+        np.testing.assert_array_equal(changed[label_set][0], decisions[label_set][0])
+        assert not np.array_equal(changed[label_set][2], decisions[label_set][2]), "others are trained on it"
 
 
 @pytest.mark.slow
-def test_the_kernel_of_floors_has_not_seen_the_building(floors):
+def test_the_kernel_of_floors_is_not_fitted_to_the_building(floors):
     """The same of building types, a wrong type too."""
 
-    def judge(given: Sequence[BuildingFloor]) -> Any:
-        return classify_floors_by_relations(given, folds_of(given), compare_floors(given, R_C)).values
+    def classify(floors: Sequence[BuildingFloor]) -> Any:
+        return classify_floors_by_relations(floors, folds_of(floors), compare_floors(floors, R_C)).values
 
-    judged = judge(floors)
+    decisions = classify(floors)
     wrong = with_wrong_type(with_wrong_measures(with_wrong_labels(floors[1])))
-    told = judge([with_wrong_type(floors[0]), wrong, *floors[2:]])
-    np.testing.assert_array_equal(told[0], judged[0])
-    assert not np.array_equal(told[2], judged[2]), "others have seen it"
+    changed = classify([with_wrong_type(floors[0]), wrong, *floors[2:]])
+    np.testing.assert_array_equal(changed[0], decisions[0])
+    assert not np.array_equal(changed[2], decisions[2]), "others are trained on it"
 
 
 def test_parts_of_many_buildings():
-    seen: list[list[int]] = []
+    calls: list[list[int]] = []
 
     def compare(others: Any) -> Any:
-        seen.append(others.tolist())
+        calls.append(others.tolist())
         return np.zeros((0, 0))
 
     buildings = ["a", "b", "c", "d", "e", "f", "a"]
-    of_building = compare_by_part(buildings, compare)
+    compare_building = compare_by_part(buildings, compare)
     for name in buildings:
-        of_building(name)
+        compare_building(name)
     # Three parts, each once: a and d, b and e, c and f.
-    assert seen == [[1, 2, 4, 5], [0, 2, 3, 5, 6], [0, 1, 3, 4, 6]]
+    assert calls == [[1, 2, 4, 5], [0, 2, 3, 5, 6], [0, 1, 3, 4, 6]]
 
 
 @pytest.mark.slow
@@ -255,7 +257,7 @@ def test_table_6_1_by_hand(measured):
         [6.82, 46.89, 7.73, 44.92, 8, 8],
         [None] * 6,
     ]
-    # Rooms of one label are nearly of one size, and rooms of the types are not: nobody errs.
+    # Rooms of one label are nearly of one size, and rooms of the types are not: no model errs.
     for model in (LOCAL, CENTRAL):
         assert [cell.mean for cell in types[model]] == [0, 0]
     assert [cell.mean for cell in cells[LOCAL][:2]] == [0, 0]
@@ -269,10 +271,13 @@ def test_table_6_1_by_hand(measured):
 
 @pytest.mark.slow
 def test_wrong_floors_are_named(measured):
-    given = scores_of(measured[0])
+    measured_scores = scores_of(measured[0])
     floor_scores = np.zeros((7, 2))
-    floor_scores[:, given.building_types.index("school")] = 1
-    scores = replace(given, types={**given.types, (BUILDING, KLOG, R_C): FloorScores(floor_scores, np.ones(7, bool))})
+    floor_scores[:, measured_scores.building_types.index("school")] = 1
+    scores = replace(
+        measured_scores,
+        types={**measured_scores.types, (BUILDING, KLOG, R_C): FloorScores(floor_scores, np.ones(7, bool))},
+    )
     results = Results(options=measured[0].options, objects={"scores": scores, "of_thesis": True})
     list_errors(results, scores)
     assert scores.wrong_floors(BUILDING, KLOG, R_C).tolist() == [False] * 4 + [True] * 3
@@ -299,7 +304,7 @@ def test_votes_of_rooms(tiny):
 
 
 @pytest.mark.slow
-def test_gram_matrices_of_floors_tell_labels(tiny):
+def test_gram_matrices_of_floors_depend_on_labels(tiny):
     floors, _ = read_building_floors(tiny, convention=LabelConvention.EXPERIMENTS)
     grams = [compare_floors(floors, label_set)("office/office0") for label_set in (R_C, F_C_E_S)]
     assert [gram.shape for gram in grams] == [(7, 7)] * 2

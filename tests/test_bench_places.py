@@ -1,7 +1,7 @@
 """`pianta bench places`: on tiny buildings, with a model whose every figure is known by hand."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from pianta.floor import Floor, Room
 from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSet
 from pianta.rooms.extra_trees import TreeParameters
 from pianta.rooms.features import RoomContext, describe_rooms
-from pianta.rooms.training import TrainingFloor
+from pianta.rooms.training import TrainingFloor, prepare_floors
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_floors
 from pianta_bench.harness import timing
 from pianta_bench.harness.records import Results
@@ -118,11 +118,16 @@ def test_no_model_is_trained_on_the_building_it_classifies(tiny, trainings):
     measure(tiny)
     schools, offices = ["school0.xml", "school1.xml", "school2.xml"], ["office0.xml", "office1.xml"]
     # Without each office, without the two floors of plans, without the third school; and all, for the cost.
-    kept = [[*schools, "office1.xml"], [*schools, "office0.xml"], ["school2.xml", *offices], [*schools[:2], *offices]]
-    kept.append([*schools, *offices])
-    readable = [[name for name in names if name != "office1.xml"] for names in kept]
+    training = [
+        [*schools, "office1.xml"],
+        [*schools, "office0.xml"],
+        ["school2.xml", *offices],
+        [*schools[:2], *offices],
+        [*schools, *offices],
+    ]
+    readable = [[name for name in names if name != "office1.xml"] for names in training]
     assert trainings == [
-        pair for names, read in zip(kept, readable, strict=True) for pair in ((names, []), (names, read))
+        pair for names, read in zip(training, readable, strict=True) for pair in ((names, []), (names, read))
     ]
 
 
@@ -130,9 +135,9 @@ def test_no_model_is_trained_on_the_building_it_classifies(tiny, trainings):
 def test_table_6_1_by_hand(tiny, trainings):
     results = measure(tiny)
     # A school has CORRIDOR, HALL, 6 CLASSROOMs and 6 CLOSETs; an office LOBBY, 6 OFFICEs, 6 WASHROOMs, CORRIDOR.
-    ours = cells_of(results, 0)[PIANTA]
-    assert [cell.mean for cell in ours] == pytest.approx([100 * 2 / 14, 100 * 8 / 14] * 2)
-    assert [cell.count for cell in ours] == [42, 42, 28, 28]
+    cells = cells_of(results, 0)[PIANTA]
+    assert [cell.mean for cell in cells] == pytest.approx([100 * 2 / 14, 100 * 8 / 14] * 2)
+    assert [cell.count for cell in cells] == [42, 42, 28, 28]
     assert [cell.mean for cell in cells_of(results, 0)["pianta: first pass"]] == pytest.approx([100 / 7, 400 / 7] * 2)
     assert [cell.mean for cell in cells_of(results, 0)["pianta: second pass"]] == pytest.approx([600 / 7] * 4)
     assert [cell.published_mean for cell in cells_of(results, 0)[CENTRAL]] == [2.44, 33.42, 5.12, 32.80]
@@ -166,8 +171,8 @@ def test_calibration_and_cost(tiny, trainings, monkeypatch):
     monkeypatch.setattr(timing, "process_time", iter([time for end in lasting for time in (0, end)]).__next__)
     results = measure(tiny)
     errors = [cell.mean for cell in cells_of(results, 4)[PIANTA]]
-    of_drawn = [100 * abs(0.9 - 12 / 14), 100 * abs(0.7 - 6 / 14)]
-    assert errors == pytest.approx([*of_drawn, *of_drawn, 40, 20])
+    annotated_errors = [100 * abs(0.9 - 12 / 14), 100 * abs(0.7 - 6 / 14)]
+    assert errors == pytest.approx([*annotated_errors, *annotated_errors, 40, 20])
     assert results.values(part="cost", item="school1", metric=["floors", "rooms", "map rooms"]) == [5, 70, 2]
     assert [cells[0].mean for cells in cells_of(results, 5).values()] == [1, 2, 4, 0.5, 0.125]
 
@@ -176,8 +181,8 @@ def test_calibration_and_cost(tiny, trainings, monkeypatch):
 def test_annotated_floors_of_the_data(data):
     floors, failed = read_annotated_floors(data)
     assert failed == {"school": (), "office": ()}
-    of_school = {floor.building for floor in floors if floor.kind == "school"}
-    assert (len(floors), len(of_school)) == (43, 24)
+    school_buildings = {floor.building for floor in floors if floor.kind == "school"}
+    assert (len(floors), len(school_buildings)) == (43, 24)
     assert {floor.item for floor in floors if floor.building == "school/sabadell"} == {
         f"sabadell{n}" for n in (1, 2, 3)
     }
@@ -257,7 +262,7 @@ def test_the_scale_is_that_of_the_drawing(tiny, trainings):
     assert results.values(part=LAYOUTS, metric="scale") == pytest.approx([(areas[0] / areas[1]) ** 0.5])
 
 
-def test_unlabelled_floors_say_nothing():
+def test_unlabelled_floors_have_no_labels():
     room = Room(1, box(0, 0, 1, 1), "OFFICE", {"R/C": "ROOM"}, {"R/C": {"ROOM": 1.0}})
     floor = AnnotatedFloor("x", "office", "office/x", Floor((room,), building_type={"office": 1.0}))
     assert floor.unlabelled == Floor((Room(1, box(0, 0, 1, 1)),))
@@ -279,9 +284,32 @@ def test_command(tiny, trainings, tmp_path):
     layout = next(floor for floor in content["rooms"] if floor["part"] == LAYOUTS)
     assert sorted(layout["true"]) == ["ENTRANCE", "FUNCTIONAL"]
     assert layout["probabilities"][PIANTA] == [[0.7, 0.1, 0.1, 0.1]] * 2
-    # In the figure's split STAIRS are CORRIDOR, and nobody is sure of a corridor.
+    # In the figure's split STAIRS are CORRIDOR, and no model is sure of a corridor.
     cells = content["tables"][1]["cells"]
     assert next(cell["mean"] for cell in cells if (cell["row"], cell["column"]) == ("map, pianta", "R/C, BC")) == 50
+
+
+def test_a_floor_that_cannot_be_described_does_not_stop_the_others(tiny, trainings, monkeypatch):
+    def describe(floors: Sequence[Floor], schemas: Any, **options: Any) -> Iterator[TrainingFloor]:
+        if any(floor.source == "school2.xml" for floor in floors):
+            raise ValueError("no shape")
+        return prepare_floors(floors, schemas, **options)
+
+    folder = tiny / "buildings" / "school"
+    (folder / "school3.xml").write_text((folder / "school2.xml").read_text())
+    monkeypatch.setattr(place_models, "prepare_floors", describe)
+    results = measure(tiny)
+    assert [(item.part, item.item, item.failure) for item in results.items if item.failure] == [
+        ("schools", "school2", "ValueError: no shape"),
+        ("simulated", "office1", "the map shows no room"),
+    ]
+    assert {floor.item for floor in results.objects["floors"]} == {
+        "school0",
+        "school1",
+        "school3",
+        "office0",
+        "office1",
+    }
 
 
 def test_a_split_that_is_none(tiny):

@@ -16,9 +16,6 @@ Data = Annotated[
     Path | None, typer.Option(help="Folder of the data; $PIANTA_DATA, or ../shared/data, unless given.", metavar="DIR")
 ]
 Method = Annotated[str, typer.Option(help=f"How rooms are found: {', '.join(METHODS)}.")]
-Json = Annotated[
-    Path | None, typer.Option("--json", help="File for every figure and its map, as JSON.", metavar="FILE")
-]
 Methods = Annotated[
     list[str] | None,
     typer.Option("--method", help=f"How rooms are found, may be repeated: {', '.join(METHODS)}; all unless given."),
@@ -38,6 +35,10 @@ PlaceSplit = Annotated[
 ]
 Jobs = Annotated[
     int | None, typer.Option(help="Processes that share the work, unless given one for each core.", min=1, max=1024)
+]
+# Of benches that measure times, which processes beside change: one unless given.
+TimedJobs = Annotated[
+    int, typer.Option("--jobs", min=1, help="Processes; the figures, except times, do not depend on them.")
 ]
 Seed = Annotated[int, typer.Option(help="Of folds, of classifiers, and of simulated maps.", min=0, max=2**31)]
 

@@ -7,27 +7,14 @@ from importlib import import_module
 import typer
 
 from pianta.cli.terminal import show_examples
-from pianta_bench import _exploration_cli as bench_exploration
-from pianta_bench import _plans_cli as bench_plans
 
 # In the order of the help. Each is a folder with a BENCH.
 BENCHES = (
-    "layout",
-    "segmentation",
-    "cost",
-    "graphs",
-    "types",
-    "places",
-    "buildings",
-    "generation",
-    "prediction",
-    "realism",
-    "partial",
+    *("layout", "segmentation", "cost", "graphs", "types", "places", "buildings", "generation", "prediction"),
+    *("realism", "partial", "exploration", "plans"),
 )
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")
 for name in BENCHES:
     bench = import_module(f"pianta_bench.{name}").BENCH
     app.command(name, epilog=show_examples(bench.examples))(bench.make_command())
-app.command("exploration", epilog=show_examples(bench_exploration.EXAMPLES))(bench_exploration.bench_exploration)
-app.command("plans", epilog=show_examples(bench_plans.EXAMPLES))(bench_plans.bench_plans)

@@ -38,7 +38,7 @@ from pianta_bench.places.models import COLUMNS, PIANTA, PreparedFloor, check_con
 
 TREES = 100  # of each forest; 500 in section 6.2, which take five times as long
 MAX_FLOOR_FOLDS = 44  # the 43 floors of the data are left out one by one, of more some together
-PLACES, BUILDINGS, FLOORS = "places", "buildings", "buildings, one floor left out"
+ROOMS, BUILDINGS, FLOORS = "places", "buildings", "buildings, one floor left out"
 TASKS = {BUILDING: BUILDINGS, FLOOR: FLOORS}
 SECONDS = "processor seconds"  # part of the records with times; their metric is the task
 WRONG_ROOMS, WRONG_TYPE = "wrong rooms, %", "wrong type"
@@ -83,7 +83,7 @@ def measure(
         for task, model, seconds, values in outcomes:
             results.add(SECONDS, model, {task: seconds})
             for key, value in values.items():
-                if task == PLACES:
+                if task == ROOMS:
                     scores.rooms.setdefault(key, {}).update(value)
                 else:
                     scores.types[key] = value
@@ -104,10 +104,10 @@ def _list_room_steps(
     """The steps that classify rooms: by trees and relations for each type, by pianta for each fold."""
     for name in list_types(floors):
         indices = [index for index, floor in enumerate(floors) if floor.annotated.kind == name]
-        of_type = [floors[index] for index in indices]
-        classify = {KLOG: partial(classify_rooms_by_relations, of_type)}
+        type_floors = [floors[index] for index in indices]
+        classify = {KLOG: partial(classify_rooms_by_relations, type_floors)}
         for model in COLUMNS:
-            classify[model] = partial(classify_rooms_by_trees, of_type, model=model, trees=trees, seed=seed)
+            classify[model] = partial(classify_rooms_by_trees, type_floors, model=model, trees=trees, seed=seed)
         yield from (
             (f"places, {name}s, {model}", partial(_score_rooms, model, indices, classify[model])) for model in classify
         )
@@ -128,11 +128,11 @@ def _list_floor_steps(
         folds[FLOOR] = list_folds([f"{index:06}" for index in range(len(floors))], most=MAX_FLOOR_FOLDS)
     for label_set in LABELS:
         yield f"buildings, {KLOG}, {label_set}", partial(_score_floors_by_relations, floors, folds, label_set)
-    for (left_out, of_task), label_set in product(folds.items(), LABELS):
-        classify = {PIANTA: partial(classify_floors_by_pianta, floors, of_task, label_set)}
+    for (left_out, task_folds), label_set in product(folds.items(), LABELS):
+        classify = {PIANTA: partial(classify_floors_by_pianta, floors, task_folds, label_set)}
         for model in COLUMNS:
             classify[model] = partial(
-                classify_floors_by_trees, floors, of_task, label_set, model=model, trees=trees, seed=seed
+                classify_floors_by_trees, floors, task_folds, label_set, model=model, trees=trees, seed=seed
             )
         for model, classify_floors in classify.items():
             key = left_out, model, label_set
@@ -144,7 +144,7 @@ def _score_rooms(
 ) -> Outcomes:
     seconds, by_set = measure_time(classify)
     scores = {(model, label_set): dict(zip(indices, each, strict=True)) for label_set, each in by_set.items()}
-    return [(PLACES, model, seconds, scores)]
+    return [(ROOMS, model, seconds, scores)]
 
 
 def _score_floors(key: tuple[str, str, LabelSet], classify: Callable[[], FloorScores]) -> Outcomes:
@@ -159,8 +159,8 @@ def _score_floors_by_relations(
     """All folds in one step, as they share the Gram matrices."""
     compare = compare_floors(floors, label_set)
     outcomes: Outcomes = []
-    for left_out, of_task in folds.items():
-        classify = partial(classify_floors_by_relations, floors, of_task, compare)
+    for left_out, task_folds in folds.items():
+        classify = partial(classify_floors_by_relations, floors, task_folds, compare)
         outcomes += _score_floors((left_out, KLOG, label_set), classify)
     return outcomes
 

@@ -35,15 +35,15 @@ Folds = Sequence[tuple[Indices, Indices]]
 
 KLOG = "kLog-style"
 MODELS = (LOCAL, CENTRAL, KLOG, PIANTA)
-# The bins of the relational kernel are fitted so many times, each time without the floors of a part of the buildings.
+# Parts of the buildings: for each part the bins of the relational kernel are fitted to the floors of all others.
 PARTS = 3
 
 
 class FloorScores(NamedTuple):
-    """Scores of the types of floors, shape (floors, types), and whether each floor is like those of the training."""
+    """Scores of the types, shape (floors, types); and which floors pianta finds like those of the training."""
 
     values: Floats
-    typical: Mask
+    typical: Mask | None = None
 
 
 def classify_rooms_by_trees(
@@ -71,14 +71,14 @@ def classify_rooms_by_relations(floors: Sequence[BuildingFloor]) -> dict[LabelSe
     rows = [np.arange(start, end) for start, end in pairwise(starts)]
     decisions = {label_set: [np.zeros((0, len(labels)))] * len(floors) for label_set, labels in LABELS.items()}
     for training, held_out in list_folds(buildings):
-        known = np.concatenate([rows[i] for i in training])
+        rows_of_others = np.concatenate([rows[i] for i in training])
         for building, own in _group(held_out, buildings).items():
             gram = compare(building)
             for label_set, labels in LABELS.items():
                 truth = [label for i in training for label in floors[i].labels[label_set]]
-                svm = fit_svm(gram[np.ix_(known, known)], truth)
+                svm = fit_svm(gram[np.ix_(rows_of_others, rows_of_others)], truth)
                 for i in own:
-                    decisions[label_set][i] = decide(svm, gram[np.ix_(rows[i], known)], labels)
+                    decisions[label_set][i] = decide(svm, gram[np.ix_(rows[i], rows_of_others)], labels)
     return decisions
 
 
@@ -110,7 +110,7 @@ def classify_floors_by_trees(
         for i in held_out.tolist():
             predicted = forest.class_probabilities(features[i], len(types)).argmax(axis=1)
             shares[i] = np.bincount(predicted, minlength=len(types)) / len(predicted)
-    return FloorScores(shares, np.ones(len(floors), bool))
+    return FloorScores(shares)
 
 
 def compare_floors(floors: Sequence[BuildingFloor], label_set: LabelSet) -> Callable[[str], Floats]:
@@ -132,7 +132,7 @@ def classify_floors_by_relations(
             gram = compare(building)
             svm = fit_svm(gram[np.ix_(training, training)], [floors[i].annotated.kind for i in training])
             decisions[own] = decide(svm, gram[np.ix_(own, training)], types)
-    return FloorScores(decisions, np.ones(len(floors), bool))
+    return FloorScores(decisions)
 
 
 def classify_floors_by_pianta(floors: Sequence[BuildingFloor], folds: Folds, label_set: LabelSet) -> FloorScores:

@@ -12,7 +12,7 @@ import numpy as np
 from pianta._types import Mask
 from pianta.labels import LabelSet
 from pianta.rooms.completion import LABELS
-from pianta_bench.buildings.measure import BUILDINGS, FLOORS, PLACES, SECONDS, WRONG_ROOMS, WRONG_TYPE
+from pianta_bench.buildings.measure import BUILDINGS, FLOORS, ROOMS, SECONDS, WRONG_ROOMS, WRONG_TYPE
 from pianta_bench.buildings.models import KLOG, MODELS
 from pianta_bench.buildings.scores import BOTH, BUILDING, FLOOR, POSITIVE, Scores
 from pianta_bench.buildings.scores import PARTS as SHORT_TYPES
@@ -38,7 +38,7 @@ def add_seconds(seconds: Sequence[float]) -> Cell:
     return Cell(sum(seconds))
 
 
-ROOMS = Table(
+PLACES = Table(
     title="Table 6.1, errors of place classification",
     unit="%",
     rows=("model",),
@@ -58,7 +58,7 @@ TYPES = Table(
     unit="%",
     rows=("model",),
     columns=("labels",),
-    where={"model": ROOMS.where["model"], "labels": list(LABELS), "metric": WRONG_TYPE, "left_out": BUILDING},
+    where={"model": PLACES.where["model"], "labels": list(LABELS), "metric": WRONG_TYPE, "left_out": BUILDING},
     labels={PUBLISHED_KLOG: KLOG},
     summarise=share_wrong,
     digits=2,
@@ -72,7 +72,7 @@ FLOOR_ERRORS = Table(
     rows=("model",),
     columns=("part", "labels"),
     where={"model": list(MODELS), "part": [SCHOOLS, OFFICES], "labels": list(LABELS), "metric": WRONG_ROOMS},
-    labels=ROOMS.labels,
+    labels=PLACES.labels,
 )
 AREAS = Table(
     title="Figs. 6.2 and 6.3, areas below curves",
@@ -99,7 +99,7 @@ TIMES = Table(
     unit="s",
     rows=("item",),
     columns=("metric",),
-    where={"part": SECONDS, "item": [*MODELS, OWN_MODELS], "metric": [PLACES, BUILDINGS, FLOORS]},
+    where={"part": SECONDS, "item": [*MODELS, OWN_MODELS], "metric": [ROOMS, BUILDINGS, FLOORS]},
     summarise=add_seconds,
     notes=("Processor time of all threads, without reading floors and measuring their rooms.",),
 )
@@ -119,7 +119,7 @@ def tabulate(results: Results) -> list[FilledTable]:
     left_out = "Whole buildings are left out."
     learned = "The other floors of its building are trained on, as in the thesis."
     return [
-        ROOMS.fill(_rename_klog(_list_wrong_rooms(scores)), notes=_note_rooms(results)),
+        PLACES.fill(_rename_klog(_list_wrong_rooms(scores)), notes=_note_rooms(results)),
         TYPES.fill(records, notes=(left_out, *_name_wrong_floors(scores, BUILDING))),
         ONE_FLOOR.fill(records, notes=(learned, *_name_wrong_floors(scores, FLOOR))),
         FLOOR_ERRORS.fill(results.records),
@@ -172,7 +172,7 @@ def _note_rooms(results: Results) -> tuple[str, ...]:
         f"S schools: {schools} (thesis: 30 floors). O offices: {offices} (20). Whole buildings are left out.",
         f"Trained on floors of the same type, {PIANTA} on both. Ex-T: {results.options['trees']} trees (thesis: 500).",
         f"{KLOG}: the thesis' column has kLog.",
-        f"Labels are divided as in the thesis' {results.options['convention']} (docs/labels.md).",
+        f"Labels are divided as in the thesis' {results.options['convention']} (docs/methods/labels.md).",
     )
 
 
@@ -181,8 +181,8 @@ def _name_wrong_floors(scores: Scores, left_out: str) -> Iterator[str]:
     for model, label_set in product(MODELS, LABELS):
         wrong = scores.wrong_floors(left_out, model, label_set)
         yield f"Wrong, {model}, {label_set}: {_name(scores, wrong)}."
-        if model == PIANTA:
-            typical = scores.types[left_out, model, label_set].typical
+        typical = scores.types[left_out, model, label_set].typical
+        if typical is not None:
             yield f"Unlike all known, {model}, {label_set}: {_name(scores, ~typical)}."
 
 

@@ -124,7 +124,7 @@ TABLES = (
             f"The thesis has {PUBLISHED_FLOORS} schools, here are {{floors}}.",
             "loose: areas not more similar to each other than to those of all other clusters;",
             "mixed: not more than to those of one other cluster.",
-            "Similarity: mean ± sd over clusters, of two of its areas, or of areas of two clusters.",
+            "Similarity: mean ± sd over clusters, of two areas of one or of two clusters.",
             "by WL: by the Weisfeiler-Lehman kernel; all other rows: by Graph Hopper.",
         ),
     ),

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from time import process_time
 from typing import TypeVar
 
-Made = TypeVar("Made")
+Outcome = TypeVar("Outcome")
 
 
-def measure_time(make: Callable[[], Made]) -> tuple[float, Made]:
-    """The processor time of this process, s, and what was made."""
+def measure_time(make: Callable[[], Outcome]) -> tuple[float, Outcome]:
+    """The processor time of this process, s, and what `make` returns."""
     start = process_time()
-    made = make()
-    return process_time() - start, made
+    outcome = make()
+    return process_time() - start, outcome

@@ -61,13 +61,13 @@ SIMULATED = "simulated"
 COST, COUNTS = "processor s", "cost"  # what takes how long, and of how many floors and rooms
 WRONG_ROOMS = "wrong rooms, %"
 MAPS_TYPE = "school"  # building type of the maps
-TIMED_ROOMS = 60  # labelling is timed on the map with about so many reconstructed rooms
+TIMED_ROOMS = 60  # labelling is timed on the map with about this number of reconstructed rooms
 RUNS = 3  # of reading and labelling, of whose times the median is taken
 
 
 @dataclass(frozen=True)
 class MapItem:
-    """A map of a floor. drawn_area: m² of the rooms of the annotated floor of that name, None if there is none."""
+    """A map of a floor. drawn_area: m² of the rooms of the annotated floor of that name if there is one."""
 
     item: str
     building: str
@@ -114,24 +114,24 @@ def measure(
         f"{floor.kind}/{floor.item}, simulated": partial(_prepare, floor, convention=labels, seed=seed + number)
         for number, floor in enumerate(floors)
     }
-    prepared = []
-    for partial_results, floor in run_steps(preparing, jobs=jobs, track=track):
+    prepared: list[PreparedFloor] = []
+    for partial_results, described in run_steps(preparing, jobs=jobs, track=track):
         results.extend(partial_results)
-        prepared.append(floor)
+        prepared += described
 
     items = [*prepared, *maps]
-    buildings = [*(floor.building for floor in floors), *(item.building for item in maps)]
+    buildings = [*(floor.annotated.building for floor in prepared), *(item.building for item in maps)]
     evaluate = partial(_evaluate, data=folder, convention=labels, seed=seed, pictures=pictures)
     evaluating = {
         f"without {', '.join(sorted({buildings[i] for i in held_out}))}": partial(
-            evaluate, [prepared[i] for i in others if i < len(floors)], [items[i] for i in held_out]
+            evaluate, [prepared[i] for i in others if i < len(prepared)], [items[i] for i in held_out]
         )
         for others, held_out in list_folds(buildings)
     }
     evaluated: list[EvaluatedFloor] = []
-    for partial_results, of_fold in run_steps(evaluating, jobs=jobs, track=track):
+    for partial_results, fold_floors in run_steps(evaluating, jobs=jobs, track=track):
         results.extend(partial_results)
-        evaluated += of_fold
+        evaluated += fold_floors
     results.objects |= {"floors": evaluated, "convention": labels}
     results.details["rooms"] = [floor.as_json() for floor in evaluated]
     _measure_cost(results, prepared, folder, seed=seed)
@@ -147,18 +147,29 @@ def _list_map_items(data: Path, floors: Sequence[AnnotatedFloor]) -> list[MapIte
     ]
 
 
-def _prepare(annotated: AnnotatedFloor, *, convention: LabelConvention, seed: int) -> tuple[Results, PreparedFloor]:
-    """Describe a floor, and read a simulated map of it."""
-    results, prepared = Results(), [PreparedFloor.prepare(annotated, convention)]
+def _prepare(
+    annotated: AnnotatedFloor, *, convention: LabelConvention, seed: int
+) -> tuple[Results, list[PreparedFloor]]:
+    """Describe a floor, and read a simulated map of it; an empty list if it cannot be described."""
+    results, prepared = Results(), []
+
+    def describe() -> Iterator[Figures]:
+        prepared.append(PreparedFloor.prepare(annotated, convention))
+        yield {}
+
+    results.measure(PARTS[annotated.kind], annotated.item, describe)
+    if not prepared:
+        return results, prepared
+    results = Results()
 
     def simulate() -> Iterator[Figures]:
         reading = simulate_and_reconstruct(annotated.floor, seed=seed)
         examples = prepared[0].examples + list_examples([], [reading], convention=convention)
-        prepared.append(replace(prepared[0], simulated=reading, examples=examples))
+        prepared[0] = replace(prepared[0], simulated=reading, examples=examples)
         yield {"rooms": len(reading.rooms), "true": len(annotated.floor.rooms)}
 
     results.measure(SIMULATED, annotated.item, simulate)
-    return results, prepared[-1]
+    return results, prepared
 
 
 def _evaluate(

@@ -95,7 +95,7 @@ class Classifiers:
             floors = [each.annotated for each in self.floors if each.annotated.kind == building_type]
             features = np.concatenate([floor.features for floor in floors])[:, COLUMNS[model]]
             labels = [true_labels(floor.floor, label_set, convention=self.convention) for floor in floors]
-            truth = np.array([LABELS[label_set].index(label) for of_floor in labels for label in of_floor])
+            truth = np.array([LABELS[label_set].index(label) for floor_labels in labels for label in floor_labels])
             self._forests[key] = grow_extra_trees(features, truth, parameters=LOCAL_TREES, seed=self.seed)
         return self._forests[key]
 

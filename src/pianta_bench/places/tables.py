@@ -107,7 +107,7 @@ COSTS = Table(
 def tabulate(results: Results) -> list[FilledTable]:
     """Table 6.1 (places), Tables 5.2 to 5.4, calibration, and cost if it was measured."""
     floors: list[EvaluatedFloor] = results.objects["floors"]
-    convention = f"Labels are divided as in the thesis' {results.objects['convention']} (docs/labels.md)."
+    convention = f"Labels are divided as in the thesis' {results.objects['convention']} (docs/methods/labels.md)."
     layouts = [floor for floor in floors if floor.part == LAYOUTS]
     tables = [
         TABLE_6_1.fill(_pair_labels(floors), notes=(*_note_counts(floors), convention)),
@@ -155,7 +155,7 @@ def _list_accuracies(results: Results, floors: Sequence[EvaluatedFloor]) -> Iter
 
 
 def _list_confusions(layouts: Sequence[EvaluatedFloor], way: str) -> Iterator[Record]:
-    """Of each map the share of the rooms with a true label that have a predicted one, None if it has no such rooms."""
+    """Of each map the share of the rooms with a true label that have a predicted one, None without such rooms."""
     for floor, model in product(layouts, (CENTRAL, PIANTA)):
         shares = count_confusion(floor.pair_labels(model, LabelSet.F_C_E_S, way), FUNCTIONS)
         for (row, column), share in np.ndenumerate(shares):
