@@ -19,7 +19,7 @@ from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import LabelSet, schema_of
 from pianta.rooms.thesis_features import compute_room_features
 from pianta_bench.data.folders import list_maps
-from pianta_bench.harness.table import Row
+from pianta_bench.harness.records import Item
 
 KINDS = ("school", "office")
 
@@ -51,7 +51,7 @@ class AnnotatedFloor:
         return replace(self.floor, rooms=rooms, building_type={})
 
 
-def read_annotated_floors(data: Path) -> tuple[list[AnnotatedFloor], dict[str, tuple[Row, ...]]]:
+def read_annotated_floors(data: Path) -> tuple[list[AnnotatedFloor], dict[str, tuple[Item, ...]]]:
     """The floors of data/buildings/school and data/buildings/office, and by type those that could not be read.
 
     The floors have a building type, and their rooms labels of its schema.
@@ -70,7 +70,7 @@ def read_annotated_floors(data: Path) -> tuple[list[AnnotatedFloor], dict[str, t
 
 def read_annotated_buildings(
     data: Path, kind: str, make: Callable[[AnnotatedFloor], Made]
-) -> tuple[list[Made], tuple[Row, ...]]:
+) -> tuple[list[Made], tuple[Item, ...]]:
     """What is made of each drawing of data/buildings/KIND, and the drawings of which nothing can be made, with why.
 
     make: raises PiantaError for such a drawing.
@@ -83,7 +83,7 @@ def read_annotated_buildings(
         try:
             made.append(make(AnnotatedFloor(item, kind, f"{kind}/{building}", read_drawing(folder / f"{item}.xml"))))
         except PiantaError as error:
-            failed.append(Row(item, {}, one_line_reason(error)))
+            failed.append(Item(kind, item, one_line_reason(error)))
     return made, tuple(failed)
 
 
