@@ -177,6 +177,8 @@ def test_pianta_is_not_trained_on_the_building(floors):
         wrong = [with_wrong_type(floor) if index in held_out else floor for index, floor in enumerate(floors)]
         predicted_again, typical_again = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
         np.testing.assert_array_equal(predicted_again[held_out], predicted[held_out])
+        assert typical is not None
+        assert typical_again is not None
         np.testing.assert_array_equal(typical_again[held_out], typical[held_out])
     # school0 and school1 are one building: the description of school1 must not influence school0.
     wrong = [floors[0], replace(floors[1], descriptions=floors[6].descriptions), *floors[2:]]

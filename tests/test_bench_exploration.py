@@ -1,11 +1,10 @@
 """`pianta bench exploration`: on tiny schools, and by hand-made runs whose ratios are known."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
@@ -18,42 +17,40 @@ from pianta.exploration.policy_input import PolicyInput
 from pianta.exploration.world import build_world
 from pianta.floor import Floor
 from pianta.prediction.unexplored_part import FloorSampler
-from pianta_bench._exploration_cli import SET_NAMES
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
+from pianta_bench.exploration import SYNTHETIC
 from pianta_bench.exploration import buildings as exploration_buildings
-from pianta_bench.exploration import measure as bench_module
-from pianta_bench.exploration import policies as exploration_policies
-from pianta_bench.exploration import runs as exploration_runs
-from pianta_bench.exploration import scores as exploration_scores
-from pianta_bench.exploration import tables
-from pianta_bench.exploration.buildings import SETS, SYNTHETIC, make_buildings, read_buildings
+from pianta_bench.exploration import measure as exploration_measure
+from pianta_bench.exploration.buildings import make_buildings, read_buildings
 from pianta_bench.exploration.figures import average_curves, draw_curves, draw_tracks
-from pianta_bench.exploration.file import save_exploration
-from pianta_bench.exploration.measure import ExplorationBench, measure_exploration
-from pianta_bench.exploration.policies import CONTENDERS, NEAREST, Contender, check_policies
-from pianta_bench.exploration.runs import CURVE, FOUND, BuildingRuns, Run, RunSettings, measure_search, name_share
-from pianta_bench.exploration.scores import (
-    average_metres,
-    compare_policies,
-    compare_sums,
-    find_best,
-    pair_searches,
-    pair_share,
+from pianta_bench.exploration.measure import measure
+from pianta_bench.exploration.policies import COMPARED_POLICIES, NEAREST, ComparedPolicy, choose_policies
+from pianta_bench.exploration.runs import (
+    CURVE,
+    TO_ROOM,
+    Run,
+    RunSettings,
+    measure_search,
+    name_share,
+    run_building,
 )
-from pianta_bench.exploration.tables import tabulate_bars, tabulate_exploration
-from pianta_bench.harness.table import Row
+from pianta_bench.exploration.scores import compare_policies, compare_sums, find_best, pair_runs
+from pianta_bench.exploration.tables import tabulate, tabulate_predicting
+from pianta_bench.harness.records import Record, Results
+from pianta_bench.harness.report import save_results
 from tests.command_line import list_files, run_pianta
 from tests.explored_worlds import two_rooms
 from tests.tiny_data import write_schools
 
-Made = TypeVar("Made")
+Output = TypeVar("Output")
 
 SCHOOLS = "KKKW-KL", "KKS-KK", "LLW-KKK", "KKC-LK", "LLC-KKW", "KK-KWL"
 POLICIES = (NEAREST, "gain", "ours")
+TO_90 = name_share(0.9)
 
 
 @dataclass
-class FakeGuess:
+class FakePredicting:
     """A stand-in for a policy that predicts: the nearest frontier; it remembers what it was made of."""
 
     sampler: FloorSampler | None
@@ -66,21 +63,25 @@ class FakeGuess:
         return NearestFrontier().choose(inputs)
 
 
-MADE: list[FakeGuess] = []
+POLICIES_MADE: list[FakePredicting] = []
 
 
-def make_guess(sampler: FloorSampler | None, find: str | None) -> FakeGuess:
-    MADE.append(FakeGuess(sampler, find))
-    return MADE[-1]
+def make_fake(*, sampler: FloorSampler | None, find: str | None) -> FakePredicting:
+    POLICIES_MADE.append(FakePredicting(sampler, find))
+    return POLICIES_MADE[-1]
+
+
+REGISTRY = {
+    NEAREST: COMPARED_POLICIES[NEAREST],
+    "gain": COMPARED_POLICIES["gain"],
+    "ours": ComparedPolicy(make_fake, predicts=True),
+}
 
 
 @pytest.fixture(autouse=True, scope="module")
-def contenders() -> Iterator[None]:
-    known = {NEAREST: CONTENDERS[NEAREST], "gain": CONTENDERS["gain"], "ours": Contender(make_guess, predicts=True)}
+def few_scans_and_floors():
     with pytest.MonkeyPatch.context() as patch:
-        for module in (exploration_policies, exploration_runs, exploration_scores, tables):
-            patch.setattr(module, "CONTENDERS", MappingProxyType(known))
-        patch.setattr(bench_module, "TIMED", {True: 10, False: 2})
+        patch.setattr(exploration_measure, "TIMED", {True: 10, False: 2})
         patch.setattr(exploration_buildings, "SYNTHETIC_SEEDS", range(1))
         yield
 
@@ -90,57 +91,61 @@ def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Six schools, and one that cannot be read."""
     data = tmp_path_factory.mktemp("data")
     write_schools(data, *SCHOOLS)
-    (data / "buildings" / "school" / "strange.xml").write_text("<building/>")
+    (data / "buildings" / "school" / "unreadable.xml").write_text("<building/>")
     return data
 
 
 @pytest.fixture(scope="module")
-def measured(tiny) -> ExplorationBench:
-    """The labels that are looked for are those that one other school has."""
-    MADE.clear()
+def measured(tiny) -> Results:
+    """Robots search for labels that one other school has."""
+    POLICIES_MADE.clear()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(exploration_buildings, "LEAST_OTHERS", 1)
+        patch.setattr(exploration_buildings, "MIN_OTHER_FLOORS", 1)
         # The names of tiny schools end with a number, as those of the floors of one building.
-        patch.setattr("pianta_bench.exploration.buildings.read_annotated_buildings", make_apart)
-        return measure_exploration(tiny, sets=["school"], starts=1, resolution=0.25)
+        patch.setattr("pianta_bench.exploration.buildings.read_annotated_buildings", read_as_buildings)
+        return measure(tiny, sets=["school"], starts=1, resolution=0.25, registry=REGISTRY)
 
 
-def make_apart(data: Path, kind: str, make: Callable[[AnnotatedFloor], Made]) -> tuple[list[Made], tuple[Row, ...]]:
+def read_as_buildings(data: Path, building_type: str, make: Callable[[AnnotatedFloor], Output]) -> Any:
     """read_annotated_buildings with a building for each drawing."""
-    return read_annotated_buildings(data, kind, lambda drawn: make(replace(drawn, building=drawn.item)))
+    return read_annotated_buildings(data, building_type, lambda floor: make(replace(floor, building=floor.item)))
 
 
-def run_of(policy: str, metres: float | None, *, start: int = 0, label: str | None = None) -> Run:
-    key = FOUND if label else name_share(0.9)
-    curve = tuple(share * (metres or np.inf) for share in CURVE)
-    return Run(start, policy, label, Row(f"{policy} {start}", {key: metres}), "done", curve)
+def list_runs(results: Results, *, searches: bool) -> list[Run]:
+    return [run for run in results.objects["runs"] if bool(run.label) is searches]
 
 
-def runs_of(name: str, *tasks: tuple[float | None, ...], label: str | None = None) -> BuildingRuns:
+def figures_of(results: Results, run: Run) -> dict[str, Any]:
+    return {record["metric"]: record["value"] for record in results.select(item=run.item)}
+
+
+def records_of(building: str, *tasks: tuple[float | None, ...], label: str | None = None) -> list[Record]:
     """A building of which each task is a start, with the metres of nearest, gain and ours."""
-    runs = [
-        run_of(policy, metres, start=start, label=label)
-        for start, task in enumerate(tasks)
+    common = {"part": "school", "building": building, "label": label}
+    return [
+        {**common, "start": start, "policy": policy, "value": metres}
+        for start, task in enumerate(tasks, start=1)
         for policy, metres in zip(POLICIES, task, strict=True)
     ]
-    return BuildingRuns("school", name, ((0.0, 0.0),) * len(tasks), tuple(runs))
 
 
-RESULTS = [
-    runs_of("one", (100, 80, 60), (200, 160, 140)),
-    runs_of("two", (50, 60, 40), (50, None, 10)),
-]
+RECORDS = [*records_of("one", (100, 80, 60), (200, 160, 140)), *records_of("two", (50, 60, 40), (50, None, 10))]
+RUNS = [
+    Run("school", record["building"], record["start"], (0.0, 0.0), record["policy"], outcome="done",
+        curve=tuple(share * (record["value"] or np.inf) for share in CURVE))
+    for record in RECORDS
+]  # fmt: skip
 
 
 def test_buildings_count_alike_whatever_their_starts():
     """Ratios to nearest of 0.6 and 0.7 are 0.65 in one building; 0.8 in the other, whose second start is left out."""
-    pairs = pair_share(RESULTS, POLICIES, 0.9)
+    pairs = pair_runs(RECORDS, POLICIES)
     assert pairs.left_out == ("two start 2: gain",)
     assert pairs.count == 3
-    assert average_metres(pairs, "ours") == [100, 40]
-    found = compare_policies(pairs, "ours", NEAREST, seed=0)
-    assert found is not None
-    assert (found.mean, found.low, found.high, found.count) == pytest.approx((0.725, 0.65, 0.8, 2))
+    assert pairs.average("ours") == [100, 40]
+    interval = compare_policies(pairs, "ours", NEAREST, seed=0)
+    assert interval is not None
+    assert (interval.mean, interval.low, interval.high, interval.count) == pytest.approx((0.725, 0.65, 0.8, 2))
     sums = compare_sums(pairs, "ours", NEAREST, seed=0)
     assert sums is not None
     assert sums.mean == pytest.approx(140 / 200)
@@ -148,23 +153,23 @@ def test_buildings_count_alike_whatever_their_starts():
 
 def test_the_best_is_classical_and_has_the_fewest_metres():
     """Nearest needs 150 and 50 m, gain 120 and 60, ours, which predicts, 100 and 40."""
-    assert find_best(pair_share(RESULTS, POLICIES, 0.9), POLICIES) == "gain"
-    assert find_best(pair_share([], POLICIES, 0.9), POLICIES) is None
-    assert find_best(pair_share(RESULTS, POLICIES, 0.9), ["ours"]) is None
+    classical = [NEAREST, "gain"]
+    assert find_best(pair_runs(RECORDS, POLICIES), classical) == "gain"
+    assert find_best(pair_runs([], POLICIES), classical) is None
+    assert find_best(pair_runs(RECORDS, POLICIES), []) is None
 
 
 def test_searches_in_sight_of_the_start_have_no_ratio():
-    results = [runs_of("one", (0, 0, 0), (40, 20, 10), label="GYM"), runs_of("two", (0, 5, 0), label="GYM")]
-    pairs = pair_searches(results, POLICIES)
+    records = [*records_of("one", (0, 0, 0), (40, 20, 10), label="GYM"), *records_of("two", (0, 5, 0), label="GYM")]
+    pairs = pair_runs(records, POLICIES)
     assert pairs.count == 3
-    found = compare_policies(pairs, "ours", NEAREST, seed=0)
-    assert found is not None
-    assert (found.mean, found.count) == (0.25, 1)
-    assert pair_share(results, POLICIES, 0.9).count == 0
+    interval = compare_policies(pairs, "ours", NEAREST, seed=0)
+    assert interval is not None
+    assert (interval.mean, interval.count) == (0.25, 1)
 
 
-def test_curves_are_over_starts_that_all_reach():
-    curves = average_curves(RESULTS, NEAREST, POLICIES)
+def test_curves_are_over_starts_from_which_all_reach_the_end():
+    curves = average_curves(RUNS, NEAREST, POLICIES)
     assert curves.shape == (2, len(CURVE))
     assert curves[:, 50].tolist() == [75, 25]
     assert average_curves([], NEAREST, POLICIES).shape == (0, len(CURVE))
@@ -174,125 +179,126 @@ def test_curves_are_over_starts_that_all_reach():
 def test_the_room_is_found_where_it_is_recognised():
     world = build_world(two_rooms(), resolution=0.2)
     run = explore(world, NearestFrontier(), starts=[(3.5, 3.5)])
-    looked = explore(world, NearestFrontier(), starts=[(3.5, 3.5)], find="stairs")
-    assert 0 < measure_search(world, run, "STAIRS") == looked.distance[-1] < run.distance[-1]
+    search = explore(world, NearestFrontier(), starts=[(3.5, 3.5)], find="stairs")
+    assert 0 < measure_search(world, run, "STAIRS") == search.distance[-1] < run.distance[-1]
     assert measure_search(world, run, "CLASSROOM") == 0
     assert measure_search(world, run, "GYM") == np.inf
 
 
 @pytest.mark.slow
 def test_every_building_is_explored_by_every_policy(measured):
-    results = measured.results["school"]
-    assert [result.name for result in results] == [f"school{number}" for number in range(6)]
-    assert [row.item for row in measured.items["school"] if row.failure and "CLOSET" not in row.item] == ["strange"]
-    for result in results:
-        explorations = {run.policy: run for run in result.runs if run.label is None}
-        assert [*explorations] == [*POLICIES]
-        figures = {policy: run.row.figures for policy, run in explorations.items()}
+    explorations = list_runs(measured, searches=False)
+    names = [f"school{number}" for number in range(6)]
+    assert [*dict.fromkeys(run.building for run in explorations)] == names
+    assert [item.item for item in measured.items if item.failure and "CLOSET" not in item.item] == ["unreadable"]
+    for name in names:
+        runs = {run.policy: run for run in explorations if run.building == name}
+        assert [*runs] == [*POLICIES]
+        figures = {policy: figures_of(measured, run) for policy, run in runs.items()}
         nearest = figures[NEAREST]
         assert nearest["share"] > 0.99
-        ways = [nearest[name_share(share)] for share in (0.8, 0.9, 0.95, 0.99)]
-        assert ways == sorted(ways)
-        assert ways[-1] <= nearest["metres"]
+        metres = [nearest[name_share(share)] for share in (0.8, 0.9, 0.95, 0.99)]
+        assert metres == sorted(metres)
+        assert metres[-1] <= nearest["metres"]
         same = {key: figure for key, figure in nearest.items() if key != "seconds"}
         assert same == {key: figure for key, figure in figures["ours"].items() if key != "seconds"}
 
 
-def test_what_predicts_gets_a_model_of_the_others_and_the_label(measured):
+def test_policies_that_predict_get_a_model_of_the_others_and_the_label(measured):
     """The model of each school is of five floors; a search of ours is a run, that of nearest part of an exploration."""
-    samplers = {id(made.sampler): made.sampler for made in MADE}
+    samplers = {id(policy.sampler): policy.sampler for policy in POLICIES_MADE}
     assert len(samplers) == 6
     sources = [{floor.source for floor in sampler.model.floors} for sampler in samplers.values() if sampler]
     names = {f"school{number}" for number in range(6)}
-    assert [names - known for known in sources] == [{f"school{number}"} for number in range(6)]
-    searches = [run for result in measured.results["school"] for run in result.runs if run.label]
-    assert {made.find for made in MADE} - {None} == {run.label for run in searches}
-    for result in measured.results["school"]:
-        for label in {run.label for run in result.runs if run.label and run.label != "CLOSET"}:
-            found = {run.policy: run.row.figures[FOUND] for run in result.runs if run.label == label}
-            assert found[NEAREST] == found["ours"]
+    assert [names - others for others in sources] == [{f"school{number}"} for number in range(6)]
+    searches = list_runs(measured, searches=True)
+    assert {policy.find for policy in POLICIES_MADE} - {None} == {run.label for run in searches}
+    for building, label in {(run.building, run.label) for run in searches if run.label != "CLOSET"}:
+        records = measured.select(building=building, label=label, metric=TO_ROOM)
+        metres = {record["policy"]: record["value"] for record in records}
+        assert metres[NEAREST] == metres["ours"]
 
 
 def test_runs_that_fail_are_named_and_left_out_for_all(measured):
-    failed = [row for row in measured.items["school"] if row.failure and row.item != "strange"]
-    assert [row.item for row in failed] == ["school3 start 1, ours, CLOSET", "school4 start 1, ours, CLOSET"]
+    failed = [item for item in measured.items if item.failure and item.item != "unreadable"]
+    assert [item.item for item in failed] == ["school3 start 1, ours, CLOSET", "school4 start 1, ours, CLOSET"]
     assert failed[0].failure == "ValueError: no closets"
-    left_out = pair_searches(measured.results["school"], POLICIES).left_out
+    assert pair_runs(measured.select(metric=TO_90), POLICIES).count == 6
+    left_out = pair_runs(measured.select(metric=TO_ROOM), POLICIES).left_out
     assert left_out == ("school3 start 1, CLOSET: ours", "school4 start 1, CLOSET: ours")
 
 
-def test_bars_are_against_the_best_and_nearest(measured):
-    bars = {row.name: [cell.mean for cell in row.cells] for row in tabulate_bars(measured).rows}
-    assert bars["ours, to 90 %, against nearest (6)"] == [100, 100, 100]
-    assert [name for name in bars if name.startswith("ours, to a room")]
+def test_policies_that_predict_against_the_best_and_nearest(measured):
+    table = tabulate_predicting(measured)
+    cells = table.rows["ours, to 90 %, against nearest (6)"]
+    assert [cells[column].mean for column in table.columns] == [100] * 6
+    assert [name for name in table.rows if name.startswith("ours, to a room")]
 
 
 def test_synthetic_floors_have_no_model_and_nothing_to_look_for():
-    of = make_buildings()
-    assert [building.name for building in of.buildings] == ["corridor-0", "l-0", "ring-0", "hall-0"]
-    assert all(not building.others and not building.labels for building in of.buildings)
+    floors = make_buildings()
+    assert [building.name for building in floors.buildings] == ["corridor-0", "l-0", "ring-0", "hall-0"]
+    assert all(not building.others and not building.labels for building in floors.buildings)
 
 
 @pytest.mark.slow
 def test_figures_do_not_depend_on_the_processes(monkeypatch):
-    """The processes know the policies of this package alone."""
     monkeypatch.setattr(exploration_buildings, "FLOOR_MAKERS", {"corridor": None, "ring": None})
-    benches = [
-        measure_exploration(sets=[SYNTHETIC], policies=["nearest"], starts=1, resolution=0.5, jobs=jobs)
+    records = [
+        [
+            record
+            for record in measure(sets=[SYNTHETIC], policies=["nearest"], starts=1, resolution=0.5, jobs=jobs).records
+            if record["metric"] != "seconds"
+        ]
         for jobs in (1, 2)
     ]
-    found = [
-        [
-            {key: figure for key, figure in run.row.figures.items() if key != "seconds"}
-            for result in bench.results[SYNTHETIC]
-            for run in result.runs
-        ]
-        for bench in benches
-    ]
-    assert found[0] == found[1]
-    assert len(found[0]) == 2
+    assert records[0] == records[1]
+    assert len({record["item"] for record in records[0]}) == 2
 
 
-def test_a_world_without_a_place_to_stand_is_named():
+def test_a_world_without_free_space_is_named():
     building = replace(make_buildings().buildings[0], floor=Floor(()))
-    result = exploration_runs.run_building(building, RunSettings((NEAREST,)))
-    assert result.failure == "the floor has no rooms, give one at least"
-    assert result.runs == ()
+    results = run_building(building, RunSettings(choose_policies([NEAREST])))
+    assert [(item.item, item.failure) for item in results.items] == [
+        ("corridor-0", "the floor has no rooms, give one at least")
+    ]
+    assert results.records == results.objects["runs"] == []
 
 
 def test_pictures(measured):
     (ax,) = draw_curves(measured).axes
     assert ax.get_title() == "school: mean of 6 buildings"
     assert [line.get_label() for line in ax.get_lines()] == [*POLICIES]
-    figure = draw_tracks(measured, measured.results["school"][0])
+    figure = draw_tracks(measured.objects["buildings"][0], measured.objects["settings"])
     titles = [ax.get_title() for ax in figure.axes]
     assert [title.split(":")[0] for title in titles if title] == [*POLICIES]
 
 
 def test_the_file_holds_every_run(measured, tmp_path):
-    save_exploration(measured, tmp_path / "figures.json")
+    tables = tabulate(measured)
+    save_results("exploration", tables, measured, tmp_path / "figures.json")
     content = json.loads((tmp_path / "figures.json").read_text())
     assert content["bench"] == "exploration"
-    assert len(content["runs"]) == sum(len(result.runs) for result in measured.results["school"])
-    assert len(content["tables"]) == len(tabulate_exploration(measured)) == 6
+    assert len(content["runs"]) == len(measured.objects["runs"]) == len(content["items"]) - 1
+    assert len(content["tables"]) == len(tables) == 6
     assert content["left_out"]["school"]["searches"]
     assert {run["outcome"] for run in content["runs"] if run["label"] is None} == {"done"}
 
 
 def test_a_few_floors_are_explored_without_a_model(tmp_path):
     write_schools(tmp_path, "KK-K", "KL-K")
-    of = read_buildings(tmp_path, "school")
-    assert [building.others for building in of.buildings] == [(), ()]
+    schools = read_buildings(tmp_path, "school")
+    assert [building.others for building in schools.buildings] == [(), ()]
     with pytest.raises(DataError, match="school"):
         read_buildings(tmp_path / "none", "school")
     (tmp_path / "buildings" / "office").mkdir()
-    (tmp_path / "buildings" / "office" / "strange.xml").write_text("<building/>")
-    with pytest.raises(DataError, match="strange"):
+    (tmp_path / "buildings" / "office" / "unreadable.xml").write_text("<building/>")
+    with pytest.raises(DataError, match="unreadable"):
         read_buildings(tmp_path, "office")
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ({"sets": ["castle"]}, "castle"),
         ({"policies": ["random"]}, "random"),
@@ -301,18 +307,14 @@ def test_a_few_floors_are_explored_without_a_model(tmp_path):
         ({"jobs": 0}, "starts.*jobs"),
     ],
 )
-def test_options_without_meaning(options, told):
-    with pytest.raises(OptionError, match=told):
-        measure_exploration(**{"sets": [SYNTHETIC], **options})
-
-
-def test_the_help_names_the_sets():
-    assert SET_NAMES == SETS
+def test_options_without_meaning(options, message):
+    with pytest.raises(OptionError, match=message):
+        measure(**{"sets": [SYNTHETIC], **options})
 
 
 def test_policies_are_in_order_and_once():
-    assert check_policies(["gain", "nearest", "gain"]) == ("nearest", "gain")
-    assert check_policies([]) == POLICIES
+    assert [*choose_policies(["gain", "nearest", "gain"], REGISTRY)] == ["nearest", "gain"]
+    assert choose_policies([], REGISTRY) == REGISTRY
 
 
 @pytest.mark.slow
@@ -323,10 +325,10 @@ def test_command(tiny, tmp_path):
         "bench", "exploration", *arguments, "--resolution", 0.5, "--json", file, "--pictures", pictures
     )
     assert (outcome.code, outcome.err) == (1, "")
-    assert "Way to a share of the area, school" in outcome.out
-    assert "strange failed (school), not counted: " in outcome.out
+    assert "Distance to a share of the area, school" in outcome.out
+    assert "unreadable failed (school): " in outcome.out
     assert {*list_files(pictures)} == {"curves.png", "school_school0.png", "school_school2.png", "school_school5.png"}
-    assert json.loads(file.read_text())["settings"]["searches"] is False
+    assert json.loads(file.read_text())["options"]["searches"] is False
 
 
 def test_a_json_file_that_is_a_folder(tmp_path):

@@ -231,7 +231,7 @@ class TestSteps:
 
     def test_an_error_of_pianta_keeps_its_class(self):
         with pytest.raises(PiantaError, match="broken"):
-            [*run_steps({"a": partial(_fail, "broken"), "b": partial(_fail, "too")}, jobs=2, track=iter)]
+            [*run_steps({"a": partial(_fail, "broken"), "b": partial(str, 4)}, jobs=2, track=iter)]
 
     def test_results_of_steps_are_joined(self):
         results, other = Results(), Results()
@@ -243,5 +243,5 @@ class TestSteps:
         assert results.items == [Item("maps", "b")]
 
 
-def _fail(reason: str) -> None:
+def _fail(reason: str) -> str:
     raise PiantaError(reason)

@@ -1,7 +1,7 @@
 """`pianta bench places` on tiny buildings, with a model whose figures can be computed by hand."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from pianta.floor import Floor, Room
 from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSet
 from pianta.rooms.extra_trees import TreeParameters
 from pianta.rooms.features import RoomContext, describe_rooms
-from pianta.rooms.training import TrainingFloor
+from pianta.rooms.training import TrainingFloor, prepare_floors
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_floors
 from pianta_bench.harness import timing
 from pianta_bench.harness.records import Results
@@ -118,16 +118,16 @@ def test_no_model_is_trained_on_the_building_it_classifies(tiny, trainings):
     measure(tiny)
     schools, offices = ["school0.xml", "school1.xml", "school2.xml"], ["office0.xml", "office1.xml"]
     # Without each office, without the two floors of plans, without the third school; and all, for the cost.
-    trained_on = [
+    training = [
         [*schools, "office1.xml"],
         [*schools, "office0.xml"],
         ["school2.xml", *offices],
         [*schools[:2], *offices],
+        [*schools, *offices],
     ]
-    trained_on.append([*schools, *offices])
-    readable = [[name for name in names if name != "office1.xml"] for names in trained_on]
+    readable = [[name for name in names if name != "office1.xml"] for names in training]
     assert trainings == [
-        pair for names, read in zip(trained_on, readable, strict=True) for pair in ((names, []), (names, read))
+        pair for names, read in zip(training, readable, strict=True) for pair in ((names, []), (names, read))
     ]
 
 
@@ -287,6 +287,29 @@ def test_command(tiny, trainings, tmp_path):
     # In the figure's split STAIRS are CORRIDOR, and no room is a certain corridor.
     cells = content["tables"][1]["cells"]
     assert next(cell["mean"] for cell in cells if (cell["row"], cell["column"]) == ("map, pianta", "R/C, BC")) == 50
+
+
+def test_a_floor_that_cannot_be_described_does_not_stop_the_others(tiny, trainings, monkeypatch):
+    def describe(floors: Sequence[Floor], schemas: Any, **options: Any) -> Iterator[TrainingFloor]:
+        if any(floor.source == "school2.xml" for floor in floors):
+            raise ValueError("no shape")
+        return prepare_floors(floors, schemas, **options)
+
+    folder = tiny / "buildings" / "school"
+    (folder / "school3.xml").write_text((folder / "school2.xml").read_text())
+    monkeypatch.setattr(place_models, "prepare_floors", describe)
+    results = measure(tiny)
+    assert [(item.part, item.item, item.failure) for item in results.items if item.failure] == [
+        ("schools", "school2", "ValueError: no shape"),
+        ("simulated", "office1", "the map shows no room"),
+    ]
+    assert {floor.item for floor in results.objects["floors"]} == {
+        "school0",
+        "school1",
+        "school3",
+        "office0",
+        "office1",
+    }
 
 
 def test_an_unknown_split_is_refused(tiny):

@@ -173,11 +173,11 @@ def test_alpha_is_of_the_segmentation():
     filled = np.array([[0, 1, EMPTY, EMPTY], [0, EMPTY, EMPTY, EMPTY]])
     cost = DistanceCost(slots)
     # Hamming distances 1, 1, 4, 2 and 2, 0, 3, 1.
-    costs = cost.cost(cost.start(slots, filled), np.array([7, 4]))
+    costs = cost.combine_terms(cost.compute_terms(slots, filled), np.array([7, 4]))
     np.testing.assert_allclose(costs, 0.0575 * 50 / 4 * np.array([8, 6]))
     # Distances to the last floor only: 2 and 1.
     cost = DistanceCost(slots, similar_to=FLOORS[3])
-    costs = cost.cost(cost.start(slots, filled), np.array([7, 4]))
+    costs = cost.combine_terms(cost.compute_terms(slots, filled), np.array([7, 4]))
     np.testing.assert_allclose(costs, 0.0575 * 50 * np.array([2, 1]))
 
 

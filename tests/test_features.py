@@ -9,10 +9,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from pianta.layout.rivals.features import (
     BEAMS,
     PLACE_CLASSES,
-    Stumps,
+    PlaceClassifier,
     choose_cells,
     describe_scans,
-    load_stumps,
+    load_place_classifier,
     scan_cells,
     segment_by_features,
 )
@@ -94,18 +94,20 @@ def test_features_do_not_depend_on_where_the_robot_looks(turn, seed):
 
 
 def test_stumps_vote_by_weight():
-    stumps = Stumps(("width", "area"), np.array([2.0, 9.0]), np.array([1, 1]), np.array([0, 2]), np.array([1.0, 0.5]))
-    votes = stumps.vote({"width": np.array([2.0, 2.1]), "area": np.array([10.0, 1.0])})
+    classifier = PlaceClassifier(
+        ("width", "area"), np.array([2.0, 9.0]), np.array([1, 1]), np.array([0, 2]), np.array([1.0, 0.5])
+    )
+    votes = classifier.vote({"width": np.array([2.0, 2.1]), "area": np.array([10.0, 1.0])})
     assert votes.tolist() == [[0, 1, 0.5], [1, 0.5, 0]]
 
 
 def test_the_classifier_of_pianta_is_complete():
-    stumps = load_stumps()
+    classifier = load_place_classifier()
     features = describe_scans(circle(1.0))
-    assert len(stumps.feature) == 350
-    assert set(stumps.feature) <= features.keys()
-    assert (stumps.weight > 0).all()
-    assert {*stumps.below.tolist(), *stumps.above.tolist()} == set(range(len(PLACE_CLASSES)))
+    assert len(classifier.feature) == 350
+    assert set(classifier.feature) <= features.keys()
+    assert (classifier.weight > 0).all()
+    assert {*classifier.below.tolist(), *classifier.above.tolist()} == set(range(len(PLACE_CLASSES)))
 
 
 def test_rooms_and_corridors_of_an_unknown_floor_are_distinguished():
@@ -113,7 +115,7 @@ def test_rooms_and_corridors_of_an_unknown_floor_are_distinguished():
     grid = simulate_map(floor)
     corridor = floor.label_image(grid) == 1
     cells = choose_cells(grid.free, 10)
-    classes = load_stumps().vote(describe_scans(scan_cells(grid.free, cells, grid.resolution))).argmax(axis=1)
+    classes = load_place_classifier().vote(describe_scans(scan_cells(grid.free, cells, grid.resolution))).argmax(axis=1)
     is_corridor = corridor[tuple(cells.T)]
     assert (classes[is_corridor] == PLACE_CLASSES.index("corridor")).mean() > 0.85
     assert (classes[~is_corridor] == PLACE_CLASSES.index("room")).mean() > 0.85

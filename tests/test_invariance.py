@@ -140,7 +140,7 @@ MAPS: dict[str, Callable[[], GridMap]] = {
     "cut": draw_building_cut_at_the_edge_of_the_map,
 }
 METHODS = ["structure", "thesis"]
-# The first three maps of the survey. At 17°, they and 6 others of the 11 maps are within a tenth also with the method of
+# The first three of the survey. At 17°, they and 6 others of the 11 maps are within a tenth also with the method of
 # the thesis; lab_c and lab_f are not.
 SURVEY = ["Freiburg101_scan", "Freiburg79_scan", "NLB"]
 

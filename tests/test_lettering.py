@@ -7,7 +7,9 @@ from pianta.errors import OptionError
 from pianta.plan.text.recognition import read_texts
 from pianta.worlds.plans.name_sheets import FONTS, NAMES, letter_rooms
 from pianta_bench.plans import text as plan_text
-from pianta_bench.plans.text import measure_text
+from pianta_bench.plans.tables import derive_exact_names
+from pianta_bench.plans.text import PART, measure_text
+from tests.bench_results import list_rows
 
 
 def ink_of(sheet, number: int):
@@ -76,12 +78,13 @@ def test_names_are_counted_by_font_size_and_rotation(monkeypatch):
         return read_texts(colors) if len(shapes) == 1 else ()
 
     monkeypatch.setattr(plan_text, "read_texts", read_once)
-    table = measure_text(fonts=["DejaVuSans"], capitals=[16], rotations=[0, 90], names=["LAB 1", "Library"])
-    (part,) = table.parts
-    assert [row.item for row in part.rows] == ["DejaVuSans 16 px 0°", "DejaVuSans 16 px 90°"]
-    assert [dict(row.figures) for row in part.rows] == [
+    results = measure_text(fonts=["DejaVuSans"], capitals=[16], rotations=[0, 90], names=["LAB 1", "Library"])
+    rows = list_rows(results, PART)
+    assert [row.item for row in rows] == ["DejaVuSans 16 px 0°", "DejaVuSans 16 px 90°"]
+    assert [row.figures for row in rows] == [
         {"names": 2, "exact": 2, "share": 100.0, "found": 100.0},
         {"names": 2, "exact": 0, "share": 0.0, "found": 0.0},
     ]
-    assert table.notes[0] == "Read exactly: all 50.0%, 16 px 50.0%, 0° 100.0%, 90° 0.0%."
-    assert not table.failed
+    shares = {record["sheets"]: record["value"] for record in derive_exact_names(results.records)}
+    assert shares == {"all": 50.0, "DejaVuSans": 50.0, "16 px": 50.0, "0°": 100.0, "90°": 0.0}
+    assert not results.failed

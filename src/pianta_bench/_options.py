@@ -16,10 +16,6 @@ Data = Annotated[
     Path | None, typer.Option(help="Folder of the data; $PIANTA_DATA, or ../shared/data, unless given.", metavar="DIR")
 ]
 Method = Annotated[str, typer.Option(help=f"How rooms are found: {', '.join(METHODS)}.")]
-Json = Annotated[
-    Path | None, typer.Option("--json", help="File for every figure and its map, as JSON.", metavar="FILE")
-]
-Pictures = Annotated[Path | None, typer.Option(help="Folder for a picture of every floor found.", metavar="DIR")]
 Methods = Annotated[
     list[str] | None,
     typer.Option("--method", help=f"How rooms are found, may be repeated: {', '.join(METHODS)}; all unless given."),
@@ -33,50 +29,16 @@ Sets = Annotated[
     ),
 ]
 Maps = Annotated[bool, typer.Option("--maps", help="Print the rows of the maps; always done for a single method.")]
-ErrorPictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures", help="Folder for METHOD/SET/NAME.png, true rooms beside found ones, errors marked.", metavar="DIR"
-    ),
-]
-GraphPictures = Annotated[
-    Path | None,
-    typer.Option("--pictures", help="Folder for graphs.png, every metric of every building.", metavar="DIR"),
-]
-TypesPictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures", help="Folder for accuracy, k_distance, clusters and cluster_scores, as .png.", metavar="DIR"
-    ),
-]
-RealismPictures = Annotated[
-    Path | None, typer.Option("--pictures", help="Folder for scores.png and curves.png (Fig. 8.4).", metavar="DIR")
-]
-GenerationPictures = Annotated[
-    Path | None,
-    typer.Option(
-        "--pictures",
-        help="Folder for heatmap, areas, buildings (Figs. 7.5, 7.7, 7.9) and sheets real, corr, ncut, as .png.",
-        metavar="DIR",
-    ),
-]
-PredictionPictures = Annotated[
-    Path | None,
-    typer.Option("--pictures", help="Folder for KIND_NAME_CORRIDORS.png of a few floors (Fig. 8.9).", metavar="DIR"),
-]
-Samples = Annotated[int, typer.Option("--count", "-n", help="Samples of each prediction.", min=1, max=10000)]
-Buildings = Annotated[
-    int,
-    typer.Option(
-        "--count", "-n", help="Buildings to generate with each model, as many as are real or more.", min=1, max=10000
-    ),
-]
 PlaceSplit = Annotated[
     str,
     typer.Option("--split", help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5)."),
 ]
 Jobs = Annotated[
     int | None, typer.Option(help="Processes that share the work, unless given one for each core.", min=1, max=1024)
+]
+# Of benches that measure times, which processes beside change: one unless given.
+TimedJobs = Annotated[
+    int, typer.Option("--jobs", min=1, help="Processes; the figures, except times, do not depend on them.")
 ]
 Seed = Annotated[int, typer.Option(help="Of folds, of classifiers, and of simulated maps.", min=0, max=2**31)]
 

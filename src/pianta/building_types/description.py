@@ -36,11 +36,11 @@ DECIMALS = 5
 
 @dataclass(frozen=True, eq=False)
 class BuildingDescription:
-    """A floor as one object.
+    """What BuildingKernel compares of a floor: features of the whole floor, and the graph of its rooms.
 
     source: the file of the floor.
     features: those of `name_features` for the label set.
-    labels: of the n rooms, in that set, shape (n,).
+    labels: of the n rooms, in the label set, shape (n,).
     sizes: logarithm of the area over that of the median room, shape (n,).
     sides: number of sides with windows: 0, 1, or 2 for several, shape (n,).
     doors: pairs of rooms (indices, the smaller first) that a door or opening joins.
@@ -54,7 +54,10 @@ class BuildingDescription:
     doors: tuple[tuple[int, int], ...]
 
     def name_rooms(self, bounds: Floats) -> tuple[str, ...]:
-        """Node labels for patterns: the label, the size class between ascending bounds, and the sides with windows."""
+        """The node label of each room in the graph: its label, size class and number of sides with windows.
+
+        bounds: between size classes, ascending, in the unit of `sizes`.
+        """
         classes = np.searchsorted(bounds, self.sizes).tolist()
         rooms = zip(self.labels, classes, self.sides, strict=True)
         return tuple(f"{label} size {size} sides {sides}" for label, size, sides in rooms)
@@ -79,10 +82,11 @@ def name_features(label_set: LabelSet) -> tuple[str, ...]:
 
 
 def describe_building(floor: Floor, label_set: LabelSet) -> BuildingDescription:
-    """Describe a floor whose rooms have labels in a label set, R/C or F/C/E/S.
+    """Describe a floor by what BuildingKernel compares: features of the whole floor, and the graph of its rooms.
 
-    Independent of scale, rotation, translation and the order of rooms, except for the order of its own entries.
-    Raises LabelError for rooms without such a label, and for a floor without rooms.
+    label_set: R/C or F/C/E/S; every room has a label of it. The description does not depend on scale, rotation and
+    translation of the floor; the order of rooms gives only the order of its entries.
+    Raises LabelError for rooms without a label of the set, and for a floor without rooms.
     """
     labels = list_labels(floor.rooms, label_set)
     if not labels:
@@ -104,7 +108,7 @@ def describe_building(floor: Floor, label_set: LabelSet) -> BuildingDescription:
 def _measure_features(
     context: RoomContext, columns: dict[str, Floats], labels: NDArray[np.str_], label_set: LabelSet
 ) -> Floats:
-    """The features of `name_features`; columns: the room features by name."""
+    """The features of `name_features`, in their order; columns: features of the rooms by name, each of shape (n,)."""
     shares = context.area / context.area.sum()
     corridors = np.isin(labels, CONNECTING_LABELS)
     features = [columns[name].mean() for name in ROOM_MEANS]

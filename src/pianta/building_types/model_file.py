@@ -112,6 +112,7 @@ class _Floor(_Part):
         return self
 
     def describe(self) -> BuildingDescription:
+        """The floor as a BuildingTypeModel has it."""
         features = np.array(self.features)
         return BuildingDescription(self.source, features, self.labels, self.sizes, self.sides, self.doors)
 
@@ -126,8 +127,8 @@ class _Fit(_Part):
     offsets: _Numbers
     likenesses: _Numbers
 
-    def check(self, floors: int, types: int) -> str | None:
-        """What contradicts these numbers of floors and types; None if nothing does."""
+    def find_faults(self, floors: int, types: int) -> str | None:
+        """What in the fit contradicts a model of these numbers of floors and types; None if nothing does."""
         shapes = {
             "weights": (floors, types - 1),
             "intercepts": (types * (types - 1) // 2,),
@@ -145,6 +146,7 @@ class _Fit(_Part):
         return join_faults(faults) if faults else None
 
     def describe(self) -> FittedTypes:
+        """The fit as a BuildingTypeModel has it."""
         arrays = (np.array(each) for each in (self.weights, self.intercepts, self.slopes, self.offsets))
         return FittedTypes(BuildingTypeSvm(*arrays), Typicality(np.array(self.likenesses)))
 
@@ -168,6 +170,7 @@ def _find_shape(numbers: tuple[object, ...]) -> tuple[int, ...] | None:
 
 
 def _describe_fit(fitted: FittedTypes) -> _Fit:
+    """What is fitted to the training floors, as the file has it."""
     svm = fitted.svm
     return _Fit(
         weights=tuple(map(tuple, svm.weights.tolist())),
@@ -241,5 +244,5 @@ def _check_model(model: _Model) -> None:
     check_types([floor.building_type for floor in model.floors], [floor.building for floor in model.floors])
     if isinstance(model, _FittedModel):
         types = len({floor.building_type for floor in model.floors})
-        if fault := model.learnt.check(len(model.floors), types):
+        if fault := model.learnt.find_faults(len(model.floors), types):
             raise ModelError(f"what it has learnt does not fit its floors: {fault}; train it again")

@@ -32,7 +32,10 @@ EXTRAS = {"bench": "bench"}
 
 
 def build_app(verbs: Iterable[str] = VERBS, plugins: Iterable[EntryPoint] = ()) -> typer.Typer:
-    """The command line with some own verbs and those of plug-ins; imports only their modules."""
+    """The command line with the given verbs of pianta and of plug-ins; only their modules are imported.
+
+    verbs: some of VERBS. plugins: entry points of PLUGINS.
+    """
     app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
     app.callback(invoke_without_command=True)(describe)
     for verb in verbs:

@@ -188,6 +188,7 @@ def _assess_all(files: Sequence[Path], reference: Reference, *, show_reasons: bo
 
 
 def _save_json(assessments: Sequence[Assessment], model: RealismModel, path: Path) -> None:
+    """Write the JSON file of the option --json."""
     content = {
         "pianta": __version__,
         "label_set": str(model.label_set),
@@ -201,6 +202,7 @@ def _save_json(assessments: Sequence[Assessment], model: RealismModel, path: Pat
 
 
 def _save_pictures(assessments: Sequence[Assessment], out: Path) -> None:
+    """Write a picture of each floor into the folder of the option --out."""
     from pianta.plot.figure import save_figure
     from pianta.plot.realism import draw_realism
 
@@ -228,6 +230,7 @@ def _read_reference(
     *,
     quiet: bool,
 ) -> Reference:
+    """The reference that the options --reference, --unrealistic, --type and --labels give."""
     from pianta.realism.model import train_realism
 
     label_set = _read_label_set(labels)
@@ -241,16 +244,20 @@ def _read_reference(
     real, others = (_read_floors(files, label_set, quiet=quiet) for files in groups)
     coarse = [[each.coarse.floor for each in floors] for floors in (real, others)]
     model = train_realism(coarse[0], label_set=label_set, unrealistic=coarse[1])
-    buildings = _map_buildings(others, model.unrealistic_floors, model.unrealistic_buildings)
-    buildings |= _map_buildings(real, model.reference_floors, model.buildings)
+    buildings = _map_files_to_buildings(others, model.unrealistic_floors, model.unrealistic_buildings)
+    buildings |= _map_files_to_buildings(real, model.reference_floors, model.buildings)
     failed = len(real) + len(others) < sum(map(len, groups))
     return Reference(model, _summarise(model, [*real, *others]), buildings, failed)
 
 
-def _map_buildings(
+def _map_files_to_buildings(
     floors: Sequence[ReferenceFloor], descriptions: Sequence[BuildingDescription], buildings: Sequence[str]
 ) -> dict[Path, str]:
-    """Path of a file -> building of its floor, for floors that a model has."""
+    """The building of each file whose floor is in a model.
+
+    floors: all that were read. descriptions: of the floors in the model, which have the same sources. buildings: of
+    these descriptions, in order.
+    """
     paths = {each.coarse.floor.source: each.path for each in floors}
     return {paths[each.source]: building for each, building in zip(descriptions, buildings, strict=True)}
 
@@ -281,6 +288,7 @@ def _use_included(
 
 
 def _read_label_set(labels: str | None) -> LabelSet | None:
+    """The label set of the option --labels, None without it; raises OptionError for any other text."""
     if labels is None:
         return None
     label_sets = {str(label_set).lower(): label_set for label_set in LABEL_SETS}

@@ -76,7 +76,7 @@ def recognise_rooms(
     opened, unopened = [], []
     for number, (door, passage) in enumerate(zip(world.floor.doors, world.door_cells, strict=True)):
         near = [room for room in door.room_ids if room in ids]
-        if door.is_entrance or not near or _free_share(cells, passage) < RECOGNISED_DOOR_SHARE:
+        if door.is_entrance or not near or _measure_free_share(cells, passage) < RECOGNISED_DOOR_SHARE:
             continue
         if len(near) == 2:
             opened.append(door)
@@ -100,5 +100,9 @@ def recognise_rooms(
     )
 
 
-def _free_share(cells: NDArray[np.int8], passage: NDArray[np.int_]) -> float:
+def _measure_free_share(cells: NDArray[np.int8], passage: NDArray[np.int_]) -> float:
+    """Share of the cells of a door's passage that are mapped as free, 0 … 1; 1 for a passage without cells.
+
+    cells: of the map, shape (H, W). passage: row and col of its cells, shape (N, 2).
+    """
     return float((cells[passage[:, 0], passage[:, 1]] == FREE).mean()) if len(passage) else 1.0

@@ -112,24 +112,27 @@ class Slots:
 
 
 class ConfigurationCost(Protocol):
-    """Γ1 of cluster configurations times α, updated slot by slot."""
+    """Γ1 of the cluster configurations of n buildings times α; it is made of terms, which are updated slot by slot."""
 
-    def start(self, slots: Slots, filled: Indices) -> Floats:
-        """Terms of the cost of filled slots, shape (n, terms)."""
+    def compute_terms(self, slots: Slots, filled: Indices) -> Floats:
+        """Terms of the cost, shape (n, terms); filled: the area in each slot or EMPTY, shape (n, slots)."""
 
-    def gain(self, slots: Indices, before: Counts, after: Counts) -> Floats:
-        """Change of the terms when a slot of each building changes; before, after: areas of its cluster."""
+    def compute_changes(self, slots: Indices, before: Counts, after: Counts) -> Floats:
+        """Change of the terms when one slot of each building is filled or emptied, shape (n, terms).
 
-    def cost(self, parts: Floats, rooms: Counts) -> Floats:
-        """Γ1 except for a constant, shape (n,); rooms: of each building, shape (n,)."""
+        slots: the index of the slot, shape (n,). before, after: number of filled slots of its cluster, shape (n,).
+        """
 
-    def draw(self, uniforms: Floats) -> Counts | None:
+    def combine_terms(self, terms: Floats, rooms: Counts) -> Floats:
+        """Γ1 from its terms, except for a constant, shape (n,); rooms: number of rooms of each building, shape (n,)."""
+
+    def draw_configurations(self, uniforms: Floats) -> Counts | None:
         """Draw configurations, shape (n, clusters), by e^-Γ1 without the cost of rooms; None if only chains can.
 
         uniforms: shape (n, 1 + 2 clusters).
         """
 
-    def room_costs(self, parts: Floats, rooms: Counts) -> Floats:
+    def room_costs(self, terms: Floats, rooms: Counts) -> Floats:
         """The part of Γ1 that depends on the number of rooms, shape (n,)."""
 
 
@@ -168,25 +171,25 @@ class DensityCost:
         self._densities = np.moveaxis(densities - ways, 0, 2)
         self._clusters = slots.clusters
 
-    def start(self, slots: Slots, filled: Indices) -> Floats:
+    def compute_terms(self, slots: Slots, filled: Indices) -> Floats:
         """Logarithms of the terms of the mixture, shape (n, floors)."""
         configurations = slots.count_areas(filled)
-        parts: Floats = self._densities[np.arange(configurations.shape[1]), configurations].sum(axis=1)
-        return parts
+        terms: Floats = self._densities[np.arange(configurations.shape[1]), configurations].sum(axis=1)
+        return terms
 
-    def gain(self, slots: Indices, before: Counts, after: Counts) -> Floats:
+    def compute_changes(self, slots: Indices, before: Counts, after: Counts) -> Floats:
         """See ConfigurationCost."""
         clusters = self._clusters[slots]
         gains: Floats = self._densities[clusters, after] - self._densities[clusters, before]
         return gains
 
-    def cost(self, parts: Floats, rooms: Counts) -> Floats:
+    def combine_terms(self, terms: Floats, rooms: Counts) -> Floats:
         """See ConfigurationCost."""
         log_ratios = np.log(np.maximum(rooms, 1))[:, None] - self._sizes
-        costs: Floats = -logsumexp(parts - log_ratios**2 / (2 * SIZE_DEVIATION**2), axis=1)
+        costs: Floats = -logsumexp(terms - log_ratios**2 / (2 * SIZE_DEVIATION**2), axis=1)
         return costs
 
-    def draw(self, uniforms: Floats) -> Counts | None:
+    def draw_configurations(self, uniforms: Floats) -> Counts | None:
         """See ConfigurationCost."""
         clusters = self._near.shape[1]
         similar = self._near[choose(uniforms[:, 0], np.full(len(uniforms), len(self._near)))]
@@ -194,9 +197,9 @@ class DensityCost:
         random = (uniforms[:, 1 + clusters : 1 + 2 * clusters, None] >= bounds).sum(axis=2)
         return np.where(uniforms[:, 1 : 1 + clusters] < self._p_any, random, similar)
 
-    def room_costs(self, parts: Floats, rooms: Counts) -> Floats:
+    def room_costs(self, terms: Floats, rooms: Counts) -> Floats:
         """See ConfigurationCost."""
-        costs: Floats = self.cost(parts, rooms) + logsumexp(parts, axis=1)
+        costs: Floats = self.combine_terms(terms, rooms) + logsumexp(terms, axis=1)
         return costs
 
 
@@ -215,25 +218,25 @@ class DistanceCost:
         self._gains = PUBLISHED_ALPHA[model.segmentation] * PUBLISHED_FLOORS * (1 - 2 * used)
         self._empty = PUBLISHED_ALPHA[model.segmentation] * PUBLISHED_FLOORS * used.sum()
 
-    def start(self, slots: Slots, filled: Indices) -> Floats:  # noqa: ARG002 - for DensityCost
+    def compute_terms(self, slots: Slots, filled: Indices) -> Floats:  # noqa: ARG002 - for DensityCost
         """The cost itself, shape (n, 1)."""
         costs: Floats = self._empty + ((filled != EMPTY) * self._gains).sum(axis=1, keepdims=True)
         return costs
 
-    def gain(self, slots: Indices, before: Counts, after: Counts) -> Floats:
+    def compute_changes(self, slots: Indices, before: Counts, after: Counts) -> Floats:
         """See ConfigurationCost."""
         gains: Floats = (self._gains[slots] * (after - before))[:, None]
         return gains
 
-    def cost(self, parts: Floats, rooms: Counts) -> Floats:  # noqa: ARG002 - for DensityCost
+    def combine_terms(self, terms: Floats, rooms: Counts) -> Floats:  # noqa: ARG002 - for DensityCost
         """See ConfigurationCost."""
-        return parts[:, 0]
+        return terms[:, 0]
 
-    def draw(self, uniforms: Floats) -> Counts | None:  # noqa: ARG002 - for DensityCost
+    def draw_configurations(self, uniforms: Floats) -> Counts | None:  # noqa: ARG002 - for DensityCost
         """See ConfigurationCost."""
         return None
 
-    def room_costs(self, parts: Floats, rooms: Counts) -> Floats:  # noqa: ARG002 - for DensityCost
+    def room_costs(self, terms: Floats, rooms: Counts) -> Floats:  # noqa: ARG002 - for DensityCost
         """See ConfigurationCost."""
         return np.zeros(len(rooms))
 
@@ -254,7 +257,7 @@ class AreaChains:
         # The last row is for EMPTY.
         self._label_counts = np.vstack([label_counts, np.zeros(label_counts.shape[1], np.int64)])
         self._counts = slots.count_areas(filled)
-        self._parts = cost.start(slots, filled)
+        self._terms = cost.compute_terms(slots, filled)
         self._rooms = self._label_counts[filled].sum(axis=1)
         self.violations = self.count_violations(constraints)
         self._n_fixed = int((slots.fixed != EMPTY).sum())
@@ -276,14 +279,14 @@ class AreaChains:
             new = np.where(exchanges, np.where(old == EMPTY, EMPTY, picked), new)
         before = self._counts[every, clusters]
         after = before + (new != EMPTY) - (old != EMPTY)
-        parts = self._parts + self.cost.gain(chosen, before, after)
+        terms = self._terms + self.cost.compute_changes(chosen, before, after)
         rooms = self._rooms + self._label_counts[new] - self._label_counts[old]
         violations = self.constraints.count_violations(rooms, self._labels)
-        costs = self.cost.cost(parts, rooms.sum(axis=1)) + VIOLATION_COST * violations
+        costs = self.cost.combine_terms(terms, rooms.sum(axis=1)) + VIOLATION_COST * violations
         costs[self._counts.sum(axis=1) + after - before <= self._n_fixed] = np.inf
         moved = running & accept(self.costs, costs, uniforms[:, 3])
         self.filled[moved, chosen[moved]], self._counts[moved, clusters[moved]] = new[moved], after[moved]
-        self._parts[moved], self._rooms[moved] = parts[moved], rooms[moved]
+        self._terms[moved], self._rooms[moved] = terms[moved], rooms[moved]
         self.violations[moved], self.costs[moved] = violations[moved], costs[moved]
 
     def jump(self, uniforms: Floats, running: Mask) -> None:
@@ -292,21 +295,21 @@ class AreaChains:
         Single moves seldom lead from the configuration of one floor to that of another.
         """
         slots, clusters = self.slots, len(self.slots.areas)
-        configurations = self.cost.draw(uniforms)
+        configurations = self.cost.draw_configurations(uniforms)
         if configurations is None:
             return
         filled = slots.fill(configurations, uniforms[:, 1 + 2 * clusters : -1])
         counts = slots.count_areas(filled)
-        parts, rooms = self.cost.start(slots, filled), self._label_counts[filled].sum(axis=1)
+        terms, rooms = self.cost.compute_terms(slots, filled), self._label_counts[filled].sum(axis=1)
         violations = self.constraints.count_violations(rooms, self._labels)
         # Configurations are drawn by e^-Γ1 without rooms and constraints, so only these decide.
-        costs = self.cost.room_costs(parts, rooms.sum(axis=1)) + VIOLATION_COST * violations
+        costs = self.cost.room_costs(terms, rooms.sum(axis=1)) + VIOLATION_COST * violations
         costs[(counts != configurations).any(axis=1) | (counts.sum(axis=1) <= self._n_fixed)] = np.inf
-        before = self.cost.room_costs(self._parts, self._rooms.sum(axis=1)) + VIOLATION_COST * self.violations
+        before = self.cost.room_costs(self._terms, self._rooms.sum(axis=1)) + VIOLATION_COST * self.violations
         before[self._counts.sum(axis=1) <= self._n_fixed] = FIXED_ONLY_COST
         moved = running & accept(before, costs, uniforms[:, -1])
         self.filled[moved], self._counts[moved] = filled[moved], counts[moved]
-        self._parts[moved], self._rooms[moved], self.violations[moved] = parts[moved], rooms[moved], violations[moved]
+        self._terms[moved], self._rooms[moved], self.violations[moved] = terms[moved], rooms[moved], violations[moved]
         self.costs = self._compute_costs()
 
     @property
@@ -316,7 +319,7 @@ class AreaChains:
 
     def _compute_costs(self) -> Floats:
         """The cost of each building; buildings with fixed areas only cost more than any other."""
-        costs = self.cost.cost(self._parts, self._rooms.sum(axis=1)) + VIOLATION_COST * self.violations
+        costs = self.cost.combine_terms(self._terms, self._rooms.sum(axis=1)) + VIOLATION_COST * self.violations
         costs[self._counts.sum(axis=1) <= self._n_fixed] = FIXED_ONLY_COST
         return costs
 

@@ -77,12 +77,12 @@ class ConnectedBuilding:
                 self.connect(rooms[one], rooms[other])
 
     def connect(self, one: int, other: int) -> None:
-        """Add a door."""
+        """Add a door between two rooms."""
         self.neighbors[one].add(other)
         self.neighbors[other].add(one)
 
     def disconnect(self, one: int, other: int) -> None:
-        """Remove a door."""
+        """Remove the door between two rooms."""
         self.neighbors[one].discard(other)
         self.neighbors[other].discard(one)
 
@@ -116,11 +116,11 @@ class ConnectedBuilding:
         return is_planar(self.list_doors(), len(self.labels), parts=len(self.areas))
 
     def list_doors(self) -> list[Pair]:
-        """All pairs of rooms with a door, sorted."""
+        """The doors as pairs of room numbers, the smaller one first; sorted."""
         return [(one, other) for one, near in enumerate(self.neighbors) for other in sorted(near) if one < other]
 
     def to_graph(self) -> nx.Graph:
-        """The graph of the building."""
+        """The graph of the building: rooms with their `label` as nodes, doors as edges."""
         graph = nx.Graph()
         graph.add_nodes_from((room, {"label": label}) for room, label in enumerate(self.labels))
         graph.add_edges_from(self.list_doors())

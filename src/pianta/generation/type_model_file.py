@@ -51,6 +51,7 @@ def read_type_model(path: str | Path) -> TypeModel:
 
 
 def _check_type(name: str) -> str:
+    """The building type; raises ValueError unless it is in standard form."""
     if standard_building_type(name) != name:
         raise ValueError(f"the building type {short_repr(name)} is not in lower case")
     return name
@@ -80,6 +81,7 @@ class _Floor(BaseModel):
         return self
 
     def _find_faults(self) -> list[str]:
+        """Messages about doors, areas, clusters and sizes that contradict each other, and rooms without connection."""
         rooms = len(self.labels)
         faults = []
         if stray := [door for door in self.doors if door[0] == door[1] or max(door) >= rooms]:
@@ -102,6 +104,7 @@ class _Floor(BaseModel):
         return [f"the rooms of area {number} are not connected by doors" for number in broken]
 
     def to_floor(self) -> TypeFloor:
+        """The floor with its graph, areas and clusters, as a TypeModel has it."""
         graph = nx.Graph(source=self.source)
         graph.add_nodes_from((room, {"label": label}) for room, label in enumerate(self.labels))
         graph.add_edges_from(self.doors)
@@ -154,6 +157,7 @@ class _Model(BaseModel):
 
 
 def _dump_model(model: TypeModel) -> bytes:
+    """The content of a model file; raises ModelError if it could not be read again."""
     head = {
         **FORMAT.header,
         "building_type": model.building_type,
@@ -185,6 +189,7 @@ def _dump_model(model: TypeModel) -> bytes:
 
 @validation_as(ModelError)
 def _parse_model(content: bytes) -> TypeModel:
+    """The model in the content of a file; raises ModelError with all faults."""
     FORMAT.check_version(content, ModelError)
     try:
         return _Model.model_validate_json(content).to_model()

@@ -60,6 +60,7 @@ def read_label_schema(path: str | Path) -> LabelSchema:
 
 
 def _dump_schema(schema: LabelSchema) -> bytes:
+    """The content of labels.yaml; raises LabelError if it would not read back as the same schema."""
     keys = {
         **FORMAT.header,
         "building_type": schema.building_type,
@@ -103,29 +104,34 @@ class _UniqueKeyLoader(PlainLoader):
         return node
 
 
-def _upper(value: object) -> object:
+def _capitalize(value: object) -> object:
+    """Text in capitals, without spaces around it; any other value unchanged."""
     return value.strip().upper() if isinstance(value, str) else value
 
 
-def _letter_of_size(value: object) -> object:
-    """C, H, S, M or B for a word such as medium."""
-    name = _upper(value)
+def _parse_general_label(value: object) -> object:
+    """The general label whose name is the text, such as "medium"; any other value as `_capitalize` returns it."""
+    name = _capitalize(value)
     return GeneralLabel[name] if isinstance(name, str) and name in GeneralLabel.__members__ else name
 
 
-_Function = Annotated[FCES, BeforeValidator(_upper)]
-_Size = Annotated[GeneralLabel, BeforeValidator(_letter_of_size)]
+_Function = Annotated[FCES, BeforeValidator(_capitalize)]
+_Size = Annotated[GeneralLabel, BeforeValidator(_parse_general_label)]
 
 
 @dataclass
 class _Context:
-    """Of the validation: whether the file is of a later minor version, and the names of earlier labels."""
+    """State of the validation of a file.
+
+    is_later: the file is of a later minor version. names: of the labels that have been validated so far.
+    """
 
     is_later: bool
     names: set[str] = field(default_factory=set)
 
 
-def _new_name(name: str, info: ValidationInfo[_Context]) -> str:
+def _check_new_name(name: str, info: ValidationInfo[_Context]) -> str:
+    """The name of a label in standard form; raises ValueError if an earlier label has the same."""
     standard = standard_name(name)
     if standard in info.context.names:
         raise ValueError(f"an earlier label has the name {standard!r}, rename one")
@@ -133,7 +139,8 @@ def _new_name(name: str, info: ValidationInfo[_Context]) -> str:
     return standard
 
 
-def _quoted_color(color: str) -> str:
+def _check_color(color: str) -> str:
+    """The colour as #rrggbb; raises ValueError for an empty one, since # without quotes starts a comment."""
     if not color:
         raise ValueError('there is no colour, put "#rrggbb" in quotes, since # starts a comment in YAML')
     return standard_color(color)
@@ -153,11 +160,11 @@ class _Part(BaseModel):
 
 
 class _LabelPart(_Part):
-    name: Annotated[str, AfterValidator(_new_name)]
+    name: Annotated[str, AfterValidator(_check_new_name)]
     function: _Function
     size: _Size | None = None
     general: _Size | None = None
-    color: Annotated[str, AfterValidator(_quoted_color)] | None = None
+    color: Annotated[str, AfterValidator(_check_color)] | None = None
     in_experiments: _Function | None = None
     corridor_in_graphs: bool | None = None
 
@@ -194,6 +201,7 @@ class _SchemaPart(_Part):
 
 @validation_as(LabelError)
 def _parse_schema(content: bytes) -> LabelSchema:
+    """The schema in the content of labels.yaml; raises LabelError with every fault."""
     try:
         keys = _UniqueKeyLoader(content).get_single_data()
     except (yaml.YAMLError, ValueError, RecursionError) as exception:

@@ -95,7 +95,7 @@ def find_shift(polygons: Polygons, previous: Polygons) -> tuple[Floats, float]:
     The gain is the share of the previous outlines on new ones with the shift, less that without it. Outlines locate
     better than areas, which overlap for every shift between two floors.
     """
-    cell = max(OUTLINE_CELL, *(_longest_side(floor) / MAX_OUTLINE_CELLS for floor in (polygons, previous)))
+    cell = max(OUTLINE_CELL, *(_measure_extent(floor) / MAX_OUTLINE_CELLS for floor in (polygons, previous)))
     new, new_low = _draw_outlines(polygons, cell)
     old, old_low = _draw_outlines(previous, cell)
     # A cell on an outline counts twice and one beside it once, because no wall is measured twice at the same position.
@@ -134,7 +134,8 @@ def _list_polygons(rooms: list[Room]) -> Polygons:
     return np.array([room.polygon for room in rooms], dtype=object)
 
 
-def _longest_side(polygons: Polygons) -> float:
+def _measure_extent(polygons: Polygons) -> float:
+    """The longer side of the box around all polygons, in their unit."""
     left, bottom, right, top = shapely.total_bounds(polygons)
     return float(max(right - left, top - bottom))
 

@@ -127,7 +127,7 @@ def plot_room_graph(
     for node, center in positions.items():
         width = THICK_OUTLINE if node in fixed else OUTLINE
         ax.add_patch(make_node(center, styles[node], RADIUS, HALF_SIDE, edgecolor=DARK_INK, linewidth=width))
-    _frame(ax, np.array([*positions.values()]).reshape(-1, 2))
+    _set_limits(ax, np.array([*positions.values()]).reshape(-1, 2))
     return ax
 
 
@@ -153,7 +153,7 @@ def draw_contact_sheet(
     titles = titles or [f"{number}: {count_noun(len(graph), 'room')}" for number, graph in enumerate(drawn_graphs, 1)]
     count = f"{MAX_SHEET} of {len(graphs)}" if len(graphs) > MAX_SHEET else None
     handles = list_handles(drawn_graphs, schema, fixed=any(map(len, fixed[:MAX_SHEET])))
-    figure, axes = _start_sheet(len(drawn_graphs), columns, handles, ": ".join(filter(None, (heading, count))))
+    figure, axes = _make_empty_sheet(len(drawn_graphs), columns, handles, ": ".join(filter(None, (heading, count))))
     for ax, graph, nodes, title in zip(axes, drawn_graphs, fixed, titles, strict=False):
         plot_room_graph(graph, ax=ax, schema=schema, fixed=nodes)
         ax.set_title(shorten(title), fontsize=FONT_SIZE, color=DARK_INK, pad=3, parse_math=False)
@@ -180,7 +180,7 @@ def place_nodes(graph: nx.Graph) -> dict[Hashable, tuple[float, float]]:
 
 
 def _place_component(joined: Mask) -> Floats:
-    """Positions of connected nodes, shape (n, 2), from 0 upwards."""
+    """Positions of connected nodes, shape (n, 2); the smallest x and y are 0."""
     if len(joined) == 1:
         return np.zeros((1, 2))
     edges = np.argwhere(np.triu(joined))
@@ -191,7 +191,7 @@ def _place_component(joined: Mask) -> Floats:
 
 
 def _rotate(xy: Floats) -> Floats:
-    """Positions rotated so that the drawing is large in a picture and rather wide than tall, from 0 upwards."""
+    """Positions rotated so that the drawing fills a picture and is flat; the smallest x and y are 0."""
     angles = np.linspace(0, np.pi, ROTATIONS, endpoint=False)
     rotated = [xy @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]]) for a in angles]
     sides = np.ptp(rotated, axis=1)
@@ -245,15 +245,18 @@ def _majorize(xy: Floats, wanted: Floats, steps: int) -> Floats:
 
 
 def _stress(xy: Floats, wanted: Floats) -> float:
+    """Sum of squared differences between distances and wanted ones; each pair has the weight of `_pair_weights`."""
     return float((_pair_weights(wanted) * (_distances(xy) - wanted) ** 2).sum())
 
 
 def _pair_weights(wanted: Floats) -> Floats:
+    """1 / distance² of each pair of nodes, shape (n, n); 0 on the diagonal."""
     off_diagonal = ~np.eye(len(wanted), dtype=bool)
     return np.asarray(np.divide(1, wanted**2, out=np.zeros_like(wanted), where=off_diagonal))
 
 
 def _distances(xy: Floats) -> Floats:
+    """Distances between all pairs of points, shape (n, n)."""
     return np.asarray(np.hypot(*(xy[:, None] - xy).transpose(2, 0, 1)))
 
 
@@ -306,7 +309,7 @@ def _push_apart(xy: Floats, edges: NDArray[np.intp]) -> Floats:
 
 
 def _push_nodes(xy: Floats) -> Floats:
-    """Moves of nodes by half of the distance that they lack to each other, shape (n, 2)."""
+    """Move of each node, shape (n, 2), away from nodes nearer than NODE_GAP, by half of what is missing to it."""
     distances = np.maximum(_distances(xy), 1e-9)
     shares = np.maximum(NODE_GAP / distances - 1, 0) / 2
     np.fill_diagonal(shares, 0)
@@ -314,7 +317,9 @@ def _push_nodes(xy: Floats) -> Floats:
 
 
 def _push_from_edges(xy: Floats, edges: NDArray[np.intp], unrelated: Mask) -> Floats:
-    """Moves of nodes by half of the distance that they lack to edges, shape (n, 2); edges move by the other half.
+    """Move of each node, shape (n, 2), away from edges nearer than EDGE_GAP, by half of what is missing.
+
+    The edges move by the other half.
 
     unrelated: for edge i and node j whether j is no end of i.
     """
@@ -348,14 +353,15 @@ def _pack_components(components: Sequence[Floats]) -> list[Floats]:
 
 
 def _style_room(name: str | None, schema: LabelSchema) -> RoomStyle:
+    """Colour and form of a room with a label; the neutral colour for labels that the schema does not have."""
     label = schema.by_name.get(normalize_label(name) or "")
     if label is None:
         return RoomStyle(NEUTRAL_COLOR)
     return RoomStyle(label.color, is_corridor=label.room_or_corridor(LabelConvention.GRAPHS) == RC.CORRIDOR)
 
 
-def _frame(ax: Axes, xy: Floats) -> None:
-    """Show all nodes, large, but not larger than with LEAST_HEIGHT."""
+def _set_limits(ax: Axes, xy: Floats) -> None:
+    """Set the limits of the axes so that all nodes, shape (n, 2), fill the view; it is LEAST_HEIGHT high at least."""
     low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else np.zeros((2, 2))
     half = (high - low) / 2 + MARGIN
     wide_per_high = ax.bbox.width / ax.bbox.height
@@ -378,6 +384,7 @@ def list_handles(graphs: Sequence[nx.Graph], schema: LabelSchema, *, fixed: bool
 
 
 def _make_handle(text: str, style: RoomStyle, *, fixed: bool = False) -> Line2D:
+    """A legend entry: the node of a room in a style, with a thick outline if it is fixed."""
     from matplotlib.lines import Line2D
 
     marker, width = "s" if style.is_corridor else "o", THICK_OUTLINE if fixed else OUTLINE
@@ -385,8 +392,11 @@ def _make_handle(text: str, style: RoomStyle, *, fixed: bool = False) -> Line2D:
     return Line2D([], [], linestyle="none", marker=marker, markersize=9, label=text, **look)
 
 
-def _start_sheet(count: int, columns: int, handles: Sequence[Line2D], heading: str) -> tuple[Figure, list[Axes]]:
-    """A figure with a heading and a legend, and between them axes in columns, each with space for a title."""
+def _make_empty_sheet(count: int, columns: int, handles: Sequence[Line2D], heading: str) -> tuple[Figure, list[Axes]]:
+    """A figure with `count` empty axes in rows of `columns`, a heading above them and a legend below.
+
+    handles: the entries of the legend. The axes are in reading order, each with space for a title above it.
+    """
     columns = min(columns, count)
     width = CELL_WIDTH * columns
     legend_columns = min(int(width / LEGEND_WIDTH), max(len(handles), 1))

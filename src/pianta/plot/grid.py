@@ -111,7 +111,10 @@ def paint_grid(grid: GridMap, view: tuple[float, float, float, float], size: tup
 
 
 def add_background(pixels: NDArray[np.uint8], figure: Figure, *, bottom: int) -> None:
-    """Add pixels, RGBA, below all else in a figure, at its left side and `bottom` pixels above its lower side."""
+    """Add opaque pixels, RGBA, shape (height, width, 4), to a figure, below all else.
+
+    They are at the left side of the figure, `bottom` pixels above its lower side.
+    """
     from matplotlib.artist import Artist
     from matplotlib.backends.backend_agg import RendererAgg
 
@@ -119,6 +122,7 @@ def add_background(pixels: NDArray[np.uint8], figure: Figure, *, bottom: int) ->
         """Pixels that are not resampled, as Figure.figimage would do."""
 
         def draw(self, renderer: RendererBase) -> None:
+            """Copy the pixels into the picture of Agg, which is fast; other renderers draw them as an image."""
             if isinstance(renderer, RendererAgg):
                 # They are opaque and drawn first, so they can be copied instead of blended.
                 canvas = np.asarray(renderer.buffer_rgba())  # type: ignore[no-untyped-call]

@@ -44,8 +44,8 @@ class RelationalRoomClassifier:
 
         labels: by the name of a label set, labels of the rooms of each floor, in order; None to read one set, with the
         name of the target, from the facts of the target.
-        Raises ModelError for rooms without a label or with several, and for fewer than two labels, RelationError as
-        RoomKernel.
+        Raises ModelError for rooms without a label or with several, and for fewer than two labels; RelationError for
+        floors that RoomKernel refuses.
         """
         interpretations = to_interpretations(floors)
         self.kernel.check(interpretations)
@@ -63,7 +63,7 @@ class RelationalRoomClassifier:
     def decide(self, floors: Sequence[Floor | Interpretation]) -> dict[str, list[Floats]]:
         """By label set, the decision values of the rooms of each floor, shape (rooms, labels_).
 
-        Raises ModelError before `fit`, RelationError as RoomKernel.
+        Raises ModelError before `fit`, RelationError for floors that RoomKernel refuses.
         """
         interpretations = to_interpretations(floors)
         gram = self.kernel.compare(interpretations)
@@ -79,7 +79,7 @@ class RelationalRoomClassifier:
         }
 
     def _read_labels(self, interpretations: Sequence[Interpretation]) -> list[list[str]]:
-        """The labels in the facts of the target."""
+        """For each floor, the labels of its rooms by the facts of the target; ModelError unless each room has one."""
         target = self.kernel.target
         missing, several, labels = [], [], []
         for each in interpretations:
@@ -99,7 +99,7 @@ class RelationalRoomClassifier:
         return labels
 
     def _read_targets(self, interpretation: Interpretation) -> dict[Value, list[str]]:
-        """By room, the different labels in the facts of the target."""
+        """By the identifier of a room, its different labels in the facts of the target."""
         arguments = self.kernel.signatures[self.kernel.target].arguments
         entities = [index for index, argument in enumerate(arguments) if argument.is_entity]
         others = [index for index in range(len(arguments)) if index not in entities]
@@ -130,10 +130,11 @@ class RelationalTypeClassifier:
     def fit(
         self, floors: Sequence[Floor | Interpretation], types: Sequence[str] | None = None
     ) -> RelationalTypeClassifier:
-        """Learn the types of floors; None to read these from the facts.
+        """Learn the building types of floors.
 
-        Raises ModelError for floors without a type and fewer than two types, RelationError as FloorKernel, LabelError
-        as interpret_floor.
+        types: the type of each floor, in order; None to read the types from the facts of the floors.
+        Raises ModelError for floors without a type and for fewer than two types, RelationError for floors that
+        FloorKernel refuses, LabelError for floors that interpret_floor refuses.
         """
         interpretations = self._interpret(floors)
         self.kernel.check(interpretations)
@@ -172,7 +173,7 @@ def to_interpretations(
 
 
 def _read_types(interpretations: Sequence[Interpretation]) -> list[str]:
-    """The building types in the facts."""
+    """The building type of each floor by its facts; raises ModelError unless each floor has one."""
     types = [[str(fact.arguments[0]) for fact in each.facts_of(TARGET)] for each in interpretations]
     faults = [
         f"{each.name} ({len(names)})" for each, names in zip(interpretations, types, strict=True) if len(names) != 1

@@ -78,7 +78,7 @@ class Signature:
 
     @cached_property
     def self_index(self) -> int | None:
-        """The index of the identifier among the arguments; None if the facts declare no entity."""
+        """Index of the argument of kind "self", the identifier of the entity that a fact declares; None without one."""
         return next((index for index, argument in enumerate(self.arguments) if argument.kind == SELF), None)
 
     def standard_arguments(self, arguments: Sequence[Value]) -> tuple[Value, ...]:
@@ -173,10 +173,10 @@ def by_name(signatures: Iterable[Signature]) -> Mapping[str, Signature]:
 
 
 def find_faults(interpretation: Interpretation, signatures: Iterable[Signature]) -> list[str]:
-    """What contradicts the signatures, in the order of the facts; empty if nothing does.
+    """Messages about the facts that contradict the signatures, in the order of the facts.
 
-    Unknown relations and undeclared entities, each once; wrong numbers of arguments; entities declared twice;
-    identifiers that are neither atoms nor integers; numbers that are not finite.
+    They are about unknown relations and undeclared entities, each once; wrong numbers of arguments; entities declared
+    twice; identifiers that are neither atoms nor integers; numbers that are not finite.
     """
     return [fault for _, fault in locate_faults(interpretation, signatures)]
 
@@ -222,7 +222,10 @@ def locate_faults(
 
 
 def _find_fault(value: Value, argument: Argument, declared: tuple[int, str], index: int) -> str | None:
-    """The fault of an argument of fact `index`; declared: index of the fact that declares the value, and its kind."""
+    """The fault of a value in fact `index`, None without one; argument: the declaration of the value's argument.
+
+    declared: index of the first fact that declares the value as an entity, and the kind of the entity.
+    """
     if not isinstance(value, str) and not abs(value) <= float_info.max:
         return f"has no finite {argument.name}, give a number of the size of floats"
     if argument.kind == PROPERTY:
@@ -250,7 +253,7 @@ def _declare_entities(interpretation: Interpretation, named: Mapping[str, Signat
 
 
 def _standard_value(value: object, relation: str) -> Value:
-    """The value as str, int or float of Python."""
+    """The value as str, int or float of Python; raises RelationError for any other type."""
     if isinstance(value, str) and not _NO_TEXT.search(value):
         return str(value)
     # bool is a subclass of int, but not a number here.
@@ -276,12 +279,16 @@ def _shorten(value: object) -> str:
     return text if len(text) <= MAX_TEXT_LENGTH else f"{text[:MAX_TEXT_LENGTH]}…"
 
 
-def _unary(entity: str, name: str, *properties: str, entity_name: str, intensional: bool = False) -> Signature:
+def _unary_signature(
+    entity: str, name: str, *properties: str, entity_name: str, intensional: bool = False
+) -> Signature:
+    """The signature of a relation of one entity; entity: its kind. properties: names of the further arguments."""
     arguments = (Argument(entity_name, entity), *map(Argument, properties))
     return Signature(name, arguments, intensional=intensional)
 
 
-def _binary(entity: str, name: str, initial: str, *, intensional: bool = False) -> Signature:
+def _binary_signature(entity: str, name: str, initial: str, *, intensional: bool = False) -> Signature:
+    """The signature of a symmetric relation of two entities of a kind; their names are the initial with 1 and 2."""
     arguments = (Argument(f"{initial}1", entity), Argument(f"{initial}2", entity))
     return Signature(name, arguments, intensional=intensional, unordered=True)
 
@@ -305,22 +312,22 @@ MEASURES = (
 FLOOR_SIGNATURES: tuple[Signature, ...] = (
     Signature("room", (Argument("room_id", SELF),)),
     BUILDING_TYPE,
-    *(_unary("room", name, name, entity_name="room_id") for name in (*MEASURES, "doors")),
-    _unary("room", "entrance", entity_name="room_id"),
-    _unary("room", "partial", entity_name="room_id"),
-    _binary("room", "connected", "r"),
-    _binary("room", "sharedwall", "r"),
-    _unary("room", "label", "label", entity_name="room_id"),
-    _unary("room", "iscorr", entity_name="room_id", intensional=True),
-    _binary("room", "aligned", "r", intensional=True),
-    _binary("room", "symmetric", "r", intensional=True),
+    *(_unary_signature("room", name, name, entity_name="room_id") for name in (*MEASURES, "doors")),
+    _unary_signature("room", "entrance", entity_name="room_id"),
+    _unary_signature("room", "partial", entity_name="room_id"),
+    _binary_signature("room", "connected", "r"),
+    _binary_signature("room", "sharedwall", "r"),
+    _unary_signature("room", "label", "label", entity_name="room_id"),
+    _unary_signature("room", "iscorr", entity_name="room_id", intensional=True),
+    _binary_signature("room", "aligned", "r", intensional=True),
+    _binary_signature("room", "symmetric", "r", intensional=True),
 )
 
 # Listing 6.1 prints iscorr(room_id::room), but declares no entity room.
 LISTING_SIGNATURES: tuple[Signature, ...] = (
     BUILDING_TYPE,
     Signature("space", (Argument("space_id", SELF),)),
-    _binary("space", "connected", "s"),
-    *(_unary("space", name, name, entity_name="space_id") for name in ("label", "area", "perimeter")),
-    _unary("space", "iscorr", entity_name="room_id", intensional=True),
+    _binary_signature("space", "connected", "s"),
+    *(_unary_signature("space", name, name, entity_name="space_id") for name in ("label", "area", "perimeter")),
+    _unary_signature("space", "iscorr", entity_name="room_id", intensional=True),
 )

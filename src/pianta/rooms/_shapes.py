@@ -41,7 +41,10 @@ class Rectangles:
         return np.asarray(self.sides.min(axis=1))
 
     def distance_to_ends(self, rooms: NDArray[np.int_], points: Floats) -> Floats:
-        """From points (m, 2), each in the room of that row (m,), along the room to its nearer end, shape (m,), m."""
+        """Distance of each point to the nearer short side of the rectangle around its room, shape (m,), m.
+
+        rooms: index of the room of each point, shape (m,). points: shape (m, 2), m.
+        """
         offsets = np.einsum("mij,mij->mi", points[:, None] - self.corners[rooms], self.along[rooms])
         sides = self.sides[rooms]
         to_ends = np.minimum(np.abs(offsets), np.abs(sides - offsets))
@@ -100,7 +103,10 @@ def list_door_ends(floor: Floor) -> DoorEnds:
 
 
 def measure_shapes(outlines: Geometries, rectangles: Rectangles) -> dict[str, Floats]:
-    """Compactness, spread and elongation of outlines, and the share of the rectangle and the hull that they fill."""
+    """Features of n outlines by name, each of shape (n,).
+
+    They are compactness, spread and elongation, and the shares of the rectangle and of the convex hull that are filled.
+    """
     area, perimeter = shapely.area(outlines), shapely.length(outlines)
     return {
         "compactness": 4 * np.pi * area / perimeter**2,
@@ -112,7 +118,11 @@ def measure_shapes(outlines: Geometries, rectangles: Rectangles) -> dict[str, Fl
 
 
 def measure_doors(ends: DoorEnds, rectangles: Rectangles) -> dict[str, Floats]:
-    """Number of doors and openings of a room, their largest distance, and the smallest to an end of the room."""
+    """Features of the doors of n rooms by name, each of shape (n,).
+
+    They are the number of doors and openings, the number of openings, the largest distance between two, and the
+    smallest distance to an end of the room; distances are relative to the length of the room.
+    """
     n = len(rectangles.sides)
     to_ends = np.full(n, np.inf)
     along = rectangles.distance_to_ends(ends.rooms, ends.points) / rectangles.length[ends.rooms]
@@ -138,9 +148,9 @@ def _pad_rings(polygons: Geometries) -> Floats:
 
 
 def _measure_spread(outlines: Geometries) -> Floats:
-    """Mean distance from the centroid to the outline, over the largest one.
+    """Mean distance of the points of each outline from its centroid, divided by the largest; shape (n,), 0 … 1.
 
-    The mean is over the whole outline, so that additional corners within a wall do not change it.
+    The mean is an integral along the outline, so additional corners within a wall do not change it.
     """
     corners, rooms = shapely.get_coordinates(outlines, return_index=True)
     offsets = corners - shapely.get_coordinates(shapely.centroid(outlines))[rooms]
@@ -160,5 +170,5 @@ def _measure_spread(outlines: Geometries) -> Floats:
 
 
 def _integrate_distance(x: Floats, height: Floats) -> Floats:
-    """Integral from 0 to x of the distance between a point and a line at this height, 0 being the foot of the point."""
+    """Integral along a line of the distance to a point; from the foot of the point to x, height is its distance."""
     return np.asarray((x * np.hypot(x, height) + height**2 * np.arcsinh(x / height)) / 2)

@@ -56,7 +56,10 @@ def share_walls(outlines: Geometries, unit: float) -> Floats:
 
 
 def measure_sizes(outlines: Geometries, rectangles: Rectangles, alike: NDArray[np.bool_]) -> dict[str, Floats]:
-    """Size relative to the floor, and the number of rooms that are alike."""
+    """Features of the sizes of n rooms by name, each of shape (n,): relative to the floor and to other rooms.
+
+    Sizes are logarithms of areas. alike: of `find_alike`, shape (n, n).
+    """
     area, n = shapely.area(outlines), len(outlines)
     log_area = np.log(area)
     differences = log_area[None] - log_area[:, None]
@@ -76,7 +79,11 @@ def measure_sizes(outlines: Geometries, rectangles: Rectangles, alike: NDArray[n
 
 @QUIET_BUFFERS
 def measure_facades(outlines: Geometries, rectangles: Rectangles, unit: float) -> dict[str, Floats]:
-    """Share of the outline at the façade, number of sides there, and distance from the middle of the floor."""
+    """Features of the façade of n rooms by name, each of shape (n,).
+
+    They are the share of the outline at the façade, the number of sides there, and the distance from the middle of the
+    floor. unit: the unit of the floor, m.
+    """
     joined = shapely.union_all(shapely.buffer(outlines, JOIN_DISTANCE * unit, join_style="mitre"))
     hull = joined.buffer(CLOSING_DISTANCE * unit, join_style="mitre").buffer(
         -(JOIN_DISTANCE + CLOSING_DISTANCE) * unit, join_style="mitre"
@@ -97,7 +104,10 @@ def measure_facades(outlines: Geometries, rectangles: Rectangles, unit: float) -
 
 
 def measure_walls(walls: Floats, outlines: Geometries) -> dict[str, Floats]:
-    """Number of rooms behind the walls of a room, and their sizes relative to its own."""
+    """Features of the rooms behind the walls of n rooms by name, each of shape (n,): their number and relative sizes.
+
+    walls: of `share_walls`, shape (n, n).
+    """
     log_area = np.log(shapely.area(outlines))
     behind = walls > 0
     larger = log_area[None] - log_area[:, None]
@@ -127,4 +137,5 @@ def _compare_with_nearest(outlines: Geometries, log_area: Floats) -> Floats:
 
 
 def _differences(values: Floats) -> Floats:
+    """Absolute differences of all pairs of values, shape (n, n)."""
     return np.asarray(np.abs(values[:, None] - values))

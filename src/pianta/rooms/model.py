@@ -235,11 +235,11 @@ def describe_neighbours(context: RoomContext, probabilities: Floats) -> Floats:
     surroundings = [
         probabilities,
         context.doors @ probabilities,
-        _average(context.doors, probabilities),
-        _maximum(context.doors, probabilities),
-        _average(at_two_doors, probabilities),
-        _average(context.walls, probabilities),
-        _average(context.alike, probabilities),
+        _average_probabilities(context.doors, probabilities),
+        _highest_probabilities(context.doors, probabilities),
+        _average_probabilities(at_two_doors, probabilities),
+        _average_probabilities(context.walls, probabilities),
+        _average_probabilities(context.alike, probabilities),
         np.broadcast_to(probabilities.mean(axis=0), probabilities.shape),
         np.broadcast_to(np.average(probabilities, axis=0, weights=context.area), probabilities.shape),
     ]
@@ -263,13 +263,20 @@ def join_neighbourhoods(contexts: Sequence[RoomContext]) -> Neighbourhood:
     return Neighbourhood(np.concatenate(doors), np.concatenate(alike), np.concatenate([part.share for part in parts]))
 
 
-def _average(weights: NDArray[np.generic], probabilities: Floats) -> Floats:
-    """Weighted means of the rows of probabilities, 0 if all weights are 0, shape (n, L)."""
+def _average_probabilities(weights: NDArray[np.generic], probabilities: Floats) -> Floats:
+    """Mean class probabilities of the rooms to which each room has a relation, such as a door; shape (n, L).
+
+    weights: of the relations of a room (row) to others (column), shape (n, n). probabilities: shape (n, L). The means
+    are 0 for a room without relations.
+    """
     totals = np.asarray(weights, float).sum(axis=1, keepdims=True)
     return np.asarray(np.asarray(weights, float) @ probabilities / np.maximum(totals, 1e-9))
 
 
-def _maximum(doors: NDArray[np.generic], probabilities: Floats) -> Floats:
-    """The highest probability of each label behind any door, 0 without doors, shape (n, L)."""
+def _highest_probabilities(doors: NDArray[np.generic], probabilities: Floats) -> Floats:
+    """The highest probability of each label among the rooms behind the doors of a room, 0 without doors; shape (n, L).
+
+    doors: above 0 where two rooms have a door, shape (n, n). probabilities: shape (n, L).
+    """
     behind = np.where(np.asarray(doors)[:, :, None] > 0, probabilities[None], 0.0)
     return np.asarray(behind.max(axis=1, initial=0))

@@ -179,8 +179,8 @@ def _check_buildings(floors: Sequence[BuildingFloor], types: Sequence[str], fail
     if few:
         reasons = [f"{item.item} failed: {item.failure}" for item in failed]
         reasons = reasons[:1] + [f"{len(failed) - 1} more failed"] * (len(failed) > 1)
-        faults = f" ({'; '.join(reasons)})" if reasons else ""
-        raise DataError(f"{join_faults(few)}, give {MIN_BUILDINGS} of each type at least{faults}")
+        failures = f" ({'; '.join(reasons)})" if reasons else ""
+        raise DataError(f"{join_faults(few)}, give {MIN_BUILDINGS} of each type at least{failures}")
 
 
 def _group_buildings(floors: Sequence[BuildingFloor]) -> Mapping[str, set[str]]:

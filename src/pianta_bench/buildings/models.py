@@ -41,10 +41,10 @@ BIN_FOLDS = 3
 
 
 class FloorScores(NamedTuple):
-    """Scores of the types of floors, shape (floors, types), and whether each floor is similar to training floors."""
+    """Scores of the types, shape (floors, types); and which floors pianta finds like those of the training."""
 
     values: Floats
-    typical: Mask
+    typical: Mask | None = None
 
 
 def classify_rooms_by_trees(
@@ -111,7 +111,7 @@ def classify_floors_by_trees(
         for i in held_out.tolist():
             predicted = forest.class_probabilities(features[i], len(types)).argmax(axis=1)
             shares[i] = np.bincount(predicted, minlength=len(types)) / len(predicted)
-    return FloorScores(shares, np.ones(len(floors), bool))
+    return FloorScores(shares)
 
 
 def compare_floors(floors: Sequence[BuildingFloor], label_set: LabelSet) -> Callable[[str], Floats]:
@@ -133,7 +133,7 @@ def classify_floors_by_relations(
             gram = compare(building)
             svm = fit_svm(gram[np.ix_(training, training)], [floors[i].annotated.kind for i in training])
             decisions[own] = decide(svm, gram[np.ix_(own, training)], types)
-    return FloorScores(decisions, np.ones(len(floors), bool))
+    return FloorScores(decisions)
 
 
 def classify_floors_by_pianta(floors: Sequence[BuildingFloor], folds: Folds, label_set: LabelSet) -> FloorScores:

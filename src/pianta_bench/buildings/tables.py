@@ -182,8 +182,8 @@ def _name_wrong_floors(scores: Scores, left_out: str) -> Iterator[str]:
     for model, label_set in product(MODELS, LABELS):
         wrong = scores.wrong_floors(left_out, model, label_set)
         yield f"Wrong, {model}, {label_set}: {_name(scores, wrong)}."
-        if model == PIANTA:
-            typical = scores.types[left_out, model, label_set].typical
+        typical = scores.types[left_out, model, label_set].typical
+        if typical is not None:
             yield f"Unlike all training floors, {model}, {label_set}: {_name(scores, ~typical)}."
 
 

@@ -19,7 +19,7 @@ from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import LabelSet, schema_of
 from pianta.rooms.thesis_features import compute_room_features
 from pianta_bench.data.folders import list_maps
-from pianta_bench.harness.table import Row
+from pianta_bench.harness.records import Item
 
 KINDS = ("school", "office")
 
@@ -51,7 +51,7 @@ class AnnotatedFloor:
         return replace(self.floor, rooms=rooms, building_type={})
 
 
-def read_annotated_floors(data: Path) -> tuple[list[AnnotatedFloor], dict[str, tuple[Row, ...]]]:
+def read_annotated_floors(data: Path) -> tuple[list[AnnotatedFloor], dict[str, tuple[Item, ...]]]:
     """The floors of data/buildings/school and data/buildings/office; and by type the files that cannot be read.
 
     The floors have a building type, and their rooms labels of its schema.
@@ -70,7 +70,7 @@ def read_annotated_floors(data: Path) -> tuple[list[AnnotatedFloor], dict[str, t
 
 def read_annotated_buildings(
     data: Path, building_type: str, prepare: Callable[[AnnotatedFloor], Prepared]
-) -> tuple[list[Prepared], tuple[Row, ...]]:
+) -> tuple[list[Prepared], tuple[Item, ...]]:
     """What `prepare` returns for each drawing of data/buildings/TYPE; and the drawings that failed, with the reason.
 
     prepare: raises PiantaError for a drawing that fails.
@@ -84,7 +84,7 @@ def read_annotated_buildings(
             floor = read_drawing(folder / f"{item}.xml")
             prepared.append(prepare(AnnotatedFloor(item, building_type, f"{building_type}/{building}", floor)))
         except PiantaError as error:
-            failed.append(Row(item, {}, one_line_reason(error)))
+            failed.append(Item(building_type, item, one_line_reason(error)))
     return prepared, tuple(failed)
 
 

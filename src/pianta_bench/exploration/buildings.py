@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import networkx as nx
@@ -16,14 +16,14 @@ from pianta.io._files import one_line_reason
 from pianta.labels import SCHEMAS, standard_name
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
-from pianta_bench.harness.table import Row
+from pianta_bench.exploration import SETS, SYNTHETIC
 
-SYNTHETIC = "synthetic"
-SETS = ("school", "office", SYNTHETIC)
 SYNTHETIC_SEEDS = range(3)
-# A label is looked for where at most so many rooms have it, and at least so many floors of other buildings.
-MOST_ROOMS, LEAST_OTHERS = 2, 4
-# What robots start in, or are in all the time, is not looked for.
+# Robots search for a label that at most this many rooms of the floor have. Chosen by hand.
+MAX_ROOMS = 2
+# And that is on at least this many floors of other buildings. Chosen by hand.
+MIN_OTHER_FLOORS = 4
+# Robots start in such rooms, or pass through them all the time: no search for these.
 WAYS = (*CORRIDOR_LABELS, "ENTRANCE")
 
 
@@ -31,11 +31,11 @@ WAYS = (*CORRIDOR_LABELS, "ENTRANCE")
 class ExploredBuilding:
     """A floor to explore.
 
-    kind: its set. others: the floors of all other buildings of its type as a model takes them, none where these are too
-    few. labels: those to look for.
+    part: the set it belongs to. others: the room graphs of all other buildings of its type, to learn from; empty if
+    these are too few. labels: those to search for.
     """
 
-    kind: str
+    part: str
     name: str
     floor: Floor
     others: tuple[nx.Graph, ...] = ()
@@ -44,15 +44,18 @@ class ExploredBuilding:
 
 @dataclass(frozen=True, eq=False)
 class BuildingSet:
-    """The buildings of a set. failed: what cannot be read. unmodelled: what no model takes, and why."""
+    """The buildings of a set.
+
+    failures: by floor that cannot be read the reason. unmodelled: by floor that no model can learn from the reason.
+    """
 
     buildings: tuple[ExploredBuilding, ...]
-    failed: tuple[Row, ...] = ()
-    unmodelled: tuple[Row, ...] = ()
+    failures: Mapping[str, str] = field(default_factory=dict)
+    unmodelled: Mapping[str, str] = field(default_factory=dict)
 
 
-def check_sets(names: Sequence[str]) -> tuple[str, ...]:
-    """The names without doubles, all of SETS for none; raises OptionError for others."""
+def choose_sets(names: Sequence[str]) -> tuple[str, ...]:
+    """The sets of these names, each once, all of SETS without names; raises OptionError for others."""
     for name in names:
         if name not in SETS:
             raise OptionError(f"set is {name!r}, give one of {', '.join(SETS)}")
@@ -60,56 +63,56 @@ def check_sets(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def make_buildings() -> BuildingSet:
-    """Synthetic floors of each kind; no model fits their labels."""
+    """Synthetic floors of each layout; no model fits their labels."""
     return BuildingSet(
         tuple(
-            ExploredBuilding(SYNTHETIC, f"{kind}-{seed}", make_floor(kind, seed=seed))
-            for kind in FLOOR_MAKERS
+            ExploredBuilding(SYNTHETIC, f"{layout}-{seed}", make_floor(layout, seed=seed))
+            for layout in FLOOR_MAKERS
             for seed in SYNTHETIC_SEEDS
         )
     )
 
 
-def read_buildings(data: Path, kind: str) -> BuildingSet:
-    """The floors of data/buildings/KIND/*.xml.
+def read_buildings(data: Path, building_type: str) -> BuildingSet:
+    """The floors of data/buildings/TYPE/*.xml.
 
     Floors in several parts, or with labels that the type does not have, are explored, but no model learns from them.
-    Raises DataError where there is no floor, or none can be read.
+    Raises DataError if there is no floor, or none can be read.
     """
-    drawn, failed = read_annotated_buildings(data, kind, lambda floor: floor)
-    if not drawn:
-        raise DataError(f"no floor of {kind}s can be read, the first: {failed[0].item}, {failed[0].failure}")
-    graphs, unmodelled = {}, []
-    for floor in drawn:
+    floors, failed = read_annotated_buildings(data, building_type, lambda floor: floor)
+    if not floors:
+        raise DataError(f"no floor of {building_type}s can be read, the first: {failed[0].item}, {failed[0].failure}")
+    graphs, unmodelled = {}, {}
+    for floor in floors:
         try:
             graph = floor.floor.graph()
             graph.graph["source"] = floor.item
-            graphs[floor.item] = prepare_room_graph(graph, SCHEMAS[kind])
+            graphs[floor.item] = prepare_room_graph(graph, SCHEMAS[building_type])
         except PiantaError as error:
-            unmodelled.append(Row(floor.item, {}, one_line_reason(error)))
+            unmodelled[floor.item] = one_line_reason(error)
     buildings = []
-    for floor in drawn:
-        others = [other for other in drawn if other.building != floor.building]
-        known = tuple(graphs[other.item] for other in others if other.item in graphs)
+    for floor in floors:
+        others = [other for other in floors if other.building != floor.building]
+        training = tuple(graphs[other.item] for other in others if other.item in graphs)
+        usable = training if len(training) >= MIN_FLOORS else ()
         labels = choose_labels(floor, others)
-        usable = known if len(known) >= MIN_FLOORS else ()
-        buildings.append(ExploredBuilding(kind, floor.item, floor.floor, usable, labels))
-    return BuildingSet(tuple(buildings), failed, tuple(unmodelled))
+        buildings.append(ExploredBuilding(building_type, floor.item, floor.floor, usable, labels))
+    return BuildingSet(tuple(buildings), {row.item: row.failure or "" for row in failed}, unmodelled)
 
 
 def choose_labels(floor: AnnotatedFloor, others: Sequence[AnnotatedFloor]) -> tuple[str, ...]:
-    """Labels worth a search: of one or two rooms of a floor, and on some of the others; sorted."""
-    here = list_labels(floor.floor)
+    """Labels to search for, sorted: rare on the floor, and known from other floors."""
+    labels = list_labels(floor.floor)
     elsewhere = [label for other in others for label in {*list_labels(other.floor)}]
     return tuple(
         label
-        for label in sorted({*here} - {*WAYS})
-        if here.count(label) <= MOST_ROOMS and elsewhere.count(label) >= LEAST_OTHERS
+        for label in sorted({*labels} - {*WAYS})
+        if labels.count(label) <= MAX_ROOMS and elsewhere.count(label) >= MIN_OTHER_FLOORS
     )
 
 
 def list_labels(floor: Floor) -> list[str]:
-    """The labels of the rooms in standard form; those that are none are left out."""
+    """The labels of the rooms in standard form, without invalid ones."""
     labels = []
     for room in floor.rooms:
         try:

@@ -1,9 +1,9 @@
-"""Sections 8.3 and 8.4: how far robots drive to explore buildings, and to find a room, by each policy."""
+"""How far robots drive to explore buildings, and to find a room, with each policy (sections 8.3 and 8.4)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from time import process_time
 
@@ -15,117 +15,89 @@ from pianta.exploration.lidar import Lidar, Pose, scan
 from pianta.exploration.world import build_world
 from pianta.worlds.floors import make_floor
 from pianta_bench.data.folders import find_data
-from pianta_bench.exploration.buildings import (
-    SYNTHETIC,
-    BuildingSet,
-    ExploredBuilding,
-    check_sets,
-    make_buildings,
-    read_buildings,
-)
-from pianta_bench.exploration.policies import check_policies
-from pianta_bench.exploration.runs import BuildingRuns, RunSettings, run_building
-from pianta_bench.harness.comparison import Items
-from pianta_bench.harness.table import Row
+from pianta_bench.exploration import SYNTHETIC
+from pianta_bench.exploration.buildings import choose_sets, make_buildings, read_buildings
+from pianta_bench.exploration.policies import COMPARED_POLICIES, ComparedPolicy, choose_policies
+from pianta_bench.exploration.runs import SHARES, TO_ROOM, Run, RunSettings, name_share, run_building
+from pianta_bench.exploration.scores import pair_runs
+from pianta_bench.harness.parallel import run_steps
+from pianta_bench.harness.records import Item, Results, Track
 
-STARTS, RESOLUTION, SEED, JOBS = 3, 0.1, 0, 1
+# Limits of the resolution, metres per cell.
 FINEST, COARSEST = 0.02, 0.5
-# Scans that are timed, with numba and without.
+# Scans that are timed, by whether there is numba.
 TIMED = {True: 2000, False: 40}
 
 
-@dataclass(frozen=True)
-class ScanCost:
-    """Scans a second of processor time on one core. numba: whether it did them."""
-
-    beams: int
-    scans_a_second: float
-    numba: bool
-
-
-@dataclass(frozen=True, eq=False)
-class ExplorationBench:
-    """What was measured. sets, results: by set; the buildings that could be read, and the runs in each of them."""
-
-    settings: RunSettings
-    sets: Mapping[str, BuildingSet]
-    results: Mapping[str, Sequence[BuildingRuns]]
-    scans: ScanCost
-
-    @property
-    def items(self) -> Items:
-        """The figures of every run, and what failed, by set."""
-        return {
-            kind: [*self.sets[kind].failed, *(row for result in results for row in _list_rows(result))]
-            for kind, results in self.results.items()
-        }
-
-
-def measure_exploration(
+def measure(
     data: Path | None = None,
     *,
-    sets: Sequence[str] = (),
-    policies: Sequence[str] = (),
-    starts: int = STARTS,
-    resolution: float = RESOLUTION,
+    sets: Sequence[str] | None = None,
+    policies: Sequence[str] | None = None,
+    starts: int = 3,
+    resolution: float = 0.1,
     searches: bool = True,
-    jobs: int = JOBS,
-    seed: int = SEED,
-    track: Callable[[Sequence[str]], Iterable[str]] = iter,
-) -> ExplorationBench:
-    """Explore data/buildings/school/*.xml, office/*.xml and synthetic floors by each policy from several starts.
+    jobs: int = 1,
+    seed: int = 0,
+    track: Track = iter,
+    registry: Mapping[str, ComparedPolicy] = COMPARED_POLICIES,
+) -> Results:
+    """Explore data/buildings/school/*.xml, office/*.xml and synthetic floors with each policy from several starts.
 
-    What predicts learns from all other buildings of the type; for synthetic ones there is no model.
-    data: as find_data takes it, not looked for where all is synthetic. sets, policies: all unless given.
-    starts: at most so many of each building, 0 for all. resolution: metres per cell.
-    searches: whether rooms are looked for. jobs: processes; figures do not depend on them.
-    track: wraps the names of the buildings, to show progress.
-    Raises OptionError for names that are none, and values without meaning; DataError where a set has no floor.
+    Policies that predict learn from all other buildings of the type; for synthetic ones there is no model.
+    data: as of `find_data`, not needed if all buildings are synthetic. sets, policies: all by default.
+    starts: the most for each building, 0 for all. resolution: metres per cell.
+    searches: whether robots also search for rooms. jobs: processes; figures do not depend on them.
+    track: wraps the names of the buildings, to show progress. registry: the policies to choose from.
+    Raises OptionError for unknown names and invalid values; DataError if a set has no floor.
     """
-    settings = RunSettings(check_policies(policies), starts, resolution, searches, seed)
-    kinds = check_sets(sets)
+    settings = RunSettings(choose_policies(policies or (), registry), starts, resolution, searches, seed)
+    chosen = choose_sets(sets or ())
     if not FINEST <= resolution <= COARSEST:
         raise OptionError(f"resolution is {resolution}, give {FINEST} to {COARSEST} m")
     if starts < 0 or jobs < 1:
         raise OptionError(f"starts are {starts} and jobs {jobs}, give 0 or more starts and 1 job or more")
-    read = {kind: make_buildings() if kind == SYNTHETIC else read_buildings(find_data(data), kind) for kind in kinds}
-    buildings = [building for of in read.values() for building in of.buildings]
-    done = list(_run_all(buildings, settings, jobs, track))
-    results = {kind: [result for result in done if result.kind == kind] for kind in kinds}
-    return ExplorationBench(settings, read, results, time_scans())
+    options = {"policies": [*settings.policies], "starts": starts, "resolution": resolution, "searches": searches}
+    results = Results({"sets": chosen, **options, "seed": seed})
+    read = {part: make_buildings() if part == SYNTHETIC else read_buildings(find_data(data), part) for part in chosen}
+    for part, building_set in read.items():
+        results.items += [Item(part, name, reason) for name, reason in building_set.failures.items()]
+    buildings = [building for building_set in read.values() for building in building_set.buildings]
+    steps = {f"{building.part} {building.name}": partial(run_building, building, settings) for building in buildings}
+    runs: list[Run] = []
+    for measured in run_steps(steps, jobs=jobs, track=track):
+        results.extend(measured)
+        runs += measured.objects["runs"]
+    results.objects |= {"settings": settings, "buildings": buildings, "runs": runs}
+    results.details["runs"] = [run.as_json() for run in runs]
+    results.details["left_out"] = {part: list_left_out(results, part) for part in chosen}
+    results.details["unmodelled"] = {part: building_set.unmodelled for part, building_set in read.items()}
+    results.details["scans"] = time_scans()
+    return results
 
 
-def _run_all(
-    buildings: Sequence[ExploredBuilding],
-    settings: RunSettings,
-    jobs: int,
-    track: Callable[[Sequence[str]], Iterable[str]],
-) -> Iterable[BuildingRuns]:
-    names = [f"{building.kind} {building.name}" for building in buildings]
-    if jobs == 1:
-        return (run_building(building, settings) for _, building in zip(track(names), buildings, strict=True))
-    from joblib import Parallel, delayed
-
-    made = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(run_building)(building, settings) for building in buildings
-    )
-    return (result for _, result in zip(track(names), made, strict=True))
+def list_left_out(results: Results, part: str) -> dict[str, tuple[str, ...]]:
+    """The starts and searches of a set that do not count in the tables, by share or "searches"."""
+    metrics = {f"{share:g}": name_share(share) for share in SHARES} | {"searches": TO_ROOM}
+    return {
+        name: pair_runs(results.select(part=part, metric=metric), results.options["policies"]).left_out
+        for name, metric in metrics.items()
+    }
 
 
-def time_scans() -> ScanCost:
-    """Time the lidar, with its noise, from free places of a synthetic building in cells of 0.1 m."""
+def time_scans() -> dict[str, float]:
+    """Scans with noise per second of processor time on one core, from free positions of a synthetic building.
+
+    The cells are of 0.1 m. beams: of each scan. numba: whether it was used.
+    """
     world, lidar, rng = build_world(make_floor("ring", seed=0)), Lidar(), np.random.default_rng(0)
     cells = np.argwhere(world.free)
     count = TIMED[has_numba()]
     chosen = cells[rng.integers(len(cells), size=count)].tolist()
     poses = [Pose(*world.point((row, col))) for row, col in chosen]
-    # The first one compiles.
-    scan(world, poses[0], lidar, rng)
+    scan(world, poses[0], lidar, rng)  # the first one compiles
     began = process_time()
     for pose in poses:
         scan(world, pose, lidar, rng)
-    return ScanCost(lidar.beams, count / max(process_time() - began, 1e-9), has_numba())
-
-
-def _list_rows(result: BuildingRuns) -> list[Row]:
-    return [Row(result.name, {}, result.failure)] if result.failure else [run.row for run in result.runs]
+    scans_per_second = count / max(process_time() - began, 1e-9)
+    return {"beams": lidar.beams, "scans_per_second": scans_per_second, "numba": has_numba()}

@@ -1,12 +1,13 @@
-"""The runs of all policies in one building: from its starts through all of it, and to the rooms that are looked for."""
+"""The runs of all policies in one building: from its starts through all of it, and to rooms that robots search for."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
-from math import isfinite
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from math import inf, isfinite
 from time import process_time
+from typing import Any
 
 import numpy as np
 
@@ -18,63 +19,74 @@ from pianta.generation.type_model import learn_type
 from pianta.labels import SCHEMAS
 from pianta.prediction.unexplored_part import FloorSampler
 from pianta_bench.exploration.buildings import ExploredBuilding
-from pianta_bench.exploration.policies import CONTENDERS
-from pianta_bench.harness.table import Column, Figures, Row, measure_row
+from pianta_bench.exploration.policies import ComparedPolicy
+from pianta_bench.harness.records import NO_FIGURES, Figures, Item, Results
 
+# Shares of the area of which the distances are in the tables, and those of the curves.
 SHARES = (0.8, 0.9, 0.95, 0.99)
 CURVE = tuple((np.arange(100) / 100).tolist())
-FOUND, METRES, SHARE, AREA = "metres to the room", "metres", "share", "area"
+TO_ROOM, METRES, SHARE, AREA = "metres to the room", "metres", "share", "area"
 DECISIONS, SCANS, SECONDS = "decisions", "scans", "seconds"
-COLUMNS = tuple(Column(key, key, "") for key in (METRES, SHARE, AREA, DECISIONS, SCANS, SECONDS))
+METRICS = (METRES, SHARE, AREA, DECISIONS, SCANS, SECONDS)
 
 
 def name_share(share: float) -> str:
-    """The key of the metres to a share."""
+    """The metric of the metres to a share."""
     return f"metres to {100 * share:.0f} %"
 
 
 @dataclass(frozen=True)
 class RunSettings:
-    """How buildings are explored. starts: at most so many of each, 0 for all. resolution: metres per cell."""
+    """How buildings are explored.
 
-    policies: tuple[str, ...]
+    policies: by name. starts: the most for each building, 0 for all. resolution: metres per cell.
+    """
+
+    policies: Mapping[str, ComparedPolicy]
     starts: int = 3
     resolution: float = 0.1
     searches: bool = True
     seed: int = 0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass
 class Run:
-    """A run of a policy from a start, by its number. label: what was looked for, None when all was explored.
+    """A run of a policy from a start, numbered from 1; its figures are the records of its item.
 
-    row: its figures. outcome: why it ended, empty for one that failed. curve: metres to each share of CURVE, inf for
-    never. found: of an exploration, metres to each label to be looked for that came into sight.
+    position: x, y of the start, m. label: what it searches for, None for an exploration. outcome: why it ended, empty
+    if it failed. curve: of an exploration, metres to each share of CURVE, inf for never.
     """
 
+    part: str
+    building: str
     start: int
+    position: Point
     policy: str
-    label: str | None
-    row: Row
+    label: str | None = None
     outcome: str = ""
-    curve: tuple[float, ...] = ()
-    found: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
-class BuildingRuns:
-    """All runs in a building. points: x, y of each start. failure: why there are no runs."""
-
-    kind: str
-    name: str
-    points: tuple[Point, ...] = ()
-    runs: tuple[Run, ...] = ()
     failure: str | None = None
+    curve: tuple[float, ...] = ()
+
+    @property
+    def item(self) -> str:
+        """Its name in the results."""
+        label = f", {self.label}" if self.label else ""
+        return f"{self.building} start {self.start}, {self.policy}{label}"
+
+    @property
+    def fields(self) -> dict[str, Any]:
+        """The fields of its records besides part, item and metric."""
+        return {"building": self.building, "start": self.start, "policy": self.policy, "label": self.label}
+
+    def as_json(self) -> dict[str, object]:
+        """The run without its figures and its curve."""
+        run = {"part": self.part, "item": self.item, **self.fields}
+        return run | {"position": self.position, "outcome": self.outcome, "failure": self.failure}
 
 
 @dataclass(frozen=True, eq=False)
-class BuildingAtWork:
-    """A building while it is explored: its world, starts, and sampler, made once for all runs."""
+class PreparedBuilding:
+    """A building ready to be explored: its world, starts, and sampler are made once for all runs."""
 
     building: ExploredBuilding
     settings: RunSettings
@@ -86,97 +98,101 @@ class BuildingAtWork:
 
     @cached_property
     def points(self) -> tuple[Point, ...]:
-        """x, y of the starts."""
+        """x, y of the starts, m."""
         points = find_starts(self.world)
         return tuple(points[: self.settings.starts or len(points)])
 
     @cached_property
     def sampler(self) -> FloorSampler | None:
-        """Samples floors as those of the other buildings; None where no model fits."""
+        """Samples floors like the other buildings; None if no model fits."""
         if not self.building.others:
             return None
-        return FloorSampler(learn_type(self.building.others, SCHEMAS[self.building.kind]))
+        return FloorSampler(learn_type(self.building.others, SCHEMAS[self.building.part]))
 
     def explore(self, policy: str, start: int, *, label: str | None = None) -> tuple[Exploration, float]:
-        """A run, and the seconds of the processor that it took."""
-        contender = CONTENDERS[policy]
-        chosen = contender.make(self.sampler if contender.predicts else None, label)
+        """A run from a start, numbered from 1, and its processor time, s."""
+        compared = self.settings.policies[policy]
+        chosen = compared.make(sampler=self.sampler if compared.predicts else None, find=label)
         began = process_time()
-        run = explore(self.world, chosen, starts=[self.points[start]], find=label, seed=self.settings.seed)
+        run = explore(self.world, chosen, starts=[self.points[start - 1]], find=label, seed=self.settings.seed)
         return run, process_time() - began
 
 
-def run_building(building: ExploredBuilding, settings: RunSettings) -> BuildingRuns:
-    """Explore a building by all policies from all starts, and look for its rooms; what fails is told, not raised."""
-    work, name = BuildingAtWork(building, settings), building.name
-
-    def begin(_: str) -> Iterator[Figures]:
-        yield {METRES: float(len(work.points))}
-
-    begun = measure_row(name, begin, columns=COLUMNS)
-    if begun.failure:
-        return BuildingRuns(building.kind, name, failure=begun.failure)
-    runs = [_run(work, policy, start) for start in range(len(work.points)) for policy in settings.policies]
-    if settings.searches:
-        runs += [found for start in range(len(work.points)) for found in _search(work, start, runs)]
-    return BuildingRuns(building.kind, name, work.points, tuple(runs))
+def run_building(building: ExploredBuilding, settings: RunSettings) -> Results:
+    """Explore a building with all policies from all starts, and search for its rooms; objects["runs"]: each `Run`."""
+    prepared, results = PreparedBuilding(building, settings), Results(objects={"runs": []})
+    results.measure(building.part, building.name, lambda: [NO_FIGURES] * len(prepared.points))
+    if not results.failed:
+        results.items.clear()  # the runs are the items
+        for start in range(1, len(prepared.points) + 1):
+            _run_from(prepared, start, results)
+    return results
 
 
-def _run(work: BuildingAtWork, policy: str, start: int, *, label: str | None = None) -> Run:
-    """One run, and what it found."""
-    made: list[Exploration] = []
-
-    def measure(_: str) -> Iterator[Figures]:
-        run, seconds = work.explore(policy, start, label=label)
-        made.append(run)
-        yield {**_describe(run), SECONDS: seconds}
-        reached = {share: run.distance_to(share) for share in SHARES} if label is None else {}
-        yield {name_share(share): metres if isfinite(metres) else None for share, metres in reached.items()}
-        if label is not None:
-            yield {FOUND: float(run.distance[-1]) if run.found_room is not None else None}
-
-    looked = f", {label}" if label else ""
-    row = measure_row(f"{work.building.name} start {start + 1}, {policy}{looked}", measure, columns=COLUMNS)
-    if not made:
-        return Run(start, policy, label, row)
-    (run,) = made
-    if label is not None:
-        return Run(start, policy, label, row, run.outcome)
-    found = {name: metres for name in work.building.labels if isfinite(metres := measure_search(work.world, run, name))}
-    return Run(start, policy, None, row, run.outcome, tuple(map(run.distance_to, CURVE)), found)
-
-
-def _describe(run: Exploration) -> dict[str, float]:
-    return {
-        METRES: float(run.distance[-1]),
-        SHARE: float(run.share[-1]),
-        AREA: run.reachable_area,
-        DECISIONS: float(run.decisions),
-        SCANS: float(len(run.area)),
-    }
-
-
-def _search(work: BuildingAtWork, start: int, runs: Sequence[Run]) -> Iterator[Run]:
-    """The runs to each label from a start; those of classical policies are the beginnings of their explorations."""
-    explorations = {run.policy: run for run in runs if run.start == start and run.label is None}
-    classical = [run for policy, run in explorations.items() if not CONTENDERS[policy].predicts]
-    # What no classical policy finds cannot be reached.
-    there = [label for label in work.building.labels if any(label in run.found for run in classical)]
-    for label in there:
-        for policy, run in explorations.items():
-            if CONTENDERS[policy].predicts:
-                yield _run(work, policy, start, label=label)
+def _run_from(prepared: PreparedBuilding, start: int, results: Results) -> None:
+    """All runs from a start. The searches of classical policies are the beginnings of their explorations."""
+    building, policies = prepared.building, prepared.settings.policies
+    new_run = partial(Run, building.part, building.name, start, prepared.points[start - 1])
+    runs = {policy: new_run(policy) for policy in policies}
+    explorations = {policy: _measure_run(prepared, run, results) for policy, run in runs.items()}
+    for label in building.labels if prepared.settings.searches else ():
+        metres = {
+            policy: measure_search(prepared.world, exploration, label) if exploration else inf
+            for policy, exploration in explorations.items()
+            if not policies[policy].predicts
+        }
+        if not isfinite(min(metres.values(), default=inf)):
+            continue  # what no classical policy reaches cannot be reached
+        for policy in policies:
+            run = new_run(policy, label)
+            if policies[policy].predicts:
+                _measure_run(prepared, run, results)
                 continue
-            item = f"{work.building.name} start {start + 1}, {policy}, {label}"
-            row = Row(item, {FOUND: run.found.get(label)}, run.row.failure)
-            yield Run(start, policy, label, row, run.outcome)
+            run.outcome, run.failure = runs[policy].outcome, runs[policy].failure
+            results.items.append(Item(run.part, run.item, run.failure))
+            reached = metres[policy] if isfinite(metres[policy]) else None
+            results.add(run.part, run.item, {TO_ROOM: reached}, **run.fields)
+            results.objects["runs"].append(run)
 
 
-def measure_search(world: World, run: Exploration, label: str) -> float:
-    """Metres of an exploration until a room of a label was recognised; inf when none was."""
-    known = [
-        at.get(room, float("inf"))
+def _measure_run(prepared: PreparedBuilding, run: Run, results: Results) -> Exploration | None:
+    """Drive one run, and add it with its figures to the results; None if it failed."""
+    explorations: list[Exploration] = []
+
+    def measure() -> Iterator[Figures]:
+        exploration, seconds = prepared.explore(run.policy, run.start, label=run.label)
+        explorations.append(exploration)
+        yield {
+            METRES: float(exploration.distance[-1]),
+            SHARE: float(exploration.share[-1]),
+            AREA: exploration.reachable_area,
+            DECISIONS: float(exploration.decisions),
+            SCANS: float(len(exploration.area)),
+            SECONDS: seconds,
+        }
+        if run.label is not None:
+            yield {TO_ROOM: float(exploration.distance[-1]) if exploration.found_room is not None else None}
+            return
+        metres = {share: exploration.distance_to(share) for share in SHARES}
+        yield {name_share(share): distance if isfinite(distance) else None for share, distance in metres.items()}
+
+    failed = dict.fromkeys((*METRICS, *([TO_ROOM] if run.label else map(name_share, SHARES))))
+    results.measure(run.part, run.item, measure, failed=failed, **run.fields)
+    results.objects["runs"].append(run)
+    run.failure = results.items[-1].failure
+    if not explorations:
+        return None
+    (exploration,) = explorations
+    run.outcome = exploration.outcome
+    run.curve = tuple(map(exploration.distance_to, CURVE)) if run.label is None else ()
+    return exploration
+
+
+def measure_search(world: World, exploration: Exploration, label: str) -> float:
+    """Metres of an exploration until a room of a label was recognised; inf if none was."""
+    metres = [
+        distances.get(room, inf)
         for room in find_rooms(world.floor, [label])
-        for at in (run.recognised_at, run.entered_at)
+        for distances in (exploration.recognised_at, exploration.entered_at)
     ]
-    return min(known, default=float("inf"))
+    return min(metres, default=inf)

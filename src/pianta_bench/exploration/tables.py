@@ -1,187 +1,191 @@
-"""An ExplorationBench in tables: the bars, metres, ratios, searches, and time, for each set."""
+"""Distances of the policies that predict against the others; and for each set distances, ratios, searches, and time."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, product
 
-from pianta.evaluation.bootstrap import Interval
-from pianta_bench.exploration.buildings import SYNTHETIC
-from pianta_bench.exploration.measure import ExplorationBench
-from pianta_bench.exploration.policies import CONTENDERS, NEAREST
-from pianta_bench.exploration.runs import DECISIONS, SCANS, SECONDS, SHARES, BuildingRuns
-from pianta_bench.exploration.scores import (
-    average_metres,
-    compare_policies,
-    compare_sums,
-    find_best,
-    pair_searches,
-    pair_share,
+from pianta_bench.exploration import SYNTHETIC
+from pianta_bench.exploration.policies import NEAREST
+from pianta_bench.exploration.runs import DECISIONS, SCANS, SECONDS, SHARES, TO_ROOM, name_share
+from pianta_bench.exploration.scores import Pairs, compare_policies, compare_sums, find_best, pair_runs
+from pianta_bench.harness.records import Record, Results, select_records
+from pianta_bench.harness.tables import Cell, FilledTable, Table
+
+COMPARED_SHARE = 0.9
+MAX_NAMES = 12  # in a note
+SHARE_LABELS = {name_share(share): f"{100 * share:.0f} %" for share in SHARES}
+RATIO = ("ratio", "from", "to")
+SUMS = ("sums", "sums from", "sums to")
+SUMS_LABELS = {"sums from": "sums\nfrom", "sums to": "sums\nto"}
+INTERVAL_NOTE = "From, to: 95 % of the means when buildings are resampled (bootstrap)."
+
+PREDICTING = Table(
+    title="Sections 8.3 and 8.4, {sets}: distances of policies that predict",
+    rows=("comparison",),
+    columns=("metric",),
+    where={"metric": [*RATIO, *SUMS]},
+    labels=SUMS_LABELS,
+    summarise=Cell.only,
+    unit="% of the other's",
+    notes=("Best: the fewest metres on average of those that do not predict.", INTERVAL_NOTE),
 )
-from pianta_bench.harness.comparison import Cell, ComparisonRow, ComparisonTable
-
-BAR_SHARE, MAX_NAMED = 0.9, 12
-INTERVAL = ("ratio", "from", "to")
-MEANT = "From, to: 95 % of the means when buildings are drawn again (bootstrap)."
-
-
-def tabulate_exploration(bench: ExplorationBench) -> tuple[ComparisonTable, ...]:
-    """The bars over all buildings of the data, then for each set metres, ratios, searches, and time."""
-    tables = [tabulate_bars(bench)] if _list_predicting(bench) else []
-    for kind, results in bench.results.items():
-        tables += [tabulate_metres(bench, kind, results), tabulate_ratios(bench, kind, results)]
-        if pair_searches(results, bench.settings.policies).count:
-            tables += [tabulate_searches(bench, kind, results), tabulate_labels(bench, kind, results)]
-        tables.append(tabulate_time(bench, kind, results))
-    return tuple(tables)
-
-
-def tabulate_bars(bench: ExplorationBench) -> ComparisonTable:
-    """What predicts against the best that does not, over schools and offices, or over synthetic floors alone."""
-    policies, seed = bench.settings.policies, bench.settings.seed
-    real = [result for kind, results in bench.results.items() if kind != SYNTHETIC for result in results]
-    results = real or [result for results in bench.results.values() for result in results]
-    sets = [kind for kind in bench.results if kind != SYNTHETIC] or [SYNTHETIC]
-    tasks = {
-        f"to {100 * BAR_SHARE:.0f} %": pair_share(results, policies, BAR_SHARE),
-        "to a room": pair_searches(results, policies),
-    }
-    rows = []
-    for ours in _list_predicting(bench):
-        for task, pairs in tasks.items():
-            best = find_best(pairs, policies)
-            for other in dict.fromkeys([best, NEAREST]) if best else ():
-                against = f"{ours}, {task}, against {other}{' (best)' * (other == best)}"
-                mean = compare_policies(pairs, ours, str(other), seed=seed)
-                rows.append(_interval_row(against, mean))
-                rows.append(_interval_row(f"{against}, sums", compare_sums(pairs, ours, str(other), seed=seed)))
-    notes = (
-        "Best: the fewest metres on average of those that do not predict.",
-        f"Bars: to {100 * BAR_SHARE:.0f} % below 90 and its interval below 100; to a room below 75.",
-        MEANT,
-    )
-    title = f"Sections 8.3 and 8.4, {' and '.join(sets)}: ways of what predicts"
-    return ComparisonTable(title, INTERVAL, tuple(rows), notes, "% of the other's")
+DISTANCES = Table(
+    title="Distance to a share of the area, {part}",
+    rows=("policy",),
+    columns=("metric",),
+    where={"metric": list(SHARE_LABELS)},
+    labels=SHARE_LABELS,
+    unit="m",
+)
+RATIOS = Table(
+    title=f"Distance against {NEAREST}, {{part}}",
+    rows=("comparison",),
+    columns=("metric",),
+    where={"metric": list(RATIO)},
+    summarise=Cell.only,
+    unit="%",
+    notes=(INTERVAL_NOTE,),
+)
+SEARCHES = Table(
+    title=f"Search for a room, against {NEAREST}, {{part}}",
+    rows=("policy",),
+    columns=("metric",),
+    where={"metric": ["metres", *RATIO, *SUMS]},
+    labels=SUMS_LABELS,
+    notes=(
+        "Ratio, %: the mean over buildings of mean ratios; sums: the ratio of sums of metres.",
+        f"Rooms in sight of the start of {NEAREST} count for metres and sums only.",
+        INTERVAL_NOTE,
+    ),
+)
+LABELS = Table(
+    title="Search by label (searches), {part}",
+    rows=("label",),
+    columns=("policy",),
+    digits=0,
+    unit="m",
+)
+RUNS = Table(
+    title="Runs on one core, {part}",
+    rows=("policy",),
+    columns=("metric",),
+    where={"metric": [DECISIONS, SCANS, SECONDS], "label": None},
+)
 
 
-def tabulate_metres(bench: ExplorationBench, kind: str, results: Sequence[BuildingRuns]) -> ComparisonTable:
-    """Metres to each share of the area."""
-    policies = bench.settings.policies
-    pairs = {share: pair_share(results, policies, share) for share in SHARES}
-    rows = [
-        ComparisonRow(policy, tuple(Cell.over(average_metres(of, policy)) for of in pairs.values()))
-        for policy in policies
-    ]
-    explored = [result for result in results if result.points]
-    starts = sum(len(result.points) for result in explored)
-    notes = [
-        f"{len(explored)} buildings, {starts} starts; the mean of the starts of each building first.",
-        *_tell_sets(bench, kind),
-    ]
-    for share, of in pairs.items():
-        notes += name_some(f"Not all reach {100 * share:.0f} %, left out", of.left_out)
-    columns = tuple(f"{100 * share:.0f} %" for share in SHARES)
-    return ComparisonTable(f"Way to a share of the area, {kind}", columns, tuple(rows), tuple(notes), "m")
+def tabulate(results: Results) -> list[FilledTable]:
+    """Policies that predict in all buildings of the data, then for each set distances, ratios, searches, and time."""
+    policies = results.options["policies"]
+    tables = [tabulate_predicting(results)] if list_policies(results, predicts=True) else []
+    for part in results.options["sets"]:
+        own = results.select(part=part)
+        distances = {metric: pair_runs(select_records(own, {"metric": metric}), policies) for metric in SHARE_LABELS}
+        searches = pair_runs(select_records(own, {"metric": TO_ROOM}), policies)
+        notes = [*describe_set(results, part), *describe_left_out(distances)]
+        tables.append(DISTANCES.fill(derive_distances(distances, policies), notes=notes, part=part))
+        tables.append(RATIOS.fill(derive_ratios(results, distances), part=part))
+        if searches.count:
+            notes = [
+                f"{searches.count} searches in {len(searches.metres)} buildings; the mean of each building first.",
+                *name_some("Not all policies succeed, left out", searches.left_out),
+            ]
+            tables.append(SEARCHES.fill(derive_searches(results, searches), notes=notes, part=part))
+            tables.append(LABELS.fill(derive_labels(own, policies), part=part))
+        tables.append(RUNS.fill(own, notes=[describe_scans(results)], part=part))
+    return tables
 
 
-def tabulate_ratios(bench: ExplorationBench, kind: str, results: Sequence[BuildingRuns]) -> ComparisonTable:
-    """How long the ways of each policy are, where those of the nearest frontier are 100 %."""
-    policies, seed = bench.settings.policies, bench.settings.seed
-    rows = []
-    for share in SHARES:
-        pairs = pair_share(results, policies, share)
-        rows += [
-            _interval_row(f"{policy}, to {100 * share:.0f} %", compare_policies(pairs, policy, NEAREST, seed=seed))
-            for policy in policies
-            if policy != NEAREST
-        ]
-    return ComparisonTable(f"Way against {NEAREST}, {kind}", INTERVAL, tuple(rows), (MEANT,), "%")
+def tabulate_predicting(results: Results) -> FilledTable:
+    """Policies that predict against the best that does not, in schools and offices, or in synthetic floors alone."""
+    parts = [part for part in results.options["sets"] if part != SYNTHETIC] or [SYNTHETIC]
+    tasks = {f"to {SHARE_LABELS[name_share(COMPARED_SHARE)]}": name_share(COMPARED_SHARE), "to a room": TO_ROOM}
+    records: list[Record] = []
+    for policy, (task, metric) in product(list_policies(results, predicts=True), tasks.items()):
+        pairs = pair_runs(results.select(part=parts, metric=metric), results.options["policies"])
+        best = find_best(pairs, list_policies(results, predicts=False))
+        for other in dict.fromkeys([best, NEAREST]) if best else ():
+            name = f"{policy}, {task}, against {other}{' (best)' * (other == best)}"
+            records += compare(results, pairs, policy, str(other), name)
+    return PREDICTING.fill(records, sets=" and ".join(parts))
 
 
-def tabulate_searches(bench: ExplorationBench, kind: str, results: Sequence[BuildingRuns]) -> ComparisonTable:
-    """Metres until a room of a label is recognised, and against the nearest frontier."""
-    policies, seed = bench.settings.policies, bench.settings.seed
-    pairs = pair_searches(results, policies)
-    rows = []
-    for policy in policies:
-        metres = Cell.over(average_metres(pairs, policy))
-        both = (
-            compare_policies(pairs, policy, NEAREST, seed=seed),
-            compare_sums(pairs, policy, NEAREST, seed=seed),
-        )
-        cells = [cell for interval in both for cell in _interval_cells(interval)]
-        rows.append(ComparisonRow(policy, (metres, *cells)))
-    notes = (
-        f"{pairs.count} searches in {len(pairs.metres)} buildings; the mean of those of each building first.",
-        "Ratio, %: the mean over buildings of mean ratios; sums: of metres. Rooms in",
-        f"sight of the start of {NEAREST} count for metres and sums alone.",
-        *name_some("Not all find it, left out", pairs.left_out),
-        MEANT,
-    )
-    columns = ("metres", *INTERVAL, "sums", "from ", "to ")
-    return ComparisonTable(f"Search for a room, against {NEAREST}, {kind}", columns, tuple(rows), notes)
+def list_policies(results: Results, *, predicts: bool) -> list[str]:
+    """The names of the policies that predict, or of the others."""
+    return [name for name, policy in results.objects["settings"].policies.items() if policy.predicts is predicts]
 
 
-def tabulate_labels(bench: ExplorationBench, kind: str, results: Sequence[BuildingRuns]) -> ComparisonTable:
-    """Metres of all searches for each label, alike."""
-    policies = bench.settings.policies
-    complete: dict[str, list[Mapping[str, float]]] = {}
-    for result in results:
-        for label in dict.fromkeys(run.label for run in result.runs if run.label):
-            runs = tuple(run for run in result.runs if run.label == label)
-            found = pair_searches([BuildingRuns(result.kind, result.name, result.points, runs)], policies)
-            complete.setdefault(label, []).extend(task for tasks in found.metres.values() for task in tasks)
-    rows = [
-        ComparisonRow(
-            f"{label} ({len(tasks)})", tuple(Cell.over([task[policy] for task in tasks]) for policy in policies), 0
-        )
-        for label, tasks in sorted(complete.items())
-        if tasks
-    ]
-    return ComparisonTable(f"Search by label (searches), {kind}", tuple(policies), tuple(rows), unit="m")
+def derive_distances(distances: Mapping[str, Pairs], policies: Sequence[str]) -> Iterator[Record]:
+    """The mean metres to each share of each policy in each building."""
+    for policy, (metric, pairs) in product(policies, distances.items()):
+        averages: list[float | None] = [*pairs.average(policy)]
+        yield from ({"policy": policy, "metric": metric, "value": metres} for metres in averages or [None])
 
 
-def tabulate_time(bench: ExplorationBench, kind: str, results: Sequence[BuildingRuns]) -> ComparisonTable:
-    """Decisions, scans and seconds of the processor for a run through a whole building."""
-    keys = {DECISIONS: DECISIONS, SCANS: SCANS, SECONDS: "seconds"}
-    rows = []
-    for policy in bench.settings.policies:
-        figures = [
-            run.row.figures for result in results for run in result.runs if run.policy == policy and run.label is None
-        ]
-        rows.append(ComparisonRow(policy, tuple(Cell.over([row[key] for row in figures]) for key in keys)))
-    by = "with numba" if bench.scans.numba else "without numba, which makes it slow"
-    notes = (f"{bench.scans.scans_a_second:.0f} scans of {bench.scans.beams} beams a second {by} (bar: 2000).",)
-    return ComparisonTable(f"Runs on one core, {kind}", tuple(keys.values()), tuple(rows), notes)
+def derive_ratios(results: Results, distances: Mapping[str, Pairs]) -> Iterator[Record]:
+    """The ratios of the distances of each policy to those of the nearest frontier."""
+    for (metric, pairs), policy in product(distances.items(), results.options["policies"]):
+        if policy != NEAREST:
+            yield from compare(results, pairs, policy, NEAREST, f"{policy}, to {SHARE_LABELS[metric]}")
 
 
-def name_some(what: str, names: Sequence[str]) -> list[str]:
-    """A note with how many there are, then a line for each of the first of them."""
+def derive_searches(results: Results, searches: Pairs) -> Iterator[Record]:
+    """Mean metres until a room was recognised in each building, and ratios to the nearest frontier."""
+    for policy in results.options["policies"]:
+        for metres in searches.average(policy):
+            yield {"policy": policy, "metric": "metres", "value": metres}
+        yield from compare(results, searches, policy, NEAREST, policy)
+
+
+def derive_labels(records: Sequence[Record], policies: Sequence[str]) -> Iterator[Record]:
+    """The metres of all searches for each label; the number of searches stands with the label."""
+    searches = select_records(records, {"metric": TO_ROOM})
+    for label in sorted({record["label"] for record in searches}):
+        pairs = pair_runs(select_records(searches, {"label": label}), policies)
+        for task in chain.from_iterable(pairs.metres.values()):
+            for policy, metres in task.items():
+                yield {"label": f"{label} ({pairs.count})", "policy": policy, "value": metres}
+
+
+def compare(results: Results, pairs: Pairs, policy: str, other: str, name: str) -> Iterator[Record]:
+    """RATIO and SUMS of a policy to another, %; the number of buildings stands with the name of the comparison."""
+    for metrics, compare_pairs in ((RATIO, compare_policies), (SUMS, compare_sums)):
+        interval = compare_pairs(pairs, policy, other, seed=results.options["seed"])
+        values = [100 * value for value in (interval.mean, interval.low, interval.high)] if interval else [None] * 3
+        comparison = f"{name} ({interval.count})" if interval else name
+        for metric, value in zip(metrics, values, strict=True):
+            yield {"comparison": comparison, "policy": policy, "metric": metric, "value": value}
+
+
+def describe_set(results: Results, part: str) -> Iterator[str]:
+    """Notes: how many buildings were explored, and which without a model or by no model."""
+    starts = {(run.building, run.start) for run in results.objects["runs"] if run.part == part}
+    buildings = {building for building, _ in starts}
+    yield f"{len(buildings)} buildings, {len(starts)} starts; the mean of each building first."
+    if list_policies(results, predicts=True):
+        count = sum(building.part == part and not building.others for building in results.objects["buildings"])
+        if count:
+            yield f"{count} without a model: policies that predict have geometry alone."
+        reasons = [f"{item}: {reason}" for item, reason in results.details["unmodelled"][part].items()]
+        yield from name_some("No model learns from", reasons)
+
+
+def describe_left_out(distances: Mapping[str, Pairs]) -> Iterator[str]:
+    """Notes: the starts from which not all policies reach a share."""
+    for metric, pairs in distances.items():
+        yield from name_some(f"Not all reach {SHARE_LABELS[metric]}, left out", pairs.left_out)
+
+
+def describe_scans(results: Results) -> str:
+    """A note: how fast scans are."""
+    scans = results.details["scans"]
+    numba = "with numba" if scans["numba"] else "without numba, which makes it slow"
+    return f"{scans['scans_per_second']:.0f} scans of {scans['beams']} beams a second {numba}."
+
+
+def name_some(title: str, names: Sequence[str]) -> list[str]:
+    """A note with the number of names, then a line for each of the first of them."""
     if not names:
         return []
-    more = [f"  and {len(names) - MAX_NAMED} more, which --json lists"] if len(names) > MAX_NAMED else []
-    return [f"{what}: {len(names)}", *(f"  {name}" for name in names[:MAX_NAMED]), *more]
-
-
-def _tell_sets(bench: ExplorationBench, kind: str) -> list[str]:
-    """What no model learns from, and what is explored without a model."""
-    of = bench.sets[kind]
-    alone = sum(not building.others for building in of.buildings)
-    told = [f"{alone} without a model: what predicts has geometry alone."] if alone and _list_predicting(bench) else []
-    unmodelled = [f"{row.item}: {row.failure}" for row in of.unmodelled] if _list_predicting(bench) else []
-    return told + name_some("No model learns from", unmodelled)
-
-
-def _list_predicting(bench: ExplorationBench) -> list[str]:
-    return [policy for policy in bench.settings.policies if CONTENDERS[policy].predicts]
-
-
-def _interval_row(name: str, interval: Interval | None) -> ComparisonRow:
-    counted = f" ({interval.count})" if interval else ""
-    return ComparisonRow(f"{name}{counted}", _interval_cells(interval))
-
-
-def _interval_cells(interval: Interval | None) -> tuple[Cell, Cell, Cell]:
-    if interval is None:
-        return Cell(None), Cell(None), Cell(None)
-    mean, low, high = (100 * figure for figure in (interval.mean, interval.low, interval.high))
-    return Cell(mean, count=interval.count), Cell(low), Cell(high)
+    more = [f"  and {len(names) - MAX_NAMES} more, which --json lists"] if len(names) > MAX_NAMES else []
+    return [f"{title}: {len(names)}", *(f"  {name}" for name in names[:MAX_NAMES]), *more]

@@ -2,34 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import wraps
 from itertools import cycle, islice
 from statistics import median
 from time import perf_counter
+from typing import Any
 
 import networkx as nx
 import numpy as np
 
 from pianta._types import Floats
 from pianta.generation.buildings import BuildingSampler, split_batches
-from pianta.generation.type_model import Counts, TypeModel
+from pianta.generation.type_model import TypeModel
 
-STEP_1_3, STEP_2, STEP_4 = "steps 1 and 3", "step 2", "step 4"
+# Metrics.
+SECONDS = "seconds"
+ITERATION = "seconds of an iteration"
+GRAM_ROW = "seconds of a Gram row"
+BATCH = "buildings side by side"
+# The work that they are of.
+STEP_1_3 = "steps 1 and 3"
+STEP_2 = "step 2"
+STEP_4 = "step 4"
 STEPS = (STEP_1_3, STEP_2, STEP_4)
-ITERATIONS = 5
-ROW_RUNS, BATCH_RUNS = 51, 5
+ALL_STEPS = "all steps"
+FLOORS = "row of floors"
+FUNCTIONAL = "row of functional graphs"
+FLOORS_AT_ONCE = "row of floors, all at once"
+FUNCTIONAL_AT_ONCE = "row of functional graphs, all at once"
+
+
+WL_ITERATIONS = 5  # of the Weisfeiler-Lehman kernel; its default in pianta
+ROW_RUNS = 51  # whose median is the time of a row; chosen by hand
+BATCH_RUNS = 5  # the same of rows that are computed at once
 
 
 class Clock(list[Floats]):
-    """Takes the traces of chains, and the time of each of their iterations in the place of what they say."""
+    """Stands for the list of the traces of chains, and keeps the time of each iteration instead of the trace."""
 
     def __init__(self) -> None:
         super().__init__()
         self.times: list[float] = []
 
-    def append(self, costs: Floats) -> None:  # noqa: ARG002 - only when matters
+    def append(self, costs: Floats) -> None:  # noqa: ARG002 - only the time counts
         """Note that an iteration has ended."""
         self.times.append(perf_counter())
 
@@ -38,9 +55,24 @@ class Clock(list[Floats]):
         return [float(seconds) for seconds in np.diff(self.times)]
 
 
+def _time_step(step: str, method: Callable[..., Any]) -> Any:
+    """The method of a TimedSampler that keeps the times of a step. method: takes the generators of buildings last."""
+
+    @wraps(method)
+    def timed(self: TimedSampler, *arguments: Any) -> Any:
+        clock = Clock()
+        start = perf_counter()
+        result = method(self, *arguments, traces=clock)
+        self.steps[step] += perf_counter() - start
+        self.iterations[step] += [seconds / len(arguments[-1]) for seconds in clock.list_seconds()]
+        return result
+
+    return timed
+
+
 @dataclass(frozen=True, eq=False)
 class TimedSampler(BuildingSampler):
-    """A BuildingSampler that notes how long its steps take.
+    """A BuildingSampler that measures how long its steps take.
 
     steps: seconds of each step, of all buildings together. iterations: seconds of each iteration of each step, over the
     number of buildings side by side.
@@ -49,73 +81,19 @@ class TimedSampler(BuildingSampler):
     steps: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STEPS, 0.0))
     iterations: dict[str, list[float]] = field(default_factory=lambda: {step: [] for step in STEPS})
 
-    def sample_areas(
-        self,
-        starts: Counts,
-        generators: Sequence[np.random.Generator],
-        *,
-        traces: list[Floats] | None = None,  # noqa: ARG002 - the clock takes them
-    ) -> list[list[int]]:
-        """See BuildingSampler."""
-        with self._timing(STEP_1_3, len(generators)) as clock:
-            return super().sample_areas(starts, generators, traces=clock)
-
-    def join_areas(
-        self,
-        chosen: Sequence[Sequence[int]],
-        generators: Sequence[np.random.Generator],
-        *,
-        traces: list[Floats] | None = None,  # noqa: ARG002
-    ) -> list[nx.Graph]:
-        """See BuildingSampler."""
-        with self._timing(STEP_2, len(generators)) as clock:
-            return super().join_areas(chosen, generators, traces=clock)
-
-    def connect_rooms(
-        self,
-        chosen: Sequence[Sequence[int]],
-        functional_graphs: Sequence[nx.Graph],
-        generators: Sequence[np.random.Generator],
-        *,
-        traces: list[Floats] | None = None,  # noqa: ARG002
-    ) -> list[nx.Graph]:
-        """See BuildingSampler."""
-        with self._timing(STEP_4, len(generators)) as clock:
-            return super().connect_rooms(chosen, functional_graphs, generators, traces=clock)
-
-    @contextmanager
-    def _timing(self, step: str, count: int) -> Iterator[Clock]:
-        clock = Clock()
-        start = perf_counter()
-        yield clock
-        self.steps[step] += perf_counter() - start
-        self.iterations[step] += [seconds / count for seconds in clock.list_seconds()]
+    sample_areas = _time_step(STEP_1_3, BuildingSampler.sample_areas)
+    join_areas = _time_step(STEP_2, BuildingSampler.join_areas)
+    connect_rooms = _time_step(STEP_4, BuildingSampler.connect_rooms)
 
 
-@dataclass(frozen=True)
-class SamplingCosts:
-    """Seconds of a run that made `count` buildings, `batch` of them side by side.
+def time_sampling(model: TypeModel, count: int, *, seed: int) -> tuple[list[nx.Graph], dict[tuple[str, str], Any]]:
+    """The buildings that `generate_buildings` makes, and what they cost, by metric and work.
 
-    total: of the run. steps: of all buildings. iterations: of the median iteration, for one building; None for a step
-    of fewer than two.
-    full_row: of the Gram row of one graph of mean size against the floors of the model, from scratch; functional_row:
-    the same of functional graphs. batch_row: of such a row when those of all buildings are computed at once;
-    functional_batch_row: the same of as many functional graphs, those of the floors over and over.
+    SECONDS: of all buildings. ITERATION: seconds of the median one, for one building; None for a step of fewer than
+    two. GRAM_ROW: seconds of the row of one graph of mean size against the floors of the model, or against their
+    functional graphs, from scratch; all at once: of such a row where those of all buildings are computed together.
+    BATCH: how many buildings are sampled side by side.
     """
-
-    count: int
-    batch: int
-    total: float
-    steps: dict[str, float]
-    iterations: dict[str, float | None]
-    full_row: float
-    functional_row: float
-    batch_row: float
-    functional_batch_row: float
-
-
-def time_sampling(model: TypeModel, count: int, *, seed: int) -> tuple[list[nx.Graph], SamplingCosts]:
-    """The buildings that `generate_buildings` makes, and what they cost."""
     start = perf_counter()
     sampler = TimedSampler(model)
     batches = split_batches(count, max(len(floor.graph) for floor in model.floors))
@@ -123,24 +101,24 @@ def time_sampling(model: TypeModel, count: int, *, seed: int) -> tuple[list[nx.G
     total = perf_counter() - start
     floors = [floor.graph for floor in model.floors]
     functional = [floor.functional_graph for floor in model.floors]
-    return graphs, SamplingCosts(
-        count,
-        len(batches[0]),
-        total,
-        sampler.steps,
-        {step: median(seconds) if seconds else None for step, seconds in sampler.iterations.items()},
-        time_rows(floors, [_find_mean_sized(graphs)], runs=ROW_RUNS),
-        time_rows(functional, [_find_mean_sized(functional)], runs=ROW_RUNS),
-        time_rows(floors, graphs, runs=BATCH_RUNS),
-        time_rows(functional, [*islice(cycle(functional), count)], runs=BATCH_RUNS),
-    )
+    as_many = [*islice(cycle(functional), count)]
+    return graphs, {
+        **{(SECONDS, step): seconds for step, seconds in sampler.steps.items()},
+        (SECONDS, ALL_STEPS): total,
+        **{(ITERATION, step): median(seconds) if seconds else None for step, seconds in sampler.iterations.items()},
+        (GRAM_ROW, FLOORS): time_rows(floors, [_find_mean_sized(graphs)], runs=ROW_RUNS),
+        (GRAM_ROW, FUNCTIONAL): time_rows(functional, [_find_mean_sized(functional)], runs=ROW_RUNS),
+        (GRAM_ROW, FLOORS_AT_ONCE): time_rows(floors, graphs, runs=BATCH_RUNS),
+        (GRAM_ROW, FUNCTIONAL_AT_ONCE): time_rows(functional, as_many, runs=BATCH_RUNS),
+        (BATCH, ALL_STEPS): len(batches[0]),
+    }
 
 
 def time_rows(references: Sequence[nx.Graph], graphs: Sequence[nx.Graph], *, runs: int) -> float:
-    """Seconds, median of runs, of a graph's row of the WL Gram matrix against references that are read already."""
+    """Seconds of a graph's row of the WL Gram matrix, median of runs; the kernel already has the references."""
     from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 
-    kernel = WeisfeilerLehman(iterations=ITERATIONS).fit(references)
+    kernel = WeisfeilerLehman(iterations=WL_ITERATIONS).fit(references)
     return _time(lambda: kernel.compare(graphs), runs) / len(graphs)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pianta.graphs.metrics import GRAPH_METRICS
 from pianta_bench.graphs.measure import DECAY, PARTS
 from pianta_bench.harness.records import Results
-from pianta_bench.harness.tables import FilledTable, Table, read_published
+from pianta_bench.harness.tables import FilledTable, Table
 
 # Names as in Table 5.1.
 CENTRALITIES = {"betweenness": "betw-cen", "closeness": "closn-cen", "eigenvector": "eig-cen", "katz": "katz-cen"}
@@ -47,15 +47,3 @@ def tabulate(results: Results) -> list[FilledTable]:
     counts = {part: sum(item.part == part and not item.failure for item in results.items) for part in PARTS.values()}
     counted = ", ".join(f"{part} {count} (thesis {PUBLISHED_BUILDINGS[part]})" for part, count in counts.items())
     return [TABLE_5_1.fill(results.records, notes=(f"Buildings: {counted}.", *NOTES))]
-
-
-def _list_published() -> dict[str, tuple[tuple[float, float], ...]]:
-    """Mean and sd of schools, then of offices, by metric."""
-    rows: dict[str, list[tuple[float, float]]] = {}
-    for record in read_published(TABLE_5_1.published):
-        rows.setdefault(record["metric"], []).append((float(record["mean"]), float(record["sd"])))
-    return {metric: tuple(pairs) for metric, pairs in rows.items()}
-
-
-NAMES = LABELS
-PRINTED = _list_published()

@@ -104,10 +104,10 @@ class Table:
         """The table of fewer records: those that also have these values."""
         return replace(self, where={**self.where, **where})
 
-    def fill(self, records: Iterable[Record], *, notes: Sequence[str] = (), **title: object) -> FilledTable:
+    def fill(self, records: Iterable[Record], *, notes: Iterable[str] = (), **names: object) -> FilledTable:
         """The table with the figures of records.
 
-        notes: further notes, after those of the table. title: values of the {names} in the title.
+        notes: further notes, after those of the table. names: values of the {names} in title and notes.
         """
         groups: dict[tuple[Key, Key], list[Any]] = {}
         for record in select_records(records, self.where):
@@ -130,10 +130,10 @@ class Table:
         if self.summaries:
             filled |= self._summarise_columns(groups, rows, columns)
         return FilledTable(
-            self.title.format(**title),
+            self.title.format(**names),
             tuple(map(self._name, columns)),
             filled,
-            (*self.notes, *notes),
+            (*(note.format(**names) for note in self.notes), *notes),
             self.unit,
             self.is_printed,
             self.published,

@@ -115,17 +115,17 @@ def measure(
         f"{floor.kind}/{floor.item}, simulated": partial(_prepare, floor, convention=labels, seed=seed + number)
         for number, floor in enumerate(floors)
     }
-    prepared = []
-    for partial_results, floor in run_steps(preparing, jobs=jobs, track=track):
+    prepared: list[PreparedFloor] = []
+    for partial_results, described in run_steps(preparing, jobs=jobs, track=track):
         results.extend(partial_results)
-        prepared.append(floor)
+        prepared += described
 
     items = [*prepared, *maps]
-    buildings = [*(floor.building for floor in floors), *(item.building for item in maps)]
+    buildings = [*(floor.annotated.building for floor in prepared), *(item.building for item in maps)]
     evaluate = partial(_evaluate, data=folder, convention=labels, seed=seed, pictures=pictures)
     evaluating = {
         f"without {', '.join(sorted({buildings[i] for i in held_out}))}": partial(
-            evaluate, [prepared[i] for i in others if i < len(floors)], [items[i] for i in held_out]
+            evaluate, [prepared[i] for i in others if i < len(prepared)], [items[i] for i in held_out]
         )
         for others, held_out in list_folds(buildings)
     }
@@ -148,18 +148,29 @@ def _list_map_items(data: Path, floors: Sequence[AnnotatedFloor]) -> list[MapIte
     ]
 
 
-def _prepare(annotated: AnnotatedFloor, *, convention: LabelConvention, seed: int) -> tuple[Results, PreparedFloor]:
-    """Describe a floor, and read a simulated map of it."""
-    results, prepared = Results(), [PreparedFloor.prepare(annotated, convention)]
+def _prepare(
+    annotated: AnnotatedFloor, *, convention: LabelConvention, seed: int
+) -> tuple[Results, list[PreparedFloor]]:
+    """Describe a floor, and read a simulated map of it; an empty list if it cannot be described."""
+    results, prepared = Results(), []
+
+    def describe() -> Iterator[Figures]:
+        prepared.append(PreparedFloor.prepare(annotated, convention))
+        yield {}
+
+    results.measure(PARTS[annotated.kind], annotated.item, describe)
+    if not prepared:
+        return results, prepared
+    results = Results()
 
     def simulate() -> Iterator[Figures]:
         reading = simulate_and_reconstruct(annotated.floor, seed=seed)
         examples = prepared[0].examples + list_examples([], [reading], convention=convention)
-        prepared.append(replace(prepared[0], simulated=reading, examples=examples))
+        prepared[0] = replace(prepared[0], simulated=reading, examples=examples)
         yield {"rooms": len(reading.rooms), "true": len(annotated.floor.rooms)}
 
     results.measure(SIMULATED, annotated.item, simulate)
-    return results, prepared[-1]
+    return results, prepared
 
 
 def _evaluate(

@@ -1,9 +1,11 @@
-"""The plans that reading is measured on: real ones with their truth, what they look like, and drawn ones."""
+"""The plans that are read: real ones with their truth and what they look like, and drawn ones."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
 
@@ -27,63 +29,28 @@ from pianta_bench.data.folders import list_maps
 
 PLANS_FOLDER, TRUTH = "floorplans", ".xml"
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
-DOOR_METRES = 0.9
-MAX_TWICE = 0.01
+DOOR_METRES = 0.9  # width of a door by the scale of the truths
+MAX_OVERLAP = 0.01  # share of the area in two rooms; chosen by hand
 
-LINES, COLORED, OLD, THIN, EVACUATION, SCREENSHOT = (
-    "line drawing",
-    "coloured",
-    "old or by hand",
-    "thin and grey",
-    "evacuation",
-    "screenshot",
-)
+LINES, COLORED, OLD = "line drawing", "coloured", "old or by hand"
+THIN, EVACUATION, SCREENSHOT = "thin and grey", "evacuation", "screenshot"
 KINDS = (LINES, COLORED, OLD, THIN, EVACUATION, SCREENSHOT)
 
-# Judged by looking at each.
-KIND_OF_PLAN: Mapping[str, str] = MappingProxyType(
-    {
-        name: kind
-        for kind, names in {
-            LINES: (
-                "130604floorplanwithfurnituresmall 324elmfurnplan executiveofficefloorplansla622d60bb7a76a60 "
-                "floor1024x523 millneckmanor off2 putnamjuniorhigh sidneyriver"
-            ),
-            COLORED: (
-                "cunningham2f ed21 milano1 neulengbach1 neulengbach2 pinecondos poli rockislandgroundfloor "
-                "rockislandsecondfloor skffloorplan varzeapaulistafde1 varzeapaulistafde2 village virginiacross"
-            ),
-            OLD: (
-                "bluefieldschoolfirstfloor bronxville plans1 plans2 scuolasconosciuta southmountainschool1 "
-                "southmountainschool2 westasheville wilbraham"
-            ),
-            THIN: "37sfloorplanbig falaelem1 falaelem2 franch1 sabadell1 sabadell2 sabadell3 ursy1",
-            EVACUATION: "scuolasconosciuta2 scuolasecondariaigradomera sicurezza1",
-            SCREENSHOT: (
-                "iranopen2013round2 robcup2013preliminary1 robocup2012preliminary1 robocup2013final1 "
-                "robocup2013preliminary2"
-            ),
-        }.items()
-        for name in names.split()
-    }
-)
-# Plans of which most doors are gaps in the walls, without leaf or arc; judged by looking at a dozen doors of each.
-WITHOUT_DOOR_SYMBOLS = frozenset(
-    {
-        *("bluefieldschoolfirstfloor", "bronxville", "falaelem1", "falaelem2", "franch1", "neulengbach1"),
-        *("neulengbach2", "poli", "putnamjuniorhigh", "scuolasconosciuta", "scuolasecondariaigradomera", "sicurezza1"),
-        *("sidneyriver", "southmountainschool1", "southmountainschool2", "ursy1", "varzeapaulistafde2", "wilbraham"),
-    }
-)
+# The kind of each plan, and whether most of its doors have a leaf or an arc, or else are gaps in the walls. Both were
+# assigned by eye, the latter from a dozen doors of each plan.
+_KINDS_FILE = files("pianta_bench").joinpath("plans", "kinds.csv")
+_PLANS = list(csv.DictReader(_KINDS_FILE.read_text(encoding="utf-8").splitlines()))
+KIND_OF_PLAN: Mapping[str, str] = {row["plan"]: row["kind"] for row in _PLANS}
+WITHOUT_DOOR_SYMBOLS = frozenset(row["plan"] for row in _PLANS if row["door_symbols"] == "no")
 
 
 @dataclass(frozen=True, eq=False)
 class TruePlan:
     """A plan and the truth about it.
 
-    colors: shape (H, W, 3). truth: in the frame of the grid, whose cells are the pixels. kind: one of KINDS.
-    building_type: as the truth says, or empty. draws_doors: whether most doors have a leaf or an arc.
-    defects: of the truth; it is sound where there are none.
+    colors: shape (H, W, 3). truth: in the frame of the grid, whose cells are the pixels.
+    kind: one of KINDS, or "drawn". building_type: as in the truth, or empty.
+    draws_doors: whether most doors have a leaf or an arc. defects: of the truth; it is sound without any.
     """
 
     name: str
@@ -97,24 +64,24 @@ class TruePlan:
 
 
 def list_plans(data: Path) -> list[str]:
-    """Names of the plans with a truth, sorted; raises DataError when there is none."""
+    """Names of the plans with a truth, sorted; raises DataError without any."""
     return list_maps(data / PLANS_FOLDER, TRUTH)
 
 
 def find_image(data: Path, name: str) -> Path:
-    """The image of a plan; raises DataError when there is none."""
+    """The image of a plan; raises DataError if it does not exist."""
     files = [data / PLANS_FOLDER / f"{name}{suffix}" for suffix in IMAGE_SUFFIXES]
-    found = next((file for file in files if file.is_file()), None)
-    if found is None:
+    image = next((file for file in files if file.is_file()), None)
+    if image is None:
         raise DataError(f"no image of plan {short_repr(name)} in {short_repr(data / PLANS_FOLDER)}, give a PNG or JPEG")
-    return found
+    return image
 
 
 def read_true_plan(data: Path, name: str) -> TruePlan:
     """A plan of data/floorplans; its truth is in metres by its own scale, by which a door is 0.9 m wide.
 
-    A name that nobody has looked at has the kind that its pixels tell, and counts as drawing its doors.
-    Raises DataError when there is no image, and the errors of read_colors and read_building_xml.
+    A plan of which no kind is on record has the kind that its pixels suggest, and counts as drawing its doors.
+    Raises DataError if there is no image, and the errors of read_colors and read_building_xml.
     """
     colors = read_colors(find_image(data, name))
     file = data / PLANS_FOLDER / f"{name}{TRUTH}"
@@ -133,7 +100,7 @@ def read_true_plan(data: Path, name: str) -> TruePlan:
 
 
 def _read_door_px(file: Path) -> float:
-    """The pixels of DOOR_METRES; what is no number is refused by read_building_xml."""
+    """The pixels of DOOR_METRES; read_building_xml refuses what is not a number."""
     _, root = open_building(file, BuildingFormat.LAYOUT)
     try:
         return max(float(root.findtext("scale/represented_distance/value", "")), 1e-3)
@@ -142,10 +109,10 @@ def _read_door_px(file: Path) -> float:
 
 
 def find_defects(truth: Floor, grid: GridMap) -> Iterator[str]:
-    """Why a truth is not sound: rooms that leave the image, or more than a hundredth of the area in two rooms.
+    """Why a truth is not sound: rooms that leave the image, or more than MAX_OVERLAP of the area in two rooms.
 
-    What changes no score much is sound: outlines that cross themselves, which the reading repairs, small overlaps, and
-    rooms that no door joins to the others.
+    What hardly changes a score is no defect: outlines that cross themselves, which the reader repairs, small overlaps,
+    and rooms without doors to the others.
     """
     polygons = np.array([room.polygon for room in truth.rooms])
     pixels = np.column_stack(grid.map_to_pixel(*get_coordinates(polygons).T))
@@ -153,16 +120,16 @@ def find_defects(truth: Floor, grid: GridMap) -> Iterator[str]:
     if beyond > MAX_BEYOND_PX:
         yield f"leaves the image by {beyond:.0f} px"
     area = float(shapely.area(polygons).sum())
-    twice = 1 - shapely.union_all(polygons).area / area
-    if twice > MAX_TWICE:
-        yield f"{twice:.0%} of its area is in two rooms"
+    overlap = 1 - shapely.union_all(polygons).area / area
+    if overlap > MAX_OVERLAP:
+        yield f"{overlap:.0%} of its area is in two rooms"
 
 
 def detect_input_kind(colors: Colors) -> str:
-    """The kind of a plan that nobody has looked at, one of KINDS but OLD.
+    """The kind of a plan by its pixels, one of KINDS except OLD.
 
-    Paper is what is light, and a screenshot has little of it. Where more than a tenth is coloured the plan is; signs of
-    evacuation are strong red and strong green; thin lines leave nothing dark.
+    A screenshot has few light pixels; a coloured plan has more than a tenth coloured ones; evacuation signs are strong
+    red and strong green; thin lines leave hardly any dark pixels. The thresholds were chosen by hand.
     """
     hue, saturation, value = (channel.astype(int) for channel in cv2.split(cv2.cvtColor(colors, cv2.COLOR_RGB2HSV)))
     strong = (saturation > 150) & (value > 120)
@@ -176,8 +143,8 @@ def detect_input_kind(colors: Colors) -> str:
     return THIN if (value < 100).mean() < 0.01 else LINES
 
 
-# A floor of pianta.worlds each, by kind and seed, and how it is drawn.
-DRAWN: Mapping[str, tuple[str, int, PlanLook]] = MappingProxyType(
+# By name of a drawn plan the layout of its floor and the seed, as of make_floor, and how it is drawn.
+DRAWN_PLANS: Mapping[str, tuple[str, int, PlanLook]] = MappingProxyType(
     {
         "drawn-thick": ("corridor", 1, PlanLook(windows=2, title="FIRST FLOOR")),
         "drawn-thick-furniture": ("l", 2, PlanLook(windows=3, furniture=1.0)),
@@ -200,10 +167,10 @@ ROOM_NAMES = (
 
 
 def draw_true_plan(name: str) -> TruePlan:
-    """A plan of DRAWN with its exact truth."""
-    kind, seed, look = DRAWN[name]
-    floor = make_floor(kind, seed=seed)
+    """A plan of DRAWN_PLANS with its exact truth."""
+    layout, seed, look = DRAWN_PLANS[name]
+    floor = make_floor(layout, seed=seed)
     texts = {room.id: ROOM_NAMES[room.id % len(ROOM_NAMES)] for room in floor.rooms}
     texts[1] = (floor.rooms[0].label or "").capitalize()
-    drawn = draw_plan(floor, look, seed=seed, texts=texts)
-    return TruePlan(name, drawn.colors, replace(drawn.truth, source=name), drawn.grid, "drawn")
+    drawing = draw_plan(floor, look, seed=seed, texts=texts)
+    return TruePlan(name, drawing.colors, replace(drawing.truth, source=name), drawing.grid, "drawn")

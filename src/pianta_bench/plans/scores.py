@@ -1,10 +1,9 @@
-"""How well a plan was read: found floors put on the truth by their pixels, and what they score."""
+"""How well a plan was read: its floors moved to the truth by their pixels, and their scores."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 import shapely
@@ -16,101 +15,67 @@ from pianta.evaluation.coverage import score_layout
 from pianta.evaluation.doors import DetectionScores, score_connections, score_doors
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
-from pianta_bench.harness.table import Column, Figures
+from pianta.plan.read_plan import PlanFloor, PlanReading
+from pianta_bench.harness.records import Figures
 from pianta_bench.plans.plan_sets import DOOR_METRES, TruePlan
 
-SCORES = {"a_fc": "A_FC", "a_bc": "A_BC", "precision": "prec.", "recall": "recall", "mean_iou": "IoU", "f1": "F1"}
-LINKS = {"doors": "doors", "edges": "edges"}
-COLUMNS = (
-    *(Column(key, heading, "%", failed=0.0) for key, heading in SCORES.items()),
-    *(Column(f"{key}_{of}", f"{key}\n{of}", "%", failed=0.0) for key in LINKS for of in ("precision", "recall", "f1")),
-    Column("found", "rooms\nfound", "rooms", failed=0),
-    Column("true", "rooms\ntrue", "rooms"),
-    Column("floors", "floors", "floors found on the sheet"),
-    Column("aside", "aside", "% of the found area, in floors that the truth does not tell of"),
-    Column("scale_error", "scale\nerror", "%, found metres per pixel against true ones"),
-    Column("seconds", "time\ns", "s"),
-    Column("megapixels", "Mpx", "million pixels"),
-)
+SCORES = ("a_fc", "a_bc", "precision", "recall", "mean_iou", "f1")
+LINKS = ("doors", "edges")
+PERCENT = (*SCORES, *(f"{link}_{score}" for link in LINKS for score in ("precision", "recall", "f1")))
+# Of each metric.
+UNITS = {
+    **dict.fromkeys(PERCENT, "%"),
+    "found": "rooms",
+    "true": "rooms",
+    "floors": "floors on the sheet",
+    "unmatched": "% of the area, in floors that the truth does not have",
+    "scale_error": "%, metres per pixel against true ones",
+    "seconds": "s",
+    "megapixels": "million pixels",
+}
+FAILED = {**dict.fromkeys(UNITS), **dict.fromkeys(PERCENT, 0.0), "found": 0}
 
 
-class ScaleRead(Protocol):
-    """What the bench needs of a scale: metres per pixel, and where they are from."""
+def score_reading(reading: PlanReading, plan: TruePlan) -> Figures:
+    """The figures of UNITS except time and size.
 
-    @property
-    def resolution(self) -> float:
-        """Metres per pixel."""
-
-    @property
-    def source(self) -> str:
-        """What tells it."""
-
-
-class FloorRead(Protocol):
-    """What the bench needs of a floor that was read from a sheet."""
-
-    @property
-    def floor(self) -> Floor:
-        """Its rooms and doors, metres."""
-
-    @property
-    def grid(self) -> GridMap:
-        """Its frame, of the sheet's pixels."""
-
-    @property
-    def scale(self) -> ScaleRead:
-        """Its scale."""
-
-
-class PlanRead(Protocol):
-    """What the bench needs of a reading: one floor or more."""
-
-    @property
-    def floors(self) -> Sequence[FloorRead]:
-        """The largest first."""
-
-
-def score_reading(reading: PlanRead, plan: TruePlan) -> Figures:
-    """The figures of COLUMNS but for the time; shares in percent.
-
-    Found floors are put on the truth by their pixels, so that a wrong scale is no fault of rooms and doors. Doors are
-    right within half the width of a true one, openings being none; edges are the pairs of rooms that either joins.
+    Rooms and doors are moved to the truth by their pixels, so that a wrong scale does not affect their scores. A door
+    is right within half the width of a true one, openings do not count; edges are the pairs of rooms that either joins.
     """
-    found, aside = judge_floors(reading.floors, plan)
-    rooms = score_layout([room.polygon for room in found.rooms], [room.polygon for room in plan.truth.rooms])
+    floor, unmatched = match_floors(reading.floors, plan)
+    rooms = score_layout([room.polygon for room in floor.rooms], [room.polygon for room in plan.truth.rooms])
     shares = {key: 100 * getattr(rooms, key) for key in SCORES}
-    shares |= _describe_links("doors", score_doors(_without_openings(found), plan.truth))
-    shares |= _describe_links("edges", score_connections(found, plan.truth))
+    shares |= _describe_links("doors", score_doors(_without_openings(floor), plan.truth))
+    shares |= _describe_links("edges", score_connections(floor, plan.truth))
     error = 100 * (reading.floors[0].scale.resolution / plan.grid.resolution - 1) if reading.floors else None
-    counts = {"found": len(found.rooms), "true": len(plan.truth.rooms), "floors": len(reading.floors)}
-    return {**shares, **counts, "aside": 100 * aside, "scale_error": error}
+    counts = {"found": len(floor.rooms), "true": len(plan.truth.rooms), "floors": len(reading.floors)}
+    return {**shares, **counts, "unmatched": 100 * unmatched, "scale_error": error}
 
 
-def judge_floors(floors: Sequence[FloorRead], plan: TruePlan) -> tuple[Floor, float]:
-    """The found floors that the truth tells of, as one in its frame, and the share of the found area in the others.
+def match_floors(floors: Sequence[PlanFloor], plan: TruePlan) -> tuple[Floor, float]:
+    """The floors of a sheet that the truth has, as one in its frame, and the share of the area in the others.
 
-    A sheet may show two floors while the truth tells of one. A floor that was found alone is judged whole. Of several,
-    those are judged, with all their rooms, of which more than half lies on the true rooms and the walls between them;
-    the others are neither right nor wrong. Where none does, all are judged. So nobody gains by finding more, and two
-    floors that were found as one are judged as one.
-    Raises PlanError for a floor whose grid has not the shape of the sheet.
+    A sheet may show two floors while the truth has one. A floor alone always counts. Of several, those count, with all
+    their rooms, that lie by more than half on the true rooms and the walls between them; the others are neither right
+    nor wrong. If none does, all count. So more floors never score higher, and two floors that were read as one count
+    as one.
+    Raises PlanError if the grid of a floor does not have the shape of the sheet.
     """
     moved = [move_floor(one.floor, one.grid, plan.grid) for one in floors]
-    bodies = [_body_of(floor) for floor in moved]
-    extent = _body_of(plan.truth).buffer(DOOR_METRES, join_style="mitre").buffer(-DOOR_METRES, join_style="mitre")
-    told = [2 * body.intersection(extent).area > body.area for body in bodies]
-    judged = [keep or len(moved) == 1 or not any(told) for keep in told]
-    whole = sum(body.area for body in bodies)
-    aside = sum(body.area for body, keep in zip(bodies, judged, strict=True) if not keep)
-    return merge_floors(
-        [floor for floor, keep in zip(moved, judged, strict=True) if keep]
-    ), aside / whole if whole else 0
+    outlines = [_outline(floor) for floor in moved]
+    extent = _outline(plan.truth).buffer(DOOR_METRES, join_style="mitre").buffer(-DOOR_METRES, join_style="mitre")
+    on_truth = [2 * outline.intersection(extent).area > outline.area for outline in outlines]
+    matches = [match or len(moved) == 1 or not any(on_truth) for match in on_truth]
+    area = sum(outline.area for outline in outlines)
+    unmatched = sum(outline.area for outline, match in zip(outlines, matches, strict=True) if not match)
+    matching = merge_floors([floor for floor, match in zip(moved, matches, strict=True) if match])
+    return matching, unmatched / area if area else 0
 
 
 def move_floor(floor: Floor, start: GridMap, goal: GridMap) -> Floor:
-    """The floor where its pixels of one grid lie in the map frame of another of the same shape.
+    """The floor, whose pixels are those of one grid, in the map frame of another grid of the same shape.
 
-    Raises PlanError when the shapes differ.
+    Raises PlanError if the shapes differ.
     """
     if start.shape != goal.shape:
         raise PlanError(f"the floor has a grid of {start.shape} cells, give {goal.shape}, the pixels of its sheet")
@@ -129,7 +94,7 @@ def move_floor(floor: Floor, start: GridMap, goal: GridMap) -> Floor:
 
 
 def merge_floors(floors: Sequence[Floor]) -> Floor:
-    """One floor with the rooms and doors of all, numbered on."""
+    """One floor with the rooms and doors of all; the numbers of rooms are continued."""
     rooms: list[Room] = []
     doors: list[Door] = []
     for floor in floors:
@@ -143,7 +108,7 @@ def _without_openings(floor: Floor) -> Floor:
     return replace(floor, doors=tuple(door for door in floor.doors if door.kind == "door"))
 
 
-def _body_of(floor: Floor) -> Polygon:
+def _outline(floor: Floor) -> Polygon:
     return unary_union([room.polygon for room in floor.rooms])
 
 

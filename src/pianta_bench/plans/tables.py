@@ -1,187 +1,239 @@
-"""What `pianta bench plans` prints: each plan, the kinds of plans, the worth of symbols, the bars."""
+"""Figures of each plan, of the kinds of plans, with and without symbols, and of the names on drawn sheets."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from statistics import fmean, median
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from statistics import fmean
+from typing import Any
 
-from pianta_bench.harness.comparison import Cell, ComparisonRow, ComparisonTable
-from pianta_bench.plans.measure import READINGS, PlanBench, PlanResult
+from pianta_bench.harness.records import Record, Results, select_records
+from pianta_bench.harness.tables import Cell, FilledTable, Table
+from pianta_bench.plans.measure import READINGS, WITH, WITHOUT
 from pianta_bench.plans.plan_sets import KINDS, SCREENSHOT
-from pianta_bench.plans.scores import COLUMNS, SCORES
+from pianta_bench.plans.scores import SCORES
+from pianta_bench.plans.text import EXACT, EXACT_SHARE, NAME_COUNT, NAMED_SHARE, PART
 
-WITH, WITHOUT = READINGS
-SHOWN = (*SCORES, "doors_f1", "edges_f1")
-HEADINGS = {column.key: column.heading.replace("\n", " ") for column in COLUMNS}
-BESIDE = ("found", "true", "floors", "aside", "scale_error", "seconds")
+MAIN_METRICS = (*SCORES, "doors_f1", "edges_f1")
+LABELS = {
+    "a_fc": "A_FC",
+    "a_bc": "A_BC",
+    "precision": "prec.",
+    "recall": "recall",
+    "mean_iou": "IoU",
+    "f1": "F1",
+    "doors_f1": "doors\nf1",
+    "edges_f1": "edges\nf1",
+    "found": "rooms\nfound",
+    "true": "rooms\ntrue",
+    "floors": "floors",
+    "unmatched": "unmatched",
+    "scale_error": "scale\nerror",
+    "seconds": "time\ns",
+}
 BUILDINGS = ("school", "office")
-# Plans smaller than this, in million pixels, tell little of the time that a large one takes.
-LARGE, LARGE_MEANT = 2.0, 6.0
+OTHER_KINDS = list(KINDS[: KINDS.index(SCREENSHOT)])
+# What counts in the means of real plans.
+REPRESENTATIVE: dict[str, Any] = {"is_sound": True, "kind": OTHER_KINDS, "building_type": BUILDINGS, "reading": WITH}
+LARGE = 2.0  # million pixels; smaller plans say little of the time for a large one
+LARGE_SIZE = 6.0  # million pixels of the plan for which the time is estimated
 UNSOUND = "*"
 
-Choice = Callable[[PlanResult], bool]
+PLANS = Table(
+    title=f"{{title}}, each, {WITH}",
+    rows=("item",),
+    columns=("metric",),
+    where={"metric": list(LABELS), "reading": WITH},
+    labels=LABELS,
+    summarise=Cell.only,
+    digits=0,
+    unit="%",
+    notes=(
+        "doors: within half the width of a true one, entrances left out; edges: pairs of rooms that doors join.",
+        "unmatched: % of the area in floors of the sheet that the truth does not have, which do not count.",
+        "scale error: of metres per pixel; annotators of real plans estimated the width of a door by eye.",
+    ),
+)
+GROUPS = Table(
+    title=f"Kinds of plans, {WITH}",
+    rows=("group",),
+    columns=("metric",),
+    where={"metric": list(MAIN_METRICS)},
+    labels=LABELS,
+    unit="%",
+    notes=("Kinds by the look of a plan; all: schools and offices with a sound truth, no screenshots.",),
+)
+SYMBOLS = Table(
+    title="{title} that draw their doors ({count}), with and without symbols",
+    rows=("reading",),
+    columns=("metric",),
+    where={"metric": list(MAIN_METRICS), "reading": [*READINGS, "difference"]},
+    labels=LABELS,
+    unit="%",
+)
+SUMMARY = Table(
+    title="Schools and offices with a sound truth",
+    columns=("figure",),
+    summarise=Cell.only,
+    notes=(f"Seconds: the slowest of the plans above {LARGE:g} million pixels, in proportion.",),
+)
+NAMES = Table(
+    title="Names of rooms on synthetic plans, {font}",
+    rows=("item",),
+    columns=("metric",),
+    where={"part": PART},
+    labels={
+        NAME_COUNT: "names",
+        EXACT: "read\nexactly",
+        EXACT_SHARE: "% read\nexactly",
+        NAMED_SHARE: "% rooms with\na name",
+    },
+    summarise=Cell.only,
+    digits={NAME_COUNT: 0, EXACT: 0},
+    summaries=("mean", "sd", "median"),
+)
+EXACT_NAMES = Table(
+    title="Names on synthetic plans that are read exactly",
+    rows=("sheets",),
+    columns=("metric",),
+    summarise=Cell.only,
+    unit="% of names",
+    notes=(
+        "exactly: letter by letter, with capitals, accents and blanks.",
+        "Names of schools and offices in English, Italian, German, French and Spanish, black on white, each in a room.",
+    ),
+)
 
 
-def tabulate_plans(bench: PlanBench) -> list[ComparisonTable]:
-    """All tables of the bench but that of text."""
-    real = [result for result in bench.results.get("real", ()) if result.rows]
-    drawn = [result for result in bench.results.get("drawn", ()) if result.rows]
+def tabulate(results: Results) -> list[FilledTable]:
+    """All tables of the sets that were measured."""
     tables = []
+    real, synthetic = (results.select(set=part) for part in ("real", "drawn"))
     if real:
-        tables += [_tabulate_each("Plans, each", real), _tabulate_kinds(real), _tabulate_symbols("Plans", real)]
-        tables.append(_tabulate_bars(real, bench))
-    if drawn:
-        tables += [_tabulate_each("Drawn plans, each", drawn, mean=True), _tabulate_symbols("Drawn plans", drawn)]
+        tables += [tabulate_plans(results, real, title="Plans"), GROUPS.fill(derive_groups(real))]
+        tables += [tabulate_symbols(real, title="Plans"), tabulate_summary(results, real)]
+    if synthetic:
+        failure = results.details.get("text_failure")
+        notes = [f"Names on drawn plans were not read: {failure}"] * bool(failure)
+        tables.append(tabulate_plans(results, synthetic, title="Drawn plans", summaries=("mean", "sd")))
+        tables.append(tabulate_symbols(synthetic, title="Drawn plans", notes=notes))
+    names = results.select(part=PART)
+    if names:
+        fonts = dict.fromkeys(record["font"] for record in names)
+        tables += [NAMES.fill(results.select(part=PART, font=font), font=font) for font in fonts]
+        tables.append(EXACT_NAMES.fill(derive_exact_names(names)))
     return tables
 
 
-def list_faults(bench: PlanBench) -> Iterator[str]:
-    """A line for each plan that could not be read, or of which there is no truth, and what else went wrong."""
-    for of, results in bench.results.items():
-        for result in results:
-            if result.truth_failure:
-                yield f"{result.name} ({of}) has no truth, not counted: {result.truth_failure}"
-            for reading, row in result.rows.items():
-                if row.failure:
-                    yield f"{result.name} ({of}, {reading}) failed, counts as 0: {row.failure}"
-    if bench.text_failure:
-        yield f"Names on drawn plans were not read: {bench.text_failure}"
-    warned = sorted({row.item for rows in bench.items.values() for row in rows if row.warned})
-    if warned:
-        yield f"Warnings on {len(warned)} plans; --json lists them."
+def tabulate_plans(
+    results: Results, records: Sequence[Record], *, title: str, summaries: tuple[str, ...] = ()
+) -> FilledTable:
+    """A row for each plan, kind by kind; those without a sound truth have UNSOUND."""
+    kinds = [*KINDS, *{record["kind"] for record in records}.difference(KINDS)]
+    records = sorted(records, key=lambda record: (kinds.index(record["kind"]), record["item"]))
+    defects = {plan["plan"]: plan["defects"] for plan in results.details["plans"] if plan.get("defects")}
+    unsound = [item for item in dict.fromkeys(record["item"] for record in records) if item in defects]
+    notes = [f"{UNSOUND} {item}: the truth {', '.join(defects[item])}." for item in unsound]
+    notes += ["A plan that failed counts as 0, one without a truth does not count."] * results.failed
+    starred = ({**record, "item": record["item"] + UNSOUND * (not record["is_sound"])} for record in records)
+    return replace(PLANS, summaries=summaries).fill(starred, notes=notes, title=title)
 
 
-def is_sound(result: PlanResult) -> bool:
-    """Whether a plan counts for the bars: a school or an office, no screenshot, with a sound truth."""
-    return result.kind != SCREENSHOT and result.building_type in BUILDINGS and not result.defects
+def derive_groups(records: Sequence[Record]) -> Iterator[Record]:
+    """The records of each kind of drawing and of building with a sound truth, of all, and of those left apart."""
+    groups: dict[str, dict[str, Any]] = {
+        **{plan_kind: {**REPRESENTATIVE, "kind": plan_kind} for plan_kind in OTHER_KINDS},
+        **{f"{name}s": {**REPRESENTATIVE, "building_type": name} for name in BUILDINGS},
+        "all": REPRESENTATIVE,
+        "all, median": REPRESENTATIVE,
+        "apart: truth not sound": {"is_sound": False, "reading": WITH},
+        "apart: screenshots": {"kind": SCREENSHOT, "reading": WITH},
+    }
+    for group, where in groups.items():
+        chosen = select_records(records, {**where, "metric": MAIN_METRICS})
+        name = f"{group} ({len({record['item'] for record in chosen})})"
+        if group != "all, median":
+            yield from ({**record, "group": name} for record in chosen)
+            continue
+        for metric in MAIN_METRICS if chosen else ():
+            value = Cell.median(record["value"] for record in chosen if record["metric"] == metric).mean
+            yield {"group": name, "metric": metric, "value": value}
 
 
-def figures_of(results: Sequence[PlanResult], key: str, reading: str = WITH) -> list[float | None]:
-    """A figure of each plan."""
-    return [result.rows[reading].figures[key] for result in results]
-
-
-def accuracy_of(result: PlanResult, reading: str) -> float:
-    """The mean of A_FC and A_BC, by which readings of a plan are compared."""
-    figures = result.rows[reading].figures
-    return ((figures["a_fc"] or 0.0) + (figures["a_bc"] or 0.0)) / 2
-
-
-def _tabulate_each(title: str, results: Sequence[PlanResult], *, mean: bool = False) -> ComparisonTable:
-    """A row a plan, kind by kind."""
-    keys = (*SHOWN, *BESIDE)
-    order = {kind: place for place, kind in enumerate(KINDS)}
-    ordered = sorted(results, key=lambda result: (order.get(result.kind, len(order)), result.name))
-    rows = [
-        ComparisonRow(f"{result.name}{UNSOUND * bool(result.defects)}", tuple(_cells_of([result], keys)), 0)
-        for result in ordered
-    ]
-    if mean:
-        rows.append(ComparisonRow("mean", tuple(_cells_of(results, keys))))
-    notes = [f"{UNSOUND} {result.name}: the truth {', '.join(result.defects)}." for result in ordered if result.defects]
-    notes.append(
-        "doors: within half the width of a true one, entrances left out; edges: pairs of rooms that doors join; aside: "
-        "% of the found area in floors of the sheet that the truth does not tell of, which are not judged."
-    )
-    notes.append("scale error: of metres per pixel; annotators of real plans judged the width of a door by eye.")
-    return ComparisonTable(f"{title}, {WITH}", tuple(HEADINGS[key] for key in keys), tuple(rows), tuple(notes), "%")
-
-
-def _cells_of(results: Sequence[PlanResult], keys: Sequence[str]) -> Iterator[Cell]:
-    for key in keys:
-        yield Cell.over(figures_of(results, key))
-
-
-def _tabulate_kinds(results: Sequence[PlanResult]) -> ComparisonTable:
-    """Means by kind of drawing and of building, over sound truths, and medians of all."""
-    sound = [result for result in results if is_sound(result)]
-    kinds = [(kind, [result for result in sound if result.kind == kind]) for kind in KINDS]
-    types = [(f"{name}s", [result for result in sound if result.building_type == name]) for name in BUILDINGS]
-    apart = [
-        ("truth not sound", [result for result in results if result.defects]),
-        ("screenshots", [result for result in results if result.kind == SCREENSHOT]),
-    ]
-    groups = [*kinds, *types, ("all", sound)]
-    rows = [_row_of(name, of) for name, of in groups if of]
-    rows.append(ComparisonRow(f"all, median ({len(sound)})", tuple(_median(figures_of(sound, key)) for key in SHOWN)))
-    rows += [_row_of(f"apart: {name}", of) for name, of in apart if of]
-    notes = ("Kinds by the look of a plan; all: schools and offices with a sound truth, no screenshots.",)
-    return ComparisonTable(f"Kinds of plans, {WITH}", tuple(HEADINGS[key] for key in SHOWN), tuple(rows), notes, "%")
-
-
-def _row_of(name: str, results: Sequence[PlanResult]) -> ComparisonRow:
-    return ComparisonRow(f"{name} ({len(results)})", tuple(_cells_of(results, SHOWN)))
-
-
-def _median(figures: Sequence[float | None]) -> Cell:
-    known = [figure for figure in figures if figure is not None]
-    return Cell(median(known) if known else None, count=len(known))
-
-
-def _tabulate_symbols(title: str, results: Sequence[PlanResult]) -> ComparisonTable:
-    """Both readings of the plans that draw their doors, and what symbols add."""
-    drawing = [result for result in results if result.draws_doors and not result.defects and result.kind != SCREENSHOT]
-    rows = [
-        ComparisonRow(reading, tuple(Cell.over(figures_of(drawing, key, reading)) for key in SHOWN))
-        for reading in READINGS
-    ]
-    differences = tuple(
-        Cell.over(
-            one - other
-            for one, other in zip(figures_of(drawing, key), figures_of(drawing, key, WITHOUT), strict=True)
-            if one is not None and other is not None
-        )
-        for key in SHOWN
-    )
-    rows.append(ComparisonRow("difference", differences))
-    names = f"{title} that draw their doors ({len(drawing)}), with and without symbols"
-    return ComparisonTable(names, tuple(HEADINGS[key] for key in SHOWN), tuple(rows), tuple(_tell_better(drawing)), "%")
-
-
-def _tell_better(results: Sequence[PlanResult]) -> Iterator[str]:
-    better = sum(accuracy_of(result, WITH) > accuracy_of(result, WITHOUT) for result in results)
-    equal = sum(accuracy_of(result, WITH) == accuracy_of(result, WITHOUT) for result in results)
-    yield (
-        f"Better with symbols, by the mean of A_FC and A_BC, on {better} of {len(results)} plans; "
+def tabulate_symbols(records: Sequence[Record], *, title: str, notes: Sequence[str] = ()) -> FilledTable:
+    """Both readings of the plans that draw their doors and have a sound truth, and their differences."""
+    kinds = [record["kind"] for record in records if record["kind"] != SCREENSHOT]
+    drawing = select_records(records, {"draws_doors": True, "is_sound": True, "kind": kinds})
+    better, equal = count_better(drawing)
+    count = len({record["item"] for record in drawing})
+    note = (
+        f"Better with symbols, by the mean of A_FC and A_BC, on {better} of {count} plans; "
         f"equal, which does not count as better, on {equal}."
     )
+    return SYMBOLS.fill([*drawing, *derive_differences(drawing)], notes=[note, *notes], title=title, count=count)
 
 
-def _tabulate_bars(results: Sequence[PlanResult], bench: PlanBench) -> ComparisonTable:
-    """The figures that are asked for, beside the bar and the aim of each."""
-    sound = [result for result in results if is_sound(result)]
-    drawing = [result for result in sound if result.draws_doors]
-    better = [100.0 * (accuracy_of(result, WITH) > accuracy_of(result, WITHOUT)) for result in drawing]
-    bars: list[tuple[str, float | None, float, float | None]] = []
-    for key in ("a_fc", "a_bc"):
-        bars.append((f"{HEADINGS[key]}, median, at least", _median(figures_of(sound, key)).mean, 82, 92))
-        bars.append((f"{HEADINGS[key]}, mean, at least", Cell.over(figures_of(sound, key)).mean, 74, None))
-    bars.append(("doors F1, median, at least", _median(figures_of(drawing, "doors_f1")).mean, 70, 85))
-    bars.append(("better with symbols, % of plans, at least", fmean(better) if better else None, 80, None))
-    bars.append(("seconds for 6 million pixels, at most", _slowest(results), 15 if bench.with_text else 5, None))
-    bars.append(("printed names read exactly, %, at least", _share_of_names(bench), 90, None))
-    rows = tuple(ComparisonRow(name, tuple(map(Cell, figures))) for name, *figures in bars)
-    notes = (
-        f"Schools and offices with a sound truth, {len(sound)}; doors, symbols: {len(drawing)} that draw their doors.",
-        f"Seconds: the slowest of the plans above {LARGE:g} million pixels, in proportion.",
-    )
-    return ComparisonTable("Bars", ("measured", "bar", "aim"), rows, notes)
+def derive_differences(records: Sequence[Record]) -> Iterator[Record]:
+    """For each plan and metric the figure with symbols less that without."""
+    others = {(each["item"], each["metric"]): each["value"] for each in records if each["reading"] == WITHOUT}
+    for record in select_records(records, {"reading": WITH}):
+        other = others[record["item"], record["metric"]]
+        if record["value"] is not None and other is not None:
+            yield {**record, "reading": "difference", "value": record["value"] - other}
 
 
-def _share_of_names(bench: PlanBench) -> float | None:
-    """Percent of the names on drawn sheets that were read exactly."""
-    if bench.text is None:
-        return None
-    exact, names = (
-        sum(row.figures[key] or 0 for part in bench.text.parts for row in part.rows) for key in ("exact", "names")
-    )
-    return 100 * exact / names if names else None
+def count_better(records: Sequence[Record]) -> tuple[int, int]:
+    """The number of plans that are read better with symbols, by the mean of A_FC and A_BC, and of equal ones."""
+    accuracies: dict[str, dict[str, list[float]]] = {}
+    for record in select_records(records, {"metric": ["a_fc", "a_bc"]}):
+        accuracies.setdefault(record["item"], {}).setdefault(record["reading"], []).append(record["value"])
+    pairs = [(fmean(readings[WITH]), fmean(readings[WITHOUT])) for readings in accuracies.values()]
+    return sum(one > other for one, other in pairs), sum(one == other for one, other in pairs)
 
 
-def _slowest(results: Sequence[PlanResult]) -> float | None:
-    """Seconds for LARGE_MEANT million pixels on the plan that was slowest for its size, of the large ones."""
-    times = zip(figures_of(results, "seconds"), figures_of(results, "megapixels"), strict=True)
-    large = [
-        LARGE_MEANT * time / size for time, size in times if time is not None and size is not None and size > LARGE
+def tabulate_summary(results: Results, records: Sequence[Record]) -> FilledTable:
+    """Means and medians of the representative plans, and the time for a large plan."""
+    sound = select_records(records, {**REPRESENTATIVE, "reading": list(READINGS)})
+    drawing = select_records(sound, {"draws_doors": True})
+    plans, drawing_plans = (len({record["item"] for record in chosen}) for chosen in (sound, drawing))
+    figures: dict[str, float | None] = {}
+    for metric, name, chosen in (("a_fc", "A_FC", sound), ("a_bc", "A_BC", sound), ("doors_f1", "doors F1", drawing)):
+        values = [record["value"] for record in select_records(chosen, {"metric": metric, "reading": WITH})]
+        figures |= {f"{name}, median": Cell.median(values).mean, f"{name}, mean": Cell.over(values).mean}
+    better, _ = count_better(drawing)
+    figures["better with symbols, % of plans"] = 100 * better / drawing_plans if drawing_plans else None
+    figures[f"seconds for {LARGE_SIZE:g} million pixels"] = estimate_time(records)
+    figures["names read exactly, %"] = share_exact(results.select(part=PART))
+    note = f"{plans} schools and offices; doors, symbols: {drawing_plans} that draw their doors."
+    summary = ({"metric": name, "figure": "here", "value": value} for name, value in figures.items())
+    return SUMMARY.fill(summary, notes=[note])
+
+
+def estimate_time(records: Sequence[Record]) -> float | None:
+    """Seconds for LARGE_SIZE million pixels on the plan that was slowest for its size, of the large ones."""
+    sizes = {record["item"]: record["value"] for record in select_records(records, {"metric": "megapixels"})}
+    times = [
+        LARGE_SIZE * record["value"] / sizes[record["item"]]
+        for record in select_records(records, {"metric": "seconds", "reading": WITH})
+        if record["value"] is not None and sizes[record["item"]] > LARGE
     ]
-    return max(large, default=None)
+    return max(times, default=None)
+
+
+def derive_exact_names(records: Sequence[Record]) -> Iterator[Record]:
+    """The share of names that are read exactly: of all, and by font, size and rotation."""
+    groups: dict[str, Sequence[Record]] = {"all": records}
+    for name in ("font", "capital", "rotation"):
+        for value in dict.fromkeys(record[name] for record in records):
+            groups[value] = select_records(records, {name: value})
+    for sheets, chosen in groups.items():
+        yield {"sheets": sheets, "metric": "read exactly", "value": share_exact(chosen)}
+
+
+def share_exact(records: Iterable[Record]) -> float | None:
+    """Percent of the names on sheets that are read exactly."""
+    sums = dict.fromkeys((EXACT, NAME_COUNT), 0.0)
+    for record in records:
+        if record["metric"] in sums:
+            sums[record["metric"]] += record["value"] or 0
+    return 100 * sums[EXACT] / sums[NAME_COUNT] if sums[NAME_COUNT] else None

@@ -1,30 +1,24 @@
-"""Names of rooms on synthetic sheets, read: five fonts, three sizes, two rotations, five languages."""
+"""How names of rooms on synthetic sheets are read: in five fonts, three sizes, two rotations and five languages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import chain
+from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import chain, product
 
 from pianta.plan.text.recognition import read_texts
 from pianta.plan.text.room_names import compose_room_name
 from pianta.worlds.plans.name_sheets import FONTS, NAMES, ROTATIONS, letter_rooms
-from pianta_bench.harness.table import BenchTable, Column, Figures, Part, Row, measure_rows
+from pianta_bench.harness.records import Figures, Results, Track
 
-# Heights of a capital, pixels.
-CAPITALS = (10, 16, 28)
-PRINTED = tuple(chain.from_iterable(NAMES.values()))
-# Columns of rooms that make a sheet of names, which are wider than high, about square.
-COLUMNS_OF_ROTATION = {0: 4, 90: 10}
-SCORES = (
-    Column("names", "names", "", digits=0),
-    Column("exact", "read\nexactly", "", digits=0, failed=0.0),
-    Column("share", "of these", "%", failed=0.0),
-    Column("found", "rooms with\na name", "%", failed=0.0),
-)
-NOTE = (
-    "exactly: letter by letter, with capitals, accents and blanks. Names of schools and offices in English, Italian, "
-    "German, French and Spanish, black on white, each in a room of walls."
-)
+PART = "names"
+CAPITALS = (10, 16, 28)  # heights of a capital, pixels
+ALL_NAMES = tuple(chain.from_iterable(NAMES.values()))
+# By rotation: columns of rooms on a sheet, which make it about square, as names are wider than high.
+COLUMNS = {0: 4, 90: 10}
+# Metrics of a sheet: its names, those read letter by letter, their share, and the share of rooms with a name, %.
+NAME_COUNT, EXACT, EXACT_SHARE, NAMED_SHARE = "names", "exact", "share", "found"
+FAILED = {NAME_COUNT: None, EXACT: 0.0, EXACT_SHARE: 0.0, NAMED_SHARE: 0.0}
 
 
 def measure_text(
@@ -32,63 +26,35 @@ def measure_text(
     fonts: Sequence[str] = FONTS,
     capitals: Sequence[int] = CAPITALS,
     rotations: Sequence[int] = ROTATIONS,
-    names: Sequence[str] = PRINTED,
-    track: Callable[[Sequence[str]], Iterable[str]] = iter,
-) -> BenchTable:
-    """Share of printed room names that are read exactly, a part a font, a row a size and rotation.
+    names: Sequence[str] = ALL_NAMES,
+    track: Track = iter,
+) -> Results:
+    """How many room names are read exactly; a sheet, which is an item, for each font, size and rotation.
 
-    capitals: heights of capital letters, pixels. rotations: 0 and 90 degrees. track: wraps the rows, to show progress.
-    Nothing is drawn by lot. Raises ImportError where rapidocr is not installed.
+    capitals: heights of capital letters, pixels. rotations: 0 and 90 degrees. track: wraps the sheets, to show
+    progress. Nothing is random. Raises ImportError if rapidocr is not installed.
     """
-    items = [f"{font} {capital} px {rotation}°" for font in fonts for capital in capitals for rotation in rotations]
-
-    def measure(item: str) -> Iterator[Figures]:
-        font, capital, _, rotation = item.replace("°", "").split()
-        yield _measure_sheet(names, font, int(capital), int(rotation))
-
-    rows = measure_rows(track(items), measure, columns=SCORES)
-    parts = tuple(Part(font, tuple(row for row in rows if row.item.split()[0] == font), "rapidocr") for font in fonts)
-    whole = Part("all", rows, "rapidocr")
-    sets = [whole, *_parts_of(rows, [f"{capital} px" for capital in capitals])]
-    sets += _parts_of(rows, [f"{rotation}°" for rotation in rotations])
-    return BenchTable(
-        bench="plan text",
-        title="Names of rooms on synthetic plans",
-        methods=("rapidocr",),
-        columns=SCORES,
-        parts=parts,
-        scores=(),
-        compared={},
-        printed=(),
-        notes=("Read exactly: " + ", ".join(map(_describe_share, sets)) + ".", NOTE),
-        ratios={"read_exactly": ("exact", "names")},
-    )
+    results = Results()
+    sheets = {
+        f"{font} {capital} px {rotation}°": (font, capital, rotation)
+        for font, capital, rotation in product(fonts, capitals, rotations)
+    }
+    for item in track([*sheets]):
+        font, capital, rotation = sheets[item]
+        fields = {"font": font, "capital": f"{capital} px", "rotation": f"{rotation}°"}
+        results.measure(PART, item, partial(_measure_sheet, names, *sheets[item]), failed=FAILED, **fields)
+    return results
 
 
-def _measure_sheet(names: Sequence[str], font: str, capital: int, rotation: int) -> Figures:
-    columns = COLUMNS_OF_ROTATION[rotation]
-    sheet = letter_rooms(names, font=font, capital=capital, rotation=rotation, columns=columns)
+def _measure_sheet(names: Sequence[str], font: str, capital: int, rotation: int) -> Iterator[Figures]:
+    sheet = letter_rooms(names, font=font, capital=capital, rotation=rotation, columns=COLUMNS[rotation])
     texts = read_texts(sheet.colors)
-    read = []
+    room_names = []
     for name in sheet.names:
         top, left, bottom, right = name.room
         inside = [text for text in texts if top <= text.middle[0] < bottom and left <= text.middle[1] < right]
-        read.append(compose_room_name(inside))
-    exact = sum(got == name.text for got, name in zip(read, sheet.names, strict=True))
-    found = sum(got is not None for got in read)
-    return {
-        "names": len(read),
-        "exact": exact,
-        "share": 100 * exact / len(read),
-        "found": 100 * found / len(read),
-    }
-
-
-def _parts_of(rows: Sequence[Row], settings: Sequence[str]) -> list[Part]:
-    """The rows of each size or rotation."""
-    return [Part(name, tuple(row for row in rows if f" {name} " in f"{row.item} "), "rapidocr") for name in settings]
-
-
-def _describe_share(part: Part) -> str:
-    share = part.divide_sums("exact", "names")
-    return f"{part.name} {'–' if share is None else f'{share:.1%}'}"
+        room_names.append(compose_room_name(inside))
+    exact = sum(read == name.text for read, name in zip(room_names, sheet.names, strict=True))
+    named = sum(read is not None for read in room_names)
+    count = len(room_names)
+    yield {NAME_COUNT: count, EXACT: exact, EXACT_SHARE: 100 * exact / count, NAMED_SHARE: 100 * named / count}

@@ -1,11 +1,12 @@
-"""Section 8.3: schools and offices explored corridor by corridor, and what the others tell of the rest of each."""
+"""Section 8.3: schools and offices explored corridor by corridor, and the rest of each predicted by the others."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import networkx as nx
 
@@ -13,107 +14,59 @@ from pianta.errors import DataError
 from pianta.generation.type_model import MIN_FLOORS, learn_type, prepare_room_graph
 from pianta.graphs.metrics import find_corridors
 from pianta.io.buildings.thesis_xml import read_building_xml
-from pianta.labels import SCHEMAS, LabelConvention, LabelSchema
+from pianta.labels import SCHEMAS, LabelConvention
+from pianta.prediction.explored_part import explore_by_corridors
+from pianta.prediction.prediction import predict
 from pianta.prediction.unexplored_part import FloorSampler
 from pianta.rooms.training import building_name
-from pianta_bench.data.folders import list_maps
-from pianta_bench.harness.comparison import Items
-from pianta_bench.harness.table import Figures, Row, measure_rows
-from pianta_bench.prediction.rivals import Rivals
-from pianta_bench.prediction.scores import JudgedFloor, JudgedStage, judge_floor
-
-KINDS = ("school", "office")
-COUNT, SEED = 100, 0
+from pianta_bench.data.folders import find_data, list_maps
+from pianta_bench.graphs.measure import PARTS
+from pianta_bench.harness.records import Figures, Results, Track
+from pianta_bench.prediction import COUNT
+from pianta_bench.prediction.baselines import Baselines
+from pianta_bench.prediction.scores import describe_stage, predict_doors, score_prediction
 
 
-@dataclass(frozen=True, eq=False)
-class TypeOfFloors:
-    """Judged floors of a type. graphs: of them, by their names. rows: of all floors, those that failed as well.
-
-    sampler_seconds: of the processor, to make the sampler of each floor's model; learning_seconds: the model.
-    """
-
-    schema: LabelSchema
-    graphs: Mapping[str, nx.Graph]
-    rows: Sequence[Row]
-    floors: Sequence[JudgedFloor]
-    learning_seconds: Sequence[float]
-    sampler_seconds: Sequence[float]
-
-    @property
-    def halves(self) -> list[tuple[JudgedFloor, JudgedStage]]:
-        """The floors of which something is unseen with half of the corridors explored, and that stage."""
-        return [(floor, floor.half) for floor in self.floors if floor.half]
-
-
-@dataclass(frozen=True, eq=False)
-class PredictionBench:
-    """What was measured. count: samples of a prediction. types: by building type."""
-
-    seed: int
-    count: int
-    types: Mapping[str, TypeOfFloors]
-
-    @property
-    def items(self) -> Items:
-        """The floors, what failed among them, and the figures of every stage, by type."""
-        floors = {f"{kind}s": of.rows for kind, of in self.types.items()}
-        stages = {
-            f"{kind}s, stages": [_row(floor, stage) for floor in of.floors for stage in floor.stages]
-            for kind, of in self.types.items()
-        }
-        return floors | stages
-
-
-def measure_prediction(
-    data: Path,
-    *,
-    count: int = COUNT,
-    seed: int = SEED,
-    track: Callable[[Sequence[str]], Iterable[str]] = iter,
-) -> PredictionBench:
-    """Explore the floors of data/buildings/school/*.xml and office/*.xml, and judge predictions by `corr`.
+def measure(data: Path | None = None, *, count: int = COUNT, seed: int = 0, track: Track = iter) -> Results:
+    """Explore the floors of data/buildings/school/*.xml and office/*.xml, and score predictions by `corr`.
 
     Each floor is predicted by a model of the floors of all other buildings of its type. A floor that cannot be read,
-    that has unknown labels or that is in several parts does not count. track: wraps the names of the floors, to show
-    progress.
-    Raises DataError where there are no floors of a type, or too few buildings.
+    that has unknown labels or that is in several parts does not count. count: samples of a prediction. track: wraps the
+    names of the floors, to show progress.
+    Records of a stage have the fields `explored`, its explored corridors, and `half`, whether these are half of all;
+    scores also `predictor`. details["doors"] are the predictions of what is behind doors.
+    Raises DataError if there are no floors of a type, or too few buildings.
     """
-    read = {kind: read_floors(data, kind) for kind in KINDS}
-    names = [f"{kind} {name}" for kind, (graphs, _) in read.items() for name in graphs]
-    tracked = iter(track(names))
-    types = {}
-    for kind, (graphs, rows) in read.items():
-        judged = []
-        for name in graphs:
-            next(tracked)
-            judged.append(_judge(graphs, name, SCHEMAS[kind], count, seed))
-        floors, learning, sampler = zip(*judged, strict=True)
-        types[kind] = TypeOfFloors(SCHEMAS[kind], graphs, rows, floors, learning, sampler)
-    next(tracked, None)
-    return PredictionBench(seed, count, types)
+    folder = find_data(data)
+    results = Results({"seed": seed, "count": count}, details={"doors": []})
+    floors = {building_type: read_floors(results, folder, building_type) for building_type in PARTS}
+    results.objects["graphs"] = floors
+    names = [(building_type, name) for building_type, graphs in floors.items() for name in graphs]
+    for (building_type, name), _ in zip(names, track([" ".join(each) for each in names]), strict=True):
+        measure_floor(results, building_type, name)
+    return results
 
 
-def read_floors(data: Path, kind: str) -> tuple[dict[str, nx.Graph], Sequence[Row]]:
-    """The floors of a type as a model takes them, by their names, and a row for each and what a model cannot take."""
-    folder = data / "buildings" / kind
+def read_floors(results: Results, data: Path, building_type: str) -> dict[str, nx.Graph]:
+    """The floors of a type as a model needs them, by their names; their numbers of rooms and corridors are appended."""
+    folder = data / "buildings" / building_type
     graphs: dict[str, nx.Graph] = {}
 
     def read(name: str) -> Iterator[Figures]:
         graph = read_building_xml(folder / f"{name}.xml").graph()
         graph.graph["source"] = name
-        graphs[name] = prepare_room_graph(graph, SCHEMAS[kind])
-        corridors = find_corridors(graphs[name], SCHEMAS[kind], convention=LabelConvention.GRAPHS)
-        yield {"rooms": float(len(graphs[name])), "corridors": float(len(corridors))}
+        graphs[name] = prepare_room_graph(graph, SCHEMAS[building_type])
+        corridors = find_corridors(graphs[name], SCHEMAS[building_type], convention=LabelConvention.GRAPHS)
+        yield {"rooms": len(graphs[name]), "corridors": len(corridors)}
 
-    rows = measure_rows(list_maps(folder, ".xml"), read, columns=())
-    few = [name for name in graphs if len(list_others(graphs, name)) < MIN_FLOORS]
-    if few or not graphs:
+    for name in list_maps(folder, ".xml"):
+        results.measure(PARTS[building_type], name, partial(read, name))
+    if not graphs or any(len(list_others(graphs, name)) < MIN_FLOORS for name in graphs):
         raise DataError(
-            f"{len(graphs)} floor{'s' * (len(graphs) != 1)} of {kind}s can be used, "
+            f"{len(graphs)} floor{'s' * (len(graphs) != 1)} of {PARTS[building_type]} can be used, "
             f"give those of {MIN_FLOORS + 1} buildings at least, better dozens"
         )
-    return graphs, rows
+    return graphs
 
 
 def list_others(graphs: Mapping[str, nx.Graph], name: str) -> list[nx.Graph]:
@@ -121,25 +74,30 @@ def list_others(graphs: Mapping[str, nx.Graph], name: str) -> list[nx.Graph]:
     return [graph for other, graph in graphs.items() if building_name(other) != building_name(name)]
 
 
-def _judge(
-    graphs: Mapping[str, nx.Graph], name: str, schema: LabelSchema, count: int, seed: int
-) -> tuple[JudgedFloor, float, float]:
+def measure_floor(results: Results, building_type: str, name: str) -> None:
+    """Explore a floor by corridors, and append the scores of each prediction while something is unseen."""
+    part, schema, graphs = PARTS[building_type], SCHEMAS[building_type], results.objects["graphs"][building_type]
+    count, seed, graph = results.options["count"], results.options["seed"], graphs[name]
     start = process_time()
     model = learn_type(list_others(graphs, name), schema)
     learned = process_time()
     sampler = FloorSampler(model)
-    made = process_time()
-    floor = judge_floor(graphs[name], sampler, Rivals(model), count=count, seed=seed)
-    return floor, learned - start, made - learned
-
-
-def _row(floor: JudgedFloor, stage: JudgedStage) -> Row:
-    figures = {
-        "explored corridors": float(stage.corridors),
-        "known rooms": float(stage.known),
-        "half": float(stage is floor.half),
-        "interval holds": float(stage.interval),
-        "seconds": stage.seconds,
-        **stage.figures,
-    }
-    return Row(f"{floor.source} after {stage.corridors} corridors", figures)
+    figures = {"model, once": learned - start, "sampler, once": process_time() - learned}
+    results.add(part, name, figures, names=("work",), metric="seconds")
+    baselines = Baselines(model)
+    explorations = explore_by_corridors(graph, find_corridors(graph, schema, convention=LabelConvention.GRAPHS))
+    half = -(-len(explorations) // 2)
+    for explored, part_graph in enumerate(explorations, 1):
+        if {node for node in part_graph if part_graph.nodes[node]["label"] is not None} == {*graph}:
+            continue
+        start = process_time()
+        prediction = predict(part_graph, sampler, count=count, seed=seed)
+        seconds = process_time() - start
+        stage: dict[str, Any] = {"explored": explored, "half": explored == half}
+        scores = score_prediction(graph, prediction, baselines, edited=explored == half, seed=seed)
+        results.add(part, name, {"seconds": seconds}, work="prediction", **stage)
+        results.add(part, name, describe_stage(graph, prediction, baselines), **stage)
+        results.add(part, name, scores, names=("metric", "predictor"), **stage)
+        results.details["doors"] += [
+            {"part": part, "item": name, **stage, **door} for door in predict_doors(graph, prediction, baselines)
+        ]

@@ -1,21 +1,24 @@
-"""A PredictionBench in tables: the bars, labels, numbers of rooms, skeletons, and doors, for each type."""
+"""Predictions against baselines, labels, numbers of rooms, skeletons, doors, and time, for each building type."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from statistics import fmean, median
+from collections.abc import Iterable, Iterator, Sequence
+from statistics import fmean
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from pianta._types import Floats
 from pianta.evaluation.prediction import expect_calibration_error, measure_label_reliability
 from pianta.evaluation.semantics import Reliability, measure_reliability
-from pianta.labels import LabelSchema
-from pianta_bench.harness.comparison import Cell, ComparisonRow, ComparisonTable
-from pianta_bench.prediction.measure import PredictionBench, TypeOfFloors
-from pianta_bench.prediction.rivals import BLIND, KNOWN, LOCAL, RIVALS
+from pianta.labels import SCHEMAS, LabelSchema
+from pianta_bench.graphs.measure import PARTS
+from pianta_bench.harness.records import Record, Results, select_records
+from pianta_bench.harness.tables import Cell, FilledTable, Table
+from pianta_bench.prediction.baselines import BASELINES, BLIND, KNOWN_PART, LOCAL
 from pianta_bench.prediction.scores import (
     DISTANCES,
+    EDITS,
     LABEL_SETS,
     MEAN,
     MEDOID,
@@ -23,256 +26,314 @@ from pianta_bench.prediction.scores import (
     PREDICTED,
     SAMPLE,
     TYPICAL,
-    DoorGuess,
-    JudgedStage,
 )
 
-HALF, ALL = "half", "all"
-WHOLES = ("rooms", "corridors")
-# Rooms of the floors whose prediction is timed.
-TIMED = (35, 45)
-MAX_NOTE = 78
-CHANCE_DRAWS = 200
-SKELETON_SAYERS = (PREDICTED, TYPICAL, BLIND, MEDOID, KNOWN, LOCAL)
-# What the skeleton of a prediction is held against: the mean distance over its samples against that over floors.
-FAIR_RIVALS = {PREDICTED: (BLIND, KNOWN, LOCAL), TYPICAL: (MEDOID, KNOWN, LOCAL)}
+# A figure of a predictor and of a baseline, None if it does not exist.
+Pair: TypeAlias = tuple[float | None, float | None]
+
+HALF = "half"
+ALL = "all"
+STAGES = [HALF, ALL]
+MIN_TIMED = 35  # rooms of the floors whose prediction is timed
+MAX_TIMED = 45
+MAX_NOTE = 78  # characters of a line
+CHANCE_DRAWS = 200  # whose mean is the calibration error by chance; chosen by hand
+# By metric and predictor what stands in the column of each baseline: skeletons of samples are compared by the mean
+# distance, with all floors of the model; the most typical one with the most typical floor.
+COMPARED = {
+    ("labels", PREDICTED): BASELINES,
+    ("labels", ORACLE): (BLIND,),
+    **{(metric, PREDICTED): (BLIND, KNOWN_PART, LOCAL) for metric in DISTANCES},
+    **{(metric, TYPICAL): (MEDOID, KNOWN_PART, LOCAL) for metric in DISTANCES},
+}
 
 
-def tabulate_prediction(bench: PredictionBench) -> tuple[ComparisonTable, ...]:
-    """For each type the bars, then labels, numbers of rooms, skeletons, doors, their reliability, and time."""
-    return tuple(
-        table
-        for kind, of in bench.types.items()
-        for table in (
-            tabulate_bars(of, kind),
-            tabulate_labels(of, kind),
-            tabulate_sizes(of, kind),
-            tabulate_skeletons(of, kind),
-            tabulate_doors(of, kind),
-            tabulate_reliability(of, kind),
-            tabulate_time(of, kind, bench.count),
-        )
-    )
+def share_better(pairs: Sequence[Pair]) -> Cell:
+    """In how many per cent of the pairs the predictor has the lower figure."""
+    present = drop_absent(pairs)
+    return Cell(100 * fmean(value < other for value, other in present) if present else None, count=len(present))
 
 
-def tabulate_bars(of: TypeOfFloors, kind: str) -> ComparisonTable:
-    """How many floors are predicted better than by each rival with half of the corridors, and how much better."""
-    rows = []
-    notes = [f"{len(of.halves)} of {len(of.floors)} {kind}s have rooms unseen with half of their corridors explored."]
-    measures = [
-        ("labels", PREDICTED, RIVALS),
-        *((d, who, fair) for d in DISTANCES for who, fair in FAIR_RIVALS.items()),
-    ]
-    for name, who, rivals in measures:
-        shares, gains = [], []
-        for rival in rivals:
-            pairs = pair_figures(of, f"{name}, {who}", f"{name}, {rival}")
-            shares.append(
-                Cell(100 * fmean(ours < other for ours, other in pairs.values()) if pairs else None, count=len(pairs))
-            )
-            gains.append(Cell(measure_gain(pairs), count=len(pairs)))
-            if name == "labels" and rival == BLIND:
-                worse = [item for item, (ours, other) in pairs.items() if ours >= other]
-                notes.append(f"Labels below the blind average in {len(pairs) - len(worse)} of {len(pairs)}; not in:")
-                notes += wrap_names(worse)
-        rows.append(ComparisonRow(f"{name}, {who}: better in", tuple(shares)))
-        rows.append(ComparisonRow(f"{name}, {who}: mean lower by", tuple(gains)))
-    pairs = pair_figures(of, f"labels, {ORACLE}", f"labels, {BLIND}")
-    if (gain := measure_gain(pairs)) is not None:
-        below = sum(oracle < blind for oracle, blind in pairs.values())
-        notes.append(f"The oracle's labels, not to be had: lower by {gain:.1f} %, below in {below} of {len(pairs)}.")
-    notes.append("blind: the mean over skeletons of other floors; beside typical the most typical one.")
-    return ComparisonTable(
-        f"Section 8.3, {kind}s, half of the corridors: against rivals", RIVALS, tuple(rows), tuple(notes), "%"
-    )
+def show_gain(pairs: Sequence[Pair]) -> Cell:
+    """The cell of `measure_gain`."""
+    return Cell(measure_gain(pairs), count=len(drop_absent(pairs)))
 
 
-def tabulate_labels(of: TypeOfFloors, kind: str) -> ComparisonTable:
-    """Divergence of the labels of unseen rooms."""
-    says = (PREDICTED, MEAN, SAMPLE, *RIVALS, ORACLE)
-    rows = [
-        ComparisonRow(f"{name}, {stages}", tuple(summarise(of, f"{name}, {who}", stages) for who in says), digits=3)
-        for stages in (HALF, ALL)
-        for name in LABEL_SETS.values()
-    ]
-    silent = sum(bool(floor.half and floor.half.is_silent) for floor in of.floors)
-    notes = (
+BETTER = Table(
+    title="Section 8.3, {part}, half of the corridors: better than baselines in",
+    rows=("metric", "predictor"),
+    columns=("baseline",),
+    where={"metric": ["labels", *DISTANCES], "predictor": [PREDICTED, TYPICAL], "baseline": list(BASELINES)},
+    summarise=share_better,
+    unit="% of floors",
+)
+LOWER = Table(
+    title="Section 8.3, {part}, half of the corridors: mean lower than of baselines by",
+    rows=BETTER.rows,
+    columns=BETTER.columns,
+    where=BETTER.where,
+    summarise=show_gain,
+    unit="%",
+    notes=("blind: the mean over skeletons of other floors; beside typical the most typical.",),
+)
+LABELS = Table(
+    title="Jensen-Shannon divergence of the labels of unseen rooms, {part}",
+    rows=("stage", "metric"),
+    columns=("predictor",),
+    where={
+        "stage": STAGES,
+        "metric": [*LABEL_SETS.values()],
+        "predictor": [PREDICTED, MEAN, SAMPLE, *BASELINES, ORACLE],
+    },
+    digits=3,
+    unit="bits",
+    notes=(
         "predicted: the distribution nearest to the samples'; mean: of the samples.",
-        "oracle: as many labels as are unseen, of this floor's own; not to be had.",
-        f"local: blind where there is no guess, on {silent} floors with half of the corridors.",
+        "oracle: as many labels as are unseen, of this floor's own; not known in practice.",
         "half: of the corridors are explored; all: the mean over stages of a floor first.",
-    )
-    return ComparisonTable(
-        f"Jensen-Shannon divergence of the labels of unseen rooms, {kind}s", says, tuple(rows), notes, "bits"
-    )
-
-
-def tabulate_sizes(of: TypeOfFloors, kind: str) -> ComparisonTable:
-    """Errors of the numbers of rooms and corridors."""
-    says = (PREDICTED, *RIVALS)
-    intervals = {
-        HALF: share_intervals([stage for _, stage in of.halves]),
-        ALL: share_intervals([stage for floor in of.floors for stage in floor.stages]),
-    }
-    rows = []
-    for stages in (HALF, ALL):
-        for whole in WHOLES:
-            rows.append(
-                ComparisonRow(
-                    f"{whole}, error, {stages}", tuple(summarise(of, f"{whole}, {who}", stages, by=abs) for who in says)
-                )
-            )
-            rows.append(
-                ComparisonRow(
-                    f"{whole}, bias, {stages}", tuple(summarise(of, f"{whole}, {who}", stages) for who in says)
-                )
-            )
-    notes = (
-        "blind: the mean of other floors, at least what is known; local: a room more for",
+    ),
+)
+SIZES = Table(
+    title="Rooms of the whole floor, {part}",
+    rows=("stage", "metric"),
+    columns=("predictor",),
+    where={
+        "stage": STAGES,
+        "metric": ["rooms, error", "rooms, bias", "corridors, error", "corridors, bias"],
+        "predictor": [PREDICTED, *BASELINES],
+    },
+    unit="rooms",
+    notes=(
+        "blind: the mean of other floors, at least the known rooms; local: a room more for",
         "each open end; known part: times known corridors over explored ones.",
-        f"Rooms in the interval of four of five samples: {intervals[HALF]} (half), {intervals[ALL]} (all).",
-    )
-    return ComparisonTable(f"Rooms of the whole floor, {kind}s", says, tuple(rows), notes, "rooms")
-
-
-def tabulate_skeletons(of: TypeOfFloors, kind: str) -> ComparisonTable:
-    """Distances of skeletons of corridors."""
-    rows = [
-        ComparisonRow(
-            f"{name}, {stages}", tuple(summarise(of, f"{name}, {who}", stages) for who in SKELETON_SAYERS), digits=2
-        )
-        for stages in (HALF, ALL)
-        for name in DISTANCES
-        if (name, stages) != (DISTANCES[-1], ALL)
-    ]
-    notes = (
-        "WL, NSPDK: sqrt(2 - 2k) of the normalised kernel, which hardly sees sizes.",
-        "edits: of nodes, edges, labels, from above; of skeletons of 30 corridors at most.",
+    ),
+)
+SKELETONS = Table(
+    title="Distance of the skeleton of corridors, {part}",
+    rows=("stage", "metric"),
+    columns=("predictor",),
+    where={
+        "stage": STAGES,
+        "metric": list(DISTANCES),
+        "predictor": [PREDICTED, TYPICAL, BLIND, MEDOID, KNOWN_PART, LOCAL],
+    },
+    digits=2,
+    notes=(
+        "WL, NSPDK: sqrt(2 - 2k) of the normalised kernel, which hardly depends on sizes.",
+        "edits: upper bound, nodes, edges, labels; of skeletons of 30 corridors at most.",
         "predicted: mean over samples; typical: of one; medoid: one of the other floors.",
-    )
-    return ComparisonTable(f"Distance of the skeleton of corridors, {kind}s", SKELETON_SAYERS, tuple(rows), notes)
-
-
-def tabulate_doors(of: TypeOfFloors, kind: str) -> ComparisonTable:
-    """How often guesses of what is behind a door are right, and how far their probabilities can be trusted."""
-    rows = []
-    for name, guesses in list_guesses(of).items():
-        top, every = find_reliability(guesses, of.schema)
-        right = [pick_top(guess) == guess.true for guess in guesses]
-        local = [guess.local == guess.true for guess in guesses]
-        figures = (
-            100 * fmean(right) if right else None,
-            100 * fmean(local) if local else None,
-            100 * top.error if right else None,
-            100 * expect_calibration_error(list_probabilities(guesses, of.schema), draws=CHANCE_DRAWS, seed=0)
-            if right
-            else None,
-            100 * every.error if right else None,
-        )
-        rows.append(
-            ComparisonRow(
-                f"{name} ({len(guesses)} doors)", tuple(Cell(figure, count=len(guesses)) for figure in figures)
-            )
-        )
-    columns = ("right", "local right", "error of\ntop label", "by chance\nalone", "error of\nevery label")
-    notes = (
+    ),
+)
+DOORS = Table(
+    title="What is behind unopened doors, {part}",
+    rows=("stage",),
+    columns=("metric",),
+    summarise=Cell.only,
+    unit="%",
+    notes=(
         "Expected calibration errors; by chance alone: if all probabilities were exact.",
         "all: each door once, at the first stage at which it is unopened.",
-    )
-    return ComparisonTable(f"What is behind unopened doors, {kind}s", columns, tuple(rows), notes, "%")
+    ),
+)
+RELIABILITY = Table(
+    title="Reliability of predictions of doors, all stages, {part}",
+    rows=("probability",),
+    columns=("metric",),
+    summarise=Cell.only,
+)
+TIME = Table(
+    title=f"Time of {{count}} samples on floors of {MIN_TIMED} to {MAX_TIMED} rooms, {{part}}",
+    rows=("work",),
+    columns=("summary",),
+    summarise=Cell.median,
+    digits=2,
+    unit="s of one core",
+)
 
 
-def tabulate_reliability(of: TypeOfFloors, kind: str) -> ComparisonTable:
+def tabulate(results: Results) -> list[FilledTable]:
+    """For each type: against baselines, labels, numbers of rooms, skeletons, doors, their reliability, and time."""
+    return [table for building_type in PARTS for table in tabulate_type(results, building_type)]
+
+
+def tabulate_type(results: Results, building_type: str) -> list[FilledTable]:
+    """The tables of a building type."""
+    part, schema = PARTS[building_type], SCHEMAS[building_type]
+    floors = [*derive_floors(results.select(part=part))]
+    pairs = [*derive_pairs(floors)]
+    doors = [door for door in results.details["doors"] if door["part"] == part]
+    halves, stages = (results.values(part=part, metric="interval holds", half=half) for half in (True, [True, False]))
+    silent = sum(results.values(part=part, metric="no local labels", half=True))
+    return [
+        BETTER.fill(pairs, part=part, notes=[*_describe_halves(results, part, len(halves)), *_compare_labels(pairs)]),
+        LOWER.fill(pairs, part=part),
+        LABELS.fill(
+            floors,
+            part=part,
+            notes=[f"local: blind where it predicts nothing, on {silent:.0f} floors with half of the corridors."],
+        ),
+        SIZES.fill(
+            floors,
+            part=part,
+            notes=[
+                "Rooms in the interval of four of five samples: "
+                + ", ".join(
+                    f"{sum(holds):.0f} of {len(holds)} ({stage})" for stage, holds in ((HALF, halves), (ALL, stages))
+                )
+                + "."
+            ],
+        ),
+        SKELETONS.fill([each for each in floors if (each["metric"], each["stage"]) != (EDITS, ALL)], part=part),
+        DOORS.fill(derive_doors(doors, schema), part=part),
+        RELIABILITY.fill(derive_reliability(doors, schema), part=part),
+        TIME.fill(derive_times(results, part), part=part, count=results.options["count"]),
+    ]
+
+
+def derive_floors(records: Iterable[Record]) -> Iterator[Record]:
+    """The scores of each floor with half of its corridors explored, and their means over all its stages."""
+    floors: dict[tuple[str, str, str], list[Record]] = {}
+    for record in records:
+        if "predictor" in record:
+            key = record["item"], record["metric"], record["predictor"]
+            floors.setdefault(key, []).append(record)
+    for (item, metric, predictor), stages in floors.items():
+        fields = {"item": item, "metric": metric, "predictor": predictor}
+        values = [record["value"] for record in stages if record["value"] is not None]
+        for record in stages:
+            if record["half"]:
+                yield {**fields, "stage": HALF, "value": record["value"]}
+        yield {**fields, "stage": ALL, "value": fmean(values) if values else None}
+
+
+def derive_pairs(floors: Iterable[Record]) -> Iterator[Record]:
+    """The figures of predictors and baselines with half of the corridors, two of a floor each."""
+    halves = {
+        (record["metric"], record["predictor"], record["item"]): record["value"]
+        for record in floors
+        if record["stage"] == HALF
+    }
+    for (metric, predictor, item), value in halves.items():
+        for column, baseline in zip(BASELINES, COMPARED.get((metric, predictor), ()), strict=False):
+            pair = value, halves.get((metric, baseline, item))
+            yield {"metric": metric, "predictor": predictor, "baseline": column, "item": item, "value": pair}
+
+
+def derive_doors(doors: Sequence[Record], schema: LabelSchema) -> Iterator[Record]:
+    """How often predictions of what is behind a door are right, and how exact their probabilities are."""
+    for stage, chosen in ((HALF, [door for door in doors if door["half"]]), (ALL, list_first(doors))):
+        figures: dict[str, float | None] = dict.fromkeys(
+            ("right", "local right", "error of\ntop label", "by chance\nalone", "error of\nevery label")
+        )
+        if chosen:
+            top, every = find_reliability(chosen, schema)
+            chance = expect_calibration_error(list_probabilities(chosen, schema), draws=CHANCE_DRAWS, seed=0)
+            right = fmean(top_label(door) == door["true"] for door in chosen)
+            local = fmean(door["local"] == door["true"] for door in chosen)
+            shares = (right, local, top.error, chance, every.error)
+            figures = {name: 100 * float(share) for name, share in zip(figures, shares, strict=True)}
+        for metric, value in ({"doors": len(chosen)} | figures).items():
+            yield {"stage": stage, "metric": metric, "value": value}
+
+
+def derive_reliability(doors: Sequence[Record], schema: LabelSchema) -> Iterator[Record]:
     """How often the top label of a door is right, by its probability; doors of all stages."""
-    top, _ = find_reliability(list_guesses(of)[ALL], of.schema)
-    rows = []
-    for low, count, said, right in zip(top.edges, top.counts, top.confidence, top.accuracy, strict=False):
-        if count:
-            cells = Cell(float(count)), Cell(100 * float(said)), Cell(100 * float(right))
-            rows.append(ComparisonRow(f"{100 * low:.0f} to {100 * low + 10:.0f} %", cells))
-    columns = ("doors", "probability, %", "right, %")
-    return ComparisonTable(f"Reliability of guesses of doors, all stages, {kind}s", columns, tuple(rows))
+    top, _ = find_reliability(list_first(doors), schema)
+    for low, count, mean, right in zip(top.edges, top.counts, top.confidence, top.accuracy, strict=False):
+        figures = {"doors": int(count), "probability, %": 100 * float(mean), "right, %": 100 * float(right)}
+        for metric, value in figures.items() if count else ():
+            yield {"probability": f"{100 * low:.0f} to {100 * low + 10:.0f} %", "metric": metric, "value": value}
 
 
-def tabulate_time(of: TypeOfFloors, kind: str, count: int) -> ComparisonTable:
-    """Seconds of the processor for a prediction, its sampler, and its model."""
-    low, high = TIMED
-    timed = {
-        HALF: [stage.seconds for floor, stage in of.halves if low <= floor.rooms <= high],
-        ALL: [stage.seconds for floor in of.floors if low <= floor.rooms <= high for stage in floor.stages],
-    }
-    rows = [
-        ComparisonRow(f"prediction, {name}", (Cell(median(seconds) if seconds else None, count=len(seconds)),), 2)
-        for name, seconds in timed.items()
-    ]
-    rows += [
-        ComparisonRow(name, (Cell(median(seconds), count=len(seconds)),), 2)
-        for name, seconds in (("sampler, once", of.sampler_seconds), ("model, once", of.learning_seconds))
-    ]
-    title = f"Time of {count} samples on floors of {low} to {high} rooms, {kind}s"
-    return ComparisonTable(title, ("median",), tuple(rows), unit="s of one core")
+def derive_times(results: Results, part: str) -> Iterator[Record]:
+    """Seconds of the processor for a prediction of floors of a usual size, a sampler, and a model."""
+    rooms = {record["item"]: record["value"] for record in results.select(part=part, metric="rooms")}
+    seconds = results.select(part=part, metric="seconds")
+    for stage in STAGES:
+        for record in seconds:
+            if record["work"] == "prediction" and (stage == ALL or record["half"]):
+                timed = MIN_TIMED <= rooms[record["item"]] <= MAX_TIMED
+                value = record["value"] if timed else None
+                yield {"work": f"prediction, {stage}", "summary": "median", "value": value}
+    for work in ("sampler, once", "model, once"):
+        for record in seconds:
+            if record["work"] == work:
+                yield {"work": work, "summary": "median", "value": record["value"]}
 
 
-def summarise(of: TypeOfFloors, key: str, stages: str, *, by: Callable[[float], float] = lambda figure: figure) -> Cell:
-    """A figure over floors: of the half stage, or the mean over all stages of each."""
-    if stages == HALF:
-        return Cell.over([None if (figure := stage.figures[key]) is None else by(figure) for _, stage in of.halves])
-    means = []
-    for floor in of.floors:
-        figures = [by(figure) for stage in floor.stages if (figure := stage.figures[key]) is not None]
-        means.append(fmean(figures) if figures else None)
-    return Cell.over(means)
+def drop_absent(pairs: Iterable[Pair]) -> list[tuple[float, float]]:
+    """The pairs of which both figures exist."""
+    return [(value, other) for value, other in pairs if value is not None and other is not None]
 
 
-def pair_figures(of: TypeOfFloors, ours: str, other: str) -> Mapping[str, tuple[float, float]]:
-    """Two figures of the half stage, by floor, of floors that have both."""
-    found = {floor.source: (stage.figures[ours], stage.figures[other]) for floor, stage in of.halves}
-    return {item: (one, two) for item, (one, two) in found.items() if one is not None and two is not None}
-
-
-def measure_gain(pairs: Mapping[str, tuple[float, float]]) -> float | None:
+def measure_gain(pairs: Iterable[Pair]) -> float | None:
     """By how many per cent the mean of the first figures is lower than that of the others."""
-    total = sum(other for _, other in pairs.values())
-    return 100 * (1 - sum(ours for ours, _ in pairs.values()) / total) if total else None
+    present = drop_absent(pairs)
+    total = sum(other for _, other in present)
+    return 100 * (1 - sum(value for value, _ in present) / total) if total else None
 
 
-def list_guesses(of: TypeOfFloors) -> dict[str, list[DoorGuess]]:
-    """The guesses of doors with half of the corridors explored, and of each door once."""
-    return {
-        HALF: [guess for _, stage in of.halves for guess in stage.guesses],
-        ALL: [guess for floor in of.floors for guess in floor.first_guesses],
-    }
+def list_first(doors: Iterable[Record]) -> list[Record]:
+    """Each door at the first stage at which it is unopened; floor by floor, the last stage first."""
+    floors: dict[str, list[Record]] = {}
+    for door in doors:
+        floors.setdefault(door["item"], []).append(door)
+    first: dict[tuple[str, str], Record] = {}
+    for item, own in floors.items():
+        for door in sorted(own, key=lambda door: -door["explored"]):
+            first[item, door["door"]] = door
+    return [*first.values()]
 
 
-def find_reliability(guesses: Sequence[DoorGuess], schema: LabelSchema) -> tuple[Reliability, Reliability]:
-    """Reliability of the top labels, and of all labels, of guesses."""
-    probabilities = list_probabilities(guesses, schema)
+def find_reliability(doors: Sequence[Record], schema: LabelSchema) -> tuple[Reliability, Reliability]:
+    """Reliability of the top labels, and of all labels, of the predictions of doors."""
+    probabilities = list_probabilities(doors, schema)
     names = [*schema.by_name]
-    truth = np.array([names.index(guess.true) for guess in guesses], int)
+    truth = np.array([names.index(door["true"]) for door in doors], int)
     return measure_reliability(probabilities, truth), measure_label_reliability(probabilities, truth)
 
 
-def list_probabilities(guesses: Sequence[DoorGuess], schema: LabelSchema) -> Floats:
-    """The probabilities of all labels, shape (guesses, labels)."""
-    rows = [[guess.labels.get(name, 0.0) for name in schema.by_name] for guess in guesses]
+def list_probabilities(doors: Sequence[Record], schema: LabelSchema) -> Floats:
+    """The probabilities of all labels, shape (doors, labels)."""
+    rows = [[door["labels"].get(name, 0.0) for name in schema.by_name] for door in doors]
     return np.array(rows, float).reshape(-1, len(schema.by_name))
 
 
-def pick_top(guess: DoorGuess) -> str | None:
-    """The most probable label, the first of several; None where nothing is said."""
-    return max(guess.labels, key=lambda label: guess.labels[label]) if guess.labels else None
-
-
-def share_intervals(stages: Sequence[JudgedStage]) -> str:
-    """How many of the stages have their rooms in the interval."""
-    return f"{sum(stage.interval for stage in stages)} of {len(stages)}"
+def top_label(door: Record) -> str | None:
+    """The most probable label, the first of several; None without probabilities."""
+    labels: dict[str, Any] = door["labels"]
+    return max(labels, key=lambda label: labels[label]) if labels else None
 
 
 def wrap_names(names: Sequence[str]) -> list[str]:
-    """Names in lines of a note each."""
+    """Names, indented, in as many lines of a note as needed."""
     lines = [""]
     for name in names or ("none",):
         if len(lines[-1]) + len(name) > MAX_NOTE:
             lines.append("")
         lines[-1] += ("  " if not lines[-1] else ", ") + name
     return lines
+
+
+def _describe_halves(results: Results, part: str, halves: int) -> Iterator[str]:
+    floors = len(results.select(part=part, metric="rooms"))
+    yield f"{halves} of {floors} {part} have rooms unseen with half of their corridors explored."
+
+
+def _compare_labels(pairs: Iterable[Record]) -> Iterator[str]:
+    """Notes on the floors whose labels are predicted better than by the blind average, and on the oracle."""
+    predicted, oracle = (
+        {
+            record["item"]: record["value"]
+            for record in select_records(pairs, {"metric": "labels", "predictor": predictor, "baseline": BLIND})
+            if None not in record["value"]
+        }
+        for predictor in (PREDICTED, ORACLE)
+    )
+    worse = [item for item, (value, blind) in predicted.items() if value >= blind]
+    yield f"Labels below the blind average in {len(predicted) - len(worse)} of {len(predicted)}; not in:"
+    yield from wrap_names(worse)
+    gain = measure_gain(oracle.values())
+    if gain is not None:
+        below = sum(value < blind for value, blind in oracle.values())
+        yield f"The oracle's labels, not known in practice: lower by {gain:.1f} %, below in {below} of {len(oracle)}."

@@ -305,7 +305,10 @@ def _locate_mtext(entity: DXFGraphic) -> DrawnText:
 def _shift_text(
     text: str, point: tuple[float, float], shift: tuple[float, float], height: float, angle: float
 ) -> DrawnText:
-    """A text whose middle is `shift` away from a point, along and across its base line."""
+    """A text whose middle is `shift` away from a point; shift: along and across its base line.
+
+    angle: of the base line, radians. Lengths are in the unit of the drawing.
+    """
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = point[0] + cos * shift[0] - sin * shift[1], point[1] + sin * shift[0] + cos * shift[1]
     return DrawnText(text, float(x), float(y), height, float(angle))

@@ -86,6 +86,7 @@ def read_ifc_plan(path: str | Path, *, storey: str | None = None) -> list[IfcSto
 
 
 def _open_model(file: Path) -> file:
+    """The model in an IFC file; raises PlanError for a file that is no IFC or is cut off."""
     require_library(file, "ifcopenshell", "an IFC", "bim")
     import ifcopenshell
 
@@ -220,8 +221,8 @@ class _Reader:
         from ifcopenshell.util.placement import get_local_placement
 
         matrix = np.array(get_local_placement(door.ObjectPlacement), float)
-        start, axes = matrix[:2, 3] * self._metres, matrix[:2, :2]
-        width = float(door.OverallWidth or 0) * self._metres
+        start, axes = matrix[:2, 3] * self._metres_per_unit, matrix[:2, :2]
+        width = float(door.OverallWidth or 0) * self._metres_per_unit
         opening = next((fill.RelatingOpeningElement for fill in door.FillsVoids), None)
         meshes = (self._mesh_of(product)[0] for product in (opening, door) if product is not None)
         corners = next((mesh for mesh in meshes if len(mesh)), None)
@@ -237,17 +238,20 @@ class _Reader:
         return line, width if isfinite(width) and width > 0 else float(line.length)
 
     def _elevation_of(self, storey: entity_instance) -> float:
+        """Height of a storey, metres; 0 if the file does not give it."""
         elevation = storey.Elevation
-        return float(elevation) * self._metres if elevation is not None and isfinite(elevation) else 0.0
+        return float(elevation) * self._metres_per_unit if elevation is not None and isfinite(elevation) else 0.0
 
     @cached_property
-    def _metres(self) -> float:
+    def _metres_per_unit(self) -> float:
+        """Metres per unit of length of the file."""
         from ifcopenshell.util.unit import calculate_unit_scale
 
         return float(calculate_unit_scale(self.model))
 
     @cached_property
     def _settings(self) -> Any:  # noqa: ANN401  # made by a library without types
+        """Settings by which ifcopenshell computes shapes, in the coordinates of the whole model."""
         from ifcopenshell import geom
 
         settings = geom.settings()
@@ -256,6 +260,7 @@ class _Reader:
 
 
 def _in_order(entities: Sequence[entity_instance]) -> list[entity_instance]:
+    """Entities in the order of their numbers in the file."""
     return sorted(entities, key=lambda entity: entity.id())
 
 
@@ -277,6 +282,7 @@ def _storey_of(element: entity_instance) -> entity_instance | None:
 
 
 def _parents_of(element: entity_instance) -> Iterator[entity_instance]:
+    """What contains an element, directly: storeys and other structures, then the elements that it is a part of."""
     yield from (relation.RelatingStructure for relation in getattr(element, "ContainedInStructure", ()))
     yield from (relation.RelatingObject for relation in getattr(element, "Decomposes", ()))
 

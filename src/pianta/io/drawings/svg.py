@@ -79,7 +79,7 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
     """
     file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
     root = _parse_svg(file)
-    _refuse_references(root, file)
+    _check_references(root, file)
     metres = _metres_per_unit(root, file)
     reader = _Reader(DrawnPieces(file), root)
     with np.errstate(all="ignore"):  # shapes beyond the range of numbers are left out later
@@ -101,6 +101,7 @@ class _Parser(ElementTree.DefusedXMLParser):  # type: ignore[misc]  # of a libra
 
 
 def _parse_svg(file: Path) -> Element:
+    """The root element; raises PlanError for a file that is no SVG, or declares entities or a document type."""
     require_library(file, "svgelements", "an SVG", "svg")
     try:
         root: Element = ElementTree.parse(file, parser=_Parser(forbid_dtd=True)).getroot()
@@ -113,7 +114,8 @@ def _parse_svg(file: Path) -> Element:
     return root
 
 
-def _refuse_references(root: Element, file: Path) -> None:
+def _check_references(root: Element, file: Path) -> None:
+    """Raise PlanError if the SVG refers to another file or address, such as a linked picture or style sheet."""
     for element in root.iter():
         targets: list[str] = []
         for name, value in element.attrib.items():
@@ -130,6 +132,7 @@ def _refuse_references(root: Element, file: Path) -> None:
 
 
 def _metres_per_unit(root: Element, file: Path) -> float | None:
+    """The attribute data-metres-per-unit, None without it; raises PlanError unless it is a positive number."""
     text = root.get(METRES_ATTRIBUTE)
     if text is None:
         return None
@@ -185,6 +188,7 @@ class _Reader:
             self._read_leaf(element, tag, matrix, style, names)
 
     def _read_use(self, element: Element, matrix: Floats, style: Style, names: tuple[str, ...], depth: int) -> None:
+        """Read the element that a `use` element refers to, shifted by its x and y."""
         href = next((value for name, value in element.attrib.items() if _local_name(name) == "href"), "")
         target = self.by_id.get(href.strip().removeprefix("#")) if href else None
         if target is not None:
@@ -192,6 +196,7 @@ class _Reader:
             self.read_element(target, matrix @ _square(shift), style, names, depth + 1, used=True)
 
     def _read_leaf(self, element: Element, tag: str, matrix: Floats, style: Style, names: tuple[str, ...]) -> None:
+        """Read a text or a shape; count what is left out."""
         if tag in _LEFT_OUT:
             self.left_out[_LEFT_OUT[tag]] += 1
         elif tag == "text":
@@ -206,6 +211,7 @@ class _Reader:
                 self._add_shape(chains, matrix, style, role_of_names(names))
 
     def _add_shape(self, chains: list[Floats], matrix: Floats, style: Style, role: Role) -> None:
+        """Add the dark areas and the visible lines of a shape; chains: its lines in coordinates of the drawing."""
         fill = _luminance(style, "fill", "black")
         filled = fill is not None and (fill < _PAPER if role == "wall" else role == "other" and fill <= DARK)
         rings = _rings_of_chains(chains) if filled else []
@@ -242,6 +248,7 @@ class _Reader:
         return [door for symbol in symbols for door in jambs_of_symbol(symbol, walls=walls)]
 
     def _style_of(self, element: Element, tag: str, outer: Style) -> Style:
+        """The style of an element by its attributes, style sheets and `style`; outer: of the group around it."""
         style = {name: value for name, value in outer.items() if name in _INHERITED}
         style |= {name: element.attrib[name] for name in _PROPERTIES if name in element.attrib}
         classes = (f".{name}" for name in element.get("class", "").split())
@@ -269,6 +276,7 @@ def _square(matrix: Floats) -> Floats:
 
 
 def _local_name(name: Any) -> str:  # noqa: ANN401  # comments have a function for a tag
+    """The name of an element or attribute without its namespace."""
     return str(name).rpartition("}")[2]
 
 
@@ -299,6 +307,7 @@ def _parse_rules(css: str) -> dict[str, dict[str, str]]:
 
 
 def _parse_declarations(text: str) -> dict[str, str]:
+    """The properties that are read in CSS such as "fill: none; stroke: black"."""
     pairs = (part.partition(":") for part in text.split(";"))
     stripped = ((name.strip(), value.replace("!important", "").strip()) for name, _, value in pairs)
     return {name: value for name, value in stripped if name in _PROPERTIES}
@@ -356,6 +365,7 @@ def _chains_of_shape(element: Element, tag: str) -> list[Floats]:
 
 
 def _chains_of_path(data: str) -> Iterator[Floats]:
+    """The points of each connected piece of a path, shape (N, 2); data: its attribute `d`."""
     from svgelements import Move, Path
 
     start, steps = np.zeros(2), list[Floats]()
@@ -369,6 +379,7 @@ def _chains_of_path(data: str) -> Iterator[Floats]:
 
 
 def _steps_of_segment(segment: Any) -> list[Floats]:  # noqa: ANN401  # the segments share no typed class
+    """The points of a segment of a path after its start, in arrays of shape (N, 2)."""
     from svgelements import Arc, CubicBezier, QuadraticBezier
 
     if isinstance(segment, Arc):

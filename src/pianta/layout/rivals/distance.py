@@ -26,7 +26,11 @@ class DistanceParameters(Parameters):
 
 
 def segment_by_clearance(grid: GridMap, *, parameters: Parameters | None = None) -> LabelImage:
-    """Rooms of a grid map, shape (H, W): 0 no room, 1 … N."""
+    """Segment a grid map into rooms; returns a label image, shape (H, W): 0 no room, 1 … N.
+
+    The rooms are the connected patches of cells with a clearance above a threshold. The threshold is the one that gives
+    most rooms. Last, the other free cells are added to the rooms near them.
+    """
     thresholds = check_parameters(parameters, DistanceParameters)
     clearance = measure_padded_clearance(grid.free)
     step = max(thresholds.step / grid.resolution, 1.0)

@@ -48,8 +48,8 @@ class FeatureParameters(Parameters):
 
 
 @dataclass(frozen=True, eq=False)
-class Stumps:
-    """A boosted classifier: decision stumps that vote for classes of places.
+class PlaceClassifier:
+    """Gives a place a class of PLACE_CLASSES, from the features of a laser scan: boosted decision stumps that vote.
 
     feature: shape (S,), name of the feature of each stump.
     threshold: shape (S,).
@@ -71,21 +71,33 @@ class Stumps:
 
 
 @cache
-def load_stumps() -> Stumps:
-    """The classifier that comes with pianta, trained by training/train_laser_room_classifier.py on synthetic floors."""
+def load_place_classifier() -> PlaceClassifier:
+    """The classifier of places that comes with pianta.
+
+    It was trained by training/train_laser_room_classifier.py on synthetic floors.
+    """
     data = loads((MODELS / "laser_room_classifier.json").read_text(encoding="utf-8"))
     feature, threshold, below, above, weight = zip(*data["stumps"], strict=True)
-    return Stumps(feature, np.array(threshold), np.array(below, np.intp), np.array(above, np.intp), np.array(weight))
+    return PlaceClassifier(
+        feature, np.array(threshold), np.array(below, np.intp), np.array(above, np.intp), np.array(weight)
+    )
 
 
 def segment_by_features(grid: GridMap, *, parameters: Parameters | None = None) -> LabelImage:
-    """Rooms of a grid map, shape (H, W): 0 no room, 1 … N."""
+    """Segment a grid map into rooms; returns a label image, shape (H, W): 0 no room, 1 … N.
+
+    A classifier gives each place a class of PLACE_CLASSES from a simulated laser scan; rooms are connected patches of
+    one class.
+    """
     thresholds = check_parameters(parameters, FeatureParameters)
     # Classify scans
     cells = choose_cells(grid.free, max(1, round(thresholds.spacing / grid.resolution)))
     batches = np.array_split(cells, len(cells) // BATCH + 1)
     votes = np.concatenate(
-        [load_stumps().vote(describe_scans(scan_cells(grid.free, batch, grid.resolution))) for batch in batches]
+        [
+            load_place_classifier().vote(describe_scans(scan_cells(grid.free, batch, grid.resolution)))
+            for batch in batches
+        ]
     )
     scanned = np.zeros(grid.shape, np.int32)
     scanned[tuple(cells.T)] = 1 + votes.argmax(axis=1)

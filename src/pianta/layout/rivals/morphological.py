@@ -26,7 +26,11 @@ class MorphologicalParameters(Parameters):
 
 
 def segment_by_erosion(grid: GridMap, *, parameters: Parameters | None = None) -> LabelImage:
-    """Rooms of a grid map, shape (H, W): 0 no room, 1 … N."""
+    """Segment a grid map into rooms; returns a label image, shape (H, W): 0 no room, 1 … N.
+
+    The free space is eroded cell layer by cell layer. A connected patch that has the area of a room becomes a room, and
+    is eroded no further. Last, the eroded cells are added to the rooms near them.
+    """
     thresholds = check_parameters(parameters, MorphologicalParameters)
     clearance = measure_padded_clearance(grid.free, chessboard=True)
     layer = max(thresholds.erosion / grid.resolution, 1.0)

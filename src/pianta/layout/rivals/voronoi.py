@@ -77,7 +77,11 @@ class VoronoiParameters(Parameters):
 
 
 def segment_by_voronoi_diagram(grid: GridMap, *, parameters: Parameters | None = None) -> LabelImage:
-    """Rooms of a grid map, shape (H, W): 0 no room, 1 … N."""
+    """Segment a grid map into rooms; returns a label image, shape (H, W): 0 no room, 1 … N.
+
+    Critical lines through the narrow points of the Voronoi diagram cut the free space into cells, and rules merge cells
+    into rooms.
+    """
     thresholds = check_parameters(parameters, VoronoiParameters)
     clearance = measure_padded_clearance(grid.free)
     # The generalised Voronoi diagram, without the branches into corners

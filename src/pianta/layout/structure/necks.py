@@ -57,12 +57,15 @@ def find_necks(
     basins, pooled = _find_basins(clearance, passage_width / 2)
     saddles = find_saddles(basins, pooled)
     owner = _merge_basins(basins, pooled, saddles, saddle_ratio=saddle_ratio, mouth_ratio=mouth_ratio)
-    middles = _select_middles(saddles, owner)
+    middles = _find_neck_middles(saddles, owner)
     return drop_repeated_lines(draw_critical_lines(middles, space), merge_distance)
 
 
 def _find_basins(clearance: Clearance, min_clearance: float) -> tuple[LabelImage, Clearance]:
-    """Basins of the clearance, 0 where it is at most min_clearance; and the clearance of each block; in blocks."""
+    """Label image of the basins of the clearance, 0 where it is at most min_clearance; and the clearance of each block.
+
+    A block has BLOCK_PX × BLOCK_PX cells; both results have an element for each block, and clearances are in cells.
+    """
     from skimage.segmentation import watershed
 
     height, width = (size - size % BLOCK_PX for size in clearance.shape)
@@ -74,9 +77,10 @@ def _find_basins(clearance: Clearance, min_clearance: float) -> tuple[LabelImage
 
 
 def find_saddles(basins: LabelImage, pooled: Clearance) -> Floats:
-    """The highest point of every stretch along which two basins meet; two rooms may have several doors between them.
+    """The saddles: the highest point of every stretch along which two basins meet; the highest saddle comes first.
 
-    Shape (S, 5): both basins, the smaller number first, clearance in cells, block row and col; the highest first.
+    basins, pooled: of _find_basins. Two basins may meet along several stretches, as two rooms may have several doors.
+    Returns shape (S, 5): both basins, the smaller number first, clearance in cells, row and col in blocks.
     """
     stretches = []
     height, width = basins.shape
@@ -130,10 +134,11 @@ def _merge_basins(
     return np.array([find(basin) for basin in range(len(owner))])
 
 
-def _select_middles(saddles: Floats, owner: Indices) -> Floats:
-    """Row and col, in cells, of the saddles between different basins, shape (N, 2).
+def _find_neck_middles(saddles: Floats, owner: Indices) -> Floats:
+    """Middles of the necks, shape (N, 2), row and col in cells: the saddles between basins that were not merged.
 
-    saddles: the highest first. Of saddles between the same two basins that are too near each other the highest stays.
+    saddles: of find_saddles, the highest first. owner: of _merge_basins. Of two saddles between the same two basins
+    that are nearer to each other than the width of the higher one and NECK_GAP_PX, the higher one stays.
     """
     pairs = owner[saddles[:, :2].astype(int)]
     selected: dict[tuple[int, int], list[Floats]] = {}
@@ -185,7 +190,7 @@ def drop_repeated_lines(lines: Floats, distance: float) -> Floats:
 
 
 def _measure_offsets(lines: Floats, other: Floats) -> Floats:
-    """Distance between the first ends, or between the second ends, whichever is larger; shape (N,)."""
+    """Distance between the first ends of each line and the other, or between the second if larger; shape (N,)."""
     return np.asarray(np.hypot(*np.moveaxis(lines - other, -1, 0)).max(axis=1, initial=0))
 
 

@@ -57,7 +57,7 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters, mod
     cell = cut.working_grid.resolution
     # Merge regions without a door between them, and split rooms along wall lines where there is no neck
     lines = find_wall_lines(cut.space, resolution=cell)
-    labels, passages = find_rooms(cut, lines, parameters, model or read_default_merge_model())
+    labels, passages = merge_and_split_regions(cut, lines, parameters, model or read_default_merge_model())
     # Rooms that end at unknown space are partial, and those with little area for their frontier are ray leaks
     leak_frontier = find_frontiers(grid, cut.working_grid, cut.space)
     frontier_lengths = measure_frontiers(labels, leak_frontier, resolution=cell)
@@ -100,10 +100,14 @@ def oversegment(grid: GridMap, parameters: StructureParameters) -> Oversegmentat
     return Oversegmentation(working_grid, space, clearance, regions, separators)
 
 
-def find_rooms(
+def merge_and_split_regions(
     cut: Oversegmentation, lines: WallLines, parameters: StructureParameters, model: MergeModel
 ) -> tuple[LabelImage, Floats]:
-    """Rooms as a label image of the working grid, and the lines between them, shape (N, 2, 2), in cells."""
+    """Merge regions into rooms by the model, then split rooms along wall lines.
+
+    Returns the label image of the rooms on the working grid, shape (H, W), 0 no room; and the doors and openings
+    between them as straight lines, shape (N, 2, 2): end, then row and col, in cells.
+    """
     cell = cut.working_grid.resolution
     # Openness, walls in line, sizes and shapes decide which necks are doors
     rooms, active, log_odds = merge_regions(cut.regions, cut.separators, model)
@@ -136,7 +140,10 @@ def find_doors(
 def outline_rooms(
     labels: LabelImage, working_grid: WorkingGrid, parameters: StructureParameters
 ) -> tuple[Polygons, Indices]:
-    """Outlines in the map frame of the labels of a working grid, shape (R,), and the labels."""
+    """Outlines of rooms, shape (R,), in metres of the map frame; and the label of each room, shape (R,).
+
+    labels: label image on the working grid, shape (H, W), 0 no room.
+    """
     outlines, numbers = outline_labels(labels)
     outlines = shapely.transform(outlines, lambda xy: xy * working_grid.resolution)
     outlines = np.array([largest_part(shape) for shape in shapely.coverage_simplify(outlines, parameters.smoothing)])

@@ -79,7 +79,7 @@ def find_wall_lines(space: Mask, *, resolution: float) -> WallLines:
         line, steps, cells = _sample_contour(
             tangents, points, along, halves, step=step, band=round(LINE_BAND / resolution), angle=LINE_ANGLE
         )
-        points, along = _fit_lines(points, along, line, cells)
+        points, along = _refit_lines(points, along, line, cells)
         # A step counts once, although several contour cells may lie across it
         supports = (
             np.bincount(line[np.flatnonzero(np.diff(steps, prepend=-1))], minlength=len(faces)) * step * resolution
@@ -120,7 +120,11 @@ def span_walls(lines: WallLines, space: Mask, *, reach: float, gap: float, resol
 
 
 def _trace_faces(space: Mask, tolerance: float, window: int) -> tuple[Floats, NDArray[np.float32]]:
-    """Straight pieces of the contours, shape (N, 2, 2), and the tangent of each contour cell, shape (H, W, 2)."""
+    """Straight pieces of the contours, shape (N, 2, 2), and the unit tangent of each contour cell, shape (H, W, 2).
+
+    tolerance: how far the contour may be from a piece. window: length of contour on both sides of a cell that gives its
+    tangent. Both are in cells; rows come before cols.
+    """
     window = max(2, window)
     tangents = np.zeros((*space.shape, 2), np.float32)
     faces = [np.zeros((0, 2, 2))]
@@ -139,7 +143,11 @@ def _trace_faces(space: Mask, tolerance: float, window: int) -> tuple[Floats, ND
 def _sample_contour(
     tangents: NDArray[np.float32], points: Floats, along: Floats, halves: Floats, *, step: int, band: int, angle: float
 ) -> tuple[Indices, Indices, Floats]:
-    """Contour cells on each line, sampled every step up to a half length from its point; cells.
+    """Contour cells on each line, from samples along it; cells.
+
+    points, along: a point on each line and its unit vector, shape (N, 2). halves: how far from its point a line is
+    sampled, shape (N,). step: from one sample to the next. band: how far a contour cell may be from the line. angle:
+    between the tangent of a contour cell and the line, at most; degrees.
 
     Returns the line, the number of the sample, and the row and col of each cell; shapes (C,), (C,) and (C, 2).
     """
@@ -153,8 +161,12 @@ def _sample_contour(
     return line[steps], steps, cells[steps, across]
 
 
-def _fit_lines(points: Floats, along: Floats, line: Indices, cells: Floats) -> tuple[Floats, Floats]:
-    """Lines turned to the principal axis of their cells, and their points projected onto it."""
+def _refit_lines(points: Floats, along: Floats, line: Indices, cells: Floats) -> tuple[Floats, Floats]:
+    """Fit each line to its contour cells: it gets their principal axis, and its point is projected onto that.
+
+    points, along: a point on each line and its unit vector, shape (N, 2). line: index of the line of each cell, shape
+    (C,). cells: row and col, shape (C, 2). Returns new points and along; lines of less than three cells stay.
+    """
 
     def total(values: Floats) -> Floats:
         return np.asarray(np.bincount(line, values, len(points)), np.float64)
@@ -171,7 +183,10 @@ def _fit_lines(points: Floats, along: Floats, line: Indices, cells: Floats) -> t
 
 
 def _find_wall_sides(points: Floats, along: Floats, lengths: Floats, space: Mask, distance: float) -> Floats:
-    """Direction across each line towards the side with less free space at a distance from the face, in cells."""
+    """Unit vector across each line, towards the side with less free space; shape (N, 2).
+
+    lengths: of the faces. distance: from the face at which free space is looked up. Both are in cells.
+    """
     across = turn(along)
     samples = points[:, None] + along[:, None] * (lengths[:, None] * SIDE_POSITIONS)[..., None]
     one, other = (sample_image(space, samples + side * distance * across[:, None]).sum(axis=1) for side in (1, -1))

@@ -1,7 +1,7 @@
-"""Whether leaf, jamb, hinge and arc are drawn about a circle as of a door that swings open by a quarter turn.
+"""Fit of a door that opens by a quarter turn to the ink around a circle: its leaf, jamb, hinge and arc.
 
-Directions about a circle are counted from 0 to N_DIRECTIONS - 1, its arc is around the middle one; radii are relative
-to the circle's.
+Directions are seen from the centre of the circle and counted from 0 to N_DIRECTIONS - 1; the arc is around the middle
+one. Radii are relative to the radius of the circle.
 """
 
 from __future__ import annotations
@@ -51,7 +51,11 @@ PARAMETERS = SwingFitParameters()
 
 @dataclass(frozen=True)
 class SwingFit:
-    """A swing about a circle: the directions of its leaf and of the closed door, and how much of it is drawn."""
+    """A swing fitted to a circle.
+
+    score: how completely it is drawn, less the clutter; up to 1. leaf, closed: directions of the leaf and of the closed
+    door, from the hinge.
+    """
 
     score: float
     leaf: int
@@ -59,9 +63,11 @@ class SwingFit:
 
 
 def fit_swings(rays: Mask) -> list[SwingFit | None]:
-    """The swing about each circle, None without a leaf or a jamb, or with more than a quarter of arc.
+    """Fit the drawing of a swing to the ink around the centre of each circle.
 
-    rays: ink about the circles, shape (M, N_DIRECTIONS, len(RADII)).
+    rays: whether there is ink, by circle, direction and radius, shape (M, N_DIRECTIONS, len(RADII)).
+    Returns None for a circle whose arc is too short or too long, where leaf, jamb or hinge is not drawn, or where there
+    is other ink within or around the arc.
     """
     first, last = _arc_ends(np.asarray(rays[:, :, _radii_between(PARAMETERS.arc_radii)].any(axis=2)))
     span = last - first
@@ -93,7 +99,7 @@ class _InkShares:
 
     @staticmethod
     def measure(rays: Mask) -> _InkShares:
-        """rays: shape (M, N_DIRECTIONS, len(RADII))."""
+        """The shares from the ink around circles; rays: as of `fit_swings`."""
         p = PARAMETERS
         widened = rays | np.roll(rays, 1, axis=1) | np.roll(rays, -1, axis=1)
         leaf, jamb, hinge = (
@@ -137,9 +143,9 @@ class _InkShares:
 
 
 def _arc_ends(rings: Mask) -> tuple[Directions, Directions]:
-    """First and last direction of the ink of each ring, shape (M, N_DIRECTIONS), from its middle on.
+    """First and last direction of the arc on each ring, shape (M,) each: the ink that is connected with the middle one.
 
-    Gaps of one direction are passed over.
+    rings: whether there is ink in each direction, shape (M, N_DIRECTIONS). A gap of one direction does not end the arc.
     """
     circles, ends = np.arange(len(rings)), []
     for way in (-1, 1):

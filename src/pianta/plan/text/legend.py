@@ -93,8 +93,8 @@ def find_legend(texts: Sequence[PlacedText]) -> Legend:
     level = [text for text in texts if len(text.text) <= MAX_TEXT_LENGTH and _is_level(text)]
     headings = [text for text in level if _HEADING.match(text.text)]
     entries = _read_entries(level, headed=bool(headings))
-    columns = [part for column in _align(entries) for part in _split_at_gaps(column)]
-    listed = [entry for column in columns if _is_list(column, headed=bool(headings)) for entry in column]
+    columns = [part for column in _group_columns(entries) for part in _split_at_gaps(column)]
+    listed = [entry for column in columns if _is_legend(column, headed=bool(headings)) for entry in column]
     names: dict[str, str] = {}
     for entry in listed:
         for key in entry.keys:
@@ -104,12 +104,16 @@ def find_legend(texts: Sequence[PlacedText]) -> Legend:
 
 
 def _is_level(text: PlacedText) -> bool:
+    """Whether a text runs from left to right, nearly horizontally."""
     down, right = text.corners[1] - text.corners[0]
     return bool(right > PARAMETERS.level_slope * abs(down))
 
 
 def _read_entries(texts: Sequence[PlacedText], *, headed: bool) -> list[_Entry]:
-    """The first texts that may be lines of a legend, and pairs of a key and a name beside it."""
+    """Texts that may be lines of a legend, and pairs of a key and the name beside it; MAX_ENTRIES at most.
+
+    headed: whether the sheet has a heading; else a key needs a sign, as in "6.", to be paired with a name.
+    """
     entries: list[_Entry] = []
     lines = _Lines.from_texts(texts)
     for text in texts:
@@ -190,8 +194,8 @@ def _read_key(text: str) -> str:
     return standard_key(digits if digits.isdigit() and text not in ("I", "O", "l", "o") else text)
 
 
-def _align(entries: Sequence[_Entry]) -> list[list[_Entry]]:
-    """Entries that begin below each other, each column from top to bottom."""
+def _group_columns(entries: Sequence[_Entry]) -> list[list[_Entry]]:
+    """Entries in columns, each from top to bottom: the texts of a column have the same left edge and height, nearly."""
     columns: list[list[_Entry]] = []
     for entry in sorted(entries, key=lambda entry: (entry.row, entry.left)):
         for column in columns:
@@ -217,8 +221,12 @@ def _split_at_gaps(column: Sequence[_Entry]) -> list[list[_Entry]]:
     return parts
 
 
-def _is_list(column: Sequence[_Entry], *, headed: bool) -> bool:
-    """Whether entries below each other are a legend, and not rooms in a row."""
+def _is_legend(column: Sequence[_Entry], *, headed: bool) -> bool:
+    """Whether a column of entries is a legend, rather than names of rooms that happen to be below each other.
+
+    It must have enough entries, and most keys must follow the key above them by a small step. headed: whether the sheet
+    has a heading such as "Legend"; then two entries are enough, and a column of two may have keys in any order.
+    """
     p, signed = PARAMETERS, sum(entry.signed for entry in column)
     least = p.min_entries if headed or 2 * signed >= len(column) else p.min_bare_entries
     if len(column) < least:

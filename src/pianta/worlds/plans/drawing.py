@@ -130,7 +130,10 @@ def _make_sheet(footprint: BaseGeometry, look: PlanLook, legend_px: float) -> Gr
 def _letter_rooms(
     floor: Floor, texts: Mapping[int, str], numbers: Mapping[int, str], grid: GridMap, lettering: Lettering
 ) -> dict[int, list[WrittenText]]:
-    """The lines in each room: its name, or the number of the name if there is a legend."""
+    """Lines of text in each room, by room id: its name, or the number of its name in the legend.
+
+    texts: names by room id. numbers: names by their number in the legend, empty without one. grid: of the sheet.
+    """
     number_of = {name: str(number) for number, name in numbers.items()}
     return {
         room.id: letter_room(number_of.get(texts[room.id], texts[room.id]), room.polygon, grid, lettering)
@@ -181,18 +184,18 @@ def _paint_measures(canvas: Canvas) -> None:
 
 
 def _box_px(col: float, row: float, width: float, height: float) -> Floats:
-    """Corners, col and row, of an upright box on its lower left corner."""
+    """Corners of an upright box, shape (4, 2), col and row in pixels; col, row: its lower left corner."""
     return np.array([(col, row), (col + width, row), (col + width, row - height), (col, row - height)])
 
 
 def _bar_metres(canvas: Canvas) -> int:
-    """A round length of up to a quarter of the building."""
+    """Length of the scale bar, metres: the largest of BAR_LENGTHS up to a quarter of the building."""
     _, left, _, right = canvas.bounds_px
     return max((length for length in BAR_LENGTHS if 4 * length * canvas.look.px_per_metre <= right - left), default=1)
 
 
 def _bar_corner(canvas: Canvas) -> tuple[float, float]:
-    """Row and col of the lower left corner of the scale bar."""
+    """Row and col of the lower left corner of the scale bar, in pixels."""
     _, left, bottom, _ = canvas.bounds_px
     below = MARGIN + BAR_HEIGHT + (DIMENSION_STRIP if canvas.look.dimensions else 0.0)
     return bottom + below * canvas.look.px_per_metre, left
