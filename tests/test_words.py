@@ -68,17 +68,16 @@ def find_names(code: str) -> Iterator[tuple[int, str]]:
         if isinstance(statement, ast.AnnAssign)
     }
     for node in ast.walk(tree):
-        name = None
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            name = node.name
+            line, name = node.lineno, node.name
         elif isinstance(node, ast.arg):
-            name = node.arg
-        elif (
-            isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) and (node not in fields or node.id != "kind")
-        ):
-            name = node.id
-        if name and (fault := find_fault(name)):
-            yield node.lineno, f"name {name} ({fault})"
+            line, name = node.lineno, node.arg
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            line, name = node.lineno, "" if node in fields and node.id == "kind" else node.id
+        else:
+            continue
+        if fault := find_fault(name):
+            yield line, f"name {name} ({fault})"
 
 
 def find_fault(name: str) -> str | None:

@@ -17,6 +17,7 @@ MAX_NAMES = 12  # in a note
 SHARE_LABELS = {name_share(share): f"{100 * share:.0f} %" for share in SHARES}
 RATIO = ("ratio", "from", "to")
 SUMS = ("sums", "sums from", "sums to")
+SUMS_LABELS = {"sums from": "sums\nfrom", "sums to": "sums\nto"}
 INTERVAL_NOTE = "From, to: 95 % of the means when buildings are resampled (bootstrap)."
 
 PREDICTING = Table(
@@ -24,6 +25,7 @@ PREDICTING = Table(
     rows=("comparison",),
     columns=("metric",),
     where={"metric": [*RATIO, *SUMS]},
+    labels=SUMS_LABELS,
     summarise=Cell.only,
     unit="% of the other's",
     notes=("Best: the fewest metres on average of those that do not predict.", INTERVAL_NOTE),
@@ -50,6 +52,7 @@ SEARCHES = Table(
     rows=("policy",),
     columns=("metric",),
     where={"metric": ["metres", *RATIO, *SUMS]},
+    labels=SUMS_LABELS,
     notes=(
         "Ratio, %: the mean over buildings of mean ratios; sums: the ratio of sums of metres.",
         f"Rooms in sight of the start of {NEAREST} count for metres and sums only.",
