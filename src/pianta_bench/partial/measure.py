@@ -118,7 +118,8 @@ def evaluate_rooms(floor: Floor, partial_map: PartialMap) -> Iterator[EvaluatedR
         if room.partial or (unseen[index] > MIN_UNSEEN and seen_share > MIN_SHARED):
             rectangle = draw_rectangle(room, find_main_direction(floor, room))
             guesses = (room.polygon, rectangle, room.predicted or room.polygon)
-            ious = (measure_iou(guess, best) for guess in guesses)
+            seen_iou, rectangle_iou, predicted_iou = (measure_iou(guess, best) for guess in guesses)
+            ious = seen_iou, rectangle_iou, predicted_iou
             shares = seen_share, unseen[index]
             yield EvaluatedRoom(partial_map.item, room.id, room.partial, *shares, *ious, room.confidence)
 

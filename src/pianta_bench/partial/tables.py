@@ -73,10 +73,12 @@ def compare_guesses(
         rooms = [room for room in evaluated if is_chosen(room)]
         name = f"{run} ({len(rooms)})"
         for guess in GUESSES:
-            for value in [100 * room.iou(guess) for room in rooms] or [None]:
+            ious: list[float | None] = [100 * room.iou(guess) for room in rooms]
+            for value in ious or [None]:
                 yield {"run": name, "metric": guess, "value": value}
         for guess in GUESSES[:2]:
-            for value in [100 * (room.predicted_iou - room.iou(guess)) for room in rooms] or [None]:
+            gains: list[float | None] = [100 * (room.predicted_iou - room.iou(guess)) for room in rooms]
+            for value in gains or [None]:
                 yield {"run": name, "metric": f"over {guess}", "value": value}
 
 
