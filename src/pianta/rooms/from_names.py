@@ -88,7 +88,7 @@ class _NamedRoomModel(RoomModel):
 
     evidence: _Evidence
 
-    def _predict_functions(self, context: RoomContext) -> dict[str, Floats]:
+    def predict_functions(self, context: RoomContext) -> dict[str, Floats]:
         evidence = self.evidence.functions
         first = _combine(self.first.predict(context.features), evidence)
         second = self.second.predict(describe_neighbours(context, first))
