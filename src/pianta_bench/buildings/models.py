@@ -74,9 +74,10 @@ def classify_rooms_by_relations(floors: Sequence[BuildingFloor]) -> dict[LabelSe
         rows_of_others = np.concatenate([rows[i] for i in training])
         for building, own in _group(held_out, buildings).items():
             gram = compare(building)
+            gram_of_others = gram[np.ix_(rows_of_others, rows_of_others)]
             for label_set, labels in LABELS.items():
                 truth = [label for i in training for label in floors[i].labels[label_set]]
-                svm = fit_svm(gram[np.ix_(rows_of_others, rows_of_others)], truth)
+                svm = fit_svm(gram_of_others, truth)
                 for i in own:
                     decisions[label_set][i] = decide(svm, gram[np.ix_(rows[i], rows_of_others)], labels)
     return decisions
