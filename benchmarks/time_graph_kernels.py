@@ -25,7 +25,9 @@ from pianta.graphs.graph_hopper import GraphHopper
 from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 
-GRAPHS, SMALLEST, LARGEST = 300, 7, 100
+GRAPHS = 300
+SMALLEST = 7  # rooms of a graph
+LARGEST = 100  # rooms of a graph
 LABELS = "ABCDEFGH"
 # Runs of each kernel of pianta; the fastest counts.
 RUNS = 3

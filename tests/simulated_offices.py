@@ -13,10 +13,10 @@ from pianta.worlds.floors import make_floor
 @cache
 def make_offices() -> tuple[Floor, ...]:
     """Eight floors of corridors with rooms along them."""
-    kinds = ("corridor", "l")
+    shapes = ("corridor", "l")
     return tuple(
-        replace(make_floor(kind, seed=seed), source=f"{kind} {name}.xml")
-        for kind in kinds
+        replace(make_floor(shape, seed=seed), source=f"{shape} {name}.xml")
+        for shape in shapes
         for seed, name in enumerate("abcd", start=1)
     )
 

@@ -32,9 +32,9 @@ def test_obvious_clusters(segmentation):
 def test_the_order_of_areas_does_not_matter():
     areas = [*TEACHING, *OFFICES, *STORES]
     order = np.random.default_rng(1).permutation(len(areas))
-    turned = cluster_areas(compare_areas([areas[place] for place in order]))
+    reordered = cluster_areas(compare_areas([areas[index] for index in order]))
     clusters = np.empty(len(areas), int)
-    clusters[order] = turned
+    clusters[order] = reordered
     assert group(clusters) == group(cluster_areas(compare_areas(areas)))
 
 

@@ -1,4 +1,4 @@
-"""The benches measure what they say they measure, and no map stops them."""
+"""The benches layout and segmentation: scores by hand, failures, output, and the published figures."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -31,7 +31,7 @@ measure_survey = partial(measure_segmentation, methods=("thesis",), sets=("surve
 
 @pytest.fixture
 def find(monkeypatch):
-    """Lets reconstruct find a given floor."""
+    """Replaces reconstruct by a function that returns a given floor."""
 
     def replace(floor: Floor) -> None:
         monkeypatch.setattr(timing, "reconstruct", lambda *_, **__: floor)
@@ -43,7 +43,7 @@ def scores_of(row: Row) -> dict[str, float | None]:
     return {key: figure for key, figure in row.figures.items() if key not in TIMES | LASTING}
 
 
-def test_the_data_are_those_given_then_those_of_the_environment_then_those_beside_the_project(tmp_path, monkeypatch):
+def test_the_data_folder_is_the_given_one_else_that_of_the_environment_else_the_default(tmp_path, monkeypatch):
     for name in ("given", "named", "shared/data", "project"):
         (tmp_path / name).mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "project")
@@ -78,7 +78,7 @@ def test_data_without_the_maps_of_a_bench_are_refused(tmp_path, measure):
 
 
 def test_segmentation_of_one_room_where_there_are_two(tmp_path, find):
-    """The rooms are 80 and 40 of the 124 px that the one room is wide, the wall between them is 4."""
+    """The one room is 124 px wide, the two true ones 80 and 40 px, and the wall between them 4 px."""
     write_survey(tmp_path, "a")
     find(ONE_ROOM)
     results = measure_survey(tmp_path)
@@ -108,7 +108,7 @@ def test_segmentation_of_one_room_where_there_are_two(tmp_path, find):
 
 
 def test_white_patches_of_the_truth(tmp_path, find):
-    """20 px in the wall are no room, yet free cells; 120 px outside are a room of 0.3 m², but of no 1 m²."""
+    """20 px in the wall are free cells but no room; 120 px outside, 0.3 m², are a room unless the limit is 1 m²."""
     write_survey(tmp_path, "a")
     truth = tmp_path / "survey" / "a_gt_segmentation.png"
     with Image.open(truth) as image:
@@ -129,7 +129,7 @@ def test_white_patches_of_the_truth(tmp_path, find):
 
 
 def test_free_cells_in_no_room_are_one_more_room(tmp_path, find):
-    """The second room was left over, which is as good as found."""
+    """The second room is in no reconstructed room; _rest counts its cells as one more room, which matches."""
     write_survey(tmp_path, "a")
     find(Floor(TRUE_FLOOR.rooms[:1]))
     figures = list_rows(measure_survey(tmp_path), "survey")[0].figures
@@ -138,7 +138,7 @@ def test_free_cells_in_no_room_are_one_more_room(tmp_path, find):
 
 
 def test_layout_of_one_room_where_there_are_two(tmp_path, find):
-    """On free cells the larger room is 4 of 6 m wide, with its half of the wall 4.1 of 6.2 m."""
+    """The larger room is 4 m of 6 m wide on free cells, and 4.1 m of 6.2 m with its half of the wall."""
     write_slam(tmp_path, "a")
     find(ONE_ROOM)
     (row,) = list_rows(measure_layout(tmp_path), "schools")
@@ -159,7 +159,7 @@ def test_layout_of_one_room_where_there_are_two(tmp_path, find):
 
 
 def test_doors_of_the_layout_are_those_between_true_rooms(tmp_path, find):
-    """The truth joins the first room to the second by a door, and what is found the second to a third, by mistake."""
+    """The true door joins rooms 1 and 2; a wrong reconstructed door joins rooms 2 and 3."""
     third = box(1, 0.2, 5, 0.8)
     write_slam(tmp_path, "a", outlines=(*OUTLINES, third))
     file = tmp_path / "slam" / "a_gt.xml"
@@ -263,7 +263,7 @@ def test_a_map_that_fails_is_named_and_counts_as_0(tmp_path, monkeypatch, except
     assert means["furniture, thesis"]["precision"].mean == 100
     lines = show_lines(tables, results)
     assert f"b failed (survey): {reason}" in lines
-    assert "A map that failed counts as 0 where nothing was measured." in lines
+    assert "A map that failed counts as 0." in lines
 
 
 def test_unreadable_files_fail_one_by_one(tmp_path, find):
@@ -298,7 +298,7 @@ def test_a_picture_that_cannot_be_written_keeps_the_scores(tmp_path, find):
     assert "write" in str(row.failure)
 
 
-def test_warnings_are_counted_and_kept_with_their_map(tmp_path, find):
+def test_warnings_are_counted_and_saved_with_their_map(tmp_path, find):
     crossed = Polygon([(1, 1), (5, 1), (5, 4), (1, 4), (1, 0), (0, 0), (0, 2), (1, 2)])
     write_slam(tmp_path, "a", "b", outlines=(crossed, OUTLINES[1]))
     find(TRUE_FLOOR)
@@ -330,7 +330,7 @@ def test_every_figure_is_legible_in_a_terminal_of_80_columns(tmp_path, find, wid
 
 
 def test_the_published_figures_are_those_of_the_thesis():
-    """Table 3.1, cell by cell, as it stands in the thesis."""
+    """Table 3.1, cell by cell, copied from the thesis."""
     table = layout_tables.TABLE_3_1A.fill([], method="thesis")
     published = {name: (cell.published_mean, cell.published_sd) for name, cell in table.rows["schools"].items()}
     forward, backward = (87.6, 5.7), (87.8, 4.5)
@@ -352,7 +352,7 @@ def test_the_published_figures_are_those_of_the_thesis():
 
 
 def link_maps(data: Path, folder: Path, *names: str) -> Path:
-    """A data folder with some of the maps; all of them take `pianta bench` a minute."""
+    """A data folder with some of the maps, because all maps take a minute."""
     for file in [file for name in names for file in data.glob(f"{name}[._]*")]:
         (folder / data.name).mkdir(exist_ok=True)
         (folder / data.name / file.name).symlink_to(file.resolve())

@@ -1,4 +1,4 @@
-"""`pianta bench buildings`: on tiny buildings, whose types and rooms are easily separated, and on folders of them."""
+"""`pianta bench buildings` on tiny buildings whose types and rooms are easy to distinguish, and on folders of them."""
 
 import json
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ from pianta_bench.buildings.models import (
     classify_floors_by_trees,
     classify_rooms_by_relations,
     classify_rooms_by_trees,
-    compare_by_part,
+    compare_by_fold,
     compare_floors,
 )
 from pianta_bench.buildings.scores import BUILDING, FLOOR, Scores
@@ -53,7 +53,7 @@ class StandIn:
 
 
 def stand_in_for_training(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """The names of what each model was trained on."""
+    """Replaces training; the names of the training files of each model."""
     trained: list[list[str]] = []
 
     def train(floors: Sequence[TrainingFloor], **_: object) -> StandIn:
@@ -66,7 +66,7 @@ def stand_in_for_training(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
 
 @pytest.fixture
 def trainings(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """A stand-in for training; the names of what each model was trained on."""
+    """A stand-in for training; the names of the training files of each model."""
     return stand_in_for_training(monkeypatch)
 
 
@@ -96,7 +96,7 @@ def scores_of(results: Results) -> Scores:
 
 
 def measure(data: Path, **options: Any) -> Results:
-    """In this process, where the stand-ins are."""
+    """Measures in this process, because other processes do not have the stand-ins."""
     return measure_all(data, trees=10, jobs=1, **options)
 
 
@@ -106,7 +106,7 @@ def measure_types(folders: Sequence[Path]) -> Results:
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[Results, list[list[str]]]:
-    """What is measured of the tiny data, and the names of what each model was trained on; leave it as it is."""
+    """The results on the tiny data, and the names of the training files of each model; tests must not change them."""
     with pytest.MonkeyPatch.context() as monkeypatch:
         trained = stand_in_for_training(monkeypatch)
         return measure(write_tiny(tmp_path_factory.mktemp("tiny"))), trained
@@ -126,7 +126,7 @@ def floors(tiny: Path) -> list[BuildingFloor]:
 
 
 def with_wrong_labels(floor: BuildingFloor) -> BuildingFloor:
-    """Each room has the label after its own."""
+    """Each room has the next label of its label set instead of its own."""
     labels = {
         label_set: tuple(names[(names.index(label) + 1) % len(names)] for label in floor.labels[label_set])
         for label_set, names in LABELS.items()
@@ -135,7 +135,7 @@ def with_wrong_labels(floor: BuildingFloor) -> BuildingFloor:
 
 
 def with_wrong_measures(floor: BuildingFloor) -> BuildingFloor:
-    """The rooms are of sizes that all lie between those of the others, where the bins are cut."""
+    """The sizes of the rooms lie between those of the other floors, where the edges of the bins are."""
     facts = tuple(
         replace(fact, arguments=(fact.arguments[0], 5.0 + index / 1000)) if fact.relation == "area" else fact
         for index, fact in enumerate(floor.facts.facts)
@@ -155,41 +155,41 @@ def folds_of(floors: Sequence[BuildingFloor]) -> Any:
 
 @pytest.mark.slow
 def test_trees_are_not_trained_on_the_building(floors):
-    """Wrong labels and types of floors do not change their predictions."""
-    places = partial(classify_rooms_by_trees, model=LOCAL, trees=10, seed=0)
-    types = partial(classify_floors_by_trees, label_set=R_C, model=LOCAL, trees=10, seed=0)
-    label_probabilities, type_shares = places(floors)[F_C_E_S], types(floors, folds_of(floors)).values
+    """Wrong labels and types of the held-out floors do not change their predictions."""
+    classify_rooms = partial(classify_rooms_by_trees, model=LOCAL, trees=10, seed=0)
+    classify_types = partial(classify_floors_by_trees, label_set=R_C, model=LOCAL, trees=10, seed=0)
+    labels, types = classify_rooms(floors)[F_C_E_S], classify_types(floors, folds_of(floors)).values
     for held_out in ([0, 1], [2], [5]):
         wrong_labels, wrong_types = (
             [make(floor) if index in held_out else floor for index, floor in enumerate(floors)]
             for make in (with_wrong_labels, with_wrong_type)
         )
         for index in held_out:
-            np.testing.assert_array_equal(places(wrong_labels)[F_C_E_S][index], label_probabilities[index])
-        np.testing.assert_array_equal(types(wrong_types, folds_of(floors)).values[held_out], type_shares[held_out])
+            np.testing.assert_array_equal(classify_rooms(wrong_labels)[F_C_E_S][index], labels[index])
+        np.testing.assert_array_equal(classify_types(wrong_types, folds_of(floors)).values[held_out], types[held_out])
 
 
 @pytest.mark.slow
 def test_pianta_is_not_trained_on_the_building(floors):
-    """Wrong types of floors, and what they are like, do not change the predictions for their buildings."""
-    first, typical = classify_floors_by_pianta(floors, folds_of(floors), R_C)
+    """Wrong types and descriptions of the held-out floors do not change the predictions for their buildings."""
+    predicted, typical = classify_floors_by_pianta(floors, folds_of(floors), R_C)
     for held_out in ([0, 1], [2], [5]):
         wrong = [with_wrong_type(floor) if index in held_out else floor for index, floor in enumerate(floors)]
-        again, typical_again = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
-        np.testing.assert_array_equal(again[held_out], first[held_out])
+        predicted_again, typical_again = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
+        np.testing.assert_array_equal(predicted_again[held_out], predicted[held_out])
         assert typical is not None
         assert typical_again is not None
         np.testing.assert_array_equal(typical_again[held_out], typical[held_out])
-    # school0 and school1 are a building; what school1 is like must not affect school0.
+    # school0 and school1 are one building: the description of school1 must not influence school0.
     wrong = [floors[0], replace(floors[1], descriptions=floors[6].descriptions), *floors[2:]]
-    again, _ = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
-    np.testing.assert_array_equal(again[0], first[0])
-    assert not np.array_equal(again[2], first[2]), "others are trained on it"
+    predicted_again, _ = classify_floors_by_pianta(wrong, folds_of(floors), R_C)
+    np.testing.assert_array_equal(predicted_again[0], predicted[0])
+    assert not np.array_equal(predicted_again[2], predicted[2]), "the other floors are trained on it"
 
 
 @pytest.mark.slow
-def test_the_relational_kernel_is_not_fitted_to_the_building(floors, monkeypatch):
-    """Labels of a floor, and a measure that would move the bins, do not change the predictions for its building."""
+def test_the_relational_kernel_is_not_trained_on_the_building(floors, monkeypatch):
+    """Labels of a floor, and measures that would move the bins, do not change the predictions for its building."""
     schools = floors[:4]
     bins: list[list[str]] = []
     fit = RoomKernel.fit
@@ -199,46 +199,48 @@ def test_the_relational_kernel_is_not_fitted_to_the_building(floors, monkeypatch
         return fit(kernel, training, binned=binned)
 
     monkeypatch.setattr(RoomKernel, "fit", spy)
-    decisions = classify_rooms_by_relations(schools)
-    # plans, school2 and school3 are a part each.
+    predicted = classify_rooms_by_relations(schools)
+    # plans, school2 and school3 are one fold each.
     assert bins == [["school2", "school3"], ["school0", "school1", "school3"], ["school0", "school1", "school2"]]
-    assert [[values.shape for values in decisions[each]] for each in (R_C, F_C_E_S)] == [[(14, 2)] * 4, [(14, 4)] * 4]
-    # school0 and school1 are the building; what school1 is must not affect school0.
-    changed = classify_rooms_by_relations(
+    assert [[values.shape for values in predicted[each]] for each in (R_C, F_C_E_S)] == [[(14, 2)] * 4, [(14, 4)] * 4]
+    # school0 and school1 are one building: school1 must not influence school0.
+    predicted_again = classify_rooms_by_relations(
         [with_wrong_labels(schools[0]), with_wrong_measures(with_wrong_labels(schools[1])), *schools[2:]]
     )
     for label_set in (R_C, F_C_E_S):
-        np.testing.assert_array_equal(changed[label_set][0], decisions[label_set][0])
-        assert not np.array_equal(changed[label_set][2], decisions[label_set][2]), "others are trained on it"
+        np.testing.assert_array_equal(predicted_again[label_set][0], predicted[label_set][0])
+        assert not np.array_equal(predicted_again[label_set][2], predicted[label_set][2]), (
+            "the other floors are trained on it"
+        )
 
 
 @pytest.mark.slow
-def test_the_kernel_of_floors_is_not_fitted_to_the_building(floors):
-    """The same of building types, a wrong type too."""
+def test_the_kernel_of_floors_is_not_trained_on_the_building(floors):
+    """The same for building types, also with a wrong type."""
 
-    def classify(floors: Sequence[BuildingFloor]) -> Any:
-        return classify_floors_by_relations(floors, folds_of(floors), compare_floors(floors, R_C)).values
+    def predict(training: Sequence[BuildingFloor]) -> Any:
+        return classify_floors_by_relations(training, folds_of(training), compare_floors(training, R_C)).values
 
-    decisions = classify(floors)
+    predicted = predict(floors)
     wrong = with_wrong_type(with_wrong_measures(with_wrong_labels(floors[1])))
-    changed = classify([with_wrong_type(floors[0]), wrong, *floors[2:]])
-    np.testing.assert_array_equal(changed[0], decisions[0])
-    assert not np.array_equal(changed[2], decisions[2]), "others are trained on it"
+    predicted_again = predict([with_wrong_type(floors[0]), wrong, *floors[2:]])
+    np.testing.assert_array_equal(predicted_again[0], predicted[0])
+    assert not np.array_equal(predicted_again[2], predicted[2]), "the other floors are trained on it"
 
 
-def test_parts_of_many_buildings():
-    calls: list[list[int]] = []
+def test_folds_of_many_buildings():
+    training_sets: list[list[int]] = []
 
     def compare(others: Any) -> Any:
-        calls.append(others.tolist())
+        training_sets.append(others.tolist())
         return np.zeros((0, 0))
 
     buildings = ["a", "b", "c", "d", "e", "f", "a"]
-    compare_building = compare_by_part(buildings, compare)
+    gram_of_building = compare_by_fold(buildings, compare)
     for name in buildings:
-        compare_building(name)
-    # Three parts, each once: a and d, b and e, c and f.
-    assert calls == [[1, 2, 4, 5], [0, 2, 3, 5, 6], [0, 1, 3, 4, 6]]
+        gram_of_building(name)
+    # Three folds, each compared once: a and d, b and e, c and f.
+    assert training_sets == [[1, 2, 4, 5], [0, 2, 3, 5, 6], [0, 1, 3, 4, 6]]
 
 
 @pytest.mark.slow
@@ -257,11 +259,11 @@ def test_table_6_1_by_hand(measured):
         [6.82, 46.89, 7.73, 44.92, 8, 8],
         [None] * 6,
     ]
-    # Rooms of one label are nearly of one size, and rooms of the types are not: no model errs.
+    # Rooms of one label are nearly of one size, and rooms of different types are not: these models make no error.
     for model in (LOCAL, CENTRAL):
         assert [cell.mean for cell in types[model]] == [0, 0]
     assert [cell.mean for cell in cells[LOCAL][:2]] == [0, 0]
-    # It hardly sees how large a HALL is.
+    # The kernel hardly measures how large a HALL is.
     wrong = [cell.mean for cell in cells[KLOG][:2]]
     assert all(mean is not None and mean <= 100 * most / 14 for mean, most in zip(wrong, (2, 6), strict=True))
     one_floor_out = cells_of(results, 2)
@@ -278,7 +280,7 @@ def test_wrong_floors_are_named(measured):
         measured_scores,
         types={**measured_scores.types, (BUILDING, KLOG, R_C): FloorScores(floor_scores, np.ones(7, bool))},
     )
-    results = Results(options=measured[0].options, objects={"scores": scores, "of_thesis": True})
+    results = Results(options=measured[0].options, objects={"scores": scores, "is_table_6_1": True})
     list_errors(results, scores)
     assert scores.wrong_floors(BUILDING, KLOG, R_C).tolist() == [False] * 4 + [True] * 3
     table = tabulate(results)[1]
@@ -294,7 +296,7 @@ def test_wrong_floors_are_named(measured):
 
 @pytest.mark.slow
 def test_votes_of_rooms(tiny):
-    """A floor has the type that most of its rooms are given."""
+    """A floor has the type that is predicted for most of its rooms."""
     floors, _ = read_building_floors(tiny, convention=LabelConvention.EXPERIMENTS)
     folds = list_folds([floor.annotated.building for floor in floors])
     votes = classify_floors_by_trees(floors, folds, R_C, model=CENTRAL, trees=10, seed=0).values
@@ -304,7 +306,7 @@ def test_votes_of_rooms(tiny):
 
 
 @pytest.mark.slow
-def test_gram_matrices_of_floors_depend_on_labels(tiny):
+def test_gram_matrices_of_floors_depend_on_the_labels(tiny):
     floors, _ = read_building_floors(tiny, convention=LabelConvention.EXPERIMENTS)
     grams = [compare_floors(floors, label_set)("office/office0") for label_set in (R_C, F_C_E_S)]
     assert [gram.shape for gram in grams] == [(7, 7)] * 2
@@ -328,7 +330,7 @@ def test_curves(measured):
 
 
 @pytest.mark.slow
-def test_the_split_moves_labels(tiny, trainings):
+def test_the_convention_changes_functions_of_labels(tiny, trainings):
     (tiny / "buildings" / "school" / "school3.xml").write_text(
         write_labelled("school", stretch=1).replace("CLOSET", "GYM")
     )
@@ -341,12 +343,12 @@ def test_the_split_moves_labels(tiny, trainings):
 
 
 def test_command(tiny, trainings, tmp_path):
-    (tiny / "buildings" / "office" / "strange.xml").write_text("<building/>")
+    (tiny / "buildings" / "office" / "broken.xml").write_text("<building/>")
     file, pictures = tmp_path / "new" / "buildings.json", tmp_path / "pictures"
     options = "--trees", 5, "--seed", 3, "--jobs", 1, "--json", file, "--pictures", pictures
     outcome = run_pianta("bench", "buildings", "--data", tiny, *options)
     assert (outcome.code, outcome.err) == (1, "")
-    assert "strange failed (offices): " in outcome.out
+    assert "broken failed (offices): " in outcome.out
     assert "Ex-T: 5 trees (thesis: 500)" in outcome.out
     assert {*list_files(pictures)} == {"places.png", "buildings.png"}
     content = json.loads(file.read_text())
@@ -358,12 +360,12 @@ def test_command(tiny, trainings, tmp_path):
     floor = next(floor for floor in content["floors"] if floor["item"] == "school1")
     assert (floor["building"], floor["type"], len(floor["rooms"])) == ("school/plans", "school", 14)
     assert floor["true"]["R/C"].count("CORRIDOR") == 2
-    given = next(each for each in floor["predicted"] if (each["model"], each["labels"]) == (PIANTA, "F/C/E/S"))
-    assert given["predicted"] == ["SERVICE"] * 14
+    prediction = next(each for each in floor["predicted"] if (each["model"], each["labels"]) == (PIANTA, "F/C/E/S"))
+    assert prediction["predicted"] == ["SERVICE"] * 14
     assert {each["left_out"] for each in floor["scores"]} == {BUILDING, FLOOR}
     assert len(content["curves"]) == 3 * 4 * 2
     failed = [item for item in content["items"] if item["failure"]]
-    assert [(item["part"], item["item"]) for item in failed] == [("offices", "strange")]
+    assert [(item["part"], item["item"]) for item in failed] == [("offices", "broken")]
 
 
 @pytest.mark.slow
@@ -385,18 +387,18 @@ def test_figures_do_not_depend_on_the_number_of_processes(tiny):
 @pytest.fixture
 def folders(tmp_path: Path) -> list[Path]:
     """Three schools, offices and houses, the last with a schema of their own."""
-    made = []
-    for kind in ("school", "office", "house"):
-        folder = tmp_path / kind
+    type_folders = []
+    for building_type in ("school", "office", "house"):
+        folder = tmp_path / building_type
         folder.mkdir()
         for number in range(3):
-            (folder / f"{kind}{number}.xml").write_text(write_labelled(kind, stretch=1 + number / 10))
-        made.append(folder)
+            (folder / f"{building_type}{number}.xml").write_text(write_labelled(building_type, stretch=1 + number / 10))
+        type_folders.append(folder)
     labels = ("C", FCES.CONNECTION, GeneralLabel.CORRIDOR), ("H", FCES.CONNECTION, GeneralLabel.HALL)
     rooms = ("M", FCES.FUNCTIONAL, GeneralLabel.MEDIUM), ("S", FCES.SERVICE, GeneralLabel.SMALL)
     schema = LabelSchema("house", tuple(Label(*label, "#aabbcc") for label in (*labels, *rooms)))
-    save_label_schema(schema, made[2] / "labels.yaml")
-    return made
+    save_label_schema(schema, type_folders[2] / "labels.yaml")
+    return type_folders
 
 
 @pytest.mark.slow
@@ -411,26 +413,30 @@ def test_three_types(folders, tmp_path):
     assert {floor["type"] for floor in content["floors"]} == {"school", "office", "house"}
     assert all(each["left_out"] == BUILDING for floor in content["floors"] for each in floor["scores"])
     confusion = {(cell["row"], cell["column"]): cell["mean"] for cell in content["tables"][1]["cells"]}
-    kinds = "school", "office", "house"
-    assert {sum(confusion[f"{model}, {kind}", name] for name in kinds) for model in MODELS for kind in kinds} == {3}
+    building_types = "school", "office", "house"
+    assert {
+        sum(confusion[f"{model}, {building_type}", name] for name in building_types)
+        for model in MODELS
+        for building_type in building_types
+    } == {3}
     assert confusion[f"{CENTRAL}, school", "school"] == 3
 
 
 @pytest.mark.slow
 def test_confusion_by_hand(folders):
-    given = measure_types(folders)
-    assert scores_of(given).building_types == ["house", "office", "school"]
+    results = measure_types(folders)
+    assert scores_of(results).building_types == ["house", "office", "school"]
     floor_scores = np.eye(3)[[0, 1, 2, 1, 1, 1, 0, 0, 2]]
-    types = {**scores_of(given).types, (BUILDING, PIANTA, F_C_E_S): FloorScores(floor_scores, np.ones(9, bool))}
-    scores = replace(scores_of(given), types=types)
-    results = Results(options=given.options, objects={"scores": scores, "of_thesis": False})
-    list_errors(results, scores)
+    types = {**scores_of(results).types, (BUILDING, PIANTA, F_C_E_S): FloorScores(floor_scores, np.ones(9, bool))}
+    scores = replace(scores_of(results), types=types)
+    changed = Results(options=results.options, objects={"scores": scores, "is_table_6_1": False})
+    list_errors(changed, scores)
     # The floors are three schools, three offices, three houses.
-    rows = {name: [cell.mean for cell in cells] for name, cells in cells_of(results, 2).items()}
+    rows = {name: [cell.mean for cell in cells] for name, cells in cells_of(changed, 2).items()}
     assert rows["pianta, school"] == [1, 1, 1]
     assert rows["pianta, office"] == [0, 3, 0]
     assert rows["pianta, house"] == [2, 0, 1]
-    assert cells_of(results, 0)[PIANTA][1].mean == pytest.approx(300 / 9)
+    assert cells_of(changed, 0)[PIANTA][1].mean == pytest.approx(300 / 9)
 
 
 @pytest.mark.slow
@@ -444,7 +450,7 @@ def test_labels_of_another_schema(folders):
 
 
 @pytest.mark.slow
-def test_too_few(folders, tiny, tmp_path):
+def test_too_few_buildings_or_types_are_refused(folders, tiny, tmp_path):
     for name in ("office1.xml", "office2.xml"):
         (folders[1] / name).unlink()
     outcome = run_pianta("bench", "buildings", "--types", folders[0], "--types", folders[1])
@@ -463,7 +469,7 @@ def test_too_few(folders, tiny, tmp_path):
 
 @pytest.mark.slow
 def test_floors_of_one_building_stay_together(folders):
-    """hall-1 and hall-2 are one building; school0 … school2 would be one, so that each is one."""
+    """hall-1 and hall-2 are one building; school0 … school2 would all be one, so each becomes a building."""
     for number in (1, 2):
         (folders[1] / f"hall-{number}.xml").write_text(write_labelled("office", stretch=2 + number / 10))
     (folders[1] / "tower.xml").write_text(write_labelled("office", stretch=3))
@@ -475,7 +481,7 @@ def test_floors_of_one_building_stay_together(folders):
 
 @pytest.mark.slow
 def test_a_subfolder_is_a_building(folders):
-    """Floors of one name in two folders are of two buildings, and those of two names in one folder of one."""
+    """Floors with one name in two folders are of two buildings; floors with two names in one folder are of one."""
     for building in ("a", "b", "c"):
         (folders[1] / building).mkdir()
         for number, name in enumerate(("first", "ground")):
@@ -496,14 +502,14 @@ def test_floors_of_a_subfolder_are_not_divided(folders):
 
 
 @pytest.mark.slow
-def test_files_may_tell_their_type(folders):
-    """An office among the schools is one."""
+def test_files_may_have_their_own_type(folders):
+    """An office in the folder of the schools is an office."""
     office = write_labelled("office", stretch=1.5)
     office = office.replace("<building>", "<building><building_type><main_type>OFFICE</main_type></building_type>")
     (folders[0] / "office3.xml").write_text(office)
     floors, _ = read_type_folders(folders[:2], convention=LabelConvention.EXPERIMENTS)
     assert [floor.annotated.kind for floor in floors if floor.annotated.item == "office3"] == ["office"]
-    # Who gives a schema means its type.
+    # The schema of the folder decides the type.
     save_label_schema(LabelSchema("tower", SCHEMAS["office"].labels), folders[1] / "labels.yaml")
     (folders[0] / "office3.xml").rename(folders[1] / "office3.xml")
     floors, _ = read_type_folders(folders[:2], convention=LabelConvention.EXPERIMENTS)
@@ -514,13 +520,13 @@ def test_files_may_tell_their_type(folders):
         read_type_folders(folders[:2], convention=LabelConvention.EXPERIMENTS)
 
 
-def test_a_bad_schema_is_told(folders):
+def test_a_bad_schema_is_refused(folders):
     (folders[2] / "labels.yaml").write_text("building_type: [")
     with pytest.raises(LabelError):
         measure_types(folders)
 
 
-def test_options_that_make_no_sense(tiny, folders, tmp_path):
+def test_options_without_meaning_are_refused(tiny, folders, tmp_path):
     outcome = run_pianta("bench", "buildings", "--data", tiny, "--split", "graphs")
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
     assert "graphs" in outcome.err
@@ -530,8 +536,8 @@ def test_options_that_make_no_sense(tiny, folders, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_data(data):
-    """Places of the offices by the relational kernel: the bar is kLog's."""
+def test_rooms_of_the_real_offices(data):
+    """Rooms of the offices by the relational kernel, at least as good as kLog."""
     floors, failed = read_building_floors(data, convention=LabelConvention.EXPERIMENTS)
     assert failed == []
     assert len(floors) == 43

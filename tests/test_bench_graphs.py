@@ -29,7 +29,7 @@ SEGMENT = '<linesegment id="d{0}"><point x="{1}" y="10"/><point x="{1}" y="10"/>
 PORTAL = "<portal><linesegment>d{0}</linesegment><target><id>0</id><id>{0}</id></target></portal>"
 
 
-def write_comb(path: Path, *labels: str, corridor: str = "CORRIDOR", kind: str = "SCHOOL") -> None:
+def write_comb(path: Path, *labels: str, corridor: str = "CORRIDOR", building_type: str = "SCHOOL") -> None:
     """A corridor along rooms with these labels, a door to each, and a store room without a door."""
     count = len(labels)
     doors = [(number, 20 * number - 10) for number in range(1, count + 1)]
@@ -52,7 +52,7 @@ def write_comb(path: Path, *labels: str, corridor: str = "CORRIDOR", kind: str =
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(
         "<building><scale><represented_distance><value>9</value><um>pixel</um></represented_distance><real_distance>"
-        f"<value>90</value><um>cm</um></real_distance></scale><building_type><main_type>{kind}</main_type>"
+        f"<value>90</value><um>cm</um></real_distance></scale><building_type><main_type>{building_type}</main_type>"
         f"</building_type><floor><spaces>{spaces}</spaces></floor></building>"
     )
 
@@ -63,7 +63,7 @@ def combs(tmp_path: Path) -> Path:
     folder = tmp_path / "data" / "buildings"
     write_comb(folder / "school" / "a.xml", *["CLASSROOM"] * 3)
     write_comb(folder / "school" / "b.xml", *["CLASSROOM"] * 4, "STAIRS", "ENTRANCE")
-    write_comb(folder / "office" / "c.xml", *["OFFICE"] * 2, corridor="OPENSPACE", kind="OFFICE")
+    write_comb(folder / "office" / "c.xml", *["OFFICE"] * 2, corridor="OPENSPACE", building_type="OFFICE")
     return tmp_path / "data"
 
 
@@ -133,7 +133,11 @@ def load_csv(path: Path) -> tuple[nx.Graph, set[int]]:
 
 
 def list_csvs(data: Path) -> list[tuple[str, str]]:
-    return [(kind, path.stem) for kind in ("school", "office") for path in (data / "adjacency" / kind).glob("*.csv")]
+    return [
+        (building_type, path.stem)
+        for building_type in ("school", "office")
+        for path in (data / "adjacency" / building_type).glob("*.csv")
+    ]
 
 
 @pytest.mark.slow
@@ -141,13 +145,13 @@ def list_csvs(data: Path) -> list[tuple[str, str]]:
 def test_the_matrices_are_the_graphs_of_the_layouts(data: Path) -> None:
     compared = 0
     results = measure(data)
-    for kind, name in list_csvs(data):
-        layout = data / "buildings" / kind / f"{name}.xml"
+    for building_type, name in list_csvs(data):
+        layout = data / "buildings" / building_type / f"{name}.xml"
         if not layout.exists():
             continue
-        graph, corridors = load_csv(data / "adjacency" / kind / f"{name}.csv")
-        ours = drop_isolated(read_building_xml(layout).graph())
-        assert nx.faster_could_be_isomorphic(graph, ours), name
+        graph, corridors = load_csv(data / "adjacency" / building_type / f"{name}.csv")
+        layout_graph = drop_isolated(read_building_xml(layout).graph())
+        assert nx.faster_could_be_isomorphic(graph, layout_graph), name
         measured = measure_graph(graph, corridors)
         assert measured == pytest.approx({key: figures_of(results, name)[key] for key in measured}), name
         compared += 1
@@ -155,23 +159,23 @@ def test_the_matrices_are_the_graphs_of_the_layouts(data: Path) -> None:
 
 
 @pytest.mark.slow
-def test_each_row_is_what_networkx_says(data: Path) -> None:
+def test_each_row_equals_that_of_networkx(data: Path) -> None:
     """Table 5.1 once more, from the matrices, by networkx alone."""
     results = measure(data)
     (table,) = tabulate(results)
     assert not results.failed
     layouts = {item.item for item in results.items}
-    for kind in ("school", "office"):
+    for building_type in ("school", "office"):
         graphs = [
-            load_csv(data / "adjacency" / kind / f"{name}.csv")
-            for of, name in list_csvs(data)
-            if of == kind and name in layouts
+            load_csv(data / "adjacency" / building_type / f"{name}.csv")
+            for folder, name in list_csvs(data)
+            if folder == building_type and name in layouts
         ]
         measured = [measure_by_networkx(*graph) for graph in graphs]
         for name, cells in table.rows.items():
             if name in measured[0]:
                 figures = [building[name] for building in measured if building[name] is not None]
-                cell = cells[f"{kind}s"]
+                cell = cells[f"{building_type}s"]
                 assert (cell.mean, cell.sd) == pytest.approx((fmean(figures), stdev(figures)), abs=1e-5), name
     published = {record["metric"] for record in read_published("table_5_1.csv")}
     assert set(measured[0]) == {LABELS[metric] for metric in published} | {"edges"}

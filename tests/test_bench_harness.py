@@ -49,7 +49,7 @@ class TestResults:
         assert results.items == [Item("maps", "good"), Item("maps", "bad", "broken")]
         assert results.failed
 
-    def test_an_error_that_is_not_ours_is_named(self):
+    def test_an_error_from_elsewhere_has_its_class_named(self):
         def measure() -> Iterator[Figures]:
             yield {"score": 1 / 0}
 
@@ -187,7 +187,7 @@ def test_outputs_are_checked_before_anything_is_measured(tmp_path: Path) -> None
     assert "is a folder, give the name of a file" in outcome.err
 
 
-def test_without_the_package_the_verb_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_package_the_command_explains_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     from importlib.metadata import EntryPoints
 
     monkeypatch.setattr("pianta.cli.entry_points", lambda **_: EntryPoints(()))
@@ -229,7 +229,7 @@ class TestSteps:
         assert [*run_steps(steps, jobs=jobs, track=track)] == [2, 3, 1]
         assert names == ["a", "b", "c"]
 
-    def test_an_error_of_ours_stays_one(self):
+    def test_an_error_of_pianta_keeps_its_class(self):
         with pytest.raises(PiantaError, match="broken"):
             [*run_steps({"a": partial(_fail, "broken"), "b": partial(str, 4)}, jobs=2, track=iter)]
 

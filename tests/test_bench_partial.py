@@ -32,7 +32,7 @@ LAYOUT = """<building><building_type><main_type>SCHOOL</main_type></building_typ
 </space></spaces></floor></building>"""
 # The affine map moves the layout by 5 columns and 20 rows.
 STEP = {"file": "a_001.png", "run": "a", "step": 1, "affine": [[1, 0, 5], [0, 1, 20]]}
-TRUE, SEEN = box(1.5, 4.0, 5.5, 7.0), box(1.5, 4.0, 3.5, 7.0)
+TRUE, VISIBLE = box(1.5, 4.0, 5.5, 7.0), box(1.5, 4.0, 3.5, 7.0)
 
 
 def write_data(folder, *steps: dict[str, object]) -> None:
@@ -48,7 +48,7 @@ def write_data(folder, *steps: dict[str, object]) -> None:
 
 
 def reconstruct_floor(*_: object, **__: object) -> Floor:
-    return Floor((Room(1, SEEN, partial=True, predicted=TRUE, confidence=0.75),))
+    return Floor((Room(1, VISIBLE, partial=True, predicted=TRUE, confidence=0.75),))
 
 
 @pytest.fixture
@@ -66,7 +66,9 @@ def test_the_layout_is_moved_by_the_affine_map(tiny):
 
 def test_a_room_is_compared_with_the_true_one(tiny):
     (room,) = measure(tiny, simulated=0).objects["rooms"]["here a"]
-    assert (room.seen, room.rectangle, room.predicted, room.confidence) == pytest.approx((0.5, 0.5, 1, 0.75))
+    assert (room.seen_iou, room.rectangle_iou, room.predicted_iou, room.confidence) == pytest.approx(
+        (0.5, 0.5, 1, 0.75)
+    )
     assert (room.seen_share, room.unseen_share) == pytest.approx((0.5, 0.5))
     assert room.truly_partial
 
@@ -81,8 +83,8 @@ def test_a_whole_room_is_evaluated_where_part_of_it_was_not_seen():
     cells = np.full((100, 100), UNKNOWN, np.int8)
     cells[30:60, 15:35] = FREE
     partial_map = PartialMap("here", GridMap(cells, 0.1), [TRUE])
-    (room,) = evaluate_rooms(Floor((Room(1, SEEN),)), partial_map)
-    assert (room.called_partial, room.predicted, room.confidence) == (False, room.seen, None)
+    (room,) = evaluate_rooms(Floor((Room(1, VISIBLE),)), partial_map)
+    assert (room.called_partial, room.predicted_iou, room.confidence) == (False, room.seen_iou, None)
 
 
 def test_a_wall_is_no_unseen_space():
@@ -133,9 +135,13 @@ def test_a_faulty_list_of_steps_is_refused(tmp_path, step):
 
 @pytest.mark.slow
 def test_simulated_maps_show_part_of_their_rooms_and_are_repeated():
-    one, same, drawn = simulate_world(1), simulate_world(1), simulate_drawing(make_corridor_floor(seed=2), seed=2)
+    one, same, from_drawing = (
+        simulate_world(1),
+        simulate_world(1),
+        simulate_drawing(make_corridor_floor(seed=2), seed=2),
+    )
     assert (one.grid.cells == same.grid.cells).all()
-    for each in (one, drawn):
+    for each in (one, from_drawing):
         assert each.grid.unknown.any()
         assert each.grid.free.any()
         assert 0 < np.mean([measure_unseen(room, each.grid) for room in each.rooms]) < 1

@@ -9,17 +9,17 @@ from pianta_bench.segmentation.figures import ERROR_COLOR, UNMATCHED_GREY, paint
 GREY = [UNMATCHED_GREY] * 3
 
 
-def paint(found: np.ndarray, truth: np.ndarray) -> tuple[list[list[list[int]]], list[list[list[int]]]]:
-    grid = GridMap(np.zeros(found.shape, np.int8), 0.15)
-    left, right = paint_comparison(found, truth, grid, match_rooms(found, truth))
+def paint(reconstructed: np.ndarray, truth: np.ndarray) -> tuple[list[list[list[int]]], list[list[list[int]]]]:
+    grid = GridMap(np.zeros(reconstructed.shape, np.int8), 0.15)
+    left, right = paint_comparison(reconstructed, truth, grid, match_rooms(reconstructed, truth))
     return left.tolist(), right.tolist()
 
 
 def test_matching_rooms_have_one_colour_and_differences_are_red():
-    """Of true room 3, six columns wide, the found room 8 lacks one, and it has one beyond."""
-    truth, found = np.zeros((2, 5, 9), np.int32)
-    truth[:, 1:7], found[:, 2:8] = 3, 8
-    left, right = paint(found, truth)
+    """Reconstructed room 8 lacks one of the six columns of true room 3, and has one column more on the other side."""
+    truth, reconstructed = np.zeros((2, 5, 9), np.int32)
+    truth[:, 1:7], reconstructed[:, 2:8] = 3, 8
+    left, right = paint(reconstructed, truth)
     assert left[2][1:7] == [left[2][1]] * 6
     assert right[2][2:7] == [left[2][1]] * 5
     assert right[2][1] == right[2][7] == list(ERROR_COLOR)
@@ -28,19 +28,19 @@ def test_matching_rooms_have_one_colour_and_differences_are_red():
 
 
 def test_rooms_without_a_match_are_grey_with_a_red_rim():
-    truth, found = np.zeros((2, 9, 20), np.int32)
-    truth[2:7, 2:7], found[2:7, 12:17] = 1, 1
-    left, right = paint(found, truth)
+    truth, reconstructed = np.zeros((2, 9, 20), np.int32)
+    truth[2:7, 2:7], reconstructed[2:7, 12:17] = 1, 1
+    left, right = paint(reconstructed, truth)
     assert left[4][4] == right[4][14] == GREY
     assert left[4][2] == left[4][6] == right[2][14] == list(ERROR_COLOR)
     assert right[4][4] == left[4][14] == [255] * 3
 
 
-def test_what_stands_in_a_missed_room_has_no_rim():
-    truth, found = np.zeros((2, 15, 15), np.int32)
+def test_obstacles_in_a_missed_room_have_no_rim():
+    truth, reconstructed = np.zeros((2, 15, 15), np.int32)
     truth[1:14, 1:14] = 1
     truth[7, 7] = 0
-    left, _ = paint(found, truth)
+    left, _ = paint(reconstructed, truth)
     assert left[6][7] == left[7][6] == GREY
     assert left[7][7] == [255] * 3
 

@@ -1,4 +1,4 @@
-"""`pianta bench places`: on tiny buildings, with a model whose every figure is known by hand."""
+"""`pianta bench places` on tiny buildings, with a model whose figures can be computed by hand."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -59,7 +59,7 @@ class StandIn:
 
 @pytest.fixture
 def trainings(monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], list[str]]]:
-    """Stand-ins for training and simulation; the names of what each model was trained on."""
+    """Stand-ins for training and simulation; the names of the training files of each model."""
     trained: list[tuple[list[str], list[str]]] = []
 
     def train(floors: Sequence[TrainingFloor], *, schemas: object, seed: int) -> StandIn:
@@ -100,7 +100,7 @@ def label_map(path: Path, *labels: str) -> None:
 
 
 def measure(data: Path) -> Results:
-    """In this process, where the stand-ins are."""
+    """Measures in this process, because other processes do not have the stand-ins."""
     return places.measure(data, jobs=1)
 
 
@@ -135,14 +135,14 @@ def test_no_model_is_trained_on_the_building_it_classifies(tiny, trainings):
 def test_table_6_1_by_hand(tiny, trainings):
     results = measure(tiny)
     # A school has CORRIDOR, HALL, 6 CLASSROOMs and 6 CLOSETs; an office LOBBY, 6 OFFICEs, 6 WASHROOMs, CORRIDOR.
-    cells = cells_of(results, 0)[PIANTA]
-    assert [cell.mean for cell in cells] == pytest.approx([100 * 2 / 14, 100 * 8 / 14] * 2)
-    assert [cell.count for cell in cells] == [42, 42, 28, 28]
+    measured = cells_of(results, 0)[PIANTA]
+    assert [cell.mean for cell in measured] == pytest.approx([100 * 2 / 14, 100 * 8 / 14] * 2)
+    assert [cell.count for cell in measured] == [42, 42, 28, 28]
     assert [cell.mean for cell in cells_of(results, 0)["pianta: first pass"]] == pytest.approx([100 / 7, 400 / 7] * 2)
     assert [cell.mean for cell in cells_of(results, 0)["pianta: second pass"]] == pytest.approx([600 / 7] * 4)
     assert [cell.published_mean for cell in cells_of(results, 0)[CENTRAL]] == [2.44, 33.42, 5.12, 32.80]
     assert cells_of(results, 0)["kLog"][1] == Cell(None, published_mean=46.89, digits=2)
-    # Rooms of one label are nearly of one size in the schools: no tree errs.
+    # In the schools, rooms of one label are nearly of one size: the trees make no error.
     assert [cell.mean for cell in cells_of(results, 0)[LOCAL][:2]] == [0, 0]
     assert error_of(results, "school0", model=PIANTA, labels="F/C/E/S") == pytest.approx(400 / 7)
 
@@ -166,13 +166,13 @@ def test_tables_of_a_map_by_hand(tiny, trainings):
 
 @pytest.mark.slow
 def test_calibration_and_cost(tiny, trainings, monkeypatch):
-    # Two trainings, then reading and labelling three times each, of which the medians are taken.
+    # The times of two trainings, then of three readings and three labellings, whose medians count.
     lasting = [1, 2, *(3, 4, 9), *(0.5, 0.25, 7)]
     monkeypatch.setattr(timing, "process_time", iter([time for end in lasting for time in (0, end)]).__next__)
     results = measure(tiny)
     errors = [cell.mean for cell in cells_of(results, 4)[PIANTA]]
-    annotated_errors = [100 * abs(0.9 - 12 / 14), 100 * abs(0.7 - 6 / 14)]
-    assert errors == pytest.approx([*annotated_errors, *annotated_errors, 40, 20])
+    errors_of_drawings = [100 * abs(0.9 - 12 / 14), 100 * abs(0.7 - 6 / 14)]
+    assert errors == pytest.approx([*errors_of_drawings, *errors_of_drawings, 40, 20])
     assert results.values(part="cost", item="school1", metric=["floors", "rooms", "map rooms"]) == [5, 70, 2]
     assert [cells[0].mean for cells in cells_of(results, 5).values()] == [1, 2, 4, 0.5, 0.125]
 
@@ -181,14 +181,14 @@ def test_calibration_and_cost(tiny, trainings, monkeypatch):
 def test_annotated_floors_of_the_data(data):
     floors, failed = read_annotated_floors(data)
     assert failed == {"school": (), "office": ()}
-    school_buildings = {floor.building for floor in floors if floor.kind == "school"}
-    assert (len(floors), len(school_buildings)) == (43, 24)
+    schools = {floor.building for floor in floors if floor.kind == "school"}
+    assert (len(floors), len(schools)) == (43, 24)
     assert {floor.item for floor in floors if floor.building == "school/sabadell"} == {
         f"sabadell{n}" for n in (1, 2, 3)
     }
 
 
-def test_what_overlaps_nothing_is_wrong_and_not_calibrated():
+def test_a_room_that_overlaps_no_true_room_is_wrong_and_left_out_of_the_calibration():
     rooms = tuple(Room(number, box(20 * number, 0, 20 * number + 10, 10)) for number in (1, 2))
     labels = (replace(rooms[0], label="CLASSROOM"), replace(rooms[0], id=2, polygon=box(90, 0, 95, 5), label="CLOSET"))
     true = Floor(labels, building_type={"school": 1.0})
@@ -209,13 +209,13 @@ def test_what_overlaps_nothing_is_wrong_and_not_calibrated():
     assert true_layout.pair_labels(PIANTA, F_C_E_S)[1] == LabelPair("CONNECTION", "SERVICE")
 
 
-def test_splits():
+def test_functions_by_convention():
     figure, experiments = schemas_of(LabelConvention.FIGURE), schemas_of(LabelConvention.EXPERIMENTS)
     assert figure["school"].by_name["GYM"].function_in() == FCES.SERVICE
-    for kind, schema in SCHEMAS.items():
+    for building_type, schema in SCHEMAS.items():
         for label in schema.labels:
-            assert experiments[kind].by_name[label.name].function_in() == label.function_in()
-            assert figure[kind].by_name[label.name].function_in() == label.function
+            assert experiments[building_type].by_name[label.name].function_in() == label.function_in()
+            assert figure[building_type].by_name[label.name].function_in() == label.function
     four = np.array([[0.1, 0.2, 0.3, 0.4]])
     corridors = {
         split: place_models.both_sets(four, split)[R_C]
@@ -227,7 +227,7 @@ def test_splits():
 
 @pytest.mark.slow
 def test_real_models(tiny):
-    """Extra-Trees have 9 or 11 features, of one type; labels that they were not trained on have no probability."""
+    """Extra-Trees use 9 or 11 features and floors of one type; labels absent from the training have probability 0."""
     floors, _ = read_annotated_floors(tiny)
     convention = LabelConvention.FIGURE
     prepared = [PreparedFloor.prepare(each, convention) for each in floors]
@@ -262,20 +262,20 @@ def test_the_scale_is_that_of_the_drawing(tiny, trainings):
     assert results.values(part=LAYOUTS, metric="scale") == pytest.approx([(areas[0] / areas[1]) ** 0.5])
 
 
-def test_unlabelled_floors_have_no_labels():
+def test_unlabelled_floors_have_no_labels_and_no_type():
     room = Room(1, box(0, 0, 1, 1), "OFFICE", {"R/C": "ROOM"}, {"R/C": {"ROOM": 1.0}})
     floor = AnnotatedFloor("x", "office", "office/x", Floor((room,), building_type={"office": 1.0}))
     assert floor.unlabelled == Floor((Room(1, box(0, 0, 1, 1)),))
 
 
 def test_command(tiny, trainings, tmp_path):
-    (tiny / "buildings" / "office" / "strange.xml").write_text("<building/>")
+    (tiny / "buildings" / "office" / "broken.xml").write_text("<building/>")
     label_map(tiny / "slam" / "school1_gt.xml", "CLASSROOM", "STAIRS")
     file, pictures = tmp_path / "new" / "places.json", tmp_path / "pictures"
     options = "--split", "figure", "--jobs", 1, "--json", file, "--pictures", pictures
     outcome = run_pianta("bench", "places", "--data", tiny, *options)
     assert (outcome.code, outcome.err) == (1, "")
-    assert "strange failed (offices): " in outcome.out
+    assert "broken failed (offices): " in outcome.out
     assert "office1 failed (simulated): the map shows no room" in outcome.out
     assert "divided as in the thesis' figure" in outcome.out
     assert {*list_files(pictures)} == {"confusion.png", "reliability.png", "school1.png", "school1_true.png"}
@@ -284,7 +284,7 @@ def test_command(tiny, trainings, tmp_path):
     layout = next(floor for floor in content["rooms"] if floor["part"] == LAYOUTS)
     assert sorted(layout["true"]) == ["ENTRANCE", "FUNCTIONAL"]
     assert layout["probabilities"][PIANTA] == [[0.7, 0.1, 0.1, 0.1]] * 2
-    # In the figure's split STAIRS are CORRIDOR, and no model is sure of a corridor.
+    # In the figure's split STAIRS are CORRIDOR, and no room is a certain corridor.
     cells = content["tables"][1]["cells"]
     assert next(cell["mean"] for cell in cells if (cell["row"], cell["column"]) == ("map, pianta", "R/C, BC")) == 50
 
@@ -312,7 +312,7 @@ def test_a_floor_that_cannot_be_described_does_not_stop_the_others(tiny, trainin
     }
 
 
-def test_a_split_that_is_none(tiny):
+def test_an_unknown_split_is_refused(tiny):
     outcome = run_pianta("bench", "places", "--data", tiny, "--split", "graphs")
     assert (outcome.code, outcome.out) == (2, "")
     (line,) = outcome.err.splitlines()

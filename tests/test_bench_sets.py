@@ -1,4 +1,4 @@
-"""The sets of maps that segmentation is measured on: how each is read and counted, and what is told of all of them."""
+"""The sets of maps that segmentation is measured on: how each is read and counted, and the tables of all of them."""
 
 import json
 from pathlib import Path
@@ -57,7 +57,7 @@ def pick(figures: dict[str, float | None], *keys: str) -> list[float | None]:
     return [figures[key] for key in keys]
 
 
-def test_the_names_of_the_sets_are_those_that_help_tells():
+def test_the_names_of_the_sets_are_those_of_the_help():
     assert tuple(SETS) == SET_NAMES
 
 
@@ -135,15 +135,15 @@ def test_several_methods_are_summed_up_and_their_maps_shown_on_request(tmp_path,
     find(TRUE_FLOOR, ONE_ROOM)
     methods = "thesis", "morphological"
     results = measure_segmentation(tmp_path, methods=methods, sets=("survey", "schools"))
-    shown = show_lines(tabulate(results), results)
-    lines = [line.replace(" ± ", "±").split() for line in shown]
+    output_lines = show_lines(tabulate(results), results)
+    lines = [line.replace(" ± ", "±").split() for line in output_lines]
     rows = [line for line in lines if len(line) > 2 and line[0] in methods]
     assert rows[0] == ["thesis", "82.3±25.1", "100.0±0.0", "82.3±25.1", "74.2±36.5", "83.3±23.6"]
     assert rows[1] == ["morphological", "64.5±0.0", "100.0±0.0", "64.5±0.0", "48.4±0.0", "66.7±0.0"]
     assert [row[1] for row in rows[2:4]] == ["0.75", "0.50"]
     assert ["morphological", "66.7±0.0", "88.5±9.2", "100.0±0.0", "98.1±2.4"] in rows
     assert not any(line[:1] == ["a"] for line in lines)
-    assert max(map(len, shown)) <= 80
+    assert max(map(len, output_lines)) <= 80
     results.options["maps"] = True
     assert sum(line.startswith("a ") for line in show_lines(tabulate(results), results)) == 4
 
@@ -181,18 +181,18 @@ def test_sets_that_are_not_in_the_data_are_left_out_unless_named(tmp_path):
 @pytest.mark.slow
 def test_the_rooms_behind_closed_doors_of_a_real_building(data):
     """The twelve closed doors of Franch1 close off ten spaces."""
-    known = SETS["doors"].read(data / "doors", "franch1")
-    areas = np.bincount(known.spaces.ravel())[1:] * 0.05**2
+    true_map = SETS["doors"].read(data / "doors", "franch1")
+    areas = np.bincount(true_map.spaces.ravel())[1:] * 0.05**2
     areas = areas[areas > 0]
     assert (len(areas), areas.min() > 0.25) == (10, True)
-    assert known.free[known.spaces > 0].all()
+    assert true_map.free[true_map.spaces > 0].all()
 
 
 def test_real_coloured_truths_lie_on_their_maps(data):
     for name, count in (("freiburg_building101", 10), ("umicfirstfloor_photo20200108", 28)):
-        known = SETS["clutter"].read(data / "clutter", name)
-        assert known.spaces.max() == count
-        assert known.free[known.spaces > 0].mean() > 0.85
+        true_map = SETS["clutter"].read(data / "clutter", name)
+        assert true_map.spaces.max() == count
+        assert true_map.free[true_map.spaces > 0].mean() > 0.85
 
 
 def test_a_picture_shows_truth_and_result_side_by_side(tmp_path, find):

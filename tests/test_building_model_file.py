@@ -1,4 +1,4 @@
-"""Model files of building types: round trip, and what strangers may send."""
+"""Model files of building types: round trip, and files from untrusted sources."""
 
 import json
 from collections.abc import Callable
@@ -138,12 +138,12 @@ def test_a_newer_minor_version_is_read(model_file, tmp_path):
 
 
 def make_older(content: dict[str, Any]) -> None:
-    """As version 1 has it, which knows floors and has learnt nothing."""
+    """Changes the content to version 1, which has floors and no fitted values."""
     del content["learnt"]
     content["version"] = "1.0"
 
 
-def test_an_older_version_is_learnt_from_again(model_file, tmp_path):
+def test_a_file_of_an_older_version_is_fitted_again(model_file, tmp_path):
     model = read_building_type_model(rewrite(model_file, tmp_path / "m.json", make_older))
     assert model.stored_fit is None
     for training in typed_model().training_floors[::4]:
@@ -152,7 +152,7 @@ def test_an_older_version_is_learnt_from_again(model_file, tmp_path):
     assert (tmp_path / "new.json").read_bytes() == model_file.read_bytes()
 
 
-def test_what_is_learnt_comes_with_the_file(model_file, monkeypatch):
+def test_fitted_values_are_read_from_the_file(model_file, monkeypatch):
     monkeypatch.setattr("pianta.building_types.model.fit_type_svm", None)
     monkeypatch.setattr("pianta.building_types.model.fit_typicality", None)
     predicted = read_building_type_model(model_file).predict_description(typed_model().training_floors[0])
@@ -190,11 +190,11 @@ FLOORS = len(typed_floors())
         ({"likenesses": [1.0] + [0.0] * (FLOORS - 1)}, "likenesses do not ascend"),
     ],
 )
-def test_what_cannot_have_been_learnt(model_file, tmp_path, changed, match):
+def test_impossible_fitted_values_are_refused(model_file, tmp_path, changed, match):
     refuse(rewrite(model_file, tmp_path / "m.json", lambda content: content["learnt"].update(changed)), match)
 
 
-def test_nothing_learnt(model_file, tmp_path):
+def test_a_file_without_fitted_values(model_file, tmp_path):
     refuse(rewrite(model_file, tmp_path / "m.json", lambda content: content.pop("learnt")), "learnt: Field required")
 
 
@@ -219,7 +219,7 @@ def test_types_in_any_case(model_file, tmp_path):
         ({"floors": None}, "floors"),
     ],
 )
-def test_contents_that_make_no_sense(model_file, tmp_path, changed, match):
+def test_invalid_contents_are_refused(model_file, tmp_path, changed, match):
     refuse(rewrite(model_file, tmp_path / "m.json", lambda content: content.update(changed)), match)
 
 
@@ -257,7 +257,7 @@ NUMBERS = len(name_features(LabelSet.F_C_E_S))
         ({"doors": [[0, 10**400]]}, "doors"),
     ],
 )
-def test_floors_that_cannot_be(model_file, tmp_path, changed, match):
+def test_impossible_floors_are_refused(model_file, tmp_path, changed, match):
     refuse(rewrite(model_file, tmp_path / "m.json", lambda content: content["floors"][0].update(changed)), match)
 
 
@@ -289,7 +289,7 @@ def test_damaged_files_are_refused_or_read(tmp_path, content):
 )
 @settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_model_that_was_read_can_predict(tmp_path, features, rooms, random):
-    """Whatever numbers a stranger's model has."""
+    """Also with extreme numbers in the file."""
     floors = [
         {
             "source": f"{index}",

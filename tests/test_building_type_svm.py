@@ -49,12 +49,12 @@ def test_it_decides_as_scikit_learn_does(types, seed):
 def test_probabilities_equal_those_of_scikit_learn(types, seed):
     floors, truth, buildings = make_floors(types, seed=seed)
     gram, new = compare(floors, floors), compare(make_floors(types, seed=seed + 1)[0], floors)
-    decisions, of_whom = [], []
+    decisions, true_types = [], []
     for others, held_out in leave_buildings_out(buildings):
         svm = fit_svm(gram[np.ix_(others, others)], truth[others])
         decisions.append(svm.decision_function(gram[np.ix_(held_out, others)]).reshape(len(held_out), -1))
-        of_whom.append(truth[held_out])
-    scaling = LogisticRegression(C=CALIBRATION_COST).fit(np.concatenate(decisions), np.concatenate(of_whom))
+        true_types.append(truth[held_out])
+    scaling = LogisticRegression(C=CALIBRATION_COST).fit(np.concatenate(decisions), np.concatenate(true_types))
     confident = scaling.predict_proba(fit_svm(gram, truth).decision_function(new).reshape(len(new), -1))
     predicted = fit_type_svm(gram, truth, buildings).predict_probabilities(new, truth)
     np.testing.assert_allclose(predicted, confident, rtol=0, atol=1e-10)

@@ -1,4 +1,4 @@
-"""What kind of building a floor is of: types that are built in different ways, strange floors, and real ones."""
+"""Building types of floors: types that are built in different ways, unusual floors, and real ones."""
 
 from dataclasses import replace
 from math import pi
@@ -46,8 +46,8 @@ def spread(floor: Floor) -> Floor:
     return map_labels_upwards(floor, ALL_SCHEMAS[floor.building_types[0]])
 
 
-def best(verdict: TypePrediction) -> str:
-    return verdict.likeliest
+def best(prediction: TypePrediction) -> str:
+    return prediction.likeliest
 
 
 def test_three_types_are_distinguished():
@@ -90,7 +90,7 @@ def test_leaving_out_gives_the_model_of_the_others():
 
 @pytest.mark.slow
 def test_only_one_building_of_a_type_left():
-    """What leaves a building out of two has one, which cannot be left out of the calibration."""
+    """Without one of two buildings of a type only one remains, which cannot be left out for the calibration."""
     model = train_building_types([*typed_floors()[1:3], *typed_floors()[6:9]])
     assert [best(verdict) for verdict in predict_held_out(model)][2:] == ["office"] * 3
 
@@ -103,7 +103,7 @@ def test_only_one_building_of_a_type_left():
     st.randoms(use_true_random=False),
 )
 @settings(max_examples=30)
-def test_verdicts_do_not_depend_on_turn_scale_or_order(type_name, turn, scale, random):
+def test_predictions_do_not_depend_on_turn_scale_or_order(type_name, turn, scale, random):
     floor = spread(move(NEW[type_name], turn=turn, scale=scale, shift=(7.0, -3.0)))
     rooms = list(floor.rooms)
     random.shuffle(rooms)
@@ -147,8 +147,8 @@ def test_rooms_without_labels_are_labelled_for_it():
     assert {room.label for room in classify_building(bare, typed_model()).rooms} == {None}
 
 
-def test_labels_that_are_there_are_used():
-    """A school all of whose rooms are called SERVICE is not as described by what label_rooms says."""
+def test_existing_labels_are_used():
+    """A school whose rooms are all labelled SERVICE is less typical than with predicted labels."""
     rooms = tuple(replace(room, label="SERVICE", labels={"F/C/E/S": "SERVICE"}) for room in NEW["school"].rooms)
     floor = replace(NEW["school"], rooms=rooms)
     assert predict_building_type(floor, typed_model()) == typed_model().predict(floor)
@@ -158,7 +158,7 @@ def test_labels_that_are_there_are_used():
 
 
 def test_labels_of_the_type_are_mapped_upwards():
-    """The rooms are CLASSROOM, CORRIDOR and CLOSET, which nobody has said to be FUNCTIONAL, CONNECTION and SERVICE."""
+    """The rooms are CLASSROOM, CORRIDOR and CLOSET; the labels FUNCTIONAL, CONNECTION and SERVICE follow from these."""
     assert predict_building_type(NEW["school"], typed_model()) == typed_model().predict(spread(NEW["school"]))
 
 
@@ -187,7 +187,7 @@ def test_buildings_that_are_given():
     assert train_building_types(typed_floors(), buildings=names, schemas=ALL_SCHEMAS).buildings == tuple(names)
 
 
-def test_floors_without_rooms_are_passed_by():
+def test_floors_without_rooms_are_skipped():
     empty = Floor((), building_type={"school": 1.0}, source="empty.xml")
     model = train_building_types([empty, *typed_floors()], schemas=ALL_SCHEMAS)
     assert [training.source for training in model.training_floors] == [floor.source for floor in typed_floors()]
@@ -202,7 +202,7 @@ def test_floors_without_rooms_are_passed_by():
         ([typed_floors()[1], typed_floors()[6]], "school has 1 building; office has 1 building"),
     ],
 )
-def test_what_no_model_can_be_trained_on(floors, message):
+def test_invalid_training_floors_are_refused(floors, message):
     with pytest.raises(ModelError, match=message):
         train_building_types(floors)
 
@@ -237,12 +237,12 @@ def test_types_and_buildings():
 
 
 def test_buildings_are_left_out_in_order():
-    parts = [(seen.tolist(), own.tolist()) for seen, own in leave_buildings_out(["b", "a", "b", "c"])]
+    parts = [(training.tolist(), held_out.tolist()) for training, held_out in leave_buildings_out(["b", "a", "b", "c"])]
     assert parts == [([1, 3], [0, 2]), ([0, 2, 3], [1]), ([0, 1, 2], [3])]
 
 
 def test_many_buildings_are_left_out_some_together():
-    parts = [own.tolist() for _, own in leave_buildings_out(["b", "a", "b", "c"], parts=2)]
+    parts = [held_out.tolist() for _, held_out in leave_buildings_out(["b", "a", "b", "c"], parts=2)]
     assert parts == [[0, 2, 3], [1]]
 
 
@@ -261,7 +261,7 @@ def test_the_kernel(label_set):
 
 
 def test_patterns_are_those_of_the_graph_kernel():
-    """To the bit what NSPDK says of graphs one by one; floors that were met before are remembered, and not others."""
+    """Bit by bit the values of NSPDK for each graph alone, also with some of the floors in the cache."""
     floors = [describe_building(spread(floor), LabelSet.F_C_E_S) for floor in typed_floors()]
     bounds = np.array([-0.3, 0.3])
     named = [(floor.name_rooms(bounds), floor.doors) for floor in floors]
@@ -302,8 +302,8 @@ def test_real_floors_are_classified_correctly(data):
 
 
 @pytest.mark.slow
-def test_known_floors_that_are_left_out():
-    """Four of 43 are wrong and four unknown on the platform that they were measured on."""
+def test_held_out_training_floors():
+    """On the platform of the measurement four of 43 are wrong and four unknown."""
     model = read_default_building_type_model()
     verdicts = predict_held_out(model)
     wrong = [
@@ -324,13 +324,13 @@ def test_worlds_of_robocup_are_no_buildings(data, name):
 
 def test_buildings_of_two_types_with_the_same_names_are_four():
     floors = [replace(floor, source=f"{floor.source[-5]}.xml") for floor in typed_floors()]
-    kept = [floor for floor in floors if floor.building_types[0] != "house" and floor.source in ("a.xml", "b.xml")]
-    model = train_building_types(kept, schemas=ALL_SCHEMAS)
+    chosen = [floor for floor in floors if floor.building_types[0] != "house" and floor.source in ("a.xml", "b.xml")]
+    model = train_building_types(chosen, schemas=ALL_SCHEMAS)
     assert set(model.buildings) == {"school/a", "school/b", "office/a", "office/b"}
-    assert len(predict_held_out(model)) == len(kept)
+    assert len(predict_held_out(model)) == len(chosen)
 
 
-def test_what_all_known_floors_have_alike_does_not_make_others_unlike():
+def test_features_that_are_equal_in_all_training_floors_do_not_count():
     training = typed_model().training_floors
     alike = [replace(each, features=np.r_[each.features, 0.5]) for each in training]
     other = replace(alike[0], features=np.r_[training[0].features, 0.9])
@@ -339,8 +339,8 @@ def test_what_all_known_floors_have_alike_does_not_make_others_unlike():
     )
 
 
-def test_the_labels_that_are_missing_are_found_and_the_others_stay():
-    """A room without any label does not change what pianta said of the others, though it would say something else."""
+def test_missing_labels_are_predicted_and_the_others_stay():
+    """The other rooms keep the labels that they have, although a new prediction would give other ones."""
     rooms = NEW["school"].rooms
     predicted = {"F/C/E/S": "SERVICE"}
     labelled = [

@@ -1,4 +1,4 @@
-"""Layout XMLs become floors, their defects are repaired or reported."""
+"""Layout XMLs are read as floors; their defects are repaired or reported."""
 
 import csv
 import warnings
@@ -98,7 +98,7 @@ def test_building_types_are_in_lower_case(path, type_, building_type):
     assert read(path, TWO_ROOMS.replace(">OFFICE</main_type", f">{type_}</main_type")).building_type == building_type
 
 
-def test_a_building_type_that_is_no_name_is_one_of_the_faults(path):
+def test_an_invalid_building_type_is_listed_with_the_other_faults(path):
     text = building(space("a", LEFT[:2]), space("b", RIGHT)).replace(">OFFICE</main_type", f">{'x' * 101}</main_type")
     with pytest.raises(BuildingError, match=r"area.*xxx"):
         read(path, text)
@@ -139,7 +139,7 @@ def test_outline_that_meets_itself_keeps_its_largest_part(path, corners, area):
     assert floor.rooms[0].polygon.area == pytest.approx(area)
 
 
-def test_door_without_a_place_goes_to_the_middle_of_the_wall(path):
+def test_door_without_a_position_goes_to_the_middle_of_the_wall(path):
     portals = portal("a", "b", segment="gone")
     text = building(space("a", LEFT, portals), space("b", RIGHT, portals))
     with pytest.warns(BuildingWarning, match="OFFICE"):
@@ -205,7 +205,7 @@ def test_scale_is_positive(path, scale):
         ("<package/>", "package"),
     ],
 )
-def test_what_is_no_building_is_refused(path, text, message):
+def test_files_without_a_building_are_refused(path, text, message):
     with pytest.raises(BuildingError, match=message):
         read(path, text)
 
@@ -245,7 +245,7 @@ def test_labels_and_types_are_those_of_schemas(path):
     assert schema_of(*floor.building_type) is OFFICE
 
 
-def test_paths_of_the_annotator_stay_in_the_file(path, tmp_path):
+def test_paths_of_the_annotators_computer_are_not_read(path, tmp_path):
     name = "<name>/Users/annotator/Dropbox/school</name>"
     text = TWO_ROOMS.replace("<scale>", f"{name}<scale>").replace(points(LEFT), points(SPIKED))
     with pytest.warns(BuildingWarning) as caught:
@@ -275,7 +275,7 @@ FAR = [[(x + shift, y) for x, y in LEFT] for shift in (200, 240, 300)]
 
 
 def test_rooms_without_doors_and_groups_are_reported(path):
-    """Rooms a and b, and c and d, are joined; nothing leads to e."""
+    """Doors join rooms a and b, and c and d; no door leads to e."""
     door = [(240, 15)] * 2
     text = building(
         *(space("a", LEFT, portal("a", "b")), space("b", RIGHT)),
@@ -304,14 +304,14 @@ def test_rooms_that_overlap_and_tiny_ones_are_reported_and_stay(path):
 
 
 def test_corners_outside_the_map_are_reported(path):
-    """The right room ends 10 px beyond a map of 90 px, and is inside one of 96 px but for the thickness of a line."""
+    """The right room ends 10 px outside a map of 90 px, and on a map of 96 px only by the thickness of a line."""
     read(path, TWO_ROOMS, GridMap(np.zeros((30, 96), np.int8), 0.1, (0.0, 0.0, 0.0)))
     with pytest.warns(BuildingWarning, match=r"\boutside\b"):
         read(path, TWO_ROOMS, GridMap(np.zeros((30, 90), np.int8), 0.1, (0.0, 0.0, 0.0)))
 
 
 @pytest.mark.slow
-def test_what_would_take_forever_is_refused(path):
+def test_buildings_beyond_the_limits_of_size_are_refused(path):
     ring = [(n, n % 2) for n in range(2001)]
     with pytest.raises(BuildingError, match="2001"):
         read(path, building(space("a", ring)))
@@ -343,7 +343,7 @@ def read_with_warnings(file: Path, grid: GridMap | None = None) -> tuple[Floor, 
 
 
 def grid_of_image(file: Path) -> GridMap | None:
-    """Of the image that a layout lies on, the size."""
+    """A grid of the size of the image of a layout; None without an image."""
     for image in (file.with_name(file.stem.removesuffix("_gt") + suffix) for suffix in (".png", ".jpg")):
         if image.is_file():
             with Image.open(image) as opened:
@@ -353,7 +353,7 @@ def grid_of_image(file: Path) -> GridMap | None:
 
 @pytest.mark.slow
 def test_every_building_has_the_documented_rooms_and_doors(data):
-    """The table counts what the authors of the data found; doors are listed twice each."""
+    """The table has the counts of the authors of the data; each door is listed twice."""
     for name, record in records(data).items():
         count = {key: int(value) for key, value in record.items() if value.isdigit()}
         floor, _ = read_with_warnings(data / name)
@@ -369,7 +369,7 @@ def test_every_building_has_the_documented_rooms_and_doors(data):
 
 @pytest.mark.slow
 def test_every_building_has_the_documented_scale(data):
-    """Shares of the same length in metres and in pixels."""
+    """The ratio of one length in metres and in pixels."""
     pixels = GridMap(np.array([[UNKNOWN]]), 1.0, (0.0, 0.0, 0.0))
     for name, record in records(data).items():
         if name.startswith("buildings"):
@@ -380,7 +380,7 @@ def test_every_building_has_the_documented_scale(data):
 
 @pytest.mark.slow
 def test_every_documented_defect_is_reported(data):
-    """Each by its number, and nothing else; empty cells of the table were not counted."""
+    """As often as documented, and no other defect; empty cells of the table were not counted."""
     for name, record in records(data).items():
         grid = grid_of_image(data / name) if record["outside_image_points"] else None
         _, caught = read_with_warnings(data / name, grid)

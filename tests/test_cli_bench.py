@@ -143,7 +143,7 @@ def test_the_data_are_found_by_the_environment(tiny, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("bench", BENCHES)
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         (
             ["--data", "none"],
@@ -157,23 +157,23 @@ def test_the_data_are_found_by_the_environment(tiny, monkeypatch):
         (["--pictures", "file"], "'file'"),
     ],
 )
-def test_an_option_without_meaning_is_one_line_before_anything_is_measured(tiny, monkeypatch, bench, options, told):
+def test_an_option_without_meaning_is_one_line_before_anything_is_measured(tiny, monkeypatch, bench, options, message):
     def stop(*_: object, **__: object) -> None:
         raise AssertionError("measured")
 
     monkeypatch.setattr(timing, "reconstruct", stop)
-    place = tiny.parent / "place"
-    (place / "folder").mkdir(parents=True)
-    (place / "file").touch()
-    monkeypatch.chdir(place)
-    before = list_files(place)
+    folder_of_run = tiny.parent / "folder_of_run"
+    (folder_of_run / "folder").mkdir(parents=True)
+    (folder_of_run / "file").touch()
+    monkeypatch.chdir(folder_of_run)
+    before = list_files(folder_of_run)
     data = [] if "--data" in options or not options else ["--data", tiny]
     code, out, err = run_pianta("bench", bench, *data, *options)
     assert (code, out) == (2, "")
     (line,) = err.splitlines()
     assert line.startswith("error: ")
-    assert told in line
-    assert list_files(place) == before
+    assert message in line
+    assert list_files(folder_of_run) == before
 
 
 def test_progress_is_shown_in_a_terminal_only(tiny, monkeypatch):

@@ -153,7 +153,7 @@ def test_a_building_that_cannot_be_read_does_not_stop_the_others(buildings, tmp_
 
 
 @pytest.mark.parametrize(("options", "fragment"), [(("--type", " "), "--type"), (("--labels", "no.yaml"), "no.yaml")])
-def test_training_options_that_make_no_sense(buildings, tmp_path, options, fragment):
+def test_training_options_without_meaning_are_refused(buildings, tmp_path, options, fragment):
     code, out, err = run_pianta("train", "buildings", buildings, *options, "-o", tmp_path / "types.json")
     assert (code, out) == (2, "")
     assert fragment in err
@@ -271,7 +271,7 @@ def test_manual_labels_stay_under_a_predicted_type(maps, model, tmp_path):
         (("--building-model", "types.json", "--no-labels"), "--no-labels"),
     ],
 )
-def test_reading_options_that_make_no_sense(maps, tmp_path, options, fragment):
+def test_reading_options_without_meaning_are_refused(maps, tmp_path, options, fragment):
     code, out, err = run_pianta("read", maps["school"], "-o", tmp_path / "out", *options)
     assert (code, out) == (2, "")
     assert fragment in err

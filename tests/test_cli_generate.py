@@ -46,7 +46,7 @@ def schools(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory, schools):
-    """Their model, with chains that are soon at an end."""
+    """The model of the schools, with short chains."""
     path = tmp_path_factory.mktemp("model") / "school.json"
     outcome = run_pianta("train", "type", schools, "-o", path)
     assert outcome.code == 0, outcome.err
@@ -60,7 +60,7 @@ def label_counts(graph: nx.Graph) -> dict[str, int]:
     return {label: labels.count(label) for label in labels}
 
 
-def read_made(folder: Path) -> list[nx.Graph]:
+def read_generated(folder: Path) -> list[nx.Graph]:
     return [read_graph(file) for file in sorted(folder.glob("building-*.json"))]
 
 
@@ -148,7 +148,7 @@ class TestGenerate:
         expected = {f"{name}.{suffix}" for name in names for suffix in ("json", "graphml")} | {"sheet.png"}
         assert list_files(tmp_path / "made").keys() == expected
         sizes, copies, outputs = outcome.out.splitlines()
-        graphs = read_made(tmp_path / "made")
+        graphs = read_generated(tmp_path / "made")
         rooms = [len(graph) for graph in graphs]
         assert sizes.startswith(f"5 buildings of type school, {min(rooms)} to {max(rooms)} rooms, ")
         assert copies.startswith("copies of a floor of the model: ")
@@ -173,7 +173,7 @@ class TestGenerate:
         constraints = ("--rooms", "12-16", "--at-least", "classroom=5", "--at-least", "GYM", "--at-most", "CLOSET=2")
         outcome = run_pianta("generate", model, "-n", 6, *constraints, "-o", tmp_path / "made")
         assert outcome.code == 0, outcome.err
-        for graph in read_made(tmp_path / "made"):
+        for graph in read_generated(tmp_path / "made"):
             counts = label_counts(graph)
             assert 12 <= len(graph) <= 16
             assert counts["CLASSROOM"] >= 5
@@ -187,7 +187,7 @@ class TestGenerate:
         )
         assert outcome.code == 0, outcome.err
         rooms = len(make_schools()[3])
-        assert all(0.79 * rooms <= len(graph) <= 1.21 * rooms for graph in read_made(tmp_path / "made"))
+        assert all(0.79 * rooms <= len(graph) <= 1.21 * rooms for graph in read_generated(tmp_path / "made"))
 
     @pytest.mark.slow
     def test_keeps_rooms_and_doors(self, model, schools, tmp_path):
@@ -196,7 +196,7 @@ class TestGenerate:
         )
         assert outcome.code == 0, outcome.err
         school = make_schools()[0]
-        for graph in read_made(tmp_path / "made"):
+        for graph in read_generated(tmp_path / "made"):
             assert len(graph) > len(school)
             node_of = {room: node for node, room in graph.nodes(data="room") if room is not None}
             assert {room: graph.nodes[node]["label"] for room, node in node_of.items()} == {
@@ -207,7 +207,7 @@ class TestGenerate:
             assert {frozenset(edge) for edge in common.edges} == doors
 
     @pytest.mark.slow
-    def test_takes_the_folder_of_a_reading(self, model, schools, tmp_path):
+    def test_reads_the_folder_of_a_reading(self, model, schools, tmp_path):
         (tmp_path / "read").mkdir()
         content = (schools / "school a.geojson").read_bytes()
         (tmp_path / "read" / "floor.geojson").write_bytes(content)
@@ -232,7 +232,7 @@ class TestGenerate:
         assert_one_error(outcome, "'low'")
 
     @pytest.mark.slow
-    def test_takes_what_it_has_made(self, model, tmp_path):
+    def test_reads_its_own_output(self, model, tmp_path):
         assert run_pianta("generate", model, "-n", 1, "-q", "-o", tmp_path / "made").code == 0
         for suffix in ("json", "graphml"):
             floor = tmp_path / "made" / f"building-001.{suffix}"

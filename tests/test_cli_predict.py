@@ -21,7 +21,7 @@ from tests.command_line import list_files, run_pianta
 from tests.generated_types import SCHOOL, join_wings, make_schools, make_wing
 from tests.test_cli_generate import draw_floor
 
-# Two wings, of which the corridor of the second is discovered, and a closet that was not entered.
+# Two wings; only the corridor of the second is discovered, and a closet of the first was not entered.
 EXPLORED = join_wings(("CCCCS", "CT"), ((0, 1),), source="explored")
 EXPLORED.nodes[5].update(label=None, partial=True)
 EXPLORED.nodes[6].update(partial=True)
@@ -129,7 +129,7 @@ class TestPredict:
         assert content["open_ends"][1]["labels"] == pytest.approx(shares, abs=1e-4)
 
     @pytest.mark.slow
-    def test_gives_the_same_for_a_seed(self, explored, model, tmp_path):
+    def test_is_repeatable_with_a_seed(self, explored, model, tmp_path):
         for name, seed in (("one", 0), ("two", 0), ("other", 1)):
             assert (
                 run_pianta("predict", explored, model, "-n", 3, "-q", "--seed", seed, "-o", tmp_path / name).code == 0
@@ -161,7 +161,7 @@ class TestPredict:
     @pytest.mark.parametrize(
         "odd", [{"label_probabilities": "{"}, {"label_probabilities": [1]}, {"predicted_area": "much"}, {"area": None}]
     )
-    def test_what_is_odd_about_a_partial_room_does_not_count(self, model, tmp_path, odd):
+    def test_invalid_attributes_of_a_partial_room_are_ignored(self, model, tmp_path, odd):
         graph = EXPLORED.copy()
         graph.nodes[5].update({"label": "CLOSET", "predicted_area": 8.0, "area": 7.0} | odd)
         outcome = run_pianta("predict", write_floor(graph, tmp_path / "explored.json"), model, "-n", 2)
@@ -174,7 +174,7 @@ class TestPredict:
         [(4.9, 0.9, False), (5.1, 0.39, False), (5.1, 0.41, True), (7.4, 0.1, False), (7.6, 0.1, True)],
     )
     def test_a_glimpsed_room_is_unknown(self, model, tmp_path, seen_area, probability, is_known):
-        """Of 10 m², half must be explored for a probable label to count, and three quarters for any."""
+        """Half of 10 m² must be explored for a probable label to count, and three quarters for any label."""
         graph = EXPLORED.copy()
         label = {"label": "CLOSET", "label_probabilities": {"school": {"CLOSET": probability}}}
         graph.nodes[5].update(label, predicted_area=10.0, area=seen_area)
@@ -200,7 +200,7 @@ class TestExplored:
     def test_compares_with_the_truth(self, school_file, model, tmp_path):
         outcome = run_pianta("predict", school_file, model, "--explored", 1, "-n", 10, "-o", tmp_path / "new")
         assert outcome.code == 0, outcome.err
-        # The corridor with most doors has four rooms, a closet and two corridors at it.
+        # The corridor with the most doors leads to four rooms, a closet and two corridors.
         assert outcome.out.startswith("8 rooms known, 2 open ends, 10 floors sampled\n")
         assert f"in truth {len(make_schools()[3])} rooms" in outcome.out
         truth = json.loads((tmp_path / "new" / "prediction.json").read_text())["truth"]
@@ -252,7 +252,7 @@ class TestRefusals:
         outcome = run_pianta("predict", write_floor(graph, tmp_path / "explored.json"), model)
         assert_one_error(outcome, "--type")
 
-    def test_a_floor_that_is_not_there(self, model):
+    def test_refuses_a_missing_floor(self, model):
         assert_one_error(run_pianta("predict", "nowhere.geojson", model), "nowhere.geojson")
 
     def test_a_model_by_ncut(self, explored, tmp_path):
@@ -270,7 +270,7 @@ class TestRefusals:
 
 class TestExploreFloor:
     def test_keeps_names_and_numbers_doors_that_have_one_name(self):
-        """Rooms are named 2-1 and 1, and a door of 2 leads to 1: its unknown room is named otherwise."""
+        """Rooms are named 2-1 and 1, and a door of 2 leads to 1: the unknown room behind it gets another name."""
         graph = make_wing("CC")
         graph.add_edge(1, 3, label=None)
         graph.nodes[3]["label"] = "CLOSET"

@@ -49,7 +49,7 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def sample_out(sample: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What `pianta read` makes of the sample."""
+    """The output folder of `pianta read` for the sample."""
     out = tmp_path_factory.mktemp("out") / "building"
     assert run_pianta("read", sample, "-o", out, "--quiet") == (0, "", "")
     return out
@@ -72,7 +72,7 @@ def write_uniform_map(cell: int, shape: tuple[int, int] = (200, 300)) -> Callabl
 
 
 def write_changed_yaml(**changes: object) -> Callable[[Path], object]:
-    """A good map whose YAML has other values; None takes a key away."""
+    """A valid map whose YAML has other values; None removes a key."""
 
     def write(folder: Path) -> Path:
         path = folder / "map.yaml"
@@ -117,7 +117,7 @@ BAD_INPUTS = {
     ),
     "no YAML": (write_bytes("map.yaml", b"{"), ["map.yaml' is no YAML"]),
     "no image": (write_bytes("map.png", b"no image"), ["map.png' is no image"]),
-    "no kind of map": (write_bytes("map.txt", b"?"), ["map.txt' is of no known kind"]),
+    "unknown format": (write_bytes("map.txt", b"?"), ["map.txt' is of no known kind"]),
     "empty file": (write_bytes("map.yaml", b""), ["map.yaml' is empty"]),
     "zero resolution": (write_changed_yaml(resolution=0), ["resolution is '0'"]),
     "negative resolution": (write_changed_yaml(resolution=-0.05), ["resolution is '-0.05'"]),
@@ -157,7 +157,7 @@ def test_a_resolution_without_meaning_is_refused(tmp_path, resolution):
     assert err.startswith("error: resolution is ")
 
 
-def test_for_an_unknown_method_the_methods_are_listed(small, tmp_path):
+def test_an_unknown_method_is_refused_with_a_list_of_methods(small, tmp_path):
     code, out, err = run_pianta("read", small, "-o", tmp_path / "out", "--method", "magic")
     assert (code, out, err) == (2, "", f"error: method is 'magic', give one of {', '.join(METHODS)}\n")
     assert not list(tmp_path.iterdir())
@@ -173,7 +173,7 @@ def test_an_output_folder_that_is_a_file_is_refused_before_the_map_is_read(tmp_p
 
 
 @pytest.mark.slow
-def test_the_outputs_belong_together(sample, sample_out):
+def test_the_outputs_describe_the_same_floor(sample, sample_out):
     assert {path.name for path in sample_out.iterdir()} == OUTPUTS
     floor = read_floor(sample_out / "floor.geojson")
     assert floor.source == "map.yaml"
@@ -331,7 +331,7 @@ def test_a_batch_shows_its_progress_in_a_terminal(small, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_results_stand_on_lines_of_their_own_above_the_progress_bar(small, tmp_path, monkeypatch):
+def test_results_are_printed_on_their_own_lines_above_the_progress_bar(small, tmp_path, monkeypatch):
     terminal = StringIO()
     monkeypatch.setattr(terminal, "isatty", lambda: True, raising=False)
     monkeypatch.setattr("sys.stdout", terminal)
@@ -381,7 +381,7 @@ def test_a_failure_in_the_middle_leaves_the_folder_as_it_was(small, tmp_path, mo
     assert out.exists() == bool(older)
 
 
-def test_a_folder_with_the_name_of_an_output_is_in_the_way_of_all(small, tmp_path):
+def test_a_folder_with_the_name_of_an_output_file_prevents_all_outputs(small, tmp_path):
     (tmp_path / "rooms.png").mkdir()
     code, _, err = run_pianta("read", small, "-o", tmp_path)
     assert code == 2

@@ -116,8 +116,8 @@ def test_floors_are_named_by_their_files(tmp_path):
 
 
 @pytest.mark.slow
-def test_all_names_have_their_folder_as_soon_as_one_repeats(tmp_path):
-    """Otherwise a/1 and a/2, floors of one building, could be in the training and left out at the same time."""
+def test_all_names_include_their_folder_if_one_name_repeats(tmp_path):
+    """Otherwise one of a/1 and a/2, floors of one building, could be in the training while the other is left out."""
     paths = ("a/house1", "a/house2", "b/house1", "c/x", "c/y", "c/z")
     for floor, path in zip(labelled_floors(), paths, strict=True):
         save_as(floor, tmp_path / f"{path}.geojson")
@@ -187,7 +187,7 @@ def test_several_files_that_cannot_be_read(tmp_path):
 
 
 @pytest.mark.parametrize("arguments", [("nowhere",), ("nowhere.xml",)])
-def test_buildings_that_are_not_there(arguments, tmp_path):
+def test_missing_buildings_are_refused(arguments, tmp_path):
     code, out, err = run_pianta("train", "places", *arguments, "-o", tmp_path / "m.npz")
     assert (code, out) == (2, "")
     assert "nowhere" in err
@@ -259,7 +259,7 @@ def test_read_with_a_model_of_the_user(small_map, model, tmp_path):
         (("--no-labels", "--type", "school"), "--no-labels"),
     ],
 )
-def test_options_that_make_no_sense(small_map, tmp_path, options, fragment):
+def test_options_without_meaning_are_refused(small_map, tmp_path, options, fragment):
     code, out, err = run_pianta("read", small_map, "-o", tmp_path / "out", *options)
     assert (code, out) == (2, "")
     assert fragment in err

@@ -1,4 +1,4 @@
-"""Step 1: the distribution of its chains is the exact one, whatever is wished for and kept."""
+"""Step 1: its chains have the exact distribution, with any constraints and fixed rooms."""
 
 from collections import Counter
 from dataclasses import replace
@@ -53,7 +53,7 @@ def count_rooms(*fixed_areas) -> Counts:
 
 
 def run(slots, cost, *, constraints=None, label_counts=None, jumps=0) -> AreaChains:
-    """Chains, all from the first floor, after their moves, or after so many jumps."""
+    """Chains that all start at the first floor, after their moves, or after `jumps` jumps."""
     starts = slots.fill(np.full((CHAINS, 2), CONFIGURATIONS[0]), np.zeros((CHAINS, len(slots.clusters))))
     counts = count_rooms() if label_counts is None else label_counts
     chains = AreaChains(slots, cost, starts, constraints=constraints or Constraints(), label_counts=counts)
@@ -67,7 +67,7 @@ def run(slots, cost, *, constraints=None, label_counts=None, jumps=0) -> AreaCha
 
 
 def assert_distribution(chains, weights) -> None:
-    """Configurations and violations of constraints are as frequent as the weights say."""
+    """The frequencies of configurations and violations of constraints are proportional to the weights."""
     result = np.column_stack([chains.slots.count_areas(chains.filled), chains.violations])
     counts = Counter(map(tuple, result.tolist()))
     assert counts.keys() <= weights.keys()
@@ -77,7 +77,7 @@ def assert_distribution(chains, weights) -> None:
 
 
 def density_weight(filled, rooms, *, near=FLOORS, exchange=P_ANY_FLOOR) -> float:
-    """e^-Γ1 as the docstring of DensityCost has it, by which of the slots 0, 1 and 2, 3 are filled."""
+    """e^-Γ1 by the formula in the docstring of DensityCost; filled: whether each slot is filled."""
     values = count_filled(filled)
     weight = 0.0
     for floor in near:
@@ -91,7 +91,7 @@ def density_weight(filled, rooms, *, near=FLOORS, exchange=P_ANY_FLOOR) -> float
 
 
 def distance_weight(filled, rooms=0) -> float:
-    """e^-Γ1 of the printed cost, by which of the slots 0, 1 and 2, 3 are filled."""
+    """e^-Γ1 of the printed cost; filled: whether each slot is filled."""
     slots = [[value > rank for value in configuration for rank in range(2)] for configuration in CONFIGURATIONS]
     distances = [sum(a != b for a, b in zip(filled, floor_slots, strict=True)) for floor_slots in slots]
     return exp(-0.0625 * 50 / 4 * sum(distances))
@@ -103,7 +103,7 @@ def count_filled(filled) -> tuple[int, int]:
 
 
 def enumerate_all(
-    weigh, *, label_counts=None, first=2, fixed_areas=(), constraints=None, ways=True
+    weight_of, *, label_counts=None, first=2, fixed_areas=(), constraints=None, ways=True
 ) -> Counter[tuple[int, ...]]:
     """The exact weight of each configuration and number of violations, over all ways to fill the slots with areas.
 
@@ -121,13 +121,13 @@ def enumerate_all(
             continue
         rooms = counts[list(areas_of_slots)].sum(axis=0)
         violations = int((constraints or Constraints()).count_violations(rooms[None], [*SCHOOL.by_name])[0])
-        # Step 3: all areas of a cluster are as likely; and all the ways to fill so many slots are one configuration.
+        # Step 3: all areas of a cluster are equally likely; all ways to fill equally many slots are one configuration.
         choices = prod(len(slots[position]) - 1 for position in range(len(fixed_areas), len(slots)) if filled[position])
         if ways:
             one, other = count_filled(filled)
             choices *= comb(first - len(fixed_areas), one - len(fixed_areas)) * comb(2, other)
         weights[*count_filled(filled), violations] += (
-            weigh(filled, rooms.sum()) / choices * exp(-VIOLATION_COST * violations)
+            weight_of(filled, rooms.sum()) / choices * exp(-VIOLATION_COST * violations)
         )
     return weights
 
@@ -150,14 +150,14 @@ def test_density_near_one_floor(jumps):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("jumps", [0, JUMPS])
-def test_density_beside_kept_areas(jumps):
+def test_density_beside_fixed_areas(jumps):
     number = len(MODEL.areas)
     slots = make_slots(areas=(3, 2), fixed_areas=[number])
     chains = run(slots, DensityCost(slots), label_counts=count_rooms(FIXED), jumps=jumps)
     assert (chains.filled[:, 0] == number).all()
     assert (chains.filled[:, 1:] != number).all()
     exact = enumerate_all(density_weight, label_counts=count_rooms(FIXED), first=3, fixed_areas=[number])
-    # What is kept is never all.
+    # The fixed area is never the whole building.
     del exact[1, 0, 0]
     assert_distribution(chains, exact)
 
@@ -175,7 +175,7 @@ def test_alpha_is_of_the_segmentation():
     # Hamming distances 1, 1, 4, 2 and 2, 0, 3, 1.
     costs = cost.combine_terms(cost.compute_terms(slots, filled), np.array([7, 4]))
     np.testing.assert_allclose(costs, 0.0575 * 50 / 4 * np.array([8, 6]))
-    # Like the last floor alone: 2 and 1.
+    # Distances to the last floor only: 2 and 1.
     cost = DistanceCost(slots, similar_to=FLOORS[3])
     costs = cost.combine_terms(cost.compute_terms(slots, filled), np.array([7, 4]))
     np.testing.assert_allclose(costs, 0.0575 * 50 * np.array([2, 1]))
@@ -195,7 +195,7 @@ def test_constraints_by_enumeration(constraints):
 
 
 @pytest.mark.slow
-def test_areas_of_a_cluster_are_as_likely():
+def test_areas_of_a_cluster_are_equally_likely():
     slots = make_slots()
     first = run(slots, DistanceCost(slots)).filled[:, 0]
     counts = Counter(first[first != EMPTY].tolist())
@@ -205,7 +205,7 @@ def test_areas_of_a_cluster_are_as_likely():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("jumps", [0, 20])
-def test_what_is_kept_up_to_date(jumps):
+def test_costs_and_violations_are_kept_up_to_date(jumps):
     slots, constraints = make_slots(), Constraints(rooms=(7, 9))
     chains = run(slots, DensityCost(slots), constraints=constraints, jumps=jumps)
     again = AreaChains(slots, DensityCost(slots), chains.filled, constraints=constraints, label_counts=count_rooms())
@@ -230,7 +230,7 @@ def test_slots_by_hand():
     assert slots.clusters.tolist() == [0, 0, 0, 1, 1]
     assert slots.ranks.tolist() == [0, 1, 2, 0, 1]
     assert slots.fixed.tolist() == [EMPTY, EMPTY, EMPTY, 7, EMPTY]
-    # Of cluster 0 the first two slots, with its first and its last area; of cluster 1 the kept one alone.
+    # Cluster 0: the first two slots, with its first and its last area; cluster 1: only the fixed area.
     assert slots.fill(np.array([[2, 1]]), np.array([[0.0, 0.99, 0.5, 0.0, 0.0]])).tolist() == [
         [0, int(np.flatnonzero(MODEL.clusters == 0)[-1]), EMPTY, 7, EMPTY]
     ]
@@ -242,7 +242,7 @@ def test_bounds_of_rooms():
     fewest, most = slots.bound_rooms(np.column_stack([counts, counts.sum(axis=1)]))
     columns = [*SCHOOL.by_name]
     classroom, office = columns.index("CLASSROOM"), columns.index("SMALL ADMINISTRATIVE")
-    # Kept: a corridor and 5 classrooms, beside which is an area of 2 rooms or more. A slot of cluster 0 is free for
+    # Fixed: a corridor and 5 classrooms, beside an area of 2 rooms or more. A slot of cluster 0 is free for
     # 4 more classrooms, two of cluster 1 for 3 offices each.
     assert (fewest[classroom], most[classroom]) == (5, 9)
     assert (fewest[office], most[office]) == (0, 6)
@@ -284,8 +284,8 @@ def test_without_constraints_all_sweeps_run():
 
 
 @pytest.mark.slow
-def test_how_long_other_chains_take_changes_nothing():
-    # After 64 sweeps of 4 moves a block of random numbers is used up, and some chains go on.
+def test_the_duration_of_other_chains_changes_nothing():
+    # After 64 sweeps of 4 moves a block of random numbers is used up, and some chains continue.
     constraints = Constraints(rooms=(13, 13))
     together = sample(constraints, seeds=range(12), sweeps=BLOCK // 4)
     for seed in range(12):
@@ -303,7 +303,7 @@ def test_a_building_is_never_empty():
     assert (filled != EMPTY).all()
 
 
-def test_every_slot_is_kept():
+def test_every_slot_is_fixed():
     number = len(MODEL.areas)
     slots = Slots(MODEL, np.array([1, 0]), ((number,), ()))
     filled = slots.fill(np.array([[1, 0]]), np.zeros((1, 1)))

@@ -14,7 +14,7 @@ from pianta.evaluation.coverage import (
     score_layout,
 )
 
-WHOLE = box(0, 0, 4, 1)
+FLOOR = box(0, 0, 4, 1)
 HALVES = [box(0, 0, 2, 1), box(2, 0, 4, 1)]
 PERFECT = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
 NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -37,47 +37,49 @@ def test_same_rooms_score_one():
 
 def test_split_room_lowers_backward_accuracy_only():
     """Each half lies in the room; the room lies half in each half, and neither half has an IoU above 0.5."""
-    assert score_layout(HALVES, [WHOLE]) == Scores(1.0, 0.5, 1.0, 0.5, mean_iou=0.5, f1=0.0, reconstructed=2, true=1)
+    assert score_layout(HALVES, [FLOOR]) == Scores(1.0, 0.5, 1.0, 0.5, mean_iou=0.5, f1=0.0, reconstructed=2, true=1)
 
 
 def test_merged_rooms_lower_forward_accuracy_only():
-    assert score_layout([WHOLE], HALVES) == Scores(0.5, 1.0, 0.5, 1.0, mean_iou=0.5, f1=0.0, reconstructed=1, true=2)
+    assert score_layout([FLOOR], HALVES) == Scores(0.5, 1.0, 0.5, 1.0, mean_iou=0.5, f1=0.0, reconstructed=1, true=2)
 
 
 def test_accuracy_weighs_by_area_and_precision_does_not():
     """A room of 9 m², two thirds of it true, and one of 1 m² that is all true; the truth reaches no further."""
-    found = [box(0, 0, 3, 3), box(5, 0, 6, 1)]
+    reconstructed = [box(0, 0, 3, 3), box(5, 0, 6, 1)]
     truth = [box(0, 0, 3, 2), box(5, 0, 6, 1)]
-    assert score_layout(found, truth).a_fc == pytest.approx(7 / 10)
-    assert score_layout(found, truth).precision == pytest.approx((2 / 3 + 1) / 2)
-    assert score_layout(found, truth).a_bc == pytest.approx(1)
-    assert score_layout(found, truth).recall == pytest.approx(1)
-    scores = score_layout(found, truth)
+    assert score_layout(reconstructed, truth).a_fc == pytest.approx(7 / 10)
+    assert score_layout(reconstructed, truth).precision == pytest.approx((2 / 3 + 1) / 2)
+    assert score_layout(reconstructed, truth).a_bc == pytest.approx(1)
+    assert score_layout(reconstructed, truth).recall == pytest.approx(1)
+    scores = score_layout(reconstructed, truth)
     assert scores.mean_iou == pytest.approx((2 / 3 + 1) / 2)
     assert scores.f1 == 1
 
 
 def test_room_that_overlaps_nothing_counts_zero():
     """Touching is no overlap."""
-    found = [HALVES[0], box(4, 0, 6, 1)]
-    assert forward_coverage(found, [WHOLE]) == [0, None]
-    assert score_layout(found, [WHOLE]) == Scores(0.5, 0.5, 0.5, 0.5, mean_iou=0.5, f1=0.0, reconstructed=2, true=1)
+    reconstructed = [HALVES[0], box(4, 0, 6, 1)]
+    assert forward_coverage(reconstructed, [FLOOR]) == [0, None]
+    assert score_layout(reconstructed, [FLOOR]) == Scores(
+        0.5, 0.5, 0.5, 0.5, mean_iou=0.5, f1=0.0, reconstructed=2, true=1
+    )
 
 
 def test_coverage_names_the_room_that_overlaps_most():
-    found = [box(0, 0, 3, 1), box(3, 0, 4, 1), box(9, 9, 10, 10)]
-    assert forward_coverage(found, HALVES) == [0, 1, None]
-    assert backward_coverage(found, HALVES) == [0, 0]
-    assert backward_coverage(found[1:], HALVES) == [None, 0]
+    reconstructed = [box(0, 0, 3, 1), box(3, 0, 4, 1), box(9, 9, 10, 10)]
+    assert forward_coverage(reconstructed, HALVES) == [0, 1, None]
+    assert backward_coverage(reconstructed, HALVES) == [0, 0]
+    assert backward_coverage(reconstructed[1:], HALVES) == [None, 0]
 
 
 @pytest.mark.parametrize(
-    ("found", "truth", "shares"), [([], [WHOLE], NOTHING), ([WHOLE], [], NOTHING), ([], [], PERFECT)]
+    ("reconstructed", "truth", "shares"), [([], [FLOOR], NOTHING), ([FLOOR], [], NOTHING), ([], [], PERFECT)]
 )
-def test_empty_sides(found, truth, shares):
-    assert astuple(score_layout(found, truth)) == (*shares, len(found), len(truth))
-    assert forward_coverage(found, truth) == [None] * len(found)
-    assert backward_coverage(found, truth) == [None] * len(truth)
+def test_empty_sides(reconstructed, truth, shares):
+    assert astuple(score_layout(reconstructed, truth)) == (*shares, len(reconstructed), len(truth))
+    assert forward_coverage(reconstructed, truth) == [None] * len(reconstructed)
+    assert backward_coverage(reconstructed, truth) == [None] * len(truth)
 
 
 def test_invalid_polygons_are_repaired():
@@ -89,7 +91,7 @@ def test_invalid_polygons_are_repaired():
 def test_spikes_are_repaired():
     spiked = Polygon([(0, 0), (4, 0), (4, 1), (2, 1), (2, 9), (2, 1), (0, 1)])
     assert not spiked.is_valid
-    assert score_layout([spiked], HALVES) == score_layout([WHOLE], HALVES)
+    assert score_layout([spiked], HALVES) == score_layout([FLOOR], HALVES)
 
 
 @given(corners=st.lists(st.tuples(st.integers(0, 4), st.integers(0, 4)), min_size=3, max_size=8))
@@ -100,22 +102,22 @@ def test_any_outline_can_be_scored(corners):
 
 @pytest.mark.parametrize("nothing", [Polygon(), SLIVER])
 def test_room_without_area_counts_zero(nothing):
-    assert score_layout([WHOLE, nothing], [WHOLE]).precision == 0.5
-    assert score_layout([WHOLE], [WHOLE, nothing]).recall == 0.5
+    assert score_layout([FLOOR, nothing], [FLOOR]).precision == 0.5
+    assert score_layout([FLOOR], [FLOOR, nothing]).recall == 0.5
     assert score_layout([nothing], [nothing]) == Scores(*NOTHING, reconstructed=1, true=1)
 
 
 @pytest.mark.slow
-@given(found=rooms, truth=rooms)
-def test_shares_lie_between_zero_and_one_and_mirror(found, truth):
-    scores, mirrored = score_layout(found, truth), score_layout(truth, found)
+@given(reconstructed=rooms, truth=rooms)
+def test_shares_lie_between_zero_and_one_and_mirror(reconstructed, truth):
+    scores, mirrored = score_layout(reconstructed, truth), score_layout(truth, reconstructed)
     assert all(0 <= share <= 1 for share in astuple(scores)[:6])
     assert (scores.a_fc, scores.precision, scores.reconstructed) == (mirrored.a_bc, mirrored.recall, mirrored.true)
     assert scores.f1 == mirrored.f1
 
 
 @pytest.mark.slow
-@given(found=rooms, truth=rooms, random=st.randoms())
-def test_order_does_not_matter(found, truth, random):
-    shuffled = random.sample(found, len(found))
-    assert astuple(score_layout(shuffled, truth)) == pytest.approx(astuple(score_layout(found, truth)))
+@given(reconstructed=rooms, truth=rooms, random=st.randoms())
+def test_order_does_not_matter(reconstructed, truth, random):
+    shuffled = random.sample(reconstructed, len(reconstructed))
+    assert astuple(score_layout(shuffled, truth)) == pytest.approx(astuple(score_layout(reconstructed, truth)))

@@ -24,9 +24,9 @@ def door_at(
     *,
     width: float = 1.0,
     rooms: tuple[int, int | None] = (1, 2),
-    kind: Literal["door", "opening"] = "door",
+    door_kind: Literal["door", "opening"] = "door",
 ) -> Door:
-    return Door(rooms, LineString([(x, y - width / 2), (x, y + width / 2)]), width, kind)
+    return Door(rooms, LineString([(x, y - width / 2), (x, y + width / 2)]), width, door_kind)
 
 
 TRUTH = floor_of(door_at(20), door_at(30, rooms=(2, 3)))
@@ -68,7 +68,7 @@ def test_as_many_as_possible_are_matched():
 def test_the_rooms_do_not_count_and_points_are_places():
     point = Door((1, 3), LineString([(20, 5), (20, 5)]), 0.9)
     assert score_doors(floor_of(point), TRUTH).correct == 1
-    assert score_doors(floor_of(door_at(20.4, kind="opening")), floor_of(point)).correct == 1
+    assert score_doors(floor_of(door_at(20.4, door_kind="opening")), floor_of(point)).correct == 1
 
 
 def test_entrances_count_only_where_the_truth_has_any():

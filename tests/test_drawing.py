@@ -1,4 +1,4 @@
-"""Pictures: what is drawn where, in the map frame."""
+"""Pictures of floors: marks, colours and positions, in the map frame."""
 
 from dataclasses import replace
 from io import BytesIO
@@ -148,7 +148,7 @@ def test_partial_rooms_are_grey_and_hatched(ax):
     assert not full.get_hatch()
 
 
-def test_a_prediction_is_hatched_beside_what_was_seen_in_a_dashed_outline(ax):
+def test_a_prediction_is_hatched_beside_the_explored_part_in_a_dashed_outline(ax):
     predicted = box(4.1, 0, 12, 3)
     rooms = TWO_ROOMS.rooms[0], replace(TWO_ROOMS.rooms[1], predicted=predicted, confidence=0.5)
     plot_rooms(replace(TWO_ROOMS, rooms=rooms), ax=ax)
@@ -223,7 +223,7 @@ def test_an_entrance_has_another_colour_and_a_diamond_in_its_middle(ax, door_kin
     assert (diamond.get_marker(), diamond.get_xydata().tolist()) == ("D", [[0, 1.5]])
 
 
-def test_an_entrance_is_seen_in_the_picture_and_no_edge_of_the_graph():
+def test_an_entrance_is_drawn_in_the_picture_and_is_no_edge_of_the_graph():
     entrance = Door((1, None), LineString([(0, 1), (0, 2)]), 1)
     (ax,) = draw_floor(replace(TWO_ROOMS, doors=(entrance,)), AROUND_TWO_ROOMS, graph=True).axes
     assert color_at(ax, 0, 1.5) == pytest.approx([255 * part for part in to_rgb(ENTRANCE_COLOR)])
@@ -232,7 +232,7 @@ def test_an_entrance_is_seen_in_the_picture_and_no_edge_of_the_graph():
     assert not plain.lines
 
 
-def test_a_door_is_seen_in_the_picture():
+def test_a_door_changes_pixels_of_the_picture():
     (ax,) = draw_floor(TWO_ROOMS, AROUND_TWO_ROOMS).axes
     assert color_at(ax, 4.05, 1.5) == pytest.approx([255 * part for part in to_rgb(DOOR_COLOR)])
 
@@ -242,7 +242,7 @@ def test_walls_are_the_representative_lines(ax):
     assert [LineString(line.get_xydata()) for line in ax.lines] == list(TWO_ROOMS.walls)
 
 
-def test_graph_has_a_node_a_room_and_edges_through_the_doors(ax):
+def test_graph_has_a_node_per_room_and_edges_through_the_doors(ax):
     plot_graph(TWO_ROOMS, ax=ax)
     nodes = [patch.center for patch in ax.patches if isinstance(patch, Circle)]
     assert nodes == [pytest.approx((2, 1.5)), pytest.approx((6.05, 1.5))]
@@ -289,7 +289,7 @@ def test_the_legend_explains_marks_that_occur():
     assert legend_of(replace(LABELLED, rooms=certain)) == labels
 
 
-def test_the_legend_takes_any_label(ax):
+def test_the_legend_can_have_any_label(ax):
     unusual = "$x_{$" + " \n" + "_" * 50
     plot_legend(Floor((Room(1, box(0, 0, 1, 1), unusual),)), ax=ax)
     legend = ax.get_legend()
@@ -344,7 +344,7 @@ def test_walls_and_graph_are_drawn_on_request_only():
 @pytest.mark.slow
 @pytest.mark.parametrize("glass_spray", [False, True])
 @pytest.mark.parametrize("yaw", [0, 0.5])
-def test_picture_is_cropped_to_the_building_with_little_of_the_spray(glass_spray, yaw):
+def test_picture_is_cropped_to_the_building_with_little_of_the_ray_leaks(glass_spray, yaw):
     floor = make_floor("ring", seed=0)
     ax = draw_floor(floor, simulate_map(floor, margin=40, glass_spray=glass_spray, yaw=yaw)).axes[0]
     view = box(ax.get_xlim()[0], ax.get_ylim()[0], ax.get_xlim()[1], ax.get_ylim()[1])
@@ -353,7 +353,7 @@ def test_picture_is_cropped_to_the_building_with_little_of_the_spray(glass_spray
     assert view.area < (1.4 if glass_spray else 1.2) * building.envelope.area
 
 
-def test_what_was_seen_and_is_no_room_stays_in_the_picture():
+def test_free_cells_in_no_room_stay_in_the_picture():
     cells = np.full((100, 200), UNKNOWN, np.int8)
     cells[20:80, 100:180] = FREE
     figure = draw_floor(Floor((Room(1, box(0, 0, 2, 3)),)), GridMap(cells, 0.05))

@@ -1,4 +1,4 @@
-"""Pictures of buildings as graphs: which marks, in which colours, on which sheet."""
+"""Pictures of buildings as graphs: marks, colours, and sheets."""
 
 import os
 import subprocess
@@ -43,7 +43,7 @@ def building(edges, **labels: str | None) -> nx.Graph:
     return graph
 
 
-# Two corridors; of the rooms one has a label that no schema has, and one has none.
+# Two corridors and rooms; one room has a label that no schema has, and one has no label.
 SMALL_SCHOOL = building(
     [("a", "b"), ("a", "c"), ("a", "d"), ("b", "e"), ("b", "f"), ("a", "x"), ("b", "y")],
     a="CORRIDOR",
@@ -182,8 +182,8 @@ def test_a_long_building_is_drawn_horizontally():
     assert width > 2 * height
 
 
-def test_parts_of_a_building_lie_apart():
-    """No box around a part reaches into that of another."""
+def test_parts_of_a_building_are_drawn_apart():
+    """The bounding boxes of the parts do not overlap."""
     graph: nx.Graph = nx.disjoint_union_all([nx.star_graph(5), nx.cycle_graph(4), nx.empty_graph(1), nx.path_graph(3)])
     positions = place_nodes(graph)
     boxes = []
@@ -208,7 +208,7 @@ def test_a_sheet_has_its_buildings_row_by_row():
 
 
 def test_a_sheet_has_titles_and_a_heading_as_given():
-    """Dollars are no formulas; long titles are cut."""
+    """Dollar signs start no formula; long titles are cut."""
     figure = draw_contact_sheet([SMALL_SCHOOL] * 2, schema=SCHOOL, titles=["$1$", "a" * 31], heading="Schools")
     assert [ax.get_title() for ax in figure.axes] == ["$1$", "a" * 29 + "…"]
     assert texts_of(figure) == ["Schools"]
@@ -254,7 +254,7 @@ def test_the_legend_is_in_the_sheet_and_below_the_buildings():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("heading", "drawn_heading"), [(None, "24 of 26"), ("Schools", "Schools: 24 of 26")])
-def test_of_too_many_buildings_the_first_are_drawn_and_the_heading_is_extended(heading, drawn_heading):
+def test_with_too_many_buildings_the_first_are_drawn_and_the_heading_is_extended(heading, drawn_heading):
     graphs = [nx.empty_graph(1)] * MAX_SHEET + [SMALL_SCHOOL] * 2
     titles = [str(number) for number in range(26)]
     figure = draw_contact_sheet(graphs, schema=SCHOOL, heading=heading, titles=titles)
@@ -272,7 +272,7 @@ def test_of_too_many_buildings_the_first_are_drawn_and_the_heading_is_extended(h
         (1, {"fixed": []}, "there are 0 sets of fixed rooms for 1 buildings, give one for each"),
     ],
 )
-def test_what_makes_no_sheet_is_refused(count, options, message):
+def test_invalid_sheets_are_refused(count, options, message):
     with pytest.raises(OptionError) as refusal:
         draw_contact_sheet([SMALL_SCHOOL] * count, schema=SCHOOL, **options)
     assert str(refusal.value) == message

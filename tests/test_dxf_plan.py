@@ -1,4 +1,4 @@
-"""DXFs become drawings: blocks taken apart, roles by layer, doors from jamb to jamb, units where the file has them."""
+"""DXFs are read as drawings: blocks resolved, roles by layer, doors from jamb to jamb, units of the file."""
 
 import sys
 from pathlib import Path
@@ -20,7 +20,7 @@ from tests.mutation import mutated, refused_in_one_line
 ezdxf = pytest.importorskip("ezdxf", reason="pianta[cad] is not installed")
 
 ON_WALL, ON_DOOR = {"layer": "A-WALL"}, {"layer": "A-DOOR"}
-# Entities without the sections around them, as small programs write them.
+# Entities without sections around them, as in files of small programs.
 BARE = "0\nSECTION\n2\nENTITIES\n{}0\nENDSEC\n0\nEOF\n"
 BARE_LINE = "0\nLINE\n8\nWALL\n10\n0\n20\n0\n11\n4\n21\n3\n"
 
@@ -41,7 +41,7 @@ def read(document: Any, tmp_path: Path, **save: str) -> PlanDrawing:
 
 
 def ends(door: NDArray[np.float64]) -> list[tuple[float, float]]:
-    """The ends of a door, whichever comes first; arcs are chains, so their middle is only near the hinge."""
+    """The rounded ends of a door, sorted; arcs are chains, so their middle is only near the hinge."""
     return sorted((x, y) for x, y in (np.round(door) + 0.0).tolist())
 
 
@@ -82,7 +82,7 @@ def test_two_rooms_with_a_door_and_their_names(tmp_path, fmt):
     ],
 )
 @pytest.mark.parametrize("depth", [1, 3])
-def test_a_block_of_a_door_is_one_however_it_is_placed(tmp_path, attributes, expected, depth):
+def test_a_block_of_a_door_is_one_door_in_any_placement(tmp_path, attributes, expected, depth):
     """Also within blocks of other names, which are moved and scaled back."""
     document = new_document()
     space = document.modelspace()
@@ -106,7 +106,7 @@ def test_a_block_without_a_swing_is_a_door_along_its_longer_side(tmp_path):
     assert [ends(door) for door in read(document, tmp_path).doors] == [[(0, 0), (0, 1200)]]
 
 
-def test_a_block_on_a_layer_of_doors_is_one_and_nested_blocks_are_its_parts(tmp_path):
+def test_a_block_on_a_layer_of_doors_is_one_door_and_nested_blocks_are_its_parts(tmp_path):
     document = new_document()
     block = document.blocks.new("B17")
     block.add_blockref("Door", (0, 0))
@@ -115,7 +115,7 @@ def test_a_block_on_a_layer_of_doors_is_one_and_nested_blocks_are_its_parts(tmp_
 
 
 def test_loose_quarter_circles_on_a_layer_of_doors_are_doors(tmp_path):
-    """The leaf gives the jamb of the first door, the wall that of the second; a lone line is no door."""
+    """The leaf decides the jamb of the first door, the wall that of the second; a single line is no door."""
     document = new_document()
     space = document.modelspace()
     space.add_arc((0, 0), 800, 0, 90, dxfattribs=ON_DOOR)
@@ -178,7 +178,7 @@ def test_dark_areas_and_walls_are_filled_and_others_are_not(tmp_path):
 
 
 def test_frozen_and_switched_off_layers_are_left_out(tmp_path):
-    """What lies on layer 0 of a block is on the layer of the block; freezing that hides all of the block."""
+    """Entities on layer 0 of a block are on the layer of the block; freezing that layer hides the whole block."""
     document = new_document()
     document.layers.add("frozen").freeze()
     document.layers.add("off").off()
@@ -197,7 +197,7 @@ def test_frozen_and_switched_off_layers_are_left_out(tmp_path):
     assert drawing.texts == ()
 
 
-def test_texts_lie_by_their_middle(tmp_path):
+def test_texts_are_placed_by_their_middle(tmp_path):
     from ezdxf.enums import TextEntityAlignment
 
     document = new_document()
@@ -256,7 +256,7 @@ def test_a_missing_library_is_named(tmp_path, monkeypatch):
         (BARE.format("").encode(), "layout"),
     ],
 )
-def test_what_is_no_plan_is_refused_in_one_line(tmp_path, content, message):
+def test_files_without_a_plan_are_refused_in_one_line(tmp_path, content, message):
     path = tmp_path / "a.dxf"
     path.write_bytes(content)
     with pytest.raises(PlanError, match=message) as caught:
@@ -276,7 +276,7 @@ def bomb(levels: int, copies: int) -> Any:
     return document
 
 
-def test_blocks_that_would_multiply_without_end_are_refused(tmp_path, monkeypatch):
+def test_blocks_that_multiply_without_end_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(dxf_plan, "MAX_ENTITIES", 500)
     with pytest.raises(PlanError, match="500"):
         read(bomb(10, 10), tmp_path)

@@ -58,9 +58,9 @@ def test_predictions_are_the_same_and_kept_while_nothing_new_is_seen():
     assert one.predict_beyond(fewer, []).area.keys() == {LIBRARY_DOOR}
 
 
-def test_what_cannot_be_a_part_of_a_floor_lets_nothing_expect(monkeypatch):
+def test_nothing_is_expected_beyond_what_cannot_be_part_of_a_floor(monkeypatch):
     def refuse(*_):
-        raise LabelError("strange")
+        raise LabelError("unknown label")
 
     monkeypatch.setattr(expectations, "read_explored_part", refuse)
     result = RoomExpectations(school_sampler()).predict_beyond(recognised_rooms(), [])

@@ -1,4 +1,4 @@
-"""Whole explorations of tiny worlds, and what policies choose."""
+"""Explorations of tiny worlds from start to end, and the choices of policies."""
 
 import os
 import subprocess
@@ -69,7 +69,7 @@ def test_two_rooms_are_explored_to_the_end(policy):
     assert len(run.distance) == len(run.area) == len(run.time) == len(run.tracks[0])
 
 
-def test_distances_to_shares_come_from_the_record():
+def test_distances_to_shares_are_those_of_the_log():
     run = explore(two_room_world(), NearestFrontier(), starts=[(2, 2)])
     assert run.distance_to(0) == 0
     assert run.distance_to(1.01) == inf
@@ -182,7 +182,7 @@ def test_a_room_of_a_label_is_found():
     assert (here.found_room, here.distance[-1]) == (1, 0)
 
 
-def test_a_label_that_no_room_has_is_refused_with_those_there_are():
+def test_a_label_that_no_room_has_is_refused_with_a_list_of_labels():
     world = build_world(row_of_rooms("OFFICE", "LAB"))
     with pytest.raises(OptionError, match="GYM"):
         explore(world, NearestFrontier(), find="gym")
@@ -227,7 +227,7 @@ def test_a_robot_never_squeezes_through_a_slit_narrower_than_itself(thickness):
     blocked[2:42, 2:40] = blocked[2:42, 40 + thickness : 82] = False
     blocked[20:22, 40 : 40 + thickness] = False
     run = explore(World(blocked, 0.1), NearestFrontier(), starts=[(2, 2.2)], lidar=Lidar(noise=0))
-    # The wall, in which the slit of 0.2 m is, begins at 4 m; the robot looks through it.
+    # The wall with the slit of 0.2 m begins at 4 m; the lidar of the robot reaches through the slit.
     assert 3.5 < run.tracks[0][:, 0].max() < 4
     assert run.outcome == "no reachable frontier"
 
@@ -240,7 +240,7 @@ def test_a_grid_map_without_truth_is_explored():
 
 
 @pytest.mark.slow
-def test_several_robots_explore_together_on_different_ways():
+def test_several_robots_explore_together_on_different_paths():
     world = build_world(make_floor("ring", seed=1))
     requested = []
 
@@ -280,7 +280,7 @@ def test_robots_do_not_crowd():
 
 
 @pytest.mark.parametrize("worth", ["ratio", "exponential"])
-def test_the_gain_is_weighed_against_the_way(worth):
+def test_the_gain_is_weighed_against_the_distance(worth):
     mapped = np.full((101, 101), -1, np.int8)
     mapped[:, :40] = 0
     near_and_poor = [[2.0, 4.0]]
@@ -297,7 +297,7 @@ def test_a_gain_without_meaning_is_refused():
         make_policy("best")
 
 
-def test_rooms_are_recognised_by_what_was_seen_of_them():
+def test_rooms_are_recognised_by_their_explored_part():
     world = build_world(row_of_rooms("OFFICE", "LAB", "GYM"))
     mapped = np.full(world.blocked.shape, -1, np.int8)
     mapped[world.room_of_cell == 1] = 0
@@ -352,7 +352,7 @@ def test_importing_the_simulator_does_not_import_numba():
 
 
 def test_only_the_unknown_floor_is_replaced():
-    # The floor that is perceived keeps the type of the building, which policies may ask for.
+    # The recognised floor keeps the building type, which policies may use.
     floor = replace(two_rooms(), building_type={"school": 1.0})
     observed = recognise_rooms(build_world(floor), np.zeros(build_world(floor).blocked.shape, np.int8))
     assert observed is not None

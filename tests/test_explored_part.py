@@ -96,7 +96,7 @@ def test_parallel_doors_lead_to_rooms_of_their_own():
         ({"label_probabilities": {"R/C": {"ROOM": 1.0}}}, False),
         ({"area": 7.4, "predicted_area": 10.0, "label_probabilities": {"type": {"CLASSROOM": 0.39}}}, True),
         ({"area": 7.4, "predicted_area": 10.0, "label_probabilities": {"type": {"CLASSROOM": 0.41}}}, False),
-        # Of a room that was seen so well the label is as good as of others.
+        # The label of a room that was explored to 75 % counts, however uncertain.
         ({"area": 7.5, "predicted_area": 10.0, "label_probabilities": {"type": {"CLASSROOM": 0.1}}}, False),
         # GraphML has label sets as a text.
         ({"label_probabilities": '{"type": {"CLASSROOM": 0.39}}'}, True),

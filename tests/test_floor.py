@@ -122,10 +122,10 @@ def test_an_entrance_needs_a_room_and_a_width():
         Floor((Room(1, box(0, 0, 1, 1)),), (Door((1, None), WIDE, 1.0), Door((8, None), WIDE, 1.0)))
 
 
-@pytest.mark.parametrize(("given", "last_id"), [(0, 7), (7, 7), (9, 9)])
-def test_last_id_is_the_highest_id_unless_a_higher_one_was_given(given, last_id):
+@pytest.mark.parametrize(("given_id", "last_id"), [(0, 7), (7, 7), (9, 9)])
+def test_last_id_is_the_highest_id_unless_a_higher_one_was_given(given_id, last_id):
     rooms = Room(7, box(0, 0, 1, 1)), Room(2, box(1, 0, 2, 1))
-    assert Floor(rooms, last_id=given).last_id == last_id
+    assert Floor(rooms, last_id=given_id).last_id == last_id
 
 
 @pytest.mark.parametrize("last_id", [6, 1, -1])
@@ -272,14 +272,14 @@ def test_a_door_without_length_is_scaled():
 
 
 @pytest.mark.parametrize(
-    ("types", "given"),
+    ("types", "building_type"),
     [({"school": 1.0}, "school"), ({"school": 0.9, "office": 0.1}, None), ({"school": 0.9}, None), ({}, None)],
 )
-def test_a_certain_type_is_a_users(types, given):
-    assert Floor((), building_type=types).given_type == given
+def test_a_type_with_probability_1_is_a_given_type(types, building_type):
+    assert Floor((), building_type=types).given_type == building_type
 
 
-def test_a_room_may_have_a_name_which_its_node_has_too():
+def test_the_name_of_a_room_is_also_that_of_its_node():
     floor = Floor((Room(1, box(0, 0, 1, 1), name="204 Französisch"), Room(2, box(1, 0, 2, 1), name="x" * 200)))
     assert [floor.graph().nodes[room_id]["name"] for room_id in (1, 2)] == ["204 Französisch", "x" * 200]
 

@@ -1,4 +1,4 @@
-"""Floors survive floor.geojson exactly, and nothing else passes for one."""
+"""Round trips of floor.geojson are exact, and other files are refused."""
 
 import json
 from collections.abc import Iterator
@@ -155,12 +155,12 @@ def test_a_predicted_room_survives_as_plain_geojson(path):
     assert read_floor(path) == floor
 
 
-def test_a_file_of_2_0_has_no_predictions(path):
+def test_a_file_of_version_2_0_has_no_predictions(path):
     write(path, feature(ROOM | {"partial": True}, SQUARE), version="2.0")
     assert (read_floor(path).rooms[0].predicted, read_floor(path).rooms[0].confidence) == (None, None)
 
 
-def test_a_name_survives_and_a_file_of_2_1_has_none(path):
+def test_a_name_survives_and_a_file_of_version_2_1_has_no_names(path):
     floor = Floor((Room(1, box(0, 0, 2, 3), "LAB", name="12 Büro – [1]"),))
     save_floor(floor, path)
     assert json.loads(path.read_bytes())["features"][0]["properties"]["name"] == "12 Büro – [1]"
@@ -197,7 +197,7 @@ def test_empty_floor_survives(path):
     assert read_floor(path) == Floor(())
 
 
-def test_what_is_unknown_is_skipped(path):
+def test_unknown_members_are_skipped(path):
     stairs = feature({"class": "stairs"}, {"type": "Point", "coordinates": [0, 0, 0]})
     room = feature(ROOM | {"height": 3}, SQUARE | {"bbox": []}) | {"bbox": None}
     write(path, stairs, room, feature(None, None), version="2.7", crs=None)
@@ -260,7 +260,7 @@ def test_other_geojson_is_refused(path):
         ([5], r"features\[0\]"),
     ],
 )
-def test_faults_name_place_and_value(path, features, message):
+def test_messages_of_faults_have_position_and_value(path, features, message):
     write(path, *features)
     with pytest.raises(FloorError, match=message) as error:
         read_floor(path)
@@ -318,7 +318,7 @@ def test_size_is_limited(path, monkeypatch):
         Floor(FLOOR.rooms, (Door((2, 4), LineString([(0, 0), (1, 1)]), float("inf")),)),
     ],
 )
-def test_what_could_not_be_read_is_not_written(path, floor):
+def test_floors_that_could_not_be_read_again_are_not_written(path, floor):
     path.write_text("old")
     with pytest.raises(FloorError, match="save"):
         save_floor(floor, path)
@@ -340,7 +340,7 @@ def test_damaged_file_is_read_or_refused(path, valid, fuzz):
 
 @given(fuzz=st.data())
 def test_misplaced_values_are_read_or_refused(path, valid, fuzz):
-    """A member of the file, at any depth, is replaced by something else."""
+    """A member of the file, at any depth, is replaced by another value."""
     collection = json.loads(valid)
     holder, key = fuzz.draw(st.sampled_from(list(members(collection))))
     values: list[object] = [

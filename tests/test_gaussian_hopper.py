@@ -184,10 +184,10 @@ def test_gammas_that_are_none(gamma):
 @pytest.mark.parametrize("normalize", [True, False])
 def test_equal_to_grakel(normalize):
     grakel = pytest.importorskip("grakel")
-    given = [
+    grakel_graphs = [
         grakel.Graph({node: list(graph[node]) for node in graph}, node_labels=dict(graph.nodes(data="features")))
         for graph in PLANS
     ]
-    expected = grakel.GraphHopper(normalize=normalize, kernel_type=("gaussian", 0.3)).fit_transform(given)
+    expected = grakel.GraphHopper(normalize=normalize, kernel_type=("gaussian", 0.3)).fit_transform(grakel_graphs)
     kernel = GaussianGraphHopper(gamma=0.3, standardize=False, normalize=normalize)
     np.testing.assert_allclose(kernel.fit(PLANS).compare(), expected, rtol=1e-10)

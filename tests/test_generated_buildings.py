@@ -1,4 +1,4 @@
-"""Buildings from end to end: with constraints, like a floor, around a floor; and nothing but the seed counts."""
+"""Generated buildings: with constraints, similar to a floor, around a floor; and reproducible by the seed."""
 
 import os
 import subprocess
@@ -21,7 +21,7 @@ from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import TypeFloor, TypeModel, assign_area_clusters, learn_type
 from tests.generated_types import SCHOOL, build_floor, join_wings, make_wing, small_model
 
-# A part of a building that was seen, with names of rooms that are no numbers.
+# The explored part of a building, with names of rooms that are not numbers.
 OBSERVED = nx.relabel_nodes(join_wings(("CCCT", "GS"), ((0, 1),), source="seen"), lambda node: f"room {node}")
 
 
@@ -37,7 +37,7 @@ def seen_floor() -> TypeFloor:
 
 
 def list_rooms(building) -> tuple[list[Any], list[Any]]:
-    """All that a building is."""
+    """The rooms and doors of a building, for comparison."""
     return [*building.nodes(data=True)], sorted(tuple(sorted(edge)) for edge in building.edges)
 
 
@@ -66,7 +66,7 @@ def test_buildings_are_floors_of_the_type(segmentation, costs):
     assert len({nx.weisfeiler_lehman_graph_hash(building, node_attr="label") for building in buildings}) > 6
 
 
-def test_sizes_are_a_fifth_beyond_those_of_floors_at_most():
+def test_sizes_exceed_those_of_floors_by_a_fifth_at_most():
     sizes = [len(floor.graph) for floor in quick_model().floors]
     result = [len(building) for building in generate_buildings(quick_model(), 60)]
     assert 0.8 * min(sizes) - 0.5 <= min(result)
@@ -77,7 +77,7 @@ def test_sizes_are_a_fifth_beyond_those_of_floors_at_most():
 @pytest.mark.slow
 @settings(max_examples=8)
 @given(st.lists(st.integers(0, 40), min_size=1, max_size=4, unique=True), st.integers(0, 2**32))
-def test_a_building_depends_on_none_beside_it(numbers, seed):
+def test_buildings_are_independent_of_each_other(numbers, seed):
     constraints = Constraints(rooms=(15, 16), at_least={"gym": 1})
     together = BuildingSampler(quick_model(), constraints).sample(numbers, seed=seed)
     for number, building in zip(numbers, together, strict=True):
@@ -100,7 +100,7 @@ def test_jobs_make_the_same_buildings():
     assert list(map(list_rooms, one)) == list(map(list_rooms, two))
 
 
-def test_the_start_of_more_buildings_is_the_same():
+def test_the_first_buildings_do_not_depend_on_the_count():
     few, many = generate_buildings(quick_model(), 3, seed=1), generate_buildings(quick_model(), 9, seed=1)
     assert list(map(list_rooms, few)) == list(map(list_rooms, many[:3]))
 
@@ -192,7 +192,7 @@ def test_constraints_that_contradict_fixed_rooms():
 
 
 def test_constraints_that_are_not_met():
-    # Each area has one corridor, so that there are more rooms than any area has in all.
+    # With one corridor there is one area, and no area has that many rooms.
     constraints = Constraints(rooms=(19, 20), at_most={"corridor": 1})
     with pytest.raises(ModelError, match="60 sweeps"):
         generate_buildings(quick_model(), 1, constraints=constraints)
@@ -207,7 +207,7 @@ def test_constraints_that_are_not_met():
         ({"count": 1, "seed": -1}, "seed"),
     ],
 )
-def test_options_that_are_none(options, message):
+def test_invalid_options_are_refused(options, message):
     with pytest.raises(OptionError, match=rf"^[^\n]*{message}[^\n]*$"):
         generate_buildings(quick_model(), **options)
 
@@ -224,12 +224,12 @@ def test_like_a_floor():
 
 def test_like_a_floor_with_areas_larger_than_any():
     floor = assign_area_clusters(make_wing("C" * 80), quick_model())
-    # 81 rooms cannot be, and nobody has wished for them.
+    # 81 rooms are impossible, and no constraint asks for them.
     buildings = generate_buildings(quick_model(), 2, similar_to=floor)
     assert all(nx.is_connected(building) for building in buildings)
 
 
-def test_rooms_and_doors_that_are_kept():
+def test_fixed_rooms_and_doors_are_in_every_building():
     for building in generate_buildings(quick_model(), 12, fixed=seen_floor(), constraints=Constraints(rooms=(14, 20))):
         assert_building(building, quick_model())
         node_of = {room: node for node, room in building.nodes(data="room") if room is not None}
@@ -241,7 +241,7 @@ def test_rooms_and_doors_that_are_kept():
         assert 14 <= len(building) <= 20
 
 
-def test_what_is_kept_may_be_larger_than_any_floor():
+def test_the_fixed_part_may_be_larger_than_any_floor():
     graph = join_wings(
         ("CCCCC", "CCCC", "AAS", "GS", "CCT", "AA", "CCCCCC"), tuple((0, n) for n in range(1, 7)), source=""
     )
@@ -285,7 +285,7 @@ def test_types_of_two_floors(graphs, segmentation):
 
 
 def test_clusters_that_no_floor_has_together():
-    # Nothing tells how these areas are joined; where they come together they are all the same.
+    # No training floor has these areas joined; in one building all ways to join them are equally likely.
     floors = (build_floor(("CCT",), (), (0,)), build_floor(("AAS",), (), (1,)))
     model = TypeModel(SCHOOL, Segmentation.CORR, floors, 5, 20, 5)
     buildings = generate_buildings(model, 40, constraints=Constraints(rooms=(8, 8)), costs=Costs.THESIS)

@@ -74,7 +74,7 @@ def test_many_paths_are_exact_too():
 def test_equal_to_grakel(normalize):
     grakel = pytest.importorskip("grakel")
     graphs = [make_plan(size, seed=size) for size in range(4, 18, 2)]
-    given = [
+    grakel_graphs = [
         grakel.Graph(
             {node: list(graph[node]) for node in graph},
             node_labels={
@@ -83,5 +83,5 @@ def test_equal_to_grakel(normalize):
         )
         for graph in graphs
     ]
-    expected = grakel.GraphHopper(normalize=normalize, kernel_type="linear").fit_transform(given)
+    expected = grakel.GraphHopper(normalize=normalize, kernel_type="linear").fit_transform(grakel_graphs)
     np.testing.assert_allclose(GraphHopper(normalize=normalize).fit(graphs).compare(), expected, rtol=1e-12)

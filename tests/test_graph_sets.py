@@ -51,7 +51,7 @@ def test_copies():
         *(False, False),
     ]
     assert find_copies([paint(nx.disjoint_union(nx.cycle_graph(3), nx.cycle_graph(3)))], training) == [True]
-    # Each of its nodes looks as each of those of the two rings.
+    # Each of its nodes has the same neighbourhood as each node of the two rings.
     assert find_copies([paint(nx.cycle_graph(6))], training) == [False]
     assert find_copies([make_path("A")], []) == [False]
 
@@ -87,7 +87,7 @@ def test_labels_in_the_order_of_the_alphabet():
 
 
 def test_clustering():
-    # A triangle with a tail: the node that has both has one of three pairs of neighbours joined.
+    # A triangle with a tail: of the node in both, one of three pairs of neighbours is joined.
     tailed = nx.Graph([(0, 1), (1, 2), (2, 0), (0, 3)])
     (row,) = describe_statistic([tailed], "clustering")
     assert {index: row[index] for index in np.flatnonzero(row)} == {0: 1 / 4, 33: 1 / 4, 99: 1 / 2}
@@ -127,12 +127,12 @@ def test_discrepancy_of_an_edge_and_a_triangle():
     edge, triangle = [nx.path_graph(2)], [nx.complete_graph(3)]
     assert measure_discrepancy(edge, triangle, statistic="degree") == pytest.approx(ONE_APART)
     assert measure_discrepancy(edge, triangle, statistic="clustering") == pytest.approx(2 - 2 * exp(-50))
-    # A half at 0 and 2, a third at 0 and two at 3/2: two thirds have to move.
+    # One half at 0 and one at 2, against one third at 0 and two at 3/2: two thirds have to move.
     assert measure_discrepancy(edge, triangle, statistic="spectrum") == pytest.approx(2 - 2 * exp(-2 / 9))
 
 
 def test_graphs_are_compared_with_themselves_too():
-    # Within the first set two of four pairs are the same, across one of two.
+    # Two of four pairs within the first set are equal, and one of two pairs across the sets.
     one, other = [make_path("A"), make_path("B")], [make_path("A")]
     expected = (2 + 2 * exp(-1 / 2)) / 4 + 1 - 2 * (1 + exp(-1 / 2)) / 2
     assert measure_discrepancy(one, other, statistic="labels") == pytest.approx(expected)
@@ -192,7 +192,7 @@ def test_trials_split_the_real_graphs(count):
     assert other != trials
 
 
-def test_trials_of_a_maker():
+def test_trials_of_a_generator():
     real = [make_path("A" * size) for size in range(1, 9)]
     queries = []
 
@@ -204,7 +204,7 @@ def test_trials_of_a_maker():
     assert queries == [trial.half_a for trial in trials]
     for trial in trials:
         assert sorted(map(len, trial.generated)) == sorted(map(len, trial.half_a))
-    # What is made of half A is just as far from B as A is.
+    # The graphs that are made from half A are exactly as far from B as A.
     compared = compare_discrepancy(trials, statistic="labels")
     assert compared.generated == compared.real
 
@@ -212,15 +212,15 @@ def test_trials_of_a_maker():
 @pytest.mark.slow
 @pytest.mark.parametrize("statistic", STATISTICS)
 def test_graphs_from_one_source_have_a_ratio_near_one(statistic):
-    # Of one set of so few real graphs the ratio is anything from 0.1 to 6.
+    # For a single set of 20 real graphs the ratio varies from 0.1 to 6.
     sources = [[make_plan(10, seed=40 * source + graph) for graph in range(40)] for source in range(40)]
     trials = [draw_trials(plans[:20], plans[20:], repeats=10, seed=0) for plans in sources]
-    compared = [compare_discrepancy(of_source, statistic=statistic) for of_source in trials]
+    compared = [compare_discrepancy(trial, statistic=statistic) for trial in trials]
     ratio = np.mean([one.generated for one in compared]) / np.mean([one.real for one in compared])
     assert ratio == pytest.approx(1, abs=0.15)
 
 
-def test_what_is_no_set_of_graphs():
+def test_invalid_sets_of_graphs_are_refused():
     paths = [make_path("A")] * 3
     with pytest.raises(GraphError, match="DiGraph"):
         measure_validity([nx.Graph(), nx.DiGraph()], ())
@@ -238,7 +238,7 @@ def test_what_is_no_set_of_graphs():
         measure_discrepancy(paths, [], statistic="degree")
 
 
-def test_trials_that_are_none():
+def test_invalid_trials_are_refused():
     paths = [make_path("A")] * 5
     with pytest.raises(GraphError, match="real"):
         draw_trials(paths, paths[:1], repeats=1, seed=0)
@@ -261,5 +261,5 @@ def test_the_samples_of_the_thesis_beside_real_schools(data):
     assert not any(find_repeats(samples))
     trials = draw_trials(samples, real, repeats=100, seed=0)
     ratios = {statistic: compare_discrepancy(trials, statistic=statistic).ratio for statistic in STATISTICS}
-    # They have nearly twice as many triangles.
+    # The samples have nearly twice as many triangles.
     assert ratios == pytest.approx({"degree": 0.6, "clustering": 1.6, "spectrum": 1.1, "labels": 0.9}, abs=0.15)

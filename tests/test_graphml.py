@@ -1,4 +1,4 @@
-"""Graphs survive their GraphML, networkx reads the same ones, and nothing else passes for one."""
+"""Round trips of GraphML are exact, networkx reads the same graphs, and other files are refused."""
 
 import re
 
@@ -46,7 +46,7 @@ TWO_ROOMS = """<?xml version='1.0' encoding='utf-8'?>
 </graphml>
 """
 
-# What XML can hold.
+# Characters that XML can hold.
 texts = st.text(
     st.characters(exclude_categories=["Cs"]).filter(lambda c: c >= " " or c in "\t\n\r"), max_size=5
 ).filter(lambda text: not {"\ufffe", "\uffff"} & set(text))
@@ -168,7 +168,7 @@ def test_numbers_of_numpy_are_numbers(path):
         (["²", "٣"], ["²", "٣"]),
     ],
 )
-def test_ids_are_integers_where_all_are_written_so(path, ids, read):
+def test_ids_are_integers_if_all_are_written_as_integers(path, ids, read):
     graph = nx.Graph()
     graph.add_nodes_from(ids)
     save_graphml(graph, path)
@@ -292,7 +292,7 @@ def test_missing_and_empty_files_are_refused(tmp_path):
         read_graphml(tmp_path / "missing.graphml")
 
 
-def test_defaults_fill_what_is_left_out(path):
+def test_defaults_fill_missing_attributes(path):
     path.write_text(changed('name="label" attr.type="string" />', 'name="label"><default>ROOM</default></key>'))
     assert dict(read_graphml(path).nodes(data="label")) == {1: "LAB", 0: "ROOM"}
     assert "label" not in read_graphml(path).graph
@@ -307,7 +307,7 @@ def test_a_namespace_is_optional(path):
 
 
 def test_texts_drawn_in_yed_are_labels(path):
-    """As yEd writes them, with its keys, ids and geometry; an attribute of that name comes first."""
+    """As yEd writes them, with its keys, ids and geometry; an attribute `label` has precedence."""
     drawing = (
         '<data key="d6"><y:ShapeNode><y:Geometry height="30" width="30" x="1" y="2"/>'
         '<y:NodeLabel fontSize="12">{}<y:LabelModel/></y:NodeLabel><y:Shape type="rectangle"/></y:ShapeNode></data>'
@@ -330,7 +330,7 @@ def test_texts_drawn_in_yed_are_labels(path):
     assert list(graph.edges(data=True)) == [("n0", "n1", {})]
 
 
-def test_keys_are_not_called_as_yed_calls_its_own(path):
+def test_keys_differ_from_those_of_yed(path):
     """Gephi takes the key d3 for the label of a node, whatever its name is."""
     save_graphml(nx.Graph([(1, 2, dict.fromkeys("abcdef", 1))], **dict.fromkeys("ghi", 1)), path)
     ids = re.findall(r'<key id="(\w+)"', path.read_text())

@@ -1,4 +1,4 @@
-"""IFCs become floors in metres, a storey each: spaces are rooms with names, doors join them."""
+"""IFC files are read as floors in metres, one per storey: spaces are rooms with names, doors join them."""
 
 import re
 import sys
@@ -24,7 +24,7 @@ ifcopenshell = pytest.importorskip("ifcopenshell", reason="pianta[bim] is not in
 Point = tuple[float, float]
 Corners = Sequence[Point]
 
-# Millimetres: an office of an L, and a lab beyond a wall of 200.
+# Millimetres: an L-shaped office, and a lab behind a wall of 200.
 OFFICE = [(0, 0), (5000, 0), (5000, 3000), (2000, 3000), (2000, 6000), (0, 6000)]
 LAB = [(5200, 0), (9000, 0), (9000, 3000), (5200, 3000)]
 
@@ -160,7 +160,7 @@ def test_spaces_become_rooms_and_a_door_joins_them(path, schema):
 
 
 def test_lengths_are_turned_into_metres_and_placements_apply(path):
-    """In metres, the office lies turned by a quarter around its corner at (100, 200)."""
+    """The office is turned by 90° about its corner at (100, 200), in metres."""
     model = Model(prefix=None)
     first = model.storey("First", 3.5)
     model.space(first, [(x / 1000, y / 1000) for x, y in OFFICE], at=(100, 200), turn=np.pi / 2)
@@ -176,7 +176,7 @@ def test_lengths_are_turned_into_metres_and_placements_apply(path):
 
 
 def test_a_door_is_as_long_as_the_opening_that_it_fills(path):
-    """The opening runs through the wall of 200, from 900 to 2000; the door stands in it at its side."""
+    """The opening goes through the wall of 200, from 900 to 2000; the door is at one side of the opening."""
     from ifcopenshell.api import feature, root
 
     model = Model()
@@ -211,7 +211,7 @@ def test_a_door_with_a_shape_and_no_width_is_as_wide_as_its_shape(path):
     "ifc_type", ["IfcRelSpaceBoundary", "IfcRelSpaceBoundary1stLevel", "IfcRelSpaceBoundary2ndLevel"]
 )
 def test_boundaries_of_any_level_give_the_rooms_of_a_door(path, ifc_type):
-    """Even of a door that lies far from both, on no storey of its own."""
+    """Even for a door that is far from both rooms and on no storey."""
     model = Model()
     model.boundary_class = ifc_type
     ground = model.storey()
@@ -222,7 +222,7 @@ def test_boundaries_of_any_level_give_the_rooms_of_a_door(path, ifc_type):
 
 @pytest.mark.parametrize(("boundary", "rooms"), [("EXTERNAL", (1, None)), ("INTERNAL", (1, 2))])
 def test_a_door_that_bounds_one_space_is_an_entrance_if_it_is_outer(path, boundary, rooms):
-    """Else what lies on its other side is looked for."""
+    """Else the room on its other side is sought."""
     model = Model()
     ground = model.storey()
     office = model.space(ground, OFFICE)
@@ -241,7 +241,7 @@ def test_rooms_that_meet_in_the_middle_of_the_wall_are_distinguished(path):
     assert [door.rooms for door in model.read(path)[0].floor.doors] == [(1, 2)]
 
 
-def test_what_cannot_be_placed_is_left_out_with_a_warning(path):
+def test_doors_and_spaces_without_a_position_are_left_out_with_a_warning(path):
     model = Model()
     ground = model.storey()
     model.space(ground, OFFICE)
@@ -256,7 +256,7 @@ def test_what_cannot_be_placed_is_left_out_with_a_warning(path):
     assert (len(storey.floor.rooms), storey.floor.doors) == (1, ())
 
 
-def test_spaces_of_spaces_outer_ones_and_gross_areas_are_no_rooms(path):
+def test_nested_and_outer_spaces_and_gross_areas_are_no_rooms(path):
     model = Model()
     ground = model.storey()
     suite = model.space(ground, [(0, 0), (9000, 0), (9000, 6000), (0, 6000)], Name="suite")
@@ -295,7 +295,7 @@ def test_a_model_without_spaces_is_refused(path):
         model.read(path)
 
 
-def test_more_than_any_building_has_is_refused(path, monkeypatch):
+def test_numbers_beyond_the_limits_are_refused(path, monkeypatch):
     monkeypatch.setattr(ifc_plan, "MAX_SPACES", 1)
     monkeypatch.setattr(ifc_plan, "MAX_DOORS", 0)
     model = Model()
@@ -325,14 +325,14 @@ END = "ENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
         (HEADER + "FILE_SCHEMA(('IFC4'));\n" + END, "IfcSpace"),
     ],
 )
-def test_what_is_no_plan_is_refused_in_one_line(path, content, message):
+def test_files_without_a_plan_are_refused_in_one_line(path, content, message):
     path.write_text(content)
     with pytest.raises(PlanError, match=message) as caught:
         read_ifc_plan(path)
     assert "\n" not in str(caught.value)
 
 
-def test_a_placement_within_itself_is_refused(path):
+def test_a_placement_relative_to_itself_is_refused(path):
     model = Model()
     ground = model.storey()
     model.space(ground, OFFICE)

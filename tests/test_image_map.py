@@ -1,4 +1,4 @@
-"""Grey levels of image files of every kind, plain images as maps, and pictures on paper."""
+"""Grey levels of image files of all formats, plain images as maps, and pictures on white."""
 
 from math import nan
 from pathlib import Path
@@ -114,7 +114,7 @@ def test_giant_is_refused_before_it_is_decoded(tmp_path):
     assert limit == Image.MAX_IMAGE_PIXELS
 
 
-def test_our_limit_stands_in_for_pillows(tmp_path, monkeypatch):
+def test_the_limit_of_pianta_replaces_that_of_pillow(tmp_path, monkeypatch):
     monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 2)
     assert grey_of(save(tmp_path / "a.png", GREYS)) == GREYS.tolist()
 
@@ -130,7 +130,7 @@ def test_our_limit_stands_in_for_pillows(tmp_path, monkeypatch):
         (b"GIF89a\x01\x00\x01\x00\x00\x00\x00;", "PNG"),
     ],
 )
-def test_what_is_no_image_is_refused_in_one_line(tmp_path, content, fault):
+def test_files_that_are_no_images_are_refused_in_one_line(tmp_path, content, fault):
     (tmp_path / "a.png").write_bytes(content)
     with pytest.raises(MapError, match=rf"^image '[^\n]*' [^\n]*{fault}[^\n]*$"):
         read_grey(tmp_path / "a.png")
@@ -155,7 +155,7 @@ def test_white_is_free_dark_is_occupied_and_the_rest_unknown(tmp_path):
     assert (grid.resolution, grid.origin) == (0.05, (1.0, 2.0, 0.5))
 
 
-def test_greys_of_free_and_occupied_can_be_chosen(tmp_path):
+def test_greys_of_free_and_occupied_can_be_given(tmp_path):
     grid = read_image_map(save(tmp_path / "a.png", GREYS), resolution=1, free_above=149, occupied_below=149)
     assert grid.cells.tolist() == [[100, -1, 0], [0, 0, 0]]
 
@@ -174,7 +174,7 @@ def test_all_faults_of_the_options_are_listed_at_once(tmp_path):
             read_image_map(path, resolution=resolution)
 
 
-def test_read_map_wants_the_resolution_of_an_image(tmp_path):
+def test_read_map_requires_the_resolution_of_an_image(tmp_path):
     path = save(tmp_path / "a.PNG", GREYS)
     assert read_map(path, resolution=0.1, origin=(3, 4, 0)).origin == (3.0, 4.0, 0.0)
     with pytest.raises(MapError, match="resolution="):
@@ -184,7 +184,7 @@ def test_read_map_wants_the_resolution_of_an_image(tmp_path):
         read_map(path)
 
 
-def test_read_map_names_the_kinds_that_it_knows(tmp_path):
+def test_the_message_of_read_map_lists_the_formats(tmp_path):
     (tmp_path / "a.txt").write_text("x")
     with pytest.raises(MapError, match=r"\.yaml.*\.npz"):
         read_map(tmp_path / "a.txt")
@@ -197,7 +197,7 @@ def test_read_map_names_the_kinds_that_it_knows(tmp_path):
 @given(
     st.sampled_from([b"", b"P5 ", b"P2 3 3 9 ", b"BM", b"\x89PNG\r\n\x1a\n", b"II*\x00", b"\xff\xd8\xff"]), st.binary()
 )
-def test_only_our_errors_escape_from_random_bytes(tmp_path_factory, start, rest):
+def test_random_bytes_raise_only_errors_of_pianta(tmp_path_factory, start, rest):
     path = tmp_path_factory.getbasetemp() / "random.png"
     path.write_bytes(start + rest)
     read_or_refuse(path)
@@ -207,28 +207,28 @@ def test_only_our_errors_escape_from_random_bytes(tmp_path_factory, start, rest)
 @pytest.mark.parametrize("suffix", ["png", "pgm", "bmp", "tif", "jpg"])
 @settings(max_examples=60)
 @given(data=st.data())
-def test_only_our_errors_escape_from_mutated_images(tmp_path_factory, suffix, data):
+def test_mutated_images_raise_only_errors_of_pianta(tmp_path_factory, suffix, data):
     path = tmp_path_factory.getbasetemp() / f"mutated.{suffix}"
     Image.fromarray(np.tile(GREYS, (4, 4))).save(path)
     path.write_bytes(data.draw(mutated(path.read_bytes())))
     read_or_refuse(path)
 
 
-# What a picture of 3 × 2 pixels with a black corner says of how it was held, and where the corner then belongs.
-HELD = [
+# A picture of 3 × 2 pixels with a black corner: Exif orientation, upright shape, row and column of the corner.
+ORIENTATIONS = [
     *[(1, (2, 3), [0, 0]), (2, (2, 3), [0, 2]), (3, (2, 3), [1, 2]), (4, (2, 3), [1, 0])],
     *[(5, (3, 2), [0, 0]), (6, (3, 2), [0, 1]), (7, (3, 2), [2, 1]), (8, (3, 2), [2, 0])],
 ]
 
 
 def corner_of(path: Path) -> list[object]:
-    """The shape of a picture, and the place of its darkest pixel, where JPEG is not exact."""
+    """The shape of a picture, and row and column of its darkest pixel, because JPEG is not exact."""
     darkest = read_picture(path).min(axis=2)
     return [darkest.shape, [int(index) for index in np.unravel_index(darkest.argmin(), darkest.shape)]]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("held", HELD)
+@pytest.mark.parametrize("orientation", ORIENTATIONS)
 @pytest.mark.parametrize(
     ("suffix", "mode"),
     [
@@ -236,27 +236,27 @@ def corner_of(path: Path) -> list[object]:
         *[(suffix, mode) for suffix in ("png", "tif") for mode in ("L", "RGB", "RGBA", "I;16")],
     ],
 )
-def test_pictures_are_held_as_they_were_taken(tmp_path, suffix, mode, held):
-    orientation, *answer = held
+def test_pictures_are_turned_upright(tmp_path, suffix, mode, orientation):
+    exif_orientation, *answer = orientation
     corner_black = np.array([[0, 255, 255], [255, 255, 255]], np.uint8)
     deep = Image.fromarray(corner_black.astype(np.uint16) * 257)
     exif = Image.Exif()
-    exif[0x0112] = orientation
+    exif[0x0112] = exif_orientation
     image = deep if mode == "I;16" else Image.fromarray(corner_black).convert(mode)
     image.save(tmp_path / f"a.{suffix}", exif=exif, lossless=True)
     assert corner_of(tmp_path / f"a.{suffix}") == answer
 
 
 def test_maps_keep_their_rows_when_a_tiff_is_turned(tmp_path):
-    """Without compression, where Pillow would map the file into memory and mix them up."""
+    """Without compression, because Pillow maps such files into memory and would mix up the rows."""
     exif = Image.Exif()
     exif[0x0112] = 6
     Image.fromarray(GREYS).save(tmp_path / "a.tif", exif=exif)
     assert grey_of(tmp_path / "a.tif") == np.rot90(GREYS, -1).tolist()
 
 
-def test_what_is_transparent_is_paper(tmp_path):
-    """Black that is seen wholly, by half and not at all, in colour, grey, a palette, and as one colour left out."""
+def test_transparent_pixels_are_white(tmp_path):
+    """Opaque, half transparent and fully transparent black: in colour, grey, a palette, and as a transparent colour."""
     alphas = np.array([[255, 127, 0]], np.uint8)
     blacks = np.zeros_like(alphas)
     answers = [[[0] * 3, [128] * 3, [255] * 3]]
@@ -290,7 +290,7 @@ def test_colours_of_a_picture_are_kept(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["gif", "webp"])
-def test_moving_pictures_are_their_first_frame_on_paper(tmp_path, suffix):
+def test_of_animations_the_first_frame_is_read_on_white(tmp_path, suffix):
     first = Image.new("RGBA", (2, 2), (200, 0, 0, 255))
     first.putpixel((0, 0), (0, 0, 0, 0))
     later = Image.new("RGBA", (2, 2), (0, 0, 200, 255))
@@ -334,7 +334,7 @@ def test_image_bombs_are_refused_before_they_are_decoded(tmp_path, content):
         (b"<svg/>", "PNG"),
     ],
 )
-def test_what_is_no_picture_is_refused_in_one_line(tmp_path, content, fault):
+def test_files_that_are_no_pictures_are_refused_in_one_line(tmp_path, content, fault):
     (tmp_path / "a.gif").write_bytes(content)
     with pytest.raises(MapError, match=rf"^image '[^\n]*' [^\n]*{fault}[^\n]*$"):
         read_picture(tmp_path / "a.gif")
@@ -344,7 +344,7 @@ def test_what_is_no_picture_is_refused_in_one_line(tmp_path, content, fault):
 @pytest.mark.parametrize("suffix", PICTURE_SUFFIXES)
 @settings(max_examples=25)
 @given(data=st.data())
-def test_only_our_errors_escape_from_mutated_pictures(tmp_path_factory, suffix, data):
+def test_mutated_pictures_raise_only_errors_of_pianta(tmp_path_factory, suffix, data):
     path = tmp_path_factory.getbasetemp() / f"picture{suffix}"
     Image.fromarray(np.tile(GREYS, (4, 4))).save(path)
     path.write_bytes(data.draw(mutated(path.read_bytes())))

@@ -1,4 +1,4 @@
-"""kLog fact files: real ones come back byte for byte, others fact for fact, and what is none is refused in one line."""
+"""kLog files: real ones are rewritten byte for byte, others fact for fact; other files are refused in one line."""
 
 import re
 
@@ -92,7 +92,7 @@ def test_the_fragment_of_the_thesis_is_read(path):
     assert path.read_text(encoding="utf-8") == LISTING_6_2
 
 
-def test_declarations_are_what_facts_must_agree_with(path):
+def test_facts_must_agree_with_declarations(path):
     (floor,) = read_text(path, LISTING_6_1 + LISTING_6_2)
     assert len(floor.facts) == 11
     assert read_signatures(path) == LISTING_SIGNATURES
@@ -218,7 +218,7 @@ def test_white_space_and_comments_may_be_anywhere(path):
         ("signature a(x::self, y::self)::extensional.", "self"),
     ],
 )
-def test_what_is_no_fact_is_a_fault_with_its_line(path, clause, fault):
+def test_invalid_clauses_are_faults_with_their_lines(path, clause, fault):
     result = fault_of(path, f"interpretation(f,room(r1)).\n\n{clause}", signatures=FLOOR_SIGNATURES)
     assert result.startswith("line 3: ")
     assert fault in result
@@ -258,7 +258,7 @@ def test_many_faults_are_counted(path):
     assert fault_of(path, "no.\n" * 2_000).endswith("; and 991 more")
 
 
-def test_an_entity_that_an_unreadable_clause_may_declare_is_not_missed(path):
+def test_an_entity_that_an_unreadable_clause_may_declare_is_not_reported_as_missing(path):
     result = fault_of(path, "interpretation(f,room(r1) .\ninterpretation(f,area(r1,5)).\ninterpretation(f,area(r2,5)).")
     assert result == "line 1: the clause ends where ) belongs; line 3: area(r2,5) names no room, add the fact room(r2)"
 
@@ -289,7 +289,7 @@ def test_large_files_are_refused(path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("piece", ["(", "'", "/*", "''", "1", "a(", ".", "\\", "+", "1.1e", "x,'", "%", "/"])
 def test_no_file_takes_long(path, piece):
-    # What grew with the square of a file's length would take hours.
+    # An algorithm of quadratic time in the length of the file would take hours.
     with pytest.raises(RelationError):
         read_text(path, piece * (2**18 // len(piece)))
 
@@ -304,7 +304,7 @@ def test_no_file_takes_long(path, piece):
         ([interpret(("room", "r1"), ("area", "r1", float("nan")))], "area(r1,nan)"),
     ],
 )
-def test_what_could_not_be_read_is_not_written(path, floors, message):
+def test_floors_that_could_not_be_read_again_are_not_written(path, floors, message):
     path.unlink(missing_ok=True)
     with pytest.raises(RelationError, match=re.escape(message)):
         save_interpretations(path, floors)
@@ -320,7 +320,7 @@ properties = st.text(max_size=6) | numbers
 
 @st.composite
 def floors(draw) -> list[Interpretation]:
-    """Floors with any names, identifiers and properties that text has, their facts in any order."""
+    """Floors with any names, identifiers and properties that are texts, and facts in any order."""
     annotated = []
     for name in draw(st.lists(names, min_size=1, max_size=3, unique=True)):
         rooms = draw(st.lists(names | st.integers(), min_size=1, max_size=4, unique=True))
@@ -336,7 +336,7 @@ def floors(draw) -> list[Interpretation]:
     return annotated
 
 
-def test_a_floor_of_nothing_but_labels_keeps_its_place(path):
+def test_a_floor_with_labels_only_keeps_its_position(path):
     signatures = [Signature("label", (Argument("label"),)), Signature("colour", (Argument("colour"),))]
     annotated = [interpret(("label", "a"), name="f"), interpret(("colour", "b"), name="g")]
     save_interpretations(path, annotated, signatures=signatures)

@@ -1,4 +1,4 @@
-"""Schemas of users survive labels.yaml, and nothing else passes for one."""
+"""Round trips of schemas in labels.yaml are exact, and other files are refused."""
 
 import re
 from pathlib import Path
@@ -71,7 +71,7 @@ def test_round_trip_is_exact_and_stable(path, schema):
     assert path.read_bytes() == content
 
 
-def test_a_label_a_line_is_written(path):
+def test_each_label_is_written_on_one_line(path):
     gym = Label("GYM", FCES.SERVICE, GeneralLabel.BIG, "#a81e1e", FCES.FUNCTIONAL)
     foyer = Label("FOYER È", FCES.ENTRANCE, GeneralLabel.HALL, "#ffffff", corridor_in_graphs=True)
     save_label_schema(LabelSchema("Sports Hall", (gym, foyer)), path)
@@ -85,7 +85,7 @@ def test_a_label_a_line_is_written(path):
     )
 
 
-def test_what_is_missing_is_derived_from_the_function(path):
+def test_missing_fields_are_derived_from_the_function(path):
     schema = read_text(
         path,
         "labels:\n"
@@ -127,7 +127,7 @@ def test_names_are_normalised_and_stay_words(path):
     assert read_text(path, "labels: [{name: 12, function: SERVICE}]").labels[0].name == "12"
 
 
-def test_splits_of_the_file_are_taken(path):
+def test_conventions_of_the_file_are_used(path):
     text = "labels: [{name: A, function: SERVICE, in_experiments: functional, corridor_in_graphs: yes}]"
     label = read_text(path, text).labels[0]
     assert (label.in_experiments, label.corridor_in_graphs) == (FCES.FUNCTIONAL, True)
@@ -178,7 +178,7 @@ def test_faults_are_listed_together(path):
         ("labels: [{name: A, function: SERVICE, size: []}]", r"labels\[0\].size"),
     ],
 )
-def test_what_is_no_schema_is_refused_in_one_line(path, text, message):
+def test_invalid_schemas_are_refused_in_one_line(path, text, message):
     with pytest.raises(LabelError, match=message) as error:
         read_text(path, text)
     assert f"'{path}': " in str(error.value)
@@ -221,7 +221,7 @@ def test_thousands_of_faults_are_shortened(path):
     assert len(str(error.value)) < 1000
 
 
-def test_what_a_later_version_has_is_skipped(path):
+def test_keys_of_later_versions_are_skipped(path):
     text = "labels: [{name: A, function: SERVICE, floors: [1]}]\ncountry: IT"
     path.write_text(HEADER.replace("1.0", "1.3") + text)
     assert read_label_schema(path).labels == (Label("A", FCES.SERVICE, GeneralLabel.MEDIUM, "#8c8c8b"),)

@@ -39,7 +39,7 @@ ADMINISTRATIVE = {
     "MEDIUM ADMINISTRATIVE": "medium admin. room",
     "BIG ADMINISTRATIVE": "big admin. room",
 }
-# Fig. 4.5: what files call a label, and what the figure calls it.
+# Fig. 4.5: the name of a label in files, and its name in the figure.
 FIGURE = {
     "school": {
         "FUNCTIONAL": {
@@ -101,7 +101,7 @@ LAMP = Label("LAMP", FCES.SERVICE, GeneralLabel.SMALL, "#ffffff")
 
 
 @pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
-def test_split_of_the_figure_is_the_figure(schema):
+def test_functions_by_the_convention_of_the_figure_are_those_of_the_figure(schema):
     printed = FIGURE[schema.building_type]
     functions = {name: function for function, names in printed.items() for name in names}
     assert {label.name: label.function_in(LabelConvention.FIGURE) for label in schema.labels} == functions
@@ -113,7 +113,7 @@ def test_split_of_the_figure_is_the_figure(schema):
 
 @pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
 @pytest.mark.parametrize("convention", [LabelConvention.FIGURE, LabelConvention.EXPERIMENTS])
-def test_places_in_r_c_follow_from_those_in_f_c_e_s(schema, convention):
+def test_r_c_labels_follow_from_f_c_e_s_labels(schema, convention):
     pairs = {(label.function_in(convention), label.room_or_corridor(convention)) for label in schema.labels}
     entrance = RC.CORRIDOR if convention is LabelConvention.FIGURE else RC.ROOM
     assert pairs == {
@@ -131,7 +131,7 @@ def test_corridors_and_halls_are_the_corridors_of_section_4_3_1(schema):
         assert connects is (label.room_or_corridor(LabelConvention.EXPERIMENTS) is RC.CORRIDOR), label
 
 
-def test_experiments_depart_from_the_figure_in_two_labels():
+def test_experiments_differ_from_the_figure_in_two_labels():
     departing = [
         (schema.building_type, label.name, label.function_in(LabelConvention.EXPERIMENTS))
         for schema in SCHEMAS.values()
@@ -204,7 +204,7 @@ def test_names_types_and_colours_take_their_standard_form():
         (lambda: LabelSchema("house", (LAMP, LAMP)), "LAMP"),
     ],
 )
-def test_what_is_no_label_and_no_schema_is_refused(make, message):
+def test_invalid_labels_and_schemas_are_refused(make, message):
     with pytest.raises(LabelError, match=message) as error:
         make()
     assert "\n" not in str(error.value)
@@ -298,7 +298,7 @@ def test_graphs_and_sizes_are_those_of_the_codes(data, schema):
 
 
 def klog_labels(file: Path) -> dict[tuple[str, str], str]:
-    """The label of each room, by building and room, in kLog's spelling without the l in front."""
+    """The label of each room, by building and room, in kLog's spelling without the leading l."""
     facts = re.findall(r"interpretation\((\w+),label\((\w+),l(\w+)\)\)\.", file.read_text())
     assert facts, file
     labels = {(building, room): label for building, room, label in facts}
@@ -321,7 +321,7 @@ def test_experiments_are_those_of_the_facts(data, name, schema):
 
 
 def table_of_labels(schema: LabelSchema) -> str:
-    """The table of a schema in the page; of the splits only what departs from the figure."""
+    """The table of a schema in the page; of the conventions only differences from the figure."""
     rows = ["| label | in Fig. 4.5 | F/C/E/S | R/C | general | experiments | graphs |", "|" + " --- |" * 7]
     for label in schema.labels:
         figure = label.function_in(LabelConvention.FIGURE), label.room_or_corridor(LabelConvention.FIGURE)

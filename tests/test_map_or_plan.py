@@ -143,7 +143,7 @@ def test_turning_and_enlarging_change_nothing(tmp_path_factory, turns, flipped, 
 
 @pytest.mark.slow
 @given(data=st.data())
-def test_only_our_errors_escape_from_mutated_images(tmp_path_factory, data):
+def test_mutated_images_raise_only_errors_of_pianta(tmp_path_factory, data):
     path = tmp_path_factory.getbasetemp() / "kind.png"
     Image.fromarray(gmapping_map()).save(path)
     path.write_bytes(data.draw(mutated(path.read_bytes())))
@@ -192,14 +192,14 @@ def rooms_on_paper(width: int = 600, *, line: int = 1) -> Colors:
 
 
 def in_uneven_light(colors: Colors) -> Colors:
-    """As a photo of it: darker and more yellow to the right, with grain."""
+    """As in a photo: darker and more yellow to the right, with grain."""
     light = np.linspace(1, 0.55, colors.shape[1])[None, :, None] * (1, 0.97, 0.9)
     grain = np.random.default_rng(0).normal(0, 6, colors.shape)
     return np.asarray((colors * light + grain).clip(0, 255), np.uint8)
 
 
 def with_floors(colors: Colors, *, every: int, tiles: bool) -> Colors:
-    """The drawing without its margin, its floors hatched at 45° or tiled, with lines of a pixel."""
+    """The drawing without its margin, floors hatched at 45° or tiled, with lines one pixel wide."""
     rows, cols = np.indices(colors.shape[:2])
     lines = (rows % every == 0) | (cols % every == 0) if tiles else (rows + cols) % every == 0
     hatched = np.where(lines[..., None], np.uint8(0), colors)
@@ -233,7 +233,7 @@ def test_drawings_may_be_plans(colors):
 
 
 def blobs() -> Colors:
-    """What photos have: soft light, and things of all colours with soft edges."""
+    """A picture like a photo: soft light, and objects of all colours with soft edges."""
     random = np.random.default_rng(1)
     rows, cols = np.mgrid[:300, :400]
     scene = np.stack([120 + 80 * np.sin(cols / 90), 130 + 60 * np.cos(cols / 70), 90 + rows / 3], axis=-1)

@@ -1,4 +1,4 @@
-"""How long chains take to mix: found for each step, doubled where they have not, twice at most."""
+"""Iterations until chains mix: checked for each step, and doubled at most twice if its chains do not mix."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -45,11 +45,11 @@ def test_no_card_is_of_nothing():
 
 @pytest.mark.parametrize("card", [card for card in CARDS if card.name != "README.md"], ids=lambda card: card.stem)
 def test_a_card_has_every_section(card):
-    told = sections(card)
-    assert tuple(told) == HEADINGS
-    assert all(text.strip() for text in told.values())
-    assert re.fullmatch(r"\d{4}-\d{2}-\d{2}", told["Date"].strip())
-    assert "Apache-2.0" in told["Licence"]
+    card_sections = sections(card)
+    assert tuple(card_sections) == HEADINGS
+    assert all(text.strip() for text in card_sections.values())
+    assert re.fullmatch(r"\d{4}-\d{2}-\d{2}", card_sections["Date"].strip())
+    assert "Apache-2.0" in card_sections["Licence"]
 
 
 @pytest.mark.parametrize("card", [card for card in CARDS if card.name != "README.md"], ids=lambda card: card.stem)

@@ -1,4 +1,4 @@
-"""The dictionary tells labels from names in several languages, and takes words of users."""
+"""Priors of labels from room names in several languages, and dictionaries of users."""
 
 import json
 from contextlib import suppress
@@ -119,11 +119,11 @@ def test_a_word_of_two_languages_stays_undecided():
 
 def test_unknown_names_have_no_prior_and_worse_matches_a_weaker_one():
     assert room_name_prior("Luperto", SCHOOL, WORDS) is None
-    total, part, like = (room_name_prior(name, OFFICE, WORDS) for name in ("Kitchen", "Lunchkitchen", "Kitchem"))
-    assert total is not None
+    exact, part, misspelt = (room_name_prior(name, OFFICE, WORDS) for name in ("Kitchen", "Lunchkitchen", "Kitchem"))
+    assert exact is not None
     assert part is not None
-    assert like is not None
-    assert total["KITCHEN"] > part["KITCHEN"] > like["KITCHEN"] > 0.8
+    assert misspelt is not None
+    assert exact["KITCHEN"] > part["KITCHEN"] > misspelt["KITCHEN"] > 0.8
 
 
 def test_a_type_without_labels_for_a_word_takes_those_of_its_function():
@@ -152,7 +152,7 @@ def test_folding(text, folded):
 
 
 @given(st.text(max_size=30))
-def test_any_name_can_be_looked_up(name):
+def test_any_name_has_a_valid_prior_or_none(name):
     prior = room_name_prior(name, SCHOOL, WORDS)
     assert prior is None or (set(prior) == set(SCHOOL.by_name) and sum(prior.values()) == pytest.approx(1))
     assert normalize_name(normalize_name(name)) == normalize_name(name)

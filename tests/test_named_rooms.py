@@ -21,8 +21,8 @@ def plain():
 
 
 def named(floor: Floor, **names: str) -> Floor:
-    of_room = {int(key.removeprefix("room_")): name for key, name in names.items()}
-    return replace(floor, rooms=tuple(replace(room, name=of_room.get(room.id)) for room in floor.rooms))
+    name_by_id = {int(key.removeprefix("room_")): name for key, name in names.items()}
+    return replace(floor, rooms=tuple(replace(room, name=name_by_id.get(room.id)) for room in floor.rooms))
 
 
 def room_of(floor: Floor, room_id: int) -> Room:
@@ -70,9 +70,9 @@ def test_geometry_decides_what_a_name_leaves_open(plain):
     room = room_of(labelled, room_id)
     assert room.label is not None
     assert room.label.endswith("ADMINISTRATIVE")
-    of_labels = room.label_probabilities["school"]
-    administrative = [of_labels[name] for name in of_labels if name.endswith("ADMINISTRATIVE")]
-    assert of_labels[room.label] == max(administrative)
+    probabilities = room.label_probabilities["school"]
+    administrative = [probabilities[name] for name in probabilities if name.endswith("ADMINISTRATIVE")]
+    assert probabilities[room.label] == max(administrative)
     assert sum(administrative) > 0.5
 
 

@@ -1,4 +1,4 @@
-"""Step 4: potentials of doors computed another way, and what holds for the doors of any building."""
+"""Step 4: potentials of doors against a second computation, and properties of the doors of all buildings."""
 
 from collections import Counter
 
@@ -25,13 +25,13 @@ POTENTIALS = CutPotentials(MODEL)
 REFERENCES = ReferenceGraphs([floor.graph for floor in MODEL.floors])
 Connected = tuple[NodeConnections, list[Counter[Pair]], list[nx.Graph]]
 # New buildings: corridor 0 with rooms 1 to 3, corridor 4 with rooms 5 and 6.
-# Learned before hypothesis looks on, which takes random numbers for its own.
+# Computed before the first test, because hypothesis controls the random numbers of tests.
 SCHOOL_AREAS = small_model().areas
 AREAS = (make_wing("CCT"), make_wing("SA"))
 
 
 def neighborhood_of_edge(graph, one, other) -> nx.Graph:
-    """N_1 of an edge: its ends, what is next to them, and the doors at either end."""
+    """N_1 of an edge: its ends, their neighbours, and the doors at both ends."""
     around = nx.Graph([(one, other), *graph.edges([one, other])])
     nx.set_node_attributes(around, dict(graph.nodes(data="label")), "label")
     return around
@@ -42,7 +42,7 @@ def list_cuts() -> list[tuple[nx.Graph, int, int]]:
 
 
 def measure_xi(around: nx.Graph) -> float:
-    """Ξ as printed, d being the distance of the normalised kernel."""
+    """Ξ as printed in the thesis, with d as the distance of the normalised kernel."""
     cuts = [neighborhood_of_edge(*cut) for cut in list_cuts()]
     kernel = WeisfeilerLehman(iterations=5).fit(cuts)
     between = np.sqrt(np.maximum(2 - 2 * kernel.compare(), 0))
@@ -56,7 +56,7 @@ def measure_xi(around: nx.Graph) -> float:
 
 
 def measure_phi(graph, one, other) -> float:
-    """Φ as printed, but for the sum of degrees, which is the same for all pairs."""
+    """Φ as printed in the thesis, without the sum of degrees, which is equal for all pairs."""
     labels = {graph.nodes[one]["label"], graph.nodes[other]["label"]}
     pairs = [{cut[0].nodes[cut[1]]["label"], cut[0].nodes[cut[2]]["label"]} for cut in list_cuts()]
     upsilon = pairs.count(labels) / len(pairs)
@@ -94,8 +94,8 @@ def test_p_conn_as_printed():
     assert candidates.draw(POTENTIALS, float(np.nextafter(1, 0))) == candidates.pairs[-1]
 
 
-def test_pairs_that_close_a_triangle_are_as_likely_as_among_cuts():
-    # None of the three cuts does, and one half is counted besides: (0 + 1/2) / (3 + 1).
+def test_pairs_that_close_a_triangle_are_as_frequent_as_among_cuts():
+    # None of the three cuts closes a triangle; with the prior of one half this is (0 + 1/2) / (3 + 1).
     assert POTENTIALS.closed == 1 / 8
     building = ConnectedBuilding(AREAS)
     building.connect(0, 5)
@@ -112,7 +112,7 @@ def test_pairs_that_close_a_triangle_are_as_likely_as_among_cuts():
     assert candidates.draw(POTENTIALS, 1 / 8 + 1e-9) == candidates.pairs[1]
 
 
-def test_resemblance_is_printed():
+def test_resemblance_is_that_of_the_printed_formula():
     graph = BACK_DOOR.graph
     labels = [label for _, label in graph.nodes(data="label")]
     neighbors = [set(graph[node]) for node in graph]
@@ -122,8 +122,8 @@ def test_resemblance_is_printed():
         assert result == pytest.approx(measure_xi(neighborhood_of_edge(graph, one, other)), rel=1e-12)
 
 
-def test_cuts_resemble_themselves_as_much_as_they_are_many():
-    # By its denominator Ξ of all cuts adds up to 1.
+def test_resemblance_of_all_cuts_has_the_sum_1():
+    # This follows from the denominator of Ξ.
     assert sum(measure_xi(neighborhood_of_edge(*cut)) for cut in list_cuts()) == pytest.approx(1)
 
 
@@ -167,7 +167,7 @@ def test_all_pairs_where_no_cut_has_their_labels():
     building = ConnectedBuilding([make_wing("GG", hub="HALL"), make_wing("A", hub="LOBBY")])
     candidates = building.list_candidates((0, 1), POTENTIALS)
     assert len(candidates.pairs) == 6
-    # Only degrees tell them apart: 2, 1, 1 and 1, 1.
+    # They differ only in their degrees: 2, 1, 1 and 1, 1.
     assert candidates.weights == [2, 2, 1, 1, 1, 1]
 
 
@@ -177,7 +177,7 @@ def test_a_model_without_cuts():
     building = ConnectedBuilding(model.areas)
     candidates = building.list_candidates((0, 1), potentials)
     assert len(candidates.pairs) == 9
-    # Of 4 + 4 * 2 + 4 * 1 the first pair, of both corridors, has a quarter.
+    # The weights add up to 4 + 4 * 2 + 4 * 1; the first pair, both corridors, has a quarter.
     assert candidates.draw(potentials, 0.2499) == (0, 3)
     assert candidates.draw(potentials, 0.2501) != (0, 3)
 
@@ -218,14 +218,14 @@ def connect(areas, functional, *, seeds=(0,), model=None, moves=10) -> Connected
 @pytest.mark.slow
 @settings(max_examples=40)
 @given(functional_trees(), st.integers(0, 1000))
-def test_what_holds_for_all_doors(sampled, seed):
+def test_properties_of_all_doors(sampled, seed):
     areas, functional = sampled
     chains, (start,), (graph,) = connect(areas, functional, seeds=[seed])
     (building,) = chains.buildings
     counts = count_doors(building, functional)
     assert counts == start
     for pair, count in counts.items():
-        # Fewer only where another would cross: two areas can share one door in any case.
+        # Fewer doors only if another one would cross; one door between two areas is always possible.
         assert 1 <= count <= functional.edges[pair]["cuts"]
         assert sorted(building.doors[pair]) == sorted(set(building.doors[pair]))
         assert len(building.doors[pair]) == count
@@ -248,7 +248,7 @@ def test_single_doors_are_all_made():
         assert set(start.values()) == set(count_doors(building, functional).values()) == {1}
 
 
-def test_as_many_doors_as_there_are_pairs():
+def test_there_are_at_most_as_many_doors_as_pairs():
     functional = nx.Graph()
     functional.add_edge(0, 1, cuts=50)
     _, (start,), (graph,) = connect([make_wing("C"), make_wing("A")], functional, model=MODEL)
@@ -262,7 +262,7 @@ def test_doors_that_would_cross_are_not_made():
     areas = [make_wing("GG", hub="HALL"), make_wing("AA", hub="LOBBY")]
     _, starts, graphs = connect(areas, functional, seeds=range(10), model=MODEL)
     assert all(nx.check_planarity(graph)[0] for graph in graphs)
-    # Besides the four doors of the areas, six rooms of a plane have doors for eight more at most.
+    # A planar graph of six rooms has twelve doors at most: the four of the areas and eight more.
     assert all(4 <= start[0, 1] <= 8 for start in starts)
 
 
@@ -285,7 +285,7 @@ def test_costs_fall():
     assert last.costs.mean() < first.costs.mean()
 
 
-def test_what_a_chain_does_depends_on_no_other():
+def test_chains_are_independent():
     functional = nx.cycle_graph(4)
     nx.set_edge_attributes(functional, 2, "cuts")
     areas = small_model().areas[3:7]
@@ -295,7 +295,7 @@ def test_what_a_chain_does_depends_on_no_other():
         assert nx.utils.graphs_equal(alone, graph)
 
 
-def test_doors_do_not_depend_on_how_the_functional_graph_holds_its_edges():
+def test_doors_do_not_depend_on_the_order_of_edges_in_the_functional_graph():
     one, other = nx.Graph(), nx.Graph()
     one.add_edges_from([(0, 1), (1, 2), (0, 2)], cuts=2)
     other.add_edges_from([(2, 0), (2, 1), (1, 0)], cuts=2)
@@ -346,7 +346,7 @@ def test_doors_stay_at_their_known_ends():
         # The two doors of room 1 lead to different rooms.
         assert doors[0][1] != doors[2][1]
         assert {edge for edge in graph.edges if edge[0] < 4 <= edge[1]} == set(doors)
-        # A classroom leads to a closet, of which there is one.
+        # A classroom leads to a closet, and there is only one.
         assert doors[0][1] == 5
         others.add(doors[2][1])
     assert others == {4, 6}
@@ -363,13 +363,13 @@ def test_candidates_of_a_known_end():
 
 
 def test_more_doors_than_rooms_behind_them():
-    """Of four doors of a room the three first lead to the three rooms of the other area."""
+    """The first three of four doors of a room lead to the three rooms of the other area."""
     building, _ = connect_known_ends([2] * 4, seed=0, moves=5)
     assert sorted(building.doors[0, 1]) == [(2, 4), (2, 5), (2, 6)]
 
 
 def test_known_doors_are_made_even_where_they_cross():
-    """Beside all nine pairs of two triples, which cross already, a known door is made all the same."""
+    """All nine pairs of two triples cross already; the known doors are made nevertheless."""
     building = ConnectedBuilding([make_wing("CC"), make_wing("CC"), make_wing("C")])
     for one in range(3):
         for other in range(3, 6):
@@ -386,14 +386,14 @@ def test_known_doors_are_made_even_where_they_cross():
 def test_planarity_is_that_of_networkx(count, seed):
     random = np.random.default_rng(seed)
     building = ConnectedBuilding([make_wing("C" * int(random.integers(0, 4))) for _ in range(count)])
-    # Only the first two may be joined, the others are alone: their trees count as well.
+    # Only the first two areas may be joined; the others are isolated trees and must be counted too.
     for _ in range(int(random.integers(0, 16))):
         building.connect(int(random.choice(building.areas[0])), int(random.choice(building.areas[1])))
     assert building.is_planar() == nx.check_planarity(building.to_graph())[0]
 
 
 def test_a_crossing_is_detected_beside_isolated_areas():
-    # All nine pairs of two triples: K_3,3 with edges more.
+    # All nine pairs of two triples: K_3,3 with more edges.
     building = ConnectedBuilding([make_wing("CC"), make_wing("CC"), *[make_wing("C")] * 9])
     for one in range(3):
         for other in range(3, 6):

@@ -146,7 +146,7 @@ def count_slowly(one: nx.Graph, other: nx.Graph, radius: int, distance: int, *, 
     ]
 
 
-# Up to six nodes, the root and five others, colour refinement tells all graphs apart.
+# Colour refinement distinguishes all graphs of up to six nodes: the root and five others.
 @pytest.mark.slow
 @settings(max_examples=40)
 @given(labelled_graphs(max_size=6), labelled_graphs(max_size=6))

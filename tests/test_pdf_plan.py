@@ -1,4 +1,4 @@
-"""PDFs become drawings where they draw lines, pictures where they do not, a page at a time."""
+"""PDF pages with lines are read as drawings, pages without lines as pictures."""
 
 import os
 import sys
@@ -31,7 +31,7 @@ ROOM_LINES = [
 
 
 def pdf(*pages: str, size: Pair = (300, 200), forms: Sequence[tuple[str, str]] = (), **entries: str) -> bytes:
-    """A PDF with a content stream a page, before which entries of the page and a | may stand.
+    """A PDF with one content stream per page; entries of the page and a | may precede the stream.
 
     forms: streams and entries of Form XObjects F0, F1 … entries: of the trailer.
     """
@@ -73,7 +73,7 @@ def path(tmp_path_factory):
 
 
 def read(path: Path, *pages: str, page: int | None = None, **options: Any) -> Any:
-    """A drawing or a picture, as the test knows."""
+    """A drawing or a picture; the test knows which."""
     path.write_bytes(pdf(*pages, **options))
     return read_document(path, page=page)
 
@@ -113,7 +113,7 @@ def test_matrices_of_pages_and_forms_apply(path):
     ("rotate", "corner", "angle"),
     [(90, (50, -150), -np.pi / 2), (180, (-150, -50), np.pi), (270, (-50, 150), np.pi / 2)],
 )
-def test_a_turned_page_is_read_as_it_is_seen(path, rotate, corner, angle):
+def test_a_turned_page_is_read_upright(path, rotate, corner, angle):
     drawing = read(path, f"/Rotate {rotate}|{ROOMS}" + text("Office", 80, 70))
     assert lines_of(drawing)[0][2:] == list(corner)
     (office,) = drawing.texts
@@ -154,7 +154,7 @@ def test_the_scale_is_what_the_texts_agree_on(path, expected, scale):
 
 
 def test_a_change_of_font_does_not_cut_a_word(path):
-    """And a page of 300 points at 1:100 is 10.58 m wide."""
+    """A page of 300 points at 1:100 is 10.58 m wide."""
     word = " BT /H 10 Tf 1 0 0 1 80 70 Tm (Of) Tj /H 10.5 Tf (fice) Tj ET"
     drawing = read(path, ROOMS + word + text("far", 200, 70) + text("Scale 1:100", 10, 10))
     assert [item.text for item in drawing.texts] == ["Office", "far", "Scale 1:100"]
@@ -214,7 +214,7 @@ def test_a_password_is_reported(path):
         (pdf(), "PDF"),
     ],
 )
-def test_what_is_no_plan_is_refused_in_one_line(path, content, message):
+def test_files_without_a_plan_are_refused_in_one_line(path, content, message):
     path.write_bytes(content)
     with pytest.raises(PlanError, match=message) as caught:
         read_pdf_plan(path)
@@ -228,7 +228,7 @@ def test_a_missing_library_is_named(path, monkeypatch):
         read_pdf_plan(path)
 
 
-def test_more_than_any_page_draws_is_refused(path, monkeypatch):
+def test_numbers_beyond_the_limits_are_refused(path, monkeypatch):
     monkeypatch.setattr(pdf_plan, "MAX_OBJECTS", 1)
     with pytest.raises(PlanError, match=r"\b1\b"):
         read(path, ROOMS)
@@ -262,7 +262,7 @@ def test_a_process_of_its_own_reads_the_same(path):
 
 
 def unfolding(depth: int) -> bytes:
-    """A page of forms that each show another ten times, which unfold to 10 ** depth rooms."""
+    """A page of nested forms, each showing the next one ten times: 10 ** depth rooms in all."""
     return pdf(f"/F{depth} Do {ROOMS}", forms=[(ROOMS, "")] + [(f"/F{level} Do " * 10, "") for level in range(depth)])
 
 
@@ -279,7 +279,7 @@ def test_a_page_that_unfolds_without_end_is_refused(path, monkeypatch, seconds, 
     assert "\n" not in str(caught.value)
 
 
-def test_a_reader_that_does_not_come_back_is_given_up(path, monkeypatch):
+def test_a_reader_that_does_not_return_is_stopped(path, monkeypatch):
     monkeypatch.setattr(pdf_plan, "_CLOCK_FACTOR", 1e-6)
     path.write_bytes(pdf(ROOMS))
     with pytest.raises(PlanError, match="20 s"):

@@ -1,4 +1,4 @@
-"""Training of place models, and the labels that they give."""
+"""Training of room models, and the labels that they predict."""
 
 from dataclasses import replace
 from typing import Any
@@ -86,8 +86,8 @@ def test_turned_moved_and_rescaled_floors_get_the_same_labels(unseen):
     rooms = tuple(replace(room, polygon=move(room.polygon)) for room in unseen.rooms)
     doors = tuple(replace(door, line=move(door.line), width=door.width * 1.7) for door in unseen.doors)
     moved = replace(unseen, rooms=rooms, doors=doors, walls=())
-    predicted, said_of_moved = (small_model().passes(each)["random field"] for each in (unseen, moved))
-    assert said_of_moved == pytest.approx(predicted, abs=0.05)
+    predicted, predicted_of_moved = (small_model().passes(each)["random field"] for each in (unseen, moved))
+    assert predicted_of_moved == pytest.approx(predicted, abs=0.05)
 
 
 def test_a_single_room_and_none():
@@ -107,18 +107,20 @@ def test_training_record_in_words():
 @pytest.mark.slow
 def test_the_same_seed_trains_the_same_model(unseen):
     again = train_rooms(labelled_floors())
-    for predicted, said_again in zip(small_model().passes(unseen).values(), again.passes(unseen).values(), strict=True):
-        assert (predicted == said_again).all()
+    for predicted, predicted_again in zip(
+        small_model().passes(unseen).values(), again.passes(unseen).values(), strict=True
+    ):
+        assert (predicted == predicted_again).all()
     assert again.field.temperature == small_model().field.temperature
 
 
 @pytest.mark.slow
-def test_the_order_of_floors_does_not_choose_the_parts_left_out():
+def test_folds_do_not_depend_on_the_order_of_floors():
     backwards = train_rooms(labelled_floors()[::-1])
     assert backwards.training.floors == small_model().training.floors
 
 
-def test_passes_are_the_steps(unseen):
+def test_passes_are_the_steps_of_the_model(unseen):
     passes = small_model().passes(unseen)
     assert list(passes) == ["first pass", "second pass", "random field"]
     assert all(predicted.shape == (len(unseen.rooms), len(FUNCTIONS)) for predicted in passes.values())
@@ -230,7 +232,7 @@ def test_a_type_may_be_in_any_case(unseen):
 
 
 def test_a_function_is_chosen_from_r_c_down():
-    """The second is no corridor, though CONNECTION is the most probable of the four."""
+    """The second room is no corridor, although CONNECTION is the most probable of the four."""
     assessed = np.array([[0.1, 0.6, 0.2, 0.1], [0.3, 0.4, 0.2, 0.1], [0.0, 0.5, 0.1, 0.4], [0.7, 0.1, 0.1, 0.1]])
     assert choose_functions(assessed).tolist() == [1, 0, 3, 0]
 
@@ -248,7 +250,7 @@ def test_faults_of_simulated_floors_are_listed_once_after_those_of_annotated_one
 
 @pytest.mark.slow
 def test_simulated_rooms_count_less_for_names():
-    """Copies of the floors whose classrooms are called LAB: trees see nothing but the weight that tells them apart."""
+    """Copies of the floors whose classrooms are called LAB: only the weights differ."""
     floors, renamed = labelled_floors(), {"CLASSROOM": "LAB"}
     simulated = [
         replace(
@@ -269,7 +271,7 @@ def test_simulated_rooms_count_less_for_names():
 
 @pytest.mark.slow
 def test_simulated_rooms_without_weight_change_nothing(monkeypatch):
-    """They would join classrooms to classrooms, were they counted."""
+    """Their pairs of classrooms would change the random field if they counted."""
     floors = labelled_floors()
     unusual = [replace(each, rooms=tuple(replace(room, label="STAIRS") for room in each.rooms)) for each in floors]
     annotated = train_rooms(floors)

@@ -1,4 +1,4 @@
-"""Lengths, sizes and scales that plans write out."""
+"""Lengths, sizes and scales in the texts of plans."""
 
 import cv2
 import numpy as np
@@ -99,7 +99,7 @@ def test_sizes(text, size):
         ("3 m-room", "3 m-room"),
     ],
 )
-def test_measures_are_taken_out_of_names(text, left):
+def test_measures_are_removed_from_names(text, left):
     assert remove_measures(text) == left
 
 
@@ -138,7 +138,7 @@ def blocks(ink: Mask, *spans: tuple[int, int], top: int = 112, height: int = 5) 
     return ink
 
 
-# Bars of 10 m from column 100 to column 300 in several hands, all 0.05 m per pixel.
+# Bars of 10 m from column 100 to column 300 in several styles, all 0.05 m per pixel.
 CHEQUERED = blocks(blocks(NO_INK.copy(), (100, 150), (200, 250)), (150, 200), (250, 300), top=117)
 ALTERNATING = blocks(NO_INK.copy(), (100, 150), (200, 250))
 TWO_PARTS = blocks(blocks(NO_INK.copy(), (100, 200)), (200, 300), height=1)
@@ -151,7 +151,7 @@ EXTENDED = blocks(blocks(NO_INK.copy(), (80, 100), (100, 300), height=2), (90, 1
     "ink", [CHEQUERED, ALTERNATING, TWO_PARTS, TICKS, EXTENDED], ids=["chequer", "gaps", "two", "ticks", "extended"]
 )
 def test_bars_of_several_parts_are_exact(ink, last):
-    """Whether the last number stands at its mark by itself, its unit behind it, or together with its unit."""
+    """The last number is alone at its mark with the unit behind it, or one text with its unit."""
     for col in (300 + 3 * (len(last) - 2), 300):
         scale = read_bar(ink, ("0", 101), ("5", 199), (last, col), *([("m", 350)] if last == "10" else []))
         assert scale is not None
@@ -172,7 +172,7 @@ def test_a_bar_beside_its_numbers_is_read_at_every_size():
 
 
 def test_a_bar_that_does_not_agree_with_its_numbers_is_not_trusted():
-    """The line is 15 % longer than the numbers are apart; only they count, with low confidence."""
+    """The line is 15 % longer than the distance of the numbers; only the numbers count, with low confidence."""
     texts = ("0", 100), ("5", 200), ("10", 300), ("m", 340)
     scale = read_bar(blocks(NO_INK.copy(), (85, 315)), *texts)
     assert scale is not None
@@ -208,7 +208,7 @@ def test_a_unit_may_follow_the_last_number():
     texts = [number("0", 100), number("5", 150), number("10m", 200)]
     scale = parse_scale_bar(texts, NO_INK)
     assert scale is not None
-    # The unit moves the middle of its text: a number stands at its share of the line.
+    # The unit moves the middle of the text; the number is at its share of the text.
     assert scale.resolution == pytest.approx(0.1, rel=0.05)
     row = parse_scale_bar([PlacedText("0    5    10 m", corners)], NO_INK)
     assert row is not None
@@ -232,7 +232,7 @@ def test_other_numbers_are_no_scale_bar(texts):
 
 
 def test_a_tall_number_on_the_line_of_a_bar_does_not_belong_to_it():
-    """It stands where 12.5 would; the bar is sought within some heights of the others."""
+    """It is at the position of 12.5; the bar is sought within some heights of the other numbers."""
     texts = [number("0", 101), number("5", 201), number("10", 301), number("m", 330)]
     scale = parse_scale_bar([*texts, number("12.5", 351, height=100)], TICKS)
     assert scale is not None
@@ -273,7 +273,7 @@ def test_few_of_many_rows_are_searched(windows):
         for text, col in (("0", 100), ("5", 150), ("10m", 200))
     ]
     assert parse_scale_bar(texts, NO_INK) is not None
-    # Numbers at their share of a text, and in the middle of it.
+    # Numbers at their share of a text, and in the middle of the text.
     assert len(windows) == 2 * dimensions.MAX_ROWS
 
 

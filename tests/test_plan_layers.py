@@ -1,4 +1,4 @@
-"""Names of layers give roles in five languages, and the pieces of a door give its jambs."""
+"""Roles from names of layers in five languages, and jambs of doors from their pieces."""
 
 import re
 from pathlib import Path
@@ -41,11 +41,11 @@ def line(*points: Point) -> NDArray[np.float64]:
 
 
 def ends(door: NDArray[np.float64]) -> list[Point]:
-    """The ends of a door, whichever comes first, to a hundredth."""
+    """The ends of a door, sorted, to a hundredth."""
     return sorted((x, y) for x, y in (np.round(door, 2) + 0.0).tolist())
 
 
-# A leaf that stands open to the north, hinged at the origin; its door lies to the east.
+# An open leaf that points to the north, hinged at the origin; the door is to the east.
 OPEN_LEAF = [line((0, 0), (0, 1)), arc((0, 0), 1, 0, 90)]
 
 
@@ -104,7 +104,7 @@ def test_any_names_have_a_role(names):
     assert role_of_names(names) in ROLES
 
 
-def test_the_leaf_that_is_drawn_open_leaves_the_other_end_to_the_jamb():
+def test_an_open_leaf_decides_which_end_is_the_jamb():
     (door,) = jambs_of_symbol(OPEN_LEAF, walls=NO_WALLS)
     assert ends(door) == [(0, 0), (1, 0)]
 
@@ -135,7 +135,7 @@ def test_two_swings_that_meet_are_a_double_door():
 
 
 def test_swings_to_both_sides_are_one_door():
-    """Two leaves that swing both ways, and one that does."""
+    """Two leaves that swing both ways, and one leaf that swings both ways."""
     both = [arc((hinge, 0), 1, start, end) for hinge, start in ((0, 0), (2, 180)) for end in (start - 90, start + 90)]
     (double,) = jambs_of_symbol(both, axis=np.array([1.0, 0]), walls=NO_WALLS)
     assert ends(double) == [(0, 0), (2, 0)]
@@ -169,7 +169,7 @@ def test_a_door_without_swing_is_the_longer_side_of_its_box():
         line(*[(x, 0) for x in range(8)]),
     ],
 )
-def test_what_is_no_quarter_circle_is_no_swing(piece):
+def test_other_arcs_are_no_swings(piece):
     assert jambs_of_swings([piece], walls=NO_WALLS) == []
 
 
@@ -185,8 +185,8 @@ def test_no_pieces_and_a_point_are_no_door():
     y=st.floats(-1e6, 1e6),
     mirrored=st.booleans(),
 )
-def test_a_door_stays_the_same_wherever_it_is_drawn(angle, size, x, y, mirrored):
-    """However turned, mirrored, scaled and moved, within what a double holds of a small door far away."""
+def test_a_door_does_not_depend_on_its_pose_and_scale(angle, size, x, y, mirrored):
+    """Turned, mirrored, scaled and moved, within the precision of floats for a small door far away."""
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) * size
     turn[:, 0] *= -1 if mirrored else 1
     (door,) = jambs_of_symbol([piece @ turn.T + (x, y) for piece in OPEN_LEAF], walls=NO_WALLS)
@@ -248,7 +248,7 @@ def test_pieces_become_a_drawing():
     assert pieces.wall_ends().data.tolist() == [[0, 0], [1, 0], [1, 2]]
 
 
-def test_more_than_any_plan_draws_is_refused(monkeypatch):
+def test_numbers_beyond_the_limits_are_refused(monkeypatch):
     monkeypatch.setattr(plan_layers, "MAX_LINES", 3)
     monkeypatch.setattr(plan_layers, "MAX_TEXTS", 1)
     pieces = DrawnPieces(Path("a.dxf"))
@@ -260,7 +260,7 @@ def test_more_than_any_plan_draws_is_refused(monkeypatch):
         pieces.add_text(DrawnText("b", 0, 0, 1))
 
 
-def test_files_that_are_none_or_too_large_are_refused(tmp_path):
+def test_missing_and_too_large_files_are_refused(tmp_path):
     path = tmp_path / "a.dxf"
     with pytest.raises(PlanError, match=re.escape(str(path))):
         check_plan_file(path, max_bytes=10)

@@ -113,7 +113,7 @@ def test_doors_that_disagree_with_the_network_do_not_count():
 
 @pytest.mark.parametrize("factor", [PARAMETERS.door_factors[0], PARAMETERS.door_factors[-1]])
 @pytest.mark.parametrize("rounding", [1 - 1e-9, 1 + 1e-9])
-def test_the_farthest_sizes_that_are_tried_agree_with_the_doors(factor, rounding):
+def test_the_extreme_sizes_that_are_tried_agree_with_the_doors(factor, rounding):
     scale = find_door_scale(DoorWidth(30.0, 7, 0.5), 30.0 * factor * rounding)
     assert scale.resolution == pytest.approx(0.03)
 
@@ -126,11 +126,11 @@ def test_a_scale_describes_its_value_source_and_confidence():
 
 
 def uncertain_network(best: float, tried: list[float]):
-    """A network with the least entropy where doors have the best size; tried: collects the sizes."""
+    """A network whose entropy is least at the best size of doors; tried: collects the sizes."""
 
     def segment_sheet(colors, *, door_px, networks):
         tried.append(door_px)
-        # The more even the shares, the higher the entropy
+        # The more even the shares, the higher the entropy.
         even = min(abs(np.log(door_px / best)) / 8, 0.24)
         shares = np.full((4, 2, 2), even, np.float32)
         shares[0] = 1 - 3 * even
@@ -150,7 +150,7 @@ def test_sizes_near_the_drawn_doors_are_tried(monkeypatch, door_px, best):
 
 
 def test_with_reliable_doors_few_sizes_are_tried(monkeypatch):
-    """Each size takes the network as long as a small sheet."""
+    """The network takes as long for each size as for a small sheet."""
     tried: list[float] = []
     monkeypatch.setattr(plan_scale, "segment_sheet", uncertain_network(12.5, tried))
     assert fit_door_px(Sheet(PAGE), door_px=20.0, is_reliable=True, networks=["one"]) == pytest.approx(12.5, rel=0.13)
@@ -167,7 +167,7 @@ def test_drawn_doors_are_ignored_if_the_drawing_has_another_scale(monkeypatch):
 
 
 def test_sizes_much_larger_than_the_drawn_doors_are_not_tried(monkeypatch):
-    """On 400 pixels doors of 16 are tried, but not where arcs have 4; those of 10 are."""
+    """On 400 pixels doors of 16 are tried; with arcs of 4 those of 10 are, but not those of 16."""
     tried: list[float] = []
     monkeypatch.setattr(plan_scale, "segment_sheet", uncertain_network(16.0, tried))
     fit_door_px(Sheet(PAGE), door_px=4.0, networks=["one"])
@@ -175,7 +175,7 @@ def test_sizes_much_larger_than_the_drawn_doors_are_not_tried(monkeypatch):
 
 
 def test_on_an_impossibly_long_sheet_all_larger_sizes_are_tried(monkeypatch):
-    """On 400 pixels arcs of 1.5 make 267 doors, and doors of 10 are tried, as without drawn doors."""
+    """With arcs of 1.5 pixels 400 pixels are 267 doors long; doors of 10 are tried, as without drawn doors."""
     monkeypatch.setattr(plan_scale, "segment_sheet", uncertain_network(10.0, []))
     assert fit_door_px(Sheet(PAGE), door_px=1.5, networks=["one"]) == pytest.approx(10.0, rel=0.13)
     assert fit_door_px(Sheet(PAGE), door_px=1.7, networks=["one"]) < 3 * 1.7 * PARAMETERS.neighbour_factor
@@ -197,7 +197,7 @@ def test_without_doors_all_sizes_of_buildings_are_tried(monkeypatch, best):
 
 
 def test_the_first_network_is_tried_on_the_part_with_the_most_ink(monkeypatch):
-    """Lines in the lower right of a sheet of which a ninth is used."""
+    """Lines in the lower right of a sheet; a ninth of the sheet is tried."""
     colors = np.full((1500, 1500, 3), 255, np.uint8)
     colors[1300:1500:10, 1200:1500] = 0
     tried = []
@@ -248,7 +248,7 @@ def test_without_sizes_or_with_a_more_certain_scale_the_scale_stays():
     scale = PlanScale(0.05, "the look of its walls", 0.3)
     assert refine_by_sizes(scale, FLOORS, (), 300) is scale
     assert refine_by_sizes(scale, FLOORS, (placed("Office", 225, 100),), 300) is scale
-    # In no room
+    # The text is in no room.
     assert refine_by_sizes(scale, FLOORS, (placed("4.00 x 3.00 m", 20, 20),), 300) is scale
     certain = PlanScale(0.05, "doors", 1.01)
     assert refine_by_sizes(certain, FLOORS, SIZES, 300) is certain
@@ -256,7 +256,7 @@ def test_without_sizes_or_with_a_more_certain_scale_the_scale_stays():
 
 
 def test_the_resolution_of_a_vector_drawing_is_metres_per_unit():
-    """A sheet of 400 pixels with 8 pixels a unit, so a drawing of 50 units."""
+    """A sheet of 400 pixels with 8 pixels per unit is a drawing of 50 units."""
     vector_sheet = Sheet(PAGE, px_per_unit=8.0)
     assert find_stated_scale(vector_sheet, (), resolution=0.4) == PlanScale(0.05, "the given resolution", 1.0)
     with pytest.raises(PlanError, match=r"0\.01.*0\.5"):

@@ -1,4 +1,4 @@
-"""What samples of a floor tell together: counts, shares, open ends, the skeleton; and what cannot be predicted."""
+"""Summaries of sampled floors: counts, shares, open ends, the skeleton; and what cannot be predicted."""
 
 import networkx as nx
 import numpy as np

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pianta._types import Floats
 from pianta.rooms.random_field import Edges, Neighbourhood, RandomField, fit_random_field, propagate_beliefs
 
-NOBODY = np.zeros((0, 2), int)
+NO_EDGES = np.zeros((0, 2), int)
 
 
 def enumerate_marginals(unary: Floats, pairs: Edges, pairwise: Floats) -> Floats:
@@ -58,12 +58,12 @@ def test_close_on_a_loop():
 def test_rooms_without_neighbours_keep_their_probabilities():
     probabilities = np.array([[0.7, 0.2, 0.06, 0.04], [0.1, 0.1, 0.1, 0.7]])
     field = RandomField(np.zeros((4, 4)), np.zeros((4, 4)), door_strength=1.0, alike_strength=1.0)
-    near = Neighbourhood(NOBODY, NOBODY, np.zeros(0))
+    near = Neighbourhood(NO_EDGES, NO_EDGES, np.zeros(0))
     assert field.compute_marginals(probabilities, near) == pytest.approx(probabilities)
 
 
 def test_no_rooms():
-    near = Neighbourhood(NOBODY, NOBODY, np.zeros(0))
+    near = Neighbourhood(NO_EDGES, NO_EDGES, np.zeros(0))
     assert RandomField(np.zeros((4, 4)), np.zeros((4, 4))).compute_marginals(np.zeros((0, 4)), near).shape == (0, 4)
 
 
@@ -74,8 +74,8 @@ def test_fit_learns_what_doors_join():
     probabilities = np.full((count, 2), 0.5)
     probabilities[::2] = (0.9, 0.1)
     doors = np.arange(count).reshape(-1, 2)
-    field = fit_random_field(probabilities, truth, Neighbourhood(doors, NOBODY, np.zeros(0)), np.ones(count))
-    marginals = field.compute_marginals(probabilities, Neighbourhood(doors, NOBODY, np.zeros(0)))
+    field = fit_random_field(probabilities, truth, Neighbourhood(doors, NO_EDGES, np.zeros(0)), np.ones(count))
+    marginals = field.compute_marginals(probabilities, Neighbourhood(doors, NO_EDGES, np.zeros(0)))
     assert field.doors[0, 1] > 0 > field.doors[0, 0]
     assert (marginals.argmax(axis=1) == truth).all()
 
@@ -84,7 +84,7 @@ def test_fit_tempers_a_classifier_that_is_too_confident():
     """It says 0.99 and is right in seven cases of ten."""
     truth = np.tile([0] * 7 + [1] * 3, 40)
     probabilities = np.tile([0.99, 0.01], (len(truth), 1))
-    near = Neighbourhood(NOBODY, NOBODY, np.zeros(0))
+    near = Neighbourhood(NO_EDGES, NO_EDGES, np.zeros(0))
     field = fit_random_field(probabilities, truth, near, np.ones(len(truth)))
     assert field.temperature > 2
     assert field.compute_marginals(probabilities, near)[0, 0] < 0.85
@@ -96,12 +96,12 @@ def test_fit_weighs_rooms_and_pairs():
     probabilities = np.array([[0.8, 0.2], [0.3, 0.7], [0.6, 0.4], [0.9, 0.1], [0.2, 0.8], [0.6, 0.4]])
     pairs = np.arange(6).reshape(-1, 2)
     weighted = fit_random_field(
-        probabilities, truth, Neighbourhood(pairs, NOBODY, np.zeros(0)), np.array([3.0, 3.0, 1.0, 1.0, 1.0, 1.0])
+        probabilities, truth, Neighbourhood(pairs, NO_EDGES, np.zeros(0)), np.array([3.0, 3.0, 1.0, 1.0, 1.0, 1.0])
     )
     repeated = np.array([0, 1, 0, 1, 0, 1, 2, 3, 4, 5])
     doors = np.arange(10).reshape(-1, 2)
     counted = fit_random_field(
-        probabilities[repeated], truth[repeated], Neighbourhood(doors, NOBODY, np.zeros(0)), np.ones(10)
+        probabilities[repeated], truth[repeated], Neighbourhood(doors, NO_EDGES, np.zeros(0)), np.ones(10)
     )
     # Of 1 + 3 meetings either way, and 1 + 2 of each label with itself.
     assert weighted.doors == pytest.approx(np.log(np.array([[3, 4], [4, 3]]) / 14 * 4))

@@ -1,4 +1,4 @@
-"""A plan in, its floors out: rooms, doors between the right ones, scale and names, of plans that are drawn here."""
+"""Plans drawn by the tests are read as floors: rooms, doors between the right rooms, scale and names."""
 
 import warnings
 from pathlib import Path
@@ -117,7 +117,7 @@ def test_doors_with_arcs_give_the_scale(tmp_path, style):
 @pytest.mark.parametrize(
     ("confidence", "source"), [(0.1, "doors of 0.9 m"), (0.59, "the scale bar"), (0.85, "the scale bar")]
 )
-def test_the_more_certain_one_of_doors_and_scale_bar_counts(tmp_path, monkeypatch, confidence, source):
+def test_of_doors_and_scale_bar_the_more_certain_one_gives_the_scale(tmp_path, monkeypatch, confidence, source):
     stated = PlanScale(1 / 44, "the scale bar", confidence)
     monkeypatch.setattr(plan_scale, "find_stated_scale", lambda *_, **__: stated)
     plan_floor = only_floor(read(draw_plan(FIVE, px_per_metre=40, style="thick"), tmp_path))
@@ -204,7 +204,7 @@ def draw_dxf(path: Path) -> None:
     document = ezdxf.new()
     document.header["$INSUNITS"] = 4
     space, on_wall = document.modelspace(), {"layer": "A-WALL"}
-    # Faces of the walls: outside, left room, right room; the door is a gap of the wall from 4000 to 4200
+    # Faces of the walls: outside, left room, right room; the door is a gap in the wall from 4000 to 4200.
     for left, bottom, right, top in ((-200, -200, 8400, 4200), (0, 0, 4000, 4000), (4200, 0, 8200, 4000)):
         corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
         space.add_lwpolyline(corners, close=True, dxfattribs=on_wall)

@@ -1,4 +1,4 @@
-"""`pianta.read` and `pianta.read_all`: what the command does, from Python."""
+"""`pianta.read` and `pianta.read_all`: the command from Python."""
 
 import inspect
 import warnings
@@ -61,7 +61,7 @@ def _hidden():
 
 
 class TestRead:
-    def test_finds_what_was_drawn(self, small, reading):
+    def test_reconstructs_the_drawn_floor(self, small, reading):
         assert reading.path == small
         assert len(reading.floor) == 5
         assert reading.floor.source == "small.yaml"
@@ -107,7 +107,7 @@ class TestRead:
             with_previous.save(tmp_path / "library")
             assert list_files(tmp_path / "library") == list_files(tmp_path / "command")
 
-    def test_takes_models_as_objects_and_as_files(self, small, reading):
+    def test_accepts_models_as_objects_and_as_files(self, small, reading):
         models = Path(pianta.__file__).parent / "models"
         (rooms,) = [file for file in models.glob("rooms.*") if file.suffix != ".md"]
         types = models / "building_types.json"
@@ -139,7 +139,7 @@ class TestRead:
         ],
         ids=lambda value: "-".join(value) if isinstance(value, dict) else "",
     )
-    def test_refuses_what_makes_no_sense(self, small, options, error, expected):
+    def test_refuses_options_without_meaning(self, small, options, error, expected):
         with pytest.raises(error) as caught:
             pianta.read(small, **options)
         assert expected in str(caught.value)
@@ -192,7 +192,7 @@ class TestReading:
         assert two.save(tmp_path) == [tmp_path / "floor-1", tmp_path / "floor-2"]
         assert {path.parent.name for path in tmp_path.rglob("*.png")} == {"floor-1", "floor-2"}
 
-    def test_does_not_replace_what_it_was_read_from(self, reading, tmp_path):
+    def test_does_not_replace_its_input(self, reading, tmp_path):
         from_picture = replace(reading, path=tmp_path / "rooms.png")
         with pytest.raises(OptionError, match="would be replaced by a result"):
             from_picture.save(tmp_path)
@@ -273,12 +273,12 @@ class TestReadAll:
             (Path("a.yaml"), {}, "paths is 'a.yaml', give a list of files"),
         ],
     )
-    def test_refuses_at_once_what_makes_no_sense(self, paths, options, expected):
+    def test_refuses_arguments_without_meaning_at_once(self, paths, options, expected):
         with pytest.raises(OptionError) as caught:
             pianta.read_all(paths, **options)
         assert expected in str(caught.value)
 
-    def test_refuses_options_that_there_are_not(self):
+    def test_refuses_unknown_options(self):
         with pytest.raises(TypeError, match="there is no option colour="):
             pianta.read_all([], colour="red")  # type: ignore[call-arg]
 

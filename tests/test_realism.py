@@ -1,4 +1,4 @@
-"""Realism: what it says of made floors, whose answer is known, and of the RoboCup worlds."""
+"""Realism: of generated floors with known answers, and of the RoboCup worlds."""
 
 from dataclasses import replace
 from functools import cache
@@ -71,7 +71,7 @@ def test_patterns_by_hand():
     assert str(RoomPattern("CONNECTION", (("SERVICE", 2),))) == "CONNECTION that leads to 2 SERVICEs only"
 
 
-def test_off_patterns_by_hand():
+def test_unusual_patterns_by_hand():
     through = RoomPattern("ROOM", (("ROOM", 2),))
     alone = RoomPattern("ROOM", ())
     training = [[ROOM_AT_CORRIDOR] * 9 + [through], [ROOM_AT_CORRIDOR] * 8 + [through] * 2]
@@ -80,7 +80,7 @@ def test_off_patterns_by_hand():
     often, seldom = result
     assert often.rooms == (*range(11, 20),)
     assert often.usual == pytest.approx((0.1, 0.2))
-    # Poisson's deviance of 9 where 1.5 are expected, and of 0 where 8.5 are.
+    # Poisson deviance of 9 rooms with 1.5 expected, and of 0 rooms with 8.5 expected.
     assert often.deviation == pytest.approx(2 * (9 * np.log(6) - 7.5))
     assert seldom.deviation == pytest.approx(17)
     assert str(often) == (
@@ -105,12 +105,12 @@ def test_measures_by_hand():
     assert (without["betweenness_c"], without["assortativity"], without["CORRIDOR area_share"]) == (None, None, 0)
 
 
-def test_off_measures_by_hand():
+def test_unusual_measures_by_hand():
     keys = [measure.key for measure in list_measures(R_C)]
     training: list[dict[str, float | None]] = [dict.fromkeys(keys, 10.0 + number) for number in range(5)]
     usual = dict.fromkeys(keys, 12.0)
     assert find_unusual_measures(usual, training, R_C) == ()
-    # 5 and 95 % of 10 … 14 are 10.2 and 13.8; a tenth of that range more is not off yet.
+    # The percentiles 5 and 95 of 10 … 14 are 10.2 and 13.8; a tenth of that range beyond is still usual.
     assert find_unusual_measures(usual | {"diameter": 14.1}, training, R_C) == ()
     (off,) = find_unusual_measures(usual | {"diameter": 19.2, "path_length": 18.0}, training, R_C)
     assert off.deviation == pytest.approx(2)
@@ -157,7 +157,7 @@ def test_one_class_ranks_worlds_below_offices():
     assert all(world.probability is None for world in worlds)
 
 
-def test_reasons_name_what_is_off():
+def test_reasons_name_unusual_measures():
     assessed = one_class().assess(make_snake(5, 4))
     assert {"paths", "betweenness"} <= {off.measure.family for off in assessed.measures}
     often = next(off for off in assessed.patterns if off.is_frequent)
@@ -176,8 +176,8 @@ def test_two_classes_separate_held_out_floors():
         assert (model.leave_out(world.source).assess(world).probability or 1) < 0.5
 
 
-def test_features_of_a_floor_unlike_all_are_on_a_side():
-    """Twice as far from the mean is twice the decision, where a Gaussian has forgotten it."""
+def test_features_far_from_all_floors_still_count_in_the_linear_kernel():
+    """Twice the distance from the mean gives twice the value, where the value of the Gaussian kernel is 0."""
     training = [describe_building(floor, R_C) for floor in make_offices()]
     linear, gaussian = (kernel().fit(training) for kernel in (LinearBuildingKernel, BuildingKernel))
     far = [replace(training[0], features=linear.means_ + factor * linear.deviations_) for factor in (20, 40)]
@@ -267,7 +267,7 @@ def test_floors_of_a_building_model():
 
 
 def test_given_labels():
-    """In R/C: office, school, F/C/E/S and R/C labels; as label sets have them; those that pianta has found."""
+    """R/C labels from labels of offices, schools, F/C/E/S and R/C; from label sets; and from predictions of pianta."""
     result = {"R/C": {"ROOM": 0.9, "CORRIDOR": 0.1}}
     rooms = (
         Room(1, box(0, 0, 1, 1), label="lobby"),
@@ -327,14 +327,18 @@ def test_robocup_worlds_are_separated_from_offices(data, label_set):
     unrealistic_names, unrealistic_floors, _ = zip(*worlds, strict=True)
     two = RealismModel(training, names, label_set, unrealistic_floors, unrealistic_names)
     one = replace(two, unrealistic_floors=(), unrealistic_buildings=())
-    of_offices, of_worlds = (
+    office_assessments, world_assessments = (
         [one.leave_out(name).assess_description(floor, ids) for name, floor, ids in part] for part in (offices, worlds)
     )
-    assert max(world.likeness for world in of_worlds) < np.median([office.likeness for office in of_offices])
-    assert max(world.typicality for world in of_worlds) < 0.1
-    assert min(len(world.reasons) for world in of_worlds) > np.median([len(office.reasons) for office in of_offices])
-    # Of the offices those that are least like the others, by two classes.
-    least = np.argsort([office.likeness for office in of_offices])[:3]
+    assert max(world.likeness for world in world_assessments) < np.median(
+        [office.likeness for office in office_assessments]
+    )
+    assert max(world.typicality for world in world_assessments) < 0.1
+    assert min(len(world.reasons) for world in world_assessments) > np.median(
+        [len(office.reasons) for office in office_assessments]
+    )
+    # The offices that are least like the others, by two classes.
+    least = np.argsort([office.likeness for office in office_assessments])[:3]
     for name, floor, ids in [*(offices[index] for index in least), *worlds]:
         predicted = two.leave_out(name).assess_description(floor, ids).probability
         assert predicted is not None

@@ -1,4 +1,4 @@
-"""Rooms and floors learnt from facts: tiny floors whose labels only the rooms around tell."""
+"""Rooms and floors learnt from facts: tiny floors whose labels follow only from the neighbouring rooms."""
 
 import re
 from dataclasses import replace
@@ -17,10 +17,12 @@ from pianta.relational.facts import LISTING_SIGNATURES, Fact, Interpretation
 from pianta.relational.kernels import FloorKernel, RoomKernel, decide, fit_svm
 
 
-def tell_row(name: str, rooms: int, *, first: str = "r", labelled: bool = True, kind: str = "school") -> Interpretation:
+def describe_row(
+    name: str, rooms: int, *, first: str = "r", labelled: bool = True, building_type: str = "school"
+) -> Interpretation:
     """Rooms of one size in a row, each with a door to the next; the ends are stairs."""
     ids = [f"{first}{number}" for number in range(rooms)]
-    facts = [Fact("buildingtype", (kind,))] if kind else []
+    facts = [Fact("buildingtype", (building_type,))] if building_type else []
     facts += [Fact("room", (room,)) for room in ids]
     facts += [Fact("area", (room, 20.0)) for room in ids]
     facts += [Fact("connected", pair) for pair in pairwise(ids)]
@@ -30,15 +32,15 @@ def tell_row(name: str, rooms: int, *, first: str = "r", labelled: bool = True, 
 
 
 def test_rooms_are_known_by_those_around():
-    classifier = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
+    classifier = RelationalRoomClassifier().fit([describe_row("a", 4), describe_row("b", 6)])
     assert classifier.labels_ == {"label": ("lcorridor", "lstairs")}
-    new = tell_row("c", 5, first="s", labelled=False)
+    new = describe_row("c", 5, first="s", labelled=False)
     assert classifier.predict([new]) == {"label": [["lstairs", *["lcorridor"] * 3, "lstairs"]]}
 
 
 def test_labels_are_hidden_from_the_kernel():
-    classifier = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
-    new = tell_row("c", 5)
+    classifier = RelationalRoomClassifier().fit([describe_row("a", 4), describe_row("b", 6)])
+    new = describe_row("c", 5)
     wrong = replace(
         new, facts=(*new.without("label").facts, Fact("label", ("r0", "lcorridor")), Fact("iscorr", ("r0",)))
     )
@@ -47,7 +49,7 @@ def test_labels_are_hidden_from_the_kernel():
 
 
 def test_two_label_sets_share_a_matrix():
-    floors = [tell_row("a", 4, labelled=False), tell_row("b", 6, labelled=False)]
+    floors = [describe_row("a", 4, labelled=False), describe_row("b", 6, labelled=False)]
     ends = [["E", *["M"] * 2, "E"], ["E", *["M"] * 4, "E"]]
     three = [["E", "N", "N", "E"], ["E", "N", "M", "M", "N", "E"]]
     classifier = RelationalRoomClassifier().fit(floors, {"ends": ends, "three": three})
@@ -74,7 +76,14 @@ def test_floors_are_learnt_from_as_facts_are():
 
 def test_fact_files(tmp_path: Path):
     file = tmp_path / "facts.pl"
-    save_interpretations(file, [tell_row("a", 4, kind=""), tell_row("b", 6, kind=""), tell_row("c", 5, kind="")])
+    save_interpretations(
+        file,
+        [
+            describe_row("a", 4, building_type=""),
+            describe_row("b", 6, building_type=""),
+            describe_row("c", 5, building_type=""),
+        ],
+    )
     floors = read_interpretations(file)
     classifier = RelationalRoomClassifier(RoomKernel(signatures=read_signatures(file))).fit(floors[:2])
     assert classifier.predict(floors[2:])["label"] == [["lstairs", *["lcorridor"] * 3, "lstairs"]]
@@ -93,12 +102,14 @@ def test_a_fact_file_without_the_signature_of_an_entity(tmp_path: Path):
 
 
 def test_entities_of_another_name():
-    def tell(name: str, count: int) -> Interpretation:
-        facts = tell_row(name, count, kind="").facts
+    def describe(name: str, count: int) -> Interpretation:
+        facts = describe_row(name, count, building_type="").facts
         return Interpretation(name, tuple(replace(f, relation="space") if f.relation == "room" else f for f in facts))
 
-    classifier = RelationalRoomClassifier(RoomKernel(signatures=LISTING_SIGNATURES)).fit([tell("a", 4), tell("b", 6)])
-    assert classifier.predict([tell("c", 3)])["label"] == [["lstairs", "lcorridor", "lstairs"]]
+    classifier = RelationalRoomClassifier(RoomKernel(signatures=LISTING_SIGNATURES)).fit(
+        [describe("a", 4), describe("b", 6)]
+    )
+    assert classifier.predict([describe("c", 3)])["label"] == [["lstairs", "lcorridor", "lstairs"]]
 
 
 @pytest.mark.slow
@@ -128,18 +139,18 @@ def test_bins_may_come_from_elsewhere():
     np.testing.assert_allclose(alone.compare(), 1)
 
 
-def test_floors_are_known_by_their_patterns():
-    def star(name: str, rooms: int, kind: str = "office") -> Interpretation:
+def test_floors_are_classified_by_their_patterns():
+    def star(name: str, rooms: int, building_type: str = "office") -> Interpretation:
         ids = [f"r{number}" for number in range(rooms)]
-        facts = [Fact("buildingtype", (kind,)), *(Fact("room", (room,)) for room in ids)]
+        facts = [Fact("buildingtype", (building_type,)), *(Fact("room", (room,)) for room in ids)]
         return Interpretation(name, (*facts, *(Fact("connected", (ids[0], room)) for room in ids[1:])))
 
-    floors = [*(tell_row("", n, labelled=False) for n in (4, 5, 6)), *(star("", n) for n in (4, 5, 6))]
+    floors = [*(describe_row("", n, labelled=False) for n in (4, 5, 6)), *(star("", n) for n in (4, 5, 6))]
     buildings = RelationalTypeClassifier().fit(floors)
     assert buildings.types_ == ("office", "school")
-    new = [star("", 7), tell_row("", 7, labelled=False)]
+    new = [star("", 7), describe_row("", 7, labelled=False)]
     assert buildings.predict(new) == ["office", "school"]
-    # Nobody may look at the type.
+    # The type in the facts must not be used.
     assert buildings.predict([star("", 7, "school")]) == ["office"]
     assert RelationalTypeClassifier().fit(floors, ["x", "x", "x", "y", "y", "y"]).predict(new) == ["y", "x"]
 
@@ -153,30 +164,30 @@ def test_decisions_of_labels_not_learnt_are_the_lowest():
 
 
 def test_a_repeated_label_counts_once():
-    row = tell_row("a", 4)
+    row = describe_row("a", 4)
     twice = replace(row, facts=(*row.facts, *row.facts_of("label")))
     classifier = RelationalRoomClassifier().fit([twice])
     assert classifier.predict([row]) == RelationalRoomClassifier().fit([row]).predict([row])
 
 
 def test_nothing_to_predict():
-    classifier = RelationalRoomClassifier().fit([tell_row("a", 4), tell_row("b", 6)])
+    classifier = RelationalRoomClassifier().fit([describe_row("a", 4), describe_row("b", 6)])
     empty = Interpretation("e", (Fact("buildingtype", ("school",)),))
     assert classifier.predict([]) == {"label": []}
     assert classifier.predict([empty]) == {"label": [[]]}
-    assert [values.shape for values in classifier.decide([empty, tell_row("c", 3), empty])["label"]] == [
+    assert [values.shape for values in classifier.decide([empty, describe_row("c", 3), empty])["label"]] == [
         (0, 2),
         (3, 2),
         (0, 2),
     ]
-    buildings = RelationalTypeClassifier().fit([tell_row("a", 4), tell_row("b", 5, kind="office")])
+    buildings = RelationalTypeClassifier().fit([describe_row("a", 4), describe_row("b", 5, building_type="office")])
     assert buildings.predict([]) == []
     assert buildings.decide([]).shape == (0, 2)
 
 
 @pytest.mark.parametrize("fact", [Fact("label", ("r1",)), Fact("room", ()), Fact("buildingtype", ())])
 def test_facts_of_wrong_arity(fact):
-    rows = [tell_row("a", 4), tell_row("b", 6, kind="office")]
+    rows = [describe_row("a", 4), describe_row("b", 6, building_type="office")]
     wrong = replace(rows[0], facts=(*rows[0].facts, fact))
     for classifier in (RelationalRoomClassifier(), RelationalTypeClassifier()):
         with pytest.raises(RelationError, match="argument"):
@@ -186,7 +197,7 @@ def test_facts_of_wrong_arity(fact):
 
 
 def test_bad_input():
-    row = tell_row("a", 4)
+    row = describe_row("a", 4)
     with pytest.raises(ModelError, match="r0"):
         RelationalRoomClassifier().fit([row.without("label")])
     with pytest.raises(ModelError, match="labels"):

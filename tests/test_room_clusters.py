@@ -25,10 +25,10 @@ BLOBS = make_rooms(
 
 
 def test_two_dense_groups_and_one_room_apart():
-    found = find_room_clusters(BLOBS, scale="a (m²), d, rt")
-    assert found.clusters.tolist() == [0] * 7 + [1] * 7 + [-1]
-    assert found.plane.shape == (15, 2)
-    assert found.figures == pytest.approx(
+    clustering = find_room_clusters(BLOBS, scale="a (m²), d, rt")
+    assert clustering.clusters.tolist() == [0] * 7 + [1] * 7 + [-1]
+    assert clustering.plane.shape == (15, 2)
+    assert clustering.figures == pytest.approx(
         {
             "clusters": 2,
             "outliers": 1 / 15,
@@ -55,7 +55,7 @@ def test_the_scale_decides_what_is_near():
     assert find_room_clusters(far, scale="% of range").clusters.tolist() == [0] * 14 + [-1]
 
 
-def test_where_all_rooms_are_outliers_nothing_is_said_of_clusters():
+def test_where_all_rooms_are_outliers_scores_of_clusters_are_none():
     figures = measure_clusters(make_rooms([1, 2, 3], [1] * 3, "CSS"), np.array([-1, -1, -1]))
     assert (figures["clusters"], figures["outliers"]) == (0, 1)
     assert figures["corridors_in_outliers"] == pytest.approx(1 / 3)

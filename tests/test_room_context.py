@@ -1,4 +1,4 @@
-"""Features of rooms in their building: hand-made answers, what they must not depend on, and floors of every kind."""
+"""Features of rooms in their building: values by hand, invariances, and unusual floors."""
 
 import warnings
 from dataclasses import replace
@@ -28,10 +28,10 @@ ROOMS = [box(x, 2, x + 4, 5) for x in (0, 4, 8)]
 UNIT = sqrt(12)
 
 
-def hang_door(one: int, other: int | None, x: float, y: float, kind: str = "door") -> Door:
-    assert kind in ("door", "opening")
+def hang_door(one: int, other: int | None, x: float, y: float, door_kind: str = "door") -> Door:
+    assert door_kind in ("door", "opening")
     line = LineString([(x - 0.45, y), (x + 0.45, y)])
-    return Door((one, other), line, 0.9, "opening" if kind == "opening" else "door")
+    return Door((one, other), line, 0.9, "opening" if door_kind == "opening" else "door")
 
 
 def build(*polygons: Polygon, doors: tuple[Door, ...] = ()) -> Floor:
@@ -111,7 +111,7 @@ def test_features_of_a_corridor_with_three_rooms(name: str, values: list[float])
     assert_allclose(column(describe_rooms(row_of_rooms()), name), values, atol=1e-9)
 
 
-def test_how_the_rooms_of_a_corridor_relate() -> None:
+def test_relations_of_the_rooms_of_a_corridor() -> None:
     context = describe_rooms(row_of_rooms())
     star = [[0, 1, 1, 1], [1, 0, 0, 0], [1, 0, 0, 0], [1, 0, 0, 0]]
     assert_allclose(context.doors, star)
@@ -130,11 +130,11 @@ def test_katz_centrality_of_a_star_does_not_depend_on_its_length() -> None:
     assert_allclose(column(describe_rooms(row_of_rooms()), "katz"), values / np.sqrt((values**2).mean()))
 
 
-def test_shared_walls_reach_round_corners_by_a_share_of_the_unit() -> None:
+def test_shared_walls_continue_around_corners_by_a_share_of_the_unit() -> None:
     walls = describe_rooms(row_of_rooms()).walls
     reach = 0.12 * UNIT
     assert_allclose(walls[1], [(4 + 2 * reach) / 14, 0, (3 + 2 * reach) / 14, 0])
-    # The room in the middle has neighbours on three sides and reaches round all corners but the upper two.
+    # The room in the middle has neighbours on three sides; its walls continue around all corners but the upper two.
     assert_allclose(walls[2], [(4 + 2 * reach) / 14, (3 + 2 * reach) / 14, 0, (3 + 2 * reach) / 14])
     assert (walls.sum(axis=1) <= 1 + 1e-9).all()
 
@@ -177,7 +177,7 @@ def test_a_room_without_doors_has_no_neighbours_to_measure() -> None:
     assert context.hops[0].tolist() == [0, 1, np.inf]
 
 
-def test_a_hub_that_no_way_leads_to() -> None:
+def test_a_hub_without_a_path_to_it() -> None:
     floor = build(*grid_of_rooms(1, 4), doors=(hang_door(1, 2, 4, 1), hang_door(2, 3, 8, 1)))
     assert column(describe_rooms(floor), "hops_to_hub") == [1, 0, 1, MISSING]
 
@@ -209,7 +209,7 @@ def test_openings_do_not_count_for_the_wall_thickness() -> None:
     assert_allclose(shapely.area(draw_outlines(apart, measure_unit(apart))), 12)
 
 
-def test_niches_pillars_and_corners_in_a_wall_are_not_of_the_outline() -> None:
+def test_niches_pillars_and_corners_in_a_wall_do_not_count_for_the_outline() -> None:
     plain = box(0, 0, 8, 6)
     niche = plain.difference(box(3, 5.8, 3.2, 6))
     pillar = plain.difference(box(4, 3, 4.5, 3.5))
@@ -236,7 +236,7 @@ def test_spread_is_the_mean_over_the_outline() -> None:
     assert square == pytest.approx((sqrt(2) + np.arcsinh(1)) / 2 / sqrt(2))
 
 
-def test_either_side_of_a_square_is_its_long_one() -> None:
+def test_both_sides_of_a_square_are_long_sides() -> None:
     floor = build(box(0, 0, 4, 4), doors=(hang_door(1, None, 1, 4), hang_door(1, None, 1.5, 0)))
     ends = list_door_ends(floor)
     squares = fit_rectangles(np.array([box(0, 0, 4, 4)]))
@@ -259,18 +259,18 @@ def test_rectangles_are_the_smallest_and_nearest_to_a_square(turn: float) -> Non
 
 @pytest.mark.slow
 @settings(max_examples=30)
-@example(kind="hall", seed=0, turn=1.0, scale=0.3, shift=(3.0, 4.0))
+@example(floor_maker="hall", seed=0, turn=1.0, scale=0.3, shift=(3.0, 4.0))
 @given(
-    kind=st.sampled_from(sorted(FLOOR_MAKERS)),
+    floor_maker=st.sampled_from(sorted(FLOOR_MAKERS)),
     seed=st.integers(0, 9),
     turn=st.floats(0, 2 * pi),
     scale=st.floats(0.3, 3),
     shift=st.tuples(st.floats(-50, 50), st.floats(-50, 50)),
 )
 def test_no_feature_depends_on_turn_scale_shift_or_order(
-    *, kind: str, seed: int, turn: float, scale: float, shift: tuple[float, float]
+    *, floor_maker: str, seed: int, turn: float, scale: float, shift: tuple[float, float]
 ) -> None:
-    floor = make_floor(kind, seed=seed)
+    floor = make_floor(floor_maker, seed=seed)
     moved = move(floor, turn=turn, scale=scale, shift=shift)
     rng = np.random.default_rng(seed)
     order, doors = rng.permutation(len(floor.rooms)), rng.permutation(len(floor.doors))

@@ -186,7 +186,7 @@ def test_the_geometry_that_the_files_carry(data: Path) -> None:
 
 @pytest.mark.slow
 def test_the_roles_that_the_files_carry(data: Path) -> None:
-    """Their betweenness is the usual one, twice that of Table 5.1; nobody knows why some rooms have others."""
+    """Their betweenness is the usual one, twice that of Table 5.1; why some rooms have other values is unknown."""
     same, rooms = np.zeros(2), 0
     for path in list_buildings(data):
         spaces = ElementTree.parse(path).getroot().iterfind("floor/spaces/space")

@@ -1,4 +1,4 @@
-"""Room graphs out of every file that holds one, and the graphs that the thesis sampled."""
+"""Room graphs from files of all formats, and the sampled graphs of the thesis."""
 
 import json
 from typing import Any
@@ -55,7 +55,7 @@ def test_a_sampled_graph(path):
     assert list(graph.edges(data=True)) == [(0, 1, {})]
 
 
-def test_no_graphs_are_no_fault(path):
+def test_a_file_without_graphs_is_valid(path):
     write(path, sample() | {"graphs": []})
     assert read_room_graphs(path) == []
 
@@ -224,7 +224,7 @@ def node_link(**changes) -> str:
         ("", "empty"),
     ],
 )
-def test_what_is_no_room_graph_is_refused(path, content, message):
+def test_files_without_a_room_graph_are_refused(path, content, message):
     path.write_text(content)
     with pytest.raises(FloorError, match=message) as error:
         read_room_graph(path)

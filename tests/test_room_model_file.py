@@ -1,4 +1,4 @@
-"""Model files: round trip, and what strangers may send."""
+"""Model files of rooms: round trip, and files from untrusted sources."""
 
 import io
 import json
@@ -78,8 +78,10 @@ def refuse(path: Path, match: str) -> None:
 
 def test_round_trip(model_file):
     read, floor = read_room_model(model_file), labelled_floors()[0]
-    for predicted, said_before in zip(read.passes(floor).values(), small_model().passes(floor).values(), strict=True):
-        assert (predicted == said_before).all()
+    for predicted, predicted_before in zip(
+        read.passes(floor).values(), small_model().passes(floor).values(), strict=True
+    ):
+        assert (predicted == predicted_before).all()
     assert read.label(floor) == small_model().label(floor)
     assert read.training == small_model().training
     assert read.schemas == small_model().schemas
@@ -90,7 +92,7 @@ def test_the_same_model_gives_the_same_bytes(model_file, tmp_path):
     assert (tmp_path / "again.npz").read_bytes() == model_file.read_bytes()
 
 
-def test_the_default_model_is_as_it_would_be_written_again(tmp_path):
+def test_the_default_model_is_written_again_with_the_same_bytes(tmp_path):
     save_room_model(read_default_room_model(), tmp_path / "again.npz")
     with zipfile.ZipFile(tmp_path / "again.npz") as again, zipfile.ZipFile(DEFAULT_MODEL) as shipped:
         assert again.namelist() == shipped.namelist()
@@ -147,7 +149,7 @@ def test_a_newer_minor_version_is_read(model_file, tmp_path):
         ({"schemas": {"school": [LAB, LAB]}}, "has labels twice: LAB"),
     ],
 )
-def test_headers_that_make_no_sense(model_file, tmp_path, header, match):
+def test_invalid_headers_are_refused(model_file, tmp_path, header, match):
     refuse(rewrite(model_file, tmp_path / "m.npz", header=header), match)
 
 
@@ -157,7 +159,7 @@ def test_an_infinite_field_is_refused(model_file, tmp_path):
     refuse(rewrite(model_file, tmp_path / "m.npz", header={"field": field | {"temperature": 1e999}}), "temperature")
 
 
-def test_thresholds_that_are_no_numbers(model_file, tmp_path):
+def test_thresholds_that_are_not_numbers(model_file, tmp_path):
     thresholds = array_of(model_file, "first.thresholds").copy()
     thresholds[0] = np.nan
     path = rewrite(model_file, tmp_path / "m.npz", arrays={"first.thresholds": thresholds})
@@ -165,7 +167,7 @@ def test_thresholds_that_are_no_numbers(model_file, tmp_path):
 
 
 def test_a_tree_that_leads_back(model_file, tmp_path):
-    """The last inner node becomes a leaf, and the last leaf an inner node, whose children would lie before it."""
+    """The last inner node becomes a leaf, and the last leaf an inner node, whose children would precede it."""
     features = array_of(model_file, "first.features").copy()
     features[np.flatnonzero(features >= 0)[-1]], features[-1] = -1, 0
     path = rewrite(model_file, tmp_path / "m.npz", arrays={"first.features": features})
@@ -213,7 +215,7 @@ def test_an_array_by_columns(model_file, tmp_path):
 
 
 class Tripwire:
-    """What leaves a trace when it is unpickled."""
+    """An object that creates a file when it is unpickled."""
 
     def __init__(self, trace: Path) -> None:
         self.trace = trace
@@ -252,7 +254,7 @@ def head(text: bytes, version: bytes = b"\x01\x00") -> bytes:
         b"\x93NUMPY\x02\x00\xff\xff\xff\xff{",
     ],
 )
-def test_headers_of_arrays_that_make_no_sense(model_file, tmp_path, content):
+def test_invalid_headers_of_arrays_are_refused(model_file, tmp_path, content):
     path = rewrite(model_file, tmp_path / "m.npz", members={"first.features.npy": content})
     refuse(path, "trees are damaged: 'first.features' ")
 
@@ -307,7 +309,7 @@ def test_a_model_of_an_older_pianta(model_file, tmp_path):
 
 
 @pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
-def test_ways_of_packing_that_unpack_without_limit(model_file, tmp_path, method):
+def test_compression_methods_without_a_limit_are_refused(model_file, tmp_path, method):
     path = tmp_path / "m.npz"
     with zipfile.ZipFile(model_file) as old, zipfile.ZipFile(path, "w") as new:
         for name in old.namelist():
@@ -315,8 +317,8 @@ def test_ways_of_packing_that_unpack_without_limit(model_file, tmp_path, method)
     refuse(path, f"packed by method {method}, pack it by deflate")
 
 
-def test_a_bomb_that_its_directory_hides(model_file, tmp_path):
-    """What is unpacked is what the directory promises, not what is there."""
+def test_a_zip_bomb_with_a_false_size_in_its_directory(model_file, tmp_path):
+    """Only as many bytes as the directory states are unpacked."""
     path = rewrite(model_file, tmp_path / "m.npz", members={"first.features.npy": bytes(200 * 2**20)})
     content = path.read_bytes()
     hidden = content.replace((200 * 2**20).to_bytes(4, "little"), (1000).to_bytes(4, "little"))
@@ -329,7 +331,7 @@ def test_a_bomb_that_its_directory_hides(model_file, tmp_path):
     tracemalloc.stop()
 
 
-def test_an_archive_packed_in_a_way_that_python_does_not_know(model_file, tmp_path):
+def test_an_archive_with_a_compression_that_python_does_not_have(model_file, tmp_path):
     content = bytearray(model_file.read_bytes())
     with zipfile.ZipFile(model_file) as archive:
         start = archive.getinfo(HEADER).header_offset

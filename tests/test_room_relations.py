@@ -44,7 +44,7 @@ def test_rooms_far_apart_are_aligned_across_the_building():
 
 
 def test_both_sides_of_a_wall_are_one_line():
-    # Rooms of a robot's map lie a wall of 0.2 m apart, and doors tell how thick it is.
+    # Rooms of a robot's map are 0.2 m apart; the lengths of doors show how thick the wall is.
     rooms = floor_of(box(0, 0, 4, 5), box(4.2, 5.2, 8, 10), box(4.2, 0.7, 8, 4))
     doors = (Door((1, 3), LineString([(4.1, 1), (4.1, 2)]), 1.0),)
     assert find_aligned(replace(rooms, doors=doors)) == [(1, 2), (1, 3), (2, 3)]

@@ -63,7 +63,7 @@ def test_houses_come_first_with_general_labels_or_a_schema_of_their_own(tmp_path
     assert set(house.labels) == {"B", "S", "H", "C"}
 
 
-def test_floors_of_one_building_are_one_building_where_the_data_say_so(tmp_path):
+def test_floors_of_one_building_are_joined_by_the_list_of_files(tmp_path):
     write_types(tmp_path, "school", buildings=3)
     records = [{"path": f"buildings/school/school{n}.xml", "building": "both"} for n in (0, 2)]
     (tmp_path / "manifest.json").write_text(json.dumps(records))
@@ -85,18 +85,18 @@ def test_what_cannot_be_learnt_from_is_refused(tmp_path):
 def test_one_bad_floor_does_not_stop_the_others(tmp_path):
     write_types(tmp_path, "house", buildings=4)
     folder = tmp_path / "buildings" / "house"
-    strange, broken = folder / "house0.xml", folder / "house1.xml"
-    strange.write_text(strange.read_text().replace("<label>M<", "<label>KITCHEN<"))
+    unknown_label, broken = folder / "house0.xml", folder / "house1.xml"
+    unknown_label.write_text(unknown_label.read_text().replace("<label>M<", "<label>KITCHEN<"))
     broken.write_text("<building")
     (house,), failed = read_room_sets(tmp_path)
     assert set(house.buildings) == {"house/house2", "house/house3"}
     assert len(house.labels) == sum(house.names.values()) == 28
     assert [(item.part, item.item) for item in failed] == [("houses", "house0"), ("houses", "house1")]
-    assert failed[0].failure == ("labels KITCHEN are none of C, H, S, M, B, give the schema of houses as labels.yaml")
+    assert failed[0].failure == ("labels KITCHEN are not among C, H, S, M, B, give the schema of houses as labels.yaml")
     assert "is no XML" in str(failed[1].failure)
 
 
-def test_where_too_few_floors_are_left_the_faults_are_told(tmp_path):
+def test_where_too_few_floors_are_left_the_error_names_the_faults(tmp_path):
     write_types(tmp_path, "house")
     for file in (tmp_path / "buildings" / "house").iterdir():
         file.write_text(file.read_text().replace("<label>M<", "<label>KITCHEN<"))

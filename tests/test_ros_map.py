@@ -1,4 +1,4 @@
-"""ROS maps: every cell as Nav2 reads it, and what is refused."""
+"""ROS maps: every cell as in Nav2, and the files that are refused."""
 
 import warnings
 from math import pi
@@ -38,7 +38,7 @@ def write_map(folder: Path, pixels=EVERY_GREY, **keys: object) -> Path:
 
 
 def cell_by_the_rules(grey: int, mode: str, *, negate: bool) -> int:
-    """Rules of Nav2 in whole numbers, for the thresholds 0.65 and 0.196; occupancy in 1/255000."""
+    """The rules of Nav2 in integers, for the thresholds 0.65 and 0.196; occupancy in 1/255000."""
     if mode == "raw":
         return grey if grey <= 100 else -1
     occupancy = 1000 * (grey if negate else 255 - grey)
@@ -156,7 +156,7 @@ def test_saved_unknown_stays_unknown_with_one_warning(tmp_path, mode, free_thres
     assert grid.cells.tolist() == [[-1] * 6, [100, 0, 0, 0, 0, -1]]
 
 
-def test_trusted_thresholds_are_taken_at_their_word(tmp_path):
+def test_trusted_thresholds_are_used_as_given(tmp_path):
     path = write_map(tmp_path, SAVED, free_thresh=0.25)
     assert read_map(path, trust_thresholds=True).cells.tolist() == [[0] * 6, [100, 0, 0, 0, 0, 0]]
 
@@ -180,7 +180,7 @@ def test_saved_unknown_of_an_inverted_image_stays_unknown(tmp_path):
     ],
     ids=["threshold", "raw", "negate", "no-white-floor", "specks-of-white", "other-grey", "little-of-it"],
 )
-def test_there_is_no_trap(tmp_path, pixels, keys):
+def test_maps_without_saved_unknown_are_read_by_their_thresholds(tmp_path, pixels, keys):
     path = write_map(tmp_path, pixels, **keys)
     literal = read_ros_map(path, trust_thresholds=True)
     assert read_ros_map(path).cells.tolist() == literal.cells.tolist()
@@ -268,7 +268,7 @@ def test_unusable_image_is_refused_in_one_line(tmp_path, image, fault):
         (b"image: !!python/object/apply:os.getcwd []\n", "image"),
     ],
 )
-def test_what_is_no_map_yaml_is_refused_in_one_line(tmp_path, content, fault):
+def test_other_yaml_files_are_refused_in_one_line(tmp_path, content, fault):
     (tmp_path / "map.yaml").write_bytes(content)
     with pytest.raises(MapError, match=rf"^[^\n]*map.yaml'[^\n]*{fault}[^\n]*$"):
         read_map(tmp_path / "map.yaml")
@@ -288,7 +288,7 @@ def test_limit_of_cells_can_be_set(tmp_path):
         read_map(path, max_cells=255)
 
 
-def test_resolution_is_not_to_be_given(tmp_path):
+def test_a_resolution_for_a_yaml_map_is_refused(tmp_path):
     path = write_map(tmp_path)
     with pytest.raises(MapError, match=r"\bresolution\b"):
         read_map(path, resolution=0.05)
@@ -343,7 +343,7 @@ def test_faulty_options_of_saving_are_listed_at_once(tmp_path, name, mode, image
 
 
 @pytest.mark.parametrize("blocked", ["map.yaml", "map.png"])
-def test_both_files_are_written_or_none(tmp_path, blocked):
+def test_both_files_are_written_or_neither(tmp_path, blocked):
     (tmp_path / blocked).mkdir()
     with pytest.raises(PiantaError, match=f"{blocked}.*folder"):
         save_ros_map(GridMap(np.zeros((1, 1), np.int8), 1), tmp_path / "map.yaml")
@@ -366,7 +366,7 @@ def test_real_maps_have_floor_walls_and_unknown(data, folder):
 
 
 @given(st.sampled_from([b"", b"image: map.png\n", b"{", b"%YAML ", b"\xff\xfe"]), st.binary())
-def test_only_our_errors_escape_from_random_yaml(tmp_path_factory, start, rest):
+def test_random_yaml_raises_only_errors_of_pianta(tmp_path_factory, start, rest):
     path = tmp_path_factory.getbasetemp() / "random.yaml"
     path.write_bytes(start + rest)
     read_or_refuse(path)
@@ -375,7 +375,7 @@ def test_only_our_errors_escape_from_random_yaml(tmp_path_factory, start, rest):
 @pytest.mark.slow
 @settings(max_examples=200)
 @given(data=st.data())
-def test_only_our_errors_escape_from_mutated_yaml(tmp_path_factory, data):
+def test_mutated_yaml_raises_only_errors_of_pianta(tmp_path_factory, data):
     path = write_map(tmp_path_factory.getbasetemp())
     path.write_bytes(data.draw(mutated(path.read_bytes())))
     read_or_refuse(path)
@@ -383,7 +383,7 @@ def test_only_our_errors_escape_from_mutated_yaml(tmp_path_factory, data):
 
 @pytest.mark.slow
 @given(keys=st.fixed_dictionaries({}, optional=dict.fromkeys(KEYS, st.one_of(st.text(), finite, st.none()))))
-def test_only_our_errors_escape_from_odd_values(tmp_path_factory, keys):
+def test_odd_values_raise_only_errors_of_pianta(tmp_path_factory, keys):
     path = tmp_path_factory.getbasetemp() / "odd.yaml"
     path.write_text(yaml.safe_dump(KEYS | keys), encoding="utf-8")
     read_or_refuse(path)

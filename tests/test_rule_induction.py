@@ -38,8 +38,8 @@ def test_what_was_grown_on_noise_is_pruned_away():
     right = features[:, 0] > 0.5
     labels = np.where(right ^ (random.random(400) < 0.1), "a", "b")
     fresh = random.random((2000, 3))
-    found = RuleInduction().fit(features, labels).predict(fresh) == "a"
-    assert (found == (fresh[:, 0] > 0.5)).mean() > 0.9
+    predicted = RuleInduction().fit(features, labels).predict(fresh) == "a"
+    assert (predicted == (fresh[:, 0] > 0.5)).mean() > 0.9
 
 
 def test_the_middle_of_neighbouring_floats_divides_them():

@@ -36,7 +36,7 @@ def test_split_room():
 
 
 def test_pixels_without_a_room_count_against_the_rooms():
-    """Room 1 has 4 pixels, 2 of them in the true room, whose third pixel nobody found."""
+    """Room 1 has 4 pixels, 2 of them in the true room, whose third pixel is in no room."""
     scores = score_labels(image("11110"), image("00999"))
     assert scores == Scores(2 / 4, 2 / 3, 2 / 4, 2 / 3, mean_iou=2 / 5, f1=0.0, reconstructed=1, true=1)
 

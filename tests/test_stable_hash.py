@@ -1,4 +1,4 @@
-"""Hashes: pinned values, so that every machine and version gives the same, and what they tell apart."""
+"""Hashes: pinned values, equal on every machine and version, and different for different inputs."""
 
 import numpy as np
 import pytest

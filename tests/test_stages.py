@@ -1,4 +1,4 @@
-"""The stages that commands call, as functions: worlds, realism, models of a type, new buildings, explorations."""
+"""The functions behind the commands: worlds, realism, models of a type, new buildings, explorations."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -40,7 +40,7 @@ class TestMakeWorld:
         assert (grid.cells == make_sample()[1].cells).all()
 
     @pytest.mark.parametrize("world_type", FLOOR_MAKERS)
-    def test_every_kind(self, world_type):
+    def test_every_world_type(self, world_type):
         floor, grid = pianta.make_world(world_type, seed=3, resolution=0.2, noise=0.3)
         assert floor == make_floor(world_type, seed=3)
         assert (grid.cells == simulate_map(floor, seed=3, resolution=0.2, noise=0.3).cells).all()
@@ -66,7 +66,7 @@ class TestMakeWorld:
 class TestAssessRealism:
     WORLDS = tuple(make_floor(name, seed=seed) for name in ("corridor", "ring", "hall") for seed in range(2))
 
-    def test_takes_floors_or_their_model(self):
+    def test_accepts_floors_or_their_model(self):
         model = train_realism(
             [fill_missing_labels(floor, LabelSet.R_C).floor for floor in self.WORLDS], label_set=LabelSet.R_C
         )
@@ -85,7 +85,7 @@ class TestAssessRealism:
 
 
 class TestGenerate:
-    def test_gives_the_same_for_a_seed(self):
+    def test_is_repeatable_with_a_seed(self):
         first, second = (pianta.generate(QUICK, 2, seed=5) for _ in range(2))
         assert [as_edges(graph) for graph in first] == [as_edges(graph) for graph in second]
         assert len(first) == 2
@@ -141,7 +141,7 @@ class TestGenerate:
 class TestTrainType:
     @pytest.fixture(autouse=True)
     def _quick(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """Chains that have mixed at once."""
+        """Chains that mix at once."""
 
         def run(sampler: BuildingSampler, seed: int) -> Floats:
             return np.random.default_rng(seed).normal(size=(3, train.CHAINS, sampler.model.sweeps))
@@ -149,14 +149,14 @@ class TestTrainType:
         for name in ("_run_sweeps", "_run_edge_moves", "_run_door_moves"):
             monkeypatch.setattr(train, name, run)
 
-    def test_takes_graphs_with_a_schema(self, tmp_path):
+    def test_accepts_graphs_with_a_schema(self, tmp_path):
         model = pianta.train_type(make_schools(), schema=SCHOOL)
         assert str(model) == str(small_model())
         assert model.mixing is not None
         model.save(tmp_path / "school.json")
         assert str(pianta.load_model(tmp_path / "school.json")) == str(model)
 
-    def test_takes_floors_with_a_type(self):
+    def test_accepts_floors_with_a_type(self):
         floors = [replace(draw_floor(graph), building_type={"School": 1.0}) for graph in make_schools()[:3]]
         from_list, from_iterator = pianta.train_type(floors), pianta.train_type(iter(floors))  # type: ignore[arg-type]
         assert str(from_list) == str(from_iterator)
@@ -197,7 +197,7 @@ class TestExplore:
         assert run.share[-1] > 0.999
         assert run.decisions > 0
 
-    def test_looks_for_a_label(self):
+    def test_searches_for_a_label(self):
         run = pianta.explore(two_rooms(), find="stairs", lidar=SHORT_SIGHTED, starts=[(1, 1)])
         assert (run.outcome, run.found_room) == ("found STAIRS", 2)
 
@@ -216,7 +216,7 @@ class TestExplore:
         )
         assert from_floor.distance.tolist() == from_file.distance.tolist() == from_folder.distance.tolist()
 
-    def test_a_kind_of_world_with_the_seed(self):
+    def test_a_world_type_with_the_seed(self):
         by_kind, by_floor, other = (
             pianta.explore(world, seed=seed, max_distance=1.0, lidar=SHORT_SIGHTED)
             for world, seed in (("hall", 3), (make_floor("hall", seed=3), 3), ("hall", 0))
@@ -224,7 +224,7 @@ class TestExplore:
         assert by_kind.reachable_area == by_floor.reachable_area
         assert by_kind.reachable_area != other.reachable_area
 
-    def test_starts_as_an_array(self):
+    def test_accepts_starts_as_an_array(self):
         starts: list[Any] = [[(1.0, 1.0), (6.0, 1.0)], np.array([[1.0, 1.0], [6.0, 1.0]])]
         listed, array = (pianta.explore(two_rooms(), starts=each, robots=2, lidar=SHORT_SIGHTED) for each in starts)
         assert [track[0, :2].tolist() for track in array.tracks] == [[1, 1], [6, 1]]
@@ -248,7 +248,7 @@ class TestExplore:
 
 
 def public(name: str) -> Any:
-    """A public function without its types, for arguments that they refuse."""
+    """A public function without its types, for arguments of wrong types."""
     return getattr(pianta, name)
 
 
@@ -264,7 +264,7 @@ def public(name: str) -> Any:
         (lambda floor: public("assess_realism")(floor, "offices"), "reference="),
     ],
 )
-def test_a_path_in_the_place_of_what_it_holds_is_named(call: Callable[[Any], object], argument: str) -> None:
+def test_a_path_instead_of_its_content_is_refused_by_name(call: Callable[[Any], object], argument: str) -> None:
     floor = pianta.Floor((pianta.Room(1, box(0, 0, 4, 3)),))
     with pytest.raises(OptionError, match=f"{argument} is a str"):
         call(floor)

@@ -1,4 +1,4 @@
-"""The method `structure` from end to end: a grid map in, rooms and doors out."""
+"""The method `structure` from end to end: from a grid map to rooms and doors."""
 
 from functools import cache
 from typing import NamedTuple
@@ -75,13 +75,13 @@ def match_doors(world: World):
 
 
 def check_rooms(grid: GridMap, floor: Floor, *, reach: float = 0.15):
-    """Rooms are valid polygons, disjoint, a coverage, and each free cell is in one, or as near as reach to one."""
+    """Rooms are valid, disjoint polygons that share edges; each free cell is in a room, or at most `reach` away."""
     rooms = polygons_of(floor)
     assert all(room.geom_type == "Polygon" and room.is_valid and room.area > 0 for room in rooms)
     one, other = shapely.STRtree(rooms).query(rooms, predicate="intersects")
     assert shapely.area(shapely.intersection(rooms[one], rooms[other]))[one != other].max(initial=0) < 1e-6
     assert shapely.coverage_is_valid(rooms)
-    # Prepared rooms are asked one by one, which takes a tenth of the time that a tree of them takes.
+    # Queries on prepared rooms one by one take a tenth of the time of a query on a tree of rooms.
     shapely.prepare(rooms)
     xy = np.column_stack(grid.pixel_to_map(*(np.argwhere(grid.free).T + 0.5)))
     times = sum(shapely.contains_xy(room, xy).astype(int) for room in rooms)
@@ -105,7 +105,7 @@ def test_worlds_without_furniture_have_the_true_rooms_and_doors(condition):
 
 @pytest.mark.slow
 def test_furnished_worlds_keep_their_rooms_and_doors_and_gain_few():
-    # A row of cupboards now and then divides a room: that is one room more in every second or third building.
+    # A row of cupboards sometimes divides a room: one room more in every second or third building.
     for world in survey_worlds("furnished"):
         assert 0 <= len(world.reconstructed.rooms) - len(world.truth.rooms) <= 1, world.truth.source
         true, reconstructed = match_doors(world)
@@ -158,7 +158,7 @@ def test_rays_through_glass_are_no_room():
 
 
 def check_rooms_near_the_building(world: World):
-    """The rooms reach no further out than rays make them, and they cover the building."""
+    """The rooms extend no further than rays make them, and they cover the building."""
     building = shapely.union_all(polygons_of(world.truth))
     rooms = shapely.union_all(polygons_of(world.reconstructed))
     assert shapely.coverage_is_valid(polygons_of(world.reconstructed))
@@ -167,7 +167,7 @@ def check_rooms_near_the_building(world: World):
 
 @pytest.mark.slow
 def test_rooms_with_ray_leaks_and_furniture_are_valid():
-    # One of them once had an outline that touched itself, and became no polygon at all in the map frame.
+    # A room of these worlds once had an outline that touched itself, and its polygon was lost in the map frame.
     for world in survey_worlds("furnished", glass_spray=True):
         rooms = polygons_of(world.reconstructed)
         assert shapely.coverage_is_valid(rooms)
@@ -202,7 +202,7 @@ def test_passages_wider_than_a_door_are_openings(width, door_kind):
     assert floor.doors[0].width == pytest.approx(2 * half * 0.05, abs=0.02)
 
 
-# What nobody has visited, as rows and columns of the suite, and the rooms that end there.
+# Unexplored parts, as rows and columns of the suite, and the rooms that end there.
 HIDDEN = {
     "right end of the right room": ((0, 90, 160, 200), [2]),
     "left end of all": ((0, 143, 0, 50), [1, 3]),
@@ -256,8 +256,8 @@ def test_a_floor_at_one_centimetre_a_cell_has_the_true_rooms():
 
 
 def test_cells_of_half_a_metre_show_rooms_and_doors():
-    # Two rooms of 4 m above a corridor of 1 m; the doors are one cell, and so far from corners and from each other
-    # that the wall between them, as thick as a cell, is too long for furniture.
+    # Two rooms of 4 m above a corridor of 1 m. The doors are one cell wide, and far enough from corners and from each
+    # other that the wall between them, one cell thick, is too long for furniture.
     free = carve((13, 42), (1, 9, 1, 20), (1, 9, 21, 41), (10, 12, 1, 41), (9, 10, 10, 11), (9, 10, 30, 31))
     grid = make_grid(free, resolution=0.5)
     floor = run_structure(grid)
@@ -330,11 +330,11 @@ def draw_maze(rows: int, cols: int, *, width: int, wall: int):
 
 
 @pytest.mark.slow
-def test_a_maze_is_all_covered_and_joined():
+def test_rooms_of_a_maze_cover_it_and_are_connected():
     grid = make_grid(draw_maze(9, 12, width=30, wall=3))
     floor = run_structure(grid)
     check_rooms(grid, floor)
-    # The number of rooms of a maze is undefined; but it is connected and has no loops, and so must the rooms.
+    # The number of rooms of a maze is undefined; but the maze, and so its rooms, are connected and have no loops.
     assert len(floor.doors) == len(floor.rooms) - 1
     assert not any(room.partial for room in floor.rooms)
 

@@ -1,4 +1,4 @@
-"""SVGs become drawings: transforms applied, y up, roles by names, and nothing is fetched."""
+"""SVGs are read as drawings: transforms applied, y up, roles by names, and no external file is fetched."""
 
 import socket
 import sys
@@ -25,7 +25,7 @@ SPACES = (
     'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
 )
 STROKE = 'stroke="black" fill="none"'
-# A leaf that stands open upwards, hinged at the origin; its door lies to the right.
+# An open leaf that points upwards, hinged at the origin; the door is to the right.
 LEAF = '<path d="M0 0 V-9 A9 9 0 0 1 9 0"/>'
 
 
@@ -121,7 +121,7 @@ def test_roles_by_ids_classes_and_labels_from_the_inside(path):
 
 
 def test_doors_lie_between_jambs(path):
-    """A swing within its group, one by `use` and mirrored, and a plain rectangle in a wall; white as they are."""
+    """A swing in its group, a mirrored one by `use`, and a plain rectangle in a wall; all white."""
     group = f'<g class="Door" fill="none" stroke="black" transform="translate(100 0)">{LEAF}</g>'
     used = f'<defs><g id="door-900">{LEAF}</g></defs><use href="#door-900" transform="translate(50 50) scale(-1 1)"/>'
     plain = '<rect id="door3" x="10" y="80" width="9" height="1" fill="white"/>'
@@ -160,7 +160,7 @@ def test_only_dark_areas_and_walls_are_filled(path):
     assert lines_of(drawing) == []
 
 
-def test_what_has_a_role_and_no_style_is_a_line(path):
+def test_shapes_with_a_role_and_no_style_are_lines(path):
     drawing = read(path, '<g id="walls"><line x2="5"/><path d="M0 1H5"/></g><line x2="9"/>')
     assert lines_of(drawing, "wall") == [[0, 0, 5, 0], [0, -1, 5, -1]]
     assert (lines_of(drawing), drawing.fills) == ([], ())
@@ -170,7 +170,7 @@ def test_what_has_a_role_and_no_style_is_a_line(path):
     "hidden",
     ['style="display: none"', 'display="none"', 'visibility="hidden"', 'opacity="0"', 'class="gone"', 'id="none"'],
 )
-def test_what_is_not_displayed_is_left_out(path, hidden):
+def test_hidden_elements_are_left_out(path, hidden):
     css = "<style>/* rules */ .gone, #none { display:none !important } g line { display: none }</style>"
     hidden_group = f'<g {hidden}><g><line x2="1" {STROKE}/></g><text>no</text></g>'
     drawing = read(path, css, hidden_group, f'<line x2="2" {STROKE}/>', f'<defs><line x2="3" {STROKE}/></defs>')
@@ -184,7 +184,7 @@ def test_style_sheets_give_strokes(path):
     assert drawing.widths.tolist() == [0.25, 2, 2, 2, 2]
 
 
-def test_texts_lie_by_their_middle(path):
+def test_texts_are_placed_by_their_middle(path):
     drawing = read(
         path,
         f'<line x2="1" {STROKE}/><g font-size="10">',
@@ -256,7 +256,7 @@ PUBLIC = '"-//W3C//DTD SVG 1.1//EN" "http://127.0.0.1:9/svg11.dtd"'
         "<!DOCTYPE svg>",
     ],
 )
-def test_the_name_of_a_document_type_is_passed_by_and_nothing_is_fetched(path, monkeypatch, declared):
+def test_a_document_type_is_skipped_and_nothing_is_fetched(path, monkeypatch, declared):
     path.write_text(declared + svg(f'<line x2="1" {STROKE}/>'))
     monkeypatch.setattr(socket, "socket", None)
     assert lines_of(read_svg_plan(path)) == [[0, 0, 1, 0]]
@@ -282,7 +282,7 @@ LOL = '<!DOCTYPE svg [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]>'
         ("", "empty"),
     ],
 )
-def test_what_is_no_plan_is_refused_in_one_line(path, text, message):
+def test_files_without_a_plan_are_refused_in_one_line(path, text, message):
     path.write_text(text)
     with pytest.raises(PlanError, match=message) as caught:
         read_svg_plan(path)
@@ -295,7 +295,7 @@ def test_a_missing_library_is_named(path, monkeypatch):
         read(path)
 
 
-def test_groups_that_would_multiply_without_end_are_refused(path, monkeypatch):
+def test_groups_that_multiply_without_end_are_refused(path, monkeypatch):
     monkeypatch.setattr(svg_plan, "MAX_ELEMENTS", 1000)
     laughs = "".join(
         f'<g id="g{level}">{f"<use href={chr(34)}#g{level - 1}{chr(34)}/>" * 10}</g>' for level in range(9)

@@ -116,7 +116,7 @@ def test_the_accuracy_on_copies_is_below_a_half():
 
 @pytest.mark.slow
 def test_each_repeat_draws_other_graphs():
-    # Four of the generated graphs are told, four are copies.
+    # Four of the generated graphs differ from the real ones, four are copies.
     real, others = ([make_path(label * size) for size in range(1, 5)] for label in ("AB", "CD"))
     run_test = [kernel_two_sample_test(real, [*real, *others], KERNELS[0], repeats=20, seed=seed) for seed in (0, 0, 1)]
     assert len(set(run_test[0].pair_out)) > 2

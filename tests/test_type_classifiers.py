@@ -20,8 +20,8 @@ def make_rooms(scale: float = 1.0, *, rooms: int = 60, buildings: int = 6) -> Ro
     sizes = np.arange(rooms) % 3
     areas = scale * (np.array([5, 20, 80])[sizes] + random.random(rooms))
     geometry = np.column_stack([areas, np.ones((rooms, 2))])
-    places = np.array([f"b{place}" for place in np.arange(rooms) * buildings // rooms])
-    return RoomSet("School", geometry, np.zeros((rooms, 5)), np.array([*"SMB"])[sizes], places, {})
+    building_names = np.array([f"b{building}" for building in np.arange(rooms) * buildings // rooms])
+    return RoomSet("School", geometry, np.zeros((rooms, 5)), np.array([*"SMB"])[sizes], building_names, {})
 
 
 def test_confusion_by_hand():
@@ -46,11 +46,11 @@ def test_the_published_table_is_counted_so_but_for_one_label_a_set():
     }
     odd = {}
     for name in ("House", "School", "Office", "H+S+O"):
-        rows = np.array([[cells[name, label, given] for given in "CHSMB"] for label in "CHSMB"])
+        rows = np.array([[cells[name, label, predicted] for predicted in "CHSMB"] for label in "CHSMB"])
         assert rows.sum(axis=1) == pytest.approx([100] * 5, abs=0.3)
         rooms = np.array([shares[name, label] for label in "CHSMB"])
         counts = np.round(100 * rooms[:, None] * rows).astype(int)
-        off = np.abs(100 * share_misled(counts) - [cells[name, "FN", given] for given in "CHSMB"])
+        off = np.abs(100 * share_misled(counts) - [cells[name, "FN", predicted] for predicted in "CHSMB"])
         # Table 4.2 rounds the shares of labels and is of all folds: 1.6 points at most, or 17 and more.
         assert not ((off > 1.6) & (off < 17)).any()
         odd[name] = ["CHSMB"[label] for label in np.flatnonzero(off > 1.6)]

@@ -1,4 +1,4 @@
-"""Model files of chapter 7: round trip, and what strangers may send."""
+"""Model files of chapter 7: round trip, and files from untrusted sources."""
 
 import json
 from collections.abc import Callable
@@ -70,7 +70,7 @@ def test_round_trip(tmp_path, segmentation):
     assert list(map(list_rooms, reread)) == list(map(list_rooms, expected))
 
 
-def test_a_type_of_ones_own(tmp_path):
+def test_a_type_of_the_user(tmp_path):
     house = LabelSchema(
         "house",
         (
@@ -120,7 +120,7 @@ AREAS = [[0, 1, 2, 3, 4, 5], [6, 7, 8, 9]]
 DOORS = [[0, 1], [0, 2], [0, 3], [0, 4], [0, 5], [6, 7], [6, 8], [6, 9], [0, 6]]
 
 
-def test_the_floor_that_is_changed(model_file):
+def test_the_floor_that_other_tests_change(model_file):
     floor = json.loads(model_file.read_text())["floors"][0]
     assert floor["areas"] == AREAS
     assert sorted(map(sorted, floor["doors"])) == sorted(DOORS)
@@ -203,7 +203,7 @@ def test_files_changed_by_hand(model_file, tmp_path, change, match):
         (b'{"format": "pianta type", "version": "1.0"}', "building_type"),
     ],
 )
-def test_files_that_are_none(tmp_path, content, match):
+def test_other_files_are_refused(tmp_path, content, match):
     (tmp_path / "none.json").write_bytes(content)
     refuse(tmp_path / "none.json", match)
 
@@ -262,7 +262,7 @@ def test_all_faults_are_reported(model_file, tmp_path):
 
 
 def assert_sampled(model: TypeModel) -> None:
-    """Whatever can be read makes buildings."""
+    """Every model that can be read generates buildings."""
     (building,) = generate_buildings(replace(model, sweeps=2, edge_moves=4, door_moves=2), 1)
     assert nx.is_connected(building)
 

@@ -1,4 +1,4 @@
-"""Sampled floors around explored parts: what is known stays, doors lead somewhere, and all is one part."""
+"""Sampled floors around explored parts: explored rooms stay, every door leads to a room, and the floor is connected."""
 
 import networkx as nx
 import pytest

@@ -135,4 +135,6 @@ def test_what_is_found(tmp_path, code, faults):
 if __name__ == "__main__":
     for argument in map(Path, sys.argv[1:]):
         for file in [argument] if argument.is_file() else sorted({*argument.rglob("*.py"), *argument.rglob("*.md")}):
+            if file.resolve() == Path(__file__).resolve():
+                continue
             sys.stdout.writelines(f"{fault}\n" for fault in find_faults(file))

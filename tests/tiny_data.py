@@ -108,7 +108,7 @@ def write_schools(data: Path, *wings: str) -> None:
 def write_school(wings: Sequence[str]) -> str:
     """Layout XML, 0.1 m a pixel: wings of a corridor with a door to each of its rooms, and to the next corridor."""
     spaces, left = [], 0
-    hubs = [sum(len(wing) + 1 for wing in wings[:place]) for place in range(len(wings))]
+    hubs = [sum(len(wing) + 1 for wing in wings[:index]) for index in range(len(wings))]
     for hub, wing in zip(hubs, wings, strict=True):
         rooms = range(hub + 1, hub + 1 + len(wing))
         beside = [other for other in hubs if abs(hubs.index(other) - hubs.index(hub)) == 1]

@@ -24,8 +24,8 @@ def write_labelled(building_type: str, *, stretch: float) -> str:
     corridor = "C" if building_type == "house" else "CORRIDOR"
     rooms, left = [], 0.0
     for label, count, (width, height) in ROOMS[building_type]:
-        for place in range(count):
-            right = left + width * (stretch + place / 100)
+        for index in range(count):
+            right = left + width * (stretch + index / 100)
             rooms.append((label, (left, 2.2, right, 2.2 + height)))
             left = right + 0.2
     spaces = [(corridor, (0, 0, left, 2)), *rooms]

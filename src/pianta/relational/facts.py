@@ -67,11 +67,11 @@ class Signature:
         what = f"signature {self.name!r}"
         _check_names(what, self.name)
         names = [argument.name for argument in self.arguments]
-        kinds = [argument.kind for argument in self.arguments]
-        related = [kind for kind in kinds if kind not in (SELF, PROPERTY)]
+        argument_kinds = [argument.kind for argument in self.arguments]
+        related = [argument.kind for argument in self.arguments if argument.kind not in (SELF, PROPERTY)]
         if not names or len(set(names)) < len(names):
             raise RelationError(f"{what} has the arguments {', '.join(names) or 'none'}, give one or more, each once")
-        if kinds.count(SELF) > 1:
+        if argument_kinds.count(SELF) > 1:
             raise RelationError(f"{what} has more than one argument of kind self, an entity has one identifier")
         if self.unordered and (len(related) < 2 or len(set(related)) > 1):
             raise RelationError(f"{what} is unordered, give it two or more arguments of one kind of entity")

@@ -52,7 +52,7 @@ class TreeParameters:
     max_leaves: int | None = None
 
     def count_features(self, features: int) -> int:
-        """The number of features that a split is chosen from. features: of all."""
+        """Number of randomly chosen features that each split considers."""
         return max(1, int(sqrt(features) if self.feature_share is None else self.feature_share * features))
 
 

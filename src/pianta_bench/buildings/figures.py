@@ -17,7 +17,7 @@ from pianta_bench.places.models import PIANTA
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Paul Tol's "bright" scheme, for colour-blind readers; a colour a part, a stroke a model.
+# Paul Tol's "bright" scheme, for colour-blind readers; one colour per part, one stroke per model.
 COLORS = MappingProxyType({"S": "#4477aa", "O": "#cc6633", "S+O": "#228833"})
 STROKES = MappingProxyType({KLOG: "--", PIANTA: "-"})
 NAMES = MappingProxyType({"S": "schools", "O": "offices", "S+O": "buildings"})

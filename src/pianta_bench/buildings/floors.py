@@ -1,4 +1,4 @@
-"""BuildingFloor: a labelled floor as all the models of bench buildings see it, from the data or from folders."""
+"""BuildingFloor: a labelled floor with the inputs of all models of bench buildings, from the data or from folders."""
 
 from __future__ import annotations
 
@@ -25,8 +25,7 @@ from pianta_bench.data.annotated_floors import KINDS, AnnotatedFloor, read_annot
 from pianta_bench.harness.records import Item
 from pianta_bench.types.room_sets import USER_SCHEMA
 
-# Of each type: one building is left out, and of the others one more for calibration.
-MIN_BUILDINGS = 3
+MIN_BUILDINGS = 3  # of each type: one is left out, one more is used for calibration, and one for training
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,10 +88,10 @@ def read_type_folders(
     """The floors of folders, each of one building type, and those that could not be read.
 
     The type is that of the schema labels.yaml in the folder; else that of the file; else the name of the folder. Floors
-    in one subfolder are of one building; others by building_name. If all floors of a type would be of one building,
-    each is a building.
+    in one subfolder are of one building; for others building_name decides. If that makes all floors of a type one
+    building, each of them is a building instead.
     Raises OptionError for a path that is no folder, or a folder whose name is no type; DataError for fewer than two
-    types or too few buildings of one; what list_buildings and read_label_schema raise.
+    types or too few buildings of one; and the errors of list_buildings and read_label_schema.
     """
     floors: list[BuildingFloor] = []
     failed: list[Item] = []
@@ -160,7 +159,7 @@ def _item_name(file: Path, folder: Path) -> str:
 
 
 def _divide_buildings(floors: Sequence[BuildingFloor]) -> list[BuildingFloor]:
-    """The floors, each a building of its own if all of its type would be of one building by their names."""
+    """The floors; if all floors of a type have one building by their names, each becomes a building of its own."""
     buildings = _group_buildings(floors)
     return [
         replace(floor, annotated=replace(annotated, building=f"{annotated.kind}/{annotated.item}"))

@@ -1,4 +1,4 @@
-"""Reasoning on the building structure: Table 6.1 as a whole, with whole buildings left out (thesis, section 6.2)."""
+"""Reasoning on the building structure: Table 6.1, with whole buildings left out (thesis, section 6.2)."""
 
 from __future__ import annotations
 
@@ -37,13 +37,17 @@ from pianta_bench.harness.timing import measure_time
 from pianta_bench.places.models import COLUMNS, PIANTA, PreparedFloor, check_convention
 
 TREES = 100  # of each forest; 500 in section 6.2, which take five times as long
-MAX_FLOOR_FOLDS = 44  # the 43 floors of the data are left out one by one, of more some together
-ROOMS, BUILDINGS, FLOORS = "places", "buildings", "buildings, one floor left out"
-TASKS = {BUILDING: BUILDINGS, FLOOR: FLOORS}
+MAX_FLOOR_FOLDS = 44  # the 43 floors of the data are left out one by one, of more floors some are left out together
+# The tasks: rooms; floors with whole buildings left out; floors with one floor left out.
+ROOM_TASK = "places"
+BUILDING_TASK = "buildings"
+FLOOR_TASK = "buildings, one floor left out"
+TASKS = {BUILDING: BUILDING_TASK, FLOOR: FLOOR_TASK}
 SECONDS = "processor seconds"  # part of the records with times; their metric is the task
-WRONG_ROOMS, WRONG_TYPE = "wrong rooms, %", "wrong type"
+WRONG_ROOMS = "wrong rooms, %"
+WRONG_TYPE = "wrong type"
 
-# What a step returns: of each task that it has timed the model, seconds, and scores by their key in Scores.
+# What a step returns: for each timed task its name, the model, seconds, and scores by their key in Scores.
 Outcomes = list[tuple[str, str, float, Mapping[Any, Any]]]
 
 
@@ -62,13 +66,13 @@ def measure(
 
     Records of each floor: wrong rooms in %, and whether its type is wrong, by model and label set. If manifest.json of
     the data has several floors of one building, they are left out together.
-    types: folders of buildings of one type each, in place of data; only the floors are classified then, as section
+    types: folders of buildings of one type each, instead of data; then only the floors are classified, as section
     6.2.2 does with three types of MIT.
     convention: EXPERIMENTS or FIGURE, by which labels become R/C and F/C/E/S. trees: of each forest of Extra-Trees.
     jobs: number of processes, None for one for each core; figures do not depend on it.
     track: wraps the steps, to show progress.
-    Raises OptionError for another convention and for pictures of types, and what read_building_floors and
-    read_type_folders raise.
+    Raises OptionError for another convention and for pictures of types, and the errors of read_building_floors and
+    read_type_folders.
     """
     labels = check_convention(convention)
     if types and pictures:
@@ -83,12 +87,12 @@ def measure(
         for task, model, seconds, values in outcomes:
             results.add(SECONDS, model, {task: seconds})
             for key, value in values.items():
-                if task == ROOMS:
+                if task == ROOM_TASK:
                     scores.rooms.setdefault(key, {}).update(value)
                 else:
                     scores.types[key] = value
     list_errors(results, scores)
-    results.objects |= {"scores": scores, "of_thesis": not types}
+    results.objects |= {"scores": scores, "is_table_6_1": not types}
     results.details["floors"] = scores.as_json()
     results.details["curves"] = [
         {**asdict(curve), "part": part, "model": model, "curve": name, "x": x.tolist(), "y": y.tolist()}
@@ -104,10 +108,10 @@ def _list_room_steps(
     """The steps that classify rooms: by trees and relations for each type, by pianta for each fold."""
     for name in list_types(floors):
         indices = [index for index, floor in enumerate(floors) if floor.annotated.kind == name]
-        type_floors = [floors[index] for index in indices]
-        classify = {KLOG: partial(classify_rooms_by_relations, type_floors)}
+        typed_floors = [floors[index] for index in indices]
+        classify = {KLOG: partial(classify_rooms_by_relations, typed_floors)}
         for model in COLUMNS:
-            classify[model] = partial(classify_rooms_by_trees, type_floors, model=model, trees=trees, seed=seed)
+            classify[model] = partial(classify_rooms_by_trees, typed_floors, model=model, trees=trees, seed=seed)
         yield from (
             (f"places, {name}s, {model}", partial(_score_rooms, model, indices, classify[model])) for model in classify
         )
@@ -144,7 +148,7 @@ def _score_rooms(
 ) -> Outcomes:
     seconds, by_set = measure_time(classify)
     scores = {(model, label_set): dict(zip(indices, each, strict=True)) for label_set, each in by_set.items()}
-    return [(ROOMS, model, seconds, scores)]
+    return [(ROOM_TASK, model, seconds, scores)]
 
 
 def _score_floors(key: tuple[str, str, LabelSet], classify: Callable[[], FloorScores]) -> Outcomes:

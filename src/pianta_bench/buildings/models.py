@@ -35,8 +35,9 @@ Folds = Sequence[tuple[Indices, Indices]]
 
 KLOG = "kLog-style"
 MODELS = (LOCAL, CENTRAL, KLOG, PIANTA)
-# Parts of the buildings: for each part the bins of the relational kernel are fitted to the floors of all others.
-PARTS = 3
+# The bins of the relational kernel are computed three times, each time without a third of the buildings (docs,
+# results of building classification).
+BIN_FOLDS = 3
 
 
 class FloorScores(NamedTuple):
@@ -49,7 +50,7 @@ class FloorScores(NamedTuple):
 def classify_rooms_by_trees(
     floors: Sequence[BuildingFloor], *, model: str, trees: int, seed: int
 ) -> dict[LabelSet, list[Floats]]:
-    """By label set, of each floor the probabilities of labels, shape (rooms, labels) (section 6.1.3)."""
+    """By label set, for each floor the probabilities of labels, shape (rooms, labels) (section 6.1.3)."""
     features = [floor.annotated.features[:, COLUMNS[model]] for floor in floors]
     probabilities = {label_set: [np.zeros((0, len(labels)))] * len(floors) for label_set, labels in LABELS.items()}
     for label_set, labels in LABELS.items():
@@ -62,31 +63,31 @@ def classify_rooms_by_trees(
 
 
 def classify_rooms_by_relations(floors: Sequence[BuildingFloor]) -> dict[LabelSet, list[Floats]]:
-    """By label set, of each floor decision values, shape (rooms, labels); all sets share the Gram matrices."""
+    """By label set, for each floor decision values, shape (rooms, labels); all sets share the Gram matrices."""
     buildings, facts = list_buildings(floors), [floor.facts for floor in floors]
-    compare = compare_by_part(
+    compare = compare_by_fold(
         buildings, lambda others: RoomKernel().fit(facts, binned=[facts[i] for i in others]).compare()
     )
     starts = np.cumsum([0, *(len(floor.annotated.floor.rooms) for floor in floors)])
     rows = [np.arange(start, end) for start, end in pairwise(starts)]
     decisions = {label_set: [np.zeros((0, len(labels)))] * len(floors) for label_set, labels in LABELS.items()}
     for training, held_out in list_folds(buildings):
-        rows_of_others = np.concatenate([rows[i] for i in training])
+        train_rows = np.concatenate([rows[i] for i in training])
         for building, own in _group(held_out, buildings).items():
             gram = compare(building)
-            gram_of_others = gram[np.ix_(rows_of_others, rows_of_others)]
+            train_gram = gram[np.ix_(train_rows, train_rows)]
             for label_set, labels in LABELS.items():
                 truth = [label for i in training for label in floors[i].labels[label_set]]
-                svm = fit_svm(gram_of_others, truth)
+                svm = fit_svm(train_gram, truth)
                 for i in own:
-                    decisions[label_set][i] = decide(svm, gram[np.ix_(rows[i], rows_of_others)], labels)
+                    decisions[label_set][i] = decide(svm, gram[np.ix_(rows[i], train_rows)], labels)
     return decisions
 
 
 def classify_rooms_by_pianta(
     training: Sequence[PreparedFloor], held_out: Sequence[PreparedFloor], *, convention: LabelConvention, seed: int
 ) -> dict[LabelSet, list[Floats]]:
-    """By label set, of each held-out floor the probabilities of labels, by pianta's model of the other floors."""
+    """By label set, for each held-out floor the probabilities of labels, by pianta's model of the other floors."""
     model = train_room_model([floor.examples[0] for floor in training], convention=convention, seed=seed)
     by_floor = [both_sets(model.predict_functions(each.context)[LAST_STEP], convention) for each in held_out]
     return {label_set: [each[label_set] for each in by_floor] for label_set in LABELS}
@@ -95,7 +96,7 @@ def classify_rooms_by_pianta(
 def classify_floors_by_trees(
     floors: Sequence[BuildingFloor], folds: Folds, label_set: LabelSet, *, model: str, trees: int, seed: int
 ) -> FloorScores:
-    """Shares of the rooms with each predicted type, shape (floors, types): a floor has the most frequent one.
+    """Shares of the rooms with each predicted type, shape (floors, types): the most frequent one is the floor's.
 
     A room is described by its features and its label (section 6.2.2).
     """
@@ -115,9 +116,9 @@ def classify_floors_by_trees(
 
 
 def compare_floors(floors: Sequence[BuildingFloor], label_set: LabelSet) -> Callable[[str], Floats]:
-    """The Gram matrix of all floors for the classification of a building, without whose floors the bins were fitted."""
+    """By building the Gram matrix of all floors that classifies it, with bins fitted without its floors."""
     facts = [floor.labelled_facts[label_set] for floor in floors]
-    return compare_by_part(
+    return compare_by_fold(
         list_buildings(floors), lambda others: FloorKernel().fit(facts, binned=[facts[i] for i in others]).compare()
     )
 
@@ -161,15 +162,15 @@ def list_buildings(floors: Sequence[BuildingFloor]) -> list[str]:
     return [floor.annotated.building for floor in floors]
 
 
-def compare_by_part(buildings: Sequence[str], compare: Callable[[Indices], Floats]) -> Callable[[str], Floats]:
-    """What is compared for a building, computed once for all buildings of its part.
+def compare_by_fold(buildings: Sequence[str], compare: Callable[[Indices], Floats]) -> Callable[[str], Floats]:
+    """A function from a building to its Gram matrix, which all buildings of one of BIN_FOLDS folds share.
 
-    compare: is called with the indices of the floors of all other parts.
+    compare: computes the matrix from the indices of the floors of all other folds.
     """
-    part_of = {name: number % PARTS for number, name in enumerate(sorted(set(buildings)))}
-    parts = np.array([part_of[name] for name in buildings])
-    compare_part = cache(lambda part: compare(np.flatnonzero(parts != part)))
-    return lambda building: compare_part(part_of[building])
+    fold_of = {name: number % BIN_FOLDS for number, name in enumerate(sorted(set(buildings)))}
+    folds = np.array([fold_of[name] for name in buildings])
+    compare_fold = cache(lambda fold: compare(np.flatnonzero(folds != fold)))
+    return lambda building: compare_fold(fold_of[building])
 
 
 def _group(held_out: Indices, buildings: Sequence[str]) -> dict[str, Indices]:

@@ -1,4 +1,4 @@
-"""Scores: what all models give the rooms and floors of bench buildings, and what is wrong by them."""
+"""Scores: the scores that all models give rooms and floors in bench buildings, and the errors that follow."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ from pianta_bench.buildings.floors import BuildingFloor
 from pianta_bench.buildings.models import MODELS, FloorScores, list_types
 from pianta_bench.data.annotated_floors import KINDS
 
-# What is left out of the training: the building, or only the floor, as in the thesis.
-BUILDING, FLOOR = "building", "floor"
+# The training leaves out the building, or only the floor, as in the thesis.
+BUILDING = "building"
+FLOOR = "floor"
 PARTS = {"school": "S", "office": "O"}
 BOTH = "S+O"
 POSITIVE = "office"  # the rarer type is the positive one in the curves of buildings
@@ -26,10 +27,10 @@ DIGITS = 4  # of scores and curves in the JSON file
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Scores of floors, of which the highest decides.
+    """Scores of rooms and floors; the highest score of a row is the prediction.
 
-    rooms: by model and label set, of each floor its rooms', shape (rooms, labels); empty for floors of folders.
-    types: by what was left out, model and label set, the floors'.
+    rooms: by model and label set, for each floor the scores of its rooms, shape (rooms, labels); empty for floors of
+        folders. types: by what was left out (BUILDING or FLOOR), model and label set, the scores of the floors.
     """
 
     floors: Sequence[BuildingFloor]
@@ -76,7 +77,7 @@ class Scores:
             yield from _measure_both(BOTH, model, truth, scores[:, self.building_types.index(POSITIVE)])
 
     def as_json(self) -> list[dict[str, object]]:
-        """Of each floor the truth, the predicted labels of its rooms, and the scores of the types."""
+        """For each floor the truth, the predicted labels of its rooms, and the scores of the types."""
         return [
             {
                 "item": floor.annotated.item,

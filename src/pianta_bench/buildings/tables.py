@@ -12,7 +12,7 @@ import numpy as np
 from pianta._types import Mask
 from pianta.labels import LabelSet
 from pianta.rooms.completion import LABELS
-from pianta_bench.buildings.measure import BUILDINGS, FLOORS, ROOMS, SECONDS, WRONG_ROOMS, WRONG_TYPE
+from pianta_bench.buildings.measure import BUILDING_TASK, FLOOR_TASK, ROOM_TASK, SECONDS, WRONG_ROOMS, WRONG_TYPE
 from pianta_bench.buildings.models import KLOG, MODELS
 from pianta_bench.buildings.scores import BOTH, BUILDING, FLOOR, POSITIVE, Scores
 from pianta_bench.buildings.scores import PARTS as SHORT_TYPES
@@ -24,21 +24,22 @@ from pianta_bench.places.models import PIANTA
 PUBLISHED_KLOG = "kLog"
 OWN_MODELS = f"Ex-T and {KLOG}"
 CHANCE = "chance"
-SCHOOLS, OFFICES = (f"{name}s" for name in KINDS)
+SCHOOLS = "schools"
+OFFICES = "offices"
 
 
 def share_wrong(floors: Sequence[Any]) -> Cell:
-    """Share of what is wrong, %; floors: True or 1 for what is wrong, one value or an array for each floor."""
+    """Share of errors, %; floors: True or 1 for an error, one value or an array for each floor."""
     wrong = np.concatenate([np.atleast_1d(each) for each in floors])
     return Cell(100 * float(wrong.mean()), count=len(wrong))
 
 
 def add_seconds(seconds: Sequence[float]) -> Cell:
-    """Their sum."""
+    """The sum of seconds."""
     return Cell(sum(seconds))
 
 
-PLACES = Table(
+ROOMS = Table(
     title="Table 6.1, errors of place classification",
     unit="%",
     rows=("model",),
@@ -58,7 +59,7 @@ TYPES = Table(
     unit="%",
     rows=("model",),
     columns=("labels",),
-    where={"model": PLACES.where["model"], "labels": list(LABELS), "metric": WRONG_TYPE, "left_out": BUILDING},
+    where={"model": ROOMS.where["model"], "labels": list(LABELS), "metric": WRONG_TYPE, "left_out": BUILDING},
     labels={PUBLISHED_KLOG: KLOG},
     summarise=share_wrong,
     digits=2,
@@ -72,7 +73,7 @@ FLOOR_ERRORS = Table(
     rows=("model",),
     columns=("part", "labels"),
     where={"model": list(MODELS), "part": [SCHOOLS, OFFICES], "labels": list(LABELS), "metric": WRONG_ROOMS},
-    labels=PLACES.labels,
+    labels=ROOMS.labels,
 )
 AREAS = Table(
     title="Figs. 6.2 and 6.3, areas below curves",
@@ -82,7 +83,7 @@ AREAS = Table(
     digits=3,
     notes=(
         f"R/C. Places: positive is CORRIDOR. Buildings: positive is {POSITIVE}; one building left out.",
-        "PR: precision over recall, the area that of its steps.",
+        "PR: precision over recall, the area below its steps.",
     ),
 )
 CONFUSION = Table(
@@ -92,16 +93,16 @@ CONFUSION = Table(
     columns=("predicted",),
     summarise=lambda counts: Cell(counts[0][0], count=counts[0][1]),
     digits=0,
-    notes=("A row a true type, a column a predicted one.",),
+    notes=("Rows: true types, columns: predicted ones.",),
 )
 TIMES = Table(
     title="Processor time",
     unit="s",
     rows=("item",),
     columns=("metric",),
-    where={"part": SECONDS, "item": [*MODELS, OWN_MODELS], "metric": [ROOMS, BUILDINGS, FLOORS]},
+    where={"part": SECONDS, "item": [*MODELS, OWN_MODELS], "metric": [ROOM_TASK, BUILDING_TASK, FLOOR_TASK]},
     summarise=add_seconds,
-    notes=("Processor time of all threads, without reading floors and measuring their rooms.",),
+    notes=("Processor time of all threads, without reading floors and describing their rooms.",),
 )
 
 
@@ -110,16 +111,16 @@ def tabulate(results: Results) -> list[FilledTable]:
     scores: Scores = results.objects["scores"]
     records = [*_rename_klog(results.records)]
     times = [*results.records, *_join_times(results)]
-    if not results.objects["of_thesis"]:
+    if not results.objects["is_table_6_1"]:
         counts = ", ".join(f"{name} {len(scores.list_type(name))} floors" for name in scores.building_types)
         trees = f"{counts}. Whole buildings are left out. Ex-T: {results.options['trees']} trees."
         confusions = [CONFUSION.fill(_count_types(scores, each), labels=each) for each in LABELS]
         types = OTHER_TYPES.fill(records, notes=(trees, *_name_wrong_floors(scores, BUILDING)))
         return [types, *confusions, TIMES.fill(times)]
     left_out = "Whole buildings are left out."
-    learned = "The other floors of its building are trained on, as in the thesis."
+    learned = "The models are trained on the other floors of the building, as in the thesis."
     return [
-        PLACES.fill(_rename_klog(_list_wrong_rooms(scores)), notes=_note_rooms(results)),
+        ROOMS.fill(_rename_klog(_list_wrong_rooms(scores)), notes=_note_rooms(results)),
         TYPES.fill(records, notes=(left_out, *_name_wrong_floors(scores, BUILDING))),
         ONE_FLOOR.fill(records, notes=(learned, *_name_wrong_floors(scores, FLOOR))),
         FLOOR_ERRORS.fill(results.records),
@@ -129,13 +130,13 @@ def tabulate(results: Results) -> list[FilledTable]:
 
 
 def _rename_klog(records: Iterable[Record]) -> Iterator[Record]:
-    """Records in which the relational kernel has the name of what was published in its place."""
+    """Records in which the relational kernel has the name of the published method that it replaces."""
     for record in records:
         yield {**record, "model": PUBLISHED_KLOG} if record.get("model") == KLOG else record
 
 
 def _list_wrong_rooms(scores: Scores) -> Iterator[Record]:
-    """Of each floor which rooms are wrong."""
+    """Which rooms of each floor are wrong."""
     for (model, label_set), (index, floor) in product(scores.rooms, enumerate(scores.floors)):
         wrong = scores.wrong_rooms(index, model, label_set)
         yield {"part": f"{floor.annotated.kind}s", "model": model, "labels": label_set, "value": wrong}
@@ -149,7 +150,7 @@ def _list_areas(scores: Scores) -> Iterator[Record]:
 
 
 def _count_types(scores: Scores, label_set: LabelSet) -> Iterator[Record]:
-    """How many floors of each type have each predicted type, and how many there are of the former."""
+    """Number of floors of each true type with each predicted type, and number of floors of the true type."""
     true = [floor.annotated.kind for floor in scores.floors]
     for model, one, other in product(MODELS, scores.building_types, scores.building_types):
         pairs = [*zip(true, scores.predicted_types(BUILDING, model, label_set), strict=True)]
@@ -177,13 +178,13 @@ def _note_rooms(results: Results) -> tuple[str, ...]:
 
 
 def _name_wrong_floors(scores: Scores, left_out: str) -> Iterator[str]:
-    """For each model and label set the floors with a wrong type, and those unlike all training floors of pianta."""
+    """For each model and label set the floors with a wrong type; for pianta also those unlike all training floors."""
     for model, label_set in product(MODELS, LABELS):
         wrong = scores.wrong_floors(left_out, model, label_set)
         yield f"Wrong, {model}, {label_set}: {_name(scores, wrong)}."
         typical = scores.types[left_out, model, label_set].typical
         if typical is not None:
-            yield f"Unlike all known, {model}, {label_set}: {_name(scores, ~typical)}."
+            yield f"Unlike all training floors, {model}, {label_set}: {_name(scores, ~typical)}."
 
 
 def _name(scores: Scores, chosen: Mask) -> str:

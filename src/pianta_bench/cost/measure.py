@@ -18,9 +18,9 @@ from pianta.worlds.scan import simulate_map
 from pianta_bench.harness.records import Figures, Results, Track
 from pianta_bench.layout.timing import time_reconstruction
 
-SIDE_CELLS = 1000  # of the map of one floor
+SIDE_CELLS = 1000  # cells along each side of the map of one floor
 TILES = 4  # floors along each side of the large map
-SMALL_RUNS = 3  # on one floor, whose median is taken
+SMALL_RUNS = 3  # runs on one floor; their median counts
 
 
 def measure(
@@ -28,7 +28,7 @@ def measure(
 ) -> Results:
     """Costs of methods on a generated floor of side × side cells, and on tiles × tiles copies of it, unknown between.
 
-    Each map is read in a process of its own, so that its peak of memory is known.
+    Each map is read in a process of its own, so that its peak memory can be measured.
     methods: of METHODS, all unless given. track: wraps what is measured, to show progress.
     Raises OptionError for the name of no method.
     """
@@ -61,7 +61,7 @@ def _measure_apart(method: str, side: int, tiles: int) -> Iterator[Figures]:
 
 
 def measure_cost(method: str, side: int, tiles: int) -> Figures:
-    """Cells, rooms, seconds, exact distance transforms and peak MB that a method takes for a map."""
+    """Cells and rooms of a map, and seconds, exact distance transforms and peak MB of a method on it."""
     import resource
 
     grid = tile_floor(side, tiles)

@@ -1,4 +1,4 @@
-"""AnnotatedFloor: a floor that somebody drew and labelled, its building, and the building's type."""
+"""AnnotatedFloor: a floor that was drawn and labelled by hand, its building, and the building's type."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from pianta_bench.harness.records import Item
 
 KINDS = ("school", "office")
 
-Made = TypeVar("Made")
+Prepared = TypeVar("Prepared")
 
 
 @dataclass(frozen=True, eq=False)
 class AnnotatedFloor:
     """A floor as its file has it.
 
-    item: name of its file. kind: school, office or house. building: what it must be left out with, such as
-    school/plans.
+    item: name of its file. kind: the building type: school, office or house. building: all floors of one building are
+    left out of a training together; such as school/plans.
     """
 
     item: str
@@ -46,60 +46,61 @@ class AnnotatedFloor:
 
     @cached_property
     def unlabelled(self) -> Floor:
-        """The floor as a model may see it: nothing is said about rooms or building."""
+        """The floor as input of a model: without labels of rooms and without a building type."""
         rooms = tuple(replace(room, label=None, labels={}, label_probabilities={}) for room in self.floor.rooms)
         return replace(self.floor, rooms=rooms, building_type={})
 
 
 def read_annotated_floors(data: Path) -> tuple[list[AnnotatedFloor], dict[str, tuple[Item, ...]]]:
-    """The floors of data/buildings/school and data/buildings/office, and by type those that could not be read.
+    """The floors of data/buildings/school and data/buildings/office; and by type the files that cannot be read.
 
     The floors have a building type, and their rooms labels of its schema.
     Raises DataError when there are no floors of a type.
     """
 
-    def give_type(drawn: AnnotatedFloor) -> AnnotatedFloor:
-        return replace(drawn, floor=set_building_type(drawn.floor, drawn.kind))
+    def set_type(annotated: AnnotatedFloor) -> AnnotatedFloor:
+        return replace(annotated, floor=set_building_type(annotated.floor, annotated.kind))
 
     floors, failed = [], {}
-    for kind in KINDS:
-        of_kind, failed[kind] = read_annotated_buildings(data, kind, give_type)
-        floors += of_kind
+    for building_type in KINDS:
+        typed, failed[building_type] = read_annotated_buildings(data, building_type, set_type)
+        floors += typed
     return floors, failed
 
 
 def read_annotated_buildings(
-    data: Path, kind: str, make: Callable[[AnnotatedFloor], Made]
-) -> tuple[list[Made], tuple[Item, ...]]:
-    """What is made of each drawing of data/buildings/KIND, and the drawings of which nothing can be made, with why.
+    data: Path, building_type: str, prepare: Callable[[AnnotatedFloor], Prepared]
+) -> tuple[list[Prepared], tuple[Item, ...]]:
+    """What `prepare` returns for each drawing of data/buildings/TYPE; and the drawings that failed, with the reason.
 
-    make: raises PiantaError for such a drawing.
-    Raises DataError when there is no drawing, or when the data's list of files is none.
+    prepare: raises PiantaError for a drawing that fails.
+    Raises DataError if there are no drawings, or if manifest.json of the data cannot be used.
     """
-    folder, buildings = data / "buildings" / kind, read_buildings_of_files(data)
-    made, failed = [], []
+    folder, buildings = data / "buildings" / building_type, read_buildings_of_files(data)
+    prepared, failed = [], []
     for item in list_maps(folder, ".xml"):
-        building = buildings.get(f"buildings/{kind}/{item}.xml", item)
+        building = buildings.get(f"buildings/{building_type}/{item}.xml", item)
         try:
-            made.append(make(AnnotatedFloor(item, kind, f"{kind}/{building}", read_drawing(folder / f"{item}.xml"))))
+            floor = read_drawing(folder / f"{item}.xml")
+            prepared.append(prepare(AnnotatedFloor(item, building_type, f"{building_type}/{building}", floor)))
         except PiantaError as error:
-            failed.append(Item(kind, item, one_line_reason(error)))
-    return made, tuple(failed)
+            failed.append(Item(building_type, item, one_line_reason(error)))
+    return prepared, tuple(failed)
 
 
-def set_building_type(floor: Floor, kind: str) -> Floor:
-    """The floor with a type, once each of its rooms has a label of that type.
+def set_building_type(floor: Floor, building_type: str) -> Floor:
+    """The floor with a building type that has the labels of all its rooms.
 
     Raises LabelError for labels that the type does not have.
     """
-    schema_of(kind).map_labels([room.label for room in floor.rooms], LabelSet.TYPE)
-    return replace(floor, building_type={kind: 1.0})
+    schema_of(building_type).map_labels([room.label for room in floor.rooms], LabelSet.TYPE)
+    return replace(floor, building_type={building_type: 1.0})
 
 
 def read_drawing(file: Path, *, grid: GridMap | None = None) -> Floor:
     """A floor from a layout XML, as read_building_xml reads it.
 
-    Warnings are not told: what has one sensible repair is repaired, and hundreds of drawings have some of it.
+    Warnings are not shown: hundreds of drawings have faults, and those with one sensible repair are repaired.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", BuildingWarning)
@@ -107,9 +108,9 @@ def read_drawing(file: Path, *, grid: GridMap | None = None) -> Floor:
 
 
 def read_buildings_of_files(data: Path) -> dict[str, str]:
-    """The building of each file, by manifest.json of the data; nothing without it, when a file is a building.
+    """The building of each file that manifest.json of the data lists; empty without it: each file is then a building.
 
-    Raises DataError when that file is none.
+    Raises DataError if manifest.json is not such a list.
     """
     file = data / "manifest.json"
     if not file.is_file():

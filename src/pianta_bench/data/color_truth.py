@@ -1,4 +1,4 @@
-"""NAME_gt.png with a colour a room: the true rooms of cluttered and of growing maps (Luperto et al., ROSE²)."""
+"""NAME_gt.png with one colour per room: the true rooms of cluttered and of growing maps (Luperto et al., ROSE²)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pianta.io.images import read_colors
 
-MIN_COLOR_PX = 100
+MIN_COLOR_PX = 100  # pixels: 0.25 m² at 0.05 m per pixel; the colours of blended edges have fewer
 
 
 def read_color_truth(path: str | Path) -> NDArray[np.int32]:
@@ -23,7 +23,7 @@ def read_color_truth(path: str | Path) -> NDArray[np.int32]:
 def label_colors(colors: NDArray[np.uint8]) -> NDArray[np.int32]:
     """Rooms of a coloured truth, shape (H, W), of red, green and blue, shape (H, W, 3).
 
-    Black is no room, every other colour is one; one of fewer than 100 pixels is the blending of two at an edge.
+    Black is no room. Every other colour of at least 100 pixels is a room; rarer colours are blends at edges.
     """
     red, green, blue = np.moveaxis(colors.astype(np.int32), 2, 0)
     codes, color, counts = np.unique(red << 16 | green << 8 | blue, return_inverse=True, return_counts=True)

@@ -12,8 +12,10 @@ DATA_VARIABLE = "PIANTA_DATA"
 DEFAULT_DATA = Path("..", "shared", "data")
 REMEDY = f"give the folder of the data by --data, or by ${DATA_VARIABLE}"
 
-# Maps of schools, with the layouts of the schools; metres per cell.
-SLAM_FOLDER, SLAM_TRUTH, SLAM_RESOLUTION = "slam", "_gt.xml", 0.1
+# Maps of schools with their true layouts: folder, ending of the truths, and resolution.
+SLAM_FOLDER = "slam"
+SLAM_TRUTH = "_gt.xml"
+SLAM_RESOLUTION = 0.1  # m per cell, benchmarks/README.md
 
 SET_NAMES = ("survey", "furniture", "clutter", "doors", "schools", "growing")
 
@@ -23,15 +25,15 @@ def find_data(folder: Path | None = None) -> Path:
 
     Raises DataError when it is no folder.
     """
-    place = folder or Path(os.environ.get(DATA_VARIABLE) or DEFAULT_DATA)
-    _list_names(place)
-    return place
+    data = folder or Path(os.environ.get(DATA_VARIABLE) or DEFAULT_DATA)
+    _list_names(data)
+    return data
 
 
 def list_maps(folder: Path, ending: str) -> list[str]:
     """Names of the maps with a truth in a folder, sorted; `ending` follows the name in the truth's file name.
 
-    Raises DataError when there is none.
+    Raises DataError without such maps.
     """
     names = sorted(name.removesuffix(ending) for name in _list_names(folder) if name.endswith(ending))
     if not names:

@@ -21,8 +21,8 @@ from pianta_bench.data.color_truth import read_color_truth
 from pianta_bench.data.folders import REMEDY, SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, check_set, list_maps
 from pianta_bench.data.survey_truth import ROOM_ABOVE_GREY, label_free_rooms, label_patches
 
-RESOLUTION = 0.05
-CLOSED = "_[0-9][0-9]_IN.png"
+RESOLUTION = 0.05  # m per pixel, that of the survey (Bormann et al., ICRA 2016)
+CLOSED = "_[0-9][0-9]_IN.png"  # ending of maps with closed doors, after their number
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +42,12 @@ class TrueMap:
 
 @dataclass(frozen=True)
 class MapSet:
-    """Maps that share their means.
+    """Maps whose scores are averaged together.
 
     folder: below the data. ending: follows the name of a map in the file name of its truth.
-    read: the map of a name in the folder.
-    free_only: both sides are cut to free cells, because the truth includes walls, or only knows free cells.
-    in_places: the truth knows some of the rooms only.
+    read: reads a map by folder and name.
+    free_only: truth and result are cut to free cells, because the truth includes walls, or has free cells only.
+    in_places: the truth has only some of the rooms.
     grows: each map is a later state of the one before.
     """
 
@@ -60,7 +60,7 @@ class MapSet:
     grows: bool = False
 
     def list_items(self, data: Path) -> list[str]:
-        """Names of the maps, sorted; raises DataError when there is none."""
+        """Names of the maps, sorted; raises DataError without maps."""
         return list_maps(data / self.folder, self.ending)
 
 
@@ -71,19 +71,19 @@ def choose_sets(names: Sequence[str], data: Path) -> dict[MapSet, list[str]]:
     """
     for name in names:
         check_set(name)
-    found = {}
+    chosen = {}
     for name in dict.fromkeys(names) or SETS:
         try:
-            found[SETS[name]] = SETS[name].list_items(data)
+            chosen[SETS[name]] = SETS[name].list_items(data)
         except DataError:
             if names:
                 raise
-    if not found:
+    if not chosen:
         folders = sorted({mapset.folder for mapset in SETS.values()})
         raise DataError(
             f"no data in {short_repr(data)}: none of {', '.join(folders)} has maps with true rooms, {REMEDY}"
         )
-    return found
+    return chosen
 
 
 def read_survey_map(folder: Path, name: str, *, ending: str) -> TrueMap:
@@ -101,12 +101,12 @@ def read_colored_map(folder: Path, name: str) -> TrueMap:
 
 
 def read_closed_doors(folder: Path, name: str) -> TrueMap:
-    """A full map; its true rooms are what lies behind one closed door each.
+    """A full map; its true rooms are the spaces behind one closed door each.
 
-    NAME_nn_IN.png is the same map with nn doors closed and what lay behind them unknown. The true rooms are the parts
-    of the free cells, joined by edges, that the map with the most closed doors lost. Most of them are single rooms,
-    some may be suites; the rooms behind the doors that stayed open are not known. No resolution is recorded: at
-    0.05 m per pixel, as of the other maps, the buildings are about as wide, 26 to 75 m, as those of the schools.
+    NAME_nn_IN.png is the same map with nn doors closed and the cells behind them unknown. The true rooms are the
+    4-connected parts of the free cells that the map with the most closed doors lacks. Most of them are single rooms,
+    some may be suites; the rooms behind the open doors are unknown. No resolution is recorded: at 0.05 m per pixel,
+    as in the other maps, the buildings are 26 to 75 m wide, about as wide as the schools.
     """
     from scipy.ndimage import label
 

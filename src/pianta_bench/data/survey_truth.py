@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from pianta.io.images import read_grey
 
-ROOM_ABOVE_GREY = 250
-MIN_ROOM_PX = 400
+ROOM_ABOVE_GREY = 250  # grey of 0 to 255; rooms are white, lines are anti-aliased
+MIN_ROOM_PX = 400  # pixels: 1 m² at 0.05 m per pixel
 
 
 def read_survey_truth(path: str | Path) -> NDArray[np.int32]:

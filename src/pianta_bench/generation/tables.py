@@ -101,7 +101,7 @@ TABLES = (
         where={"figure": list(GAPS)},
         summarise=Cell.only,
         digits=3,
-        shown=False,
+        is_printed=False,
     ),
     SetTable(
         title="Rows of Table 7.1",

@@ -7,7 +7,7 @@ from pianta_bench.graphs.measure import DECAY, PARTS
 from pianta_bench.harness.records import Results
 from pianta_bench.harness.tables import FilledTable, Table
 
-# As Table 5.1 has them.
+# Names as in Table 5.1.
 CENTRALITIES = {"betweenness": "betw-cen", "closeness": "closn-cen", "eigenvector": "eig-cen", "katz": "katz-cen"}
 LABELS = {
     "nodes": "nodes",
@@ -25,9 +25,9 @@ LABELS = {
     },
     DECAY: "sum of 2^-d",
 }
-# The first metrics count something of a few tens and are published with two digits; the others are shares.
+# The first metrics are numbers of up to a few tens, published with two digits; the others are shares.
 TWO_DIGITS = GRAPH_METRICS[: GRAPH_METRICS.index("betweenness")]
-PUBLISHED_BUILDINGS = {"schools": 50, "offices": 20}
+PUBLISHED_BUILDINGS = {"schools": 50, "offices": 20}  # thesis, section 5.1
 
 TABLE_5_1 = Table(
     title="Table 5.1, metrics of buildings as graphs",

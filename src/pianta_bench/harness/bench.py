@@ -22,11 +22,11 @@ Json = Annotated[Path | None, typer.Option("--json", help="File for every figure
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """What `pianta bench NAME` is called with; its folder has measure.py, tables.py and perhaps figures.py.
+    """The command `pianta bench NAME`; the folder NAME has measure.py, tables.py and perhaps figures.py.
 
     help: what it measures, what it reads, in the lines of a terminal. examples: command lines.
-    options: by argument of `measure` its annotation, with typer.Option, and its default.
-    pictures: what --pictures writes; empty if there are none.
+    options: by argument of `measure` the annotation, with typer.Option, and the default.
+    pictures: what --pictures writes; empty without pictures.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Bench:
     def run(self, *, json: Path | None = None, pictures: Path | None = None, **options: Any) -> None:
         """Measure, print, save; exit with the code 1 if an item failed. Bad options are refused before the long run.
 
-        options: as `measure` of the bench takes them.
+        options: arguments of `measure` of the bench.
         """
         check_outputs(json, pictures)
         from pianta_bench.harness.report import save_results, show_tables
@@ -79,7 +79,7 @@ class Bench:
             raise typer.Exit(1)
 
     def _find_save_figures(self) -> Any:
-        """What writes pictures of the results; None for a bench that draws all its pictures while it measures."""
+        """The function that writes pictures of the results; None for a bench that draws them while it measures."""
         has_figures = find_spec(f"pianta_bench.{self.name}.figures")
         return getattr(self._import("figures"), "save_figures", None) if has_figures else None
 

@@ -1,4 +1,4 @@
-"""Charts of what was measured: empty figures that look alike, and their files."""
+"""Charts of results: empty figures of one style, and their files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def start_chart(width: float, height: float) -> Figure:
-    """An empty white figure, so many inches wide and high, whose parts keep out of each other's way."""
+    """An empty white figure, size in inches, whose parts do not overlap."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained", facecolor="white")

@@ -8,15 +8,15 @@ import numpy as np
 
 from pianta._types import Indices
 
-# The 35 buildings of the data are left out one by one. Of more, neighbours in the order of their names are left out
-# together: models are trained for each fold, so that folds for all buildings would cost the square of their number.
+# The 35 buildings of the data are left out one by one. Of more buildings, neighbours in the order of names are left out
+# together: models are trained for each fold, so one fold per building would cost the square of their number.
 MAX_FOLDS = 36
 
 
 def list_folds(buildings: Sequence[str], *, most: int = MAX_FOLDS) -> list[tuple[Indices, Indices]]:
     """For each fold the indices of the items of other buildings, and of its own; in the order of the names.
 
-    buildings: of each item.
+    buildings: the building of each item.
     """
     names = sorted(set(buildings))
     count = min(most, len(names))

@@ -11,10 +11,10 @@ Outcome = TypeVar("Outcome")
 
 
 def run_steps(steps: Mapping[str, Callable[[], Outcome]], *, jobs: int | None, track: Track) -> Iterator[Outcome]:
-    """What the steps return, in their order; it does not depend on `jobs`.
+    """The results of the steps, in their order; they do not depend on `jobs`.
 
-    steps: by name; what they are called with and return goes from process to process, so it can be pickled.
-    jobs: number of processes, None for one for each core; with 1 everything is done in this process.
+    steps: by name; their arguments and results must be picklable.
+    jobs: number of processes, None for one per core; with 1 all steps run in this process.
     track: wraps the names, to show progress.
     """
     from joblib import Parallel, cpu_count, delayed

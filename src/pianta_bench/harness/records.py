@@ -1,4 +1,4 @@
-"""Results: what a bench has measured, one record for each figure, with the item that the figure belongs to."""
+"""Results: the figures of a bench, one record for each, with the item that the figure belongs to."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pianta.io._files import one_line_reason
 
 # A figure and what it belongs to: the fields "part", "item", "metric" and "value", and those that a bench adds.
 Record: TypeAlias = Mapping[str, Any]
-# What is measured on an item: a figure, None where it does not exist, by the name of its metric, or by several names.
+# The figures of an item, None where a figure does not exist: by the name of the metric, or by a tuple of names.
 Figures: TypeAlias = Mapping[Any, float | None]
 Track: TypeAlias = Callable[[Sequence[str]], Iterable[str]]
 
@@ -24,7 +24,7 @@ NO_FIGURES: Figures = MappingProxyType({})
 class Item:
     """An item that was measured, such as a map by one method.
 
-    failure: the reason where the measurement failed, else None. warnings: those of the library on the way.
+    failure: the reason if the measurement failed, else None. warnings: those of the library meanwhile.
     """
 
     part: str
@@ -35,11 +35,11 @@ class Item:
 
 @dataclass
 class Results:
-    """What a bench has measured.
+    """The results of a bench.
 
-    options: what was asked for, by name. records: in the order in which they were measured. items: the same.
-    details: what the JSON file holds beside, by key.
-    objects: what tables and figures need beside, by name; it is not saved.
+    options: arguments of the bench, by name. records, items: in the order of measurement.
+    details: further content of the JSON file, by key.
+    objects: further input of tables and figures, by name; not saved.
     """
 
     options: dict[str, Any] = field(default_factory=dict)
@@ -57,7 +57,7 @@ class Results:
         """Append a record for each figure.
 
         names: fields that the keys of the figures fill, one for each element of a key that is a tuple.
-        fields: of all these records.
+        fields: further fields of all these records.
         """
         for key, value in figures.items():
             keys = key if isinstance(key, tuple) else (key,)
@@ -79,10 +79,10 @@ class Results:
         failed: Figures = NO_FIGURES,
         **fields: Any,
     ) -> None:
-        """Measure an item and append its records; a failure is kept with its reason, and does not stop the bench.
+        """Measure an item and append its records; a failure is recorded with its reason and does not stop the bench.
 
-        measure: yields figures as it gets them. failed: the figures of an item that fails before it has them.
-        names, fields: as of `add`.
+        measure: yields figures as soon as it has them. failed: figures of an item that fails before it yields them.
+        names, fields: as in `add`.
         """
         figures, failure = dict(failed), None
         with warnings.catch_warnings(record=True) as caught:
@@ -91,7 +91,7 @@ class Results:
             try:
                 for measured in measure():
                     figures.update(measured)
-            # A bench must show what breaks a method, whatever it is, and go on.
+            # Any error of a method must be recorded, and the bench must go on.
             except Exception as exception:
                 error_type = "" if isinstance(exception, PiantaError) else f"{type(exception).__name__}: "
                 failure = error_type + one_line_reason(exception)

@@ -1,4 +1,4 @@
-"""What a bench shows and writes: tables in a terminal, and every figure as JSON."""
+"""Output of a bench: tables in a terminal, and every figure as JSON."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from pianta_bench.harness.records import Results, name_parts
 from pianta_bench.harness.tables import Cell, FilledTable, read_published
 
 ABSENT = "–"
-MAX_WIDTH = 100  # characters; columns that do not fit go below
-MAX_NAME_WIDTH = 40  # characters; longer names of rows go on in the next line
+MAX_WIDTH = 100  # characters; columns that do not fit are printed below
+MAX_NAME_WIDTH = 40  # characters; longer names of rows are wrapped
 
 
 def show_tables(tables: Sequence[FilledTable], results: Results) -> Group:
     """The tables as wide as the terminal, mean ± sd, then which items failed and why.
 
-    A column has no "thesis" beside it where nothing was published.
+    A column has a column "thesis" beside it only where figures were published.
     """
     lines: list[RenderableType] = []
     for table in tables:
-        if table.shown:
+        if table.is_printed:
             has_sd = any(cell.sd is not None for cells in table.rows.values() for cell in cells.values())
             subtitle = ", ".join(["mean ± sd"] * has_sd + [table.unit] * bool(table.unit))
             lines += [Text(table.title, style="bold"), *[Text(subtitle)] * bool(subtitle), Text(), _Blocks(table)]
@@ -39,7 +39,7 @@ def show_tables(tables: Sequence[FilledTable], results: Results) -> Group:
 
 
 def save_results(bench: str, tables: Sequence[FilledTable], results: Results, path: str | Path) -> None:
-    """Write every cell, every record with the item that it belongs to, and what failed, as JSON.
+    """Write all cells, all records with their items, and all failures, as JSON.
 
     Raises PiantaError if the file cannot be written.
     """
@@ -106,7 +106,7 @@ class _Blocks:
 
 
 def _column_pair(table: FilledTable, column: str) -> list[tuple[str, list[str]]]:
-    """Headings and texts of the column measured here, and of the published one where there is one."""
+    """Headings and texts of the measured column, and of the published one, if any."""
     cells = [columns[column] for columns in table.rows.values()]
     measured = [_show_cell(cell.mean, cell.sd, cell.digits) for cell in cells]
     if not _has_published(cell for columns in table.rows.values() for cell in columns.values()):
@@ -123,13 +123,13 @@ def _has_published(cells: Iterable[Cell]) -> bool:
 
 
 def _draw_block(table: FilledTable, columns: list[tuple[str, list[str]]]) -> RenderableType:
-    drawn = TextTable(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
-    drawn.add_column("", overflow="fold")
+    block = TextTable(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
+    block.add_column("", overflow="fold")
     for heading, _ in columns:
-        drawn.add_column(heading, justify="right", no_wrap=True)
+        block.add_column(heading, justify="right", no_wrap=True)
     for name, *cells in zip(table.rows, *(cells for _, cells in columns), strict=True):
-        drawn.add_row(Text(name), *cells)
-    return drawn
+        block.add_row(Text(name), *cells)
+    return block
 
 
 def _show_cell(mean: float | None, sd: float | None, digits: int) -> str:

@@ -1,4 +1,4 @@
-"""Table: which records a table shows and how, as data; and the filled table, with published figures beside."""
+"""Table: which records a table shows and how, as data; and the filled table, with published figures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pianta_bench.harness.records import Record, select_records
 
 Key: TypeAlias = tuple[Any, ...]
 
-# What a row below the items of a table shows of each column.
+# The statistic of each column in a row below the items of a table.
 SUMMARIES: Mapping[str, Callable[[Sequence[float]], float | None]] = {
     "mean": fmean,
     "sd": lambda values: stdev(values) if len(values) > 1 else None,
@@ -23,9 +23,9 @@ SUMMARIES: Mapping[str, Callable[[Sequence[float]], float | None]] = {
 
 @dataclass(frozen=True)
 class Cell:
-    """Mean and sample standard deviation (n - 1) measured here, and those that were published; None if there is none.
+    """Mean and sample standard deviation (n - 1) measured here, and the published ones; None if they do not exist.
 
-    count: how many items the mean is over. digits: how many are shown behind the point.
+    count: number of items of the mean. digits: number of printed digits behind the point.
     """
 
     mean: float | None = None
@@ -60,7 +60,7 @@ class FilledTable:
     """A table with its figures.
 
     rows: the cells by name of row, and in it by name of column. unit: of all figures, or empty.
-    shown: whether it is printed, or only saved. published: the file of the published figures, empty if there are none.
+    is_printed: whether it is printed, or only saved. published: the file of published figures, empty without a file.
     """
 
     title: str
@@ -68,22 +68,22 @@ class FilledTable:
     rows: Mapping[str, Mapping[str, Cell]]
     notes: tuple[str, ...] = ()
     unit: str = ""
-    shown: bool = True
+    is_printed: bool = True
     published: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """What a table shows of the records of a bench.
+    """The layout of a table: which records it shows, and how.
 
-    rows, columns: the fields of records that name a row and a column; several are joined by ", ".
-    where: by field the value of the records that count, or several in the order of rows and columns.
-    labels: what a value of a field is called in the table, by value; may also fix the order.
-    summarise: makes a cell of the figures that share a row and a column.
-    digits: how many are shown behind the point, of all cells or by value of a field. factor: 100 to show shares in %;
-    published figures already have it.
+    rows, columns: the fields of records that name a row and a column; the values of several fields are joined by ", ".
+    where: by field the value, or values, of the records in the table; values also give the order of rows and columns.
+    labels: the text in the table for a value of a field; may also give the order.
+    summarise: makes a cell from the figures that share a row and a column.
+    digits: printed digits behind the point, of all cells or by value of a field.
+    factor: 100 to print shares in %; published figures already have it.
     published: the file of published figures, in `published/`. summaries: rows below, of SUMMARIES.
-    shown: whether the table is printed, or only saved.
+    is_printed: whether the table is printed, or only saved.
     """
 
     title: str
@@ -98,16 +98,16 @@ class Table:
     summaries: tuple[str, ...] = ()
     unit: str = ""
     notes: tuple[str, ...] = ()
-    shown: bool = True
+    is_printed: bool = True
 
     def narrow(self, **where: Any) -> Table:
-        """The table of fewer records, those with these values besides."""
+        """The table of fewer records: those that also have these values."""
         return replace(self, where={**self.where, **where})
 
     def fill(self, records: Iterable[Record], *, notes: Iterable[str] = (), **names: object) -> FilledTable:
         """The table with the figures of records.
 
-        notes: further ones, after those of the table. names: what replaces {names} in title and notes.
+        notes: further notes, after those of the table. names: values of the {names} in title and notes.
         """
         groups: dict[tuple[Key, Key], list[Any]] = {}
         for record in select_records(records, self.where):
@@ -135,7 +135,7 @@ class Table:
             filled,
             (*(note.format(**names) for note in self.notes), *notes),
             self.unit,
-            self.shown,
+            self.is_printed,
             self.published,
         )
 
@@ -154,22 +154,22 @@ class Table:
         return next((self.digits[value] for value in (*row, *column) if value in self.digits), 1)
 
     def _published(self) -> list[Record]:
-        """The published figures that the table has a place for."""
+        """The published figures of the rows and columns of the table."""
         if not self.published:
             return []
         records: list[Record] = [*read_published(self.published)]
-        known = {name: value for name, value in self.where.items() if records and name in records[0]}
-        named = {str(value): value for values in known.values() for value in _as_sequence(values)}
+        where = {name: value for name, value in self.where.items() if records and name in records[0]}
+        named = {str(value): value for values in where.values() for value in _as_sequence(values)}
         records = [{name: named.get(text, text) for name, text in record.items()} for record in records]
-        return select_records(records, known)
+        return select_records(records, where)
 
     def _sort(self, keys: Iterable[Key], side: int) -> list[Key]:
-        """Keys in the order of `where`, else of `labels`, else as they came."""
+        """Keys in the order of `where`, else of `labels`, else of the records."""
         keys = list(keys)
         orders = []
-        for place, name in enumerate((self.rows, self.columns)[side]):
+        for index, name in enumerate((self.rows, self.columns)[side]):
             wanted = self.where.get(name)
-            values = [key[place] for key in keys]
+            values = [key[index] for key in keys]
             if isinstance(wanted, (list, tuple)):
                 order = list(wanted)
             elif values and all(value in self.labels for value in values):

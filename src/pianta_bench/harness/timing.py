@@ -1,4 +1,4 @@
-"""Processor time of what is measured."""
+"""Processor time of a function."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TypeVar
 Outcome = TypeVar("Outcome")
 
 
-def measure_time(make: Callable[[], Outcome]) -> tuple[float, Outcome]:
-    """The processor time of this process, s, and what `make` returns."""
+def measure_time(function: Callable[[], Outcome]) -> tuple[float, Outcome]:
+    """The processor time of this process in a call, s, and the result of the call."""
     start = process_time()
-    outcome = make()
+    outcome = function()
     return process_time() - start, outcome

@@ -19,20 +19,20 @@ from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import simulate_map
 from pianta_bench.harness.records import Figures
 
-TRANSFORMS = 5  # whose median is taken
+TRANSFORMS = 5  # runs; their median counts
 NO_TIME: Figures = {"seconds": None, "transforms": None}
 TIME_NOTE = (
     "Time: of reconstruct on one thread, in seconds, and in exact distance transforms of the same map (DT), "
     "which depends little on the machine."
 )
-FAILED_NOTE = "A map that failed counts as 0 where nothing was measured."
+FAILED_NOTE = "A map that failed counts as 0."
 
 
 def time_reconstruction(grid: GridMap, *, method: str) -> tuple[Floor, Figures]:
-    """The floor of a map, and how long that took: seconds, and how many exact distance transforms take as long.
+    """The floor of a map, and the time of its reconstruction, in seconds and in exact distance transforms of the map.
 
-    A distance transform is cv2.distanceTransform of the free cells with the precise mask, the median of five. Both
-    run on one thread of OpenCV, one after the other.
+    The time of a distance transform is the median of five runs of cv2.distanceTransform on the free cells with the
+    precise mask. All runs use one thread of OpenCV.
     """
     _load_method(method)
     free = grid.free.astype(np.uint8)
@@ -47,7 +47,7 @@ def time_reconstruction(grid: GridMap, *, method: str) -> tuple[Floor, Figures]:
 @cache
 def _load_method(method: str) -> None:
     """Run a method once on a small map, since the first run also loads libraries."""
-    with suppress(Exception):  # measuring the maps will show it
+    with suppress(Exception):  # the error will occur again on the maps, and be recorded there
         reconstruct(simulate_map(make_corridor_floor(length=10, room_width=(5, 5))), method=method)
 
 

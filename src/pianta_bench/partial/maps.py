@@ -29,19 +29,26 @@ from pianta.worlds.simulated_readings import ASPECT_SPREAD, RESOLUTION, SIZE_SPR
 from pianta_bench.data.color_truth import read_color_truth
 from pianta_bench.data.folders import REMEDY, SLAM_RESOLUTION
 
-FOLDER, STEPS, SIMULATED = "partial", "steps.json", "simulated"
-# Coloured truths show what is visible: the last one of a run is taken for the whole. Cells of these maps, m.
-COLORED_RUN, COLORED_RESOLUTION = "r", 0.05
-# What simulated robots did: share of the doors, reach of the lidar, m, and how often they entered a room.
-SHARES, REACHES, ENTERED = (0.15, 0.9), (8.0, 12.0, 20.0, 30.0, 40.0), (0.1, 0.9)
-MOST_NOISE, MOST_FURNITURE, MOST_YAW = 0.7, 0.8, 0.8
-# Simulated worlds of the bench; the model was fitted on others.
-SIMULATED_COUNT, FIRST_SEED = 24, 40_000
+FOLDER = "partial"
+STEPS = "steps.json"
+SIMULATED = "simulated"
+# A coloured truth shows the visible part; the last one of a run is the truth for the whole run.
+COLORED_RUN = "r"  # name of the run with coloured truths
+COLORED_RESOLUTION = 0.05  # m per cell
+# Ranges of the simulated explorations and surroundings; all chosen by hand.
+SHARES = (0.15, 0.9)  # of the doors that the robot visits
+REACHES = (8.0, 12.0, 20.0, 30.0, 40.0)  # m, of the lidar
+ENTERED = (0.1, 0.9)  # probability that it enters the room behind a door
+MOST_NOISE = 0.7  # of simulate_map, from 0 to 1
+MOST_FURNITURE = 0.8  # of simulate_map, where 1 is usual furniture
+MOST_YAW = 0.8  # rad, between the walls and the axes of the map
+SIMULATED_COUNT = 24  # worlds of the bench
+FIRST_SEED = 40_000  # of these worlds; the model was fitted on others
 
 
 @dataclass(frozen=True, eq=False)
 class PartialMap:
-    """A map that shows a building in part. rooms: all true ones, to the middle of their walls, map frame."""
+    """A map that shows a part of a building. rooms: all true rooms, to the middle of their walls, map frame."""
 
     item: str
     grid: GridMap
@@ -69,31 +76,31 @@ class MapOfRun:
         return PartialMap(self.item, grid, rooms)
 
     def _read_layout(self, grid: GridMap) -> list[Polygon]:
-        # In a grid of one cell of a metre x is the column and y = 1 - row
+        # On this grid of one cell of 1 m, x is the column and y = 1 - row.
         pixels = GridMap(np.array([[UNKNOWN]]), 1.0)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", BuildingWarning)
-            drawn = read_building_xml(self.truth, grid=pixels)
+            layout = read_building_xml(self.truth, grid=pixels)
         affine = np.array(self.affine)
 
         def move(xy: NDArray[np.float64]) -> NDArray[np.float64]:
             col, row = affine @ np.stack([xy[:, 0], 1 - xy[:, 1], np.ones(len(xy))])
             return np.column_stack(grid.pixel_to_map(row, col))
 
-        return [largest_part(shapely.transform(room.polygon, move)) for room in drawn.rooms]
+        return [largest_part(shapely.transform(room.polygon, move)) for room in layout.rooms]
 
 
 def list_real_maps(data: Path) -> list[MapOfRun]:
-    """The maps of data/partial of which the whole building is known, by building, run and step.
+    """The maps of data/partial whose whole building is known, by building, run and step.
 
-    Of a run with coloured truths the last map is left out: what it does not show nobody knows.
-    Raises DataError when there is none, or its list of steps is none.
+    The last map of a run with coloured truths is left out: it has no truth beyond itself.
+    Raises DataError if there are no maps, or if a list of steps cannot be used.
     """
     folders = sorted(file.parent for file in (data / FOLDER).glob(f"*/{STEPS}"))
-    found = [entry for folder in folders for entry in _list_steps(folder, data)]
-    if not found:
+    maps = [entry for folder in folders for entry in _list_steps(folder, data)]
+    if not maps:
         raise DataError(f"no partial maps in {short_repr(data / FOLDER)}: no BUILDING/{STEPS} lists any, {REMEDY}")
-    return found
+    return maps
 
 
 def _list_steps(folder: Path, data: Path) -> Iterator[MapOfRun]:
@@ -131,31 +138,31 @@ def _outline_colors(truth: Path, grid: GridMap) -> list[Polygon]:
 
 
 def simulate_world(number: int, *, first_seed: int = FIRST_SEED) -> PartialMap:
-    """A made-up floor that a robot has explored in part."""
+    """A partial map of a generated floor."""
     seed = first_seed + number
     rng = np.random.default_rng(seed)
-    kind = (*FLOOR_MAKERS,)[number % len(FLOOR_MAKERS)]
-    floor = make_floor(kind, seed=seed)
+    shape = (*FLOOR_MAKERS,)[number % len(FLOOR_MAKERS)]
+    floor = make_floor(shape, seed=seed)
     noise, furniture, yaw = _draw_surroundings(rng)
     grid = simulate_map(floor, noise=noise, furniture=furniture, yaw=yaw, seed=seed)
     rooms = [room.polygon.buffer(INNER_WALL / 2, join_style="mitre") for room in floor.rooms]
-    return PartialMap(f"{kind}-{seed}", _explore(floor, grid, rng, seed), rooms)
+    return PartialMap(f"{shape}-{seed}", _explore(floor, grid, rng, seed), rooms)
 
 
 def simulate_drawing(floor: Floor, *, seed: int) -> PartialMap:
-    """A drawn floor, stretched a little at random, that a robot has explored in part.
+    """A partial map of an annotated floor that is stretched a little at random.
 
     Raises MapError for a floor that cannot be mapped.
     """
     rng = np.random.default_rng(seed)
     size, aspect = np.exp(rng.normal(0, (SIZE_SPREAD, ASPECT_SPREAD)))
-    drawn = scale_floor(floor, size * aspect, size / aspect)
-    inner = tuple(door for door in drawn.doors if not door.is_entrance)
-    walled = replace(drawn, rooms=tuple(map(inset_room, drawn.rooms)), doors=inner)
+    scaled = scale_floor(floor, size * aspect, size / aspect)
+    inner = tuple(door for door in scaled.doors if not door.is_entrance)
+    walled = replace(scaled, rooms=tuple(map(inset_room, scaled.rooms)), doors=inner)
     noise, furniture, yaw = _draw_surroundings(rng)
     grid = simulate_map(walled, resolution=RESOLUTION, noise=noise, furniture=furniture, yaw=yaw, seed=seed)
     return PartialMap(
-        f"{floor.source}-{seed}", _explore(walled, grid, rng, seed), [room.polygon for room in drawn.rooms]
+        f"{floor.source}-{seed}", _explore(walled, grid, rng, seed), [room.polygon for room in scaled.rooms]
     )
 
 

@@ -1,4 +1,4 @@
-"""Rooms that were seen in part, predicted as a whole (section 8.2), against the true ones and two simple guesses."""
+"""Predicted shapes of partly explored rooms (section 8.2), against the true ones and two simple guesses."""
 
 from __future__ import annotations
 
@@ -24,18 +24,19 @@ from pianta_bench.data.folders import find_data
 from pianta_bench.harness.records import Figures, Results, Track
 from pianta_bench.partial.maps import SIMULATED, SIMULATED_COUNT, PartialMap, list_real_maps, simulate_world
 
-MIN_UNSEEN = 0.1  # share of a true room that was not seen, above which the room is truly partial
+MIN_UNSEEN = 0.1  # share of a true room; a room with a larger unexplored share is truly partial
 WALL = 1.0  # m; unknown space thinner than this is in walls
-MIN_SHARED = 0.02  # share of a true room, below which a reconstructed room says nothing about it
+MIN_SHARED = 0.02  # share of a true room, below which a reconstructed room is not compared with it
 GUESSES = ("seen", "rectangle", "predicted")
 
 
 @dataclass(frozen=True)
 class EvaluatedRoom:
-    """A room that is reconstructed as partial, or whose true room was seen in part.
+    """A room that is reconstructed as partial, or whose true room is partly explored.
 
-    called_partial: whether it is reconstructed as partial. seen_share: of the true room that is in this room.
-    unseen_share: of the true room that was not seen. seen, rectangle, predicted: IoU of each guess with the true room.
+    called_partial: whether it is reconstructed as partial. seen_share: of the true room, the share in this room.
+    unseen_share: of the true room, the unexplored share. seen_iou, rectangle_iou, predicted_iou: of each of GUESSES
+    with the true room.
     confidence: None if nothing is predicted.
     """
 
@@ -44,20 +45,25 @@ class EvaluatedRoom:
     called_partial: bool
     seen_share: float
     unseen_share: float
-    seen: float
-    rectangle: float
-    predicted: float
+    seen_iou: float
+    rectangle_iou: float
+    predicted_iou: float
     confidence: float | None
 
     @property
     def truly_partial(self) -> bool:
-        """Whether part of the true room was not seen."""
+        """Whether more than MIN_UNSEEN of the true room is unexplored."""
         return self.unseen_share > MIN_UNSEEN
+
+    def iou(self, guess: str) -> float:
+        """IoU of one of GUESSES with the true room."""
+        return float(getattr(self, f"{guess}_iou"))
 
     @property
     def figures(self) -> Figures:
         """All figures, in %."""
-        shares = {name: 100 * getattr(self, name) for name in ("seen_share", "unseen_share", *GUESSES)}
+        shares = {name: 100 * getattr(self, name) for name in ("seen_share", "unseen_share")}
+        shares |= {guess: 100 * self.iou(guess) for guess in GUESSES}
         confidence = None if self.confidence is None else 100 * self.confidence
         return {"called_partial": float(self.called_partial), **shares, "confidence": confidence}
 
@@ -102,7 +108,7 @@ def measure(
 
 
 def evaluate_rooms(floor: Floor, partial_map: PartialMap) -> Iterator[EvaluatedRoom]:
-    """The rooms of a floor that are reconstructed as partial, or whose true room was seen in part."""
+    """The rooms of a floor that are reconstructed as partial, or whose true room is partly explored."""
     true = np.array(partial_map.rooms, dtype=object)
     unseen = [measure_unseen(polygon, partial_map.grid) for polygon in partial_map.rooms]
     for room in floor.rooms:
@@ -112,26 +118,26 @@ def evaluate_rooms(floor: Floor, partial_map: PartialMap) -> Iterator[EvaluatedR
         if room.partial or (unseen[index] > MIN_UNSEEN and seen_share > MIN_SHARED):
             rectangle = draw_rectangle(room, find_main_direction(floor, room))
             guesses = (room.polygon, rectangle, room.predicted or room.polygon)
-            seen, around, predicted = (measure_iou(guess, best) for guess in guesses)
+            seen_iou, rectangle_iou, predicted_iou = (measure_iou(guess, best) for guess in guesses)
+            ious = seen_iou, rectangle_iou, predicted_iou
             shares = seen_share, unseen[index]
-            ious = seen, around, predicted
             yield EvaluatedRoom(partial_map.item, room.id, room.partial, *shares, *ious, room.confidence)
 
 
 def draw_rectangle(room: Room, direction: float) -> Polygon:
-    """The rectangle around what was seen of a room, along a direction, radians."""
+    """The rectangle around the explored part of a room, along a direction, radians."""
     upright = rotate(room.polygon, -direction, origin=(0, 0), use_radians=True)
     return rotate(shapely.box(*upright.bounds), direction, origin=(0, 0), use_radians=True)
 
 
 def measure_iou(one: Polygon, other: Polygon) -> float:
-    """Area that two polygons share over that of both together."""
+    """Intersection over union of two polygons."""
     shared = shapely.intersection(one, other, grid_size=SNAP_DISTANCE).area
     return float(shared / (one.area + other.area - shared))
 
 
 def measure_unseen(room: Polygon, grid: GridMap) -> float:
-    """Share of a true room that is unknown on a map or beyond it, but for what is thinner than WALL."""
+    """Share of a true room that is unknown on a map or outside it; unknown strips thinner than WALL do not count."""
     rows, cols, inside = cells_of_polygon(room, grid)
     count = room.area / grid.resolution**2
     unknown = (inside & grid.unknown[rows, cols]).astype(np.uint8)

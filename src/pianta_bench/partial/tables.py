@@ -1,4 +1,4 @@
-"""IoU of predicted rooms by run, how far confidence can be trusted, and which rooms are called partial."""
+"""IoU of predicted rooms by run, calibration of the confidence, and recall of partial rooms."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pianta_bench.harness.tables import Cell, FilledTable, Table
 from pianta_bench.partial.maps import SIMULATED
 from pianta_bench.partial.measure import GUESSES, MIN_UNSEEN, WALL, EvaluatedRoom
 
-# Share of a true room from which on predictions have to hold; section 8.2 leaves it open, chosen before measuring.
+# Least explored share of a true room for the main table; section 8.2 leaves it open, chosen before measuring.
 A_THIRD = 1 / 3
 CONFIDENCE_BINS = ((0.0, 0.4), (0.4, 0.6), (0.6, 0.75), (0.75, 1.0))
 NOTES = (
-    "seen: what was seen of a room, as it is; rectangle: the one around that, along the walls nearby.",
+    "seen: the explored part of a room; rectangle: the one around it, along the walls nearby.",
     (
-        f"A room is truly partial if more than {100 * MIN_UNSEEN:.0f} % of the true room is unknown, but for what is "
-        f"thinner than {WALL:g} m. Each room is compared with the true one that it overlaps most."
+        f"A room is truly partial if more than {100 * MIN_UNSEEN:.0f} % of the true room is unknown; strips "
+        f"thinner than {WALL:g} m do not count. Each room is compared with the true one that it overlaps most."
     ),
-    "freiburg79 r: true rooms are those that its last map shows, which is left out itself.",
+    "freiburg79 r: the true rooms are those of its last map, which is not evaluated.",
 )
 CHOICES: Mapping[str, Callable[[EvaluatedRoom], bool]] = {
     "at least a third seen": lambda room: room.called_partial and room.seen_share >= A_THIRD,
@@ -50,7 +50,7 @@ RECALL = Table(
 
 
 def tabulate(results: Results) -> list[FilledTable]:
-    """IoU by run, for three choices of rooms, then how far confidence can be trusted, and what is called partial."""
+    """IoU by run, for three choices of rooms; then confidence beside IoU, and which rooms are called partial."""
     runs: Mapping[str, Sequence[EvaluatedRoom]] = results.objects["rooms"]
     real = [room for run, rooms in runs.items() if run != SIMULATED for room in rooms]
     with_all = {**runs, **({"all real maps": real} if real else {})}
@@ -69,14 +69,16 @@ def compare_guesses(
     runs: Mapping[str, Sequence[EvaluatedRoom]], is_chosen: Callable[[EvaluatedRoom], bool]
 ) -> Iterator[Record]:
     """IoU of each guess with the true room, and by how much the prediction is above the others, %."""
-    for run, of_run in runs.items():
-        rooms = [room for room in of_run if is_chosen(room)]
+    for run, evaluated in runs.items():
+        rooms = [room for room in evaluated if is_chosen(room)]
         name = f"{run} ({len(rooms)})"
         for guess in GUESSES:
-            for value in [100 * getattr(room, guess) for room in rooms] or [None]:
+            ious: list[float | None] = [100 * room.iou(guess) for room in rooms]
+            for value in ious or [None]:
                 yield {"run": name, "metric": guess, "value": value}
         for guess in GUESSES[:2]:
-            for value in [100 * (room.predicted - getattr(room, guess)) for room in rooms] or [None]:
+            gains: list[float | None] = [100 * (room.predicted_iou - room.iou(guess)) for room in rooms]
+            for value in gains or [None]:
                 yield {"run": name, "metric": f"over {guess}", "value": value}
 
 
@@ -87,7 +89,7 @@ def compare_confidence(runs: Mapping[str, Sequence[EvaluatedRoom]]) -> Iterator[
             # The last bin has its upper end.
             end = high + (high == 1)
             pairs: list[tuple[float | None, float | None]] = [
-                (100 * room.confidence, 100 * room.predicted)
+                (100 * room.confidence, 100 * room.predicted_iou)
                 for room in rooms
                 if room.confidence is not None and low <= room.confidence < end
             ]
@@ -98,7 +100,7 @@ def compare_confidence(runs: Mapping[str, Sequence[EvaluatedRoom]]) -> Iterator[
 
 
 def compare_partial(runs: Mapping[str, Sequence[EvaluatedRoom]]) -> Iterator[Record]:
-    """Which rooms that are truly partial are called so, and which that are called so are it."""
+    """Recall and precision of partial rooms: by truly partial room, and by room that is called partial."""
     for run, rooms in runs.items():
         called: list[bool | None] = [room.truly_partial for room in rooms if room.called_partial]
         true: list[bool | None] = [room.called_partial for room in rooms if room.truly_partial]

@@ -14,9 +14,13 @@ from pianta.labels import LabelConvention, LabelSet
 from pianta.rooms.completion import LABELS
 from pianta_bench.places.models import ClassProbabilities, true_labels
 
-SCHOOLS, OFFICES, LAYOUTS, TRUE_LAYOUTS = "schools", "offices", "layouts", "true layouts"
-# Ways to pair the rooms of a reconstructed floor with true ones: from the former, from the latter (eqs. 5.1 and 5.2).
-FORWARD, BACKWARD = "FC", "BC"
+SCHOOLS = "schools"
+OFFICES = "offices"
+LAYOUTS = "layouts"
+TRUE_LAYOUTS = "true layouts"
+# Each reconstructed room is paired with a true one (eq. 5.1), or each true room with a reconstructed one (eq. 5.2).
+FORWARD = "FC"
+BACKWARD = "BC"
 DIGITS = 4  # of probabilities in the JSON file
 
 
@@ -25,7 +29,7 @@ class EvaluatedFloor:
     """A floor with the predictions of models, and its truth.
 
     part: SCHOOLS and OFFICES are annotated floors, LAYOUTS reconstructed ones, TRUE_LAYOUTS the truth of these.
-    floor: whose rooms were classified. truth: with labels; the same rooms where nothing was reconstructed.
+    floor: its rooms were classified. truth: with labels; the same rooms unless the floor was reconstructed.
     probabilities: by model and label set.
     """
 
@@ -38,7 +42,7 @@ class EvaluatedFloor:
     convention: LabelConvention
 
     def pair_labels(self, model: str, label_set: LabelSet, way: str = FORWARD) -> list[LabelPair]:
-        """Predicted and true labels: of all classified rooms FORWARD, of all true rooms BACKWARD."""
+        """Predicted and true labels: FORWARD of all classified rooms, BACKWARD of all true rooms."""
         predicted = [LABELS[label_set][column] for column in self.probabilities[model][label_set].argmax(axis=1)]
         truth = true_labels(self.truth, label_set, convention=self.convention)
         if self.part != LAYOUTS:
@@ -53,7 +57,7 @@ class EvaluatedFloor:
         return self.probabilities[model][label_set][np.array(true, bool)], np.array(columns, np.intp)
 
     def as_json(self) -> dict[str, object]:
-        """Of all rooms the true label in F/C/E/S, None for one that overlaps no true room, and the probabilities."""
+        """True labels of the rooms in F/C/E/S, None for a room that overlaps no true room, and the probabilities."""
         functions = LabelSet.F_C_E_S
         pairs = self.pair_labels(next(iter(self.probabilities)), functions)
         return {

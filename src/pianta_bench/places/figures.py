@@ -38,7 +38,7 @@ def save_figures(results: Results, folder: Path) -> None:
 
 
 def draw_reliability(floors: list[EvaluatedFloor]) -> Figure:
-    """Share of right labels by the probability of the predicted one, and rooms in each bin; a column a label set."""
+    """Share of right labels by probability of the predicted label, and rooms in each bin; one column per label set."""
     figure = start_chart(9, 5.4)
     curves, counts = figure.subplots(2, len(LABELS), sharex=True, height_ratios=(3, 1), squeeze=False)
     for label_set, above, below in zip(LABELS, curves, counts, strict=True):

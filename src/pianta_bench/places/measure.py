@@ -1,4 +1,4 @@
-"""What rooms are for: models of rooms on buildings that were left out of their training."""
+"""Functions of rooms: models of rooms on buildings that were left out of their training."""
 
 from __future__ import annotations
 
@@ -58,16 +58,17 @@ from pianta_bench.places.models import (
 
 PARTS: Mapping[str, str] = MappingProxyType({"school": SCHOOLS, "office": OFFICES})  # by building type
 SIMULATED = "simulated"
-COST, COUNTS = "processor s", "cost"  # what takes how long, and of how many floors and rooms
+COST = "processor s"  # part of the records with times
+COUNTS = "cost"  # part of the records with the numbers of floors and rooms that were timed
 WRONG_ROOMS = "wrong rooms, %"
 MAPS_TYPE = "school"  # building type of the maps
-TIMED_ROOMS = 60  # labelling is timed on the map with about this number of reconstructed rooms
+TIMED_ROOMS = 60  # labelling is timed on the map whose number of reconstructed rooms is nearest to this
 RUNS = 3  # of reading and labelling, of whose times the median is taken
 
 
 @dataclass(frozen=True)
 class MapItem:
-    """A map of a floor. drawn_area: m² of the rooms of the annotated floor of that name if there is one."""
+    """A map of a floor. drawn_area: m² of the rooms of the annotated floor of the same name; None without one."""
 
     item: str
     building: str
@@ -91,7 +92,7 @@ def measure(
 ) -> Results:
     """Label the floors of data/buildings and the maps of data/slam by models that were not trained on their building.
 
-    Records of floors and maps: wrong rooms in %, by model, label set and, for maps, the way to pair rooms. If
+    Records of floors and maps: wrong rooms in %, by model, label set and, for maps, direction of pairing. If
     manifest.json of the data has several floors of one building, they are left out together. A floor that fails has no
     records.
     convention: EXPERIMENTS or FIGURE, by which labels become R/C and F/C/E/S.
@@ -195,9 +196,9 @@ def _evaluate(
 
     def classify_map(item: MapItem) -> Iterator[Figures]:
         grid, truth = item.read(data)
-        _ = classifiers.room_models  # if they cannot be trained, no map is read in vain
+        _ = classifiers.room_models  # trained first, so that no map is read if the training fails
         floor = reconstruct(replace(grid, source=item.item))
-        # Lengths of the annotated floor in those of the map of the same floor.
+        # Length in the annotated floor over the same length in the map.
         scale = 1.0 if item.drawn_area is None else sqrt(item.drawn_area / _measure_rooms(truth))
         unlabelled = AnnotatedFloor(item.item, MAPS_TYPE, item.building, truth).unlabelled
         floors = []
@@ -225,7 +226,7 @@ def _evaluate(
 
 
 def list_errors(floor: EvaluatedFloor) -> Figures:
-    """Wrong rooms, %, by model, label set and, for a reconstructed floor, way to pair rooms."""
+    """Wrong rooms, %, by model, label set and, for a reconstructed floor, direction of pairing."""
     ways = (FORWARD, BACKWARD) if floor.part == LAYOUTS else (FORWARD,)
     return {
         (model, str(label_set), way if floor.part == LAYOUTS else None): 100
@@ -239,7 +240,8 @@ def list_errors(floor: EvaluatedFloor) -> Figures:
 def _measure_cost(results: Results, floors: Sequence[PreparedFloor], data: Path, *, seed: int) -> None:
     """Time training on all floors, and reading and labelling of the map with about TIMED_ROOMS rooms.
 
-    It is labelled by a model of annotated floors, as the one that comes with pianta is. Nothing without maps.
+    The model that labels it is trained on annotated floors, like the model that comes with pianta. Without maps nothing
+    is timed.
     """
     layouts = [floor for floor in results.objects["floors"] if floor.part == LAYOUTS]
     if not layouts:

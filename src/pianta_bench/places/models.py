@@ -26,22 +26,27 @@ from pianta_bench.data.annotated_floors import AnnotatedFloor
 # Probabilities of the rooms of a floor, shape (rooms, labels), by label set.
 ClassProbabilities: TypeAlias = Mapping[LabelSet, Floats]
 
-LOCAL, CENTRAL, PIANTA, MAPPED = "Ex-T", "Ex-T, centrality", "pianta", "pianta, maps too"
+LOCAL = "Ex-T"
+CENTRAL = "Ex-T, centrality"
+PIANTA = "pianta"
+MAPPED = "pianta, maps too"
 # The trees of CENTRAL, on a floor that is enlarged to the scale of its drawing.
 IN_DRAWINGS_SCALE = "Ex-T, drawing's scale"
-STEPS, LAST_STEP = ("first pass", "second pass"), "random field"
+STEPS = ("first pass", "second pass")
+LAST_STEP = "random field"
 TREES = 500  # of each forest of Extra-Trees; thesis, section 6.2
 LOCAL_TREES = TreeParameters(trees=TREES)
-# Columns of V_n: without closeness and betweenness, and all.
-WITHOUT_CENTRALITY, ALL_FEATURES = slice(0, len(GEOMETRIC) + 1), slice(0, len(ROOM_FEATURES))
+# Columns of V_n.
+WITHOUT_CENTRALITY = slice(0, len(GEOMETRIC) + 1)  # without closeness and betweenness
+ALL_FEATURES = slice(0, len(ROOM_FEATURES))
 COLUMNS: Mapping[str, slice] = MappingProxyType({LOCAL: WITHOUT_CENTRALITY, CENTRAL: ALL_FEATURES})
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedFloor:
-    """An annotated floor with all that models need, computed once.
+    """An annotated floor with all inputs of the models, computed once.
 
-    examples: the floor for training; after it what was reconstructed from a simulated map of it, if it has rooms.
+    examples: the floor for training; then the floor reconstructed from a simulated map of it, if that has rooms.
     simulated: the reconstructed floor.
     """
 
@@ -52,7 +57,7 @@ class PreparedFloor:
     @classmethod
     def prepare(cls, annotated: AnnotatedFloor, convention: LabelConvention) -> PreparedFloor:
         """A floor without a simulated map."""
-        _ = annotated.features, annotated.unlabelled  # from here on they are known
+        _ = annotated.features, annotated.unlabelled  # computed here, and cached
         return cls(annotated, list_examples([annotated.floor], convention=convention))
 
     @property
@@ -109,7 +114,7 @@ class Classifiers:
         }
 
     def predict(self, building_type: str, features: Floats, context: RoomContext) -> dict[str, ClassProbabilities]:
-        """The probabilities of each model for a floor of a type, and those of pianta's after each of their steps."""
+        """The probabilities of each model for a floor of a type, for pianta's models also after each of their steps."""
         probabilities = {model: self.predict_local(model, building_type, features) for model in COLUMNS}
         for name, model in self.room_models.items():
             steps = model.predict_functions(context)
@@ -140,7 +145,7 @@ def true_labels(floor: Floor, label_set: LabelSet, *, convention: LabelConventio
 
 
 def schemas_of(convention: LabelConvention) -> dict[str, LabelSchema]:
-    """The schemas, whose labels have the place in F/C/E/S of a convention, by the convention of the experiments too."""
+    """The schemas with the functions (F/C/E/S) of a convention, also as the convention of the experiments."""
     return {
         building_type: LabelSchema(
             building_type,
@@ -159,7 +164,7 @@ def both_sets(functions: Floats, convention: LabelConvention) -> ClassProbabilit
 
 
 def check_convention(name: str) -> LabelConvention:
-    """The convention of a name; raises OptionError unless labels can be classified in it."""
+    """The convention of a name; raises OptionError unless rooms are classified by it."""
     if name not in PLACE_SPLITS:
         raise OptionError(f"split is {name!r}, give one of {', '.join(PLACE_SPLITS)}")
     return LabelConvention(name)

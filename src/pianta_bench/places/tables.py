@@ -81,7 +81,7 @@ CONFUSION = Table(
     columns=("predicted",),
     where={"model": [CENTRAL, PIANTA], "true": list(FUNCTIONS), "predicted": [*FUNCTIONS, NOTHING]},
     labels={label: label[0] for label in FUNCTIONS},
-    notes=("A row a true label, a column a predicted one; means over the maps that have the label.",),
+    notes=("Rows: true labels, columns: predicted ones; means over the maps that have the label.",),
 )
 CALIBRATION = Table(
     title="Expected calibration error",
@@ -100,7 +100,7 @@ COSTS = Table(
     title="Cost",
     where={"part": COST},
     digits=2,
-    notes=("Time of all threads, without making the simulated maps.",),
+    notes=("Time of all threads, without the simulation of maps.",),
 )
 
 
@@ -135,7 +135,7 @@ def fill_confusion(layouts: Sequence[EvaluatedFloor], way: str) -> FilledTable:
 
 
 def _pair_labels(floors: Sequence[EvaluatedFloor]) -> Iterator[Record]:
-    """Of each annotated floor the pairs of labels, by model and label set."""
+    """Pairs of labels of each annotated floor, by model and label set."""
     for floor, label_set in product(floors, LABELS):
         if floor.part in {SCHOOLS, OFFICES}:
             for model in floor.probabilities:
@@ -144,7 +144,7 @@ def _pair_labels(floors: Sequence[EvaluatedFloor]) -> Iterator[Record]:
 
 
 def _list_accuracies(results: Results, floors: Sequence[EvaluatedFloor]) -> Iterator[Record]:
-    """Right rooms, %, of each reconstructed floor; and of its true rooms, where both ways to pair rooms are one."""
+    """Right rooms, %, of each reconstructed floor; and of its true rooms, where FC and BC are equal."""
     for record in results.select(part=LAYOUTS, metric=WRONG_ROOMS):
         yield {**record, "value": 100 - record["value"]}
     for floor, label_set, way in product(floors, LABELS, (FORWARD, BACKWARD)):
@@ -155,7 +155,7 @@ def _list_accuracies(results: Results, floors: Sequence[EvaluatedFloor]) -> Iter
 
 
 def _list_confusions(layouts: Sequence[EvaluatedFloor], way: str) -> Iterator[Record]:
-    """Of each map the share of the rooms with a true label that have a predicted one, None without such rooms."""
+    """For each map and true label the shares of predicted labels; None without rooms of that true label."""
     for floor, model in product(layouts, (CENTRAL, PIANTA)):
         shares = count_confusion(floor.pair_labels(model, LabelSet.F_C_E_S, way), FUNCTIONS)
         for (row, column), share in np.ndenumerate(shares):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from statistics import fmean
+from textwrap import wrap
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -36,7 +38,7 @@ ALL = "all"
 STAGES = [HALF, ALL]
 MIN_TIMED = 35  # rooms of the floors whose prediction is timed
 MAX_TIMED = 45
-MAX_NOTE = 78  # characters of a line
+NOTE_WIDTH = 80  # characters
 CHANCE_DRAWS = 200  # whose mean is the calibration error by chance; chosen by hand
 # By metric and predictor what stands in the column of each baseline: skeletons of samples are compared by the mean
 # distance, with all floors of the model; the most typical one with the most typical floor.
@@ -66,6 +68,7 @@ BETTER = Table(
     where={"metric": ["labels", *DISTANCES], "predictor": [PREDICTED, TYPICAL], "baseline": list(BASELINES)},
     summarise=share_better,
     unit="% of floors",
+    notes=("{halves} of {floors} {part} have rooms unseen with half of their corridors explored.",),
 )
 LOWER = Table(
     title="Section 8.3, {part}, half of the corridors: mean lower than of baselines by",
@@ -76,10 +79,9 @@ LOWER = Table(
     unit="%",
     notes=("blind: the mean over skeletons of other floors; beside typical the most typical.",),
 )
-LABELS = Table(
+StageTable = partial(Table, rows=("stage", "metric"), columns=("predictor",))
+LABELS = StageTable(
     title="Jensen-Shannon divergence of the labels of unseen rooms, {part}",
-    rows=("stage", "metric"),
-    columns=("predictor",),
     where={
         "stage": STAGES,
         "metric": [*LABEL_SETS.values()],
@@ -90,13 +92,12 @@ LABELS = Table(
     notes=(
         "predicted: the distribution nearest to the samples'; mean: of the samples.",
         "oracle: as many labels as are unseen, of this floor's own; not known in practice.",
+        "local: blind where it predicts nothing, on {silent:.0f} floors with half of the corridors.",
         "half: of the corridors are explored; all: the mean over stages of a floor first.",
     ),
 )
-SIZES = Table(
+SIZES = StageTable(
     title="Rooms of the whole floor, {part}",
-    rows=("stage", "metric"),
-    columns=("predictor",),
     where={
         "stage": STAGES,
         "metric": ["rooms, error", "rooms, bias", "corridors, error", "corridors, bias"],
@@ -106,12 +107,11 @@ SIZES = Table(
     notes=(
         "blind: the mean of other floors, at least the known rooms; local: a room more for",
         "each open end; known part: times known corridors over explored ones.",
+        "Rooms in the interval of four of five samples: {half} (half), {all} (all).",
     ),
 )
-SKELETONS = Table(
+SKELETONS = StageTable(
     title="Distance of the skeleton of corridors, {part}",
-    rows=("stage", "metric"),
-    columns=("predictor",),
     where={
         "stage": STAGES,
         "metric": list(DISTANCES),
@@ -144,7 +144,9 @@ RELIABILITY = Table(
 TIME = Table(
     title=f"Time of {{count}} samples on floors of {MIN_TIMED} to {MAX_TIMED} rooms, {{part}}",
     rows=("work",),
-    columns=("summary",),
+    columns=("metric",),
+    where={"work": [f"prediction, {HALF}", f"prediction, {ALL}", "sampler, once", "model, once"]},
+    labels={"seconds": "median"},
     summarise=Cell.median,
     digits=2,
     unit="s of one core",
@@ -162,27 +164,15 @@ def tabulate_type(results: Results, building_type: str) -> list[FilledTable]:
     floors = [*derive_floors(results.select(part=part))]
     pairs = [*derive_pairs(floors)]
     doors = [door for door in results.details["doors"] if door["part"] == part]
-    halves, stages = (results.values(part=part, metric="interval holds", half=half) for half in (True, [True, False]))
+    holds = [results.values(part=part, metric="interval holds", half=half) for half in (True, [True, False])]
+    half, every = (f"{sum(values):.0f} of {len(values)}" for values in holds)
+    count = len(results.select(part=part, metric="rooms"))
     silent = sum(results.values(part=part, metric="no local labels", half=True))
     return [
-        BETTER.fill(pairs, part=part, notes=[*_describe_halves(results, part, len(halves)), *_compare_labels(pairs)]),
+        BETTER.fill(pairs, part=part, halves=len(holds[0]), floors=count, notes=_compare_labels(pairs)),
         LOWER.fill(pairs, part=part),
-        LABELS.fill(
-            floors,
-            part=part,
-            notes=[f"local: blind where it predicts nothing, on {silent:.0f} floors with half of the corridors."],
-        ),
-        SIZES.fill(
-            floors,
-            part=part,
-            notes=[
-                "Rooms in the interval of four of five samples: "
-                + ", ".join(
-                    f"{sum(holds):.0f} of {len(holds)} ({stage})" for stage, holds in ((HALF, halves), (ALL, stages))
-                )
-                + "."
-            ],
-        ),
+        LABELS.fill(floors, part=part, silent=silent),
+        SIZES.fill(floors, part=part, half=half, all=every),
         SKELETONS.fill([each for each in floors if (each["metric"], each["stage"]) != (EDITS, ALL)], part=part),
         DOORS.fill(derive_doors(doors, schema), part=part),
         RELIABILITY.fill(derive_reliability(doors, schema), part=part),
@@ -248,17 +238,13 @@ def derive_reliability(doors: Sequence[Record], schema: LabelSchema) -> Iterator
 def derive_times(results: Results, part: str) -> Iterator[Record]:
     """Seconds of the processor for a prediction of floors of a usual size, a sampler, and a model."""
     rooms = {record["item"]: record["value"] for record in results.select(part=part, metric="rooms")}
-    seconds = results.select(part=part, metric="seconds")
-    for stage in STAGES:
-        for record in seconds:
-            if record["work"] == "prediction" and (stage == ALL or record["half"]):
-                timed = MIN_TIMED <= rooms[record["item"]] <= MAX_TIMED
-                value = record["value"] if timed else None
-                yield {"work": f"prediction, {stage}", "summary": "median", "value": value}
-    for work in ("sampler, once", "model, once"):
-        for record in seconds:
-            if record["work"] == work:
-                yield {"work": work, "summary": "median", "value": record["value"]}
+    for record in results.select(part=part, metric="seconds"):
+        if record["work"] != "prediction":
+            yield record
+            continue
+        timed = MIN_TIMED <= rooms[record["item"]] <= MAX_TIMED
+        for stage in (HALF, ALL) if record["half"] else (ALL,):
+            yield {**record, "work": f"prediction, {stage}", "value": record["value"] if timed else None}
 
 
 def drop_absent(pairs: Iterable[Pair]) -> list[tuple[float, float]]:
@@ -273,16 +259,11 @@ def measure_gain(pairs: Iterable[Pair]) -> float | None:
     return 100 * (1 - sum(value for value, _ in present) / total) if total else None
 
 
-def list_first(doors: Iterable[Record]) -> list[Record]:
+def list_first(doors: Sequence[Record]) -> list[Record]:
     """Each door at the first stage at which it is unopened; floor by floor, the last stage first."""
-    floors: dict[str, list[Record]] = {}
-    for door in doors:
-        floors.setdefault(door["item"], []).append(door)
-    first: dict[tuple[str, str], Record] = {}
-    for item, own in floors.items():
-        for door in sorted(own, key=lambda door: -door["explored"]):
-            first[item, door["door"]] = door
-    return [*first.values()]
+    items = [*dict.fromkeys(door["item"] for door in doors)]
+    ordered = sorted(doors, key=lambda door: (items.index(door["item"]), -door["explored"]))
+    return [*{(door["item"], door["door"]): door for door in ordered}.values()]
 
 
 def find_reliability(doors: Sequence[Record], schema: LabelSchema) -> tuple[Reliability, Reliability]:
@@ -307,17 +288,7 @@ def top_label(door: Record) -> str | None:
 
 def wrap_names(names: Sequence[str]) -> list[str]:
     """Names, indented, in as many lines of a note as needed."""
-    lines = [""]
-    for name in names or ("none",):
-        if len(lines[-1]) + len(name) > MAX_NOTE:
-            lines.append("")
-        lines[-1] += ("  " if not lines[-1] else ", ") + name
-    return lines
-
-
-def _describe_halves(results: Results, part: str, halves: int) -> Iterator[str]:
-    floors = len(results.select(part=part, metric="rooms"))
-    yield f"{halves} of {floors} {part} have rooms unseen with half of their corridors explored."
+    return wrap(", ".join(names or ("none",)), NOTE_WIDTH, initial_indent="  ", subsequent_indent="  ")
 
 
 def _compare_labels(pairs: Iterable[Record]) -> Iterator[str]:

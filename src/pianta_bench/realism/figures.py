@@ -35,7 +35,7 @@ CURVES = MappingProxyType(
     }
 )
 DPI = 130
-SPREAD = 0.28  # of the dots of a part to both sides of its line, in distances between lines
+SPREAD = 0.28  # largest distance of the marks of a part from its line, in distances between lines
 
 
 def save_figures(results: Results, folder: Path) -> None:
@@ -45,7 +45,7 @@ def save_figures(results: Results, folder: Path) -> None:
 
 
 def draw_scores(results: Results) -> Figure:
-    """Likeness to real offices, and probability of being real: a mark a floor, a column a label set."""
+    """Likeness to real offices, and probability of being real: one mark per floor, one column per label set."""
     figure = start_chart(10, 4.6)
     axes = figure.subplots(2, len(LABELS), squeeze=False)
     for label_set, (above, below) in zip(LABELS, axes.T, strict=True):
@@ -75,7 +75,7 @@ def plot_scores(scores: Mapping[str, Sequence[float] | Floats], *, ax: Axes) -> 
 
 
 def draw_curves(results: Results) -> Figure:
-    """Receiver operating characteristic and precision over recall of real offices, a row a label set."""
+    """Receiver operating characteristic and precision over recall of real offices, one row per label set."""
     figure = start_chart(9, 8)
     for label_set, (left, right) in zip(LABELS, figure.subplots(len(LABELS), 2, squeeze=False), strict=True):
         plot_curves(results, label_set, left, right)
@@ -89,7 +89,7 @@ def plot_curves(results: Results, label_set: LabelSet, left: Axes, right: Axes) 
     likeness = [results.values(metric="likeness", label_set=label_set, part=part) for part in (OFFICES, WORLDS)]
     real = [True] * len(likeness[0]) + [False] * len(likeness[1])
     for model, (color, style) in CURVES.items():
-        # Many floors have the typicality 0, so likeness stands for it.
+        # Many floors have the typicality 0, so likeness is used instead.
         parts = (
             likeness if model == ONE else [list_scores(results, model, label_set, part) for part in (OFFICES, WORLDS)]
         )

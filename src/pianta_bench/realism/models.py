@@ -1,4 +1,4 @@
-"""The models that bench realism compares with pianta's: each scores floors of a building that it has not seen."""
+"""The models that bench realism compares with pianta's: each scores floors of a building that it was not trained on."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SIMULATED = "simulated"
 
 @dataclass(frozen=True, eq=False)
 class Fold:
-    """The task to score floors by others.
+    """The task to score the floors of one building by floors of other buildings.
 
     training: floors of other buildings. real: which of them are real. tested: the floors of one building.
     seed, trees: of Extra-Trees.
@@ -43,7 +43,7 @@ class Fold:
 
 
 def score_by_trees(fold: Fold, columns: slice) -> list[float]:
-    """Share of the rooms that Extra-Trees take for rooms of real floors, by columns of V_n and the label."""
+    """Share of the rooms that Extra-Trees classify as real, by columns of V_n and the label."""
     from sklearn.ensemble import ExtraTreesClassifier
 
     features = [_list_features(floor, columns, fold.label_set) for floor in fold.training]
@@ -53,7 +53,7 @@ def score_by_trees(fold: Fold, columns: slice) -> list[float]:
 
 
 def score_by_relations(fold: Fold) -> list[float]:
-    """Decision values of an SVM on NSPDK over graphs of facts; above 0 for what is real."""
+    """Decision values of an SVM on NSPDK over graphs of facts; above 0 for real floors."""
     classifier = RelationalTypeClassifier(label_set=fold.label_set)
     classifier.fit([floor.floor for floor in fold.training], [REAL if is_real else SIMULATED for is_real in fold.real])
     decided = classifier.decide([floor.floor for floor in fold.tested])
@@ -62,11 +62,11 @@ def score_by_relations(fold: Fold) -> list[float]:
 
 
 def score_by_gaussian(fold: Fold) -> list[float]:
-    """Probability of being real, where features of floors are compared as in the one class."""
-    training = [describe_drawn(floor, fold.label_set) for floor in fold.training]
+    """Probability of being real, with the kernel of the one class."""
+    training = [describe_annotated(floor, fold.label_set) for floor in fold.training]
     buildings = [floor.building for floor in fold.training]
     classifier = RealismClassifier(kernel=BuildingKernel).fit(training, fold.real.tolist(), buildings)
-    return [classifier.predict_probability(describe_drawn(floor, fold.label_set)) for floor in fold.tested]
+    return [classifier.predict_probability(describe_annotated(floor, fold.label_set)) for floor in fold.tested]
 
 
 SCORERS: Mapping[str, Callable[[Fold], list[float]]] = MappingProxyType(
@@ -82,7 +82,7 @@ SCORERS: Mapping[str, Callable[[Fold], list[float]]] = MappingProxyType(
 def score_left_out(
     model: str, floors: Sequence[AnnotatedFloor], real: NDArray[np.bool_], label_set: LabelSet, *, seed: int, trees: int
 ) -> list[float]:
-    """The score of each floor by a model of SCORERS that has not seen its building."""
+    """The score of each floor by a model of SCORERS that was not trained on its building."""
     scores = np.zeros(len(floors))
     for others, held_out in leave_buildings_out([floor.building for floor in floors]):
         training, tested = ([floors[index] for index in indices] for indices in (others, held_out))
@@ -90,7 +90,7 @@ def score_left_out(
     return list(map(float, scores))
 
 
-def describe_drawn(floor: AnnotatedFloor, label_set: LabelSet) -> BuildingDescription:
+def describe_annotated(floor: AnnotatedFloor, label_set: LabelSet) -> BuildingDescription:
     """The description of a floor whose rooms have labels in the label set."""
     return describe_building(floor.floor, label_set)
 

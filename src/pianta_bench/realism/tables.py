@@ -45,7 +45,7 @@ ONE_CLASS = Table(
     digits=3,
     notes=(
         "typicality: share of the other offices that are less like the rest; likeness: to the three nearest offices.",
-        "AUC: chance that an office is more like the others than a world is.",
+        "AUC: probability that an office has a higher likeness than a world.",
     ),
 )
 VIEWS = Table(
@@ -54,7 +54,7 @@ VIEWS = Table(
     summarise=Cell.only,
     unit="% of floors",
     notes=(
-        f"{UNLABELLED}: drawn rooms, labelled by the model that comes with pianta, which knows the offices.",
+        f"{UNLABELLED}: drawn rooms, labelled by the model that comes with pianta, which is trained on the offices.",
         f"{MAPPED}: rooms as read from a simulated robot's map, stretched at random, and labelled by it.",
     ),
 )
@@ -74,9 +74,9 @@ def tabulate(results: Results) -> list[FilledTable]:
     counts = [sum(floor.part == part for floor in floors) for part in COMPARED]
     notes = (
         f"{counts[0]} real offices and {counts[1]} simulated (thesis: 20 and 6), each assessed without its building.",
-        f"Ex-T: {results.options['trees']} trees on single rooms and their labels; the floor is what most rooms are.",
-        f"{GAUSSIAN}: the kernel of the one class, which compares features by a Gaussian.",
-        f"{ONE}: has seen no simulated office; a typicality of {MAX_ATYPICAL} or less is called simulated.",
+        f"Ex-T: {results.options['trees']} trees on single rooms and their labels; the majority of the rooms decides.",
+        f"{GAUSSIAN}: the kernel of the one class, a Gaussian of the features.",
+        f"{ONE}: not trained on simulated offices; a typicality of {MAX_ATYPICAL} or less is called simulated.",
     )
     return [
         TABLE_8_2.fill(derive_errors(results), notes=notes),
@@ -87,7 +87,7 @@ def tabulate(results: Results) -> list[FilledTable]:
 
 
 def derive_errors(results: Results) -> Iterator[Record]:
-    """For each model and label set the share of offices and worlds that are taken for the other, %."""
+    """For each model and label set the share of misclassified offices and worlds, %."""
     for model, label_set in product(MODELS, LABELS):
         wrong = [
             is_realistic(model, score) is not (part == OFFICES)
@@ -113,11 +113,11 @@ def _measure_one_class(floors: Sequence[AssessedFloor], label_set: LabelSet) -> 
     usual = median(realism.likeness for realism in offices)
     yield "worlds less like offices than the median office", fmean(realism.likeness < usual for realism in worlds)
     yield "AUC", float(roc_auc_score([True] * len(offices) + [False] * len(worlds), likeness))
-    for part, of_part in parts.items():
-        yield f"{part}: median typicality", median(each.typicality for each in of_part) if of_part else None
-        yield f"{part}: called simulated", fmean(each.is_atypical for each in of_part) if of_part else None
-        yield f"{part}: median likeness", median(each.likeness for each in of_part) if of_part else None
-        yield f"{part}: reasons", fmean(len(each.reasons) for each in of_part) if of_part else None
+    for part, assessed in parts.items():
+        yield f"{part}: median typicality", median(each.typicality for each in assessed) if assessed else None
+        yield f"{part}: called simulated", fmean(each.is_atypical for each in assessed) if assessed else None
+        yield f"{part}: median likeness", median(each.likeness for each in assessed) if assessed else None
+        yield f"{part}: reasons", fmean(len(each.reasons) for each in assessed) if assessed else None
 
 
 def derive_views(floors: Sequence[AssessedFloor]) -> Iterator[Record]:
@@ -128,11 +128,11 @@ def derive_views(floors: Sequence[AssessedFloor]) -> Iterator[Record]:
             realism = floor.realism[label_set] if view == "drawn" else floor.views.get((view, label_set))
             if floor.part in COMPARED and realism:
                 parts[floor.part].append(realism)
-        atypical = {part: [realism.is_atypical for realism in of_part] for part, of_part in parts.items()}
+        atypical = {part: [realism.is_atypical for realism in assessed] for part, assessed in parts.items()}
         wrong = [
             is_realistic(TWO, realism.probability or 0) is not (part == OFFICES)
-            for part, of_part in parts.items()
-            for realism in of_part
+            for part, assessed in parts.items()
+            for realism in assessed
         ]
         offices, worlds = atypical.values()
         figures = {
@@ -152,7 +152,12 @@ def derive_scores(floors: Sequence[AssessedFloor]) -> Iterator[Record]:
             realism = floor.realism[label_set]
             scores = {"two": realism.probability, "one": realism.typicality, "likeness": realism.likeness}
             for score, value in scores.items():
-                yield {"item": _shorten(floor.drawn.item), "label_set": str(label_set), "score": score, "value": value}
+                yield {
+                    "item": _shorten(floor.annotated.item),
+                    "label_set": str(label_set),
+                    "score": score,
+                    "value": value,
+                }
 
 
 def _shorten(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Views of a drawn floor: without its labels, and as read from a robot's map."""
+"""Views of an annotated floor: without its labels, and as read from a robot's map."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ UNLABELLED = "labels found"
 MAPPED = "on a map"
 
 
-def view_floor(drawn: AnnotatedFloor, *, seed: int) -> dict[str, Floor]:
+def view_floor(annotated: AnnotatedFloor, *, seed: int) -> dict[str, Floor]:
     """By UNLABELLED the drawing without labels, by MAPPED the floor read from a simulated map, if that shows rooms.
 
     seed: of the simulation.
     """
-    views = {UNLABELLED: drawn.unlabelled}
+    views = {UNLABELLED: annotated.unlabelled}
     try:
-        mapped = simulate_and_reconstruct(drawn.floor, seed=seed)
+        mapped = simulate_and_reconstruct(annotated.floor, seed=seed)
     except PiantaError:
         return views
     rooms = tuple(replace(room, label=None, labels={}, label_probabilities={}) for room in mapped.rooms)

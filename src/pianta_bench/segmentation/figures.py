@@ -1,4 +1,4 @@
-"""True rooms beside found rooms, with the errors marked."""
+"""True rooms beside reconstructed rooms, with the errors marked."""
 
 from __future__ import annotations
 
@@ -14,33 +14,44 @@ from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
 from pianta_bench.harness.charts import save_chart
 
 # Neighbouring ids differ by the golden angle; reds are left to the errors.
-GOLDEN_TURN, HUES, LIGHTNESS = 0.381966, (0.09, 0.88), (0.72, 0.82)
-ERROR_COLOR, UNMATCHED_GREY = (204, 20, 40), 175
-MARGIN_M, OUTLINE_M = 1.0, 0.15
-LONG_SIDE_PX, DPI, CAPTION_PX = 2000, 100, 46
+GOLDEN_TURN = 0.381966  # of a full turn of hue
+HUES = (0.09, 0.88)
+LIGHTNESS = (0.72, 0.82)  # of even and odd ids
+ERROR_COLOR = (204, 20, 40)
+UNMATCHED_GREY = 175
+MARGIN_M = 1.0  # m around the building
+OUTLINE_M = 0.15  # m, width of the outlines of unmatched rooms
+LONG_SIDE_PX = 2000
+DPI = 100
+CAPTION_PX = 46
 
 
-def save_comparison(found: NDArray[np.integer], truth: NDArray[np.integer], grid: GridMap, path: str | Path) -> None:
-    """Write a PNG of the true rooms, left, and the found ones, right, on the map, cropped to the building.
+def save_comparison(
+    reconstructed: NDArray[np.integer], truth: NDArray[np.integer], grid: GridMap, path: str | Path
+) -> None:
+    """Write a PNG of the true rooms, left, and the reconstructed ones, right, on the map, cropped to the building.
 
-    found, truth: shape (H, W), n > 0 is a room. Rooms that match (IoU above 0.5) have one colour, the others are grey
-    with a red outline; the pixels in which a pair of matching rooms differs are red on the right.
+    reconstructed, truth: shape (H, W), n > 0 is a room. Rooms that match (IoU above 0.5) have one colour, others are
+    grey with a red outline; the pixels in which a pair of matching rooms differs are red on the right.
 
     Raises PiantaError when the file cannot be written.
     """
     from matplotlib.figure import Figure
 
-    window = _crop_building((found > 0) | (truth > 0) | grid.free, round(MARGIN_M / grid.resolution))
-    found, truth = found[window], truth[window]
-    matches = match_rooms(found, truth)
-    images = paint_comparison(found, truth, GridMap(grid.cells[window], grid.resolution), matches)
-    rows, cols = found.shape
+    window = _crop_building((reconstructed > 0) | (truth > 0) | grid.free, round(MARGIN_M / grid.resolution))
+    reconstructed, truth = reconstructed[window], truth[window]
+    matches = match_rooms(reconstructed, truth)
+    images = paint_comparison(reconstructed, truth, GridMap(grid.cells[window], grid.resolution), matches)
+    rows, cols = reconstructed.shape
     scale = LONG_SIDE_PX / max(2 * cols, rows)
     size = 2 * cols * scale / DPI, (rows * scale + CAPTION_PX) / DPI
     figure = Figure(figsize=size, dpi=DPI, facecolor="white")
-    number, true = (len(np.unique(labels[labels > 0])) for labels in (found, truth))
+    number, true = (len(np.unique(labels[labels > 0])) for labels in (reconstructed, truth))
     missed, wrong = true - len(matches), number - len(matches)
-    captions = f"{true} true rooms, {missed} missed", f"{number} rooms found, {wrong} of them no true room; red: errors"
+    captions = (
+        f"{true} true rooms, {missed} missed",
+        f"{number} reconstructed rooms, {wrong} without a match; red: errors",
+    )
     height = rows * scale / (rows * scale + CAPTION_PX)
     for side, (image, caption) in enumerate(zip(images, captions, strict=True)):
         ax = figure.add_axes((side / 2, 0, 0.498, height))
@@ -51,22 +62,22 @@ def save_comparison(found: NDArray[np.integer], truth: NDArray[np.integer], grid
 
 
 def paint_comparison(
-    found: NDArray[np.integer], truth: NDArray[np.integer], grid: GridMap, matches: dict[int, int]
+    reconstructed: NDArray[np.integer], truth: NDArray[np.integer], grid: GridMap, matches: dict[int, int]
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """The two pictures, red, green and blue of each cell, shape (H, W, 3).
 
-    matches: the id of a true room by that of the found room that matches it.
+    matches: the id of a true room by the id of the reconstructed room that matches it.
     """
-    partners = np.zeros(int(found.max(initial=0)) + 1, np.int32)
+    partners = np.zeros(int(reconstructed.max(initial=0)) + 1, np.int32)
     partners[list(matches)] = list(matches.values())
-    found_as_true = np.where(found > 0, partners[np.maximum(found, 0)], 0)
+    true_of_reconstructed = np.where(reconstructed > 0, partners[np.maximum(reconstructed, 0)], 0)
     true_matched = np.where(np.isin(truth, list(matches.values())), truth, 0)
     left, right = (_paint_map(grid) for _ in range(2))
-    for image, rooms, matched in ((left, truth, true_matched), (right, found, found_as_true)):
+    for image, rooms, matched in ((left, truth, true_matched), (right, reconstructed, true_of_reconstructed)):
         image[rooms > 0] = UNMATCHED_GREY
         image[matched > 0] = _color_ids(int(truth.max(initial=0)))[matched[matched > 0]]
         image[_outline_rooms(np.where(matched > 0, 0, rooms), round(OUTLINE_M / grid.resolution))] = ERROR_COLOR
-    right[found_as_true != true_matched] = ERROR_COLOR
+    right[true_of_reconstructed != true_matched] = ERROR_COLOR
     return left, right
 
 
@@ -86,7 +97,7 @@ def _color_ids(highest: int) -> NDArray[np.uint8]:
 
 
 def _outline_rooms(rooms: NDArray[np.integer], width: int) -> NDArray[np.bool_]:
-    """The rim of each room, some cells wide, inside of it and not around what stands in it; shape (H, W)."""
+    """The rim of each room, `width` cells wide, inside the room and not around obstacles in it; shape (H, W)."""
     from scipy.ndimage import grey_closing, maximum_filter, minimum_filter
 
     size = 2 * max(width, 1) + 1
@@ -94,11 +105,11 @@ def _outline_rooms(rooms: NDArray[np.integer], width: int) -> NDArray[np.bool_]:
     return np.asarray((rooms > 0) & (maximum_filter(around, size) != minimum_filter(around, size)))
 
 
-def _crop_building(seen: NDArray[np.bool_], margin: int) -> tuple[slice, slice]:
-    """Rows and columns around what is seen; all of them where nothing is."""
+def _crop_building(building: NDArray[np.bool_], margin: int) -> tuple[slice, slice]:
+    """Rows and columns around the cells of the building; all of them if it has none."""
     windows = []
     for axis in (1, 0):
-        places = np.flatnonzero(seen.any(axis=axis))
-        first, last = (places[0], places[-1]) if places.size else (0, seen.shape[1 - axis] - 1)
+        indices = np.flatnonzero(building.any(axis=axis))
+        first, last = (indices[0], indices[-1]) if indices.size else (0, building.shape[1 - axis] - 1)
         windows.append(slice(max(first - margin, 0), last + margin + 1))
     return windows[0], windows[1]

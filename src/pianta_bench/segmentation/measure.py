@@ -23,7 +23,7 @@ from pianta_bench.layout.timing import NO_TIME, time_reconstruction
 from pianta_bench.segmentation.figures import save_comparison
 
 SCORES = ("precision", "recall", "a_fc", "mean_iou", "f1")
-# Of the two counts that only the JSON file and the comparison with the thesis have.
+# Scores of the two counts that are only in the JSON file and in the comparison with the thesis.
 FREE_SCORES = SCORES
 REST_SCORES = ("precision", "recall")
 PERCENT = (*SCORES, *(f"{score}_free" for score in FREE_SCORES), *(f"{score}_rest" for score in REST_SCORES))
@@ -45,13 +45,13 @@ def measure(
     pictures: Path | None = None,
     track: Track = iter,
 ) -> Results:
-    """Scores of the rooms that methods find on the survey, real clutter, closed doors, schools, and growing maps.
+    """Scores of reconstructed rooms on the survey, real clutter, closed doors, schools, and growing maps.
 
-    Three counts. The main one takes a room as a space: each pixel of it counts, and rooms of up to 0.25 m² are dropped
-    on both sides; where the truth includes walls (schools), or only knows free cells behind closed doors (doors), both
-    sides are cut to free cells first. _free: all rooms on free cells alone. _rest: like _free, with the free cells in
-    no room as one more, which is the count of Table 3.1b. Where maps grow, the ids of the floor before are kept,
-    and the rooms and ids that lasted are counted.
+    Three counts. The main one counts each pixel of a room, and drops rooms of up to 0.25 m² on both sides; where the
+    truth includes walls (schools), or only has the free cells behind closed doors (doors), both sides are cut to free
+    cells first. _free: all rooms on free cells alone. _rest: like _free, with the free cells in
+    no room as one more, which is the count of Table 3.1b. Where maps grow, rooms keep the ids of the floor
+    before, and the persisting rooms and ids are counted.
 
     methods: of METHODS, all unless given. sets: of SET_NAMES, all that are in the data unless given.
     maps: whether the figures of each map are printed. pictures: folder for METHOD/SET/NAME.png.
@@ -64,7 +64,7 @@ def measure(
     folder = find_data(data)
     chosen = choose_sets(sets or (), folder)
     results = Results({"methods": methods, "sets": [mapset.name for mapset in chosen], "maps": maps})
-    # All methods see a map before the next, so that it is read once.
+    # All methods run on a map before the next map, so that it is read once.
     jobs = [(mapset, item, method) for mapset, items in chosen.items() for item, method in product(items, methods)]
     read = lru_cache(maxsize=1)(lambda mapset, item: mapset.read(folder / mapset.folder, item))
     earlier: dict[str, list[Floor]] = {method: [] for method in methods}
@@ -92,7 +92,7 @@ def measure_map(
     earlier: list[Floor] | None,
     pictures: Path | None,
 ) -> Iterator[Figures]:
-    """Scores of the rooms of one map, %, rooms, and time; then what became of the rooms before; then its picture."""
+    """Scores of the rooms of one map, %, rooms, and time; then the persistence of rooms; then its picture."""
     true_map = read(mapset, item)
     truth = _cut_spaces(true_map.spaces, true_map, mapset)
     yield {"true": len(np.unique(truth[truth > 0]))}
@@ -125,13 +125,13 @@ def _describe_free_counts(labels: NDArray[np.int32], true_map: TrueMap, mapset: 
     """The scores on free cells, without and with the cells in no room as one more room."""
     free = score_labels(labels, true_map.rooms, counted=true_map.free)
     figures = {f"{key}_free": 100 * getattr(free, key) for key in FREE_SCORES}
-    if mapset.in_places:  # most free cells are in rooms that the truth does not have
+    if mapset.in_places:  # most free cells are in rooms that are not in the truth
         return figures | dict.fromkeys((f"{key}_rest" for key in REST_SCORES), None)
     rest = score_labels(label_rest(labels, counted=true_map.free), true_map.rooms, counted=true_map.free)
     return figures | {f"{key}_rest": 100 * getattr(rest, key) for key in REST_SCORES}
 
 
 def _describe_persistence(floors: Sequence[Floor]) -> Figures:
-    """What became of the rooms of the step before the last."""
+    """How many rooms of the step before the last persist, and how many keep their id."""
     lasting = score_persistence(floors)
     return {"rooms_before": lasting.rooms, "still_there": lasting.persisting, "kept_id": lasting.same_id}

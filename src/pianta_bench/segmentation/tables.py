@@ -12,20 +12,18 @@ from pianta_bench.segmentation.measure import FAILED, SCORES
 
 SCORE_LABELS = {"precision": "prec.", "recall": "recall", "a_fc": "A_FC", "mean_iou": "mean\nIoU", "f1": "\nF1"}
 TIME_LABELS = {"seconds": "time\ns", "transforms": "time\nDT"}
-PUBLISHED_MAPS = 20
-# Of sums over all maps: the metric, and those that are divided.
+PUBLISHED_MAPS = 20  # thesis, Table 3.1b
+# Ratios of sums over all maps: by metric the numerator and the denominator.
 RATIOS = {
     "found_per_true": ("found", "true"),
     "still_there": ("still_there", "rooms_before"),
     "kept_id": ("kept_id", "still_there"),
 }
 COUNT_NOTE = (
-    "What counts: all pixels of a room, floor under furniture too; rooms of up to 0.25 m² on neither side. schools and "
-    "doors: free cells only; doors: only rooms at the known ones, which lie behind one closed door each."
+    "All pixels of a room count, also under furniture; rooms of up to 0.25 m² are dropped on both sides. schools and "
+    "doors: free cells only; doors: only rooms at the known ones, which are behind one closed door each."
 )
-REST_NOTE = (
-    "On free cells, where those in no room are one more room, as Table 3.1b was counted. Its rooms begin at 1 m²."
-)
+REST_NOTE = "On free cells, where cells in no room are one more room, as in Table 3.1b. Its rooms have at least 1 m²."
 
 SCORES_OF_SET = Table(
     title="Room segmentation, {part}",
@@ -68,7 +66,7 @@ MEANS = Table(
     rows=("part", "method"),
     columns=("metric",),
     where={"metric": list(FAILED)},
-    shown=False,
+    is_printed=False,
 )
 MEDIANS = Table(
     title="Medians of all figures",
@@ -76,7 +74,7 @@ MEDIANS = Table(
     columns=("metric",),
     where={"metric": list(FAILED)},
     summarise=Cell.median,
-    shown=False,
+    is_printed=False,
 )
 
 
@@ -104,14 +102,14 @@ def tabulate(results: Results) -> list[FilledTable]:
 def divide_sums(results: Results, part: str) -> Iterator[Record]:
     """For each method the ratios of sums over the maps that have both figures."""
     for method in results.options["methods"]:
-        for ratio, (part_metric, whole_metric) in RATIOS.items():
+        for ratio, (numerator, denominator) in RATIOS.items():
             figures = {
                 metric: [record["value"] for record in results.select(part=part, method=method, metric=metric)]
-                for metric in (part_metric, whole_metric)
+                for metric in (numerator, denominator)
             }
-            pairs = [pair for pair in zip(figures[part_metric], figures[whole_metric], strict=True) if None not in pair]
-            total = sum(whole for _, whole in pairs)
-            value = sum(one for one, _ in pairs) / total if total else None
+            pairs = [pair for pair in zip(figures[numerator], figures[denominator], strict=True) if None not in pair]
+            total = sum(below for _, below in pairs)
+            value = sum(above for above, _ in pairs) / total if total else None
             yield {"part": part, "method": method, "metric": ratio, "value": value}
 
 

@@ -22,12 +22,12 @@ from pianta._types import Floats
 from pianta_bench.types.room_sets import GENERAL_LABELS, Labels, RoomSet
 from pianta_bench.types.rule_induction import RuleInduction
 
-FOLDS = 10
+FOLDS = 10  # thesis, section 4.2.3
 Split = tuple[NDArray[np.intp], NDArray[np.intp]]
 
 
 class Classifier(Protocol):
-    """What learns labels, shape (rows,), from features, shape (rows, features)."""
+    """Learns labels, shape (rows,), from features, shape (rows, features)."""
 
     def fit(self, features: Floats, labels: Labels) -> Self:
         """Learn."""
@@ -37,7 +37,7 @@ class Classifier(Protocol):
 
 
 def _make_perceptron(seed: int) -> Classifier:
-    # L-BFGS suits sets this small. Its limits are far above what it takes, so that it ends where it has converged.
+    # L-BFGS suits sets this small. Its limits are far above the needed iterations, so that it ends by convergence.
     network = MLPClassifier((8,), solver="lbfgs", alpha=0.1, max_iter=20_000, max_fun=1_000_000, random_state=seed)
     classifier: Classifier = make_pipeline(StandardScaler(), network)
     return classifier
@@ -65,7 +65,7 @@ ALGORITHMS: MappingProxyType[str, Callable[[int], Classifier]] = MappingProxyTyp
 REPRESENTATIONS: MappingProxyType[str, Callable[[RoomSet], Floats]] = MappingProxyType(
     {"a, d, rt": lambda rooms: rooms.geometry, "with neighbours": RoomSet.with_neighbours}
 )
-# What is divided into folds: rooms, as the thesis does, or whole buildings, which is harder and fairer.
+# Folds are of rooms, as in the thesis, or of whole buildings, which is harder and fairer.
 DIVISIONS = ("rooms", "buildings")
 
 
@@ -74,9 +74,9 @@ class CrossValidation:
     """How well the algorithms label a set of rooms.
 
     accuracies: by algorithm the share of right labels in each fold.
-    confusion: rows are true labels, columns the given ones, in the order of GENERAL_LABELS; the share of each row,
+    confusion: rows are true labels, columns predicted ones, in the order of GENERAL_LABELS; the share of each row,
         mean over algorithms, shape (5, 5); NaN in the rows of labels that the set does not have.
-    misled: per label the share of rooms of other labels that it was given to, mean over algorithms, shape (5,).
+    misled: per label the share of rooms of other labels for which it is predicted, mean over algorithms, shape (5,).
     """
 
     accuracies: Mapping[str, tuple[float, ...]]
@@ -85,14 +85,14 @@ class CrossValidation:
 
 
 def cross_validate(rooms: RoomSet, *, representation: str, divided: str, seed: int) -> CrossValidation:
-    """Label each room by classifiers that learnt from the other folds (Fig. 4.3, Table 4.3)."""
+    """Label each room by classifiers that train_features from the other folds (Fig. 4.3, Table 4.3)."""
     features = REPRESENTATIONS[representation](rooms)
     splits = divide(rooms, divided=divided, seed=seed)
-    given = {name: _predict_folds(name, features, rooms.labels, splits, seed) for name in ALGORITHMS}
-    tables = [confusion_matrix(rooms.labels, labels, labels=GENERAL_LABELS) for labels in given.values()]
+    predicted = {name: _predict_folds(name, features, rooms.labels, splits, seed) for name in ALGORITHMS}
+    tables = [confusion_matrix(rooms.labels, labels, labels=GENERAL_LABELS) for labels in predicted.values()]
     accuracies = {
         name: tuple(float((labels[test] == rooms.labels[test]).mean()) for _, test in splits)
-        for name, labels in given.items()
+        for name, labels in predicted.items()
     }
     confusion = np.mean([share_rows(table) for table in tables], axis=0)
     misled = np.mean([share_misled(table) for table in tables], axis=0)
@@ -101,14 +101,14 @@ def cross_validate(rooms: RoomSet, *, representation: str, divided: str, seed: i
 
 def measure_transfer(train: RoomSet, test: RoomSet, *, representation: str, seed: int) -> dict[str, tuple[float, ...]]:
     """Accuracies by algorithm of training on nine tenths of a set, ten times, and labelling another set (Table 4.4)."""
-    learnt, asked = (REPRESENTATIONS[representation](rooms) for rooms in (train, test))
+    train_features, test_features = (REPRESENTATIONS[representation](rooms) for rooms in (train, test))
     accuracies: dict[str, tuple[float, ...]] = {}
     for name, make in ALGORITHMS.items():
         classifiers = [
-            make(seed + fold).fit(learnt[rows], train.labels[rows])
+            make(seed + fold).fit(train_features[rows], train.labels[rows])
             for fold, (rows, _) in enumerate(divide(train, divided="rooms", seed=seed))
         ]
-        accuracies[name] = tuple(float((each.predict(asked) == test.labels).mean()) for each in classifiers)
+        accuracies[name] = tuple(float((each.predict(test_features) == test.labels).mean()) for each in classifiers)
     return accuracies
 
 
@@ -133,14 +133,14 @@ def share_rows(table: NDArray[np.int_]) -> Floats:
 
 
 def share_misled(table: NDArray[np.int_]) -> Floats:
-    """Per label the share of rooms of other labels that it was given to, what Table 4.3 calls FN, and 1 - TN."""
+    """Per label the share of rooms of other labels for which it is predicted: FN of Table 4.3, and 1 - TN."""
     wrong = table.sum(axis=0) - table.diagonal()
     others = table.sum() - table.sum(axis=1)
     return np.asarray(np.divide(wrong, others, out=np.full(len(table), np.nan), where=others > 0))
 
 
 def _predict_folds(name: str, features: Floats, labels: Labels, splits: Sequence[Split], seed: int) -> Labels:
-    given = np.empty_like(labels)
+    predicted = np.empty_like(labels)
     for fold, (train, test) in enumerate(splits):
-        given[test] = ALGORITHMS[name](seed + fold).fit(features[train], labels[train]).predict(features[test])
-    return given
+        predicted[test] = ALGORITHMS[name](seed + fold).fit(features[train], labels[train]).predict(features[test])
+    return predicted

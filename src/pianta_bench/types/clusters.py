@@ -1,4 +1,4 @@
-"""Clusters of rooms by geometry, without their labels, and what labels say of them (sections 4.2.4 and 4.3.1)."""
+"""Clusters of rooms by geometry, without their labels, and their agreement with labels (sections 4.2.4 and 4.3.1)."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ from pianta.labels import GeneralLabel
 from pianta.rooms.thesis_features import GENERAL_FEATURES
 from pianta_bench.types.room_sets import RoomSet
 
-MIN_POINTS, EPSILON = 6, 3.0
+MIN_POINTS = 6  # rooms, MinPts of DBSCAN (section 4.2.4)
+EPSILON = 3.0  # ε of DBSCAN (section 4.2.4), in the units of the scaled features
 OUTLIER = -1
-# "CORRIDORS have usually more than four doors", ROOMs one or two (section 4.3.1): four is where ours divide best.
+# "CORRIDORS have usually more than four doors", ROOMs one or two (section 4.3.1); four is best on the data.
 CORRIDOR_DOORWAYS = 4
-# The curve of K-distances ends in a few rooms far from all others, which would set its scale.
+# The K-distances of the last rooms, which are far from all others, are left out when the bend is sought.
 BEND_SHARE = 0.98
 
 Clusters = NDArray[np.int_]
@@ -84,18 +85,18 @@ def find_bend(distances: Floats) -> float:
 
 
 def measure_clusters(rooms: RoomSet, clusters: Clusters) -> dict[str, float | None]:
-    """What labels say of clusters; shares from 0 to 1.
+    """Agreement of labels and clusters; shares from 0 to 1.
 
     clusters: their number. outliers: the share of rooms in no cluster. corridors_in_outliers: the share of them that
     is C. homogeneity, completeness: over L_general. homogeneity_r_c: over ROOM and CORRIDOR.
     homogeneity_r_c_clustered: the same without the outliers, which otherwise are one cluster.
     accuracy_clustered: of the naive rule on rooms in clusters. accuracy_outliers_together: on all, outliers being one
-    cluster. accuracy_outliers_majority: on all, every outlier taken for the majority of the set. always_majority: the
-    accuracy of calling every room what most are. four_doorways: of calling a room with four or more CORRIDOR.
+    cluster. accuracy_outliers_majority: on all, every outlier with the commonest class of the set. always_majority: the
+    accuracy of the commonest class for all rooms. four_doorways: of CORRIDOR for all rooms with four doorways or more.
     """
     inside, corridors = clusters != OUTLIER, rooms.corridors
     named = name_by_majority(corridors, clusters)
-    apart = np.where(inside, named, corridors.mean() > 0.5)
+    majority_for_outliers = np.where(inside, named, corridors.mean() > 0.5)
     some_outside, some_inside = bool((~inside).any()), bool(inside.any())
     is_c = rooms.labels == str(GeneralLabel.CORRIDOR)
     doorways = rooms.geometry[:, GENERAL_FEATURES.index("doors")]
@@ -111,7 +112,7 @@ def measure_clusters(rooms: RoomSet, clusters: Clusters) -> dict[str, float | No
         else None,
         "accuracy_clustered": float((named == corridors)[inside].mean()) if some_inside else None,
         "accuracy_outliers_together": float((named == corridors).mean()),
-        "accuracy_outliers_majority": float((apart == corridors).mean()),
+        "accuracy_outliers_majority": float((majority_for_outliers == corridors).mean()),
         "always_majority": float(max(corridors.mean(), 1 - corridors.mean())),
         "four_doorways": float((corridors == (doorways >= CORRIDOR_DOORWAYS)).mean()),
     }

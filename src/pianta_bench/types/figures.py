@@ -16,7 +16,7 @@ from pianta_bench.harness.tables import read_published
 from pianta_bench.types.classifiers import ALGORITHMS
 from pianta_bench.types.clusters import EPSILON, MIN_POINTS, OUTLIER, SCALES, RoomClusters
 from pianta_bench.types.measure import BY_AREA, BY_NAME
-from pianta_bench.types.tables import OF_THESIS, PUBLISHED_CLUSTERS
+from pianta_bench.types.tables import PUBLISHED_CLUSTERS, THESIS_FIELDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,9 +25,10 @@ if TYPE_CHECKING:
 # Paul Tol's "bright" and "muted" schemes, for colour-blind readers; black is left to the outliers.
 ALGORITHM_COLORS = ("#4477aa", "#66ccee", "#228833", "#ccbb44")
 CLUSTER_COLORS = ("#cc6677", "#332288", "#ddcc77", "#117733", "#88ccee", "#882255", "#44aa99", "#999933", "#aa4499")
-INK, ACCENT = "#303030", "#b5123b"
+INK = "#303030"
+ACCENT = "#b5123b"
 DPI = 110
-# Sets of rooms end in a few that are far larger than all others; the axes leave them out.
+# The few largest rooms of a set are far larger than all others; the axes leave them out.
 SHOWN_SHARE = 0.98
 
 
@@ -46,7 +47,7 @@ def draw_accuracies(results: Results) -> Figure:
     captions = {BY_NAME: "S, M, B by the label's name", BY_AREA: "S, M, B by area"}
     axes = figure.subplots(1, 2, sharey=True)
     for ax, (sizes, caption) in zip(axes, captions.items(), strict=True):
-        _plot_accuracies(results.select(metric="accuracy", **OF_THESIS | {"sizes": sizes}), ax=ax)
+        _plot_accuracies(results.select(metric="accuracy", **THESIS_FIELDS | {"sizes": sizes}), ax=ax)
         ax.set_title(caption, fontsize=11)
     axes[0].set_ylabel("accuracy, %")
     handles, names = axes[0].get_legend_handles_labels()
@@ -58,7 +59,7 @@ def draw_distances(results: Results) -> Figure:
     """The K-distance plot of each set, and ε, by which ε is chosen (section 4.2.4)."""
     figure = start_chart(3.4 * len(SCALES), 3.6)
     for ax, scale in zip(figure.subplots(1, len(SCALES), sharey=True), SCALES, strict=True):
-        for color, each in zip(ALGORITHM_COLORS, _of_scale(results.objects["clusters"], scale), strict=False):
+        for color, each in zip(ALGORITHM_COLORS, _select_scale(results.objects["clusters"], scale), strict=False):
             ranks = np.linspace(0, 100, len(each.distances))
             ax.plot(ranks, each.distances, color=color, linewidth=1.6, label=f"{each.rooms}, bends at {each.bend:.1f}")
         ax.axhline(EPSILON, color=ACCENT, linestyle="--", linewidth=1, label=f"ε = {EPSILON:g}")
@@ -71,12 +72,12 @@ def draw_distances(results: Results) -> Figure:
 
 
 def draw_clusters(results: Results) -> Figure:
-    """Clusters on the first two principal components, a column a set, a row a scale; outliers black (Fig. 4.4a-d)."""
+    """Clusters on two principal components, one column per set, one row per scale; outliers black (Fig. 4.4a-d)."""
     count = len(results.details["sets"])
     figure = start_chart(3.5 * count, 3.0 * len(SCALES))
     rows = figure.subplots(len(SCALES), count, squeeze=False)
     for axes, scale in zip(rows, SCALES, strict=True):
-        for ax, each in zip(axes, _of_scale(results.objects["clusters"], scale), strict=True):
+        for ax, each in zip(axes, _select_scale(results.objects["clusters"], scale), strict=True):
             _plot_clusters(each, ax=ax)
         axes[0].set_ylabel(scale, fontsize=11)
     figure.supxlabel("first principal component (down: the second), without the farthest rooms", fontsize=9)
@@ -88,7 +89,7 @@ def draw_cluster_scores(results: Results) -> Figure:
     scores = {"homogeneity": "homogeneity", "completeness": "completeness", "homogeneity_r_c": "homogeneity, R/C"}
     figure = start_chart(3.4 * len(SCALES), 3.4)
     for ax, scale in zip(figure.subplots(1, len(SCALES), sharey=True), SCALES, strict=True):
-        clusters = _of_scale(results.objects["clusters"], scale)
+        clusters = _select_scale(results.objects["clusters"], scale)
         for number, (key, name) in enumerate(scores.items()):
             values = [each.figures[key] or 0.0 for each in clusters]
             positions = np.arange(len(clusters)) + (number - 1) * 0.27
@@ -158,7 +159,7 @@ def _plot_clusters(each: RoomClusters, *, ax: Axes) -> None:
     ax.tick_params(labelsize=7)
 
 
-def _of_scale(clusters: Sequence[RoomClusters], scale: str) -> list[RoomClusters]:
+def _select_scale(clusters: Sequence[RoomClusters], scale: str) -> list[RoomClusters]:
     return [each for each in clusters if each.scale == scale]
 
 

@@ -1,4 +1,4 @@
-"""Building types: whether rooms of one type are more alike than those of others (chapter 4)."""
+"""Building types: whether rooms of one type are more similar than rooms of different types (chapter 4)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pianta_bench.types.classifiers import DIVISIONS, REPRESENTATIONS, cross_val
 from pianta_bench.types.clusters import SCALES, find_room_clusters
 from pianta_bench.types.room_sets import GENERAL_LABELS, RoomSet, join_room_sets, name_sizes_by_area, read_room_sets
 
-# Section 4.2.3 has the labels of the rooms behind the doorways among what represents a room, and divides rooms.
+# Section 4.2.3 represents a room also by the labels of the rooms behind its doorways, and its folds are of rooms.
 REPRESENTATION_OF_THESIS = "with neighbours"
 DIVISION_OF_THESIS = "rooms"
 # How a room becomes S, M or B: by the name of its label, or by its area.
@@ -62,10 +62,10 @@ def add_validation(results: Results, rooms: RoomSet, *, sizes: str, representati
             results.add(rooms.name, f"fold {number}", {"accuracy": accuracy}, algorithm=algorithm, **fields)
     rows = dict(zip((*GENERAL_LABELS, "FN"), (*validation.confusion, validation.misled), strict=True))
     for label, shares in rows.items():
-        given = dict(
+        predicted = dict(
             zip(GENERAL_LABELS, (share if isfinite(share) else None for share in shares.tolist()), strict=True)
         )
-        results.add(rooms.name, "", given, names=("given",), metric="confusion", label=label, **fields)
+        results.add(rooms.name, "", predicted, names=("given",), metric="confusion", label=label, **fields)
 
 
 def add_transfers(results: Results, sets: Sequence[RoomSet], *, sizes: str, representations: Sequence[str]) -> None:
@@ -101,7 +101,7 @@ def _describe_labels(rooms: RoomSet) -> Iterator[tuple[tuple[str, str], float | 
 
 
 def describe_set(rooms: RoomSet) -> dict[str, Any]:
-    """Rooms and buildings of a set, the areas that divide S, M and B, and which names of labels became which label."""
+    """Rooms and buildings of a set, the areas between S, M and B, and by label of L_general the labels of the files."""
     return {
         "name": rooms.name,
         "rooms": len(rooms.labels),

@@ -29,8 +29,7 @@ BUILDING_TYPES = ("house", "school", "office")
 GENERAL_LABELS = tuple(str(label) for label in GeneralLabel)
 CORRIDORS = (str(GeneralLabel.CORRIDOR), str(GeneralLabel.HALL))
 USER_SCHEMA = "labels.yaml"
-# As many as there are folds.
-FEWEST_ROOMS = 10
+FEWEST_ROOMS = 10  # of a label, as many as there are folds
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ class RoomSet:
     geometry: area (m²), doorways, axes ratio, shape (rooms, 3).
     neighbours: how many of a room's doorways lead to rooms of each label of GENERAL_LABELS, shape (rooms, 5).
     labels: of L_general, shape (rooms,). buildings: the building of each room, shape (rooms,).
-    names: how many rooms each label of the files has, by its label of L_general.
+    names: number of rooms by label of L_general and label of the file.
     """
 
     name: str
@@ -53,7 +52,7 @@ class RoomSet:
 
     @property
     def corridors(self) -> NDArray[np.bool_]:
-        """Which rooms are CORRIDOR, which C and H are; the others are ROOM (section 4.3.1); shape (rooms,)."""
+        """Which rooms are CORRIDOR (C or H); the others are ROOM (section 4.3.1); shape (rooms,)."""
         return np.isin(self.labels, CORRIDORS)
 
     def with_neighbours(self) -> Floats:
@@ -64,19 +63,19 @@ class RoomSet:
 def read_room_sets(data: Path) -> tuple[tuple[RoomSet, ...], list[Item]]:
     """The sets of types that data/buildings has, and their union when there are several (section 4.2.3).
 
-    Beside them the floors that failed, because they cannot be read or have labels that the schema does not have: no
-    set has their rooms.
+    Then the floors that failed, because they cannot be read or have labels that the schema does not have; their rooms
+    are in no set.
 
     A house set is the user's: data/buildings/house with layout XMLs, and their schema in labels.yaml unless the
     labels are already those of L_general.
 
-    Raises DataError when there is none, or one that is too small to learn from, LabelError for a schema that is none.
+    Raises DataError if there are no sets, or if one is too small to learn from; LabelError for an invalid schema.
     """
     folder = data / "buildings"
     types = [name for name in BUILDING_TYPES if (folder / name).is_dir()]
     if not types:
-        places = ", ".join(short_repr(folder / name) for name in BUILDING_TYPES)
-        raise DataError(f"no buildings in any of {places}, {REMEDY}")
+        folders = ", ".join(short_repr(folder / name) for name in BUILDING_TYPES)
+        raise DataError(f"no buildings in any of {folders}, {REMEDY}")
     sets: list[RoomSet] = []
     failed: list[Item] = []
     for name in types:
@@ -104,7 +103,7 @@ def join_room_sets(name: str, sets: Sequence[RoomSet]) -> RoomSet:
 
 
 def name_sizes_by_area(rooms: RoomSet, bounds: tuple[float, float]) -> RoomSet:
-    """The set with S, M and B given by area, up to the first bound, up to the second, above, m²; C and H as they are.
+    """The set with S, M and B by area: up to the first bound (m²), up to the second, above; C and H stay.
 
     The counts of neighbours' labels stay those of the files.
     """
@@ -114,7 +113,7 @@ def name_sizes_by_area(rooms: RoomSet, bounds: tuple[float, float]) -> RoomSet:
 
 
 def represent_floor(floor: Floor, labels: Sequence[str]) -> tuple[Floats, Floats]:
-    """Geometry and neighbours of the rooms of a floor, whose labels are of L_general, as a RoomSet has them."""
+    """Geometry and neighbours of the rooms of a floor, with labels of L_general, as in a RoomSet."""
     label_of = {room.id: label for room, label in zip(floor.rooms, labels, strict=True)}
     row_of = {room.id: row for row, room in enumerate(floor.rooms)}
     neighbours = np.zeros((len(labels), len(GENERAL_LABELS)))
@@ -125,28 +124,28 @@ def represent_floor(floor: Floor, labels: Sequence[str]) -> tuple[Floats, Floats
     return compute_general_features(floor), neighbours
 
 
-def _represent(generalise: Callable[[Sequence[str | None]], list[str]], drawn: AnnotatedFloor) -> RoomSet:
+def _represent(generalise: Callable[[Sequence[str | None]], list[str]], annotated: AnnotatedFloor) -> RoomSet:
     """The rooms of one floor."""
-    floor = drawn.floor
+    floor = annotated.floor
     labels = generalise([room.label for room in floor.rooms])
     names = Counter(zip(labels, (str(room.label) for room in floor.rooms), strict=True))
-    buildings = np.full(len(labels), drawn.building)
-    return RoomSet(drawn.item, *represent_floor(floor, labels), np.array(labels, str), buildings, names)
+    buildings = np.full(len(labels), annotated.building)
+    return RoomSet(annotated.item, *represent_floor(floor, labels), np.array(labels, str), buildings, names)
 
 
 def _check_size(floors: Sequence[RoomSet], failed: Sequence[Item], folder: Path) -> None:
-    """Refuse a set that cannot be divided into folds, and say which of its floors failed."""
+    """Refuse a set that cannot be divided into folds; the message lists its floors that failed."""
     counts = Counter(label for floor in floors for label in floor.labels.tolist())
     buildings = len({building for floor in floors for building in floor.buildings.tolist()})
     if sum(count >= FEWEST_ROOMS for count in counts.values()) < 2 or buildings < 2:
-        found = f"{counts.total()} rooms in {buildings} building{'s' * (buildings != 1)}"
+        size = f"{counts.total()} rooms in {buildings} building{'s' * (buildings != 1)}"
         need = f"at least 2 buildings, and {FEWEST_ROOMS} rooms of each of 2 labels of L_general"
         faults = f" ({join_faults([f'{row.item} failed: {row.failure}' for row in failed])})" if failed else ""
-        raise DataError(f"{short_repr(folder)} has {found}, too few to learn from{faults}, give {need}")
+        raise DataError(f"{short_repr(folder)} has {size}, too few to learn from{faults}, give {need}")
 
 
 def _schema_of_folder(folder: Path) -> Callable[[Sequence[str | None]], list[str]]:
-    """Maps labels of files to L_general: by the user's schema, else by that of the type, else they are so already."""
+    """Maps labels of files to L_general by the user's schema, else that of the type; houses already have these."""
     if (folder / USER_SCHEMA).is_file():
         return _by_schema(read_label_schema(folder / USER_SCHEMA))
     return _check_general if folder.name == "house" else _by_schema(schema_of(folder.name))
@@ -157,10 +156,10 @@ def _by_schema(schema: LabelSchema) -> Callable[[Sequence[str | None]], list[str
 
 
 def _check_general(names: Sequence[str | None]) -> list[str]:
-    strange = sorted({str(name) for name in names} - {*GENERAL_LABELS})
-    if strange:
-        told = ", ".join(strange)
+    unknown = sorted({str(name) for name in names} - {*GENERAL_LABELS})
+    if unknown:
         raise LabelError(
-            f"labels {told} are none of {', '.join(GENERAL_LABELS)}, give the schema of houses as {USER_SCHEMA}"
+            f"labels {', '.join(unknown)} are not among {', '.join(GENERAL_LABELS)}, "
+            f"give the schema of houses as {USER_SCHEMA}"
         )
     return [str(name) for name in names]

@@ -21,7 +21,7 @@ GROW_SHARE = 2 / 3
 
 @dataclass(frozen=True)
 class Condition:
-    """A feature, by its column, is above a threshold, or at most that."""
+    """The feature of a column is above a threshold, or at most at it."""
 
     feature: int
     threshold: float
@@ -34,7 +34,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Rule:
-    """What meets all conditions has the label; without conditions, everything."""
+    """Rows that meet all conditions have the label; without conditions all rows do."""
 
     label: str
     conditions: tuple[Condition, ...] = ()
@@ -50,7 +50,7 @@ class Rule:
 class RuleInduction:
     """A classifier by sequential covering.
 
-    seed: of the division of rows into those that grow and those that prune.
+    seed: divides rows into those that grow and those that prune a rule.
     rules: after `fit`, in the order in which they are tried; the last has no conditions.
     """
 
@@ -63,7 +63,7 @@ class RuleInduction:
         random = np.random.default_rng(self.seed)
         names, counts = np.unique(labels, return_counts=True)
         rules: list[Rule] = []
-        # The rarest class first, so that its rules need not tell it from classes that are already covered.
+        # The rarest class first: later rules need not separate their class from classes that are already covered.
         *others, commonest = names[np.argsort(counts, kind="stable")]
         for label in others:
             while (rule := _learn_rule(features, labels == label, str(label), random)) is not None:
@@ -80,7 +80,7 @@ class RuleInduction:
 
 
 def _learn_rule(features: Floats, positive: Mask, label: str, random: np.random.Generator) -> Rule | None:
-    """The next rule for a class; None when no row is left of it, or the rule errs on half of what it is pruned on."""
+    """The next rule for a class; None if no row of it is left, or if half of the pruning rows are wrong."""
     if not positive.any():
         return None
     grows = np.zeros(len(positive), bool)
@@ -93,7 +93,7 @@ def _learn_rule(features: Floats, positive: Mask, label: str, random: np.random.
 
 
 def _grow_rule(features: Floats, positive: Mask, label: str) -> Rule:
-    """Add the condition with the highest gain until the rule covers positive rows only, or none gains."""
+    """Add the condition with the highest gain until the rule covers positive rows only, or no condition gains."""
     conditions: list[Condition] = []
     while not positive.all():
         gain, condition = max(_best_condition(features, positive, column) for column in range(features.shape[1]))
@@ -122,7 +122,7 @@ def _best_condition(features: Floats, positive: Mask, column: int) -> tuple[floa
     gains = right_rows * (np.log2(precision) - np.log2(right.mean()))
     side, cut = np.unravel_index(np.argmax(gains), gains.shape)
     low, high = values[cuts[cut] - 1 : cuts[cut] + 1]
-    # Of two neighbouring floats, the middle may round up to the higher one, and would divide nothing.
+    # The middle of two neighbouring floats may round up to the higher one, which would then be on the wrong side.
     threshold = min((low + high) / 2, np.nextafter(high, low))
     return float(gains[side, cut]), (column, float(threshold), bool(side))
 

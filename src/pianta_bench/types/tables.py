@@ -18,7 +18,7 @@ NOTES = (
     "The thesis' rooms are others: 1300 of houses, 1400 of schools, 2600 of offices; its union has all three.",
 )
 MEANS = ("mean", "sd of algorithms", "sd of folds")
-OF_THESIS = {"sizes": BY_NAME, "features": REPRESENTATION_OF_THESIS, "folds_of": DIVISION_OF_THESIS}
+THESIS_FIELDS = {"sizes": BY_NAME, "features": REPRESENTATION_OF_THESIS, "folds_of": DIVISION_OF_THESIS}
 # Means over houses, schools and offices, %, but for the number of clusters and homogeneity (sections 4.2.4 and 4.3.1).
 PUBLISHED_CLUSTERS = {record["metric"]: record["mean"] for record in read_published("figure_4_4.csv")}
 SIZES_TITLES = {BY_NAME: "S, M and B by name", BY_AREA: "S, M and B by area alone"}
@@ -124,7 +124,7 @@ def tabulate(results: Results) -> list[FilledTable]:
         divisions = list(dict.fromkeys(record["folds_of"] for record in records))
         table = FIGURE_4_3.narrow(part=parts, features=features, folds_of=divisions)
         tables.append(table.fill([*records, *means], sizes=title))
-    confusion = results.select(metric="confusion", **OF_THESIS)
+    confusion = results.select(metric="confusion", **THESIS_FIELDS)
     for part in parts:
         own = [record for record in confusion if record["part"] == part]
         tables.append(TABLE_4_3.narrow(part=part).fill([*own, *derive_totals(own)], part=part))
@@ -156,7 +156,7 @@ def derive_means(records: Sequence[Record], names: Sequence[str]) -> list[Record
 
 
 def derive_totals(confusion: Sequence[Record]) -> Iterator[Record]:
-    """TP and FP of each true label, and TN of each given one, as Table 4.3 has them."""
+    """TP and FP of each true label, and TN of each predicted one, as in Table 4.3."""
     for record in confusion:
         value = record["value"]
         rest = None if value is None else 1 - value
@@ -172,5 +172,5 @@ def percent_clusters(results: Results) -> Iterator[Record]:
     for each in results.objects["clusters"]:
         figures = {**each.figures, "bend": each.bend, "below": float((each.distances <= EPSILON).mean())}
         for metric, value in figures.items():
-            shown = value if value is None or metric not in SHARES else 100 * value
-            yield {"part": each.rooms, "features": each.scale, "metric": metric, "value": shown}
+            percent = value if value is None or metric not in SHARES else 100 * value
+            yield {"part": each.rooms, "features": each.scale, "metric": metric, "value": percent}
