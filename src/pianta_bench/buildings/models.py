@@ -75,9 +75,10 @@ def classify_rooms_by_relations(floors: Sequence[BuildingFloor]) -> dict[LabelSe
         train_rows = np.concatenate([rows[i] for i in training])
         for building, own in _group(held_out, buildings).items():
             gram = compare(building)
+            train_gram = gram[np.ix_(train_rows, train_rows)]
             for label_set, labels in LABELS.items():
                 truth = [label for i in training for label in floors[i].labels[label_set]]
-                svm = fit_svm(gram[np.ix_(train_rows, train_rows)], truth)
+                svm = fit_svm(train_gram, truth)
                 for i in own:
                     decisions[label_set][i] = decide(svm, gram[np.ix_(rows[i], train_rows)], labels)
     return decisions
