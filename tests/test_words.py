@@ -51,6 +51,14 @@ TURNS = (
 TURN = re.compile("|".join(f"(?:{turn})" for turn in TURNS))
 
 
+def list_files(path: Path) -> list[Path]:
+    """The files of Python, pages and notebooks of a folder, without this one, which has the words."""
+    files = (
+        [path] if path.is_file() else sorted(file for end in ("py", "md", "ipynb") for file in path.rglob(f"*.{end}"))
+    )
+    return [file for file in files if file.resolve() != Path(__file__).resolve()]
+
+
 def find_faults(path: Path) -> list[str]:
     """Lines, names and turns of a file of Python or a page."""
     text = path.read_text(encoding="utf-8")
@@ -107,9 +115,7 @@ def find_turns(text: str, first_line: int) -> Iterator[tuple[int, str]]:
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", ["src", "docs", "tests", "training", "benchmarks", "README.md"])
 def test_the_words_are_those_of_the_field(folder):
-    path = ROOT / folder
-    files = [path] if path.is_file() else sorted({*path.rglob("*.py"), *path.rglob("*.md"), *path.rglob("*.ipynb")})
-    files = [file for file in files if file != Path(__file__) and "_build" not in file.parts]
+    files = list_files(ROOT / folder)
     assert files
     assert [fault for file in files for fault in find_faults(file)] == []
 
@@ -133,8 +139,5 @@ def test_what_is_found(tmp_path, code, faults):
 
 
 if __name__ == "__main__":
-    for argument in map(Path, sys.argv[1:]):
-        for file in [argument] if argument.is_file() else sorted({*argument.rglob("*.py"), *argument.rglob("*.md")}):
-            if file.resolve() == Path(__file__).resolve():
-                continue
-            sys.stdout.writelines(f"{fault}\n" for fault in find_faults(file))
+    for file in (file for argument in sys.argv[1:] for file in list_files(Path(argument))):
+        sys.stdout.writelines(f"{fault}\n" for fault in find_faults(file))
