@@ -72,19 +72,13 @@ def propagate_beliefs(unary: Floats, pairs: Edges, pairwise: Floats) -> Floats:
     unary: log potentials of n variables, shape (n, L). pairs: shape (m, 2). pairwise: their log potentials, shape
     (m, L, L), rows for the label of the first variable.
     """
-    from scipy.sparse import csr_array
-
-    count, (variables, labels) = len(pairs), unary.shape
+    count, labels = len(pairs), unary.shape[1]
     source, target = np.concatenate([pairs, pairs[:, ::-1]]).T.astype(np.intp)
     factors = np.exp(np.concatenate([pairwise, pairwise.transpose(0, 2, 1)])).transpose(1, 2, 0).copy()
-    # Adds to the unary potentials of each variable all messages to it.
-    columns = np.arange(variables + 2 * count)
-    entries = np.ones(len(columns)), (np.concatenate([np.arange(variables), target]), columns)
-    collect = csr_array(entries, shape=(variables, len(columns)))
     # A column for each message, as numpy is slow along a short last axis.
     messages = np.zeros((labels, 2 * count))
     for _ in range(MAX_ITERATIONS):
-        totals = np.ascontiguousarray((collect @ np.vstack([unary, messages.T])).T)
+        totals = _add_messages(unary, messages, target)
         # All messages to the source of each message, except the one from its target.
         incoming = totals.take(source, axis=1) - np.roll(messages, count, axis=1)
         weights = np.exp(incoming - incoming.max(axis=0))
@@ -94,9 +88,15 @@ def propagate_beliefs(unary: Floats, pairs: Edges, pairwise: Floats) -> Floats:
         messages = DAMPING * messages + (1 - DAMPING) * outgoing
         if change < TOLERANCE:
             break
-    beliefs = collect @ np.vstack([unary, messages.T])
+    beliefs = _add_messages(unary, messages, target).T
     beliefs -= beliefs.max(axis=1, keepdims=True)
     return np.asarray(np.exp(beliefs) / np.exp(beliefs).sum(axis=1, keepdims=True))
+
+
+def _add_messages(unary: Floats, messages: Floats, target: NDArray[np.intp]) -> Floats:
+    """Unary potentials, shape (n, L), plus all messages to each variable, shapes (L, M) and (M,); shape (L, n)."""
+    sums = [np.bincount(target, weights=row, minlength=len(unary)) for row in messages]
+    return np.asarray(unary.T + np.array(sums))
 
 
 def fit_random_field(
