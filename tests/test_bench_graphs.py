@@ -124,7 +124,7 @@ def test_without_offices(combs: Path) -> None:
 
 
 def load_csv(path: Path) -> tuple[nx.Graph, set[int]]:
-    """The same building as the data have it as a matrix, without isolated rooms, and its corridors."""
+    """The graph of a building from its matrix in the data, without isolated rooms, and its corridors."""
     matrix = np.loadtxt(path, delimiter=",", dtype=int, ndmin=2)
     codes = np.diag(matrix)
     graph = nx.Graph(matrix - np.diag(codes))

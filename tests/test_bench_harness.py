@@ -1,4 +1,4 @@
-"""What all benches share: records, tables that are filled from them, the report, the file, and the command."""
+"""The harness of all benches: records, tables, the report, the file, and the command."""
 
 import json
 from collections.abc import Iterator
@@ -111,7 +111,7 @@ class TestTable:
         }
         assert table.rows["mean"]["edges"].mean is None
 
-    def test_published_figures_stand_beside(self):
+    def test_published_figures_are_beside_the_measured_ones(self):
         where = {"metric": ["nodes", "diameter"], "part": ["schools"]}
         table = Table(title="{type}s", where=where, published="table_5_1.csv").fill(self.RECORDS, type="school")
         assert table.title == "schools"
@@ -120,11 +120,11 @@ class TestTable:
             "diameter": {"schools": Cell(None, None, 6.34, 2.3)},
         }
 
-    def test_nothing_was_measured(self):
+    def test_a_table_without_records(self):
         assert Table(title="T", summaries=("mean",)).fill([]) == FilledTable("T", (), {"mean": {}})
 
 
-def test_a_table_as_people_read_it() -> None:
+def test_a_printed_table() -> None:
     rows = {
         "accuracy": {"schools": Cell(91.25, 2.0, 90.0, 1.5), "offices": Cell(50.0)},
         "kappa": {"schools": Cell(0.5, digits=3), "offices": Cell()},
@@ -148,7 +148,7 @@ def test_a_table_as_people_read_it() -> None:
     ]
 
 
-def test_columns_that_do_not_fit_go_below() -> None:
+def test_columns_that_do_not_fit_are_printed_below() -> None:
     columns = {f"column {number}": Cell(number + 0.25, 0.5, number, 0.5) for number in range(12)}
     lines = show(FilledTable("Wide", tuple(columns), {"of twelve": columns}))
     assert max(map(len, lines)) <= 100

@@ -72,7 +72,7 @@ def tiny(tmp_path_factory) -> Path:
 
 @pytest.fixture(autouse=True, scope="module")
 def maps() -> Iterator[None]:
-    """Stand-ins for what is read from maps: the drawing without labels; of the first office nothing."""
+    """Stand-ins for reading a map: the drawing without labels; the first office cannot be read."""
 
     def read(floor: Floor, *, seed: int) -> Floor:
         if floor.source == "office0":
@@ -126,7 +126,7 @@ def test_views(measured):
     assert {*offices[0].views} == {(UNLABELLED, R_C), (UNLABELLED, F_C_E_S)}
     for floor in (*offices[1:], *worlds):
         assert {*floor.views} == {(view, each) for view in (UNLABELLED, MAPPED) for each in (R_C, F_C_E_S)}
-        # The stand-in of a map is the drawing.
+        # The stand-in for a map is the drawing.
         assert floor.views[MAPPED, R_C] == floor.views[UNLABELLED, R_C]
     errors = {
         (each["metric"], each["view"], each["label_set"]): each["value"] for each in derive_views([*offices, *worlds])
@@ -146,7 +146,7 @@ def error_of(results: Results, model: str) -> float:
 
 
 def test_errors_by_hand(measured, monkeypatch):
-    """Of five offices two are above the third score, of four worlds none: three of nine are wrong."""
+    """Two of five offices and no world are above the third score: three of nine floors are wrong."""
     scores = sorted(measured.values(metric="likeness", label_set=R_C, part=OFFICES))
     likeness = measured.select(metric="likeness", part=[OFFICES, WORLDS])
     results = Results()
@@ -156,7 +156,7 @@ def test_errors_by_hand(measured, monkeypatch):
 
 
 def test_a_probability_of_one_half_is_realistic(measured):
-    """As the verdict of pianta has it; offices are right then, and worlds wrong."""
+    """As in the verdict of pianta: with 0.5 everywhere offices are right and worlds wrong."""
     floors = [
         replace(floor, realism={each: replace(one, probability=0.5) for each, one in floor.realism.items()})
         for floor in measured.objects["floors"]

@@ -36,7 +36,7 @@ PERFECT = {"precision": 100, "recall": 100, "a_fc": 100, "mean_iou": 100, "f1": 
 
 @pytest.fixture
 def find(monkeypatch):
-    """Lets reconstruct find given floors, one after the other, the last one again and again."""
+    """Replaces reconstruct by a function that returns given floors in order, and then always the last one."""
 
     def replace(*floors: Floor) -> None:
         left = list(floors)
@@ -75,7 +75,7 @@ def test_the_true_floor_is_perfect_on_every_set(tmp_path, find):
 
 
 def test_clutter_counts_what_a_room_covers_beyond_the_colours(tmp_path, find):
-    """The wall between the rooms is 4 of 124 px, and of no colour."""
+    """The wall between the rooms is 4 of 124 px wide and has no colour."""
     write_colors(tmp_path / "clutter", "a")
     find(ONE_ROOM)
     (figures,) = measure_set(tmp_path, "clutter")
@@ -90,7 +90,7 @@ def test_walls_of_the_schools_do_not_count(tmp_path, find):
 
 
 def test_behind_a_closed_door_only_that_room_counts(tmp_path, find):
-    """The smaller room, 40 of 120 free px wide, lies behind a door that the last of the maps has closed."""
+    """The smaller room, 40 of 120 free px wide, is behind a door that is closed in the last map."""
     write_doors(tmp_path, "a", "b")
     write_survey(tmp_path, "a")
     find(TRUE_FLOOR, ONE_ROOM)
@@ -101,7 +101,7 @@ def test_behind_a_closed_door_only_that_room_counts(tmp_path, find):
 
 
 def test_ids_and_rooms_that_last_are_counted_where_maps_grow(tmp_path, find):
-    """Other ids in the second step are made those of the first; the third step has lost a room."""
+    """The rooms of the second step get the ids of the first; the third step has one room less."""
     write_colors(tmp_path / "partial" / "freiburg79", "r_1", "r_2", "r_3")
     swapped = Floor((Room(1, ROOMS[1]), Room(2, ROOMS[0])))
     find(TRUE_FLOOR, swapped, Floor((Room(1, ROOMS[1]),)))
@@ -129,8 +129,8 @@ def test_each_map_is_read_once_for_all_methods(tmp_path, find, monkeypatch):
         assert [record["item"] for record in results.select(method=method, metric="f1")] == ["a", "b"]
 
 
-def test_several_methods_are_summed_up_and_their_maps_shown_on_request(tmp_path, find):
-    """Map a is read right by the first method; all that follows is wrong."""
+def test_several_methods_are_summarised_and_their_maps_printed_on_request(tmp_path, find):
+    """Only the first reading, of map a by the first method, is right."""
     write_all_sets(tmp_path, "a", "b")
     find(TRUE_FLOOR, ONE_ROOM)
     methods = "thesis", "morphological"

@@ -1,4 +1,4 @@
-"""`pianta bench types` as a user runs it, and what it sums up."""
+"""`pianta bench types` as a user runs it, and its tables."""
 
 import json
 
@@ -23,7 +23,7 @@ def tiny(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def measured(tiny, tmp_path_factory):
-    """The folder of what is saved, and what the command says."""
+    """The folder of the saved files, and the output of the command."""
     folder = tmp_path_factory.mktemp("measured")
     outputs = "--json", folder / "new" / "types.json", "--pictures", folder / "pictures"
     return folder, run_pianta("bench", "types", "--data", tiny, "--seed", 3, *outputs)
@@ -106,7 +106,7 @@ def test_one_type_has_no_union_and_no_transfer(tmp_path):
 
 
 @pytest.mark.slow
-def test_published_figures_stand_beside(tmp_path):
+def test_published_figures_are_beside_the_measured_ones(tmp_path):
     write_types(tmp_path / "data", "house", "school")
     code, out, err = run_pianta("bench", "types", "--data", tmp_path / "data", "--pictures", tmp_path / "pictures")
     assert (code, err) == (0, "")
@@ -171,7 +171,7 @@ def test_real_schools_and_offices(data):
     assert school.names["M", "CLASSROOM"] == 278
     assert office.names["M", "OFFICE"] == 147
     assert (school.labels == "C").sum() == 156
-    # Doors behind which rooms are, and doors, are the same where there are no entrances.
+    # Without entrances every door leads to a room.
     assert (union.neighbours.sum(axis=1) == union.geometry[:, 1]).all()
 
 

@@ -1,4 +1,4 @@
-"""Ink is found on light and dark paper, in uneven light, beside colours and among noise."""
+"""Ink on light and dark paper, in uneven light, beside colours and among noise."""
 
 import cv2
 import numpy as np
@@ -141,7 +141,7 @@ def test_contrast_of_ink_is_full_and_of_paper_none():
 
 
 def test_half_of_full_contrast_separates_ink_from_paper():
-    """It is 30 levels on a sheet without ink, and 14, the least, on one where all ink is alike."""
+    """Half of full contrast is 30 levels without ink, and 14, the minimum, if all ink has one level."""
     colors = paint(line_mask(), ink=248)
     assert np.unique(Sheet(colors).contrast) == pytest.approx([0, 7 / 60])
     colors[100, 40:180] = 234

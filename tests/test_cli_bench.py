@@ -27,7 +27,7 @@ KEYS = {
 
 @pytest.fixture
 def tiny(tmp_path, monkeypatch):
-    """A data folder of two maps for each bench, on which reconstruct finds the true rooms."""
+    """A data folder with two maps for each bench; reconstruct is replaced by a function that returns the true rooms."""
     write_all_sets(tmp_path / "data", "a", "b")
     monkeypatch.setattr(timing, "reconstruct", lambda *_, **__: TRUE_FLOOR)
     monkeypatch.delenv("PIANTA_DATA", raising=False)
@@ -55,7 +55,7 @@ def test_the_file_holds_what_is_printed(tiny, tmp_path, bench):
         for name, values, default in (("a", own[0], "d"), ("b", own[1], "d"), ("mean", means, ".1f")):
             formats = [default if count is None else f".{count}f" for count in digits.values()]
             expected.append([name, *map(format, values, formats)])
-    # A table of many columns goes on below: its rows are put together again.
+    # A table of many columns is printed in blocks: its rows are joined again.
     rows = [row for row in rows_of(out, "a", "b", "mean") if "±" not in row]
     width = 1 + len(digits)
     joined: dict[tuple[int, str], list[str]] = {}

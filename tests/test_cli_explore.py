@@ -93,7 +93,7 @@ def test_a_room_is_found(floor_file):
 
 
 @pytest.mark.slow
-def test_a_school_is_explored_by_what_a_model_lets_expect(school_file, model):
+def test_a_school_is_explored_by_the_expectations_of_a_model(school_file, model):
     arguments = "explore", school_file, "--policy", "predicted", "--start", "1,1.5"
     code, out, err = run_pianta(*arguments, "--model", model)
     assert (code, err) == (0, "")
@@ -105,7 +105,7 @@ def test_a_school_is_explored_by_what_a_model_lets_expect(school_file, model):
     assert without.out != out
 
 
-def test_enough_was_seen_by_what_a_model_lets_expect(school_file, model):
+def test_the_run_ends_by_the_expectations_of_a_model(school_file, model):
     options = "--policy", "predicted", "--model", model, "--start", "1,1.5"
     code, out, _ = run_pianta("explore", school_file, *options, "--enough", "0.6")
     assert code == 0
@@ -134,7 +134,7 @@ def test_a_room_is_searched_by_the_expectations_of_a_model(school_file, model):
         (["--policy", "best", "--model", "MODEL"], "best"),
     ],
 )
-def test_options_of_a_model_that_make_no_sense_are_one_line(school_file, model, arguments, fragment):
+def test_options_of_a_model_without_meaning_are_refused_in_one_line(school_file, model, arguments, fragment):
     filled = [model if argument == "MODEL" else argument for argument in arguments]
     code, out, err = run_pianta("explore", school_file, *filled)
     assert (code, out) == (2, "")
@@ -161,7 +161,7 @@ def test_a_map_without_rooms_needs_no_model(tmp_path, model):
     assert "--model" in err
 
 
-def test_a_map_and_a_kind_of_world_are_explored(tmp_path):
+def test_a_map_and_a_world_type_are_explored(tmp_path):
     save_ros_map(two_room_world().grid, tmp_path / "map.yaml")
     assert "100.0 % of 27 m²" in run_pianta("explore", tmp_path / "map.yaml").out
     code, out, _ = run_pianta("explore", "hall", "--seed", "3", "--stop", "0.3", "--drive", "differential")
@@ -170,13 +170,13 @@ def test_a_map_and_a_kind_of_world_are_explored(tmp_path):
 
 
 @pytest.mark.slow
-def test_what_is_there_by_a_name_goes_before_a_kind_of_world(tmp_path, monkeypatch):
+def test_an_existing_file_has_precedence_over_a_world_type(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run_pianta("world", "hall", "-o", "ring").code == 0
     assert run_pianta("explore", "ring").out == run_pianta("explore", "hall").out
 
 
-def test_a_plain_image_is_refused_with_a_remedy_that_there_is(tmp_path):
+def test_a_plain_image_is_refused_with_an_existing_remedy(tmp_path):
     Image.new("L", (20, 20), 254).save(tmp_path / "map.png")
     code, out, err = run_pianta("explore", tmp_path / "map.png")
     assert (code, out) == (2, "")
@@ -233,14 +233,14 @@ def test_bad_options_are_one_line_and_write_nothing(tmp_path, floor_file, argume
     ("world", "fragment"),
     [("castle", "castle"), ("", "truth.geojson")],
 )
-def test_a_world_that_is_none_is_one_line(tmp_path, world, fragment):
+def test_an_invalid_world_is_refused_in_one_line(tmp_path, world, fragment):
     code, _, err = run_pianta("explore", world or tmp_path)
     assert code == 2
     assert fragment in err
     assert len(err.splitlines()) == 1
 
 
-def test_the_help_names_the_policies_there_are():
+def test_the_help_names_all_policies():
     from pianta.cli import explore
     from pianta.exploration.policies import POLICIES, PREDICTED
 

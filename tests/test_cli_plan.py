@@ -30,13 +30,13 @@ PX_PER_METRE = 30.0
 
 @pytest.fixture(scope="module")
 def texts_of_sheets() -> dict[bytes, tuple[PlacedText, ...]]:
-    """The texts of sheets that were read before, by their pixels."""
+    """A cache of the texts of sheets, by their pixels."""
     return {}
 
 
 @pytest.fixture(autouse=True)
 def texts_are_read_once(texts_of_sheets: dict[bytes, tuple[PlacedText, ...]], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Reading texts takes longer than all else, and the same plan is read by many tests."""
+    """Caches the texts of sheets: reading them is slow, and many tests read the same plan."""
 
     def read_once(colors: Colors) -> tuple[PlacedText, ...]:
         key = repr(colors.shape).encode() + colors.tobytes()
@@ -151,9 +151,7 @@ def test_a_file_that_is_neither_map_nor_plan_is_refused_with_what_can_be_read(tm
         (["--words", "nowhere.json"], "nowhere.json"),
     ],
 )
-def test_options_that_make_no_sense_are_refused_in_one_line(
-    plan: Path, tmp_path: Path, options: list[str], fragment: str
-):
+def test_options_without_meaning_are_refused_in_one_line(plan: Path, tmp_path: Path, options: list[str], fragment: str):
     result = run_pianta("read", str(plan), "-o", str(tmp_path / "out"), *options)
     assert result.code == 2
     assert fragment in result.err.replace("\n", " ")
@@ -213,7 +211,7 @@ def opened_floors(*folders: str) -> list[StoreyReading]:
 
 
 @pytest.mark.slow
-def test_floors_of_a_plan_are_written_all_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_all_floors_of_a_plan_are_written_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     floors = opened_floors("floor-1", "floor-2")
     monkeypatch.setattr(Reader, "_open", lambda *_: floors)
     read = ("read", "plan.png", "-o", str(tmp_path / "out"), "--no-labels")
@@ -247,7 +245,7 @@ def test_floors_of_a_plan_are_written_all_or_none(tmp_path: Path, monkeypatch: p
 @pytest.mark.slow
 @pytest.mark.parametrize("as_plan", [("--as", "plan"), ()])
 @pytest.mark.parametrize("drawing", NO_DRAWINGS)
-def test_what_is_no_plan_is_refused_in_one_line_before_anything_slow(
+def test_files_without_a_plan_are_refused_in_one_line_before_anything_slow(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawing: str, as_plan: tuple[str, ...]
 ):
     for slow in ("read_texts", "segment_sheet", "find_symbols", "find_scale"):

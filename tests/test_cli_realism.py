@@ -103,7 +103,7 @@ def test_whether_a_floor_is_in_the_reference_does_not_depend_on_its_file_name(of
     assert other == "l a.geojson: 0.00, less typical than any of the 8 reference floors"
 
 
-def test_one_that_fails_stops_no_others(offices, maze, tmp_path):
+def test_a_floor_that_fails_does_not_stop_the_others(offices, maze, tmp_path):
     broken = tmp_path / "broken.geojson"
     broken.write_text("{}")
     code, out, err = run_pianta("realism", broken, maze, "--reference", offices, "--reasons")
@@ -169,7 +169,7 @@ def label_as_office(floor: Floor) -> Floor:
 
 
 @pytest.mark.slow
-def test_options_that_make_no_sense(offices, maze, tmp_path):
+def test_options_without_meaning_are_refused(offices, maze, tmp_path):
     (tmp_path / "two").mkdir()
     save_all(make_offices()[:2], tmp_path / "two")
     (tmp_path / "file").write_text("")

@@ -31,7 +31,7 @@ def relative_name(path: Path) -> str:
 
 
 def find_missing(code: str) -> list[str]:
-    """What a code imports from pianta that is not there."""
+    """Names that a code imports from pianta and that do not exist."""
     missing: list[str] = []
     for node in ast.walk(ast.parse(code)):
         if isinstance(node, ast.Import):
@@ -60,18 +60,18 @@ def anchors(page: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=relative_name)
-def test_snippets_import_what_is_there(page):
+def test_imports_of_snippets_exist(page):
     for snippet in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
         assert find_missing(snippet) == []
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=relative_name)
-def test_scripts_import_what_is_there(script):
+def test_imports_of_scripts_exist(script):
     assert find_missing(script.read_text(encoding="utf-8")) == []
 
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=relative_name)
-def test_notebooks_import_what_is_there(notebook):
+def test_imports_of_notebooks_exist(notebook):
     assert find_missing("\n".join(read_cells(notebook, "code"))) == []
 
 
@@ -88,7 +88,7 @@ def read_cells(notebook: Path, cell_type: str) -> list[str]:
 
 
 @pytest.mark.parametrize("page", [*PAGES, *NOTEBOOKS], ids=relative_name)
-def test_links_lead_somewhere(page):
+def test_targets_of_links_exist(page):
     is_notebook = page.suffix == ".ipynb"
     text = "\n".join(read_cells(page, "markdown")) if is_notebook else page.read_text(encoding="utf-8")
     for link in re.findall(r"\]\(([^)\s]+)\)", text):
@@ -101,13 +101,13 @@ def test_links_lead_somewhere(page):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=relative_name)
-def test_files_that_a_page_names_are_there(page):
+def test_files_that_a_page_names_exist(page):
     named = re.findall(r"`((?:src|tests|training|benchmarks|docs)/[\w/.-]+)`", page.read_text(encoding="utf-8"))
     assert [name for name in named if not (ROOT / name).exists()] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=relative_name)
-def test_modules_that_a_page_names_are_there(page):
+def test_modules_that_a_page_names_exist(page):
     """A page about a method names modules without their folder."""
     modules = {
         path.name
@@ -145,7 +145,7 @@ def test_versions_agree():
     "folder", sorted({page.parent for page in PAGES if page.is_relative_to(ROOT / "docs")}), ids=relative_name
 )
 def test_every_page_is_in_the_site(folder):
-    """What no table of contents names has no place in the navigation."""
+    """Pages that no table of contents names are missing in the navigation."""
     listed = {
         name
         for page in [*folder.glob("*.md"), ROOT / "docs" / "index.md"]
@@ -174,7 +174,7 @@ class TestPageOfPython:
         assert sorted(name for name, _ in self.ROWS) == sorted(pianta.__all__)
 
     @pytest.mark.parametrize(("name", "arguments"), ROWS)
-    def test_names_arguments_that_are_there(self, name, arguments):
+    def test_names_existing_arguments(self, name, arguments):
         public = getattr(pianta, name)
         named = [argument for argument in arguments.split(", ") if argument not in {"", "*", "…"}]
         if callable(public) and named:

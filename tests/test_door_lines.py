@@ -99,7 +99,7 @@ def test_a_single_swing_needs_the_network():
     class_map = as_class_map(two_rooms())
     chair = swing((60, 100), (60, 130))
     assert sorted_ends(find_doors(class_map, [chair], [], NONE).closed) == pytest.approx(JAMBS[None])
-    # The file needs no network
+    # Doors of the file need no network.
     named = np.array([[(60.0, 100.0), (60.0, 130.0)]])
     assert len(find_doors(class_map, [], [], named).lines) == 2
 
@@ -133,7 +133,7 @@ def test_a_leaf_closes_on_the_face_of_the_wall_and_the_door_is_in_its_middle():
     [((100, 142), (60, 182), 1), ((100, 160), (60, 200), 2), ((100, 142), (140, 182), 2), ((100, 182), (60, 142), 2)],
 )
 def test_two_leaves_that_meet_and_open_to_one_side_are_one_door(jamb, opens, lines):
-    """A leaf from column 100 to 140; the other meets it, ends 20 px off, opens to the other side, or follows it."""
+    """A leaf from column 100 to 140; the other meets it, ends 20 px away, opens to the other side, or follows it."""
     class_map = as_class_map(two_rooms(doors=()))
     class_map.probabilities[DOOR] = 0.9
     left = Swing(np.array([100.0, 100]), np.array([100.0, 140]), np.array([60.0, 100]), 40.0, 1.0)

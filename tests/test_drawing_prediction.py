@@ -1,4 +1,4 @@
-"""Pictures of predictions: what is shaded, framed and numbered, and which bars there are."""
+"""Pictures of predictions: shades, frames, numbers and bars."""
 
 from functools import cache
 
@@ -36,7 +36,7 @@ from tests.generated_types import SCHOOL, make_schools, make_wing
 
 @cache
 def predicted() -> tuple[Prediction, RevealedFloor]:
-    """The fourth school, of which one corridor of four in a ring was explored, by a model of the others."""
+    """A prediction for the fourth school, with one of four corridors explored, by a model of the other schools."""
     schools = make_schools()
     truth = reveal_corridors(schools[3], SCHOOL, corridors=1)
     return predict(truth.part, learn_type([*schools[:3], *schools[4:]], SCHOOL), count=8), truth
@@ -120,7 +120,7 @@ class TestPanels:
         assert f"{len(sample.graph)} rooms" in ax.get_title()
 
     def test_the_sample_is_of_middle_size_and_has_the_expected_labels(self):
-        """Around a known corridor, six samples of 2 to 8 rooms; of the two of 4 and 5, one has gyms alone."""
+        """Six samples of 2 to 8 rooms around a known corridor; one of the two with 4 and 5 rooms has only gyms."""
         samples = [sample_rooms(rooms) for rooms in ("C", "CC", "GGG", "CCCS", "CCCCCC", "CCCCCCC")]
         explored = ExploredPart("", nx.empty_graph(1), frozenset({0}), (0,), {})
         explored.graph.nodes[0].update(label="CORRIDOR", room=0)
@@ -129,7 +129,7 @@ class TestPanels:
 
 
 def sample_rooms(rooms: str) -> SampledFloor:
-    """A sample whose corridor is known and its rooms are not."""
+    """A sample with a known corridor and unknown rooms."""
     return SampledFloor(make_wing(rooms), {0: 0}, {})
 
 

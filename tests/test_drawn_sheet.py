@@ -1,4 +1,4 @@
-"""Vector plans become sheets: doors of a set size, walls apart, everything in one frame of pixels."""
+"""Sheets of vector plans: doors of a fixed size, walls separate, everything in one frame of pixels."""
 
 from collections.abc import Sequence
 
@@ -26,7 +26,7 @@ def drawing(*lines: Sequence[float] | NDArray[np.float64], role: Role = "wall", 
 
 
 def bounds(mask: NDArray[np.bool_]) -> list[int]:
-    """First and last row, first and last col of what is set."""
+    """First and last row, first and last col of the set pixels."""
     rows, cols = np.nonzero(mask)
     return [int(limit) for axis in (rows, cols) for limit in (axis.min(), axis.max())]
 
@@ -79,7 +79,7 @@ def test_rows_go_down_and_doors_lie_on_their_lines():
 
 @pytest.mark.parametrize(("angle", "first", "second"), [(0, (-1, -1), (-1, 1)), (np.pi / 2, (1, -1), (-1, -1))])
 def test_corners_of_texts_go_clockwise_from_where_reading_starts(angle, first, second):
-    """Signs of rows and cols, from the middle; a text that is turned counter-clockwise is read upwards."""
+    """first, second: signs of row and col from the middle; a text turned counter-clockwise is read upwards."""
     sheet = draw_sheet(drawing(*ROOM, texts=(DrawnText("Lab", 4.5, 2.25, 0.27, angle),)))
     assert sheet.texts is not None
     (text,) = sheet.texts
@@ -109,7 +109,7 @@ def test_a_large_building_is_drawn_smaller():
 
 
 def test_distant_pieces_are_left_out():
-    """Forgotten pieces on three sides, one of them a detail of more lines than the walls; and what is beside them."""
+    """Stray pieces on three sides with their surroundings; one of them is a detail with more lines than the walls."""
     junk = [(x, -4e5 + x, x + 1, -4e5) for x in range(10)]
     lines = [*ROOM, (1e6, 0, 1e6 + 1, 0), (-5e7, 3, -5e7, 4), *junk]
     roles = np.array([ROLES.index("wall")] * 4 + [ROLES.index("other")] * (len(lines) - 4))

@@ -1,4 +1,4 @@
-"""What all kernels with explicit features have in common: they are kernels, of graphs and not of their names."""
+"""All kernels with explicit features: they are kernels, and do not depend on the names of nodes."""
 
 import os
 import subprocess
@@ -40,7 +40,7 @@ lists_of_graphs = st.lists(labelled_graphs(), min_size=1, max_size=5)
 @kernels
 @settings(max_examples=40)
 @given(lists_of_graphs, st.integers(0, 1000))
-def test_isomorphic_graphs_are_alike_to_the_bit(kernel, graphs, seed):
+def test_isomorphic_graphs_have_identical_values(kernel, graphs, seed):
     kernel.fit(graphs)
     copies = [rename(graph, seed=seed) for graph in graphs]
     gram = kernel.compare(copies)
@@ -136,7 +136,7 @@ def test_transformers_of_scikit_learn(kernel):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kernel", [WeisfeilerLehman(), GraphHopper(), NeighborhoodPairs()], ids=str)
-def test_support_vector_machines_take_the_features(kernel):
+def test_support_vector_machines_accept_the_features(kernel):
     stars, paths = ([make(size) for size in range(5, 15)] for make in (nx.star_graph, nx.path_graph))
     for graph in (*stars, *paths):
         nx.set_node_attributes(graph, "A", "label")
@@ -199,7 +199,7 @@ print(list(graph))
 
 
 @pytest.mark.slow
-def test_hash_seeds_of_python_do_not_matter():
+def test_results_do_not_depend_on_the_hash_seed():
     outputs = [
         subprocess.run(
             [sys.executable, "-c", SCRIPT],

@@ -1,4 +1,4 @@
-"""Frontiers of maps drawn by hand, and ways over them measured by hand."""
+"""Frontiers and shortest paths on small maps, with values by hand."""
 
 from math import inf, sqrt
 from typing import Any
@@ -87,7 +87,7 @@ def test_a_long_frontier_is_divided():
     assert [part.target for part in parts] == [(1, 24), (1, 74)]
 
 
-def test_what_was_seen_is_no_border_any_more():
+def test_scanned_cells_are_no_longer_a_frontier():
     mapped = draw_cells(MAP)
     (east, _) = find(MAP)
     assert count_border(mapped, east.cells) == 3
@@ -97,7 +97,7 @@ def test_what_was_seen_is_no_border_any_more():
     assert count_border(mapped, east.cells) == 0
 
 
-def test_ways_are_straight_and_diagonal_steps_and_cut_no_corner():
+def test_paths_have_straight_and_diagonal_steps_and_cut_no_corner():
     passable = draw_cells("..... .##.. .....") == 0
     distances = measure_distances(passable, [(0, 0)], resolution=0.5)
     diagonal = 0.5 * 99 / 70
@@ -108,7 +108,7 @@ def test_ways_are_straight_and_diagonal_steps_and_cut_no_corner():
     assert diagonal == pytest.approx(0.5 * sqrt(2), rel=1e-4)
 
 
-def test_no_way_leads_between_cells_that_touch_at_a_corner():
+def test_no_path_leads_between_cells_that_touch_at_a_corner():
     distances = measure_distances(draw_cells(".# #.") == 0, [(0, 0)], resolution=1)
     assert distances[1, 1] == inf
 

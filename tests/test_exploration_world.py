@@ -101,7 +101,7 @@ def test_a_floor_without_rooms_is_refused():
         build_world(Floor(()))
 
 
-def test_what_is_unknown_on_a_grid_map_is_an_obstacle():
+def test_unknown_cells_of_a_grid_map_are_obstacles():
     world = read_world(GridMap(draw_cells("#?. ..."), 0.5, (1, 2, 0.3)))
     assert world.blocked.tolist() == [[True, True, False], [False, False, False]]
     assert (world.resolution, world.origin) == (0.5, (1, 2, 0.3))
@@ -180,7 +180,7 @@ def test_a_start_where_no_robot_can_stand_is_one_clear_line(start, messages):
     assert "\n" not in str(raised.value)
 
 
-def test_robots_stand_beside_each_other():
+def test_robots_start_beside_each_other():
     world = two_room_world()
     points = place_robots(world, [(2, 2), (3, 3)], 4, radius=0.2)
     assert points[:2] == [(2, 2), (3, 3)]
@@ -191,6 +191,6 @@ def test_robots_stand_beside_each_other():
     assert Point(points[2]).distance(Point(2, 2)) < 0.75
 
 
-def test_there_is_no_place_for_too_many_robots():
+def test_too_many_robots_for_a_room_are_refused():
     with pytest.raises(OptionError, match="robot"):
         place_robots(two_room_world(door=False), [(2, 2)], 100, radius=0.2)

@@ -1,4 +1,4 @@
-"""What is known of a floor that is explored in part, and the exploration of one by corridors."""
+"""The explored part of a floor, and the exploration of a floor by corridors."""
 
 import itertools
 from collections.abc import Mapping
@@ -24,7 +24,7 @@ def name_rooms(graph: nx.Graph, nodes) -> set[object]:
     return {graph.nodes[node]["room"] for node in nodes}
 
 
-# A corridor with a classroom, an elevator and an office at it, and behind the office another corridor with a closet.
+# A corridor with a classroom, an elevator and an office; behind the office another corridor with a closet.
 FLOOR = make_graph(
     {
         "hall": {"label": "CORRIDOR"},
@@ -114,7 +114,7 @@ def test_a_reading_with_partial_rooms(messages, is_unknown):
     part = read_explored_part(make_graph(rooms, ("hall", "class")), SCHOOL)
     assert part.doors == ({1: 0} if is_unknown else {})
     assert part.open == ()
-    # What a room that is not partial says of its label is not asked.
+    # Probabilities of a room that is not partial are not used.
     rooms["class"]["partial"] = False
     if rooms["class"]["label"]:
         assert read_explored_part(make_graph(rooms, ("hall", "class")), SCHOOL).doors == {}
@@ -135,7 +135,7 @@ def test_rooms_without_doors_and_loops_are_left_out():
     assert [*part.graph.edges] == [(0, 1)]
 
 
-def test_what_is_no_explored_part():
+def test_invalid_explored_parts_are_refused():
     with pytest.raises(LabelError, match="class"):
         read_explored_part(make_graph({"class": {"label": None}}), SCHOOL)
     with pytest.raises(LabelError, match="SPA"):
@@ -163,7 +163,7 @@ def test_start():
 
 
 def test_exploration_by_corridors():
-    """From the elevator to the first corridor; as none is discovered then, the office's door is opened next."""
+    """From the elevator to the first corridor; no other corridor is discovered there, so the office is opened next."""
     first, last = explore_by_corridors(FLOOR, CORRIDORS)
     assert {*first} == {"hall", "class", "lift", "office", "office-back"}
     at_hall = {frozenset(("hall", room)) for room in ("class", "lift", "office")}
@@ -174,7 +174,7 @@ def test_exploration_by_corridors():
 
 
 def test_the_nearest_discovered_corridor_is_next():
-    """School d has four corridors in a ring; the first has neighbours 1 and 3, from 1 it is nearer to 2."""
+    """School d has four corridors in a ring: the first has the neighbours 1 and 3, and 2 is the nearest to 1."""
     graph = join_wings(*WINGS["d"], source="d")
     corridors = [node for node, label in graph.nodes(data="label") if label == "CORRIDOR"]
     stages = explore_by_corridors(graph, corridors)

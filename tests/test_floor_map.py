@@ -1,4 +1,4 @@
-"""Class maps become a map: thin closed walls, rooms up to their middle, outside unknown."""
+"""Maps from class maps: thin closed walls, rooms up to the middle of walls, outside unknown."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_the_gap_of_a_detected_door_is_closed():
 
 @pytest.mark.parametrize(("probability", "length", "rooms"), [(0.5, 5, 2), (0.5, 12, 1), (0.4, 5, 1), (0.58, 12, 2)])
 def test_short_faint_pieces_of_walls_are_closed(probability, length, rooms):
-    """A length in cells of 0.1 m of the wall between the two rooms."""
+    """length: of the faint piece of the wall between the two rooms, in cells of 0.1 m."""
     class_map = as_class_map(two_rooms(doors=()))
     faint = (slice(20, 20 + length), slice(50, 52))
     class_map.probabilities[WALL][faint], class_map.probabilities[INSIDE][faint] = probability, 0.98 - probability
@@ -143,7 +143,7 @@ def test_a_sheet_of_one_class_has_no_walls_and_no_rooms(cell_class):
 
 
 def test_the_sheet_need_not_be_a_whole_number_of_cells():
-    """The last cells of the network reach over the edge of the sheet by up to half of one."""
+    """The last cells of the network extend over the edge of the sheet by up to half a cell."""
     classes = two_rooms()
     floor_map = draw_floor_map(as_class_map(classes), NONE, sheet_shape=(241, 407), resolution=RESOLUTION)
     _, y, _ = floor_map.grid.origin
@@ -151,7 +151,7 @@ def test_the_sheet_need_not_be_a_whole_number_of_cells():
 
 
 def test_more_paper_around_a_plan_does_not_change_it():
-    """Only what is near to rooms is drawn."""
+    """Only the surroundings of rooms are drawn."""
     classes = two_rooms(doors=())
     few, much = (
         draw(classes).grid.cells,

@@ -1,4 +1,4 @@
-"""What floors and maps can do by themselves: be asked for rooms, drawn, shown, saved and made into tables."""
+"""Methods of floors and maps: rooms by id, drawing, notebooks, saving, and tables."""
 
 import sys
 from io import BytesIO
@@ -50,11 +50,11 @@ class TestRooms:
         with pytest.raises(KeyError, match=str(other)):
             _ = FLOOR[other]
 
-    def test_are_counted_and_gone_over(self):
+    def test_are_counted_and_iterated(self):
         assert len(FLOOR) == 2
         assert [*FLOOR] == [*ROOMS]
 
-    def test_are_in_it_by_id_or_as_they_are(self):
+    def test_are_in_the_floor_by_id_or_as_rooms(self):
         assert 3 in FLOOR
         assert ROOMS[0] in FLOOR
         assert 4 not in FLOOR
@@ -200,7 +200,7 @@ class TestMaps:
         assert [*image.get_extent()] == [0, 1.5, 0, 1]
         assert GRID.plot(ax=ax) is ax
 
-    def test_a_notebook_shows_a_pixel_a_cell(self):
+    def test_a_notebook_shows_one_pixel_per_cell(self):
         assert decode(GRID._repr_png_()).tolist() == [[255, 110, 228], [255, 255, 228]]
 
     def test_a_notebook_shows_a_large_map_smaller(self):

@@ -29,7 +29,7 @@ def reconstruct(
     closed: bool = True,
     uncertain: list[bool] | None = None,
 ) -> list[Floor]:
-    """The floors; closed: whether doors are drawn into the map, too; uncertain: of each door, False by default."""
+    """The floors. closed: whether doors are also drawn into the map; uncertain: for each door, False by default."""
     closed_doors = doors if closed else NONE
     floor_map = draw_floor_map(
         as_class_map(classes), closed_doors, sheet_shape=sheet_shape(classes), resolution=RESOLUTION
@@ -43,7 +43,7 @@ def overlap(one: Polygon, other: Polygon) -> float:
 
 
 def room_at(floor: Floor, polygon: Polygon) -> Room:
-    """The room of this polygon, up to half a wall."""
+    """The room with this polygon, within half the thickness of a wall."""
     (same_room,) = [room for room in floor.rooms if overlap(room.polygon, polygon) > 0.8]
     return same_room
 
@@ -55,7 +55,7 @@ def test_two_rooms_and_the_door_between_them(method):
     ids = sorted([room_at(floor, LEFT).id, room_at(floor, RIGHT).id])
     (door,) = floor.doors
     assert door.room_ids == tuple(ids)
-    # Rows down the sheet are metres up from its lower edge: 240 - 112 and 240 - 144
+    # y goes up from the lower edge of the sheet: 240 - 112 and 240 - 144.
     assert np.array(sorted(door.line.coords)) == pytest.approx(np.array([(204, 96), (204, 128)]))
     assert door.width == pytest.approx(32)
     assert floor.source == "plan.png"
@@ -90,7 +90,7 @@ def test_a_drawn_door_that_the_layout_finds_too_is_one_door():
     assert len(without.doors) == 1
 
 
-def test_where_doors_are_drawn_a_passage_without_one_is_an_opening():
+def test_on_a_plan_with_doors_a_passage_without_one_is_an_opening():
     """A third room below the left one, behind a gap that the layout method finds."""
     classes = draw_classes((104, 102), (10, 50, 10, 50), (10, 50, 52, 92), (52, 92, 10, 50))
     classes[28:36, 50:52] = DOOR

@@ -1,4 +1,4 @@
-"""Functional areas: literal floors by both segmentations, and what holds for any graph."""
+"""Functional areas: small floors by both segmentations, and properties for any graph."""
 
 from itertools import pairwise
 
@@ -47,7 +47,7 @@ def test_each_room_goes_to_its_nearest_corridor():
 
 
 def test_a_tie_goes_to_the_corridor_of_higher_degree():
-    # Room 1 lies between the corridors 0 and 2; corridor 2 has a room more.
+    # Room 1 is between the corridors 0 and 2; corridor 2 has one room more.
     graph = nx.path_graph(4)
     graph.add_edge(0, 4)
     graph.add_edge(2, 5)
@@ -70,7 +70,7 @@ def test_the_nearest_counts_before_the_degree():
 
 
 def test_a_corridor_without_rooms_joins_the_nearest_that_has_some():
-    # Corridors 0 - 1 - 2 in a row, rooms at both ends; those at 2 are more.
+    # Corridors 0 - 1 - 2 in a row, rooms at both ends, more of them at 2.
     graph = nx.Graph([(0, 1), (1, 2), (0, 3), (2, 4), (2, 5)])
     assert segment_by_corridors(graph, {0, 1, 2}) == (frozenset({0, 3}), frozenset({1, 2, 4, 5}))
 
@@ -142,7 +142,7 @@ def test_the_threshold_is_the_normalised_cut():
 def test_least_is_of_both_sides():
     assert len(segment_by_normalized_cut(RINGS, min_rooms=5)) == 2
     assert len(segment_by_normalized_cut(RINGS, min_rooms=6)) == 1
-    # The best cut leaves 3 rooms on a side, and no other is tried.
+    # The best cut leaves 3 rooms on one side, and no other cut is tried.
     lopsided = nx.Graph([*pairwise([0, 1, 2, 0]), (2, 3), *pairwise(range(3, 11)), (10, 3), (4, 9), (5, 8)])
     assert len(segment_by_normalized_cut(lopsided, max_cut=2, min_rooms=3)) > 1
     assert len(segment_by_normalized_cut(lopsided, max_cut=2, min_rooms=4)) == 1

@@ -1,4 +1,4 @@
-"""Step 2: moves with the printed probabilities, graphs that stay connected, and costs as from scratch."""
+"""Step 2: moves with the printed probabilities, graphs that stay connected, and costs equal to a new computation."""
 
 from itertools import pairwise
 from math import exp, inf
@@ -48,7 +48,7 @@ def find_graphs(chains, labels) -> list[nx.Graph]:
     st.integers(0, 3),
     st.integers(0, 1000),
 )
-def test_what_holds_after_every_move(labels, n_fixed, seed):
+def test_properties_after_every_move(labels, n_fixed, seed):
     generators = [np.random.default_rng((seed, number)) for number in range(len(labels))]
     n_fixed = min(n_fixed, *map(len, labels))
     functional = nx.path_graph(n_fixed) if n_fixed else None
@@ -76,13 +76,13 @@ def test_what_holds_after_every_move(labels, n_fixed, seed):
 def move_ring(uniforms) -> tuple[set[Pair], set[Pair]]:
     """The edges of a ring of four areas before and after a move that is accepted if it can be."""
     chains = FunctionalGraphs(REFERENCES, [label(nx.cycle_graph(4), "0101")])
-    # Draws: which move, which edge, which of its ends, target, source, acceptance.
+    # Draws: move, edge, end of the edge, target, source, acceptance.
     chains.move(np.array([uniforms]))
     return set(nx.cycle_graph(4).edges), set(chains.to_graphs()[0].edges)
 
 
 def test_add_remove_and_swap_have_the_printed_probabilities():
-    # As many edges as areas: P_ADD = ε = 1 - e^-0.1; ε with the sign of method-notes.md.
+    # Equally many edges and areas: P_ADD = ε = 1 - e^-0.1; ε with the sign of method-notes.md.
     add = 1 - exp(-0.1)
     remove = (1 - add) * (1 - exp(-0.1))
     middle = (0.0, 0.0, 0.6, 0.1, 0.0)
@@ -116,7 +116,7 @@ def test_either_end_of_an_edge_is_swapped(end):
     assert added == ((0, 3) if end < 0.5 else (1, 3))
 
 
-def test_kept_areas_are_joined_as_they_were():
+def test_edges_between_fixed_areas_stay():
     start = label(nx.Graph([(0, 1), (1, 2), (2, 3), (3, 4)]), "01010")
     chains = FunctionalGraphs(REFERENCES, [start] * 20, n_fixed=3)
     random = np.random.default_rng(0)
@@ -129,7 +129,7 @@ def test_kept_areas_are_joined_as_they_were():
 
 
 def move_closed(start: nx.Graph, *, n_fixed: int, closed: bool = True) -> list[nx.Graph]:
-    """What a start becomes along twenty chains of forty moves, at every move."""
+    """The graphs after each of forty moves of twenty chains from one start."""
     chains = FunctionalGraphs(REFERENCES, [start] * 20, n_fixed=n_fixed, closed=closed)
     random = np.random.default_rng(0)
     result = []
@@ -141,7 +141,7 @@ def move_closed(start: nx.Graph, *, n_fixed: int, closed: bool = True) -> list[n
 
 @pytest.mark.slow
 def test_closed_areas_lead_to_as_many_others():
-    """Areas 0 and 1 are known, and lead to one and two others; where to may change."""
+    """Areas 0 and 1 are fixed, and lead to one and to two others; which others may change."""
     start = label(nx.Graph([(0, 1), (0, 2), (1, 3), (1, 4), (2, 3), (4, 5)]), "010101")
     result = move_closed(start, n_fixed=2)
     for graph in result:
@@ -149,13 +149,13 @@ def test_closed_areas_lead_to_as_many_others():
         assert graph.has_edge(0, 1)
         assert (graph.degree(0), graph.degree(1)) == (2, 3)
     assert {frozenset(graph[0]) for graph in result} >= {frozenset({1, index}) for index in (2, 3, 4)}
-    # Others are joined as they like, and kept areas that are not closed are, too.
+    # The degrees of other areas may change, and those of fixed areas that are not closed, too.
     assert len({graph.number_of_edges() for graph in result}) > 1
     assert len({graph.degree(0) for graph in move_closed(start, n_fixed=2, closed=False)}) > 1
 
 
 def test_known_edges_stay():
-    """Area 0 is known and so is its edge to 1, which is open; its other edge leads anywhere."""
+    """Area 0 and its edge to the open area 1 are known; its other edge may lead to any area."""
     start = label(nx.Graph([(0, 1), (0, 2), (1, 3), (2, 3)]), "0111")
     start.edges[0, 1]["known"] = True
     result = move_closed(start, n_fixed=1)
@@ -166,7 +166,7 @@ def test_known_edges_stay():
     assert not all(graph.has_edge(0, 1) for graph in move_closed(start, n_fixed=1))
 
 
-def test_nothing_moves_where_all_is_known():
+def test_fully_known_graphs_do_not_change():
     start = label(nx.Graph([(0, 1), (1, 2)]), "010")
     assert all(set(graph.edges) == {(0, 1), (1, 2)} for graph in move_closed(start, n_fixed=3))
 
@@ -189,7 +189,7 @@ def test_one_area_stays_alone():
     assert np.isfinite(chains.costs).all()
 
 
-def test_what_a_chain_does_depends_on_no_other():
+def test_chains_are_independent():
     labels = ["0101", "0", "0011010"]
 
     def sample(numbers) -> list[list[Pair]]:
@@ -203,7 +203,7 @@ def test_what_a_chain_does_depends_on_no_other():
 
 
 @pytest.mark.slow
-def test_chains_go_where_graphs_are_like_the_references():
+def test_chains_approach_the_references():
     labels = ["0101"] * 60
     generators = [np.random.default_rng(number) for number in range(60)]
     starts = [draw_start(graph_labels, generator) for graph_labels, generator in zip(labels, generators, strict=True)]
@@ -225,7 +225,7 @@ def test_starts_are_connected(size, n_fixed, seed):
     assert {edge for edge in start.edges if max(edge) < n_fixed} >= set(functional.edges if functional else ())
 
 
-def test_numbers_of_doors_are_as_often_as_given():
+def test_numbers_of_doors_have_the_given_frequencies():
     graph = nx.star_graph(4000)
     graph.edges[0, 1]["cuts"] = 9
     draw_door_counts(graph, [1, 1, 1, 2], np.random.default_rng(0))
@@ -235,14 +235,14 @@ def test_numbers_of_doors_are_as_often_as_given():
     assert set(counts) == {1, 2, 9}
 
 
-def test_numbers_of_doors_do_not_depend_on_how_a_graph_holds_its_edges():
+def test_numbers_of_doors_do_not_depend_on_the_order_of_edges():
     one, other = nx.Graph([(0, 1), (2, 1), (0, 3)]), nx.Graph([(3, 0), (1, 2), (1, 0)])
     for graph in (one, other):
         draw_door_counts(graph, [1, 2, 3, 4, 5], np.random.default_rng(0))
     assert all(one.edges[edge]["cuts"] == other.edges[edge]["cuts"] for edge in one.edges)
 
 
-def test_infinite_cost_of_what_falls_apart_is_no_state():
+def test_disconnected_graphs_are_never_accepted():
     chains = FunctionalGraphs(REFERENCES, [label(nx.path_graph(2), "01")])
     chains.move(np.array([[0.2, 0.0, 0.0, 0.0, 0.0, 0.0]]))
     assert chains.costs[0] < inf

@@ -33,7 +33,8 @@ def make_numbered(*numbers: object) -> nx.Graph:
 
 
 def test_two_nodes_and_one():
-    # In the pair, each node is 1 path of no edges, and in each place of 1 of one edge. Between its nodes k is e^-1.
+    # In the pair, each node is a path without edges, and it is at both positions of paths of one edge. Between the two
+    # nodes k is e^-1.
     kernel = GaussianGraphHopper(gamma=0.25, standardize=False, normalize=False)
     gram = kernel.fit([make_numbered(0, 2), make_numbered(1)]).compare()
     np.testing.assert_allclose(gram, [[3 * 2 + 3 * 2 * exp(-1), 2 * exp(-0.25)], [2 * exp(-0.25), 1]], rtol=1e-15)
@@ -47,7 +48,7 @@ def test_scale_is_that_of_scikit_learn():
     kernel = GaussianGraphHopper().fit(graphs)
     np.testing.assert_allclose(kernel.means_, [2, 20, 5])
     np.testing.assert_allclose(kernel.scales_, [(8 / 3) ** 0.5, 200**0.5, 1])
-    # Two of three columns have variance 1, the other does not vary.
+    # Two of three columns have variance 1, the third is constant.
     assert kernel.gamma_ == pytest.approx(1 / (3 * 2 / 3))
     assert GaussianGraphHopper(gamma=0.3).fit(graphs).gamma_ == 0.3
     assert GaussianGraphHopper().fit([make_numbered(1, 1)]).gamma_ == 1
@@ -123,7 +124,7 @@ def test_rooms_of_floors():
     assert kernel.means_.shape == (len(ROOM_FEATURES),)
     gram = kernel.compare()
     assert np.diag(gram).tolist() == [1] * len(floors)
-    # Floors of one kind are made two at a time, and more alike than others.
+    # Pairs of floors are of one shape, and more similar than floors of different shapes.
     np.fill_diagonal(gram, 0)
     assert gram.argmax(axis=1).tolist() == [1, 0, 3, 2, 5, 4]
 
@@ -133,7 +134,7 @@ def test_a_column_that_never_varies_does_not_count():
     assert kernel.scales_[0] == 1
 
 
-def test_a_gram_matrix_belongs_to_its_caller():
+def test_changing_a_gram_matrix_changes_no_later_one():
     kernel = GaussianGraphHopper(normalize=False).fit(PLANS)
     kernel.compare()[:] = 0
     assert kernel.compare().all()
@@ -175,7 +176,7 @@ def test_all_nodes_without_numbers_are_listed():
 
 
 @pytest.mark.parametrize("gamma", [0, -1, nan, inf, "auto", None])
-def test_gammas_that_are_none(gamma):
+def test_invalid_gammas_are_refused(gamma):
     with pytest.raises(OptionError, match=f"gamma.*{gamma!r}"):
         GaussianGraphHopper(gamma=gamma).fit(PLANS)
 

@@ -1,4 +1,4 @@
-"""Metrics of graphs: answers made by hand, networkx as an oracle, and that names of nodes do not matter."""
+"""Metrics of graphs: values by hand, values of networkx, and independence of the names of nodes."""
 
 from math import nan, sqrt
 from random import Random
@@ -102,13 +102,13 @@ def test_decay_is_the_closeness_that_the_thesis_prints() -> None:
 
 
 def test_two_parts() -> None:
-    # Of 4 other nodes, 2 are in reach on the path and 1 in the pair.
+    # 2 of 4 other nodes can be reached on the path, and 1 in the pair.
     graph = nx.disjoint_union(nx.path_graph(3), nx.path_graph(2))
     assert measure_closeness(graph) == pytest.approx({0: 1 / 3, 1: 0.5, 2: 1 / 3, 3: 0.25, 4: 0.25})
     assert measure_eigenvector(graph) == pytest.approx({0: sqrt(0.5), 1: 1, 2: sqrt(0.5), 3: 0, 4: 0})
     measured = measure_graph(graph, {1})
     assert (measured["diameter"], measured["path_length"]) == (2, (1 + 1 + 2 + 1) / 4)
-    # Once between two others, by (5 - 1)(5 - 2).
+    # Between two others once, divided by (5 - 1)(5 - 2).
     assert measured["betweenness_c"] == pytest.approx(1 / 12)
 
 

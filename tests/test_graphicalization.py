@@ -1,4 +1,4 @@
-"""Graphs of interpretations: the figure of the thesis by hand, and what no identifier, order or repetition changes."""
+"""Graphs of interpretations: the figure of the thesis, and invariance to identifiers, order and repetition."""
 
 import re
 
@@ -122,7 +122,7 @@ def test_equal_numbers_are_in_one_bin_up_to_rounding():
         assert set(labels_of(draw(turned)[0]).values()) == {"room", "area(0)"}
 
 
-def test_a_number_where_there_was_none_has_one_bin():
+def test_numbers_absent_from_the_training_set_have_one_bin():
     graphicalizer = Graphicalizer().fit([interpret(("room", "r1"), ("label", "r1", "hall"))])
     (graph,) = graphicalizer.transform([interpret(("room", 1), ("label", 1, 7), ("label", 1, "7"), ("label", 1, "0"))])
     assert sorted(labels_of(graph).values()) == ["label('0')", "label('7')", "label(0)", "room"]
@@ -137,7 +137,7 @@ def test_repeated_and_reversed_facts_are_one_atom():
     assert nx.utils.graphs_equal(once, often)
 
 
-def test_what_is_ordered_has_a_role_for_each_place():
+def test_ordered_relations_have_a_role_for_each_position():
     above = Signature("above", (Argument("upper", "room"), Argument("by"), Argument("lower", "room")))
     facts = [("room", "r1"), ("room", "r2"), ("above", "r1", "far", "r2"), ("above", "r2", "far", "r2")]
     (graph,) = draw(interpret(*facts), signatures=(*FLOOR_SIGNATURES, above))
@@ -162,7 +162,7 @@ def test_entities_have_properties_and_name_others():
         ({"hidden": "room"}, "hidden"),
     ],
 )
-def test_options_that_make_no_sense_are_refused(options, message):
+def test_options_without_meaning_are_refused(options, message):
     with pytest.raises(OptionError, match=message):
         Graphicalizer(**options)
 

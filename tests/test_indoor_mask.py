@@ -1,4 +1,4 @@
-"""What is inside of rooms, at the least cost of open borders and of cells against the network."""
+"""Indoor cells by the least cost of open borders and of disagreement with the network."""
 
 from itertools import product
 
@@ -58,7 +58,7 @@ def test_a_yard_between_walls_is_outside():
     assert not indoor_mask(free, outside, CELL).any()
 
 
-def test_what_walls_enclose_is_inside_if_the_network_is_uncertain():
+def test_enclosed_space_is_inside_if_the_network_is_uncertain():
     for gap, inside in ((0, True), (30, False)):
         free, outside = draw_room(gap=gap, certainty=-0.1)
         assert indoor_mask(free, outside, CELL)[ROOM].all() == inside
@@ -113,7 +113,7 @@ def test_parts_fill_the_free_space_and_stay_within_barriers(seed, height, width)
 
 
 def test_a_passage_one_cell_wide_is_part_of_the_space():
-    """It lies across the blocks by which the space is flooded."""
+    """It crosses the blocks in which the space is flooded."""
     free = np.zeros((21, 41), bool)
     free[2:18, 2:16] = free[2:18, 25:39] = True
     free[9, 16:25] = True
@@ -137,7 +137,7 @@ def test_labels_grow_as_in_the_watershed_of_the_whole_image(seed):
     assert (grown[mask & (labels > 0)] == labels[mask & (labels > 0)]).all()
     assert not grown[~mask].any()
     different = grown != watershed(heights, labels * mask, mask=mask)
-    # A cell between two labels belongs to either
+    # A cell between two labels may have either of them.
     assert different.mean() < 0.01
 
 

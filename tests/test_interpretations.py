@@ -25,7 +25,7 @@ from pianta.relational.interpretation import (
     label_atom,
 )
 
-# Two rooms of 4 m by 5 m above a corridor of 8 m by 2 m with an entrance, and one that nothing leads to.
+# Two rooms of 4 m by 5 m above a corridor of 8 m by 2 m with an entrance, and a room without a door.
 ROOMS = (
     Room(3, box(0, 2, 4, 7), "CLASSROOM"),
     Room(1, box(4, 2, 8, 7), "MEDIUM SERVICE", partial=True),
@@ -45,7 +45,7 @@ def facts_of(interpretation: Interpretation, relation: str) -> list[tuple[object
     return [fact.arguments for fact in interpretation.facts_of(relation)]
 
 
-def test_a_floor_becomes_the_facts_that_hold_on_it():
+def test_the_facts_of_a_floor():
     facts = interpret_floor(FLOOR)
     assert facts.name == "wing a"
     assert find_faults(facts, FLOOR_SIGNATURES) == []
@@ -180,7 +180,7 @@ def test_pairs_of_an_unordered_relation_come_once():
         ([(3,)], "(3,)"),
     ],
 )
-def test_what_a_function_finds_must_be_of_the_floor(result, message):
+def test_results_of_user_functions_must_be_rooms_of_the_floor(result, message):
     near = Signature("near", (Argument("r1", "room"), Argument("r2", "room")))
     with pytest.raises(RelationError, match=re.escape(message)):
         interpret_floor(FLOOR, relations=[Relation(near, lambda floor: result)])
@@ -206,7 +206,7 @@ def name_of(interpretation: Interpretation) -> str:
 
 
 def by_place(interpretation: Interpretation, relation: str) -> set[tuple[object, ...]]:
-    """Facts with the place of a room among the others instead of its identifier, once each."""
+    """Facts, each once, with the index of a room instead of its identifier."""
     indices = {room: index for index, (room,) in enumerate(facts_of(interpretation, "room"))}
     facts = (tuple(indices.get(value, value) for value in fact) for fact in facts_of(interpretation, relation))
     return {tuple(sorted(fact)) if relation == "connected" else fact for fact in facts}  # type: ignore[type-var]

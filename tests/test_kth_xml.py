@@ -1,4 +1,4 @@
-"""KTH XMLs become floors in metres, with one door for its two sides."""
+"""KTH XMLs are read as floors in metres, with one door for the portals of two rooms."""
 
 import warnings
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ def segment(start: Point, end: Point, target: str | None = None, type_: str = "W
 
 
 def space(name: str, type_: str, corners: Sequence[Point], *doors: str, portals: str = "") -> str:
-    """The doors come in place of the third edge."""
+    """The doors replace the third edge."""
     edges = [segment(start, end) for start, end in zip(corners, [*corners[1:], corners[0]], strict=True)]
     edges[2:3] = doors or edges[2:3]
     contour = f'<contour><centroid x="0" y="0"/>{"".join(edges)}</contour>'
@@ -50,7 +50,7 @@ def office(*doors: str, portals: str = "") -> str:
 
 
 def corridor(*doors: str, portals: str = "") -> str:
-    """Its first corner is turned, so that its third edge is the wall to the office."""
+    """The corners start so that the third edge is the wall to the office."""
     corners = [CORRIDOR[2], CORRIDOR[3], CORRIDOR[0], CORRIDOR[1]]
     doors = doors or (segment((0, 84), (40, 84)), segment(*CORRIDOR_DOOR, "A"), segment((60, 84), (200, 84)))
     return space("K", " korridor ", corners, *doors, portals=portals)
@@ -81,7 +81,7 @@ def test_two_rooms_in_metres_with_one_door_within_the_wall(path):
     assert (floor.source, floor.building_type) == ("0510_2.xml", {})
 
 
-def test_a_door_that_one_room_draws_is_where_it_draws_it(path):
+def test_a_door_of_one_room_only_is_at_its_segment(path):
     floor = read(path, floor_xml(office(), corridor(segment((0, 84), (200, 84)))))
     assert get_coordinates(floor.doors[0].line)[:, 1] == pytest.approx(np.array([-4, -4]))
 
@@ -157,7 +157,7 @@ def test_a_room_that_no_door_leads_to_is_reported(path):
         (TWO_ROOMS[:-3], "XML"),
     ],
 )
-def test_what_is_no_floor_is_refused(path, text, message):
+def test_files_without_a_floor_are_refused(path, text, message):
     with pytest.raises(BuildingError, match=message):
         read(path, text)
 

@@ -1,4 +1,4 @@
-"""MIT XMLs become floors in metres from their own corner, with one door for the portals of two rooms."""
+"""MIT XMLs are read as floors in metres from their own corner, with one door for the portals of two rooms."""
 
 import warnings
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from tests.mutation import mutated, refused_in_one_line
 
 FOOT = 0.3048006096
 EAST, NORTH = 709_000, 495_000
-# In feet from a corner in the state plane: an office, a corridor along it, and its continuation of less width.
+# In feet from a corner in the state plane: an office, a corridor along it, and a narrower continuation of the corridor.
 OFFICE = [(0, 0), (20, 0), (20, 10), (0, 10)]
 CORRIDOR = [(0, 10), (30, 10), (30, 16), (0, 16)]
 FURTHER = [(30, 12), (50, 12), (50, 16), (30, 16)]
@@ -93,7 +93,7 @@ def test_several_places_are_the_ends_of_a_door(path):
 
 
 def test_an_implicit_portal_opens_the_shorter_edge(path):
-    """The corridor's end is 6 ft wide, its continuation 4 ft; both lie on the line between them."""
+    """The end of the corridor is 6 ft wide, its continuation 4 ft; both edges are on one line."""
     corridor = space("1-C", "", CORRIDOR, portal("1-D", (1, 0.5), type="IMPLICIT"))
     floor = read(path, mit_xml(corridor, space("1-D", "", FURTHER, portal("1-C", (3, 0.5), type="implicit"))))
     (door,) = floor.doors
@@ -145,7 +145,7 @@ def test_an_open_contour_and_rooms_below_a_building_are_read(path):
         (TWO_ROOMS[:-3], "XML"),
     ],
 )
-def test_what_is_no_floor_is_refused(path, text, message):
+def test_files_without_a_floor_are_refused(path, text, message):
     with pytest.raises(BuildingError, match=message):
         read(path, text)
 

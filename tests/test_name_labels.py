@@ -126,7 +126,7 @@ def test_unknown_names_have_no_prior_and_worse_matches_a_weaker_one():
     assert exact["KITCHEN"] > part["KITCHEN"] > misspelt["KITCHEN"] > 0.8
 
 
-def test_a_type_without_labels_for_a_word_takes_those_of_its_function():
+def test_a_type_without_labels_for_a_word_uses_those_of_its_function():
     assert likely("Classroom", HOUSE) == {"BEDROOM", "LIVING ROOM"}
     assert likely("Kitchen", HOUSE) == {"BATHROOM"}
     assert room_name_prior("Stairs", HOUSE, WORDS) is None
@@ -210,8 +210,8 @@ def test_a_damaged_dictionary_gives_one_line_or_is_read(tmp_path_factory, data):
         read_room_name_dictionary(path)
 
 
-def test_where_the_type_is_unknown_a_name_means_what_it_does_in_any():
-    """An office serves a school, and is what an office building is for."""
+def test_without_a_type_a_name_has_the_functions_of_all_types():
+    """An office is SERVICE in a school and FUNCTIONAL in an office building."""
     office = room_name_prior("Office", None, WORDS)
     assert office is not None
     assert office["SERVICE"] == pytest.approx(office["FUNCTIONAL"])

@@ -1,4 +1,4 @@
-"""Gaps narrower than doors: where they are found, and which of them a floor needs."""
+"""Gaps narrower than doors: their lines, and the gaps that a floor needs as doors."""
 
 from itertools import permutations
 
@@ -24,12 +24,12 @@ from pianta.worlds.scan import simulate_map
 from tests.drawn_maps import Rectangle, carve, make_grid
 
 MAX_WIDTH = 7.0
-# Two rooms, one beside the other, with two columns of wall between them; and their labels.
+# Two rooms side by side with two columns of wall between them, and their labels.
 ONE, OTHER = (5, 45, 5, 30), (5, 45, 32, 60)
 
 
 def draw_rooms(*gaps: Rectangle, rooms: tuple[Rectangle, ...] = (ONE, OTHER)) -> tuple[Mask, LabelImage]:
-    """Space of rooms and gaps, and labels: rooms by their place in the order, gaps are of the first one."""
+    """Space of rooms and gaps, and labels: rooms in their order, gaps with the label of the first room."""
     labels = np.zeros((50, 65), np.int32)
     labels[carve((50, 65), *gaps)] = 1
     for number, room in enumerate(rooms, start=1):
@@ -106,7 +106,7 @@ def test_a_line_divides_rooms_that_meet_beside_the_narrowest_point():
     drawing = np.array([[" ab".find(cell) for cell in row.replace(".", " ")] for row in NICHE.split()], np.int32)
     labels = np.pad(np.pad(drawing, ((0, 0), (12, 12)), mode="edge"), 1)
     (line,) = find_gaps(labels > 0, labels)
-    # The upper jamb is beside the niche, the lower one is the end of the wall below
+    # The upper jamb is beside the niche, the lower one is the end of the wall below.
     (top, _), (bottom, col) = sorted(map(tuple, line.tolist()))
     assert (top, bottom) == (5, 10)
     assert col in (22, 23)
@@ -182,7 +182,7 @@ def test_all_rooms_with_gaps_are_reached_without_superfluous_gaps(wide, narrow):
     by_doors = nx.Graph([door.rooms for door in doors])
     by_doors.add_nodes_from(rooms)
     with_all = nx.compose(by_doors, nx.Graph([door.rooms for door in gaps]))
-    # All gaps are narrower than half of any door
+    # All gaps are narrower than half of any door.
     bound = nx.number_connected_components(by_doors) - nx.number_connected_components(with_all)
     with_chosen = nx.compose(by_doors, nx.Graph([door.rooms for door in chosen]))
     assert nx.number_connected_components(with_chosen) == nx.number_connected_components(with_all)
@@ -199,7 +199,7 @@ def find_only_door(floor: Floor) -> Door:
 
 
 def close_door(floor: Floor, grid: GridMap, left: float) -> GridMap:
-    """The map with the only door of a room closed from both jambs, except for a width in its middle; metres."""
+    """The map with the only door of a room closed from both jambs, except a gap of `width` metres in its middle."""
     door = find_only_door(floor)
     (x0, y0), (x1, y1) = door.line.coords
     middle, length = np.array([x0 + x1, y0 + y1]) / 2, door.line.length

@@ -40,7 +40,7 @@ def draw_row() -> tuple[Floor, GridMap]:
         shapely.contains_xy(observed_area.buffer(0.1, join_style="mitre"), x, y) & ~shapely.contains_xy(complete, x, y)
     ] = OCCUPIED
     cells[shapely.contains_xy(observed_area, x, y)] = FREE
-    # The observed end of the walls
+    # The observed end of the walls.
     cells[shapely.contains_xy(box(8.4, 5.2, 12.4, 5.4), x, y)] = UNKNOWN
     rooms = [Room(i, polygon) for i, polygon in enumerate((*COMPLETE, CORRIDOR), start=1)]
     floor = Floor(
@@ -68,7 +68,7 @@ def row() -> tuple[Floor, GridMap]:
 def test_a_room_between_others_is_as_deep_as_they_are(row):
     predicted = last_prediction(predict_partial_rooms(*row))
     wall = measure_half_wall(row[0])
-    # A cell of the scene is 0.1 m
+    # A cell of the scene is 0.1 m.
     assert predicted.bounds == pytest.approx(TRUE.buffer(wall, join_style="mitre").bounds, abs=0.15)
 
 

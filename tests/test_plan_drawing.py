@@ -1,4 +1,4 @@
-"""Drawn plans: what is on the paper lies where the truth says."""
+"""Drawn plans agree with their truth."""
 
 import numpy as np
 import pytest
@@ -177,7 +177,7 @@ def test_a_legend_explains_the_numbers():
     assert max(text.corners[:, 1].max() for text in plan.texts) < plan.grid.shape[1]
 
 
-def test_title_dimensions_and_scale_bar_stand_outside():
+def test_title_dimensions_and_scale_bar_are_outside_the_building():
     plan = draw_plan(SMALL, title="First floor", dimensions=True, scale_bar=True, px_per_metre=50)
     assert [text.text for text in plan.texts] == ["First floor", "6.30", "5.30", "0", "1 m"]
     outside = box(-0.15, -0.15, 6.15, 5.15)
@@ -220,7 +220,7 @@ def test_the_input_floor_is_not_changed():
     assert floor.rooms[0].polygon.contains(Point(floor.rooms[0].polygon.representative_point()))
 
 
-def test_all_invalid_fields_of_a_look_are_named_in_one_message():
+def test_all_invalid_fields_of_a_style_are_named_in_one_message():
     with pytest.raises(OptionError, match=r"style.*doors.*windows.*px_per_metre"):
         PlanLook(style="fat", doors="none", windows=4, px_per_metre=1)  # type: ignore[arg-type]
     with pytest.raises(OptionError, match=r"furniture.*noise.*ink"):

@@ -1,4 +1,4 @@
-"""Symbols of plans: what they draw, where their jambs lie, and how they stand in a floor."""
+"""Symbols of plans: their drawings, their jambs, and their positions on a floor."""
 
 from collections.abc import Sequence
 
@@ -105,7 +105,7 @@ def test_signs_have_the_colours_of_their_meaning():
 
 
 @given(st.sampled_from(sorted(SYMBOLS)), st.floats(4, 60), st.integers(1, 3))
-def test_symbols_lie_whole_on_their_paper(name, size_px, stroke_px):
+def test_symbols_are_completely_inside_their_image(name, size_px, stroke_px):
     picture = draw_symbol(name, size_px=size_px, stroke_px=stroke_px)
     assert picture.shape == (*frame_symbol(name, size_px=size_px, stroke_px=stroke_px)[0], 3)[: picture.ndim]
     assert picture.ndim == (3 if name in SIGNS else 2)

@@ -26,7 +26,7 @@ SAMPLER = FloorSampler(small_model())
 
 
 def make_part() -> ExploredPart:
-    """Corridor 0 with classroom 1 and an unopened door, 3; corridor 2, open; a door of the classroom, 4."""
+    """Corridor 0 with classroom 1 and an unopened door (3), open corridor 2, an unopened door of the classroom (4)."""
     graph = nx.Graph(source="made")
     graph.add_nodes_from(
         [
@@ -42,7 +42,7 @@ def make_part() -> ExploredPart:
 
 
 def make_sample(labels: str, edges: str, *, behind: dict[int, int] | None = None) -> SampledFloor:
-    """A sample of that part: rooms 3 … with labels by a letter and as many m² as their number, doors such as 3-4."""
+    """A sample around that part: rooms 3 … with labels by letters and areas (m²) equal to their ids; doors as 3-4."""
     names = {"C": "CORRIDOR", "R": "CLASSROOM", "S": "CLOSET"}
     graph = nx.Graph([(0, 1), (0, 2)])
     graph.add_edges_from(tuple(map(int, edge.split("-"))) for edge in edges.split())
@@ -59,12 +59,12 @@ def predict_by(*samples: SampledFloor) -> Prediction:
 
 # Behind "?" a corridor with a closet; behind "??" a classroom; along "side" two closets.
 ONE = make_sample("CRSSS", "0-3 1-4 3-5 2-6 2-7")
-# "?" leads to a classroom, "??" to a corridor that the open one leads to.
+# "?" leads to a classroom, "??" to a corridor that also the open corridor leads to.
 TWO = make_sample("RC", "0-3 1-4 2-4")
 
 
-def test_spreads():
-    """Of ten numbers four of five are between the second and the ninth."""
+def test_intervals_of_samples():
+    """80 % of ten numbers are between the second and the ninth."""
     assert SampleInterval.from_values([*range(10)]) == SampleInterval(4.5, 1, 8)
     assert SampleInterval.from_values([3.0]) == SampleInterval(3, 3, 3)
 
@@ -73,7 +73,7 @@ def test_numbers_of_rooms():
     prediction = predict_by(ONE, TWO)
     assert prediction.rooms == SampleInterval(6.5, 5, 8)
     assert prediction.area is not None
-    # 80 m² are known; 3 + 4 + 5 + 6 + 7 more, and 3 + 4.
+    # 80 m² are explored; ONE has 3 + 4 + 5 + 6 + 7 m² more, TWO 3 + 4 m².
     assert prediction.area == SampleInterval(96, 87, 105)
     assert {label: spread.mean for label, spread in prediction.counts.items()} == {
         "CLOSET": 1.5,
@@ -92,12 +92,12 @@ def test_shares_of_one_sample_are_its_own():
     assert sum(predict_by(ONE, TWO).shares.values()) == pytest.approx(1)
 
 
-def test_nothing_is_shared_where_no_sample_has_anything():
+def test_without_unseen_rooms_there_are_no_shares():
     prediction = predict_by(make_sample("", "", behind={}))
     assert prediction.shares == {}
     assert prediction.counts == {}
     assert [end.labels for end in prediction.ends] == [{}] * 3
-    # Such samples do not count.
+    # Samples without unseen rooms do not count.
     assert predict_by(make_sample("", "", behind={}), TWO).shares == pytest.approx(predict_by(TWO).shares)
 
 
@@ -106,7 +106,7 @@ def test_rooms_are_those_of_the_nearest_end():
     assert assign_unseen_rooms(ONE, part) == {2: [6, 7], 3: [3, 5], 4: [4]}
     # Room 4 is behind the door "??", and one hop from the open corridor.
     assert assign_unseen_rooms(TWO, part) == {2: [], 3: [3], 4: [4]}
-    # Without its door it is the open corridor's.
+    # Without that door it belongs to the open corridor.
     without = make_sample("RC", "0-3 2-4", behind={3: 3})
     assert assign_unseen_rooms(without, part) == {2: [4], 3: [3], 4: []}
 
@@ -126,7 +126,7 @@ def test_open_ends():
 
 
 def test_skeleton():
-    """In ONE "?" is a corridor of the hall; in TWO "??", which the open corridor leads to as well."""
+    """In ONE "?" is a corridor at the hall; in TWO "??" is a corridor, also at the open corridor."""
     graph = predict_by(ONE, TWO).skeleton
     result = {frozenset(edge): probability for *edge, probability in graph.edges(data="probability")}
     beyond = ("beyond", "side")
@@ -155,7 +155,7 @@ def test_nearest_distribution():
     costs = np.array([measure_divergence(shares, point).mean() for point in grid])
     assert measure_divergence(shares, nearest).mean() <= costs.min() + 1e-6
     assert abs(nearest[0] - grid[costs.argmin()][0]) < 0.01
-    # A label that one of three rows has a little of is rarer than in the mean.
+    # A label that only one of three rows has is rarer than in the mean.
     assert nearest[1] < (rows.sum(axis=0) / rows.sum())[1]
 
 
@@ -204,16 +204,16 @@ def test_predictions_of_a_floor():
 
 
 def test_the_more_corridors_are_open_the_more_is_expected():
-    """Of school d two corridors are open at first, and then of the fourth corridor alone the rooms are unseen."""
+    """School d has two open corridors at first; at the end only the rooms of the fourth corridor are unexplored."""
     first, last = (predict(explore("d", number), SAMPLER, count=60) for number in (0, 2))
     unseen = [prediction.rooms.mean - len(prediction.explored.known_graph) for prediction in (first, last)]
     assert unseen[0] > unseen[1] > 0
-    # The corridors of the whole floor: four are known in the end.
+    # Samples have all corridors of the floor; at the end four of them are explored.
     assert all(len(last.corridor_graph(sample)) >= 4 for sample in last.samples)
 
 
 def test_a_reading_of_a_partial_map():
-    """Rooms by number, with label sets; a corridor seen in part, a room of which a tenth is seen."""
+    """Rooms with numbers and label sets; one corridor is partly explored, one room to a tenth, one to nine tenths."""
     graph = nx.Graph(source="part")
     graph.add_node(1, label="CORRIDOR", area=30.0, partial=True, predicted_area=60.0)
     graph.add_node(2, label="CLASSROOM", area=50.0, partial=False)

@@ -30,7 +30,7 @@ from pianta.rooms.model import RoomModel
 from tests.hidden_figures import hiding_figures
 
 SOURCE = Path(pianta.__file__)
-# What public functions give back, and is not itself a public name.
+# Results of public functions that are no public names themselves.
 RESULTS = (
     BuildingTypeModel,
     Exploration,
@@ -50,7 +50,7 @@ CHECKS = {
     *("PR01", "PR02", "PR03", "PR05", "PR06", "PR07", "PR08", "PR09", "PR10"),
     *("RT01", "RT02", "RT03", "RT04", "RT05", "YD01", "SA02", "SA03", "SA04"),
 }
-# Left out: ES01, SA01 and EX01, since a line says enough of what is simple; and PR04, since types are in annotations.
+# Left out: ES01, SA01 and EX01, since one line is enough for simple functions; PR04, since types are in annotations.
 
 
 def find_public() -> dict[str, object]:
@@ -91,17 +91,17 @@ class TestNames:
         assert pianta.__all__ == sorted(pianta._MODULES, key=lambda name: (not name.isupper(), name.islower(), name))
 
     @pytest.mark.parametrize("name", pianta.__all__)
-    def test_every_name_is_there(self, name):
+    def test_every_name_exists(self, name):
         assert hasattr(pianta, name)
         assert name in dir(pianta)
 
     @pytest.mark.parametrize("name", plot.__all__)
-    def test_every_picture_is_there(self, name):
+    def test_every_picture_exists(self, name):
         assert getattr(plot, name).__name__ == name
         assert name in dir(plot)
 
     @pytest.mark.parametrize("module", [pianta, plot])
-    def test_another_name_is_not(self, module):
+    def test_an_unknown_name_is_an_error(self, module):
         with pytest.raises(AttributeError, match="has no attribute 'read_minds'"):
             _ = module.read_minds
 
@@ -153,7 +153,7 @@ class TestDocstrings:
 
     @pytest.fixture
     def folder(self, tmp_path, monkeypatch):
-        """Examples write files where they are, and draw on hidden figures."""
+        """Examples write files into the working folder, and draw on hidden figures."""
         monkeypatch.chdir(tmp_path)
         with hiding_figures():
             yield
@@ -162,7 +162,7 @@ class TestDocstrings:
 class TestSignatures:
     @pytest.mark.parametrize("name", DOCUMENTED)
     def test_options_are_given_by_name(self, name):
-        """A function has one or two main arguments, of which the last may have a default."""
+        """A function has one or two positional arguments; the last may have a default."""
         public = PUBLIC[name]
         functions = [public] if inspect.isfunction(public) else [value for _, value in list_members(public)]
         for function in filter(inspect.isfunction, functions):

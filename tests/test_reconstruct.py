@@ -120,7 +120,7 @@ def test_the_same_map_gives_the_same_floor(sample, method):
 
 @pytest.mark.slow
 def test_clean_worlds_have_the_true_number_of_rooms(worlds):
-    # Parallel walls nearer than 0.9 m become one line (section 3.1), which now and then divides a room beside one.
+    # Parallel walls nearer than 0.9 m become one line (section 3.1), which sometimes divides a room beside it.
     right = [truth.source for truth, floor in worlds if len(floor.rooms) == len(truth.rooms)]
     assert len(right) >= 0.9 * len(worlds)
 
@@ -153,7 +153,7 @@ def test_the_graph_of_clean_worlds_is_the_true_graph(worlds):
 
 
 @pytest.mark.slow
-def test_doors_of_clean_worlds_are_where_they_truly_are(worlds):
+def test_doors_of_clean_worlds_are_at_their_true_positions(worlds):
     for truth, floor in worlds:
         middles = shapely.line_interpolate_point([door.line for door in floor.doors], 0.5, normalized=True)
         true_id = match_rooms(floor, truth)

@@ -31,7 +31,7 @@ def describe_row(
     return Interpretation(name, tuple(facts))
 
 
-def test_rooms_are_known_by_those_around():
+def test_rooms_are_classified_by_their_neighbours():
     classifier = RelationalRoomClassifier().fit([describe_row("a", 4), describe_row("b", 6)])
     assert classifier.labels_ == {"label": ("lcorridor", "lstairs")}
     new = describe_row("c", 5, first="s", labelled=False)
@@ -59,7 +59,7 @@ def test_two_label_sets_share_a_matrix():
     assert [values.shape for values in decided["three"]] == [(4, 3), (6, 3)]
 
 
-def test_floors_are_learnt_from_as_facts_are():
+def test_training_on_floors_equals_training_on_their_facts():
     def draw(width: float) -> Floor:
         rooms = [
             Room(1, box(0, 0, 20, 2), "CORRIDOR"),
@@ -90,7 +90,7 @@ def test_fact_files(tmp_path: Path):
 
 
 def test_a_fact_file_without_the_signature_of_an_entity(tmp_path: Path):
-    """No fact could declare the entity: the signature is missed, once."""
+    """No fact can declare the entity: the missing signature is reported once."""
     file = tmp_path / "facts.pl"
     file.write_text("signature a(x::wing)::extensional.\ninterpretation(f,a(q)).\ninterpretation(f,a(r)).\n")
     with pytest.raises(RelationError) as raised:
@@ -129,7 +129,7 @@ def test_files_of_the_data(data):
 
 
 def test_bins_may_come_from_elsewhere():
-    """A room of 30 m² is in another bin than one of 20 m² only where some floor of both sizes cuts the bins."""
+    """Rooms of 20 m² and 30 m² are in different bins only if the bins are fitted on floors of both sizes."""
     small, large = (
         Interpretation(name, (Fact("room", ("r",)), Fact("area", ("r", area)))) for name, area in (("a", 20), ("b", 30))
     )

@@ -1,4 +1,4 @@
-"""Signatures, facts and interpretations, and what contradicts them."""
+"""Signatures, facts and interpretations, and contradictions among them."""
 
 import re
 from pathlib import Path
@@ -90,7 +90,7 @@ def test_equal_roles_mark_interchangeable_entities():
         (lambda: by_name([ROOM, Signature("room", (Argument("room"),))]), "room"),
     ],
 )
-def test_what_is_no_signature_or_fact_is_refused(make, message):
+def test_invalid_signatures_and_facts_are_refused(make, message):
     with pytest.raises(RelationError, match=re.escape(message)) as refused:
         make()
     assert "\n" not in str(refused.value)
@@ -168,7 +168,7 @@ def test_faults_are_named_with_a_remedy(facts, faults):
         assert word in fault
 
 
-def test_entities_of_another_kind_are_missed():
+def test_entities_of_another_kind_are_reported_as_missing():
     signatures = [ROOM, Signature("door", (Argument("d", SELF),)), Signature("of", (Argument("d", "door"),))]
     assert find_faults(interpret(("room", "r1"), ("of", "r1")), signatures) == [
         "of(r1) names no door, add the fact door(r1)"

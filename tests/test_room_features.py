@@ -1,4 +1,4 @@
-"""Features of rooms: hand-made answers, what turning and scaling do to them, and the values that the files carry."""
+"""Features of rooms: values by hand, effects of turning and scaling, and the values in the files of the data."""
 
 import warnings
 from math import cos, pi, sin, sqrt, tau
@@ -33,7 +33,7 @@ from pianta.rooms.thesis_features import (
     perimeter,
 )
 
-# What lengths times k do to each feature: k to this power.
+# Scaling lengths by k scales each feature by k to this power.
 POWERS = {"area": 2.0, "perimeter": 1.0, "area_over_perimeter": 1.0, "mean_distance": 1.0, "form_factor": 1.5}
 IN_FILES = ("area", "perimeter", "aoverp", "adcs", "ff", "circularity", "normalcirc", "andcs")
 LINE = LineString([(0, 0), (0, 0.9)])
@@ -81,7 +81,7 @@ def test_a_rectangle_of_3_by_4_metres() -> None:
 
 
 def test_corners_along_a_wall_count_in_the_mean_distance_only() -> None:
-    # Corners at the middles of the long walls are 1.5 m off, the four others 2.5 m.
+    # Corners at the middles of the long walls are 1.5 m from the centroid, the four others 2.5 m.
     room = Polygon([(0, 0), (3, 0), (3, 2), (3, 4), (0, 4), (0, 2)])
     assert mean_distance(room) == pytest.approx((4 * 2.5 + 2 * 1.5) / 6)
     assert normalised_mean_distance(room) == pytest.approx((4 + 2 * 0.6) / 6)
@@ -89,7 +89,7 @@ def test_corners_along_a_wall_count_in_the_mean_distance_only() -> None:
 
 
 def test_the_centroid_is_that_of_the_area() -> None:
-    # Of the corners of this triangle it is as well, of those of its closed outline not.
+    # It is also the mean of the three corners, but not of the four points of the closed outline.
     triangle = Polygon([(0, 0), (6, 0), (0, 3)])
     assert mean_distance(triangle) == pytest.approx((sqrt(5) + sqrt(17) + sqrt(8)) / 3)
     assert normalised_mean_distance(triangle) == pytest.approx((sqrt(5) + sqrt(17) + sqrt(8)) / 3 / sqrt(17))
@@ -162,7 +162,7 @@ def test_bounds(floor: Floor) -> None:
 
 
 @pytest.mark.slow
-def test_the_geometry_that_the_files_carry(data: Path) -> None:
+def test_geometry_equals_that_of_the_files(data: Path) -> None:
     """The authors' code took vertices divided by the door's width, without a remainder, and rounded half areas up."""
     same, from_origin, rooms = np.zeros(len(GEOMETRIC)), 0, 0
     for path in list_buildings(data):
@@ -180,13 +180,13 @@ def test_the_geometry_that_the_files_carry(data: Path) -> None:
             rooms += 1
     shares = dict(zip(GEOMETRIC, same / rooms, strict=True))
     assert shares.pop("mean_distance") == shares.pop("normalised_mean_distance") == 0
-    # Theirs are the distances to the origin.
+    # In the files these are the distances to the origin.
     assert min(*shares.values(), from_origin / rooms) > 0.998
 
 
 @pytest.mark.slow
-def test_the_roles_that_the_files_carry(data: Path) -> None:
-    """Their betweenness is the usual one, twice that of Table 5.1; why some rooms have other values is unknown."""
+def test_centralities_equal_those_of_the_files(data: Path) -> None:
+    """Betweenness in the files is the usual one, twice that of Table 5.1; the values of some rooms are unexplained."""
     same, rooms = np.zeros(2), 0
     for path in list_buildings(data):
         spaces = ElementTree.parse(path).getroot().iterfind("floor/spaces/space")

@@ -49,7 +49,7 @@ def tilings(draw) -> Floor:
 
 
 def test_rooms_that_have_grown_keep_their_ids_and_new_ones_get_new_ids():
-    """The second room was seen in part before; a third lies where nothing was seen."""
+    """The second room was partly explored before; the third is in space that was unexplored."""
     previous = floor_of(LEFT, box(4, 0, 5.5, 2), first_id=4)
     assert ids_of(keep_room_ids(floor_of(RIGHT, MIDDLE, LEFT), previous)) == [6, 5, 4]
 
@@ -65,7 +65,7 @@ def test_merged_rooms_get_the_id_of_the_largest():
 
 
 def test_a_part_of_one_room_never_gets_the_id_of_a_smaller_one():
-    """The largest part of a room of 30 m² is merged with a closet of 3 m²: in total more would stay the other way."""
+    """The largest part of a room of 30 m² is merged with a closet of 3 m², and does not get the id of the closet."""
     previous = floor_of(box(0, 0, 10, 3), box(10, 0, 11, 3))
     assert ids_of(keep_room_ids(floor_of(box(0, 0, 4.8, 3), box(4.8, 0, 11, 3)), previous)) == [3, 1]
 
@@ -140,7 +140,7 @@ def test_a_shift_is_estimated_to_one_cell_with_its_gain():
 
 
 def test_a_frame_with_rooms_at_their_old_positions_is_not_shifted():
-    """Of three equal rooms the first is gone, and a fourth is new: moved by one room all three would be there again."""
+    """The first of three equal rooms is gone and a fourth is new; shifted by one room, all three would match."""
     row = [box(4 * i, 0, 4 * i + 4, 3) for i in range(4)]
     assert ids_of(keep_room_ids(floor_of(*row[1:]), floor_of(*row[:3]))) == [2, 3, 4]
 
@@ -191,7 +191,7 @@ def test_ids_do_not_depend_on_the_order_and_the_numbers_of_the_rooms(floor, prev
 @pytest.mark.slow
 @given(tilings(), tilings())
 def test_a_room_that_is_mostly_the_same_is_matched(floor, previous):
-    """Whatever else the two floors have."""
+    """With any other rooms on the two floors."""
     polygons, old_polygons = (np.array([room.polygon for room in each.rooms], object) for each in (floor, previous))
     matches = match_rooms(polygons, old_polygons)
     for old, match, iou in zip(previous.rooms, matches.room, matches.iou, strict=True):
@@ -206,7 +206,7 @@ def share_of(room: Room, old: Room) -> float:
 
 
 def check_similar_rooms_keep_ids(floor: Floor, previous: Floor) -> int:
-    """How many rooms have an IoU above 0.5 with a previous room; each has its id."""
+    """The number of rooms with an IoU above 0.5 with a previous room; each of them must have its id."""
     similar = [(room.id, old.id) for room in floor.rooms for old in previous.rooms if share_of(room, old) > 0.5]
     assert all(new == old for new, old in similar)
     return len(similar)
@@ -231,7 +231,7 @@ def test_ids_stay_while_a_real_map_grows(data: Path):
 
 
 def test_persistence_counts_rooms_that_last_and_ids_that_stay():
-    """Left stays with its id, middle with another, right is gone; then left is held by a larger room, middle halved."""
+    """Left keeps its id, middle gets another, right is gone; then left is inside a larger room and middle halved."""
     floors = [
         floor_of(LEFT, MIDDLE, RIGHT),
         Floor((Room(1, LEFT), Room(7, MIDDLE))),

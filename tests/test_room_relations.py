@@ -1,4 +1,4 @@
-"""Rooms on one line and rooms that are mirror images: by hand, and whatever the building's scale, turn and place."""
+"""Rooms on one line and rooms that are mirror images: by hand, and independent of scale, turn and position."""
 
 from dataclasses import replace
 
@@ -27,15 +27,15 @@ OFFICES = (box(0, 2, 4, 7), box(4, 2, 8, 7), box(0, 0, 20, 2))
 
 
 def test_rooms_with_walls_on_one_line_are_aligned():
-    # The fourth has its lower wall on the upper one of the corridor; those of the last are half a metre off all others.
+    # The fourth has its lower wall on the upper wall of the corridor; the last has walls half a metre from all others.
     floor = floor_of(*OFFICES, box(12, 2, 16, 6), box(20.5, 2.5, 24.5, 8))
     assert find_aligned(floor) == [(1, 2), (1, 3), (1, 4), (2, 3), (2, 4), (3, 4)]
 
 
 def test_rooms_far_apart_are_aligned_across_the_building():
-    # Upper walls at 5, of rooms 60 m apart; the turn of one wall by 0.5 degrees would carry it half a metre off.
+    # Upper walls at y = 5, of rooms 60 m apart; at that distance a turn by 0.5° is a shift of half a metre.
     tilted = Polygon([(60, 0.6), (64, 0.6), (64, 5.02), (60, 4.98)])
-    # Many long walls hold the direction.
+    # Many long walls fix the direction.
     row = [box(4 * n, 0, 4 * n + 4, 5) for n in range(5)]
     pairs = find_aligned(floor_of(*row, tilted))
     assert {(n, 6) for n in range(1, 6)} <= set(pairs)
@@ -56,7 +56,7 @@ def test_walls_of_the_floor_are_the_lines_where_there_are_any():
     assert find_aligned(floor_of(*rooms)) == [(1, 2)]
     assert find_aligned(floor_of(*rooms, walls=[wall])) == [(1, 2)]
     assert find_aligned(floor_of(*rooms, walls=[LineString([(-1, 8), (9, 8)])])) == []
-    # A line across their walls is no wall of either, whichever way it is drawn.
+    # A line across their walls is a wall of neither room, in both directions of the line.
     assert find_aligned(floor_of(*rooms, walls=[LineString([(2, 0), (2, 9)])])) == []
     assert find_aligned(floor_of(*rooms, walls=[wall.reverse()])) == [(1, 2)]
 
@@ -83,20 +83,20 @@ def test_an_l_is_mirrored_and_not_moved():
     assert find_symmetric(floor_of(left, moved)) == []
 
 
-def test_a_few_alike_rooms_make_no_axis_of_a_building():
+def test_a_few_equal_rooms_make_no_axis_of_a_building():
     pair = box(0, 0, 3, 3), box(3, 0, 6, 3)
     assert find_symmetric(floor_of(*pair)) == [(1, 2)]
     assert find_symmetric(floor_of(*pair, box(6, 0, 9, 5), box(12, 0, 20, 4), box(20, 4, 30, 12))) == []
 
 
 def test_the_axis_of_a_row_is_that_of_the_whole_row():
-    # Every two of the rooms are alike, and an axis that leaves one of them out would mirror three quarters.
+    # All rooms are equal; an axis that leaves one of them out would mirror three quarters.
     assert find_symmetric(floor_of(*(box(3 * n, 0, 3 * n + 3, 5) for n in range(4)))) == [(1, 4), (2, 3)]
 
 
 def test_a_building_may_have_two_axes():
     corners = [box(x, y, x + 4, y + 3) for x in (0, 8) for y in (0, 6)]
-    # Each is the image of that across, and of that above or below; none of that in the opposite corner.
+    # Each room is the mirror image of its two neighbours, but not of the room in the opposite corner.
     assert find_symmetric(floor_of(*corners)) == [(1, 2), (1, 3), (2, 4), (3, 4)]
 
 
@@ -104,7 +104,7 @@ def test_a_building_may_have_two_axes():
 def test_one_room_or_none_has_no_relation(find):
     assert find(Floor(())) == []
     assert find(floor_of(box(0, 0, 4, 5))) == []
-    # Nothing of a ring of short edges is long enough for a wall.
+    # No edge of a circle of short edges is long enough for a wall.
     assert find(floor_of(shapely.Point(0, 0).buffer(3, quad_segs=32))) == []
 
 
@@ -172,5 +172,5 @@ def test_a_map_has_the_relations_of_the_floor():
 @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 @pytest.mark.parametrize(("name", "pairs"), [("office/pinecondos", 20), ("school/plans1", 7), ("school/bronxville", 0)])
 def test_buildings_with_and_without_an_axis(data, name, pairs):
-    # As seen on their drawings: two mirrored halves; a school with two like wings; one that has none.
+    # By their drawings: two mirrored halves; a school with two equal wings; a school without an axis.
     assert len(find_symmetric(read_building_xml(data / "buildings" / f"{name}.xml"))) == pairs

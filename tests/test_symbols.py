@@ -1,4 +1,4 @@
-"""Symbols are found where they were drawn, in every pose and size, and removed without the walls."""
+"""Symbols are detected where they were drawn, in every pose and size, and removed without the walls."""
 
 from typing import Any
 
@@ -83,7 +83,7 @@ def test_the_noise_of_jpeg_hides_no_door():
 
 
 @pytest.mark.parametrize("paper", [(255, 255, 255), (110, 204, 135)])
-def test_hair_light_doors_on_white_and_green_are_found(paper):
+def test_doors_of_thin_lines_on_white_and_green_are_found(paper):
     sheet = np.full((240, 320, 3), paper, np.uint8)
     cv2.rectangle(sheet, (20, 20), (300, 220), (100, 100, 100), 5)
     door = draw_symbol("door", size_px=32, stroke_px=1)[:, :, None] < 128
@@ -106,7 +106,7 @@ def test_signs_are_found_by_their_colours_at_any_size():
         assert np.abs(symbols[name].corners.mean(axis=0) - (row + side / 2 + 2, col + side / 2 + 2)).max() < 3
 
 
-def test_signs_in_a_row_are_one_by_one_and_found_on_green_ways():
+def test_signs_in_a_row_are_separate_and_found_on_green_routes():
     sheet = blank()
     sheet[60:140, 40:280] = (110, 204, 135)
     sign = draw_symbol("hydrant", size_px=24)[2:-2, 2:-2]
@@ -198,7 +198,7 @@ def test_a_door_is_removed_and_its_walls_stay():
     assert (cleared[:, away] == walls[:, away]).all()
 
 
-def test_a_sign_is_removed_to_the_colour_of_its_way():
+def test_a_removed_sign_has_the_colour_of_its_route():
     sheet = np.full((240, 320, 3), (110, 204, 135), np.uint8)
     sheet[90:114, 100:124] = draw_symbol("hydrant", size_px=24)[2:-2, 2:-2]
     symbols = find_symbols(Sheet(sheet), door_px=24, templates=named("hydrant"))

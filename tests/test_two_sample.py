@@ -1,4 +1,4 @@
-"""The classifier two-sample test: metrics by hand, sets that are apart, the same, or copies, and real schools."""
+"""The classifier two-sample test: metrics by hand, different sets, equal sources, copies, and real schools."""
 
 import networkx as nx
 import numpy as np
@@ -46,7 +46,7 @@ def test_a_triangle_with_a_tail():
     assert described.shape == (13,)
 
 
-def test_what_a_graph_does_not_have_is_0():
+def test_measures_that_do_not_exist_are_0():
     assert describe_structure(nx.Graph(), ()).tolist() == [0] * 13
     assert describe_structure(nx.empty_graph(2), ()).tolist() == [2, 0, 2] + [0] * 10
     # Two rings of three: two cycles in two parts, and no assortativity.
@@ -80,8 +80,8 @@ def test_trees_always_separate_other_features():
 
 
 @pytest.mark.slow
-def test_who_knows_nothing_names_the_larger_set():
-    # Left out alone, each graph is in the smaller set. In a pair, one of two is named rightly.
+def test_a_classifier_without_information_predicts_the_larger_set():
+    # Without a single graph its set is the smaller one, so it is classified wrongly; of a pair one is right.
     expected = TwoSampleScores((0, 0, 0), (0.5, 0.5, 0.5))
     assert (
         kernel_two_sample_test([make_path("AB")] * 5, [make_path("BA")] * 7, KERNELS[0], repeats=3, seed=0) == expected
@@ -92,7 +92,7 @@ def test_who_knows_nothing_names_the_larger_set():
 @pytest.mark.slow
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_the_accuracy_of_a_kernel_on_one_source_is_a_half(kernel):
-    # One set of so few real graphs is off by chance.
+    # The accuracy on a single set of 20 real graphs varies by chance.
     sources = [[make_plan(12, seed=100 * source + graph) for graph in range(60)] for source in range(20)]
     message = [kernel_two_sample_test(plans[:20], plans[20:], kernel, repeats=2, seed=0) for plans in sources]
     pair_out = np.mean([scores.pair_out for scores in message])
@@ -134,13 +134,13 @@ def test_a_seed_grows_the_same_trees():
 
 
 @pytest.mark.slow
-def test_each_part_grows_other_trees():
+def test_each_fold_grows_other_trees():
     # The same graphs are left out in each repeat.
     features = np.random.default_rng(0).normal(size=(20, 3))
     assert len(set(forest_two_sample_test(features[:10], features[10:], repeats=5, seed=0, trees=1).one_out)) > 1
 
 
-def test_a_cost_that_hardly_punishes_is_a_classifier_that_knows_nothing():
+def test_with_a_small_cost_the_classifier_has_no_information():
     real, generated = ([make_plan(9, seed=seed) for seed in seeds] for seeds in (range(8), range(8, 16)))
     assert kernel_two_sample_test(real, generated, KERNELS[0], repeats=1, seed=0, cost=1e-6).one_out == (0,)
 

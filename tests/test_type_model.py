@@ -1,4 +1,4 @@
-"""Models of building types: what they hold, floors that they cannot take, and floors that they do not know."""
+"""Models of building types: their content, invalid floors, and floors outside the training."""
 
 import networkx as nx
 import numpy as np
@@ -115,7 +115,7 @@ def test_labels_in_any_case_and_rooms_without_doors():
         ("GYM\x00", r"GYM\\x00"),
     ],
 )
-def test_labels_that_are_none(label, message):
+def test_invalid_labels_are_refused(label, message):
     with pytest.raises(LabelError, match=message) as caught:
         prepare_room_graph(change_label(label), SCHOOL)
     assert "\n" not in str(caught.value)
@@ -139,7 +139,7 @@ nx.set_node_attributes(CUT, {"far": "GYM", "away": "GYM"}, "label")
         (nx.MultiGraph(make_wing("C")), "MultiGraph"),
     ],
 )
-def test_floors_that_are_none(graph, message):
+def test_invalid_floors_are_refused(graph, message):
     with pytest.raises(GraphError, match=rf"^[^\n]*{message}[^\n]*$"):
         prepare_room_graph(graph, SCHOOL)
     with pytest.raises(ModelError, match=rf"^floor 2: [^\n]*{message}[^\n]*$"):
@@ -191,7 +191,7 @@ def test_floors_that_cannot_be_recognized(graph):
 
 @pytest.mark.slow
 @given(st.sets(st.integers(0, 13), min_size=1))
-def test_areas_are_taken_as_they_are(area):
+def test_areas_are_used_unchanged(area):
     graph = make_schools()[1]
     part = area_subgraph(graph, frozenset(area))
     assert list(part) == [node for node in graph if node in area]

@@ -25,7 +25,7 @@ def make_back_doors() -> list[nx.Graph]:
     return graphs
 
 
-# Learned before hypothesis looks on, which takes random numbers for its own.
+# Computed before the first test, because hypothesis controls the random numbers of tests.
 BACK_DOORS = FloorSampler(learn_type(make_back_doors(), SCHOOL))
 ANY = FloorSampler(learn_type(make_back_doors()[1:], SCHOOL))
 
@@ -39,7 +39,7 @@ def list_corridors(graph: nx.Graph) -> list[int]:
 
 
 def check_known_part(sample: SampledFloor, explored: ExploredPart) -> None:
-    """Known rooms, their labels and doors are in the sample; closed rooms have no others but behind unopened doors."""
+    """The sample has the explored rooms, labels and doors; closed rooms get new doors only for unopened ones."""
     graph, nodes = sample.graph, sample.known_nodes
     assert [*graph] == [*range(len(graph))]
     assert {*nodes} == {*explored.known_graph}
@@ -71,7 +71,7 @@ def check_doors(sample: SampledFloor, explored: ExploredPart) -> None:
 @pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.sampled_from([*WINGS]), st.data(), st.integers(0, 1000))
-def test_what_holds_for_any_explored_part(name, data, seed):
+def test_properties_of_samples_of_any_explored_part(name, data, seed):
     graph = join_wings(*WINGS[name], source=name)
     graph.add_edge(1, len(graph) - 1)
     explored = data.draw(st.sets(st.sampled_from([*graph]), min_size=1))
@@ -121,7 +121,7 @@ def test_doors_of_an_open_corridor():
 
 
 def test_a_door_of_a_room_where_no_model_has_one():
-    """The small schools have no door that stays unopened; one of a classroom leads somewhere all the same."""
+    """In the small schools no classroom has such a door; the unopened door still leads to a room."""
     assert SAMPLER.ends.examples == []
     graph = nx.path_graph(2)
     nx.set_node_attributes(graph, {0: {"label": "CLASSROOM"}, 1: {"label": None, "partial": True}})
@@ -164,7 +164,7 @@ def test_a_known_room_at_an_open_corridor():
 
 
 @pytest.mark.slow
-def test_samples_depend_on_their_seed_and_number_alone():
+def test_samples_depend_only_on_their_seed_and_number():
     graph = make_back_doors()[3]
     part = read_explored_part(explore_by_corridors(graph, list_corridors(graph))[0], SCHOOL)
 
@@ -185,7 +185,7 @@ def test_samples_depend_on_their_seed_and_number_alone():
 @pytest.mark.slow
 @pytest.mark.parametrize("observed", [7.0, 12.0])
 def test_sizes_of_rooms(observed):
-    """Rooms keep theirs; an open corridor, of which a part may be seen, that of its area where it is larger."""
+    """Rooms keep their areas; an open corridor has the larger of its explored area and that of its sampled area."""
     graphs = make_back_doors()
     for graph in graphs:
         nx.set_node_attributes(graph, 10.0, "area")
@@ -204,7 +204,7 @@ def test_sizes_of_rooms(observed):
 
 
 def test_shares_of_labels():
-    """Of floors, each as much: a of 10 rooms with 2 corridors, …"""
+    """Means over floors with equal weights: a has 10 rooms with 2 corridors, …"""
     shares = SAMPLER.label_shares
     assert [*shares] == [*SCHOOL.by_name]
     corridor_nodes = [len(wings) / (len(wings) + sum(map(len, wings))) for wings, _ in WINGS.values()]

@@ -88,7 +88,7 @@ class _NamedRoomModel(RoomModel):
 
     evidence: _Evidence
 
-    def _predict_functions(self, context: RoomContext) -> dict[str, Floats]:
+    def predict_functions(self, context: RoomContext) -> dict[str, Floats]:
         """Probabilities of F/C/E/S with the evidence of names, shape (rooms, 4), by the step that predicts them."""
         evidence = self.evidence.functions
         first = _combine(self.first.predict(context.features), evidence)

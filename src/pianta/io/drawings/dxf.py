@@ -154,7 +154,7 @@ class _Reader:
                 self._read_piece(entity, role_of_names(names), parents)
 
     def _read_block(self, insert: Insert, layer: str, parents: tuple[_Block, ...]) -> None:
-        """Read an inserted block with its texts; collect the lines of a door. PlanError for too much nesting or repetition.
+        """Read an inserted block and its texts; collect the lines of a door. PlanError if nested or repeated too much.
 
         layer: of the block. parents: the blocks around it, from the outermost to the innermost.
         """
