@@ -102,6 +102,7 @@ class Room:
         object.__setattr__(self, "label_probabilities", _copy_probabilities(self.label_probabilities))
 
     def _check_prediction(self) -> None:
+        """Orient the predicted polygon; FloorError if it or the confidence is invalid, or the room is not partial."""
         if self.predicted is None and self.confidence is None:
             return
         if not self.partial:
@@ -113,6 +114,7 @@ class Room:
         object.__setattr__(self, "predicted", orient(self.predicted))
 
     def _check_name(self) -> None:
+        """Raise FloorError unless the name is None, or printable, not blank and at most MAX_ROOM_NAME_LENGTH long."""
         if self.name is None:
             return
         name = f"{str(self.name)[:20]!r}"

@@ -96,6 +96,7 @@ def _one_spaced(text: str) -> str:
 
 
 def _check_name(name: str) -> str:
+    """The same name; LabelError if it is empty, too long or not printable."""
     if not name:
         raise LabelError("the name is empty, give a word")
     if len(name) > MAX_NAME_LENGTH:

@@ -104,6 +104,7 @@ class _Floor(_Part):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        """Raise ValueError for lists of unequal length, and unless doors are distinct pairs of rooms, smaller first."""
         rooms = len(self.labels)
         if not rooms == len(self.sizes) == len(self.sides):
             raise ValueError("labels, sizes and sides are not of the same rooms")

@@ -90,6 +90,7 @@ def fit_type_svm(gram: Floats, truth: Indices, buildings: Sequence[str]) -> Buil
 
 
 def _to_arrays(svm: SVC, scaling: LogisticRegression) -> BuildingTypeSvm:
+    """The arrays of an SVM of scikit-learn, and of the logistic regression that scales its decision values."""
     two = len(svm.classes_) == 2
     weights = np.zeros((svm.shape_fit_[0], len(svm.classes_) - 1))
     # scikit-learn turns the sign for two types only.

@@ -132,6 +132,7 @@ def track_items(items: Sequence[str], *, quiet: bool = False) -> Iterator[str]:
 
 
 def _make_bar(*, quiet: bool) -> Progress:
+    """A progress bar on stderr that vanishes at its end; disabled if quiet, or if stderr is no terminal."""
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
 

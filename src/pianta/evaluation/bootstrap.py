@@ -62,6 +62,7 @@ def bootstrap_ratio(
 
 
 def _check(above: Floats, below: Floats, *, repeats: int, share: float) -> None:
+    """Raise OptionError for unequal shapes, values not finite, `below` not above 0, and options out of range."""
     if above.shape != below.shape:
         raise OptionError(f"{len(above)} values stand beside {len(below)} others, give as many")
     if not (np.isfinite(above).all() and np.isfinite(below).all()):

@@ -54,6 +54,7 @@ def measure_precision_recall(truth: Sequence[bool], scores: Sequence[float]) -> 
 
 
 def _check(truth: Sequence[bool], scores: Sequence[float]) -> tuple[NDArray[np.bool_], Floats]:
+    """The arguments as arrays, shape (N,); OptionError for unequal lengths, scores not finite, or one class only."""
     positive, values = np.asarray(truth, bool), np.asarray(scores, float)
     if positive.shape != values.shape or positive.ndim != 1:
         raise OptionError(f"{len(values)} scores are given for {len(positive)} items, give one each")

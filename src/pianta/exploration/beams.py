@@ -80,6 +80,10 @@ def _compile_loop() -> Any:  # noqa: ANN401 - a dispatcher of numba, which has n
 def _loop_over_cells(  # noqa: PLR0917 - numba takes no keywords
     stops: Mask, row0: float, col0: float, beams: Floats, limits: Floats, most: int
 ) -> tuple[Indices, Floats, Indices]:
+    """Cells, shape (N, most), entries, shape (N, most + 1), and count of cells of each beam; numba can compile it.
+
+    row0, col0: the origin, in cells. most: number of cells that no beam exceeds. The others as for `cross_cells`.
+    """
     height, width = stops.shape
     cells = np.empty((len(beams), most), np.int64)
     entries = np.empty((len(beams), most + 1))

@@ -74,6 +74,7 @@ class RoomExpectations:
         return self._cached[1]
 
     def _sample(self, graph: nx.Graph) -> Beyond:
+        """Expected rooms beyond the open ends of a graph, by sampled whole floors; empty if it is no explored part."""
         try:
             explored = read_explored_part(graph, self.sampler.model.schema)
         except (GraphError, LabelError):
@@ -87,6 +88,7 @@ class RoomExpectations:
         )
 
     def _mean_area(self, samples: Sequence[SampledFloor], behind: Sequence[Sequence[int]]) -> float:
+        """Mean over samples of the area, m², of the rooms behind an end; a room without area has the median of all."""
         middle = float(np.median(self._all_areas))
         areas = [
             sum(sample.graph.nodes[node].get("area", middle) for node in rooms)

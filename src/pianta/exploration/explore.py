@@ -271,6 +271,7 @@ class _Run:
         return None if any(goal is not None for goal in goals) else "stopped by the policy"
 
     def _find_frontiers(self, reachable: Mask) -> list[Frontier]:
+        """The frontiers of the current map, without cells given up; reachable: shape (H, W), where robots can stand."""
         return find_frontiers(
             self.map.cells,
             reachable,
@@ -355,6 +356,7 @@ def _find_wanted(world: World, find: str | None) -> list[int]:
 
 
 def _warn_of_unreachable(world: World, reachable: Mask) -> None:
+    """Issue a MapWarning that names up to 10 rooms without a reachable cell; reachable: shape (H, W)."""
     if world.floor is None:
         return
     reached = set(np.unique(world.room_of_cell[reachable]).tolist())

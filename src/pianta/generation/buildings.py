@@ -285,6 +285,7 @@ def _sample_in_processes(
     jobs: int,
     track: Callable[[Sequence[str]], Iterable[str]],
 ) -> list[nx.Graph]:
+    """The buildings of all batches in order, sampled in `jobs` processes; track: wraps the names of the batches."""
     from joblib import Parallel, delayed
 
     names = [f"buildings {batch[0] + 1} to {batch[-1] + 1}" for batch in batches]

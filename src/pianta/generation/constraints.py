@@ -84,6 +84,7 @@ class Constraints:
         return violations
 
     def _find_faults(self) -> list[str]:
+        """Messages about limits that are out of range or contradict each other."""
         faults = [
             f"{number} rooms of label {label} are not possible, give 0 to {MAX_ROOMS}"
             for limits in (self.at_least, self.at_most)
@@ -107,6 +108,7 @@ class Constraints:
 
 
 def _standardise(numbers: Mapping[str, int]) -> dict[str, int]:
+    """The numbers by labels in standard form; LabelError for an invalid label or one that is given twice."""
     standard: dict[str, int] = {}
     for label, number in numbers.items():
         name = standard_name(label)

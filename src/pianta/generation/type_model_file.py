@@ -126,6 +126,7 @@ class _Model(BaseModel):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        """Raise ValueError for labels that the type lacks, gaps in cluster numbers, and too large a model."""
         names = {label.name for label in self.labels}
         faults = [
             f"floor {short_repr(floor.source)} has labels {', '.join(unknown)} that the type does not have"
@@ -146,6 +147,7 @@ class _Model(BaseModel):
         return self
 
     def to_model(self) -> TypeModel:
+        """The TypeModel that the file describes."""
         return TypeModel(
             LabelSchema(self.building_type, self.labels),
             self.segmentation,

@@ -122,6 +122,7 @@ class _Block:
 
 
 def _tabulate(block: FeatureCounts, vocabulary: Codes) -> _Block:
+    """Counts in columns of the vocabulary, sorted codes; other features count only in the sums of squares."""
     codes, columns = np.unique(block.codes, return_inverse=True)
     table = csr_array((block.counts, (block.rows, columns)), shape=(block.n, len(codes)))
     is_listed = np.isin(codes, vocabulary)

@@ -146,6 +146,7 @@ class _OrderedGraph:
 
 
 def _order(graph: LabelledGraph, vectors: Floats) -> _OrderedGraph:
+    """A graph with its nodes in canonical order, and their hop counts; vectors: of the nodes, shape (n, d)."""
     cube = count_hops(graph, np.arange(len(graph)))
     further, positions = np.meshgrid(*map(np.arange, cube.shape[:2]), indexing="ij")
     half = np.flatnonzero((positions <= further) & (positions + further < len(cube)))

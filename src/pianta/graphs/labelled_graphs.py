@@ -80,6 +80,7 @@ def name_some(items: Sequence[object]) -> str:
 
 
 def _find_faults(graph: object, number: int, node_label: str | None, edge_label: str | None) -> list[str]:
+    """Messages about missing labels, loops, or an object that is no simple undirected graph; number: its index."""
     if not isinstance(graph, nx.Graph) or graph.is_directed() or graph.is_multigraph():
         return [
             f"graph {number} is a {type(graph).__name__}, give a networkx.Graph with no directions, no parallel edges"
@@ -100,6 +101,7 @@ def _find_faults(graph: object, number: int, node_label: str | None, edge_label:
 
 
 def _read(graph: nx.Graph, node_label: str | None, edge_label: str | None) -> LabelledGraph:
+    """A graph as arrays, each edge in both directions; labels are 0 where the name of their attribute is None."""
     edges = to_arrays(graph)
     edge_labels = np.zeros(len(edges.starts) // 2, np.uint64)
     if edge_label is not None:

@@ -53,6 +53,7 @@ def check_input_file(path: str | Path, what: str, error: type[PiantaError], *, f
 
 
 def _find_input_fault(file: Path) -> str | None:
+    """Why a file cannot be read, as the end of a message that begins with its name; None if it can."""
     try:
         status = file.stat()
     except (FileNotFoundError, NotADirectoryError):

@@ -91,6 +91,7 @@ def read_floor(path: str | Path) -> Floor:
 
 
 def _dump_floor(floor: Floor) -> bytes:
+    """The content of floor.geojson; FloorError if it would not be read as the same floor."""
     header = {
         "type": "FeatureCollection",
         **FORMAT.header,
@@ -112,6 +113,7 @@ def _dump_strictly(value: object) -> str:
 
 
 def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
+    """The GeoJSON features of the rooms, then of the doors, then of the walls."""
     for room in floor.rooms:
         properties: dict[str, Any] = {
             "room": int(room.id),
@@ -138,6 +140,7 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
 
 
 def _feature(class_: str, number: int, properties: dict[str, Any], shape: Polygon | LineString) -> dict[str, Any]:
+    """A GeoJSON feature, whose id is its class and number; shape: metres of the map frame."""
     return {
         "type": "Feature",
         "id": f"{class_}-{number}",
@@ -217,6 +220,7 @@ class _RoomFeature(_Item):
 
     @cached_property
     def item(self) -> Room:
+        """The room; raises FloorError for values that a Room does not accept."""
         properties = dict(self.properties)
         predicted = properties.pop("predicted")
         return Room(
@@ -282,6 +286,7 @@ class _Collection(_Part):
 
 @validation_as(FloorError)
 def _parse_floor(content: bytes) -> Floor:
+    """The floor in a GeoJSON; FloorError for a version that cannot be read, ValidationError for invalid content."""
     major, _ = FORMAT.check_version(content, FloorError)
     collection = _Collection.model_validate_json(content, context={"major": major})
     features = collection.features

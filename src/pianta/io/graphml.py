@@ -64,6 +64,7 @@ def read_graphml(path: str | Path) -> nx.Graph:
 
 
 def _dump_graph(graph: nx.Graph) -> bytes:
+    """A graph as GraphML; FloorError if it is directed, has parallel edges, or has values that GraphML cannot hold."""
     if graph.is_directed() or graph.is_multigraph():
         raise FloorError("it is directed or has parallel edges, give a networkx.Graph")
     faults: list[str] = []
@@ -92,6 +93,7 @@ def _dump_graph(graph: nx.Graph) -> bytes:
 
 
 def _texts_of_ids(nodes: Iterable[Hashable], faults: list[str]) -> dict[Hashable, str]:
+    """The ids of nodes as text; adds faults for ids of other types, equal texts, and characters that XML lacks."""
     texts = {node: str(node) for node in nodes}
     invalid = [node for node in texts if isinstance(node, bool) or not isinstance(node, str | int | np.integer)]
     faults += [
@@ -131,6 +133,7 @@ class _KeysByType:
                 self._add_value(element, scope, name, value, attribute)
 
     def _add_value(self, element: Element, scope: str, name: str, value: object, attribute: str) -> None:
+        """Add an attribute to an element, or a fault; scope: graph, node or edge. attribute: its name in faults."""
         try:
             type_name, text = _describe_value(value)
         except (ValueError, TypeError, RecursionError) as exception:
@@ -168,6 +171,7 @@ def _describe_value(value: object) -> tuple[str, str]:
 
 
 def _parse_graph(content: bytes) -> nx.Graph:
+    """The graph in a GraphML; FloorError, in one message, for invalid XML, entities, or any fault of the graph."""
     try:
         root: Element = ElementTree.fromstring(content, forbid_dtd=True)
     except DefusedXmlException:
@@ -187,6 +191,7 @@ def _parse_graph(content: bytes) -> nx.Graph:
 
 
 def _find_graph(root: Element) -> Element:
+    """The one graph element of a GraphML; FloorError for other XML and for groups, directions or hyperedges."""
     tag = root.tag.rpartition("}")[2]
     graphs = root.findall("{*}graph")
     if tag != "graphml":
@@ -258,6 +263,7 @@ class _Reader:
             self.keys[key_id] = key
 
     def _parse_value(self, key: _Key, text: str | None, what: str) -> _Value:
+        """The value of an attribute; an empty text, and a fault, if it is not of the key's type. what: the element."""
         try:
             return _PARSERS[key.type_name](text or "")
         except (ValueError, KeyError):

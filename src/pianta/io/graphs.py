@@ -81,6 +81,7 @@ class _NodeLink(BaseModel):
 
     @model_validator(mode="after")
     def _check_ids(self) -> _NodeLink:
+        """Raise ValueError for nodes of the same id, and for edges to nodes that do not exist."""
         ids = Counter(node.id for node in self.nodes)
         ends = {end for edge in self.edges for end in (edge.source, edge.target)}
         faults = [f"node {short_repr(node)} occurs {count} times" for node, count in ids.items() if count > 1]
@@ -95,6 +96,7 @@ class _NodeLink(BaseModel):
 
 @validation_as(FloorError)
 def _parse_graph(content: bytes) -> nx.Graph:
+    """The graph in a node-link JSON, with all attributes; ValidationError for other content."""
     node_link = _NodeLink.model_validate_json(content)
     graph = nx.Graph()
     graph.graph.update(node_link.graph)
@@ -151,6 +153,7 @@ def read_floor_graph(path: str | Path) -> nx.Graph:
 
 
 def _read_any_graph(file: Path) -> nx.Graph:
+    """The room graph in a GraphML, a graph.json or a building file; FloorError for a file of several graphs."""
     # Imported late: writing a graph needs none of the other readers.
     from pianta.io.buildings.read import read_building
     from pianta.io.graphml import read_graphml
@@ -228,6 +231,7 @@ class _SampledGraph(_Part):
 
     @model_validator(mode="after")
     def _check(self) -> _SampledGraph:
+        """Raise ValueError for equal nodes or edges, edges with one end, and edges to nodes that do not exist."""
         nodes = Counter(node.id for node in self.nodes)
         pairs = Counter(frozenset(edge) for edge in self.edges)
         faults = [f"node {short_repr(node)} occurs {count} times" for node, count in nodes.items() if count > 1]

@@ -84,6 +84,7 @@ def read_image_map(
 
 
 def _check_options(resolution: float, origin: tuple[float, float, float], free_above: int, occupied_below: int) -> None:
+    """Raise MapError that lists every option out of range."""
     faults = []
     if not (isfinite(resolution) and resolution > 0):
         faults.append(f"resolution is {resolution}, give positive metres per cell")
@@ -125,6 +126,7 @@ def read_picture(path: Source, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint
 
 
 def _compose_on_white(image: Image.Image) -> NDArray[np.uint8]:
+    """Red, green and blue, shape (H, W, 3), of an image on white, turned upright by its EXIF orientation."""
     upright = ImageOps.exif_transpose(image)
     if upright.mode.startswith(("I", "F")):
         grey, transparent = _decode_grey(upright)
@@ -139,6 +141,7 @@ def _compose_on_white(image: Image.Image) -> NDArray[np.uint8]:
 def _decode_file(
     path: Source, decode: Callable[[Image.Image], Pixels], max_cells: int, *, formats: tuple[str, ...] = _FORMATS
 ) -> Pixels:
+    """What `decode` makes of an image file; MapError if it is damaged, too large, or not of the formats."""
     file = check_input_file(path_of(path), "image", MapError)
     name = f"image {short_repr(file)}"
     try:
@@ -182,6 +185,7 @@ def _pillow_without_limits() -> Iterator[None]:
 
 
 def _decode_grey(image: Image.Image) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    """Grey levels, shape (H, W), and a mask of pixels not opaque, None if all are; ValueError for fractions."""
     if image.mode == "F":
         raise ValueError("its pixels are fractions, not 8 or 16 bits")
     if image.mode.startswith("I"):
@@ -194,6 +198,7 @@ def _decode_grey(image: Image.Image) -> tuple[NDArray[np.uint8], NDArray[np.bool
 
 
 def _decode_deep_grey(image: Image.Image) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    """As `_decode_grey` for deeper pixels, 16 bits scaled to 8; ValueError for values outside 0 … 65535."""
     deep = np.asarray(image)
     if deep.min() < 0 or deep.max() > 65535:
         raise ValueError(f"its pixels lie in {deep.min()} … {deep.max()}, not in 8 or 16 bits")

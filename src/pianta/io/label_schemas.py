@@ -170,6 +170,7 @@ class _LabelPart(_Part):
 
     @property
     def label(self) -> Label:
+        """The label; without size it is M, or C if its function is CONNECTION; without colour it has its function's."""
         derived = GeneralLabel.CORRIDOR if self.function is FCES.CONNECTION else GeneralLabel.MEDIUM
         return Label(
             self.name,

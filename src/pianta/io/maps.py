@@ -85,6 +85,7 @@ def read_map(
 
 
 def _describe_missing_resolution(image: Path) -> str:
+    """The message about an image without a resolution; it recommends the YAML of the same name if there is one."""
     beside = (image.with_suffix(suffix) for suffix in YAML_SUFFIXES)
     remedy = next((f"{short_repr(file)}, which lies beside it" for file in beside if file.is_file()), "its map.yaml")
     return (

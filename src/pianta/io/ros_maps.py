@@ -98,6 +98,7 @@ def read_ros_map(path: str | Path, *, trust_thresholds: bool = False, max_cells:
 
 
 def _read_map_yaml(file: Path) -> _MapYaml:
+    """The valid content of map.yaml; MapError, with every fault in one message, if it is invalid or too large."""
     name = f"map {short_repr(file)}"
     if file.stat().st_size > MAX_YAML_BYTES:
         raise MapError(f"{name} has more than {MAX_YAML_BYTES} bytes, give the map.yaml that names the image")
@@ -152,6 +153,7 @@ def _find_false_free(grey: NDArray[np.uint8], cells: NDArray[np.int8], *, negate
 
 
 def _describe_false_free(file: Path, description: _MapYaml, false_free: Mask) -> str:
+    """The warning that cells with the grey of unknown are read as unknown; false_free: their mask, shape (H, W)."""
     grey = 255 - UNKNOWN_GREY if description.negate else UNKNOWN_GREY
     return (
         f"map {short_repr(file)}: free_thresh {description.free_thresh} makes grey {grey} free, which map savers write "
@@ -189,6 +191,7 @@ def save_ros_map(grid: GridMap, path: str | Path, *, mode: Mode = "trinary", ima
 
 
 def _check_save_options(path: Path, mode: str, image_format: str) -> None:
+    """Raise MapError that lists all faults: of the suffix of the path, the mode and the image format."""
     faults = []
     if path.suffix.lower() not in YAML_SUFFIXES:
         faults.append(f"the path is {short_repr(path)}, give one that ends in .yaml")

@@ -452,6 +452,7 @@ def _style_by_neighbours(rooms: Sequence[Room]) -> dict[int, RoomStyle]:
 
 
 def _plot_ids(floor: Floor, styles: Mapping[int, RoomStyle], ax: Axes) -> None:
+    """Draw the id of each room inside it, with a question mark if its label is uncertain."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.patches import PathPatch
     from matplotlib.textpath import TextPath

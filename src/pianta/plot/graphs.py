@@ -419,6 +419,7 @@ def _make_empty_sheet(count: int, columns: int, handles: Sequence[Line2D], headi
 def _check_sheet(
     graphs: Sequence[nx.Graph], titles: Sequence[str] | None, fixed: Sequence[Collection[Hashable]] | None, columns: int
 ) -> None:
+    """Raise OptionError without graphs or columns, and for titles or fixed rooms that are not one for each graph."""
     if not graphs:
         raise OptionError("there is no building to draw, give one at least")
     if columns < 1:

@@ -127,6 +127,7 @@ def plot_strip(
 
 
 def _plot_strips(realism: Realism, axes: Sequence[Axes]) -> None:
+    """Draw a strip for the likeness, then one for each unusual measure and pattern; axes: one for each strip."""
     from matplotlib.patches import Patch
 
     title = "likeness to the three reference floors that it is most like"

@@ -134,6 +134,7 @@ def _find_label(room: Room, floor_schemas: list[LabelSchema]) -> Label | None:
 
 
 def _style_room(room: Room, floor_schemas: list[LabelSchema], schemas: Schemas) -> RoomStyle:
+    """How a room is drawn by its label; floor_schemas: those of its floor. schemas: all, for other labels."""
     name, label = normalize_label(room.label) or "", _find_label(room, floor_schemas)
     coarse = _coarsen(name, room, label, schemas)
     color = label.color if label else COARSE_COLORS.get(coarse, NEUTRAL_COLOR)

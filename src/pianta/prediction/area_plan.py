@@ -95,6 +95,7 @@ class AreaPlan:
         return {node: number for number, node in enumerate(node for area in self.areas for node in area)}
 
     def _list_known_edges(self) -> list[tuple[int, int]]:
+        """Pairs of areas, by index and the smaller first, between which a door joins known rooms."""
         area_of = {node: index for index, area in enumerate(self.areas) for node in area}
         pairs = {
             (min(area_of[one], area_of[other]), max(area_of[one], area_of[other]))

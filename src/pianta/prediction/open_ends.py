@@ -100,6 +100,7 @@ class OpenEnds:
         return normalised
 
     def _explore(self, number: int, floor: TypeFloor) -> None:
+        """Add the stages of a floor, explored by corridors, and the examples of its doors; number: of the floor."""
         schema = self.model.schema
         corridors = find_corridors(floor.graph, schema, convention=LabelConvention.GRAPHS)
         area_of = {node: index for index, area in enumerate(floor.areas) for node in area}

@@ -227,6 +227,7 @@ class Prediction:
     def _describe_end(
         self, end: int, unseen: Sequence[Mapping[int, Sequence[int]]], corridors: Sequence[set[int]]
     ) -> OpenEnd:
+        """Statistics of an open end over all samples; unseen: rooms by end, corridors: rooms, both for each sample."""
         explored = self.explored
         behind = [rooms[end] for rooms in unseen]
         labels: Counter[str] = Counter()

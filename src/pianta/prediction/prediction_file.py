@@ -49,6 +49,7 @@ def name_rooms(sample: SampledFloor, prediction: Prediction) -> nx.Graph:
 
 
 def _describe(prediction: Prediction, building_type: str) -> dict[str, Any]:
+    """The content of the file of a prediction; areas in m²."""
     explored = prediction.explored
     names = dict(explored.graph.nodes(data="room"))
     return {
@@ -69,6 +70,7 @@ def _describe(prediction: Prediction, building_type: str) -> dict[str, Any]:
 
 
 def _describe_end(end: OpenEnd) -> dict[str, Any]:
+    """An open end in the file of a prediction; area in m²."""
     return {
         "kind": "door" if end.is_door else "corridor",
         "room": end.room,
@@ -94,6 +96,7 @@ def _describe_skeleton(skeleton: nx.Graph) -> dict[str, Any]:
 
 
 def _describe_truth(truth: RevealedFloor) -> dict[str, Any]:
+    """The true floor in the file of a prediction: its rooms, unknown ones by label, and those behind doors."""
     labels = dict(truth.graph.nodes(data="label"))
     behind: list[dict[str, Hashable]] = [
         {"door": door, "room": room, "label": labels[room]} for door, room in truth.behind.items()

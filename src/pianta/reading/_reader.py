@@ -136,6 +136,7 @@ class Reader:
         return {name: value for name, value in self.options.items() if name in names}
 
     def _read_map(self, path: str | Path, image: DecodedImage | None) -> StoreyReading:
+        """Reconstruct the floor of a map; OptionError for options of plans. image: decoded, None to read the file."""
         from pianta.io.maps import read_map
         from pianta.layout.reconstruct import reconstruct
 
@@ -149,6 +150,7 @@ class Reader:
             raise type(error)(f"map {short_repr(path)}: {error}") from error
 
     def _read_plan(self, path: str | Path, image: DecodedImage | None) -> list[StoreyReading]:
+        """Read all floors of a plan; OptionError for options of maps. image: decoded, None to read the file."""
         from pianta.plan.read_plan import read_plan
 
         useless = {

@@ -233,6 +233,7 @@ class _Task:
     graph: bool
 
     def run(self) -> Reading | Failure:
+        """Read the file and write the results, if there is a folder; a PiantaError becomes a Failure."""
         try:
             if self.folder is None:
                 return self.reader.read(self.path)
@@ -260,6 +261,7 @@ def _run(tasks: Sequence[_Task], jobs: int, progress: Callable[[int, int], None]
 
 
 def _run_in_processes(tasks: Sequence[_Task], jobs: int) -> Iterator[Reading | Failure]:
+    """The results of tasks in their order, from `jobs` processes; their warnings are issued in this process."""
     from joblib import Parallel, delayed
 
     run = delayed(_Task.run_with_warnings)

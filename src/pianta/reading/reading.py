@@ -179,6 +179,7 @@ class Reading:
         return folders
 
     def _write(self, storey: StoreyReading, folder: Path, *, walls: bool, graph: bool) -> None:
+        """Write the four result files of a storey; walls, graph: whether picture.png shows them."""
         from pianta.io.floors import save_floor, save_label_image
         from pianta.io.graphs import save_graph
         from pianta.plot.figure import save_figure

@@ -108,6 +108,7 @@ class Realism:
         }
 
     def _describe_typicality(self) -> str:
+        """A phrase that compares the floor with the reference floors by its typicality."""
         floors = f"{len(self.usual)} reference floors"
         if self.typicality <= 0:
             return f"less typical than any of the {floors}"

@@ -113,6 +113,7 @@ def find_unusual_patterns(
 def _list_unusual_patterns(
     rooms_by_pattern: Mapping[RoomPattern, Sequence[int]], reference: Sequence[Sequence[RoomPattern]]
 ) -> Iterator[UnusualPattern]:
+    """The patterns that are too rare or too frequent; rooms_by_pattern: ids of rooms. reference: patterns by floor."""
     counts = [Counter(floor) for floor in reference]
     rooms = sum(map(len, rooms_by_pattern.values()))
     reference_rooms = sum(map(len, reference))

@@ -61,6 +61,7 @@ def split_clauses(text: str) -> Iterator[list[Token]]:
 
 
 def _split_tokens(text: str) -> Iterator[Token]:
+    """The tokens of a text with their lines, without blanks and comments; invalid text is of kind "fault"."""
     line = 1
     for match in _TOKEN.finditer(text):
         group, text = str(match.lastgroup), match.group()
@@ -70,6 +71,7 @@ def _split_tokens(text: str) -> Iterator[Token]:
 
 
 def _make_token(group: str, text: str, line: int) -> Token:
+    """The token of a match; group: its name in _TOKEN. Text that is invalid becomes a token of kind "fault"."""
     match group:
         case "number":
             return _make_number(text, line)
@@ -100,6 +102,7 @@ def _make_number(text: str, line: int) -> Token:
 
 
 def _unescape(match: re.Match[str]) -> str:
+    """The character that an escape sequence in single quotes stands for; ClauseError if it is unknown."""
     hexadecimal, octal, letter = match.groups()
     if hexadecimal or octal:
         code = int(hexadecimal, 16) if hexadecimal else int(octal, 8)
@@ -154,6 +157,7 @@ class Clause:
         return value
 
     def _describe(self) -> str:
+        """The next token and a verb, or that the clause ends, as the start of a message."""
         if self.position == len(self.tokens):
             return "the clause ends"
         token = self.tokens[self.position]

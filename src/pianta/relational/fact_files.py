@@ -110,6 +110,7 @@ class _Content:
 def _read(
     path: str | Path, signatures: Iterable[Signature] | None
 ) -> tuple[list[Interpretation], tuple[Signature, ...]]:
+    """The floors and signatures of a fact file; signatures: None for its own. RelationError lists faults by line."""
     file = check_input_file(path, "fact file", RelationError)
     if file.stat().st_size > MAX_FILE_BYTES:
         raise RelationError(f"fact file {short_repr(file)} has more than {MAX_FILE_BYTES} bytes, split it")
@@ -187,6 +188,7 @@ def _choose_signatures(facts: Iterable[Fact], declared: Collection[Signature] = 
 
 
 def _parse(text: str) -> _Content:
+    """The facts, signatures and faults in the text of a fact file; reading stops after MAX_FAULTS faults."""
     content = _Content([], {}, [], set())
     for clause in split_clauses(text):
         line = clause[0].line
@@ -262,6 +264,7 @@ def _parse_argument(clause: Clause) -> tuple[Argument, str | None]:
 
 
 def _find_faults_of_floors(floors: Sequence[Interpretation], signatures: tuple[Signature, ...]) -> list[str]:
+    """Messages about no floors, floors of equal names or without facts, and facts that contradict the signatures."""
     names = [floor.name for floor in floors]
     faults = [] if floors else ["there is no floor, give one or more"]
     faults += [f"floor {short_repr(name)} occurs {n} times, rename them" for name, n in Counter(names).items() if n > 1]
@@ -272,6 +275,7 @@ def _find_faults_of_floors(floors: Sequence[Interpretation], signatures: tuple[S
 
 
 def _write_facts(floors: Sequence[Interpretation]) -> Iterator[str]:
+    """A line for each fact; the labels at the end of floors come after all else, unless a floor has only labels."""
     starts = []
     for floor in floors:
         start = len(floor.facts)

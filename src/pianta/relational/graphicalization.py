@@ -115,6 +115,7 @@ class Graphicalizer:
         return graph
 
     def _draw_atom(self, graph: nx.Graph, signature: Signature, arguments: tuple[Value, ...]) -> None:
+        """Add the node of a fact, nodes of its values if these are shared, and edges to its entities, with roles."""
         own = signature.self_index
         node = (signature.name, *arguments) if own is None else arguments[own]
         indexed = list(enumerate(zip(signature.arguments, arguments, strict=True)))

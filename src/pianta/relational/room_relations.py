@@ -98,6 +98,7 @@ class _Edges:
 
 
 def _list_edges(outlines: Geometries, min_length: float) -> _Edges:
+    """The edges of the outlines of rooms, polygons without holes, that have at least min_length metres."""
     corners, rooms = shapely.get_coordinates(outlines, return_index=True)
     along, start = np.diff(corners, axis=0), corners[:-1]
     lengths = np.hypot(*along.T)

@@ -90,6 +90,7 @@ def _simplify(polygons: Geometries, tolerance: float) -> Geometries:
 
 
 def _start_at_far_corners(polygons: Geometries) -> Geometries:
+    """Polygons whose rings start at the corner farthest from the centroid; polygons: without holes, shape (n,)."""
     middles = shapely.get_coordinates(shapely.centroid(polygons))
     rings = []
     for polygon, middle in zip(polygons, middles, strict=True):

@@ -103,6 +103,7 @@ def _grow_directly(
 def _grow_by_classifier(
     rows: NDArray[np.float32], truth: Indices, weights: Floats | None, parameters: TreeParameters, seed: int
 ) -> list[Any]:
+    """Trees by ExtraTreesClassifier of scikit-learn; rows: shape (n, k). truth: the class of each row, shape (n,)."""
     from sklearn.ensemble import ExtraTreesClassifier
 
     classifier = ExtraTreesClassifier(

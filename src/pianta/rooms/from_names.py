@@ -89,6 +89,7 @@ class _NamedRoomModel(RoomModel):
     evidence: _Evidence
 
     def predict_functions(self, context: RoomContext) -> dict[str, Floats]:
+        """Probabilities of F/C/E/S with the evidence of names, shape (rooms, 4), by the step that predicts them."""
         evidence = self.evidence.functions
         first = _combine(self.first.predict(context.features), evidence)
         second = self.second.predict(describe_neighbours(context, first))
@@ -98,6 +99,7 @@ class _NamedRoomModel(RoomModel):
         return {"first pass": first, "second pass": second, "random field": marginals}
 
     def _predict_names(self, context: RoomContext, functions: Floats, building_type: str) -> Floats:
+        """Probabilities of the labels of a type, as of RoomModel; names divide that of a function among its labels."""
         votes = super()._predict_names(context, functions, building_type)
         for columns in columns_by_function(self.schemas[building_type]).values():
             total = votes[:, columns].sum(axis=1, keepdims=True)

@@ -108,6 +108,7 @@ class _Header(_Part):
 
 
 def _describe_model(model: RoomModel) -> _Header:
+    """The header of a model file: the model without its trees."""
     field = model.field
     return _Header(
         **FORMAT.header,
@@ -139,6 +140,7 @@ def _read_header(archive: ModelArchive) -> _Header:
 
 
 def _build_model(header: _Header, archive: ModelArchive) -> RoomModel:
+    """The model from its header and the trees in the archive; ModelError for invalid labels or trees."""
     try:
         schemas = {name: LabelSchema(name, labels) for name, labels in header.schemas.items()}
     except (PiantaError, ValueError) as error:

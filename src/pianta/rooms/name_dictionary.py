@@ -160,6 +160,7 @@ def _list_runs(tokens: Sequence[str], words: RoomNameDictionary) -> list[str]:
 
 
 def _find_exact(tokens: Sequence[str], words: RoomNameDictionary) -> str | None:
+    """The longest phrase in a name, also as plural in s, or two words written as one; None without any."""
     runs, phrases = _list_runs(tokens, words), words.by_phrase
     exact = next((run for run in runs if run in phrases), None)
     # A plural in s; then two words that a plan writes as one.
@@ -180,6 +181,7 @@ def _find_part(tokens: Sequence[str], words: RoomNameDictionary) -> str | None:
 
 
 def _find_fuzzy(tokens: Sequence[str], words: RoomNameDictionary, similarity: float) -> str | None:
+    """The phrase most similar to the longest run of words with a similar one, or None; similarity: at least."""
     for run in _list_runs(tokens, words):
         if len(run) < MIN_FUZZY or not any(map(str.isalpha, run)):
             continue

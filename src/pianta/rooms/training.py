@@ -264,6 +264,7 @@ def _grow_names(
 
 
 def _describe_training(examples: Sequence[TrainingFloor], errors: Mapping[str, float], *, seed: int) -> Training:
+    """What the model was trained on; errors: by label set, the share of wrong labels, 0 … 1."""
     from sklearn import __version__ as sklearn_version
 
     rooms: Counter[str] = Counter()

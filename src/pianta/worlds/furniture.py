@@ -39,6 +39,7 @@ def furnish_floor(floor: Floor, *, density: float, leg: float, rng: np.random.Ge
 def _furnish_room(
     room: Polygon, doors: Sequence[LineString], density: float, leg: float, rng: np.random.Generator
 ) -> list[Polygon]:
+    """Obstacles of pieces at random positions, clear of doors; leg: its side, metres. density: 0 empty … 1 busy."""
     clear = room.difference(unary_union([door.buffer(DOOR_CLEARANCE) for door in doors])).buffer(TOUCH)
     pieces: list[Polygon] = []
     obstacles: list[Polygon] = []

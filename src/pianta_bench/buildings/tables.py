@@ -164,6 +164,7 @@ def _join_times(results: Results) -> Iterator[Record]:
 
 
 def _note_rooms(results: Results) -> tuple[str, ...]:
+    """The notes below the tables: rooms and floors of both types, training, and label convention."""
     scores = results.objects["scores"]
     floors = {name: [scores.floors[index].annotated.floor for index in scores.list_type(name)] for name in KINDS}
     schools, offices = (

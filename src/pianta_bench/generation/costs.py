@@ -123,6 +123,7 @@ def time_rows(references: Sequence[nx.Graph], graphs: Sequence[nx.Graph], *, run
 
 
 def _time(work: Callable[[], object], runs: int) -> float:
+    """Median time of `runs` calls, seconds."""
     seconds = []
     for _ in range(runs):
         start = perf_counter()

@@ -185,6 +185,7 @@ def _measure_graphs(
 
 
 def _check_counts(floors: int, count: int) -> None:
+    """Raise DataError for too few floors, OptionError for fewer generated buildings (count) than floors."""
     if floors < MIN_FLOORS:
         raise DataError(
             f"{floors} floor{'s' * (floors != 1)} of schools can be used, give {MIN_FLOORS} at least, better dozens"

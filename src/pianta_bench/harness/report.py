@@ -77,6 +77,7 @@ def _list_published(tables: Sequence[FilledTable]) -> dict[str, list[dict[str, o
 
 
 def _table_as_json(table: FilledTable) -> dict[str, object]:
+    """A table as values that JSON can hold, its cells as one list."""
     cells = [
         {"row": row, "column": column, **asdict(cell)}
         for row, columns in table.rows.items()
@@ -123,6 +124,7 @@ def _has_published(cells: Iterable[Cell]) -> bool:
 
 
 def _draw_block(table: FilledTable, columns: list[tuple[str, list[str]]]) -> RenderableType:
+    """Some columns of a table as text, with the names of the rows; columns: each heading with its cells."""
     block = TextTable(box=box.SIMPLE_HEAD, show_edge=False, padding=0)
     block.add_column("", overflow="fold")
     for heading, _ in columns:

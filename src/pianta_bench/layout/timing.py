@@ -53,6 +53,7 @@ def _load_method(method: str) -> None:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
+    """Let OpenCV use one thread within the context."""
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:

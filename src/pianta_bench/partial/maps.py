@@ -76,6 +76,7 @@ class MapOfRun:
         return PartialMap(self.item, grid, rooms)
 
     def _read_layout(self, grid: GridMap) -> list[Polygon]:
+        """The true rooms by the layout XML, metres in the map frame; only the largest part of each."""
         # On this grid of one cell of 1 m, x is the column and y = 1 - row.
         pixels = GridMap(np.array([[UNKNOWN]]), 1.0)
         with warnings.catch_warnings():
@@ -104,6 +105,7 @@ def list_real_maps(data: Path) -> list[MapOfRun]:
 
 
 def _list_steps(folder: Path, data: Path) -> Iterator[MapOfRun]:
+    """The maps that a folder lists, by run and step, with their truth; DataError if the list cannot be used."""
     file = folder / STEPS
     layout = data / "buildings" / "school" / f"{folder.name}.xml"
     try:
@@ -127,6 +129,7 @@ def _check_affine(step: dict[str, Any]) -> tuple[tuple[float, ...], ...]:
 
 
 def _outline_colors(truth: Path, grid: GridMap) -> list[Polygon]:
+    """Outlines of rooms in a picture of the truth, metres in the map frame; MapError unless it has the map's shape."""
     labels = read_color_truth(truth)
     if labels.shape != grid.shape:
         raise MapError(f"truth {short_repr(truth)} has shape {labels.shape}, the map {grid.shape}")

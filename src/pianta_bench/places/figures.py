@@ -97,6 +97,7 @@ def _to_array(table: FilledTable, model: str, *, published: bool = False) -> Flo
 
 
 def _plot_curve(curve: Reliability, part: str, *, ax: Axes) -> None:
+    """Draw a reliability curve with standard errors; the legend has its expected calibration error, %."""
     filled = curve.counts > 0
     style: dict[str, Any] = {"color": COLORS[part], "marker": SHAPES[part], "markersize": 4.5, "linewidth": 1.3}
     label = f"{part}, ECE {100 * curve.error:.1f}" if filled.any() else f"{part}, no rooms"

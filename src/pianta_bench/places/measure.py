@@ -140,6 +140,7 @@ def measure(
 
 
 def _list_map_items(data: Path, floors: Sequence[AnnotatedFloor]) -> list[MapItem]:
+    """All maps with their buildings, and the areas of the annotated floors of the same names, None without one."""
     buildings = read_buildings_of_files(data)
     areas = {floor.item: _measure_rooms(floor.floor) for floor in floors if floor.kind == MAPS_TYPE}
     return [

@@ -171,6 +171,7 @@ def _measure_calibration(floors: Sequence[EvaluatedFloor]) -> Iterator[Record]:
 
 
 def _note_counts(floors: Sequence[EvaluatedFloor]) -> tuple[str, ...]:
+    """The notes below the tables: rooms and floors of schools and offices, and what the models were trained on."""
     rooms = {part: [len(floor.truth.rooms) for floor in floors if floor.part == part] for part in (SCHOOLS, OFFICES)}
     schools, offices = (f"{sum(counts)} rooms on {len(counts)} floors" for counts in rooms.values())
     return (

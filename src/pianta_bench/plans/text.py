@@ -47,6 +47,7 @@ def measure_text(
 
 
 def _measure_sheet(names: Sequence[str], font: str, capital: int, rotation: int) -> Iterator[Figures]:
+    """Read a sheet with names, and count those that are read exactly and those that are read at all."""
     sheet = letter_rooms(names, font=font, capital=capital, rotation=rotation, columns=COLUMNS[rotation])
     texts = read_texts(sheet.colors)
     room_names = []

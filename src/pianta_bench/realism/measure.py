@@ -96,6 +96,7 @@ def is_realistic(model: str, score: float) -> bool:
 
 
 def _check_buildings(part: str, floors: Sequence[AnnotatedFloor]) -> None:
+    """Raise DataError if the floors of a part are of too few buildings."""
     count = len({floor.building for floor in floors})
     if count < MIN_PART_BUILDINGS[part]:
         raise DataError(

@@ -105,6 +105,7 @@ def derive_one_class(floors: Sequence[AssessedFloor], label_set: LabelSet) -> It
 
 
 def _measure_one_class(floors: Sequence[AssessedFloor], label_set: LabelSet) -> Iterator[tuple[str, float | None]]:
+    """Names and values of the figures of likeness, typicality and reasons; None for a part without floors."""
     from sklearn.metrics import roc_auc_score
 
     parts = {part: [floor.realism[label_set] for floor in floors if floor.part == part] for part in SOURCES}

@@ -146,6 +146,7 @@ def _plot_accuracies(records: Sequence[Record], *, ax: Axes) -> None:
 
 
 def _plot_clusters(each: RoomClusters, *, ax: Axes) -> None:
+    """Draw the rooms of a set in the plane of their principal components, coloured by cluster, outliers in black."""
     low, high = (np.quantile(each.plane, share, axis=0) for share in (1 - SHOWN_SHARE, SHOWN_SHARE))
     margin = 0.1 * (high - low)
     outside = each.clusters == OUTLIER

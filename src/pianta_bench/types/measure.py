@@ -90,6 +90,7 @@ def describe_labels(rooms: RoomSet) -> Figures:
 
 
 def _describe_labels(rooms: RoomSet) -> Iterator[tuple[tuple[str, str], float | None]]:
+    """Keys (label, figure) and values: rooms, their share, and mean and standard deviation of geometry."""
     for label in GENERAL_LABELS:
         geometry = rooms.geometry[rooms.labels == label]
         yield (label, "rooms"), len(geometry)

@@ -156,6 +156,7 @@ def _by_schema(schema: LabelSchema) -> Callable[[Sequence[str | None]], list[str
 
 
 def _check_general(names: Sequence[str | None]) -> list[str]:
+    """The same names; LabelError if any is not a general label."""
     unknown = sorted({str(name) for name in names} - {*GENERAL_LABELS})
     if unknown:
         raise LabelError(

@@ -248,6 +248,7 @@ def _match_sides(
 
 
 def _line_in_wall(portal: DrawnPortal, other: DrawnPortal | None, width: float) -> LineString:
+    """The shorter portal of a door, moved halfway to the other; for a point, a line of `width` metres along a wall."""
     lines = sorted((LineString(side.ends) for side in (portal, other) if side), key=lambda line: line.length)
     middle = lines[0].interpolate(0.5, normalized=True)
     through_wall = np.diff(shapely.get_coordinates(shapely.shortest_line(middle, lines[-1])), axis=0)[0]

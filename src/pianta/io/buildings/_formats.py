@@ -77,6 +77,7 @@ def _inspect(path: str | Path) -> tuple[Path, BuildingFormat | None, str, Any]:
 
 
 def _detect_json(file: Path, content: bytes) -> tuple[BuildingFormat | None, str]:
+    """The format of a JSON file, None if it is no building, and a description; BuildingError if it is no JSON."""
     try:
         members = from_json(content.lstrip(_BLANKS))
     except ValueError as exception:

@@ -96,6 +96,7 @@ def _read_scale(root: Element, findings: Findings) -> float:
 
 
 def _read_spaces(root: Element, scale: float, findings: Findings) -> list[_Space]:
+    """The rooms of the file, numbered from 1; scale: metres per unit of the drawing. Faults are added to findings."""
     elements = root.findall("space")
     check_room_count(len(elements), "floor/space", findings)
     check_unique((element.get("name") for element in elements), "name", findings)
@@ -105,6 +106,7 @@ def _read_spaces(root: Element, scale: float, findings: Findings) -> list[_Space
 
 
 def _read_space(number: int, element: Element, scale: float, findings: Findings) -> _Space:
+    """A room with its portals, metres, y up; number: of the room. scale: metres per unit of the drawing."""
     label = normalize_label(element.get("type"))
     name = describe_room(number, label)
     corners, segments = [], []

@@ -80,6 +80,7 @@ class _Space(DrawnRoom):
 
 
 def _read_spaces(root: Element, metres: float, findings: Findings) -> list[_Space]:
+    """The rooms, with the origin in the lower left corner of all contours; metres: per unit of the file."""
     floors = [floor for floor in root.iter("floor") if floor.find(".//space") is not None]
     elements = list(root.iter("space"))
     if len(floors) > 1:
@@ -127,6 +128,7 @@ def _read_portals(
 def _horizontal_portals(
     spaces: list[_Space], by_name: Mapping[str, _Space], findings: Findings
 ) -> Iterator[tuple[_Space, _Space, Element]]:
+    """Each portal that is not vertical, with its room and the one behind; a repair if it does not join two rooms."""
     for space in spaces:
         for portal in space.portals:
             if portal.get("class", "").lower() == "vertical":

@@ -104,6 +104,7 @@ def list_buildings(paths: Iterable[str | Path]) -> list[Path]:
 
 
 def _list_folder(folder: Path) -> Iterator[Path]:
+    """The building files in a folder and its subfolders, without hidden ones; BuildingError if one cannot be listed."""
     for name, folders, files in os.walk(folder, onerror=_refuse_folder):
         folders[:] = sorted(inner for inner in folders if not inner.startswith("."))
         for file in sorted(files):

@@ -129,6 +129,7 @@ def _read_spaces(root: Element, frame: GridMap, findings: Findings) -> dict[str,
 
 
 def _read_space(number: int, element: Element, frame: GridMap, findings: Findings) -> _Space:
+    """A room with its portals, metres; number: of the room. frame: the map in whose pixels the file has its points."""
     label = normalize_label(element.findtext("labels/label"))
     name = describe_room(number, label)
     corners = _read_points(element.iterfind("bounding_polygon[1]/point"), frame, name, findings)
@@ -159,6 +160,7 @@ def _check_corners(floor: Floor, grid: GridMap, findings: Findings) -> None:
 
 
 def _read_doors(spaces: Mapping[str, _Space], width: float, findings: Findings) -> tuple[Door, ...]:
+    """The doors between two rooms, each once; other portals are repairs. width: of a door without segment, metres."""
     doors: dict[tuple[str | None, int, int], Door] = {}
     for space in spaces.values():
         for portal in space.portals:

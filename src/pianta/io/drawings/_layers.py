@@ -88,6 +88,7 @@ def role_of_names(names: Iterable[str]) -> Role:
 
 @lru_cache(maxsize=10_000)
 def _role_of_name(name: str) -> Role:
+    """The role that the words of a name mean; "other" without one, and for names of dimensions, tags and texts."""
     composed = unicodedata.normalize("NFC", name[:300])
     bases = "".join("s" if letter == "ß" else unicodedata.normalize("NFD", letter)[0] for letter in composed)
     matches = re.finditer(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", bases)
@@ -225,6 +226,7 @@ def _outlines_of_rings(rings: Sequence[Floats]) -> list[Floats]:
 
 
 def _cut_through_holes(polygon: shapely.Polygon) -> list[shapely.Polygon]:
+    """Pieces without holes that together cover a polygon; each hole is cut vertically."""
     if not polygon.interiors:
         return [polygon]
     left, bottom, right, top = polygon.bounds

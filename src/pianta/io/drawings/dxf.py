@@ -103,6 +103,7 @@ def _open_document(file: Path) -> Drawing:
 
 
 def _parse_document(file: Path) -> Drawing:
+    """The parsed file, repaired if the first attempt fails; raises the exception of the second attempt."""
     import ezdxf
     from ezdxf import recover
 
@@ -153,6 +154,10 @@ class _Reader:
                 self._read_piece(entity, role_of_names(names), parents)
 
     def _read_block(self, insert: Insert, layer: str, parents: tuple[_Block, ...]) -> None:
+        """Read an inserted block and its texts; collect the lines of a door. PlanError if nested or repeated too much.
+
+        layer: of the block. parents: the blocks around it, from the outermost to the innermost.
+        """
         if len(parents) == MAX_DEPTH:
             raise plan_error(self.pieces.file, f"has blocks more than {MAX_DEPTH} deep, explode some")
         if insert.mcount > MAX_ENTITIES:
@@ -173,6 +178,7 @@ class _Reader:
                 self.symbols.append(block)
 
     def _read_piece(self, entity: DXFGraphic, role: Role, parents: tuple[_Block, ...]) -> None:
+        """Add a curve, filled area or text to the pieces, and skip other entities; parents: as for `read_entities`."""
         from ezdxf import path
 
         entity_type = entity.dxftype()
@@ -189,6 +195,10 @@ class _Reader:
             self._read_text(entity)
 
     def _add_line(self, chain: Floats, role: Role, width: float, parents: tuple[_Block, ...]) -> None:
+        """Add a chain, shape (N, 2), to the pieces; if it draws a door, also to its block or to the loose lines.
+
+        width: of the line. parents: the blocks around it, from the outermost to the innermost.
+        """
         if not self.pieces.add_chain(chain, role, width=width):
             return
         symbol = next((block.symbol for block in parents if block.symbol is not None), None)
@@ -256,6 +266,7 @@ def _steps_of_path(path: DxfPath) -> Iterator[Floats]:
 
 
 def _points_of_command(start: Floats, command: Any) -> Floats:  # noqa: ANN401  # a union of named tuples
+    """The points, shape (N, 2), of a straight line or Bézier curve of a path, without the one where it starts."""
     from ezdxf.path import Command
 
     end = np.array(command.end.vec2)

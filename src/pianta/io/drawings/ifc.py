@@ -168,6 +168,7 @@ class _Reader:
     def _read_storey(
         self, number: int, name: str, spaces: Sequence[entity_instance], doors: Sequence[entity_instance]
     ) -> IfcStorey:
+        """A storey with its rooms and doors, metres; number: the id of its IfcBuildingStorey."""
         rooms: dict[int, Room] = {}
         for space in spaces:
             outline = self._footprint_of(space)

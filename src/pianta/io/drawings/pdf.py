@@ -150,6 +150,7 @@ def _pack(page: PlanDrawing | Colors) -> dict[str, Any]:
 
 
 def _unpack(packed: Mapping[str, NDArray[Any]], file: Path) -> PlanDrawing | Colors:
+    """The page from the arrays of `_pack`; PlanError if they hold an error instead."""
     if "error" in packed:
         raise PlanError(str(packed["error"]))
     if "colors" in packed:
@@ -174,6 +175,7 @@ def read_document(file: Path, *, page: int | None = None) -> PlanDrawing | Color
 
 
 def _open_document(file: Path) -> PdfDocument:
+    """Open a PDF; PlanError if it is damaged, protected by a password, or no PDF."""
     import pypdfium2
     from pypdfium2 import raw
 
@@ -186,6 +188,7 @@ def _open_document(file: Path) -> PdfDocument:
 
 
 def _choose_page(file: Path, count: int, page: int | None) -> int:
+    """The number of the page, 1 for None; PlanError if it does not exist, or if one of several must be chosen."""
     if page is None and count > 1:
         raise plan_error(file, f"has {count} pages, choose one, page=1 … page={count}")
     if page is not None and not 1 <= page <= count:
@@ -195,6 +198,7 @@ def _choose_page(file: Path, count: int, page: int | None) -> int:
 
 
 def _read_page(page: PdfPage, file: Path) -> PlanDrawing | Colors:
+    """A page as drawing in points, or its rendered pixels if it has too few lines; a scan needs more lines."""
     reader = _Reader(DrawnPieces(file), _page_rotation(page))
     reader.read_objects(page)
     is_scan = reader.image_area > SCAN_SHARE * np.prod(page.get_size())
@@ -267,6 +271,10 @@ class _Reader:
         return own if outer is None else np.asarray(outer @ np.vstack([own, [0, 0, 1]]))
 
     def _read_path(self, item: PdfObject, matrix: Floats) -> None:
+        """Add the dark fills and visible strokes of a path to the pieces; PlanError if the page has too many lines.
+
+        matrix: shape (2, 3), from the coordinates of the path to those of the page.
+        """
         from pypdfium2 import raw
 
         fill, stroke = ctypes.c_int(), raw.FPDF_BOOL()

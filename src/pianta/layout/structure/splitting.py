@@ -120,6 +120,7 @@ def split_rooms(
 
 
 def _sample_lines(lines: WallLines, space: Mask, reach: float, resolution: float) -> _Profile:
+    """Sample each line up to `reach` metres on both sides of its point; space: shape (H, W), the free cells."""
     step = max(1, round(SAMPLE_SPACING / resolution))
     steps = int(reach / resolution) // step * step
     depth = max(1.0, INSIDE_DEPTH / resolution)
@@ -192,6 +193,7 @@ def _find_openings(
 def _cut_into_atoms(
     inside: Mask, window: Window, clearance: Clearance, openings: _Openings, resolution: float
 ) -> _Atoms:
+    """Cut a room by the lines of its openings; inside: shape (h, w), its cells in the window. clearance: in cells."""
     from skimage.measure import label
 
     cell, opening = _rasterize(openings.ends - _corner(window), inside)

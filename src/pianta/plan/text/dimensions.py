@@ -263,6 +263,7 @@ def _rank(row: Sequence[_Number]) -> tuple[bool, bool, int]:
 
 
 def _read_row(row: Sequence[_Number], texts: Sequence[PlacedText], ink: Mask) -> PlanScale | None:
+    """The scale by a row of numbers and the marks of a bar near it; None if it is no scale bar. ink: shape (H, W)."""
     units = [number.unit for number in row if number.unit]
     unit = units[0] if units else _unit_near(row, texts)
     from_zero, several = row[0].value == 0, len(row) > 2

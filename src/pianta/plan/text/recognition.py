@@ -91,6 +91,7 @@ def _place_text(bgr: Colors, box: Floats) -> PlacedText | None:
 
 @cache
 def _reader() -> Callable[..., Any]:
+    """The text reader of rapidocr on one thread, loaded once; ImportError if it is not installed."""
     from rapidocr import RapidOCR
 
     options = {

@@ -95,6 +95,7 @@ def letter_rooms(
 
 
 def _check_options(names: Sequence[str], font: str, capital: int, rotation: int, columns: int) -> None:
+    """Raise OptionError for no names, or for a font, capital (px), rotation (degrees) or columns out of range."""
     if not names:
         raise OptionError("there are no names to letter, give one at least")
     if font not in FONTS:

@@ -134,6 +134,7 @@ def find_windows(floor: Floor, footprint: BaseGeometry) -> list[Window]:
 
 
 def _find_windows(room: Polygon, footprint: BaseGeometry) -> Iterator[Window]:
+    """Windows evenly along the outer walls of a room; footprint: the floor with its outer walls, metres."""
     for ends in pairwise(get_coordinates(room.exterior)):
         side = LineString(ends)
         count = int(side.length / WINDOW_SPACING)
