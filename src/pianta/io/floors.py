@@ -11,6 +11,7 @@ QGIS reads any GeoJSON as WGS 84; set the layer to have no coordinate system.
 from __future__ import annotations
 
 import json
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -204,9 +205,10 @@ class _RoomProperties(_Part):
 class _Item(_Part):
     """A feature that becomes a room or a door, whose own checks are faults of the file."""
 
-    @cached_property
+    @property
+    @abstractmethod
     def item(self) -> Room | Door:
-        raise NotImplementedError
+        """The room or door."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
