@@ -69,7 +69,7 @@ def _list_published(tables: Sequence[FilledTable]) -> dict[str, list[dict[str, o
     names = dict.fromkeys(table.published for table in tables if table.published)
     return {
         name: [
-            {key: float(text) if key in {"mean", "sd"} and text else text for key, text in record.items()}
+            {key: float(text) if key in {"mean", "sd", "count"} and text else text for key, text in record.items()}
             for record in read_published(name)
         ]
         for name in names
