@@ -14,5 +14,5 @@ BENCH = Bench(
     """,
     examples=("pianta bench graphs", "pianta bench graphs --pictures graphs"),
     options={"data": (Data, None)},
-    pictures="graphs.png, every metric of every building",
+    pictures="graphs.png, every published metric of every building",
 )
