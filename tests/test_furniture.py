@@ -56,7 +56,7 @@ class TestByRules:
         assert is_same(piece.polygon, in_metres(TABLE))
         assert piece.probability is None
 
-    def test_it_lies_where_the_map_lies(self):
+    def test_it_has_the_position_of_the_map(self):
         """The map is turned by 90° and moved; the room with it: x' = 1 - y, y' = 2 + x."""
         grid = replace(draw_map(TABLE), origin=(1.0, 2.0, np.pi / 2))
         turned = Polygon([(1 - y, 2 + x) for x, y in ROOM.polygon.exterior.coords])
@@ -162,11 +162,11 @@ class TestReconstruction:
         _, grid = pianta.make_world("corridor", furniture=0.7)
         assert pianta.reconstruct(empty).furniture == ()
         floor = pianta.reconstruct(grid)
-        found = unary_union([piece.polygon for piece in floor.furniture])
+        furniture = unary_union([piece.polygon for piece in floor.furniture])
         added = grid.occupied & empty.free
         rows, cols = np.nonzero(added)
         x, y = grid.pixel_to_map(rows + 0.5, cols + 0.5)
-        share = contains_xy(found.buffer(0.16), x, y).mean()
+        share = contains_xy(furniture.buffer(0.16), x, y).mean()
         assert share > 0.8
 
     def test_rooms_keep_the_floor_under_it(self):
