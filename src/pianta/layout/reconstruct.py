@@ -13,7 +13,13 @@ METHODS = ("structure", "thesis", *SEGMENTATIONS)
 DEFAULT_METHOD = METHODS[0]
 
 
-def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Parameters | None = None) -> Floor:
+def reconstruct(
+    grid: GridMap,
+    *,
+    method: str = DEFAULT_METHOD,
+    parameters: Parameters | None = None,
+    predict_partial: bool = True,
+) -> Floor:
     """Reconstruct the floor that a grid map shows: its rooms and doors, and its walls by some methods.
 
     With `structure` and `thesis`, rooms that end at unknown space are partial, and their whole shape is predicted
@@ -30,6 +36,8 @@ def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Para
     parameters
         The thresholds of the method, in metres; None for the default values. `StructureParameters` for
         "structure", `ThesisParameters` for "thesis", and the class beside each method of the survey.
+    predict_partial
+        Whether to predict the whole shape of partial rooms; without it the floor is found faster.
 
     Returns
     -------
@@ -60,7 +68,7 @@ def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Para
     """
     check_argument(grid, GridMap, "grid", "a GridMap of read_map")
     floor = find_rooms(grid, method=method, parameters=parameters)
-    if not any(room.partial for room in floor.rooms):
+    if not predict_partial or not any(room.partial for room in floor.rooms):
         return floor
     from pianta.layout.partial.predict import predict_partial_rooms
 

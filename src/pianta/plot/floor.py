@@ -546,8 +546,11 @@ def _round_length(longest: float) -> float:
 
 
 def _find_extent(floor: Floor, grid: GridMap | None) -> Floats:
-    """Left, bottom, right and top (m) of the picture: rooms and free cells, a margin, and a strip below."""
-    rooms = [shapely.get_coordinates(room.predicted or room.polygon) for room in floor.rooms]
+    """Left, bottom, right and top (m) of the picture: rooms and free cells, a margin, and a strip below.
+
+    A prediction is a guess, so it may end at the frame, but does not widen it.
+    """
+    rooms = [shapely.get_coordinates(room.polygon) for room in floor.rooms]
     xy = np.concatenate([*([] if grid is None else [_find_extent_of_free(grid)]), *rooms])
     low, high = xy.min(axis=0), xy.max(axis=0)
     longest = (high - low).max()

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import combinations, pairwise
 from math import ceil, floor, inf
-from typing import Literal, TypeVar
+from typing import Literal
 
 import numpy as np
-from shapely import LineString, Polygon, box, get_coordinates, get_parts, line_merge, transform, unary_union
+from shapely import LineString, Polygon, box, unary_union
 from shapely.geometry.base import BaseGeometry
 
 from pianta.errors import OptionError
 from pianta.floor import Door, Floor, Room
+from pianta.worlds.homes import make_home_floor
+from pianta.worlds.wall_axes import Range, Seed, find_shared_wall, find_wall_axes, round_to_mm
+from pianta.worlds.workplaces import make_depot_floor, make_office_floor, make_open_plan_floor, make_ward_floor
 
 # The measures are usual ones of offices and schools (chosen by hand).
 # Thickness of walls between rooms; metres.
@@ -28,10 +31,6 @@ DOOR_MARGIN = OUTER_WALL / 2 + 0.3
 MIN_DOOR_WALL = DOOR_WIDTH[1] + 2 * DOOR_MARGIN
 # Least share of the free length of a strip of rooms that goes to each room, before normalisation.
 MIN_ROOM_SHARE = 0.2
-
-Seed = int | np.random.Generator
-Range = tuple[float, float]
-Shape = TypeVar("Shape", bound=BaseGeometry)
 
 
 def make_corridor_floor(
@@ -133,22 +132,32 @@ def make_hall_floor(
     return build_floor(box(0, 0, length, width), rooms, label="HALL", pillars=columns, seed=rng, source="hall")
 
 
+# Plain floors, all of one shape; benches and tests count on their number and order.
 FLOOR_MAKERS: dict[str, Callable[..., Floor]] = {
     "corridor": make_corridor_floor,
     "l": make_l_floor,
     "ring": make_ring_floor,
     "hall": make_hall_floor,
 }
+# Floors of buildings for a purpose, which vary in shape and have a label for each room.
+LABELLED_FLOOR_MAKERS: dict[str, Callable[..., Floor]] = {
+    "home": make_home_floor,
+    "office": make_office_floor,
+    "open_plan": make_open_plan_floor,
+    "ward": make_ward_floor,
+    "depot": make_depot_floor,
+}
 
 
 def make_floor(name: str, *, seed: int) -> Floor:
-    """Floor of a maker named in FLOOR_MAKERS, with default options; its source is "name-seed".
+    """Floor of a maker named in FLOOR_MAKERS or LABELLED_FLOOR_MAKERS, default options; its source is "name-seed".
 
     Raises OptionError for any other name.
     """
-    if name not in FLOOR_MAKERS:
-        raise OptionError(f"floor is {name!r}, give one of {', '.join(FLOOR_MAKERS)}")
-    return replace(FLOOR_MAKERS[name](seed=seed), source=f"{name}-{seed}")
+    makers = FLOOR_MAKERS | LABELLED_FLOOR_MAKERS
+    if name not in makers:
+        raise OptionError(f"floor is {name!r}, give one of {', '.join(makers)}")
+    return replace(makers[name](seed=seed), source=f"{name}-{seed}")
 
 
 def build_floor(
@@ -170,13 +179,13 @@ def build_floor(
     """
     rng = np.random.default_rng(seed)
     spaces = dict(enumerate([passage, *rooms], start=1))
-    shared = {pair: _find_shared_wall(spaces[pair[0]], spaces[pair[1]]) for pair in combinations(spaces, 2)}
+    shared = {pair: find_shared_wall(spaces[pair[0]], spaces[pair[1]]) for pair in combinations(spaces, 2)}
     closed = [room for (first, room), wall in shared.items() if first == 1 and wall.length < MIN_DOOR_WALL]
     if closed:
         raise OptionError(f"rooms {closed} share too little wall with room 1, give {MIN_DOOR_WALL:g} m for a door")
-    axes = _find_wall_axes(spaces.values())
+    axes = find_wall_axes(spaces.values())
     walls = _wall_body(axes, unary_union([passage, *rooms]))
-    inner = {room: _round_to_mm(space.difference(unary_union([walls, *pillars]))) for room, space in spaces.items()}
+    inner = {room: round_to_mm(space.difference(unary_union([walls, *pillars]))) for room, space in spaces.items()}
     return Floor(
         rooms=tuple(Room(room, polygon, label=label if room == 1 else "ROOM") for room, polygon in inner.items()),
         doors=tuple(
@@ -239,32 +248,11 @@ def _make_pillars(length: float, width: float, *, spacing: float = 5.0, size: fl
     return [box(x - size / 2, y - size / 2, x + size / 2, y + size / 2) for x in columns for y in rows]
 
 
-def _find_wall_axes(spaces: Iterable[Polygon]) -> tuple[LineString, ...]:
-    """Straight lines of maximal length along the sides of the spaces; those along x first."""
-    sides = list(_split_sides(unary_union([space.boundary for space in spaces])))
-    along_x = [side for side in sides if side.bounds[1] == side.bounds[3]]
-    along_y = [side for side in sides if side.bounds[0] == side.bounds[2]]
-    lines = [line for group in (along_x, along_y) for line in get_parts(line_merge(unary_union(group)))]
-    return tuple(line.simplify(0).normalize() for line in lines)
-
-
 def _wall_body(axes: Sequence[LineString], footprint: Polygon) -> BaseGeometry:
     """The body of all walls: inner thickness about the axes, outer thickness about the edge of the footprint."""
     inner = [axis.buffer(INNER_WALL / 2, cap_style="square") for axis in axes]
     outer = footprint.boundary.buffer(OUTER_WALL / 2, join_style="mitre")
     return unary_union([*inner, outer])
-
-
-def _find_shared_wall(first: Polygon, second: Polygon) -> LineString:
-    """The longest straight axis of wall between two spaces; empty where they do not meet."""
-    sides = _split_sides(first.boundary.intersection(second.boundary))
-    return max(sides, key=lambda side: side.length, default=LineString()).normalize()
-
-
-def _split_sides(lines: BaseGeometry) -> Iterator[LineString]:
-    """The straight pieces of all lines; points are left out."""
-    for part in get_parts(lines):
-        yield from (LineString(ends) for ends in pairwise(get_coordinates(part)))
 
 
 def _place_door(rooms: tuple[int, int], wall: LineString, rng: np.random.Generator) -> Door:
@@ -273,13 +261,7 @@ def _place_door(rooms: tuple[int, int], wall: LineString, rng: np.random.Generat
     width = round(narrow + (wide - narrow) * rng.random(), 2)
     start = round(DOOR_MARGIN + (wall.length - 2 * DOOR_MARGIN - width) * rng.random(), 2)
     jambs = [wall.interpolate(start), wall.interpolate(start + width)]
-    return Door(rooms, _round_to_mm(LineString(jambs)), width)
-
-
-def _round_to_mm(geometry: Shape) -> Shape:
-    """The geometry with coordinates rounded to millimetres, in a canonical order."""
-    rounded: Shape = transform(geometry.simplify(0), lambda xy: xy.round(3)).normalize()
-    return rounded
+    return Door(rooms, round_to_mm(LineString(jambs)), width)
 
 
 def _check_lengths(**lengths: float) -> None:

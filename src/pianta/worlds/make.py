@@ -8,10 +8,10 @@ from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io._files import short_repr
-from pianta.worlds.floors import FLOOR_MAKERS, make_floor
+from pianta.worlds.floors import FLOOR_MAKERS, LABELLED_FLOOR_MAKERS, make_floor
 
 SAMPLE = "sample"
-WORLD_NAMES = (SAMPLE, *FLOOR_MAKERS)
+WORLD_NAMES = (SAMPLE, *FLOOR_MAKERS, *LABELLED_FLOOR_MAKERS)
 
 
 class MapOptions(TypedDict, total=False):
@@ -32,7 +32,8 @@ def make_world(name: str = SAMPLE, *, seed: int | None = None, **options: Unpack
     Parameters
     ----------
     name
-        "sample", which is always the same, or "corridor", "l", "ring" or "hall".
+        "sample", which is always the same, or "corridor", "l", "ring" or "hall", or, with labels, "home", "office",
+        "open_plan", "ward" or "depot".
     seed
         Of the building and the noise; None for 0.
     **options
@@ -68,5 +69,5 @@ def make_world(name: str = SAMPLE, *, seed: int | None = None, **options: Unpack
         floor = make_floor(name, seed=seed or 0)
         return floor, simulate_map(floor, seed=seed or 0, **options)
     if options or seed is not None:
-        raise OptionError(f"the sample is always the same, leave out the options or give {', '.join(FLOOR_MAKERS)}")
+        raise OptionError(f"the sample is always the same, leave out the options or give {', '.join(WORLD_NAMES[1:])}")
     return make_sample()

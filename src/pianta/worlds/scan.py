@@ -17,8 +17,9 @@ from pianta._types import Floats, Mask
 from pianta.errors import OptionError
 from pianta.floor import Floor, cells_of_polygon
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.worlds.floors import OUTER_WALL, Seed, make_l_floor
+from pianta.worlds.floors import OUTER_WALL, make_l_floor
 from pianta.worlds.furniture import furnish_floor
+from pianta.worlds.wall_axes import Seed
 
 # Least and greatest value of each option, and its unit.
 LIMITS = {
