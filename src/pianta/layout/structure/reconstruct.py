@@ -19,7 +19,6 @@ from pianta.layout._label_images import Polygons, join_outlines, largest_part, o
 from pianta.layout._numbering import assemble_floor
 from pianta.layout._voronoi_doors import compute_clearance
 from pianta.layout._working_grid import NO_ROOM, WorkingGrid, check_shows_rooms, remove_clutter, to_working_grid
-from pianta.layout.furniture import find_furniture
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.frontiers import find_frontiers, measure_frontiers, remove_ray_leaks
 from pianta.layout.structure.merging import MergeModel, absorb_small_rooms, merge_regions, read_default_merge_model
@@ -77,8 +76,7 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters, mod
     by_room = replace(cut, regions=replace(cut.regions, labels=labels))
     doors = find_doors(by_room, passages, numbers.tolist(), parameters)
     walls = span_walls(lines, cut.space, reach=parameters.line_reach, gap=parameters.door_width, resolution=cell)
-    floor = assemble_floor(rooms, doors, [_wall_to_map(wall, cut.working_grid) for wall in walls], grid)
-    return replace(floor, furniture=find_furniture(grid, floor))
+    return assemble_floor(rooms, doors, [_wall_to_map(wall, cut.working_grid) for wall in walls], grid)
 
 
 def oversegment(grid: GridMap, parameters: StructureParameters) -> Oversegmentation:
