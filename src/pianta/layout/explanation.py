@@ -75,8 +75,10 @@ class Explanation:
     >>> import pianta
     >>> _, grid = pianta.make_world("corridor")
     >>> explanation = pianta.explain(grid)
-    >>> explanation.describe_room(2).split(" (")[0]
-    'room 2: divided from 9 by a door of 0.8 m'
+    >>> {border.rooms for border in explanation.borders if 2 in border.rooms and border.divides}
+    {(2, 9)}
+    >>> explanation.describe_room(2).startswith("room 2: divided from 9 by a door of 0.9 m (p = ")
+    True
     """
 
     grid: GridMap
