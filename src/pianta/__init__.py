@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pianta.building_types.model import train_building_types
     from pianta.errors import PiantaError
     from pianta.exploration.explore import explore
-    from pianta.floor import Door, Floor, Room
+    from pianta.floor import Door, Floor, Furniture, Room
     from pianta.generation.generate import generate
     from pianta.generation.train import train_type
     from pianta.gridmap import GridMap
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pianta.io.floors import read_floor
     from pianta.io.maps import read_map
     from pianta.labels import LabelSchema
+    from pianta.layout.clean_map import clean_map
     from pianta.layout.parameters import StructureParameters, ThesisParameters
     from pianta.layout.reconstruct import METHODS, reconstruct
     from pianta.model_files import load_model
@@ -40,6 +41,7 @@ __all__ = [
     "Door",
     "Failure",
     "Floor",
+    "Furniture",
     "GridMap",
     "LabelSchema",
     "PiantaError",
@@ -50,6 +52,7 @@ __all__ = [
     "ThesisParameters",
     "assess_realism",
     "classify_building",
+    "clean_map",
     "errors",
     "explore",
     "generate",
@@ -75,6 +78,7 @@ _MODULES = {
     "Door": "floor",
     "Failure": "reading.read",
     "Floor": "floor",
+    "Furniture": "floor",
     "GridMap": "gridmap",
     "LabelSchema": "labels",
     "PiantaError": "errors",
@@ -84,6 +88,7 @@ _MODULES = {
     "StructureParameters": "layout.parameters",
     "ThesisParameters": "layout.parameters",
     "classify_building": "building_types.classify",
+    "clean_map": "layout.clean_map",
     "errors": "errors",
     "explore": "exploration.explore",
     "generate": "generation.generate",

@@ -104,26 +104,46 @@ def read_ros_map(path: str | Path, *, trust_thresholds: bool = False, max_cells:
     return GridMap(cells, description.resolution, description.origin, file.name)
 
 
+def find_map_image(path: str | Path) -> Path | None:
+    """The image of a map.yaml, which need not exist; None for other files, and for a YAML that cannot be read."""
+    file = Path(path)
+    if file.suffix.lower() not in YAML_SUFFIXES:
+        return None
+    try:
+        description = _read_map_yaml(check_input_file(path, "map", MapError))
+    except MapError:
+        return None
+    return _find_image_beside(file, description) or file.parent / description.image
+
+
 def _find_image(file: Path, description: _MapYaml) -> Path:
     """The image of a map.yaml; with a MapWarning the one beside it, if the path is of another machine.
 
     Raises MapError if it does not exist.
     """
-    # Both separators and a drive, as the YAML may come from Windows
-    name = PureWindowsPath(description.image).name
-    beside = file.parent / name
-    is_absolute = PureWindowsPath(description.image).is_absolute() or Path(description.image).is_absolute()
-    if is_absolute and name and not Path(description.image).exists() and beside.is_file():
+    beside = _find_image_beside(file, description)
+    if beside is not None:
         warnings.warn(
-            f"map {short_repr(file)}: its image {short_repr(description.image)} does not exist, {short_repr(name)} "
-            "beside the map is read instead; write that name into the map.yaml",
+            f"map {short_repr(file)}: its image {short_repr(description.image)} does not exist, "
+            f"{short_repr(beside.name)} beside the map is read instead; write that name into the map.yaml",
             MapWarning,
             stacklevel=3,
         )
-        return check_input_file(beside, f"map {short_repr(file)}: its image", MapError)
     return check_input_file(
-        description.image, f"map {short_repr(file)}: its image", MapError, folder=file.parent.absolute()
+        description.image if beside is None else beside.name,
+        f"map {short_repr(file)}: its image",
+        MapError,
+        folder=file.parent.absolute(),
     )
+
+
+def _find_image_beside(file: Path, description: _MapYaml) -> Path | None:
+    """The image beside a map.yaml, if that names one of another machine: by an absolute path that does not exist."""
+    # Both separators and a drive, as the YAML may come from Windows
+    windows, path = PureWindowsPath(description.image), Path(description.image)
+    beside = file.parent / windows.name
+    is_elsewhere = (windows.is_absolute() or path.is_absolute()) and not path.exists()
+    return beside if is_elsewhere and windows.name and beside.is_file() else None
 
 
 def _read_map_yaml(file: Path) -> _MapYaml:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pianta._arguments import check_argument
 from pianta.errors import OptionError
 from pianta.floor import Floor
@@ -42,7 +44,8 @@ def reconstruct(
     Returns
     -------
     Floor
-        Rooms, doors and walls, metres of the map frame. Rooms are numbered from 1 in reading order of the map image.
+        Rooms, doors, walls and, with `structure`, furniture, metres of the map frame. Rooms are numbered from 1 in
+        reading order of the map image.
 
     Raises
     ------
@@ -87,9 +90,11 @@ def find_rooms(grid: GridMap, *, method: str, parameters: Parameters | None = No
         from pianta.layout.thesis.reconstruct import reconstruct_layout
 
         return reconstruct_layout(grid, parameters=check_parameters(parameters, ThesisParameters))
+    from pianta.layout.furniture import find_furniture
     from pianta.layout.structure.reconstruct import reconstruct_structure
 
-    return reconstruct_structure(grid, parameters=check_parameters(parameters, StructureParameters))
+    floor = reconstruct_structure(grid, parameters=check_parameters(parameters, StructureParameters))
+    return replace(floor, furniture=find_furniture(grid, floor))
 
 
 def check_method(method: str) -> None:
