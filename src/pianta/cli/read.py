@@ -61,7 +61,7 @@ Resolution = Annotated[
     typer.Option(help="Metres per cell of an image without map.yaml, per pixel of a plan, per unit of a DXF or SVG."),
 ]
 TrustThresholds = Annotated[
-    bool, typer.Option("--trust-thresholds", help="Read grey 205 as free if free_thresh says so.")
+    bool, typer.Option("--trust-thresholds", help="Read greys of unknown, such as 205, as the thresholds say.")
 ]
 MaxCells = Annotated[int, typer.Option(min=1, help="Largest map that is read.")]
 Walls = Annotated[bool, typer.Option("--walls", help="Draw lines of walls into the picture, if the method has them.")]
