@@ -25,6 +25,7 @@ from tests.bench_results import Row, list_rows, show_lines
 from tests.tiny_data import ONE_ROOM, OUTLINES, TRUE_FLOOR, write_slam, write_survey
 
 TIMES = {"seconds", "transforms"}
+NO_DOORS = {f"{count}_{item}": 0 for count in ("true", "found", "right") for item in ("doors", "edges")}
 LASTING = {"rooms_before", "still_there", "kept_id"}
 measure_survey = partial(measure_segmentation, methods=("thesis",), sets=("survey", "furniture"))
 
@@ -154,6 +155,8 @@ def test_layout_of_one_room_where_there_are_two(tmp_path, find):
             "door_recall": 100,
             "found": 1,
             "true": 2,
+            **NO_DOORS,
+            **dict.fromkeys(("doors_f1", "edges_f1"), 100),
         }
     )
 
@@ -183,6 +186,7 @@ def test_the_true_rooms_score_100_but_for_the_walls_of_the_schools(tmp_path, fin
     for row in rows:
         short = {"a_bc_walls": 100 * 6 / 6.2} if "a_bc_walls" in row.figures else {}
         counts = {key: 2 for key in ("found", "true", "matched") if key in row.figures}
+        counts |= {key: 0 for key in NO_DOORS if key in row.figures}
         expected = dict.fromkeys(scores_of(row), 100) | counts | short
         assert scores_of(row) == pytest.approx(expected)
 
@@ -279,7 +283,7 @@ def test_unreadable_files_fail_one_by_one(tmp_path, find):
         assert row.figures["found"] == 0
         assert row.figures["true"] is None
     assert rows[3].failure is None
-    maps, _ = layout_tables.tabulate(results)
+    maps, _, graph = layout_tables.tabulate(results)
     assert [maps.rows[name]["\ntrue"] for name in maps.rows] == [
         *[Cell(None)] * 3,
         Cell(2),
@@ -287,6 +291,7 @@ def test_unreadable_files_fail_one_by_one(tmp_path, find):
         Cell(None),
         Cell(2),
     ]
+    assert graph.rows["schools"]["doors\nF1"].mean == 25
 
 
 def test_a_picture_that_cannot_be_written_keeps_the_scores(tmp_path, find):

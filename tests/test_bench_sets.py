@@ -8,12 +8,13 @@ import pytest
 from PIL import Image
 from shapely import box
 
-from pianta.errors import DataError, OptionError
+from pianta.errors import DataError, MapError, OptionError
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.io.maps import read_map
 from pianta_bench.data import map_sets as sets
 from pianta_bench.data.folders import SET_NAMES
+from pianta_bench.data.id_truth import read_id_truth
 from pianta_bench.data.map_sets import SETS, choose_sets
 from pianta_bench.harness.report import save_results
 from pianta_bench.layout import timing
@@ -29,6 +30,7 @@ from tests.tiny_data import (
     write_doors,
     write_slam,
     write_survey,
+    write_vacuum,
 )
 
 PERFECT = {"precision": 100, "recall": 100, "a_fc": 100, "mean_iou": 100, "f1": 100}
@@ -80,6 +82,22 @@ def test_clutter_counts_what_a_room_covers_beyond_the_colours(tmp_path, find):
     find(ONE_ROOM)
     (figures,) = measure_set(tmp_path, "clutter")
     assert pick(figures, "precision", "precision_free") == pytest.approx([100 * 80 / 124, 100 * 80 / 120])
+
+
+def test_homes_of_vacuum_robots_count_free_cells_on_both_sides(tmp_path, find):
+    """The wall is 4 of 124 px wide and does not count, so that the one room has 120 px, 80 of them in the larger."""
+    write_vacuum(tmp_path, "a")
+    find(ONE_ROOM)
+    (figures,) = measure_set(tmp_path, "vacuum")
+    assert pick(figures, "precision", "mean_iou", "found", "true") == pytest.approx([100 * 80 / 120, 50, 1, 2])
+    true_map = SETS["vacuum"].read(tmp_path / "vacuum", "a")
+    assert np.unique(true_map.spaces).tolist() == [0, 7, 300]
+
+
+def test_a_coloured_image_is_no_truth_of_room_ids(tmp_path):
+    Image.new("RGB", (4, 4)).save(tmp_path / "a_gt.png")
+    with pytest.raises(MapError, match="grey"):
+        read_id_truth(tmp_path / "a_gt.png")
 
 
 def test_walls_of_the_schools_do_not_count(tmp_path, find):
@@ -176,6 +194,13 @@ def test_sets_that_are_not_in_the_data_are_left_out_unless_named(tmp_path):
         choose_sets(("attic",), tmp_path)
     with pytest.raises(DataError, match=r"clutter.*--data"):
         choose_sets((), tmp_path / "none")
+
+
+def test_the_rooms_of_real_homes_lie_on_free_cells(data):
+    for name, count in (("z10_1056_paths", 7), ("d9_1093_huge", 14)):
+        true_map = SETS["vacuum"].read(data / "vacuum", name)
+        assert len(np.unique(true_map.spaces)) == 1 + count
+        assert true_map.free[true_map.spaces > 0].all()
 
 
 @pytest.mark.slow

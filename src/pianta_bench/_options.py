@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from pianta.layout.reconstruct import METHODS
-from pianta_bench.data.folders import SET_NAMES
+from pianta_bench.data.folders import LAYOUT_SET_NAMES, SET_NAMES
 
 PLACE_SPLITS = ("experiments", "figure")
 
@@ -28,6 +28,19 @@ Sets = Annotated[
         metavar="NAME",
     ),
 ]
+LayoutSets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        help=f"Which maps, may be repeated: {', '.join(LAYOUT_SET_NAMES)}; schools unless given.",
+        metavar="NAME",
+    ),
+]
+Items = Annotated[
+    list[str] | None,
+    typer.Option("--item", help="Only the map of this name, may be repeated.", metavar="NAME"),
+]
+LayoutMaps = Annotated[bool, typer.Option("--maps", help="Print the doors and edges of each map too.")]
 Maps = Annotated[bool, typer.Option("--maps", help="Print the rows of the maps; always done for a single method.")]
 PlaceSplit = Annotated[
     str,

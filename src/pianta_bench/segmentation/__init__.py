@@ -10,8 +10,8 @@ BENCH = Bench(
     help="""Rooms of all methods on real and simulated maps (Table 3.1b and more).
 
     Reads the sets of maps that are in the data: the survey without and with
-    furniture, real clutter, closed doors, schools, and a map that grows. A
-    map that fails counts as 0; the exit code is then 1.
+    furniture, real clutter, homes, closed doors, schools, and a map that
+    grows. A map that fails counts as 0; the exit code is then 1.
     """,
     examples=(
         "pianta bench segmentation --json figures.json",

@@ -1,4 +1,4 @@
-"""Rooms on the maps of the survey (Bormann et al., ICRA 2016) and on four other sets of maps."""
+"""Rooms on the maps of the survey (Bormann et al., ICRA 2016) and on five other sets of maps."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ def measure(
     pictures: Path | None = None,
     track: Track = iter,
 ) -> Results:
-    """Scores of reconstructed rooms on the survey, real clutter, closed doors, schools, and growing maps.
+    """Scores of reconstructed rooms on the survey, real clutter, homes, closed doors, schools, and growing maps.
 
     Three counts. The main one counts each pixel of a room, and drops rooms of up to 0.25 m² on both sides; where the
-    truth includes walls (schools), or only has the free cells behind closed doors (doors), both sides are cut to free
-    cells first. _free: all rooms on free cells alone. _rest: like _free, with the free cells in
+    truth includes walls (schools), or only has free cells (vacuum) or those behind closed doors (doors), both sides are
+    cut to free cells first. _free: all rooms on free cells alone. _rest: like _free, with the free cells in
     no room as one more, which is the count of Table 3.1b. Where maps grow, rooms keep the ids of the floor
     before, and the persisting rooms and ids are counted.
 
