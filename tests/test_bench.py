@@ -25,7 +25,7 @@ from tests.bench_results import Row, list_rows, show_lines
 from tests.tiny_data import ONE_ROOM, OUTLINES, TRUE_FLOOR, write_slam, write_survey
 
 TIMES = {"seconds", "transforms"}
-NO_DOORS = {f"{count}_{item}": 0 for count in ("true", "found", "right") for item in ("doors", "edges")}
+NO_DOORS = {f"{count}_{item}": 0 for count in ("true", "found", "right") for item in ("doors", "edges", "pairs")}
 LASTING = {"rooms_before", "still_there", "kept_id"}
 measure_survey = partial(measure_segmentation, methods=("thesis",), sets=("survey", "furniture"))
 
@@ -156,7 +156,7 @@ def test_layout_of_one_room_where_there_are_two(tmp_path, find):
             "found": 1,
             "true": 2,
             **NO_DOORS,
-            **dict.fromkeys(("doors_f1", "edges_f1"), 100),
+            **dict.fromkeys(("doors_f1", "edges_f1", "pairs_f1"), 100),
         }
     )
 

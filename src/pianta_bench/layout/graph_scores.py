@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pianta.evaluation.doors import DetectionScores, score_doors, score_edges
+from pianta.evaluation.doors import DetectionScores, score_connections, score_doors, score_edges
 from pianta.evaluation.segmentation import match_rooms
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
@@ -15,7 +15,7 @@ from pianta_bench.harness.records import Figures, Record, Results
 # m; the middle of a door is right within half the true door's width, and at least within this: half the width of a
 # door of 0.9 m, which scales the layouts of the thesis.
 LEAST_REACH = 0.45
-ITEMS = ("doors", "edges")
+ITEMS = ("doors", "edges", "pairs")
 F1_SCORES = tuple(f"{item}_f1" for item in ITEMS)
 FAILED_GRAPH = {
     **dict.fromkeys(F1_SCORES, 0.0),
@@ -25,13 +25,13 @@ FAILED_GRAPH = {
 
 
 def count_true(truth: Floor) -> Figures:
-    """Numbers of the true doors and edges."""
-    nothing = Floor(())
-    return {"true_doors": score_doors(nothing, truth).true, "true_edges": score_edges(nothing, truth, {}).true}
+    """Numbers of the true doors, and of the pairs of rooms that they join."""
+    edges = score_edges(Floor(()), truth, {}).true
+    return {"true_doors": len(truth.doors), "true_edges": edges, "true_pairs": edges}
 
 
 def score_graph(floor: Floor, truth: Floor, grid: GridMap) -> Figures:
-    """F1 of doors and edges, %, and how many are true, found and right.
+    """F1 of doors, of edges, and of the pairs of true rooms that doors join, %; and how many are true, found and right.
 
     A room matches the true room with which it has an IoU above 0.5 on the free cells of the map.
     """
@@ -39,6 +39,7 @@ def score_graph(floor: Floor, truth: Floor, grid: GridMap) -> Figures:
     scores = {
         "doors": score_doors(floor, truth, least_reach=LEAST_REACH),
         "edges": score_edges(floor, truth, match_rooms(labels, true_labels)),
+        "pairs": score_connections(floor, truth),
     }
     figures: dict[str, float | None] = {}
     for item, score in scores.items():
@@ -48,7 +49,7 @@ def score_graph(floor: Floor, truth: Floor, grid: GridMap) -> Figures:
 
 
 def pool_maps(results: Results, part: str) -> Iterator[Record]:
-    """Precision, recall and F1 of all doors and edges of a part together, %; maps without a truth are left out."""
+    """Precision, recall and F1 of the doors, edges and pairs of all maps of a part together, %."""
     for item in ITEMS:
         true, detected, right = (
             int(sum(results.values(part=part, metric=f"{count}_{item}"))) for count in ("true", "found", "right")

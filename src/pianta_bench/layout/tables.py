@@ -65,7 +65,8 @@ GRAPH_LABELS = {
 GRAPH_NOTE = (
     "doors: a door is right within half the width of the true one, at least 0.45 m, from middle to middle, one to one. "
     "edges: pairs of rooms that doors join; an edge is right if both rooms match true rooms (IoU above 0.5 on free "
-    "cells) that are joined. F1: mean over the maps; pooled: all doors or edges of the set together."
+    "cells) that are joined. pairs: pairs of true rooms that doors join, where a room stands for the true one that it "
+    "overlaps most, as in doors P and R. F1: mean over the maps; pooled: those of all maps together."
 )
 GRAPH = Table(
     title="Doors and edges of the room graph, method {method}",
@@ -82,9 +83,9 @@ COUNT_LABELS = {
     for item in ITEMS
     for label, text in {
         f"{item}_f1": f"{item}\nF1",
-        f"true_{item}": "\ntrue",
-        f"found_{item}": "\nfound",
-        f"right_{item}": "\nright",
+        f"true_{item}": f"{item}\ntrue",
+        f"found_{item}": f"{item}\nfound",
+        f"right_{item}": f"{item}\nright",
     }.items()
 }
 GRAPH_OF_MAPS = Table(
