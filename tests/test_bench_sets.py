@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from shapely import box
+from shapely import LineString, box
 
 from pianta.errors import DataError, MapError, OptionError
-from pianta.floor import Floor, Room
+from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta.io.maps import read_map
 from pianta_bench.data import map_sets as sets
@@ -18,6 +18,7 @@ from pianta_bench.data.id_truth import read_id_truth
 from pianta_bench.data.map_sets import SETS, choose_sets
 from pianta_bench.harness.report import save_results
 from pianta_bench.layout import timing
+from pianta_bench.segmentation.counts import pool_counts
 from pianta_bench.segmentation.measure import measure as measure_segmentation
 from pianta_bench.segmentation.tables import tabulate
 from tests.bench_results import list_rows, show_lines
@@ -131,6 +132,41 @@ def test_ids_and_rooms_that_last_are_counted_where_maps_grow(tmp_path, find):
     assert note in " ".join(show_lines(tabulate(results), results)).replace("  ", " ")
 
 
+def test_counts_of_right_split_and_merged_rooms_and_of_doors(tmp_path, find):
+    """In a the smaller room is in two halves, and the larger has an entrance; in b there is one room for two."""
+    write_vacuum(tmp_path, "a", "b")
+    write_doors(tmp_path, "a")
+    halves = (Room(2, box(5.2, 1, 7.2, 2.5)), Room(3, box(5.2, 2.5, 7.2, 4)))
+    wall = LineString([(5.1, 2), (5.1, 3)])
+    doors = tuple(Door(pair, wall, 1.0) for pair in ((1, 2), (2, 3), (1, None)))
+    find(Floor((Room(1, ROOMS[0]), *halves), doors), ONE_ROOM)
+    results = measure_segmentation(tmp_path, methods=("thesis",), sets=("vacuum",), count=True)
+    names = "counted_true", "counted_found", "right", "right_whole", "splits", "merges", "no_rooms"
+    rows = [pick(row.figures, *names, "doors", "within", "nowhere") for row in list_rows(results, "vacuum")]
+    assert rows == [[2, 3, 1, 1, 1, 0, 0, 3, 1, 1], [2, 1, 1, 1, 0, 1, 0, 0, 0, 0]]
+    pooled = {record["metric"]: record["value"] for record in pool_counts(results, "vacuum")}
+    assert (pooled["share_right"], pooled["splits_per_map"], pooled["merges_per_map"]) == (50, 0.5, 0.5)
+    assert pooled["share_doors_wrong"] == pytest.approx(200 / 3)
+    lines = [line.split() for line in show_lines(tabulate(results), results)]
+    assert ["thesis", "4", "50.0", "50.0", "0.5", "0.5", "0", "3", "1", "1", "66.7"] in lines
+    assert ["a", "2", "3", "1", "1", "1", "0", "0", "3", "1", "1"] in lines
+    find(TRUE_FLOOR)
+    assert not [*pool_counts(measure_segmentation(tmp_path, methods=("thesis",), sets=("doors",), count=True), "doors")]
+
+
+def test_true_rooms_of_a_map_that_fails_are_counted(tmp_path, monkeypatch):
+    write_vacuum(tmp_path, "a")
+
+    def fail(*_: object, **__: object) -> None:
+        raise MapError("no room")
+
+    monkeypatch.setattr(timing, "_load_method", lambda _: None)
+    monkeypatch.setattr(timing, "reconstruct", fail)
+    results = measure_segmentation(tmp_path, methods=("thesis",), sets=("vacuum",), count=True)
+    pooled = {record["metric"]: record["value"] for record in pool_counts(results, "vacuum")}
+    assert (pooled["all_counted_true"], pooled["share_right"], pooled["share_doors_wrong"]) == (2, 0, None)
+
+
 def test_each_map_is_read_once_for_all_methods(tmp_path, find, monkeypatch):
     write_survey(tmp_path, "a", "b")
     find(TRUE_FLOOR)
@@ -173,7 +209,7 @@ def test_the_file_has_set_and_method_of_every_figure(tmp_path, find):
     results = measure_segmentation(tmp_path, methods=methods)
     save_results("segmentation", tabulate(results), results, tmp_path / "figures.json")
     content = json.loads((tmp_path / "figures.json").read_text())
-    assert content["options"] == {"methods": methods, "sets": ["survey", "furniture"], "maps": False}
+    assert content["options"] == {"methods": methods, "sets": ["survey", "furniture"], "maps": False, "count": False}
     free = [record for record in content["records"] if record["metric"] == "precision_free"]
     assert [(record["part"], record["method"]) for record in free] == [
         (name, method) for name in ("survey", "furniture") for method in methods

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pianta_bench._options import Data, Maps, Methods, Sets
+from pianta_bench._options import Count, Data, Maps, Methods, Sets
 from pianta_bench.harness.bench import Bench
 
 BENCH = Bench(
@@ -16,7 +16,14 @@ BENCH = Bench(
     examples=(
         "pianta bench segmentation --json figures.json",
         "pianta bench segmentation --method thesis --set survey --set clutter --pictures errors",
+        "pianta bench segmentation --method structure --set clutter --set vacuum --count",
     ),
-    options={"data": (Data, None), "methods": (Methods, None), "sets": (Sets, None), "maps": (Maps, False)},
+    options={
+        "data": (Data, None),
+        "methods": (Methods, None),
+        "sets": (Sets, None),
+        "maps": (Maps, False),
+        "count": (Count, False),
+    },
     pictures="METHOD/SET/NAME.png, true rooms beside reconstructed ones, with errors marked",
 )
