@@ -24,6 +24,9 @@ SLAM_RESOLUTION = 0.1  # m per cell, benchmarks/README.md
 SET_NAMES = ("survey", "furniture", "clutter", "vacuum", "doors", "schools", "growing")
 # Maps with true rooms and doors.
 LAYOUT_SET_NAMES = ("schools", "survey", "furniture", "worlds")
+# Maps that noise and turns are measured on, and those of a bench without options.
+ROBUSTNESS_SET_NAMES = ("survey", "furniture", "clutter", "vacuum", "schools", "worlds")
+DEFAULT_ROBUSTNESS_SETS = ("survey", "clutter", "vacuum", "worlds")
 
 
 def find_data(folder: Path | None = None) -> Path:
