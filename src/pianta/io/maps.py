@@ -42,7 +42,8 @@ def read_map(
     origin
         The x, y (m) and yaw (rad, counter-clockwise) of the lower-left corner of a plain image; None for zero.
     trust_thresholds
-        Keep grey 205 free where the free_thresh of a map.yaml makes it so; map savers write 205 for unknown.
+        Keep greys of unknown free or occupied where the thresholds of a map.yaml make them so: 205, which map savers
+        write, or another middle grey that fills the edge of the map.
     max_cells
         The largest map that is read, in cells.
 
@@ -59,7 +60,8 @@ def read_map(
     Warns
     -----
     MapWarning
-        Grey 205 would have been free and was made unknown.
+        A grey of unknown would have been free or occupied and was made unknown; or the image of a map.yaml was not
+        where it says, but beside it.
 
     Examples
     --------
@@ -155,13 +157,23 @@ def save_map(grid: GridMap, path: str | Path) -> None:
 
     Raises MapError for another suffix, PiantaError if a file cannot be written.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix == NPZ_SUFFIX:
+    if len(list_saved_files(path)) == 1:
         save_npz_map(grid, path)
-    elif suffix in YAML_SUFFIXES:
-        save_ros_map(grid, path, mode="trinary" if is_trinary(grid) else "scale")
     else:
-        raise MapError(f"the map cannot be saved as {short_repr(path)}, give .yaml or .npz")
+        save_ros_map(grid, path, mode="trinary" if is_trinary(grid) else "scale")
+
+
+def list_saved_files(path: str | Path) -> list[Path]:
+    """The files that save_map writes for a path.
+
+    Raises MapError for another suffix than .yaml, .yml and .npz.
+    """
+    file = Path(path)
+    if file.suffix.lower() == NPZ_SUFFIX:
+        return [file]
+    if file.suffix.lower() in YAML_SUFFIXES:
+        return [file, file.with_suffix(".png")]
+    raise MapError(f"the map cannot be saved as {short_repr(path)}, give .yaml or .npz")
 
 
 def is_trinary(grid: GridMap) -> bool:
