@@ -1,6 +1,7 @@
 """The bench of robustness: noise and turns of small maps, and shares of numbers of rooms by hand."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -104,7 +105,7 @@ def test_shares_of_draws_that_change_and_of_turns_that_do_not(tmp_path, find):
     write_vacuum(tmp_path, "a")
     find(20, 20, 22, MapError("no room"), 21, 19, 20, 23)
     results = measure(tmp_path, sets=("vacuum",), draws=4, turns=90)
-    expected = {"rooms": 20, "changed": 50, "noise_least": 0, "noise_most": 22}
+    expected: dict[str, Any] = {"rooms": 20, "changed": 50, "noise_least": 0, "noise_most": 22}
     expected |= {"within": pytest.approx(200 / 3), "turn_least": 19, "turn_most": 23}
     assert figures_of(results, "a") == expected
     rooms = {record["variant"]: record["value"] for record in results.select(metric="rooms")}
