@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import inf
 
 import numpy as np
 
 from pianta.errors import OptionError
-from pianta.floor import Floor
+from pianta.floor import Floor, Room
 from pianta.worlds.layouts import Layout, LayoutError, Strip, add_shaft, add_stub, round_box, turn_layout
 from pianta.worlds.wall_axes import Range, Seed
 
@@ -35,6 +34,20 @@ ROOM_AREAS: dict[str, Range] = {
     "OFFICE": (6, 12),
     "BATHROOM": (3.2, 6),
 }
+# Smallest and largest room that a home may have in the end, without walls; m².
+ROOM_LIMITS: dict[str, Range] = {
+    "TOILET": (0.8, 3.5),
+    "CLOSET": (0.5, 4),
+    "BATHROOM": (2.2, 9),
+    "CORRIDOR": (1.5, 20),
+    "LIVING ROOM": (10, 60),
+    "KITCHEN": (4, 28),
+    "DINING ROOM": (6, 28),
+    "BEDROOM": (5.5, 28),
+    "OFFICE": (4.5, 25),
+}
+# Longest shape of a room: its longer side, in shorter sides; other rooms at most 2.8.
+LONGEST_SHAPE: dict[str, float] = {"CORRIDOR": 20}
 # Rooms that are cut out of a corner of another one: their sides along and across the passage; metres.
 SMALL_ROOMS: dict[str, tuple[Range, Range]] = {
     "TOILET": ((1.0, 1.3), (1.4, 1.9)),
@@ -75,17 +88,17 @@ def make_home_floor(*, seed: Seed = 0, area: float | None = None) -> Floor:
             floor = layout.build("home")
         except LayoutError:
             continue
-        if all(_is_usable(label, polygon.area) for label, polygon in ((r.label, r.polygon) for r in floor.rooms)):
+        if all(_is_usable(room) for room in floor.rooms):
             return floor
     raise OptionError(f"no home of {area} m² could be drawn, give another area or seed")
 
 
-def _is_usable(label: str | None, area: float) -> bool:
-    """Whether a room has a size that occurs, m²."""
-    least, most = {"TOILET": (0.8, 3.5), "CLOSET": (0.5, 4), "BATHROOM": (2.2, 12), "CORRIDOR": (1.2, inf)}.get(
-        label or "", (4.5, inf)
-    )
-    return least <= area <= most
+def _is_usable(room: Room) -> bool:
+    """Whether a room has a size and proportions that occur."""
+    least, most = ROOM_LIMITS.get(room.label or "", ROOM_LIMITS["LIVING ROOM"])
+    x0, y0, x1, y1 = room.polygon.bounds
+    short, long = sorted((x1 - x0, y1 - y0))
+    return bool(least <= room.polygon.area <= most and long <= LONGEST_SHAPE.get(room.label or "", 2.8) * short)
 
 
 def _draw_program(area: float, rng: np.random.Generator) -> dict[str, list[float]]:

@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pianta._types import Floats
 from pianta.floor import Door, Floor, Room
-from pianta.worlds.wall_axes import Range, find_shared_wall, find_wall_axes, round_to_mm
+from pianta.worlds.wall_axes import Range, find_shared_wall, find_wall_axes, round_to_mm, split_sides
 
 DoorKind = Literal["door", "opening"]
 
@@ -29,6 +29,10 @@ NARROWEST_DOOR = 0.65
 CORNER_SHARE = 0.55
 # Attempts to find a free position for a door in its wall.
 ATTEMPTS = 20
+# Share of the walls that are thicker than others, such as those that bear the building.
+THICK_SHARE = 0.15
+# Thickest wall between rooms; metres.
+THICKEST_WALL = 0.35
 # Narrower places of rooms, left by walls, are no part of them; metres.
 NARROWEST_ROOM = 0.3
 
@@ -100,7 +104,7 @@ class Layout:
         lines: list[LineString] = []
         doors = [door for request in self.requests if (door := self._place_door(request, lines)) is not None]
         axes = find_wall_axes(self.spaces)
-        inner = [axis.buffer(self.inner_wall / 2, cap_style="square") for axis in axes]
+        inner = [wall for axis in axes for wall in self._draw_wall(axis)]
         outer = unary_union(self.spaces).boundary.buffer(self.outer_wall / 2, join_style="mitre")
         solid = unary_union([*inner, outer, *self._clear_blocks(lines)])
         rooms = tuple(
@@ -109,6 +113,14 @@ class Layout:
         )
         self._check_reach(doors)
         return Floor(rooms, tuple(doors), axes, source=source)
+
+    def _draw_wall(self, axis: LineString) -> list[Polygon]:
+        """The body of a wall, which may be thicker than others; its ends are not, so that it ends in other walls."""
+        wall = axis.buffer(self.inner_wall / 2, cap_style="square")
+        if self.rng.random() >= THICK_SHARE:
+            return [wall]
+        thickness = min(self.inner_wall * self.rng.uniform(1.3, 2.5), THICKEST_WALL)
+        return [wall, axis.buffer(thickness / 2, cap_style="flat")]
 
     def _place_door(self, request: DoorRequest, lines: list[LineString]) -> Door | None:
         """The requested door, clear of those before; its line joins them. None for an optional one without wall."""
@@ -205,6 +217,17 @@ def add_columns(layout: Layout, space: int, *, spacing: float, size: float) -> N
         for y in ys:
             if inside.contains(Point(x, y)):
                 layout.blocks.append(box(x - size / 2, y - size / 2, x + size / 2, y + size / 2))
+
+
+def add_pilasters(layout: Layout, space: int, *, spacing: float, width: float, depth: float) -> None:
+    """Add piers that stand out from the outer walls of a space at even distances; measures in metres."""
+    outline = unary_union(layout.spaces).boundary
+    for side in split_sides(layout.spaces[space].boundary.intersection(outline)):
+        for position in np.arange(spacing / 2, side.length, spacing):
+            x, y = side.interpolate(position).coords[0]
+            along_x = side.bounds[1] == side.bounds[3]
+            half = (width / 2, depth + layout.outer_wall / 2) if along_x else (depth + layout.outer_wall / 2, width / 2)
+            layout.blocks.append(box(x - half[0], y - half[1], x + half[0], y + half[1]))
 
 
 def turn_layout(layout: Layout) -> None:

@@ -109,8 +109,10 @@ def outline_disc(x: float, y: float, radius: float) -> Floats:
 
 def transform_outlines(outlines: Sequence[Floats], x: float, y: float, turn: float) -> Outlines:
     """The outlines turned about 0, radians counter-clockwise, and moved to a point."""
-    rotation = _rotation(turn)
-    return [outline @ rotation + (x, y) for outline in outlines]
+    if not outlines:
+        return []
+    corners = np.concatenate(outlines) @ _rotation(turn) + (x, y)
+    return np.split(corners, np.cumsum([len(outline) for outline in outlines])[:-1])
 
 
 def make_block(width: float, depth: float) -> Piece:

@@ -16,6 +16,7 @@ from pianta.worlds.layouts import (
     LayoutError,
     Strip,
     add_columns,
+    add_pilasters,
     add_stub,
     round_box,
     turn_layout,
@@ -29,6 +30,8 @@ ATTEMPTS = 300
 SIDE_DOOR_SHARE = 0.12
 # Share of the rooms with a closet or a niche of the passage in a corner.
 CORNER_SHARE = 0.12
+# Share of the floors with piers along their outer walls.
+PIER_SHARE = 0.3
 # Rooms of at least this area may have columns; m².
 COLUMN_AREA = 90.0
 # Distance of columns; metres.
@@ -190,7 +193,7 @@ def _draw_corridor_layout(
     pieces = [layout.add(piece, "CORRIDOR") for piece in _cut_corridor(corridor, width, rng)]
     for first, second in pairwise(pieces):
         layout.join(
-            second, [first], width - rng.uniform(0.3, 0.6), door_kind="opening" if rng.random() < 0.3 else "door"
+            second, [first], width - rng.uniform(0.3, 0.6), door_kind="opening" if rng.random() < 0.1 else "door"
         )
     for strip, overhang in strips:
         _fill_strip(layout, strip, pieces, types, overhang)
@@ -394,9 +397,13 @@ def _add_core(layout: Layout, hub: int, length: float, width: float) -> None:
 
 
 def _add_columns(layout: Layout) -> None:
-    """Add columns to large rooms, and stubs of walls to some of them."""
+    """Add columns to large rooms, stubs of walls to some of them, and perhaps piers to all outer walls."""
     rng = layout.rng
+    piers = {"spacing": rng.uniform(2.5, 7.5), "width": rng.uniform(0.25, 0.6), "depth": rng.uniform(0.08, 0.35)}
+    has_piers = rng.random() < PIER_SHARE
     for number, space in enumerate(layout.spaces):
+        if has_piers:
+            add_pilasters(layout, number, **piers)
         if layout.labels[number] != "CORRIDOR" and space.area > COLUMN_AREA and rng.random() < 0.6:
             add_columns(layout, number, spacing=rng.uniform(*COLUMN_SPACING), size=rng.uniform(*COLUMN_SIZE))
         if layout.labels[number] in ("OPENSPACE", "LOBBY", "CORRIDOR", "WAREHOUSE") and rng.random() < 0.2:
