@@ -26,6 +26,7 @@ from pianta.plot.floor import (
     PARTIAL_COLOR,
     draw_floor,
     plot_doors,
+    plot_floor,
     plot_graph,
     plot_legend,
     plot_rooms,
@@ -160,6 +161,19 @@ def test_a_prediction_is_hatched_beside_the_explored_part_in_a_dashed_outline(ax
     assert outline.get_path().get_extents().bounds == pytest.approx((4.1, 0, 7.9, 3))
     labelled = tuple(replace(room, label="LAB") for room in rooms)
     assert legend_of(Floor(labelled))[-2:] == ["predicted", "seen in part"]
+
+
+def test_a_prediction_does_not_widen_the_picture():
+    predicted = box(4.1, 0, 50, 30)
+    rooms = TWO_ROOMS.rooms[0], replace(TWO_ROOMS.rooms[1], predicted=predicted, confidence=0.5)
+    grids = AROUND_TWO_ROOMS, None
+    plain, wide = (
+        [plot_floor(floor, grid, ax=Figure().add_subplot()).axis() for grid in grids]
+        for floor in (TWO_ROOMS, replace(TWO_ROOMS, rooms=rooms))
+    )
+    assert plain == wide
+    pictures = [draw_floor(floor, AROUND_TWO_ROOMS) for floor in (TWO_ROOMS, replace(TWO_ROOMS, rooms=rooms))]
+    assert pictures[0].axes[0].axis() == pictures[1].axes[0].axis()
 
 
 def test_labelled_rooms_have_the_colours_of_their_labels_and_partial_ones_are_lighter_and_hatched(ax):

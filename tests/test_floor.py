@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from shapely import LineString, Polygon, affinity, box, contains_xy, distance, points
+from shapely import LineString, Point, Polygon, affinity, box, contains_xy, distance, points
 
 from pianta.errors import FloorError
-from pianta.floor import Door, Floor, Room, cells_of_polygon, scale_floor
+from pianta.floor import Door, Floor, Furniture, Room, cells_of_polygon, scale_floor
 from pianta.gridmap import GridMap
 
 SHELL = [(0, 0), (4, 0), (4, 3), (0, 3)]
@@ -154,8 +154,13 @@ def test_floor_lists_all_its_faults():
 def test_graph_joins_rooms_by_their_widest_door():
     room_labels = {"R/C": "ROOM", "office": "OFFICE"}, {"office": {"OFFICE": 0.8, "HALL": 0.2}}
     office = Room(1, box(0, 0, 4, 3), "OFFICE", *room_labels)
-    rooms = office, Room(2, box(4, 0, 9, 3), partial=True), Room(3, box(9, 0, 10, 3))
-    doors = Door((2, 1), WIDE, 2.0), Door((1, 2), NARROW, 0.6), Door((2, None), WIDE, 2.0), Door((2, None), NARROW, 0.6)
+    rooms = office, Room(2, box(4, 0, 9, 3), partial=True, probability=0.25), Room(3, box(9, 0, 10, 3))
+    doors = (
+        Door((2, 1), WIDE, 2.0, probability=0.75),
+        Door((1, 2), NARROW, 0.6),
+        Door((2, None), WIDE, 2.0),
+        Door((2, None), NARROW, 0.6),
+    )
     graph = Floor(rooms, doors, source="here").graph()
     assert graph.graph == {"source": "here"}
     assert list(graph) == [1, 2, 3]
@@ -166,11 +171,12 @@ def test_graph_joins_rooms_by_their_widest_door():
         "y": 1.5,
         "partial": False,
         "entrances": 0,
-    } | dict.fromkeys(("name", "predicted_area", "confidence"))
+    } | dict.fromkeys(("name", "predicted_area", "confidence", "probability"))
     assert [graph.nodes[2][name] for name in label_fields] == [None, {}, {}]
     assert graph.nodes[2]["partial"]
+    assert graph.nodes[2]["probability"] == 0.25
     assert [graph.nodes[room_id]["entrances"] for room_id in graph] == [0, 2, 0]
-    assert list(graph.edges(data=True)) == [(1, 2, {"doors": 2, "width": 2.0, "x": 4.0, "y": 1.0})]
+    assert list(graph.edges(data=True)) == [(1, 2, {"doors": 2, "width": 2.0, "x": 4.0, "y": 1.0, "probability": 0.75})]
 
 
 def test_label_image_has_row_0_at_the_top():
@@ -250,16 +256,20 @@ def test_building_types_that_are_no_names_stay(name):
     assert Floor((), building_type={name: 1.0}).building_types == (name,)
 
 
+TABLE = Furniture(box(1, 0.5, 1.5, 1), 0.5)
+
+
 def test_scaled_floor():
     rooms = Room(1, box(1, 0, 2, 1), "GYM"), Room(2, box(2, 0, 3, 1))
     doors = Door((1, 2), LineString([(2, 0.2), (2, 0.6)]), 0.5), Door((1, None), LineString([(1, 0), (2, 0)]), 0.8)
-    floor = Floor(rooms, doors, (LineString([(1, 0), (1, 1)]),), {"school": 1.0}, "a.xml", 7)
+    floor = Floor(rooms, doors, (LineString([(1, 0), (1, 1)]),), {"school": 1.0}, "a.xml", 7, (TABLE,))
     larger = scale_floor(floor, 3, 2)
     assert [room.polygon.bounds for room in larger.rooms] == [(3, 0, 6, 2), (6, 0, 9, 2)]
     assert [door.width for door in larger.doors] == pytest.approx([1.0, 2.4])
     bounds = [bound for door in larger.doors for bound in door.line.bounds]
     assert bounds == pytest.approx([6, 0.4, 6, 1.2, 3, 0, 6, 0])
     assert larger.walls[0].bounds == (3, 0, 3, 2)
+    assert [(piece.polygon.bounds, piece.probability) for piece in larger.furniture] == [((3, 1, 4.5, 2), 0.5)]
     assert larger.rooms[0].label == "GYM"
     assert (larger.building_type, larger.source, larger.last_id) == ({"school": 1.0}, "a.xml", 7)
     assert scale_floor(floor, 1, 1) == floor
@@ -297,3 +307,30 @@ def test_the_name_of_a_room_is_also_that_of_its_node():
 def test_the_name_of_a_room_is_a_short_printable_text(name, message):
     with pytest.raises(FloorError, match=message):
         Room(7, box(0, 0, 1, 1), name=name)
+
+
+@pytest.mark.parametrize("polygon", [Polygon(), BOW_TIE, Point(0, 0)])
+def test_furniture_needs_a_valid_polygon(polygon):
+    with pytest.raises(FloorError, match="furniture has no valid polygon"):
+        Furniture(polygon)
+
+
+def test_furniture_is_stored_counter_clockwise():
+    clockwise = Polygon([(0, 0), (0, 1), (1, 1), (1, 0)])
+    assert not clockwise.exterior.is_ccw
+    assert Furniture(clockwise).polygon.exterior.is_ccw
+
+
+@pytest.mark.parametrize("probability", [-0.01, 1.01, float("nan")])
+def test_a_probability_is_between_0_and_1(probability):
+    with pytest.raises(FloorError, match=f"room 3 has probability {probability}, give 0 to 1"):
+        Room(3, box(0, 0, 1, 1), probability=probability)
+    with pytest.raises(FloorError, match=f"entrance to room 3 has probability {probability}, give 0 to 1"):
+        Door((3, None), WIDE, 1.0, probability=probability)
+    with pytest.raises(FloorError, match=f"furniture has probability {probability}, give 0 to 1"):
+        Furniture(box(0, 0, 1, 1), probability)
+
+
+def test_a_door_keeps_its_probability_between_rooms_with_new_ids():
+    door = Door((1, 2), WIDE, 1.0, probability=0.5).renumber_rooms({1: 4, 2: 3})
+    assert (door.rooms, door.probability) == ((3, 4), 0.5)

@@ -13,7 +13,7 @@ from shapely import LineString, Polygon, box
 from shapely.geometry import shape
 
 from pianta.errors import FloorError, PiantaError
-from pianta.floor import Door, Floor, Room
+from pianta.floor import Door, Floor, Furniture, Room
 from pianta.io.floors import read_floor, save_floor
 from tests.mutation import mutated
 
@@ -38,8 +38,13 @@ FLOOR = Floor(
     building_type={"SCHOOL": 0.75, "OFFICE": 0.25},
     source="map.yaml",
     last_id=9,
+    furniture=(
+        Furniture(box(2.5, 1, 3, 2)),
+        Furniture(Polygon([(5, 0), (7, 0), (7, 2), (5, 2)], [[(5.5, 0.5), (6, 0.5), (6, 1)]]), 0.75),
+    ),
 )
 ROOM = {"class": "room", "room": 1}
+FURNITURE = {"class": "furniture"}
 DOOR = {"class": "door", "rooms": [1, 2], "width": 1.0}
 SQUARE = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]]}
 BOW_TIE = {"type": "Polygon", "coordinates": [[[0, 0], [1, 1], [1, 0], [0, 1], [0, 0]]]}
@@ -67,13 +72,16 @@ def floors(draw) -> Floor:
     ids = draw(st.lists(st.integers(1, 10**6), unique=True, max_size=5))
     labelling = st.tuples(polygons, st.none() | names, labels, label_probabilities, st.booleans())
     named = st.none() | names.filter(is_room_name)
-    rooms = tuple(replace(Room(id_, *draw(labelling)), name=draw(named)) for id_ in ids)
+    certainty = st.none() | st.floats(0, 1)
+    rooms = tuple(replace(Room(id_, *draw(labelling)), name=draw(named), probability=draw(certainty)) for id_ in ids)
     pairs = st.lists(st.sampled_from([*ids, None]), min_size=2, max_size=2, unique=True) if ids else st.nothing()
     kinds = st.sampled_from(["door", "opening"])
-    doors = draw(st.lists(st.builds(Door, pairs.map(tuple), lines, st.floats(0, 1e300), kinds), max_size=3))
+    doors = draw(st.lists(st.builds(Door, pairs.map(tuple), lines, st.floats(0, 1e300), kinds, certainty), max_size=3))
     walls = draw(st.lists(lines, max_size=3))
     last_id = max(ids, default=0) + draw(st.integers(0, 9))
-    return Floor(rooms, tuple(doors), tuple(walls), draw(probabilities), draw(st.text(max_size=5)), last_id)
+    furniture = draw(st.lists(st.builds(Furniture, polygons, certainty), max_size=3))
+    building = draw(probabilities), draw(st.text(max_size=5)), last_id
+    return Floor(rooms, tuple(doors), tuple(walls), *building, tuple(furniture))
 
 
 @pytest.fixture(scope="module")
@@ -121,12 +129,14 @@ def test_round_trip_is_exact_and_stable(path, floor):
 def test_file_is_plain_geojson(valid):
     collection = json.loads(valid)
     assert collection["type"] == "FeatureCollection"
-    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.2")
+    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.3")
     features = collection["features"]
-    assert [part["id"] for part in features] == ["room-4", "room-2", "door-1", "door-2", "door-3", "wall-1", "wall-2"]
+    inner = ["room-4", "room-2", "door-1", "door-2", "door-3", "wall-1", "wall-2"]
+    assert [part["id"] for part in features] == [*inner, "furniture-1", "furniture-2"]
     assert all(part["type"] == "Feature" for part in features)
     shapes = [shape(part["geometry"]) for part in features]
-    assert shapes == [room.polygon for room in FLOOR.rooms] + [door.line for door in FLOOR.doors] + list(FLOOR.walls)
+    building = [room.polygon for room in FLOOR.rooms] + [door.line for door in FLOOR.doors] + list(FLOOR.walls)
+    assert shapes == building + [piece.polygon for piece in FLOOR.furniture]
     assert shapes[0].exterior.is_ccw
     assert not shapes[0].interiors[0].is_ccw
 
@@ -137,11 +147,14 @@ def test_properties_are_named(valid):
     assert properties[0]["labels"] == {"R/C": "ROOM", "school": "AULA È"}
     assert properties[0]["label_probabilities"] == {"R/C": {"ROOM": 1.0}, "school": {"AULA È": 0.7, "LAB": 0.3}}
     predicted = dict.fromkeys(("predicted", "confidence"))
-    assert properties[1] == {"class": "room", "room": 2, "partial": True} | unlabelled | predicted
+    unknown = {"probability": None}
+    assert properties[1] == {"class": "room", "room": 2, "partial": True} | unlabelled | predicted | unknown
     assert properties[0].keys().isdisjoint(predicted)
-    assert properties[3] == {"class": "door", "rooms": [2, 4], "width": 1.0, "kind": "opening"}
-    assert properties[4] == {"class": "door", "rooms": [4, None], "width": 1.0, "kind": "door"}
+    assert properties[3] == {"class": "door", "rooms": [2, 4], "width": 1.0, "kind": "opening"} | unknown
+    assert properties[4] == {"class": "door", "rooms": [4, None], "width": 1.0, "kind": "door"} | unknown
     assert properties[5] == {"class": "wall"}
+    assert properties[7] == {"class": "furniture"} | unknown
+    assert properties[8] == {"class": "furniture", "probability": 0.75}
     assert json.loads(valid)["last_id"] == 9
 
 
@@ -167,6 +180,18 @@ def test_a_name_survives_and_a_file_of_version_2_1_has_no_names(path):
     assert read_floor(path) == floor
     write(path, feature(ROOM, SQUARE), version="2.1")
     assert read_floor(path).rooms[0].name is None
+
+
+def test_probabilities_survive_and_a_file_of_version_2_2_has_none(path):
+    rooms = Room(1, box(0, 0, 2, 3), probability=0.5), Room(2, box(2, 0, 4, 3), probability=0)
+    floor = Floor(rooms, (Door((1, 2), LineString([(2, 1), (2, 2)]), 1.0, probability=0.25),))
+    save_floor(floor, path)
+    properties = [part["properties"] for part in json.loads(path.read_bytes())["features"]]
+    assert [each["probability"] for each in properties] == [0.5, 0, 0.25]
+    assert read_floor(path) == floor
+    write(path, feature(ROOM, SQUARE), feature(DOOR | {"rooms": [1, None]}, LINE), version="2.2")
+    read = read_floor(path)
+    assert (read.rooms[0].probability, read.doors[0].probability, read.furniture) == (None, None, ())
 
 
 @pytest.mark.parametrize(
@@ -251,6 +276,12 @@ def test_other_geojson_is_refused(path):
         ([feature(DOOR | {"width": -1}, LINE)], "width"),
         ([feature(DOOR | {"rooms": [None, None]}, LINE)], r"properties.rooms\[0\]"),
         ([feature(DOOR | {"rooms": [1]}, LINE)], r"properties.rooms\[1\]"),
+        ([feature(ROOM | {"probability": 1.5}, SQUARE)], r"room 1 has probability 1\.5"),
+        ([feature(DOOR | {"probability": -0.5}, LINE)], r"rooms 1 and 2 has probability -0\.5"),
+        ([feature(DOOR | {"probability": "0.5"}, LINE)], r"properties.probability"),
+        ([feature(FURNITURE, BOW_TIE)], r"features\[0\].furniture"),
+        ([feature(FURNITURE, LINE)], "LineString"),
+        ([feature(FURNITURE | {"probability": 2}, SQUARE)], r"furniture has probability 2"),
         ([feature(DOOR | {"rooms": [1, "2"]}, LINE)], r"properties.rooms\[1\].*'2'"),
         ([feature(DOOR | {"rooms": [8, None]}, LINE)], r"\[8\]"),
         (

@@ -1,30 +1,34 @@
 """Methods of floors and maps: rooms by id, drawing, notebooks, saving, and tables."""
 
 import sys
+from collections import Counter
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 from PIL import Image
 from shapely import LineString, box
 
 import pianta
-from pianta import Door, Floor, GridMap, Room
+from pianta import Door, Floor, Furniture, GridMap, Room
 from pianta.errors import FloorError, MapError, OptionError, PiantaError
+from pianta.plot.floor import FURNITURE_COLOR, FURNITURE_OPACITY
 from pianta.reading.reading import Reading, StoreyReading
 from tests.hidden_figures import hiding_figures
 
 ROOMS = (
     Room(3, box(0, 0, 4, 3), "OFFICE", {"type": "OFFICE"}, {"type": {"OFFICE": 0.75, "LAB": 0.25}}, name="204"),
-    Room(7, box(4, 0, 8, 3), partial=True),
+    Room(7, box(4, 0, 8, 3), partial=True, probability=0.5),
 )
 DOORS = (
-    Door((3, 7), LineString([(4, 1), (4, 2)]), 1.0),
+    Door((3, 7), LineString([(4, 1), (4, 2)]), 1.0, probability=0.25),
     Door((7, None), LineString([(8, 0.5), (8, 2.5)]), 2.0, "opening"),
 )
 WALLS = (LineString([(0, 0), (8, 0)]),)
-FLOOR = Floor(ROOMS, DOORS, WALLS, {"office": 1}, "house.yaml", 9)
+FURNITURE = (Furniture(box(1, 1, 2, 1.5)), Furniture(box(5, 1, 6, 3), 0.75))
+FLOOR = Floor(ROOMS, DOORS, WALLS, {"office": 1}, "house.yaml", 9, FURNITURE)
 GRID = GridMap(np.array([[0, 100, -1], [0, 0, 50]]), 0.5, (1.0, 2.0, 0.0), "house.yaml")
 
 
@@ -108,6 +112,14 @@ class TestFloorPictures:
         # One edge joins the two rooms; the entrance leads to no room.
         assert len(graph.lines) == len(plain.lines) + 1
 
+    def test_furniture_is_drawn_unless_it_is_left_out(self):
+        complete, without = FLOOR.plot(), FLOOR.plot(furniture=False)
+        colors = Counter(patch.get_facecolor() for patch in complete.patches)
+        colors.subtract(patch.get_facecolor() for patch in without.patches)
+        ((color, count),) = (+colors).items()
+        assert count == len(FURNITURE)
+        assert color == to_rgba(FURNITURE_COLOR, FURNITURE_OPACITY)
+
     def test_a_floor_without_rooms_is_drawn(self):
         assert not Floor(()).plot(walls=True, graph=True).lines
 
@@ -124,8 +136,8 @@ class TestTables:
         table = FLOOR.to_geodataframe()
         assert [*table.index] == [3, 7]
         assert table.index.name == "id"
-        assert [*table.columns] == ["name", "label", "label_probability", "partial", "area", "geometry"]
-        assert table.loc[3].drop("geometry").to_dict() == {
+        assert [*table.columns] == ["name", "label", "label_probability", "partial", "area", "probability", "geometry"]
+        assert table.loc[3].drop(["geometry", "probability"]).to_dict() == {
             "name": "204",
             "label": "OFFICE",
             "label_probability": 0.75,
@@ -133,17 +145,21 @@ class TestTables:
             "area": 12.0,
         }
         assert table.loc[7, ["name", "label", "label_probability"]].isna().all()
+        assert table["probability"].isna().tolist() == [True, False]
+        assert table.loc[7, "probability"] == 0.5
         assert [*table.geometry] == [room.polygon for room in ROOMS]
         assert table.crs is None
 
     def test_doors(self):
         table = FLOOR.to_geodataframe("doors")
-        assert [*table.columns] == ["room", "other_room", "width", "kind", "geometry"]
+        assert [*table.columns] == ["room", "other_room", "width", "kind", "probability", "geometry"]
         assert [*table["room"]] == [3, 7]
         assert table["other_room"][0] == 7
         assert table["other_room"].isna().tolist() == [False, True]
         assert [*table["width"]] == [1.0, 2.0]
         assert [*table["kind"]] == ["door", "opening"]
+        assert table["probability"].isna().tolist() == [False, True]
+        assert table["probability"][0] == 0.25
         assert [*table.geometry] == [door.line for door in DOORS]
 
     def test_walls(self):
@@ -151,7 +167,15 @@ class TestTables:
         assert [*table.columns] == ["geometry"]
         assert [*table.geometry] == [*WALLS]
 
-    @pytest.mark.parametrize("layer", ["rooms", "doors", "walls"])
+    def test_furniture(self):
+        table = FLOOR.to_geodataframe("furniture")
+        assert [*table.columns] == ["area", "probability", "geometry"]
+        assert [*table["area"]] == [0.5, 2.0]
+        assert table["probability"].isna().tolist() == [True, False]
+        assert table["probability"][1] == 0.75
+        assert [*table.geometry] == [piece.polygon for piece in FURNITURE]
+
+    @pytest.mark.parametrize("layer", ["rooms", "doors", "walls", "furniture"])
     def test_a_layer_without_rows_has_its_columns(self, layer):
         empty, full = Floor(()).to_geodataframe(layer), FLOOR.to_geodataframe(layer)
         assert len(empty) == 0
@@ -164,7 +188,7 @@ class TestTables:
 
     @pytest.mark.parametrize("layer", ["windows", "", None, ["rooms"]])
     def test_another_layer(self, layer):
-        with pytest.raises(OptionError, match="give one of rooms, doors, walls"):
+        with pytest.raises(OptionError, match="give one of rooms, doors, walls, furniture"):
             FLOOR.to_geodataframe(layer)
 
     def test_without_geopandas(self, monkeypatch):

@@ -20,7 +20,7 @@ FLOOR = Floor(
         Room(3, box(0, 0, 4, 3), "OFFICE", {"R/C": "ROOM"}, {"office": {"BÜRO": 0.6}}),
         Room(1, box(4, 0, 9, 3)),
     ),
-    (Door((1, 3), LineString([(4, 0.1), (4, 1)]), 0.9),),
+    (Door((1, 3), LineString([(4, 0.1), (4, 1)]), 0.9, probability=0.75),),
     source="Büro",
 )
 TWO_ROOMS = """<?xml version='1.0' encoding='utf-8'?>

@@ -13,8 +13,15 @@ from pianta.cli.read import tabulate_rooms
 from pianta.errors import FloorError, OptionError
 from pianta.floor import Door, Floor, Room, scale_floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.layout.partial.predict import measure_half_wall, predict_partial_rooms
-from pianta.layout.partial.scene import find_main_direction
+from pianta.layout.partial.hypotheses import FEATURES
+from pianta.layout.partial.predict import (
+    MAX_GROWTH,
+    STRONG_EVIDENCE,
+    PartialModel,
+    measure_half_wall,
+    predict_partial_rooms,
+)
+from pianta.layout.partial.scene import MAX_COMPARED_ROOMS, FloorIndex, View, find_main_direction
 from pianta.layout.reconstruct import reconstruct
 from pianta.layout.room_ids import keep_room_ids
 from pianta.worlds.floors import make_corridor_floor
@@ -95,6 +102,78 @@ def test_a_room_thinner_than_a_cell_is_predicted_too(row):
     thin = box(8.51, 6, 8.52, 6.01)
     predicted = last_prediction(predict_partial_rooms(Floor((Room(1, thin, partial=True),)), row[1]))
     assert predicted.buffer(1e-6).contains(thin)
+
+
+def model_of_large_rooms(most: float) -> PartialModel:
+    """A model that expects more of a hypothesis the larger it is: an IoU of most · (1 - seen share / 10)."""
+    hidden = np.zeros((len(FEATURES), 1))
+    hidden[FEATURES.index("seen share")] = -most / 10
+    zeros, ones = np.zeros(len(FEATURES)), np.ones(len(FEATURES))
+    return PartialModel(zeros, ones, hidden, np.array([most]), np.ones(1), 0.0)
+
+
+def crop_to(row: tuple[Floor, GridMap], observed: Polygon) -> tuple[Floor, GridMap]:
+    """The row, of whose third room only this part was observed."""
+    floor, grid = row
+    cells = grid.cells.copy()
+    x, y = grid.pixel_to_map(*(np.indices(grid.shape) + 0.5))
+    cells[shapely.contains_xy(OBSERVED, x, y) & ~shapely.contains_xy(observed, x, y)] = UNKNOWN
+    return replace(floor, rooms=(*floor.rooms[:-1], replace(floor.rooms[-1], polygon=observed))), replace_cells(
+        grid, cells
+    )
+
+
+def test_a_prediction_of_more_than_three_times_the_observed_area_needs_strong_evidence(row):
+    # Two of five metres were observed, so rooms as deep as the others are 2.5 times as large.
+    floor, grid = crop_to(row, box(8.4, 2.2, 12.4, 4.2))
+    weak = predict_partial_rooms(floor, grid, model=model_of_large_rooms(STRONG_EVIDENCE - 0.01)).rooms[-1]
+    strong = predict_partial_rooms(floor, grid, model=model_of_large_rooms(STRONG_EVIDENCE + 0.1)).rooms[-1]
+    assert weak.predicted
+    assert strong.predicted
+    assert 2.5 * 8 < weak.predicted.area <= MAX_GROWTH * 8
+    assert strong.predicted.area > MAX_GROWTH * 8
+    assert (weak.confidence or 0) < STRONG_EVIDENCE <= (strong.confidence or 0)
+
+
+def test_a_sliver_whose_walls_are_larger_than_itself_is_predicted_as_it_is(row):
+    sliver = box(8.41, 6, 12.39, 6.02)
+    floor = Floor((*row[0].rooms[:-1], Room(5, sliver, partial=True)))
+    model = model_of_large_rooms(STRONG_EVIDENCE - 0.01)
+    assert last_prediction(predict_partial_rooms(floor, row[1], model=model)).equals(sliver)
+
+
+def test_the_index_of_a_floor_finds_what_is_near_a_room():
+    # A row of 300 rooms of 4 m x 5 m: those that begin within 60 m of the first one's end are the rooms 2 to 16.
+    rooms = [Room(i + 1, box(4 * i, 0, 4 * i + 4, 5)) for i in range(300)]
+    index = FloorIndex.from_floor(Floor(tuple(rooms)))
+    assert index.sides[index.find_sides(rooms[0], 60.0)][..., 0].max() == 68
+    extents = index.measure_extents(rooms[0], View(0.0, np.zeros(2), (10, 10), 0.1))
+    assert extents.shape == (MAX_COMPARED_ROOMS, 2)
+    assert extents == pytest.approx(np.tile([4.0, 5.0], (MAX_COMPARED_ROOMS, 1)))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, -0.9])
+def test_a_view_samples_the_cell_below_each_of_its_centres(yaw):
+    grid = GridMap(np.zeros((30, 50), np.int8), 0.07, (1.0, -2.0, yaw))
+    values = np.arange(1500, dtype=np.uint16).reshape(grid.shape) % 251
+    view = View(0.3, np.array([0.1, -1.9]), (40, 25), 0.1)
+    sampled = view.sample(values.astype(np.uint8), grid, beyond=255)
+    rows, cols = (np.indices(view.shape) + 0.5).reshape(2, -1)
+    pixels = grid.map_to_pixel(*view.to_map(np.column_stack([cols, rows])).T)
+    row, col = (np.floor(pixel).astype(int) for pixel in pixels)
+    inside = (row >= 0) & (row < 30) & (col >= 0) & (col < 50)
+    expected = np.where(inside, values[row.clip(0, 29), col.clip(0, 49)], 255)
+    assert 0 < inside.mean() < 1
+    assert (sampled.ravel() == expected).all()
+
+
+def test_without_predictions_rooms_are_still_partial():
+    floor = make_corridor_floor(seed=3)
+    grid = simulate_partial_map(floor, simulate_map(floor, seed=3), share=0.6, reach=8, entered=0.2, seed=3)
+    reconstructed, plain = reconstruct(grid), reconstruct(grid, predict_partial=False)
+    assert any(room.predicted for room in reconstructed.rooms)
+    unpredicted = tuple(replace(room, predicted=None, confidence=None) for room in reconstructed.rooms)
+    assert plain == replace(reconstructed, rooms=unpredicted)
 
 
 def test_half_a_wall_is_half_the_distance_of_rooms(row):

@@ -31,7 +31,7 @@ from pianta.floor import Floor
 from pianta.layout._label_images import grow_mask
 from pianta.layout.partial.hypotheses import FEATURES, list_hypotheses
 from pianta.layout.partial.predict import MODEL_FILE, PartialModel
-from pianta.layout.partial.scene import ObservedCells, build_scene
+from pianta.layout.partial.scene import FloorIndex, ObservedCells, build_scene, find_main_direction, make_view
 from pianta.layout.reconstruct import find_rooms
 from pianta_bench.data.annotated_floors import read_drawing
 from pianta_bench.data.folders import find_data
@@ -114,11 +114,13 @@ def do_job(job: Job) -> list[Example]:
 def list_examples(name: str, floor: Floor, partial_map: PartialMap) -> Iterator[Example]:
     """An example for each partial room that overlaps a true one."""
     true_rooms, observed_cells = np.array(partial_map.rooms, dtype=object), ObservedCells.from_grid(partial_map.grid)
+    index = FloorIndex.from_floor(floor)
     for room in floor.rooms:
         shared = area_of(intersection(true_rooms, room.polygon))
         if not room.partial or not shared.any():
             continue
-        scene = build_scene(floor, room, observed_cells)
+        view = make_view(room, find_main_direction(index, room), partial_map.grid)
+        scene = build_scene(index, room, observed_cells, view)
         best: Polygon = true_rooms[int(shared.argmax())]
         truth = scene.view.draw([best])
         hypotheses = list_hypotheses(scene)

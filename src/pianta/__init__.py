@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pianta.building_types.model import train_building_types
     from pianta.errors import PiantaError
     from pianta.exploration.explore import explore
-    from pianta.floor import Door, Floor, Room
+    from pianta.floor import Door, Floor, Furniture, Room
     from pianta.generation.generate import generate
     from pianta.generation.train import train_type
     from pianta.gridmap import GridMap
@@ -40,6 +40,7 @@ __all__ = [
     "Door",
     "Failure",
     "Floor",
+    "Furniture",
     "GridMap",
     "LabelSchema",
     "PiantaError",
@@ -75,6 +76,7 @@ _MODULES = {
     "Door": "floor",
     "Failure": "reading.read",
     "Floor": "floor",
+    "Furniture": "floor",
     "GridMap": "gridmap",
     "LabelSchema": "labels",
     "PiantaError": "errors",

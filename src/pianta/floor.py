@@ -1,4 +1,4 @@
-"""Floor, Room and Door: the building, which is the input and output of every stage."""
+"""Floor, Room, Door and Furniture: the building, which is the input and output of every stage."""
 
 from __future__ import annotations
 
@@ -57,6 +57,9 @@ class Room:
         The expected IoU of the predicted polygon with the true one, 0 … 1; None if unknown.
     name
         The name of this room in the building, such as "204 French"; None if unknown.
+    probability
+        The probability that this is one true room, i.e. that a true room has an IoU of at least 0.6 with it; None if
+        unknown.
 
     Raises
     ------
@@ -83,10 +86,12 @@ class Room:
     predicted: Polygon | None = None
     confidence: float | None = None
     name: str | None = None
+    probability: float | None = None
 
     def __post_init__(self) -> None:
         if self.id < 1:
             raise FloorError(f"room id is {self.id}, give a positive integer")
+        _check_probability(self.probability, f"room {self.id}")
         if not isinstance(self.polygon, Polygon) or self.polygon.is_empty or not self.polygon.is_valid:
             raise FloorError(f"room {self.id} has no valid polygon, repair it with shapely.make_valid")
         object.__setattr__(self, "polygon", orient(self.polygon))
@@ -147,11 +152,14 @@ class Door:
         Clear width, metres.
     kind
         "door", or "opening" if there is much less wall between the rooms than beside a door.
+    probability
+        The probability that there is a true door or opening; None if unknown.
 
     Raises
     ------
     FloorError
-        The rooms are not two different ones or one and None, or the width is negative.
+        The rooms are not two different ones or one and None, the width is negative, or the probability is not in
+        [0, 1].
 
     Examples
     --------
@@ -166,6 +174,7 @@ class Door:
     line: LineString
     width: float
     kind: Literal["door", "opening"] = "door"
+    probability: float | None = None
 
     def __post_init__(self) -> None:
         ids = sorted(room_id for room_id in self.rooms if room_id is not None)
@@ -173,9 +182,10 @@ class Door:
             raise FloorError("a door leads from no room to no room, give one room or two")
         if len(ids) == 2 and ids[0] == ids[1]:
             raise FloorError(f"a door joins room {ids[0]} to itself, give two rooms")
+        what = f"door between rooms {ids[0]} and {ids[1]}" if len(ids) == 2 else f"entrance to room {ids[0]}"
         if not self.width >= 0:
-            what = f"door between rooms {ids[0]} and {ids[1]}" if len(ids) == 2 else f"entrance to room {ids[0]}"
             raise FloorError(f"{what} has width {self.width}, give metres")
+        _check_probability(self.probability, what)
         object.__setattr__(self, "rooms", (ids[0], ids[1] if len(ids) == 2 else None))
 
     @property
@@ -212,6 +222,41 @@ class Door:
 
 
 @dataclass(frozen=True)
+class Furniture:
+    """Something that stands in a room and is no wall: a piece of furniture, several that touch, a plant, a person.
+
+    Parameters
+    ----------
+    polygon
+        What the map shows of it, metres in the map frame; the shell is stored counter-clockwise, holes clockwise.
+    probability
+        The probability that it is furniture and no wall; None if unknown.
+
+    Raises
+    ------
+    FloorError
+        The polygon is empty or invalid, or the probability is not in [0, 1].
+
+    Examples
+    --------
+    >>> import pianta
+    >>> from shapely import box
+    >>> table = pianta.Furniture(box(1, 1, 2, 1.5), 0.9)
+    >>> table.polygon.area
+    0.5
+    """
+
+    polygon: Polygon
+    probability: float | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.polygon, Polygon) or self.polygon.is_empty or not self.polygon.is_valid:
+            raise FloorError("a piece of furniture has no valid polygon, repair it with shapely.make_valid")
+        _check_probability(self.probability, "a piece of furniture")
+        object.__setattr__(self, "polygon", orient(self.polygon))
+
+
+@dataclass(frozen=True)
 class Floor:
     """One floor of a building, in metres of the map frame.
 
@@ -233,6 +278,8 @@ class Floor:
     last_id
         The highest id that a room of this building ever had, so that ids are never reused; 0 for the highest on this
         floor.
+    furniture
+        What stands in the rooms; the rooms' polygons keep the floor under it.
 
     Raises
     ------
@@ -262,9 +309,10 @@ class Floor:
     building_type: Mapping[str, float] = field(default_factory=dict)
     source: str = ""
     last_id: int = 0
+    furniture: tuple[Furniture, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("rooms", "doors", "walls"):
+        for name in ("rooms", "doors", "walls", "furniture"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "building_type", _standardise_types(self.building_type))
         ids = Counter(room.id for room in self.rooms)
@@ -309,7 +357,13 @@ class Floor:
         return room in self.rooms if isinstance(room, Room) else any(each.id == room for each in self.rooms)
 
     def plot(
-        self, grid: GridMap | None = None, *, ax: Axes | None = None, walls: bool = False, graph: bool = False
+        self,
+        grid: GridMap | None = None,
+        *,
+        ax: Axes | None = None,
+        walls: bool = False,
+        graph: bool = False,
+        furniture: bool = True,
     ) -> Axes:
         """Draw the rooms with their ids, in the colours of their labels if they have any, and the doors.
 
@@ -321,6 +375,8 @@ class Floor:
             Where to draw, in metres of the map frame; a new figure if None.
         walls, graph
             Whether to draw the wall lines and the topological graph too.
+        furniture
+            Whether to draw the furniture.
 
         Returns
         -------
@@ -336,7 +392,7 @@ class Floor:
         """
         from pianta.plot.floor import plot_floor
 
-        return plot_floor(self, grid, ax=ax, walls=walls, graph=graph)
+        return plot_floor(self, grid, ax=ax, walls=walls, graph=graph, furniture=furniture)
 
     def _repr_png_(self) -> bytes | None:
         """The floor as a notebook shows it; None for one without rooms."""
@@ -371,15 +427,18 @@ class Floor:
 
         save_floor(self, path)
 
-    def to_geodataframe(self, layer: Literal["rooms", "doors", "walls"] = "rooms") -> GeoDataFrame:
-        """The rooms, doors or walls as a GeoDataFrame, in metres of the map frame, without a coordinate system.
+    def to_geodataframe(self, layer: Literal["rooms", "doors", "walls", "furniture"] = "rooms") -> GeoDataFrame:
+        """One layer of the floor as a GeoDataFrame, in metres of the map frame, without a coordinate system.
 
         Parameters
         ----------
         layer
-            "rooms": polygons; the index is the id, the columns name, label, label_probability, partial and area (m²).
-            "doors": lines from jamb to jamb; columns room, other_room (missing for an entrance), width (m) and kind.
+            "rooms": polygons; the index is the id, the columns name, label, label_probability, partial, area (m²) and
+            probability.
+            "doors": lines from jamb to jamb; columns room, other_room (missing for an entrance), width (m), kind and
+            probability.
             "walls": the wall lines.
+            "furniture": polygons; columns area (m²) and probability.
 
         Returns
         -------
@@ -421,8 +480,9 @@ class Floor:
         networkx.Graph
             Nodes are the ids of the rooms, with the attributes `name`, `label`, `labels`, `label_probabilities`, `area`
             (m²), `x`, `y` (m; a point inside the room), `partial`, `predicted_area` (m²) and `confidence`, both None
-            unless the room is predicted, and `entrances` (their number). Edges have `doors` (their number), `width` (m,
-            of the widest), and `x`, `y` (m, the middle of the widest). The graph has `source`.
+            unless the room is predicted, `entrances` (their number) and `probability` (that it is one true room; None
+            if unknown). Edges have `doors` (their number), `width` and `probability` (m, and None if unknown, of the
+            widest), and `x`, `y` (m, the middle of the widest). The graph has `source`.
 
         References
         ----------
@@ -452,12 +512,20 @@ class Floor:
                 predicted_area=room.predicted.area if room.predicted else None,
                 confidence=room.confidence,
                 entrances=entrances[room.id],
+                probability=room.probability,
             )
         inner_doors = (door for door in self.doors if not door.is_entrance)
         for door in sorted(inner_doors, key=lambda door: door.width):
             count = graph.edges[door.rooms]["doors"] if graph.has_edge(*door.rooms) else 0
             middle = door.line.interpolate(0.5, normalized=True)
-            graph.add_edge(*door.rooms, doors=count + 1, width=door.width, x=middle.x, y=middle.y)
+            graph.add_edge(
+                *door.rooms,
+                doors=count + 1,
+                width=door.width,
+                x=middle.x,
+                y=middle.y,
+                probability=door.probability,
+            )
         return graph
 
     def label_image(self, grid: GridMap) -> NDArray[np.uint16]:
@@ -519,7 +587,14 @@ def scale_floor(floor: Floor, x_factor: float, y_factor: float) -> Floor:
         rooms=tuple(map(scale_room, floor.rooms)),
         doors=tuple(map(scale_door, floor.doors)),
         walls=tuple(map(scale_shape, floor.walls)),
+        furniture=tuple(replace(piece, polygon=scale_shape(piece.polygon)) for piece in floor.furniture),
     )
+
+
+def _check_probability(probability: float | None, what: str) -> None:
+    """Raise FloorError for a probability that is not in [0, 1]; what: the noun of the message."""
+    if probability is not None and not 0 <= probability <= 1:
+        raise FloorError(f"{what} has probability {probability}, give 0 to 1")
 
 
 def _standardise_types(probabilities: Mapping[str, float]) -> dict[str, float]:

@@ -73,6 +73,9 @@ BuildingModelFile = Annotated[
 Jobs = Annotated[
     int, typer.Option(min=1, max=MAX_JOBS, help="Processes for several files; the results are the same for any number.")
 ]
+NoPredictions = Annotated[
+    bool, typer.Option("--no-predictions", help="Leave out the predicted shapes of rooms that were seen in part.")
+]
 NoLabels = Annotated[bool, typer.Option("--no-labels", help="Leave out the labels of rooms and the building type.")]
 
 
@@ -95,6 +98,7 @@ def read_maps(
     model: Model = None,
     building_model: BuildingModelFile = None,
     no_labels: NoLabels = False,
+    no_predictions: NoPredictions = False,
     jobs: Jobs = 1,
     quiet: Quiet = False,
 ) -> None:
@@ -129,6 +133,7 @@ def read_maps(
         "room_model": model,
         "building_model": building_model,
         "labels": not no_labels,
+        "predict_partial": not no_predictions,
     }
     if len(maps) == 1:
         _read_one(maps[0], out, options, walls=walls, graph=graph, quiet=quiet)

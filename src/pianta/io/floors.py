@@ -2,9 +2,10 @@
 
 The collection has the members `format`, `version`, `frame`, `units`, `source`, `building_type` and `last_id`, the
 highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with clockwise
-holes), door or wall (lines). A partial room has, since 2.1, the properties `predicted`, a Polygon geometry of the
-complete room, and `confidence`, both null if unknown; since 2.2 a room has a `name`, or null. The `rooms` of a door are
-two ids, those of an entrance an id and null.
+holes), door or wall (lines), or, since 2.3, furniture (a polygon). A partial room has, since 2.1, the properties
+`predicted`, a Polygon geometry of the complete room, and `confidence`, both null if unknown; since 2.2 a room has a
+`name`, or null; since 2.3 rooms, doors and furniture have a `probability`, or null. The `rooms` of a door are two ids,
+those of an entrance an id and null.
 QGIS reads any GeoJSON as WGS 84; set the layer to have no coordinate system.
 """
 
@@ -35,12 +36,12 @@ from shapely import LineString, Polygon, get_coordinates
 from shapely.geometry.base import BaseGeometry
 
 from pianta.errors import FloorError
-from pianta.floor import Door, Floor, Room
+from pianta.floor import Door, Floor, Furniture, Room
 from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import atomic_file
 
-FORMAT = FileFormat("pianta floor", 2, 2)
+FORMAT = FileFormat("pianta floor", 2, 3)
 MAX_FILE_BYTES = 64 * 2**20
 MAX_COORDINATE = 1e8  # metres; beyond any map frame
 # Files of version 1 have label -> probability, in the label set of the building's type.
@@ -114,7 +115,7 @@ def _dump_strictly(value: object) -> str:
 
 
 def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
-    """The GeoJSON features of the rooms, then of the doors, then of the walls."""
+    """The GeoJSON features of the rooms, then of the doors, the walls and the furniture."""
     for room in floor.rooms:
         properties: dict[str, Any] = {
             "room": int(room.id),
@@ -125,19 +126,26 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
                 name: _sort_probabilities(probabilities) for name, probabilities in room.label_probabilities.items()
             },
             "partial": bool(room.partial),
+            "probability": _float_or_none(room.probability),
         }
         if room.partial:
             properties |= {
                 "predicted": _geometry(room.predicted) if room.predicted else None,
-                "confidence": None if room.confidence is None else float(room.confidence),
+                "confidence": _float_or_none(room.confidence),
             }
         yield _feature("room", room.id, properties, room.polygon)
     for number, door in enumerate(floor.doors, start=1):
         rooms = [None if room is None else int(room) for room in door.rooms]
         ends = {"rooms": rooms, "width": float(door.width), "kind": door.kind}
-        yield _feature("door", number, ends, door.line)
+        yield _feature("door", number, ends | {"probability": _float_or_none(door.probability)}, door.line)
     for number, wall in enumerate(floor.walls, start=1):
         yield _feature("wall", number, {}, wall)
+    for number, piece in enumerate(floor.furniture, start=1):
+        yield _feature("furniture", number, {"probability": _float_or_none(piece.probability)}, piece.polygon)
+
+
+def _float_or_none(number: float | None) -> float | None:
+    return None if number is None else float(number)
 
 
 def _feature(class_: str, number: int, properties: dict[str, Any], shape: Polygon | LineString) -> dict[str, Any]:
@@ -194,6 +202,7 @@ class _RoomProperties(_Part):
     predicted: _PolygonGeometry | None = None
     confidence: FiniteFloat | None = None
     name: str | None = None
+    probability: FiniteFloat | None = None
 
     @field_validator("label_probabilities", mode="before")
     @classmethod
@@ -203,12 +212,12 @@ class _RoomProperties(_Part):
 
 
 class _Item(_Part):
-    """A feature that becomes a room or a door, whose own checks are faults of the file."""
+    """A feature that becomes a room, a door or furniture, whose own checks are faults of the file."""
 
     @property
     @abstractmethod
-    def item(self) -> Room | Door:
-        """The room or door."""
+    def item(self) -> Room | Door | Furniture:
+        """The room, door or furniture."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -237,6 +246,7 @@ class _DoorProperties(_Part):
     rooms: tuple[int, int | None]
     width: FiniteFloat
     kind: Literal["door", "opening"] = "door"
+    probability: FiniteFloat | None = None
 
 
 class _DoorFeature(_Item):
@@ -256,6 +266,19 @@ class _WallFeature(_Part):
         return LineString(self.geometry.coordinates)
 
 
+class _FurnitureProperties(_Part):
+    probability: FiniteFloat | None = None
+
+
+class _FurnitureFeature(_Item):
+    properties: _FurnitureProperties
+    geometry: _PolygonGeometry
+
+    @cached_property
+    def item(self) -> Furniture:
+        return Furniture(self.geometry.polygon, self.properties.probability)
+
+
 class _UnknownFeature(_Part):
     """A feature of a class of a later minor version."""
 
@@ -264,13 +287,14 @@ def _class_of_feature(feature: object) -> str:
     """The tag of the pydantic model of a feature."""
     properties = feature.get("properties") if isinstance(feature, dict) else None
     class_ = properties.get("class") if isinstance(properties, dict) else None
-    return class_ if class_ in ("room", "door", "wall") else "unknown"
+    return class_ if class_ in ("room", "door", "wall", "furniture") else "unknown"
 
 
 _Feature = Annotated[
     Annotated[_RoomFeature, Tag("room")]
     | Annotated[_DoorFeature, Tag("door")]
     | Annotated[_WallFeature, Tag("wall")]
+    | Annotated[_FurnitureFeature, Tag("furniture")]
     | Annotated[_UnknownFeature, Tag("unknown")],
     Discriminator(_class_of_feature),
 ]
@@ -299,6 +323,7 @@ def _parse_floor(content: bytes) -> Floor:
         building_type=collection.building_type,
         source=collection.source,
         last_id=collection.last_id,
+        furniture=tuple(feature.item for feature in features if isinstance(feature, _FurnitureFeature)),
     )
 
 

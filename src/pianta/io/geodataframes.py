@@ -15,9 +15,10 @@ if TYPE_CHECKING:
 
 # The columns of each layer besides the geometry, also of a layer without rows.
 LAYERS = {
-    "rooms": ("name", "label", "label_probability", "partial", "area"),
-    "doors": ("room", "other_room", "width", "kind"),
+    "rooms": ("name", "label", "label_probability", "partial", "area", "probability"),
+    "doors": ("room", "other_room", "width", "kind", "probability"),
     "walls": (),
+    "furniture": ("area", "probability"),
 }
 
 
@@ -37,6 +38,8 @@ def floor_to_geodataframe(floor: Floor, layer: str) -> GeoDataFrame:
         table["label_probability"] = table["label_probability"].astype("float64")
     if layer == "doors":
         table["other_room"] = table["other_room"].astype("Int64")
+    if "probability" in LAYERS[layer]:
+        table["probability"] = table["probability"].astype("float64")
     return table
 
 
@@ -45,10 +48,14 @@ def _list_rows(floor: Floor, layer: str) -> tuple[list[tuple[object, ...]], list
     rows: list[tuple[object, ...]]
     if layer == "rooms":
         rows = [
-            (room.name, room.label, room.label_probability, room.partial, room.polygon.area) for room in floor.rooms
+            (room.name, room.label, room.label_probability, room.partial, room.polygon.area, room.probability)
+            for room in floor.rooms
         ]
         return rows, [room.polygon for room in floor.rooms]
     if layer == "doors":
-        rows = [(*door.rooms, door.width, door.kind) for door in floor.doors]
+        rows = [(*door.rooms, door.width, door.kind, door.probability) for door in floor.doors]
         return rows, [door.line for door in floor.doors]
+    if layer == "furniture":
+        rows = [(piece.polygon.area, piece.probability) for piece in floor.furniture]
+        return rows, [piece.polygon for piece in floor.furniture]
     return [() for _ in floor.walls], [*floor.walls]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pianta._arguments import check_argument
 from pianta.errors import OptionError
 from pianta.floor import Floor
@@ -13,7 +15,13 @@ METHODS = ("structure", "thesis", *SEGMENTATIONS)
 DEFAULT_METHOD = METHODS[0]
 
 
-def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Parameters | None = None) -> Floor:
+def reconstruct(
+    grid: GridMap,
+    *,
+    method: str = DEFAULT_METHOD,
+    parameters: Parameters | None = None,
+    predict_partial: bool = True,
+) -> Floor:
     """Reconstruct the floor that a grid map shows: its rooms and doors, and its walls by some methods.
 
     With `structure` and `thesis`, rooms that end at unknown space are partial, and their whole shape is predicted
@@ -30,6 +38,8 @@ def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Para
     parameters
         The thresholds of the method, in metres; None for the default values. `StructureParameters` for
         "structure", `ThesisParameters` for "thesis", and the class beside each method of the survey.
+    predict_partial
+        Whether to predict the whole shape of partial rooms; without it the floor is found faster.
 
     Returns
     -------
@@ -60,7 +70,7 @@ def reconstruct(grid: GridMap, *, method: str = DEFAULT_METHOD, parameters: Para
     """
     check_argument(grid, GridMap, "grid", "a GridMap of read_map")
     floor = find_rooms(grid, method=method, parameters=parameters)
-    if not any(room.partial for room in floor.rooms):
+    if not predict_partial or not any(room.partial for room in floor.rooms):
         return floor
     from pianta.layout.partial.predict import predict_partial_rooms
 
@@ -79,9 +89,11 @@ def find_rooms(grid: GridMap, *, method: str, parameters: Parameters | None = No
         from pianta.layout.thesis.reconstruct import reconstruct_layout
 
         return reconstruct_layout(grid, parameters=check_parameters(parameters, ThesisParameters))
+    from pianta.layout.furniture import find_furniture
     from pianta.layout.structure.reconstruct import reconstruct_structure
 
-    return reconstruct_structure(grid, parameters=check_parameters(parameters, StructureParameters))
+    floor = reconstruct_structure(grid, parameters=check_parameters(parameters, StructureParameters))
+    return replace(floor, furniture=find_furniture(grid, floor))
 
 
 def check_method(method: str) -> None:

@@ -11,6 +11,7 @@ _MODULES = {
     "plot_exploration": "exploration",
     "plot_explored": "prediction",
     "plot_floor": "floor",
+    "plot_furniture": "floor",
     "plot_graph": "floor",
     "plot_grid": "grid",
     "plot_room_graph": "graphs",

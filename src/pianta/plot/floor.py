@@ -33,6 +33,9 @@ DOOR_COLOR = "#aa1133"
 ENTRANCE_COLOR = "#117733"
 WALL_COLOR = "#3355bb"
 EDGE_COLOR = "#555555"
+# Fill of furniture over the colours of rooms, and its opacity.
+FURNITURE_COLOR = "#6b5d4a"
+FURNITURE_OPACITY = 0.45
 # Fill, hatch and predicted outline of partial rooms.
 PARTIAL_COLOR = "#cccccc"
 HATCH_COLOR = "#999999"
@@ -69,6 +72,8 @@ LEGEND_FONT_SIZE = 8
 MIN_PREDICTED_AREA = 0.05
 PREDICTION_LEVEL = 0.5
 ROOM_LEVEL, WALL_LEVEL, GRAPH_LEVEL, DOOR_LEVEL, TEXT_LEVEL = range(1, 6)
+# Above the rooms and the ink of a plan, below the walls.
+FURNITURE_LEVEL = 1.7
 
 
 def plot_floor(
@@ -78,6 +83,7 @@ def plot_floor(
     ax: Axes | None = None,
     walls: bool = False,
     graph: bool = False,
+    furniture: bool = True,
     schemas: Schemas = SCHEMAS,
     paper: NDArray[np.uint8] | None = None,
 ) -> Axes:
@@ -93,6 +99,8 @@ def plot_floor(
         Where to draw; a new figure if None.
     walls, graph
         Whether to draw the wall lines and the topological graph too.
+    furniture
+        Whether to draw the furniture.
     schemas
         By building type, the labels whose colours are known.
     paper
@@ -116,6 +124,8 @@ def plot_floor(
             plot_ink(paper, grid, ax=ax)
     labels = _has_labels(floor)
     plot_rooms(floor, ax=ax, labels=labels, schemas=schemas)
+    if furniture:
+        plot_furniture(floor, ax=ax)
     if walls:
         plot_walls(floor, ax=ax)
     if graph:
@@ -248,6 +258,38 @@ def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
             # The diamond is for readers who cannot distinguish the two colours.
             middle = door.line.interpolate(0.5, normalized=True)
             ax.plot(*middle.xy, marker="D", markersize=7, color=color, markeredgecolor="white", zorder=DOOR_LEVEL)
+    return ax
+
+
+def plot_furniture(floor: Floor, *, ax: Axes | None = None) -> Axes:
+    """Draw the furniture in a muted brown.
+
+    Parameters
+    ----------
+    floor
+        The floor, metres of the map frame.
+    ax
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    Axes
+        The ax with the drawing; nothing is shown.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> _, grid = pianta.make_world("corridor", furniture=0.5)
+    >>> floor = pianta.reconstruct(grid)
+    >>> ax = pianta.plot.plot_rooms(floor)
+    >>> ax = pianta.plot.plot_furniture(floor, ax=ax)
+    """
+    from shapely.plotting import patch_from_polygon
+
+    ax = new_ax(ax)
+    look = {"facecolor": (FURNITURE_COLOR, FURNITURE_OPACITY), "linewidth": 0, "zorder": FURNITURE_LEVEL}
+    for piece in floor.furniture:
+        ax.add_artist(patch_from_polygon(piece.polygon, **look))
     return ax
 
 
@@ -504,8 +546,11 @@ def _round_length(longest: float) -> float:
 
 
 def _find_extent(floor: Floor, grid: GridMap | None) -> Floats:
-    """Left, bottom, right and top (m) of the picture: rooms and free cells, a margin, and a strip below."""
-    rooms = [shapely.get_coordinates(room.predicted or room.polygon) for room in floor.rooms]
+    """Left, bottom, right and top (m) of the picture: rooms and free cells, a margin, and a strip below.
+
+    A prediction is a guess, so it may end at the frame, but does not widen it.
+    """
+    rooms = [shapely.get_coordinates(room.polygon) for room in floor.rooms]
     xy = np.concatenate([*([] if grid is None else [_find_extent_of_free(grid)]), *rooms])
     low, high = xy.min(axis=0), xy.max(axis=0)
     longest = (high - low).max()

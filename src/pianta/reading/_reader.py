@@ -42,6 +42,7 @@ class ReadOptions(TypedDict, total=False):
     words: str | Path | None
     method: str
     parameters: Parameters | None
+    predict_partial: bool
     building_type: str | None
     room_model: RoomModel | str | Path | None
     building_model: BuildingTypeModel | str | Path | None
@@ -145,7 +146,7 @@ class Reader:
             raise OptionError(f"map {short_repr(path)} is no plan, leave out {useless} or give input_kind='plan'")
         grid = read_map(image or path, **self._choose("resolution", "trust_thresholds", "max_cells"))
         try:
-            return StoreyReading(reconstruct(grid, **self._choose("method", "parameters")), grid)
+            return StoreyReading(reconstruct(grid, **self._choose("method", "parameters", "predict_partial")), grid)
         except PiantaError as error:
             raise type(error)(f"map {short_repr(path)}: {error}") from error
 
@@ -156,6 +157,7 @@ class Reader:
         useless = {
             "trust_thresholds=True": self.options.get("trust_thresholds"),
             "parameters=": self.options.get("parameters") is not None,
+            "predict_partial=False": not self.options.get("predict_partial", True),
         }
         for option in (name for name, is_given in useless.items() if is_given):
             raise OptionError(f"plan {short_repr(path)} is no map, leave out {option} or give input_kind='map'")

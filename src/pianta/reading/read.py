@@ -53,6 +53,7 @@ def read(
     words: str | Path | None = None,
     method: str = DEFAULT_METHOD,
     parameters: Parameters | None = None,
+    predict_partial: bool = True,
     building_type: str | None = None,
     room_model: RoomModel | str | Path | None = None,
     building_model: BuildingTypeModel | str | Path | None = None,
@@ -86,6 +87,8 @@ def read(
         How rooms are found, one of `METHODS`.
     parameters
         The thresholds of the method; None for those that fit most buildings. Not for plans.
+    predict_partial
+        False to leave out the predicted shapes of rooms that were seen in part, which is faster. Not for plans.
     building_type
         The type of the building, such as "school" or "office"; None if unknown. Rooms get the labels of this type.
     room_model, building_model
@@ -138,6 +141,7 @@ def read(
         words=words,
         method=method,
         parameters=parameters,
+        predict_partial=predict_partial,
         building_type=building_type,
         room_model=room_model,
         building_model=building_model,

@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from pianta._types import Floats, Indices, Mask
 from pianta.layout._label_images import grow_mask, shrink_mask
-from pianta.layout.partial.scene import NEAR_DISTANCE, RoomScene, Window
+from pianta.layout.partial.scene import NEAR_DISTANCE, Bounds, RoomScene, Window, find_bounds
 
 # The constants of the hypotheses and of their features were chosen by hand before the model was fitted to them.
 # Least length of frontier on an open side; metres.
@@ -42,8 +42,6 @@ MIN_MOVE = 0.3
 RUN_GAP = 3
 # Narrower parts of the added area are removed; metres.
 SLIVER_WIDTH = 0.3
-# Extents of other rooms, if no complete room was observed; metres.
-USUAL_EXTENT = np.array([[4.0, 5.0]])
 # A whole rectangle is a hypothesis if it has fewer wall cells inside than this share of its outline, ...
 MAX_WALL_SHARE = 0.05
 # ... and if its area is larger by more than this share than that of its reachable part.
@@ -58,9 +56,6 @@ NEAREST_SIMILARITY_RATE = 3
 MEAN_SIMILARITY_WIDTH = 0.3
 # Longest move over the shorter extent of the room, at most.
 MAX_MOVE_RATIO = 3.0
-
-# First row and column, last row and column, inclusive.
-Bounds: TypeAlias = tuple[int, int, int, int]
 
 FEATURES = (
     "log seen area",
@@ -130,15 +125,15 @@ Moves: TypeAlias = tuple[tuple[Side, int], ...]
 def list_hypotheses(scene: RoomScene) -> list[Hypothesis]:
     """The room as observed, its rectangle with the open sides moved outwards, and strips beyond each frontier."""
     sides = [side for side in (_find_side(scene, turns) for turns in range(4)) if side is not None]
-    bounds = _bound(scene.observed)
+    bounds = scene.bounds
     hypotheses = [_describe(scene, scene.observed[scene.window(bounds)], bounds, (), sides)]
     for rectangle, moves, strip in _list_rectangles(scene, sides):
         window = scene.window(rectangle)
         reachable = _fill(scene, window, rectangle)
         hypotheses.append(_describe(scene, reachable, rectangle, moves, sides, strip=strip))
         # A hidden corner behind the end of a wall belongs to the room too
-        full = _draw(scene, window, rectangle) & ~scene.others[window] | scene.observed[window]
-        if not strip and full.sum() > (1 + MIN_GROWTH) * reachable.sum():
+        full = _draw(window, rectangle) & ~scene.others[window] | scene.observed[window]
+        if not strip and np.count_nonzero(full) > (1 + MIN_GROWTH) * np.count_nonzero(reachable):
             hypothesis = _describe(scene, full, rectangle, moves, sides)
             if hypothesis.features[FEATURES.index("walls inside")] < MAX_WALL_SHARE:
                 hypotheses.append(hypothesis)
@@ -152,18 +147,14 @@ def _list_rectangles(scene: RoomScene, sides: list[Side]) -> Iterator[tuple[Boun
     count = POSITION_COUNTS[len(sides) - 1]
     for offsets in product(*(side.offsets[:count] for side in sides)):
         moves = tuple((side, offset) for side, offset in zip(sides, offsets, strict=True) if offset)
-        rectangle = _bound(scene.observed)
+        rectangle = scene.bounds
         for side, offset in moves:
             rectangle = _move_side(rectangle, side.turns, offset)
         yield rectangle, moves, False
     for side in sides:
+        strip = _bound_strip(scene, side)
         for offset in side.offsets[1:]:
-            yield _bound_strip(scene, side, offset), ((side, offset),), True
-
-
-def _bound(mask: Mask) -> Bounds:
-    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return int(rows[0]), int(cols[0]), int(rows[-1]), int(cols[-1])
+            yield _move_side(strip, side.turns, offset), ((side, offset),), True
 
 
 def _move_side(bounds: Bounds, turns: int, offset: int) -> Bounds:
@@ -174,11 +165,11 @@ def _move_side(bounds: Bounds, turns: int, offset: int) -> Bounds:
     return moved[0], moved[1], moved[2], moved[3]
 
 
-def _draw(scene: RoomScene, window: Window, bounds: Bounds) -> Mask:
+def _draw(window: Window, bounds: Bounds) -> Mask:
     """The rectangle in a window of the scene."""
     top, left, bottom, right = bounds
-    mask = np.zeros(scene.observed.shape, bool)[window]
     rows, cols = window
+    mask = np.zeros((rows.stop - rows.start, cols.stop - cols.start), bool)
     mask[max(top - rows.start, 0) : bottom + 1 - rows.start, max(left - cols.start, 0) : right + 1 - cols.start] = True
     return mask
 
@@ -245,21 +236,21 @@ def _choose_offsets(scene: RoomScene, turns: int, support: Floats, stop: int) ->
     return tuple(dict.fromkeys(offset for offset in offsets if offset == 0 or shortest <= offset < limit))
 
 
-def _bound_strip(scene: RoomScene, side: Side, offset: int) -> Bounds:
-    """The longest run of open rows of a side, moved alone."""
+def _bound_strip(scene: RoomScene, side: Side) -> Bounds:
+    """The longest run of open rows of a side, up to the side."""
     observed = np.rot90(scene.observed, side.turns)
     runs = np.split(side.open_rows, np.flatnonzero(np.diff(side.open_rows) > RUN_GAP) + 1)
     run = max(runs, key=len)
     last = observed.shape[1] - 1 - observed[run, ::-1].argmax(axis=1)
     strip = np.zeros(observed.shape, bool)
-    strip[run[0] : run[-1] + 1, last.min() : side.extreme + offset + 1] = True
-    return _bound(np.rot90(strip, -side.turns))
+    strip[run[0] : run[-1] + 1, last.min() : side.extreme + 1] = True
+    return find_bounds(np.rot90(strip, -side.turns))
 
 
 def _fill(scene: RoomScene, window: Window, rectangle: Bounds) -> Mask:
     """The observed cells, and those of a rectangle that the frontier reaches without crossing walls or other rooms."""
     observed = scene.observed[window]
-    rest = _draw(scene, window, rectangle) & ~observed & ~scene.blocked[window]
+    rest = _draw(window, rectangle) & ~observed & ~scene.blocked[window]
     reach = max(1, round(SLIVER_WIDTH / scene.view.cell / 2))
     square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
     thick = cv2.morphologyEx((rest | observed).astype(np.uint8), cv2.MORPH_OPEN, square).astype(bool) & rest
@@ -276,14 +267,14 @@ def _describe(
 ) -> Hypothesis:
     """A hypothesis with its features. cells: in the window of the rectangle."""
     window = scene.window(rectangle)
-    frontier, observed_area = scene.frontier[window], scene.observed.sum() * scene.view.cell**2
+    frontier = scene.frontier[window]
     features = (
         *_compare_extents(scene, cells),
-        *_measure_outline(scene, cells, rectangle),
+        *_measure_outline(scene, cells, window, rectangle),
         *_measure_moves(scene, moves, sides),
         float(strip),
-        scene.frontier.sum() * scene.view.cell / np.sqrt(observed_area),
-        (frontier & shrink_mask(cells, scene.near)).sum() / max(1, scene.frontier.sum()),
+        scene.frontier_count * scene.view.cell / np.sqrt(scene.observed_area),
+        np.count_nonzero(frontier & shrink_mask(cells, scene.near)) / max(1, scene.frontier_count),
         min(scene.doors, MAX_DOORS) / DOOR_SCALE,
         np.log1p(len(scene.extents)),
     )
@@ -293,32 +284,31 @@ def _describe(
 def _compare_extents(scene: RoomScene, cells: Mask) -> tuple[float, ...]:
     """The first nine features: size and aspect against those of the observed part and of other rooms."""
     cell = scene.view.cell
-    extent, size = (_measure_extent(_bound(mask), cell) for mask in (scene.observed, cells))
-    observed_area, area = scene.observed.sum() * cell**2, cells.sum() * cell**2
-    extents = scene.extents if len(scene.extents) else USUAL_EXTENT
-    differences = np.abs(np.log(np.sort(extents, axis=1) / np.sort(size))).sum(axis=1)
+    extent, size = (_measure_extent(bounds, cell) for bounds in (scene.bounds, find_bounds(cells)))
+    observed_area, area = scene.observed_area, np.count_nonzero(cells) * cell**2
+    differences = np.abs(scene.log_extents - np.log(np.sort(size))).sum(axis=1)
     return (
         np.log(observed_area),
         abs(np.log(extent[0] / extent[1])),
         observed_area / extent.prod(),
         observed_area / area,
         extent.prod() / size.prod(),
-        np.log(area) - float(np.median(np.log(extents.prod(axis=1)))),
+        np.log(area) - scene.median_log_area,
         abs(np.log(size[0] / size[1])),
         np.exp(-NEAREST_SIMILARITY_RATE * np.min(differences)),
         np.mean(np.exp(-((differences / MEAN_SIMILARITY_WIDTH) ** 2))),
     )
 
 
-def _measure_outline(scene: RoomScene, cells: Mask, rectangle: Bounds) -> tuple[float, ...]:
+def _measure_outline(scene: RoomScene, cells: Mask, window: Window, rectangle: Bounds) -> tuple[float, ...]:
     """The next five features: shares of the outline at walls, rooms and frontier, walls inside, and blocked cells."""
-    window = scene.window(rectangle)
     outline = cells & ~shrink_mask(cells, 1)
-    full = _draw(scene, window, rectangle) | scene.observed[window]
+    full = _draw(window, rectangle) | scene.observed[window]
     inside = shrink_mask(full, scene.near) & scene.walls[window] & ~scene.observed[window]
     masks = (scene.near_walls[window], scene.near_rooms[window], scene.frontier[window])
-    shares = [(outline & mask).sum() / outline.sum() for mask in masks]
-    return *shares, inside.sum() / outline.sum(), 1 - cells.sum() / full.sum()
+    length = np.count_nonzero(outline)
+    shares = [np.count_nonzero(outline & mask) / length for mask in masks]
+    return *shares, np.count_nonzero(inside) / length, 1 - np.count_nonzero(cells) / np.count_nonzero(full)
 
 
 def _measure_moves(scene: RoomScene, moves: Moves, sides: list[Side]) -> tuple[float, ...]:
@@ -333,7 +323,7 @@ def _measure_moves(scene: RoomScene, moves: Moves, sides: list[Side]) -> tuple[f
         len(moves),
         len(sides),
         np.log1p(sum(metres)),
-        min(MAX_MOVE_RATIO, max(metres) / float(_measure_extent(_bound(scene.observed), cell).min())),
+        min(MAX_MOVE_RATIO, max(metres) / float(_measure_extent(scene.bounds, cell).min())),
         float(np.mean(ends)),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,14 +12,17 @@ from typing import TypeAlias
 import cv2
 import numpy as np
 import shapely
-from shapely import Polygon
+from numpy.typing import NDArray
+from shapely import Polygon, STRtree
 
-from pianta._types import Floats, Mask
+from pianta._types import Floats, Indices, Mask
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout._label_images import grow_mask
 
 Window: TypeAlias = tuple[slice, slice]
+# First row and column, last row and column, inclusive.
+Bounds: TypeAlias = tuple[int, int, int, int]
 
 # The constants of a scene belong to the features that the model was fitted to (chosen by hand).
 # Smallest cells of a scene; metres.
@@ -35,6 +39,18 @@ GREY_WIDTH = 0.25
 NEAR_DISTANCE = 0.3
 # Obstacles of a smaller extent are furniture; metres.
 FURNITURE_SIZE = 1.5
+# Walls at most this far from a room count for the main direction, and for the lines of its scene: four times the
+# distances over which their weights fall to 1/e, beyond which less than 2 % is left; metres, limits of time.
+DIRECTION_REACH = 40.0
+LINES_REACH = 60.0
+# Nearest complete rooms with which a room is compared, at most; a limit of time.
+MAX_COMPARED_ROOMS = 200
+# Extents of other rooms, if no complete room was observed; metres.
+USUAL_EXTENT = np.array([[4.0, 5.0]])
+# Bits of observed cells.
+OCCUPIED = 1
+WALL = 2
+UNKNOWN = 4
 # Sub-pixel bits of the coordinates of polygons that are drawn with OpenCV.
 SHIFT = 6
 
@@ -51,6 +67,12 @@ class View:
     corner: Floats
     shape: tuple[int, int]
     cell: float
+
+    @property
+    def window(self) -> Polygon:
+        """Its outline in the map frame."""
+        height, width = self.shape
+        return Polygon(self.to_map(np.array([[0, 0], [width, 0], [width, height], [0, height]], float)))
 
     def from_map(self, xy: Floats) -> Floats:
         """Col and row, shape (N, 2), continuous, of points in the map frame."""
@@ -70,20 +92,26 @@ class View:
                 np.rint((self.from_map(shapely.get_coordinates(ring)) - 0.5) * 2**SHIFT).astype(np.int32)
                 for ring in (polygon.exterior, *polygon.interiors)
             ]
-            filled = np.zeros(self.shape, np.uint8)
-            cv2.fillPoly(filled, rings, 1, shift=SHIFT)
-            image |= filled
+            cv2.fillPoly(image, rings, 1, shift=SHIFT)
         return image.astype(bool)
 
-    def sample(self, cells: Mask, grid: GridMap) -> Mask:
-        """Cells of a grid map at the centres of the cells of the view, shape (H, W); False beyond the map."""
-        rows, cols = np.indices(self.shape) + 0.5
-        xy = self.to_map(np.column_stack([cols.ravel(), rows.ravel()]))
-        row, col = (np.floor(pixel).astype(np.intp) for pixel in grid.map_to_pixel(*xy.T))
+    def sample(self, cells: NDArray[np.uint8], grid: GridMap, *, beyond: int) -> NDArray[np.uint8]:
+        """Values of a grid map's cells at the centres of the cells of the view, shape (H, W).
+
+        beyond: the value beyond the map.
+        """
+        # The pixel is an affine function of the cell, so three corners give those of all cells
+        corners = self.to_map(np.array([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5]]))
+        pixels = [np.asarray(pixel) for pixel in grid.map_to_pixel(*corners.T)]
+        rows, cols = np.arange(self.shape[0]), np.arange(self.shape[1])
+        row, col = (
+            np.floor(np.add.outer(first + rows * (below - first), cols * (beside - first))).astype(np.int32)
+            for first, beside, below in pixels
+        )
         inside = (row >= 0) & (row < grid.shape[0]) & (col >= 0) & (col < grid.shape[1])
-        values = np.zeros(len(xy), bool)
-        values[inside] = cells[row[inside], col[inside]]
-        return values.reshape(self.shape)
+        values = cells[row.clip(0, grid.shape[0] - 1), col.clip(0, grid.shape[1] - 1)]
+        values[~inside] = beyond
+        return np.asarray(values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,26 +153,108 @@ class RoomScene:
         """Cells at other rooms, shape (H, W)."""
         return grow_mask(self.others, self.near)
 
-    def window(self, bounds: tuple[int, int, int, int]) -> Window:
-        """Rows and columns of the room and of bounds (first row and col, last row and col), with a margin."""
-        rows, cols = np.flatnonzero(self.observed.any(axis=1)), np.flatnonzero(self.observed.any(axis=0))
-        top, left, bottom, right = bounds
-        first_row, first_col = (max(0, int(low) - self.near - 1) for low in (min(top, rows[0]), min(left, cols[0])))
-        last_row, last_col = (int(high) + self.near + 2 for high in (max(bottom, rows[-1]), max(right, cols[-1])))
-        height, width = self.observed.shape
-        return slice(first_row, min(last_row, height)), slice(first_col, min(last_col, width))
+    @cached_property
+    def bounds(self) -> Bounds:
+        """Bounds of the observed cells."""
+        return find_bounds(self.observed)
+
+    @cached_property
+    def observed_count(self) -> int:
+        """Number of observed cells."""
+        return int(np.count_nonzero(self.observed))
+
+    @property
+    def observed_area(self) -> float:
+        """Area of the observed cells, m²."""
+        return self.observed_count * self.view.cell**2
+
+    @cached_property
+    def log_extents(self) -> Floats:
+        """Logarithms of the shorter and the longer extent of the complete rooms, or of a usual one; shape (N, 2)."""
+        return np.asarray(np.log(np.sort(self.extents if len(self.extents) else USUAL_EXTENT, axis=1)))
+
+    @cached_property
+    def median_log_area(self) -> float:
+        """The median of the logarithms of their areas, m²."""
+        return float(np.median(self.log_extents.sum(axis=1)))
+
+    @cached_property
+    def frontier_count(self) -> int:
+        """Number of frontier cells."""
+        return int(np.count_nonzero(self.frontier))
+
+    def window(self, bounds: Bounds) -> Window:
+        """Rows and columns of the room and of bounds, with a margin."""
+        lows = (max(0, min(pair) - self.near - 1) for pair in zip(bounds[:2], self.bounds[:2], strict=True))
+        highs = (max(pair) + self.near + 2 for pair in zip(bounds[2:], self.bounds[2:], strict=True))
+        ends = (min(high, size) for high, size in zip(highs, self.observed.shape, strict=True))
+        rows, cols = (slice(low, end) for low, end in zip(lows, ends, strict=True))
+        return rows, cols
 
 
-def find_main_direction(floor: Floor, room: Room) -> float:
+def find_bounds(mask: Mask) -> Bounds:
+    """Bounds of the True cells of a mask, of which there is one at least."""
+    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return int(rows[0]), int(cols[0]), int(rows[-1]), int(cols[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class FloorIndex:
+    """The rooms and walls of a floor, indexed by position, so that a scene costs the same on a floor of any size.
+
+    rooms: indexed by `tree`. sides: shape (L, 2, 2), both ends of each segment of the walls and of the outlines of
+    complete rooms; `side_tree` has them as lines. hulls: coordinates of the convex hull of each complete room.
+    centers: shape (N, 2), of the complete rooms. doors: number of doors by room id.
+    """
+
+    rooms: tuple[Room, ...]
+    tree: STRtree
+    sides: Floats
+    side_tree: STRtree
+    hulls: tuple[Floats, ...]
+    centers: Floats
+    doors: Counter[int]
+
+    @classmethod
+    def from_floor(cls, floor: Floor) -> FloorIndex:
+        """The index of a floor."""
+        complete = [room.polygon for room in floor.rooms if not room.partial]
+        sides = _list_sides([*floor.walls, *(polygon.exterior for polygon in complete)])
+        hulls = tuple(shapely.get_coordinates(polygon.convex_hull) for polygon in complete)
+        centers = np.reshape([np.mean(np.reshape(polygon.bounds, (2, 2)), axis=0) for polygon in complete], (-1, 2))
+        doors = Counter(room_id for door in floor.doors for room_id in door.room_ids)
+        tree = STRtree([room.polygon for room in floor.rooms])
+        return cls(floor.rooms, tree, sides, STRtree(shapely.linestrings(sides)), hulls, centers, doors)
+
+    def find_sides(self, room: Room, reach: float) -> Indices:
+        """Which sides of walls and of complete rooms are within reach of a room, metres; shape (N,)."""
+        left, bottom, right, top = room.polygon.bounds
+        around = shapely.box(left - reach, bottom - reach, right + reach, top + reach)
+        return np.sort(self.side_tree.query(around))
+
+    def measure_extents(self, room: Room, view: View) -> Floats:
+        """Extents of the nearest complete rooms along the columns and the rows of a view, metres, shape (N, 2)."""
+        distances = np.hypot(*(self.centers - np.mean(np.reshape(room.polygon.bounds, (2, 2)), axis=0)).T)
+        chosen = [self.hulls[i] for i in np.sort(np.argsort(distances, kind="stable")[:MAX_COMPARED_ROOMS])]
+        if not chosen:
+            return np.zeros((0, 2))
+        corners = view.from_map(np.concatenate(chosen))
+        starts = np.cumsum([0, *map(len, chosen[:-1])])
+        return np.asarray((np.maximum.reduceat(corners, starts) - np.minimum.reduceat(corners, starts)) * view.cell)
+
+
+def find_main_direction(floor: Floor | FloorIndex, room: Room) -> float:
     """The direction of the walls around a room, radians, -π/4 … π/4 against x; nearer walls have more weight.
 
-    The sides of partial rooms are used only if there is no complete room.
+    The sides of partial rooms are used only if there is no complete room near.
     """
-    complete = [other.polygon for other in floor.rooms if not other.partial]
-    rings = [polygon.exterior for polygon in complete or [room.polygon]]
-    ends = np.concatenate([_list_sides([*floor.walls]), _list_sides(rings)])
+    index = floor if isinstance(floor, FloorIndex) else FloorIndex.from_floor(floor)
+    near = index.find_sides(room, DIRECTION_REACH)
+    ends, distance = index.sides[near], shapely.distance(index.side_tree.geometries[near], room.polygon)
+    if not index.hulls or not len(ends):
+        own = _list_sides([room.polygon.exterior])
+        ends, distance = np.concatenate([ends, own]), np.concatenate([distance, np.zeros(len(own))])
     steps = ends[:, 1] - ends[:, 0]
-    distance = shapely.distance(shapely.linestrings(ends), room.polygon)
     weight = np.hypot(*steps.T) * np.exp(-distance / DIRECTION_DECAY)
     # The factor 4 makes directions that differ by a right angle equal.
     fourfold = 4 * np.arctan2(steps[:, 1], steps[:, 0])
@@ -164,16 +274,14 @@ def make_view(room: Room, angle: float, grid: GridMap) -> View:
 
 @dataclass(frozen=True, eq=False)
 class ObservedCells:
-    """The cells of a grid map that scenes are sampled from, shape (H, W) each.
+    """The cells of a grid map that scenes are sampled from.
 
-    occupied: obstacles, grown so that a view with larger cells does not miss them. walls: occupied cells that are not
-    furniture. unknown: cells that were not observed.
+    bits: shape (H, W), the sum of OCCUPIED for obstacles, grown so that a view with larger cells does not miss them,
+    WALL for occupied cells that are not furniture, and UNKNOWN for cells that were not observed.
     """
 
     grid: GridMap
-    occupied: Mask
-    walls: Mask
-    unknown: Mask
+    bits: NDArray[np.uint8]
 
     @classmethod
     def from_grid(cls, grid: GridMap) -> ObservedCells:
@@ -186,32 +294,45 @@ class ObservedCells:
         extent = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1) * grid.resolution
         is_wall = extent >= FURNITURE_SIZE + 2 * GREY_WIDTH
         is_wall[0] = False
-        return cls(grid, occupied, occupied & is_wall[groups], grid.unknown)
+        bits = occupied * OCCUPIED + (occupied & is_wall[groups]) * WALL + grid.unknown * UNKNOWN
+        return cls(grid, bits.astype(np.uint8))
+
+    def sample(self, view: View) -> tuple[Mask, Mask, Mask]:
+        """Occupied, wall and unknown cells in a view, shape (H, W) each; those beyond the map are unknown."""
+        bits = view.sample(self.bits, self.grid, beyond=UNKNOWN)
+        return (bits & OCCUPIED).astype(bool), (bits & WALL).astype(bool), (bits & UNKNOWN).astype(bool)
 
 
-def build_scene(floor: Floor, room: Room, cells: ObservedCells, *, predictions: Sequence[Polygon] = ()) -> RoomScene:
+def build_scene(
+    index: FloorIndex, room: Room, cells: ObservedCells, view: View, *, predictions: Sequence[Polygon] = ()
+) -> RoomScene:
     """The scene of a partial room.
 
-    predictions: for other rooms, map frame.
+    index: of its floor. view: of `make_view`. predictions: for other rooms, map frame.
     """
-    view = make_view(room, find_main_direction(floor, room), cells.grid)
     observed = view.draw([room.polygon])
-    height, width = view.shape
-    window = Polygon(view.to_map(np.array([[0, 0], [width, 0], [width, height], [0, height]], float)))
-    rest = [other for other in floor.rooms if other.id != room.id]
-    near = [other.polygon for other in rest if other.polygon.intersects(window)]
-    others = view.draw([*near, *predictions]) & ~observed
-    occupied, walls = (view.sample(mask, cells.grid) for mask in (cells.occupied, cells.walls))
-    # Cells beyond the map are unknown as well
-    unknown = view.sample(cells.unknown, cells.grid) | ~view.sample(np.ones_like(cells.unknown), cells.grid)
-    clear = ~grow_mask(occupied, round(GREY_WIDTH / view.cell)) & ~others & ~observed
-    frontier = observed & grow_mask(unknown & clear, 1)
-    complete = [other.polygon for other in rest if not other.partial]
-    extents = [np.ptp(view.from_map(shapely.get_coordinates(polygon)), axis=0) * view.cell for polygon in complete]
-    ends = np.concatenate([_list_sides([*floor.walls]), _list_sides([polygon.exterior for polygon in complete])])
+    near = [index.rooms[i] for i in np.sort(index.tree.query(view.window, predicate="intersects"))]
+    others = view.draw([*(other.polygon for other in near if other.id != room.id), *predictions]) & ~observed
+    occupied, walls, unknown = cells.sample(view)
+    frontier = _find_frontier(observed, others, occupied, unknown, view.cell)
+    ends = index.sides[index.find_sides(room, LINES_REACH)]
     lines = view.from_map(ends.reshape(-1, 2)).reshape(-1, 2, 2)
-    doors = sum(room.id in door.room_ids for door in floor.doors)
-    return RoomScene(view, observed, others, walls, frontier, np.reshape(extents, (-1, 2)), lines, doors)
+    extents = index.measure_extents(room, view)
+    return RoomScene(view, observed, others, walls, frontier, extents, lines, index.doors[room.id])
+
+
+def _find_frontier(observed: Mask, others: Mask, occupied: Mask, unknown: Mask, cell: float) -> Mask:
+    """Observed cells beside unknown ones that are in no other room and have no obstacle near, shape (H, W)."""
+    reach = round(GREY_WIDTH / cell)
+    top, left, bottom, right = find_bounds(observed)
+    # Nothing further away matters
+    margin = reach + 2
+    window = slice(max(0, top - margin), bottom + margin + 1), slice(max(0, left - margin), right + margin + 1)
+    inside = observed[window]
+    clear = ~grow_mask(occupied[window], reach) & ~others[window] & ~inside
+    frontier = np.zeros_like(observed)
+    frontier[window] = inside & grow_mask(unknown[window] & clear, 1)
+    return frontier
 
 
 def _list_sides(lines: Sequence[shapely.LineString]) -> Floats:

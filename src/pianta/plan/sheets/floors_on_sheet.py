@@ -86,7 +86,8 @@ def _to_metres(line: Floats, floor_map: FloorMap) -> LineString:
 def _add_doors(floor: Floor, certain: Sequence[LineString], uncertain: Sequence[LineString]) -> Floor:
     """The floor with drawn doors, lines in metres, besides those of its layout; all rooms complete, none predicted.
 
-    An uncertain line is a door if one of its rooms has no other.
+    An uncertain line is a door if one of its rooms has no other. What stands in a room is a rest of the drawing, such
+    as a column or a stroke, and no furniture.
     """
     floor = _drop_slivers(floor)
     drawn_doors = join_rooms(floor.rooms, certain)
@@ -104,7 +105,7 @@ def _add_doors(floor: Floor, certain: Sequence[LineString], uncertain: Sequence[
     others = [replace(door, kind="opening") if drawn_doors else door for door in filter(is_new, floor.doors)]
     doors = sorted([*drawn_doors, *others], key=lambda door: (door.room_ids, door.line.coords[0]))
     rooms = tuple(replace(room, partial=False, predicted=None, confidence=None) for room in floor.rooms)
-    return replace(floor, rooms=rooms, doors=tuple(doors))
+    return replace(floor, rooms=rooms, doors=tuple(doors), furniture=())
 
 
 def _drop_slivers(floor: Floor) -> Floor:

@@ -1,0 +1,226 @@
+"""Furniture of rooms: what stands in a room of a grid map and is no wall."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely import LineString
+
+from pianta._types import Floats, LabelImage, Mask
+from pianta.errors import OptionError
+from pianta.floor import Floor, Furniture
+from pianta.gridmap import GridMap
+from pianta.layout._label_images import outline_labels
+
+# The constants were chosen by hand on the maps of data/clutter and data/robotmaps.
+# An outline may run this far beside the face of its wall, because walls are rough and outlines are smoothed; metres.
+OUTLINE_TOLERANCE = 0.15
+# What touches a wall and is thinner than this is roughness of the wall; metres beyond OUTLINE_TOLERANCE.
+MIN_THICKNESS = 0.15
+# What touches a wall, is thinner than this and reaches farther into the room than MAX_STUB_RATIO times its thickness
+# is a stub of a wall; metres.
+MIN_STUBLESS_THICKNESS = 0.35
+MAX_STUB_RATIO = 2.0
+# Thin pieces at least this long are walls if they lie on the line of a wall; metres.
+WALL_LENGTH = 1.0
+# A cell lies on the line of a wall up to this distance; metres.
+WALL_LINE_DISTANCE = 0.15
+# A thin piece is a wall if at least this share of its cells lies on lines of walls.
+WALL_LINE_SHARE = 0.7
+# A larger island in a room is a part of the building, such as a shaft; m².
+MAX_ISLAND_AREA = 8.0
+# Smaller groups of cells are spray of the lidar: two cells of 0.05 m; m².
+MIN_AREA = 0.005
+# Fewer cells are spray too, whatever their size.
+MIN_CELLS = 2
+# Cells of higher probability are furniture.
+PROBABILITY = 0.5
+# An outline of cells is simplified by this; cells. A rectangle of two cells keeps its four corners.
+SMOOTHING_CELLS = 0.75
+
+Probabilities = NDArray[np.floating]
+
+
+@dataclass(frozen=True, eq=False)
+class RoomContents:
+    """The cells of a map in its rooms that are not free, each a part of one kind.
+
+    rooms: ids of the rooms on the cells, shape (H, W), with the islands that stand in one room; 0 no room.
+    pieces: numbers of the pieces of furniture, shape (H, W); 0 none.
+    spray: groups of cells too small for furniture, shape (H, W).
+    shadows: unknown cells that are no furniture, shape (H, W): no wall, and not seen.
+    """
+
+    rooms: LabelImage
+    pieces: LabelImage
+    spray: Mask
+    shadows: Mask
+
+
+def find_furniture(grid: GridMap, floor: Floor, *, probability: Probabilities | None = None) -> tuple[Furniture, ...]:
+    """The furniture in the rooms of a floor, each piece as the polygon of its cells, metres of the map frame.
+
+    Pieces are connected groups of cells that are not free; see sort_contents. probability: of furniture for each cell
+    of the grid, shape (H, W), from a model; then a piece has the mean of its cells, else None. From the top left.
+
+    Raises OptionError for probabilities of another shape.
+    """
+    contents = sort_contents(grid, floor, probability=probability)
+    outlines, numbers = outline_labels(_join_diagonals(contents.pieces))
+    outlines = shapely.simplify(outlines, SMOOTHING_CELLS)
+
+    def to_map(xy: Floats) -> Floats:
+        return np.column_stack(grid.pixel_to_map(xy[:, 1], xy[:, 0]))
+
+    in_map = shapely.transform(outlines, to_map)
+    means: list[float | None] = [None] * len(numbers)
+    if probability is not None:
+        sums, counts = np.bincount(contents.pieces.ravel(), probability.ravel()), np.bincount(contents.pieces.ravel())
+        means = (sums[numbers] / counts[numbers]).clip(0, 1).tolist()
+    return tuple(Furniture(outline, mean) for outline, mean in zip(in_map, means, strict=True))
+
+
+def sort_contents(grid: GridMap, floor: Floor, *, probability: Probabilities | None = None) -> RoomContents:
+    """Sort the cells in rooms that are not free into furniture, spray, shadows, and the walls that remain.
+
+    Without probabilities a group of cells is furniture if it does not touch the outline of its room, or is too thick
+    for a stub of a wall. Thin pieces on the line of a wall are walls. With probabilities, of shape (H, W), the cells
+    above 0.5 are furniture.
+    """
+    if probability is not None and probability.shape != grid.shape:
+        raise OptionError(f"probability has shape {probability.shape}, give {grid.shape}, that of the map")
+    rooms = _add_islands(floor.label_image(grid).astype(np.int32), MAX_ISLAND_AREA / grid.resolution**2)
+    solid = ~grid.free & (rooms > 0)
+    if probability is None:
+        depth = _distance_to_outlines(rooms) * grid.resolution - OUTLINE_TOLERANCE
+        chosen, spray = _choose_by_rules(solid, depth, floor, grid)
+    else:
+        chosen, spray = _drop_spray(solid & (probability > PROBABILITY), grid.resolution)
+        spray |= _find_specks(solid, grid.resolution)
+    pieces, _ = _label_groups(chosen)
+    return RoomContents(rooms, pieces, spray & ~chosen, solid & grid.unknown & ~chosen & ~spray)
+
+
+def _choose_by_rules(solid: Mask, depth: NDArray[np.float32], floor: Floor, grid: GridMap) -> tuple[Mask, Mask]:
+    """Cells of furniture, and of spray; shapes (H, W). depth: how far each cell is off the outline of its room, m."""
+    inner = solid & (depth > 0)
+    groups, count = _label_groups(inner)
+    thickness = 2 * _highest(_distance_to_other(inner)[inner] - 0.5, groups[inner], count) * grid.resolution
+    # Groups that go on up to the outline stand at a wall, or are its stubs
+    beside = cv2.dilate((solid & ~inner).astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+    at_wall = np.zeros(count + 1, bool)
+    at_wall[groups[beside & inner]] = True
+    is_stub = (thickness < MIN_STUBLESS_THICKNESS) & (
+        _highest(depth[inner], groups[inner], count) > MAX_STUB_RATIO * thickness
+    )
+    # What is unknown alone is a shadow, or a gap between two beams
+    is_seen = np.bincount(groups[grid.occupied], minlength=count + 1) >= MIN_CELLS
+    is_wall = (thickness < MIN_STUBLESS_THICKNESS) & _lie_on_walls(groups, count, floor, grid)
+    furniture = is_seen & np.where(at_wall, (thickness >= MIN_THICKNESS) & ~is_stub, ~is_wall)
+    furniture[0] = False
+    chosen, small = _drop_spray(furniture[groups], grid.resolution)
+    return chosen, small | _find_specks(solid, grid.resolution)
+
+
+def _highest(values: NDArray[np.number], groups: NDArray[np.integer], count: int) -> Floats:
+    """The highest of the values, shape (N,), of each group from 0 to count; -inf for none. groups: their groups."""
+    highest = np.full(count + 1, -np.inf)
+    np.maximum.at(highest, groups, values)
+    return highest
+
+
+def _lie_on_walls(groups: LabelImage, count: int, floor: Floor, grid: GridMap) -> Mask:
+    """Whether each group, by its number from 0 to count, is long and lies on lines of walls; shape (count + 1,)."""
+    if not floor.walls:
+        return np.zeros(count + 1, bool)
+    rows, cols = np.nonzero(groups)
+    members = groups[rows, cols]
+    spans = [_highest(at, members, count) + _highest(-at, members, count) + 1 for at in (rows, cols)]
+    on_lines = _draw_lines(floor.walls, grid, thickness=2 * WALL_LINE_DISTANCE)
+    counts = np.bincount(members, minlength=count + 1)
+    on_line_counts = np.bincount(groups[on_lines], minlength=count + 1)
+    sizes = np.hypot(*spans) * grid.resolution
+    return np.asarray((sizes >= WALL_LENGTH) & (on_line_counts >= WALL_LINE_SHARE * counts))
+
+
+def _draw_lines(lines: tuple[LineString, ...], grid: GridMap, *, thickness: float) -> Mask:
+    """The cells on straight lines, in metres of the map frame, of a thickness in metres; shape (H, W)."""
+    image = np.zeros(grid.shape, np.uint8)
+    width = max(1, round(thickness / grid.resolution))
+    for line in lines:
+        rows, cols = grid.map_to_pixel(*shapely.get_coordinates(line).T)
+        corners = np.round(np.column_stack([cols, rows]) - 0.5).astype(np.int32)
+        cv2.polylines(image, [corners], isClosed=False, color=1, thickness=width)
+    return image.astype(bool)
+
+
+def _add_islands(rooms: LabelImage, max_cells: float) -> LabelImage:
+    """Label image of rooms, shape (H, W), where groups of up to max_cells other cells inside one room belong to it."""
+    outside = np.pad(rooms == 0, 1, constant_values=True).astype(np.uint8)
+    _, numbers, stats, _ = cv2.connectedComponentsWithStats(outside, connectivity=4)
+    groups = np.asarray(numbers[1:-1, 1:-1], np.int32)
+    # A group belongs to the room on all its sides; to none if there are two
+    least = np.full(len(stats), np.iinfo(np.int32).max, np.int64)
+    most = np.zeros(len(stats), np.int64)
+    for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[1:], np.s_[:-1])):
+        for group, room in ((groups[one], rooms[other]), (groups[:, one], rooms[:, other])):
+            meets = (group > 0) & (room > 0)
+            np.minimum.at(least, group[meets], room[meets])
+            np.maximum.at(most, group[meets], room[meets])
+    is_island = (least == most) & (stats[:, cv2.CC_STAT_AREA] <= max_cells)
+    # The first group is that of the frame around the map
+    is_island[[0, 1]] = False
+    return np.where(is_island[groups], most[groups], rooms).astype(np.int32)
+
+
+def _distance_to_outlines(rooms: LabelImage) -> NDArray[np.float32]:
+    """Distance of each cell's centre from the nearest side of a cell of another room or of none, in cells; (H, W)."""
+    padded = np.pad(rooms, 1)
+    same = rooms > 0
+    for shifted in (padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]):
+        same &= shifted == rooms
+    # The cells at the outline, which are not the same, have their centres half a cell from it
+    return _distance_to_other(same) + np.float32(0.5)
+
+
+def _distance_to_other(mask: Mask) -> NDArray[np.float32]:
+    """Distance of each cell of a mask from the nearest cell outside it or the map, in cells; shape (H, W)."""
+    padded = np.pad(mask, 1).astype(np.uint8)
+    return np.asarray(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_5)[1:-1, 1:-1])
+
+
+def _drop_spray(cells: Mask, resolution: float) -> tuple[Mask, Mask]:
+    """Cells without groups that are too small for furniture, and those groups; both of shape (H, W)."""
+    specks = _find_specks(cells, resolution)
+    return cells & ~specks, specks
+
+
+def _find_specks(cells: Mask, resolution: float) -> Mask:
+    """The groups of cells that are too small for furniture, shape (H, W)."""
+    groups, _ = _label_groups(cells)
+    counts = np.bincount(groups.ravel())
+    # Rounded, since 2 · 0.05² is not 0.005 in binary
+    small = (counts < MIN_CELLS) | (np.round(counts * resolution**2, 9) < MIN_AREA)
+    small[0] = False
+    return np.asarray(small[groups])
+
+
+def _label_groups(cells: Mask) -> tuple[LabelImage, int]:
+    """Numbers from 1 of the groups of cells that touch by sides or corners, shape (H, W); and how many there are."""
+    count, groups = cv2.connectedComponents(cells.astype(np.uint8), connectivity=8)
+    return np.asarray(groups, np.int32), count - 1
+
+
+def _join_diagonals(groups: LabelImage) -> LabelImage:
+    """Label image where cells of one group that touch by a corner alone are joined by a cell beside both."""
+    joined = groups.copy()
+    for step in (1, -1):
+        flipped, source = joined[:, ::step], groups[:, ::step]
+        corner, opposite = source[:-1, :-1], source[1:, 1:]
+        meets = (corner > 0) & (corner == opposite) & (source[:-1, 1:] == 0) & (source[1:, :-1] == 0)
+        flipped[:-1, 1:][meets] = corner[meets]
+    return joined
