@@ -12,7 +12,7 @@ from shapely import LineString, Polygon, unary_union
 from pianta._types import Floats
 from pianta.floor import Floor, Room
 from pianta.worlds.pieces import (
-    Furniture,
+    FurnitureStyle,
     Outlines,
     Piece,
     make_bath_fitting,
@@ -55,7 +55,7 @@ def furnish_densely(floor: Floor, *, density: float, rng: np.random.Generator) -
     density: 0 empty, 1 a usual place that is in use, 2 a crowded one.
     Pieces keep clear of doors and of each other, but desks, shelves and partitions may nearly close a passage.
     """
-    furniture = Furniture.draw(rng)
+    furniture = FurnitureStyle.draw(rng)
     outlines: Outlines = []
     zones: dict[int, list[LineString]] = {room.id: [] for room in floor.rooms}
     for door in floor.doors:
@@ -90,7 +90,7 @@ class _RoomSpace:
     doors: shapely.Geometry
     turn: float
     rng: np.random.Generator
-    furniture: Furniture
+    furniture: FurnitureStyle
     density: float
     starts: Floats
     directions: Floats
@@ -210,7 +210,7 @@ class _RoomSpace:
 
 
 def _furnish_room(
-    room: Room, doors: Sequence[LineString], furniture: Furniture, density: float, rng: np.random.Generator
+    room: Room, doors: Sequence[LineString], furniture: FurnitureStyle, density: float, rng: np.random.Generator
 ) -> Outlines:
     """Outlines of the obstacles in a room."""
     if room.polygon.area < SMALLEST_ROOM:
@@ -425,6 +425,9 @@ def _furnish_corridor(space: _RoomSpace) -> None:
             break
         length = rng.uniform(0.5, 2.0) if rng.random() < 0.7 else rng.uniform(2, 5)
         space.put_at_wall(make_shelf(space.furniture, length, rng.uniform(0.2, deepest)))
+    for _ in range(space.count(space.area / 40) if width > 2 else 0):
+        # Beds, carts and sofas that stand in wide corridors.
+        space.put_at_wall(make_block(rng.uniform(0.8, 2.1), rng.uniform(0.45, 0.95)), WALL_GAP + rng.uniform(0, 0.15))
     for _ in range(space.count(space.area / 16)):
         size = rng.uniform(0.2, min(0.45, 0.35 * width))
         piece = make_round(size / 2) if rng.random() < 0.5 else make_block(size * rng.uniform(1, 1.6), size)
@@ -552,7 +555,7 @@ def _furnish_library(space: _RoomSpace) -> None:
 
 def _furnish_ward(space: _RoomSpace) -> None:
     rng = space.rng
-    wheels = Furniture(space.furniture.chair, "legs", "legs" if rng.random() < 0.6 else "solid", "solid", 0.1)
+    wheels = FurnitureStyle(space.furniture.chair, "legs", "legs" if rng.random() < 0.6 else "solid", "solid", 0.1)
     for _ in range(max(1, min(space.count(space.area / 9), 6))):
         space.put_at_wall(make_bed(wheels, rng, width=rng.uniform(0.9, 1.0)), rng.uniform(0.02, 0.3), attempts=12)
     for _ in range(space.count(1.5)):

@@ -33,6 +33,8 @@ ATTEMPTS = 20
 THICK_SHARE = 0.15
 # Thickest wall between rooms; metres.
 THICKEST_WALL = 0.35
+# Share of the rooms with columns whose columns are round.
+ROUND_SHARE = 0.3
 # Narrower places of rooms, left by walls, are no part of them; metres.
 NARROWEST_ROOM = 0.3
 
@@ -209,24 +211,37 @@ def add_shaft(layout: Layout, space: int, size: float) -> None:
 
 
 def add_columns(layout: Layout, space: int, *, spacing: float, size: float) -> None:
-    """Add square columns on an even grid to a space; spacing, size of a side, metres."""
+    """Add square or round columns on an even grid to a space; spacing, size of a side, metres."""
     x0, y0, x1, y1 = layout.spaces[space].bounds
     xs, ys = (np.linspace(a, b, max(round((b - a) / spacing), 1) + 1) for a, b in ((x0, x1), (y0, y1)))
     inside = layout.spaces[space].buffer(-size)
+    is_round = layout.rng.random() < ROUND_SHARE
     for x in xs:
         for y in ys:
             if inside.contains(Point(x, y)):
-                layout.blocks.append(box(x - size / 2, y - size / 2, x + size / 2, y + size / 2))
+                column = Point(x, y).buffer(size / 2, quad_segs=4, cap_style="round" if is_round else "square")
+                layout.blocks.append(column)
 
 
-def add_pilasters(layout: Layout, space: int, *, spacing: float, width: float, depth: float) -> None:
-    """Add piers that stand out from the outer walls of a space at even distances; measures in metres."""
-    outline = unary_union(layout.spaces).boundary
-    for side in split_sides(layout.spaces[space].boundary.intersection(outline)):
+def add_oblique_corner(layout: Layout, size: float) -> None:
+    """Fill one of the outermost corners of the floor with a solid triangle; size: its legs along the walls, metres."""
+    outline = unary_union(layout.spaces)
+    x0, y0, x1, y1 = outline.bounds
+    signs = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+    sign_x, sign_y = signs[int(layout.rng.integers(4))]
+    x, y = x1 if sign_x > 0 else x0, y1 if sign_y > 0 else y0
+    if outline.intersects(Point(x, y)):
+        share = layout.rng.uniform(0.5, 1.5)
+        layout.blocks.append(Polygon([(x, y), (x - sign_x * size * share, y), (x, y - sign_y * size)]))
+
+
+def add_pilasters(layout: Layout, *, spacing: float, width: float, depth: float) -> None:
+    """Add piers that stand out from the outer walls at even distances; measures in metres."""
+    reach = depth + layout.outer_wall / 2
+    for side in split_sides(unary_union(layout.spaces).simplify(0).boundary):
+        half = (width / 2, reach) if side.bounds[1] == side.bounds[3] else (reach, width / 2)
         for position in np.arange(spacing / 2, side.length, spacing):
             x, y = side.interpolate(position).coords[0]
-            along_x = side.bounds[1] == side.bounds[3]
-            half = (width / 2, depth + layout.outer_wall / 2) if along_x else (depth + layout.outer_wall / 2, width / 2)
             layout.blocks.append(box(x - half[0], y - half[1], x + half[0], y + half[1]))
 
 
