@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pianta.io.floors import read_floor
     from pianta.io.maps import read_map
     from pianta.labels import LabelSchema
+    from pianta.layout.clean_map import clean_map
     from pianta.layout.parameters import StructureParameters, ThesisParameters
     from pianta.layout.reconstruct import METHODS, reconstruct
     from pianta.model_files import load_model
@@ -51,6 +52,7 @@ __all__ = [
     "ThesisParameters",
     "assess_realism",
     "classify_building",
+    "clean_map",
     "errors",
     "explore",
     "generate",
@@ -86,6 +88,7 @@ _MODULES = {
     "StructureParameters": "layout.parameters",
     "ThesisParameters": "layout.parameters",
     "classify_building": "building_types.classify",
+    "clean_map": "layout.clean_map",
     "errors": "errors",
     "explore": "exploration.explore",
     "generate": "generation.generate",

@@ -10,6 +10,7 @@ import typer
 from rich.table import Table
 
 from pianta.cli.terminal import Quiet, counting_files, describe_floor, make_table, print_error, print_result, stdout
+from pianta.errors import OptionError
 from pianta.floor import Floor, Room
 from pianta.io._files import MAX_CELLS
 from pianta.io._folders import check_output_folder
@@ -17,7 +18,7 @@ from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS
 from pianta.reading._labelling import describe_type
 from pianta.reading._reader import ReadOptions
 from pianta.reading.read import MAX_JOBS, Failure, read, read_all
-from pianta.reading.reading import Reading, check_output
+from pianta.reading.reading import Reading, check_clean_map, check_output
 
 EXAMPLES = (
     "pianta read map.yaml -o building",
@@ -27,6 +28,7 @@ EXAMPLES = (
     "pianta read maps/*.yaml -o buildings --jobs 4",
     "pianta read plan.png -o building --type school",
     "pianta read drawings.pdf --page 3 -o building",
+    "pianta read map.yaml -o building --clean clean.yaml",
 )
 
 Maps = Annotated[
@@ -76,6 +78,10 @@ Jobs = Annotated[
 NoPredictions = Annotated[
     bool, typer.Option("--no-predictions", help="Leave out the predicted shapes of rooms that were seen in part.")
 ]
+Clean = Annotated[
+    Path | None,
+    typer.Option(metavar="MAP", help="Write the map without furniture, spray and people as a map.yaml or .npz."),
+]
 NoLabels = Annotated[bool, typer.Option("--no-labels", help="Leave out the labels of rooms and the building type.")]
 
 
@@ -99,6 +105,7 @@ def read_maps(
     building_model: BuildingModelFile = None,
     no_labels: NoLabels = False,
     no_predictions: NoPredictions = False,
+    clean: Clean = None,
     jobs: Jobs = 1,
     quiet: Quiet = False,
 ) -> None:
@@ -136,8 +143,10 @@ def read_maps(
         "predict_partial": not no_predictions,
     }
     if len(maps) == 1:
-        _read_one(maps[0], out, options, walls=walls, graph=graph, quiet=quiet)
+        _read_one(maps[0], out, options, walls=walls, graph=graph, clean=clean, quiet=quiet)
         return
+    if clean is not None:
+        raise OptionError(f"--clean is one map and {len(maps)} files are given, read each file on its own")
     with counting_files(maps, quiet=quiet) as progress:
         results = read_all(maps, out=out, walls=walls, graph=graph, jobs=jobs, progress=progress, **options)
         read_count = sum([_print_one_of_several(result, quiet=quiet) for result in results])
@@ -147,12 +156,19 @@ def read_maps(
         raise typer.Exit(1)
 
 
-def _read_one(path: str, out: Path, options: ReadOptions, *, walls: bool, graph: bool, quiet: bool) -> None:
+def _read_one(
+    path: str, out: Path, options: ReadOptions, *, walls: bool, graph: bool, clean: Path | None, quiet: bool
+) -> None:
     """Read a file; print its rooms, its messages, and where the results are."""
     check_output_folder(out)
     check_output(path, out)
+    if clean is not None:
+        check_clean_map(path, clean, out)
     reading = read(path, **options)
+    clean_map = None if clean is None else reading.clean_map()
     folders = reading.save(out, walls=walls, graph=graph)
+    if clean is not None and clean_map is not None:
+        clean_map.save(clean)
     for storey, folder in zip(reading.storeys, folders, strict=True) if not quiet else ():
         stdout.print(tabulate_rooms(storey.floor))
         if storey.candidate_types:
@@ -160,6 +176,8 @@ def _read_one(path: str, out: Path, options: ReadOptions, *, walls: bool, graph:
         for line in storey.messages:
             print_result(line)
         print_result(f"{describe_floor(storey.floor)}, in {folder}")
+    if clean is not None and not quiet:
+        print_result(f"clean map in {clean}")
 
 
 def _print_one_of_several(result: Reading | Failure, *, quiet: bool) -> bool:

@@ -155,13 +155,23 @@ def save_map(grid: GridMap, path: str | Path) -> None:
 
     Raises MapError for another suffix, PiantaError if a file cannot be written.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix == NPZ_SUFFIX:
+    if len(list_saved_files(path)) == 1:
         save_npz_map(grid, path)
-    elif suffix in YAML_SUFFIXES:
-        save_ros_map(grid, path, mode="trinary" if is_trinary(grid) else "scale")
     else:
-        raise MapError(f"the map cannot be saved as {short_repr(path)}, give .yaml or .npz")
+        save_ros_map(grid, path, mode="trinary" if is_trinary(grid) else "scale")
+
+
+def list_saved_files(path: str | Path) -> list[Path]:
+    """The files that save_map writes for a path.
+
+    Raises MapError for another suffix than .yaml, .yml and .npz.
+    """
+    file = Path(path)
+    if file.suffix.lower() == NPZ_SUFFIX:
+        return [file]
+    if file.suffix.lower() in YAML_SUFFIXES:
+        return [file, file.with_suffix(".png")]
+    raise MapError(f"the map cannot be saved as {short_repr(path)}, give .yaml or .npz")
 
 
 def is_trinary(grid: GridMap) -> bool:

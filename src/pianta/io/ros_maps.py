@@ -97,6 +97,17 @@ def read_ros_map(path: str | Path, *, trust_thresholds: bool = False, max_cells:
     return GridMap(cells, description.resolution, description.origin, file.name)
 
 
+def find_map_image(path: str | Path) -> Path | None:
+    """The image of a map.yaml, which need not exist; None for other files, and for a YAML that cannot be read."""
+    file = Path(path)
+    if file.suffix.lower() not in YAML_SUFFIXES:
+        return None
+    try:
+        return file.parent / _read_map_yaml(check_input_file(path, "map", MapError)).image
+    except MapError:
+        return None
+
+
 def _read_map_yaml(file: Path) -> _MapYaml:
     """The valid content of map.yaml; MapError, with every fault in one message, if it is invalid or too large."""
     name = f"map {short_repr(file)}"

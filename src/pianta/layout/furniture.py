@@ -47,15 +47,17 @@ Probabilities = NDArray[np.floating]
 
 @dataclass(frozen=True, eq=False)
 class RoomContents:
-    """The cells of a map in its rooms that are not free, each a part of one kind.
+    """The cells of a map in its rooms that are not free, each a part of one kind; what is left are walls.
 
     rooms: ids of the rooms on the cells, shape (H, W), with the islands that stand in one room; 0 no room.
+    at_outline: cells of rooms at their outlines, where walls may be, shape (H, W).
     pieces: numbers of the pieces of furniture, shape (H, W); 0 none.
     spray: groups of cells too small for furniture, shape (H, W).
-    shadows: unknown cells that are no furniture, shape (H, W): no wall, and not seen.
+    shadows: unknown cells off the outlines that are no furniture, shape (H, W): not seen, or inside a stub of a wall.
     """
 
     rooms: LabelImage
+    at_outline: Mask
     pieces: LabelImage
     spray: Mask
     shadows: Mask
@@ -95,18 +97,17 @@ def sort_contents(grid: GridMap, floor: Floor, *, probability: Probabilities | N
         raise OptionError(f"probability has shape {probability.shape}, give {grid.shape}, that of the map")
     rooms = _add_islands(floor.label_image(grid).astype(np.int32), MAX_ISLAND_AREA / grid.resolution**2)
     solid = ~grid.free & (rooms > 0)
-    if probability is None:
-        depth = _distance_to_outlines(rooms) * grid.resolution - OUTLINE_TOLERANCE
-        chosen, spray = _choose_by_rules(solid, depth, floor, grid)
-    else:
-        chosen, spray = _drop_spray(solid & (probability > PROBABILITY), grid.resolution)
-        spray |= _find_specks(solid, grid.resolution)
-    pieces, _ = _label_groups(chosen)
-    return RoomContents(rooms, pieces, spray & ~chosen, solid & grid.unknown & ~chosen & ~spray)
+    depth = _distance_to_outlines(rooms) * grid.resolution - OUTLINE_TOLERANCE
+    by_model = None if probability is None else solid & (probability > PROBABILITY)
+    chosen = _choose_by_rules(solid, depth, floor, grid) if by_model is None else by_model
+    chosen &= ~_find_specks(chosen, grid.resolution)
+    spray = (rooms > 0) & _find_specks(~grid.free, grid.resolution)
+    shadows = solid & grid.unknown & (depth > 0) & ~chosen & ~spray
+    return RoomContents(rooms, (rooms > 0) & (depth <= 0), _label_groups(chosen)[0], spray, shadows)
 
 
-def _choose_by_rules(solid: Mask, depth: NDArray[np.float32], floor: Floor, grid: GridMap) -> tuple[Mask, Mask]:
-    """Cells of furniture, and of spray; shapes (H, W). depth: how far each cell is off the outline of its room, m."""
+def _choose_by_rules(solid: Mask, depth: NDArray[np.float32], floor: Floor, grid: GridMap) -> Mask:
+    """Cells of furniture and of specks, shape (H, W). depth: how far each cell is off the outline of its room, m."""
     inner = solid & (depth > 0)
     groups, count = _label_groups(inner)
     thickness = 2 * _highest(_distance_to_other(inner)[inner] - 0.5, groups[inner], count) * grid.resolution
@@ -122,8 +123,7 @@ def _choose_by_rules(solid: Mask, depth: NDArray[np.float32], floor: Floor, grid
     is_wall = (thickness < MIN_STUBLESS_THICKNESS) & _lie_on_walls(groups, count, floor, grid)
     furniture = is_seen & np.where(at_wall, (thickness >= MIN_THICKNESS) & ~is_stub, ~is_wall)
     furniture[0] = False
-    chosen, small = _drop_spray(furniture[groups], grid.resolution)
-    return chosen, small | _find_specks(solid, grid.resolution)
+    return np.asarray(furniture[groups])
 
 
 def _highest(values: NDArray[np.number], groups: NDArray[np.integer], count: int) -> Floats:
@@ -191,12 +191,6 @@ def _distance_to_other(mask: Mask) -> NDArray[np.float32]:
     """Distance of each cell of a mask from the nearest cell outside it or the map, in cells; shape (H, W)."""
     padded = np.pad(mask, 1).astype(np.uint8)
     return np.asarray(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_5)[1:-1, 1:-1])
-
-
-def _drop_spray(cells: Mask, resolution: float) -> tuple[Mask, Mask]:
-    """Cells without groups that are too small for furniture, and those groups; both of shape (H, W)."""
-    specks = _find_specks(cells, resolution)
-    return cells & ~specks, specks
 
 
 def _find_specks(cells: Mask, resolution: float) -> Mask:

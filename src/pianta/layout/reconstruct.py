@@ -44,7 +44,8 @@ def reconstruct(
     Returns
     -------
     Floor
-        Rooms, doors and walls, metres of the map frame. Rooms are numbered from 1 in reading order of the map image.
+        Rooms, doors, walls and, with `structure`, furniture, metres of the map frame. Rooms are numbered from 1 in
+        reading order of the map image.
 
     Raises
     ------

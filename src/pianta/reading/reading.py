@@ -15,7 +15,7 @@ from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io._files import short_repr
-from pianta.io._folders import atomic_folder
+from pianta.io._folders import atomic_folder, check_output_file
 from pianta.labels import LabelSchema
 
 if TYPE_CHECKING:
@@ -178,6 +178,25 @@ class Reading:
                 self._write(storey, together.enter_context(atomic_folder(target)), walls=walls, graph=graph)
         return folders
 
+    def clean_map(self) -> GridMap:
+        """Make the map without furniture, spray and people; see `pianta.clean_map`.
+
+        Returns
+        -------
+        GridMap
+            The clean map, in the frame of the map that was read.
+
+        Raises
+        ------
+        OptionError
+            The file is a plan, which has no map.
+        """
+        from pianta.layout.clean_map import clean_map
+
+        if self.scale is not None:
+            raise OptionError(f"plan {short_repr(self.path)} has no map to clean, give a robot's map")
+        return clean_map(self.grid, self.floor)
+
     def _write(self, storey: StoreyReading, folder: Path, *, walls: bool, graph: bool) -> None:
         """Write the four result files of a storey; walls, graph: whether picture.png shows them."""
         from pianta.io.floors import save_floor, save_label_image
@@ -192,6 +211,33 @@ class Reading:
         save_graph(floor.graph(), node_link)
         figure = draw_floor(floor, grid, walls=walls, graph=graph, schemas=self.schemas, paper=storey.paper)
         save_figure(figure, picture)
+
+
+def check_clean_map(path: str | Path, target: str | Path, folder: str | Path | None = None) -> None:
+    """Refuse, before any work, a name for the clean map that cannot be written or would replace another file.
+
+    path: the map that is read. target: the file of the clean map. folder: that of the results, None without results.
+
+    Raises OptionError, in one line, for the map that is read or its image, and for a result.
+    """
+    from pianta.io.maps import list_saved_files
+    from pianta.io.ros_maps import find_map_image
+
+    file, image = Path(path), find_map_image(path)
+    for written in list_saved_files(target):
+        check_output_file(written, "clean map")
+        if any(_is_same_file(written, other) for other in (file, image) if other is not None):
+            raise OptionError(f"clean map {short_repr(written)} would replace the map that is read, give another name")
+        if folder is not None and written.name in OUTPUTS and written.resolve().parent == Path(folder).resolve():
+            raise OptionError(f"clean map {short_repr(written)} would replace a result, give another name")
+
+
+def _is_same_file(one: Path, other: Path) -> bool:
+    """Whether two paths lead to one file, also by links and by names that differ in case on some disks."""
+    try:
+        return one.samefile(other)
+    except OSError:
+        return one.resolve() == other.resolve()
 
 
 def check_output(path: str | Path, folder: str | Path) -> None:
