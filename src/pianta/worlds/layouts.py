@@ -275,7 +275,10 @@ def _room_inside(space: Polygon, solid: BaseGeometry) -> Polygon:
     parts = [part for part in get_parts(left) if not part.buffer(-NARROWEST_ROOM).is_empty]
     if not parts:
         raise LayoutError("a room is too small")
-    return round_to_mm(max(parts, key=lambda part: part.area))
+    inside = round_to_mm(max(parts, key=lambda part: part.area))
+    if not inside.is_valid:
+        raise LayoutError("an oblique wall meets a corner")
+    return inside
 
 
 def _one_polygon(geometry: BaseGeometry) -> Polygon:
