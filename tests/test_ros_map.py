@@ -142,7 +142,14 @@ def test_yaml_is_read_as_yaml_cpp_reads_it(tmp_path, text):
     assert (grid.resolution, grid.origin) == (0.05, (-10.0, -10.0, 0.0))
 
 
-SAVED = [[205] * 6, [0, 254, 254, 254, 254, 205]]
+def saved_with(grey: int) -> list[list[int]]:
+    """Two rows of a map with this grey for unknown."""
+    return [[grey] * 6, [0, 254, 254, 254, 254, grey]]
+
+
+SAVED = saved_with(205)
+# A grey inside a map with white edges.
+GREY_INSIDE = [[254] * 6, [254, 204, 204, 204, 204, 254], [254, 0, 204, 204, 0, 254], [254] * 6]
 
 
 @pytest.mark.parametrize("mode", ["trinary", "scale"])
@@ -175,15 +182,76 @@ def test_saved_unknown_of_an_inverted_image_stays_unknown(tmp_path):
         (SAVED, {"free_thresh": 0.25, "negate": 1}),
         ([[205] * 6, [0] * 6], {"free_thresh": 0.25}),
         ([[205] * 100, [0] * 99 + [254]], {"free_thresh": 0.25}),
-        ([[204] * 6, [0, 254, 254, 254, 254, 204]], {"free_thresh": 0.25}),
+        (GREY_INSIDE, {"free_thresh": 0.25}),
         ([[254] * 199, [0] * 198 + [205]], {"free_thresh": 0.25}),
+        (saved_with(206), {"free_thresh": 0.1}),
+        (saved_with(204), {}),
+        (saved_with(240), {}),
+        (saved_with(100)[:1] * 3, {"occupied_thresh": 0.6}),
     ],
-    ids=["threshold", "raw", "negate", "no-white-floor", "specks-of-white", "other-grey", "little-of-it"],
+    ids=[
+        "threshold",
+        "raw",
+        "negate",
+        "no-white-floor",
+        "specks-of-white",
+        "other-grey-inside",
+        "little-of-it",
+        "other-grey-unknown",
+        "darker-grey-unknown",
+        "nearly-white",
+        "grey-walls-alone",
+    ],
 )
 def test_maps_without_saved_unknown_are_read_by_their_thresholds(tmp_path, pixels, keys):
     path = write_map(tmp_path, pixels, **keys)
     literal = read_ros_map(path, trust_thresholds=True)
     assert read_ros_map(path).cells.tolist() == literal.cells.tolist()
+
+
+@pytest.mark.parametrize(
+    ("grey", "keys", "state"),
+    [
+        (206, {"free_thresh": 0.196}, "free_thresh 0.196 makes grey 206 free"),
+        (204, {"free_thresh": 0.25}, "free_thresh 0.25 makes grey 204 free"),
+        (128, {"free_thresh": 0.5, "occupied_thresh": 0.65}, "free_thresh 0.5 makes grey 128 free"),
+        (128, {"free_thresh": 0.1, "occupied_thresh": 0.45}, "occupied_thresh 0.45 makes grey 128 occupied"),
+    ],
+)
+def test_another_grey_that_fills_the_edge_is_unknown(tmp_path, grey, keys, state):
+    """Both rows are the edge of this map, of which the grey has 7 cells of 12."""
+    path = write_map(tmp_path, saved_with(grey), **keys)
+    with pytest.warns(MapWarning, match=state) as caught:
+        grid = read_map(path)
+    assert len(caught) == 1
+    assert "58%" in str(caught[0].message)
+    assert grid.cells.tolist() == [[-1] * 6, [100, 0, 0, 0, 0, -1]]
+    assert -1 not in read_map(path, trust_thresholds=True).cells
+
+
+def test_another_grey_of_an_inverted_image_is_unknown(tmp_path):
+    path = write_map(tmp_path, 255 - np.array(saved_with(206)), free_thresh=0.196, negate=1)
+    with pytest.warns(MapWarning, match="makes grey 49 free"):
+        assert read_ros_map(path).cells.tolist() == [[-1] * 6, [100, 0, 0, 0, 0, -1]]
+
+
+@pytest.mark.parametrize("folder", ["/home/robot/maps/", "C:\\maps\\", "\\\\server\\maps\\"])
+def test_an_image_of_another_machine_is_searched_beside_the_map(tmp_path, folder):
+    path = write_map(tmp_path, SAVED)
+    plain = read_map(path).cells
+    name = next(file.name for file in tmp_path.iterdir() if file != path)
+    keys = yaml.safe_load(path.read_text()) | {"image": f"{folder}{name}"}
+    path.write_text(yaml.safe_dump(keys))
+    with pytest.warns(MapWarning, match=f"'{name}' beside the map is read instead") as caught:
+        assert read_map(path).cells.tolist() == plain.tolist()
+    assert len(caught) == 1
+
+
+def test_an_image_of_another_machine_that_is_nowhere_is_an_error(tmp_path):
+    path = write_map(tmp_path, SAVED)
+    path.write_text(yaml.safe_dump(yaml.safe_load(path.read_text()) | {"image": "/home/robot/none.pgm"}))
+    with pytest.raises(MapError, match=r"its image '/home/robot/none\.pgm' does not exist"):
+        read_map(path)
 
 
 def test_all_faults_of_a_yaml_are_listed_at_once(tmp_path):

@@ -42,7 +42,8 @@ def read_map(
     origin
         The x, y (m) and yaw (rad, counter-clockwise) of the lower-left corner of a plain image; None for zero.
     trust_thresholds
-        Keep grey 205 free where the free_thresh of a map.yaml makes it so; map savers write 205 for unknown.
+        Keep greys of unknown free or occupied where the thresholds of a map.yaml make them so: 205, which map savers
+        write, or another middle grey that fills the edge of the map.
     max_cells
         The largest map that is read, in cells.
 
@@ -59,7 +60,8 @@ def read_map(
     Warns
     -----
     MapWarning
-        Grey 205 would have been free and was made unknown.
+        A grey of unknown would have been free or occupied and was made unknown; or the image of a map.yaml was not
+        where it says, but beside it.
 
     Examples
     --------

@@ -7,7 +7,8 @@ scale mode yields 1 … 99 between them, and its raw mode passes 101 … 255 thr
 from __future__ import annotations
 
 import warnings
-from pathlib import Path
+from dataclasses import dataclass
+from pathlib import Path, PureWindowsPath
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
@@ -42,6 +43,13 @@ SAVED_OCCUPIED_THRESH = 0.65
 WHITE_GREY = 250  # and above
 UNKNOWN_SHARE = 0.01  # of all cells
 WHITE_PER_OCCUPIED = 0.1  # white cells to walls
+# The same holds for another middle grey that fills more than half of the map's edge, such as 206 or 208 of drawing
+# programs, where free_thresh is 0.196; or 128, if a threshold makes it free or occupied. Chosen by hand; no map in the
+# data has such an edge by mistake.
+EDGE_SHARE = 0.5
+MIDDLE_GREYS = range(64, 231)
+# A middle grey is no wall if other cells, of more than this share of the map, are occupied; chosen by hand.
+WALL_SHARE = 0.001
 
 
 class _MapYaml(BaseModel):
@@ -73,27 +81,26 @@ class _MapLoader(PlainLoader):
 def read_ros_map(path: str | Path, *, trust_thresholds: bool = False, max_cells: int = MAX_CELLS) -> GridMap:
     """Map from map.yaml and its image, each cell as Nav2's map server would publish it.
 
-    The image's name is relative to the folder of the YAML.
-    trust_thresholds: keep grey 205 free where free_thresh makes it so. Map savers write 205 for unknown, and many
-    YAMLs have free_thresh 0.25, which turns all unknown cells into floor; by default they stay unknown, with a
-    MapWarning.
+    The image's name is relative to the folder of the YAML; an absolute one that does not exist is looked for there
+    too, with a MapWarning.
+    trust_thresholds: keep greys of unknown free or occupied where the thresholds make them so. Map savers write 205 for
+    unknown, and many YAMLs have free_thresh 0.25, which turns all unknown cells into floor; by default they stay
+    unknown, with a MapWarning, and so does another middle grey that fills the edge of the map.
 
     Raises MapError, with every fault of the YAML in one message, if the YAML or its image cannot be used.
     """
     file = check_input_file(path, "map", MapError)
     description = _read_map_yaml(file)
-    image = check_input_file(
-        description.image, f"map {short_repr(file)}: its image", MapError, folder=file.parent.absolute()
-    )
+    image = _find_image(file, description)
     grey, transparent = read_grey(image, max_cells=max_cells)
     cells = _cells_of_greys(description)[grey]
     if transparent is not None and description.mode != "raw":
         cells[transparent] = UNKNOWN
     if not trust_thresholds and description.mode != "raw":
-        false_free = _find_false_free(grey, cells, negate=description.negate)
-        if false_free is not None:
-            cells[false_free] = UNKNOWN
-            warnings.warn(_describe_false_free(file, description, false_free), MapWarning, stacklevel=2)
+        false = _find_false_cells(grey, cells, negate=description.negate)
+        if false is not None:
+            cells[false.mask] = UNKNOWN
+            warnings.warn(false.describe(file, description), MapWarning, stacklevel=2)
     return GridMap(cells, description.resolution, description.origin, file.name)
 
 
@@ -103,9 +110,40 @@ def find_map_image(path: str | Path) -> Path | None:
     if file.suffix.lower() not in YAML_SUFFIXES:
         return None
     try:
-        return file.parent / _read_map_yaml(check_input_file(path, "map", MapError)).image
+        description = _read_map_yaml(check_input_file(path, "map", MapError))
     except MapError:
         return None
+    return _find_image_beside(file, description) or file.parent / description.image
+
+
+def _find_image(file: Path, description: _MapYaml) -> Path:
+    """The image of a map.yaml; with a MapWarning the one beside it, if the path is of another machine.
+
+    Raises MapError if it does not exist.
+    """
+    beside = _find_image_beside(file, description)
+    if beside is not None:
+        warnings.warn(
+            f"map {short_repr(file)}: its image {short_repr(description.image)} does not exist, "
+            f"{short_repr(beside.name)} beside the map is read instead; write that name into the map.yaml",
+            MapWarning,
+            stacklevel=3,
+        )
+    return check_input_file(
+        description.image if beside is None else beside.name,
+        f"map {short_repr(file)}: its image",
+        MapError,
+        folder=file.parent.absolute(),
+    )
+
+
+def _find_image_beside(file: Path, description: _MapYaml) -> Path | None:
+    """The image beside a map.yaml, if that names one of another machine: by an absolute path that does not exist."""
+    # Both separators and a drive, as the YAML may come from Windows
+    windows, path = PureWindowsPath(description.image), Path(description.image)
+    beside = file.parent / windows.name
+    is_elsewhere = (windows.is_absolute() or path.is_absolute()) and not path.exists()
+    return beside if is_elsewhere and windows.name and beside.is_file() else None
 
 
 def _read_map_yaml(file: Path) -> _MapYaml:
@@ -151,26 +189,51 @@ def _cells_of_greys(description: _MapYaml) -> NDArray[np.int8]:
     return cells
 
 
-def _find_false_free(grey: NDArray[np.uint8], cells: NDArray[np.int8], *, negate: bool) -> Mask | None:
-    """Mask, shape (H, W), of cells with the grey of unknown that the thresholds make free; None without any."""
-    unknown_grey = 255 - UNKNOWN_GREY if negate else UNKNOWN_GREY
-    free = cells == FREE
-    false_free = free & (grey == unknown_grey)
-    if np.count_nonzero(false_free) < UNKNOWN_SHARE * cells.size:
-        return None
-    floor = free & ((grey <= 255 - WHITE_GREY) if negate else (grey >= WHITE_GREY))
-    walls = cells == OCCUPIED
-    return false_free if np.count_nonzero(floor) > WHITE_PER_OCCUPIED * np.count_nonzero(walls) else None
+@dataclass(frozen=True, eq=False)
+class _FalseCells:
+    """Cells of unknown space that the thresholds make free or occupied: their grey, and their mask, shape (H, W)."""
+
+    grey: int
+    mask: Mask
+    occupied: bool
+
+    def describe(self, file: Path, description: _MapYaml) -> str:
+        """The warning that they are read as unknown."""
+        key = "occupied_thresh" if self.occupied else "free_thresh"
+        state = "occupied" if self.occupied else "free"
+        saved = self.grey == (255 - UNKNOWN_GREY if description.negate else UNKNOWN_GREY)
+        evidence = "which map savers write for unknown" if saved else "which fills the edge of the map as unknown does"
+        return (
+            f"map {short_repr(file)}: {key} {getattr(description, key)} makes grey {self.grey} {state}, {evidence}; "
+            f"its {np.count_nonzero(self.mask)} cells ({self.mask.mean():.0%}) are read as unknown, "
+            f"keep them {state} with trust_thresholds=True"
+        )
 
 
-def _describe_false_free(file: Path, description: _MapYaml, false_free: Mask) -> str:
-    """The warning that cells with the grey of unknown are read as unknown; false_free: their mask, shape (H, W)."""
-    grey = 255 - UNKNOWN_GREY if description.negate else UNKNOWN_GREY
-    return (
-        f"map {short_repr(file)}: free_thresh {description.free_thresh} makes grey {grey} free, which map savers write "
-        f"for unknown; its {np.count_nonzero(false_free)} cells ({false_free.mean():.0%}) are read as unknown, "
-        f"keep them free with trust_thresholds=True"
-    )
+def _find_false_cells(grey: NDArray[np.uint8], cells: NDArray[np.int8], *, negate: bool) -> _FalseCells | None:
+    """Cells with a grey of unknown that the thresholds make free or occupied; None without any."""
+    brightness = 255 - grey if negate else grey
+    counts = np.bincount(brightness.ravel(), minlength=256)
+    is_free = np.bincount(brightness[cells == FREE], minlength=256) > 0
+    is_occupied = np.bincount(brightness[cells == OCCUPIED], minlength=256) > 0
+    for unknown in dict.fromkeys([UNKNOWN_GREY, *_find_edge_grey(brightness)]):
+        is_wall = is_occupied & (np.arange(256) != unknown)
+        floor, walls = counts[WHITE_GREY:][is_free[WHITE_GREY:]].sum(), counts[is_wall].sum()
+        if counts[unknown] < UNKNOWN_SHARE * grey.size or floor <= WHITE_PER_OCCUPIED * walls:
+            continue
+        # Where nothing else is occupied, the grey is the walls
+        if is_free[unknown] or (is_occupied[unknown] and walls > WALL_SHARE * grey.size):
+            mask = (brightness == unknown) & (cells != UNKNOWN)
+            return _FalseCells(255 - unknown if negate else unknown, mask, bool(is_occupied[unknown]))
+    return None
+
+
+def _find_edge_grey(brightness: NDArray[np.uint8]) -> list[int]:
+    """The middle grey that fills most of the edge of a map, if there is one; brightness: shape (H, W)."""
+    edge = np.concatenate([brightness[0], brightness[-1], brightness[1:-1, 0], brightness[1:-1, -1]])
+    counts = np.bincount(edge)
+    grey = int(counts.argmax())
+    return [grey] if counts[grey] > EDGE_SHARE * len(edge) and grey in MIDDLE_GREYS else []
 
 
 def save_ros_map(grid: GridMap, path: str | Path, *, mode: Mode = "trinary", image_format: ImageFormat = "png") -> None:

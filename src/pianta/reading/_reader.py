@@ -140,15 +140,23 @@ class Reader:
         """Reconstruct the floor of a map; OptionError for options of plans. image: decoded, None to read the file."""
         from pianta.io.maps import read_map
         from pianta.layout.reconstruct import reconstruct
+        from pianta.reading._plausibility import (
+            describe_implausible_floor,
+            describe_implausible_map,
+            describe_inverted_greys,
+        )
 
         useless = " and ".join(f"{name}=" for name in ("page", "symbols") if self.options.get(name) is not None)
         if useless:
             raise OptionError(f"map {short_repr(path)} is no plan, leave out {useless} or give input_kind='plan'")
         grid = read_map(image or path, **self._choose("resolution", "trust_thresholds", "max_cells"))
         try:
-            return StoreyReading(reconstruct(grid, **self._choose("method", "parameters", "predict_partial")), grid)
+            floor = reconstruct(grid, **self._choose("method", "parameters", "predict_partial"))
         except PiantaError as error:
-            raise type(error)(f"map {short_repr(path)}: {error}") from error
+            reasons = "; ".join([str(error), *describe_inverted_greys(grid)])
+            raise type(error)(f"map {short_repr(path)}: {reasons}") from error
+        _warn(path, [*describe_implausible_map(grid), *describe_implausible_floor(floor, grid)])
+        return StoreyReading(floor, grid)
 
     def _read_plan(self, path: str | Path, image: DecodedImage | None) -> list[StoreyReading]:
         """Read all floors of a plan; OptionError for options of maps. image: decoded, None to read the file."""
@@ -177,6 +185,12 @@ class Reader:
             )
             for number, each in enumerate(plan.floors, start=1)
         ]
+
+
+def _warn(path: str | Path, messages: Iterable[str]) -> None:
+    """Issue messages about a map as warnings."""
+    for message in messages:
+        warnings.warn(MapWarning(f"map {short_repr(path)}: {message}"), stacklevel=2)
 
 
 def _check_options(options: ReadOptions) -> None:

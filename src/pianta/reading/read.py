@@ -74,7 +74,8 @@ def read(
         Metres per cell of an image without a map.yaml, per pixel of a plan, or per unit of a DXF or SVG. None to use
         the file's own, or to detect it in the plan.
     trust_thresholds
-        Keep grey 205 free where the free_thresh of a map.yaml makes it so; map savers write 205 for unknown.
+        Keep greys of unknown free or occupied where the thresholds of a map.yaml make them so: 205, which map savers
+        write, or another middle grey that fills the edge of the map.
     max_cells
         The largest map or picture that is read, in cells or pixels.
     page
