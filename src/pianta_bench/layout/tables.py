@@ -71,8 +71,6 @@ GRAPH_NOTE = (
 SCHOOL_NOTE = (
     "The true doors of schools are points that often lie beside the gaps of the map, which edges and pairs ignore."
 )
-    "The true doors of schools are points that often lie beside the gaps of the map; their edges and pairs are right."
-)
 GRAPH = Table(
     title="Doors and edges of the room graph, method {method}",
     rows=("part",),
