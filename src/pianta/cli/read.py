@@ -31,6 +31,8 @@ EXAMPLES = (
     "pianta read map.yaml -o building --clean clean.yaml",
 )
 
+LABELS_LEFT_OUT = "labels: ROOM and CORRIDOR alone, where they are certain; --label-unknown shows the others"
+
 Maps = Annotated[
     list[str],
     typer.Argument(
@@ -75,6 +77,9 @@ BuildingModelFile = Annotated[
 Jobs = Annotated[
     int, typer.Option(min=1, max=MAX_JOBS, help="Processes for several files; the results are the same for any number.")
 ]
+LabelUnknown = Annotated[
+    bool, typer.Option("--label-unknown", help="Label rooms fully even if the building is of no known type.")
+]
 NoPredictions = Annotated[
     bool, typer.Option("--no-predictions", help="Leave out the predicted shapes of rooms that were seen in part.")
 ]
@@ -104,6 +109,7 @@ def read_maps(
     model: Model = None,
     building_model: BuildingModelFile = None,
     no_labels: NoLabels = False,
+    label_unknown: LabelUnknown = False,
     no_predictions: NoPredictions = False,
     clean: Clean = None,
     jobs: Jobs = 1,
@@ -121,7 +127,8 @@ def read_maps(
     follow; several floors on a plan get a folder each, floor-1, floor-2, ….
 
     Rooms are labelled ROOM or CORRIDOR; FUNCTIONAL, CONNECTION, ENTRANCE or
-    SERVICE; and with --type by the labels of that building type.
+    SERVICE; and with --type by the labels of that building type. In a building
+    of no known type they are ROOM or CORRIDOR where that is certain.
 
     With --previous rooms keep their ids, and manual labels and a manual type stay;
     the map may have grown, and its origin may have moved.
@@ -140,6 +147,7 @@ def read_maps(
         "room_model": model,
         "building_model": building_model,
         "labels": not no_labels,
+        "label_unknown": label_unknown,
         "predict_partial": not no_predictions,
     }
     if len(maps) == 1:
@@ -173,6 +181,8 @@ def _read_one(
         stdout.print(tabulate_rooms(storey.floor))
         if storey.candidate_types:
             print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
+            if not storey.floor.building_type and not options["label_unknown"]:
+                print_result(LABELS_LEFT_OUT)
         for line in storey.messages:
             print_result(line)
         print_result(f"{describe_floor(storey.floor)}, in {folder}")
