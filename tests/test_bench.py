@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from shapely import LineString, Polygon, box
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from pianta.errors import DataError, MapError
 from pianta.floor import Door, Floor, Room
@@ -25,6 +26,7 @@ from tests.bench_results import Row, list_rows, show_lines
 from tests.tiny_data import ONE_ROOM, OUTLINES, TRUE_FLOOR, write_slam, write_survey
 
 TIMES = {"seconds", "transforms"}
+NO_DOORS = {f"{count}_{item}": 0 for count in ("true", "found", "right") for item in ("doors", "edges", "pairs")}
 LASTING = {"rooms_before", "still_there", "kept_id"}
 measure_survey = partial(measure_segmentation, methods=("thesis",), sets=("survey", "furniture"))
 
@@ -154,6 +156,8 @@ def test_layout_of_one_room_where_there_are_two(tmp_path, find):
             "door_recall": 100,
             "found": 1,
             "true": 2,
+            **NO_DOORS,
+            **dict.fromkeys(("doors_f1", "edges_f1", "pairs_f1"), 100),
         }
     )
 
@@ -183,7 +187,8 @@ def test_the_true_rooms_score_100_but_for_the_walls_of_the_schools(tmp_path, fin
     for row in rows:
         short = {"a_bc_walls": 100 * 6 / 6.2} if "a_bc_walls" in row.figures else {}
         counts = {key: 2 for key in ("found", "true", "matched") if key in row.figures}
-        expected = dict.fromkeys(scores_of(row), 100) | counts | short
+        doors = {key: 0 for key in NO_DOORS if key in row.figures}
+        expected = dict.fromkeys(scores_of(row), 100) | counts | doors | short
         assert scores_of(row) == pytest.approx(expected)
 
 
@@ -216,7 +221,7 @@ def test_time_is_counted_in_median_distance_transforms_on_one_thread(monkeypatch
     threads = []
 
     def reconstruct(*_: object, **__: object) -> Floor:
-        threads.append(cv2.getNumThreads())
+        threads.extend([cv2.getNumThreads(), *[library["num_threads"] for library in threadpool_info()]])
         return TRUE_FLOOR
 
     timing._load_method("thesis")
@@ -224,12 +229,15 @@ def test_time_is_counted_in_median_distance_transforms_on_one_thread(monkeypatch
     monkeypatch.setattr(timing, "reconstruct", reconstruct)
     cv2.setNumThreads(2)
     try:
-        floor, time = timing.time_reconstruction(GridMap(np.array([[0, 100]], np.int8), 0.05), method="thesis")
+        with threadpool_limits(2):
+            floor, time = timing.time_reconstruction(GridMap(np.array([[0, 100]], np.int8), 0.05), method="thesis")
+            assert 2 in [library["num_threads"] for library in threadpool_info()]
         assert cv2.getNumThreads() == 2
     finally:
         cv2.setNumThreads(1)
     assert floor == TRUE_FLOOR
-    assert threads == [1]
+    assert set(threads) == {1}
+    assert len(threads) > 1
     assert time == {"seconds": 10.0, "transforms": 5.0}
 
 
@@ -279,7 +287,7 @@ def test_unreadable_files_fail_one_by_one(tmp_path, find):
         assert row.figures["found"] == 0
         assert row.figures["true"] is None
     assert rows[3].failure is None
-    maps, _ = layout_tables.tabulate(results)
+    maps, _, graph = layout_tables.tabulate(results)
     assert [maps.rows[name]["\ntrue"] for name in maps.rows] == [
         *[Cell(None)] * 3,
         Cell(2),
@@ -287,6 +295,7 @@ def test_unreadable_files_fail_one_by_one(tmp_path, find):
         Cell(None),
         Cell(2),
     ]
+    assert graph.rows["schools"]["doors\nF1"].mean == 25
 
 
 def test_a_picture_that_cannot_be_written_keeps_the_scores(tmp_path, find):

@@ -6,17 +6,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from shapely import box
+from shapely import LineString, box
 
-from pianta.errors import DataError, OptionError
-from pianta.floor import Floor, Room
+from pianta.errors import DataError, MapError, OptionError
+from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta.io.maps import read_map
 from pianta_bench.data import map_sets as sets
 from pianta_bench.data.folders import SET_NAMES
+from pianta_bench.data.id_truth import read_id_truth
 from pianta_bench.data.map_sets import SETS, choose_sets
 from pianta_bench.harness.report import save_results
 from pianta_bench.layout import timing
+from pianta_bench.segmentation.counts import pool_counts
 from pianta_bench.segmentation.measure import measure as measure_segmentation
 from pianta_bench.segmentation.tables import tabulate
 from tests.bench_results import list_rows, show_lines
@@ -29,6 +31,7 @@ from tests.tiny_data import (
     write_doors,
     write_slam,
     write_survey,
+    write_vacuum,
 )
 
 PERFECT = {"precision": 100, "recall": 100, "a_fc": 100, "mean_iou": 100, "f1": 100}
@@ -82,6 +85,22 @@ def test_clutter_counts_what_a_room_covers_beyond_the_colours(tmp_path, find):
     assert pick(figures, "precision", "precision_free") == pytest.approx([100 * 80 / 124, 100 * 80 / 120])
 
 
+def test_homes_of_vacuum_robots_count_free_cells_on_both_sides(tmp_path, find):
+    """The wall is 4 of 124 px wide and does not count, so that the one room has 120 px, 80 of them in the larger."""
+    write_vacuum(tmp_path, "a")
+    find(ONE_ROOM)
+    (figures,) = measure_set(tmp_path, "vacuum")
+    assert pick(figures, "precision", "mean_iou", "found", "true") == pytest.approx([100 * 80 / 120, 50, 1, 2])
+    true_map = SETS["vacuum"].read(tmp_path / "vacuum", "a")
+    assert np.unique(true_map.spaces).tolist() == [0, 7, 300]
+
+
+def test_a_coloured_image_is_no_truth_of_room_ids(tmp_path):
+    Image.new("RGB", (4, 4)).save(tmp_path / "a_gt.png")
+    with pytest.raises(MapError, match="grey"):
+        read_id_truth(tmp_path / "a_gt.png")
+
+
 def test_walls_of_the_schools_do_not_count(tmp_path, find):
     write_slam(tmp_path, "a")
     find(ONE_ROOM)
@@ -111,6 +130,41 @@ def test_ids_and_rooms_that_last_are_counted_where_maps_grow(tmp_path, find):
     assert lasting == [[0, 0, 0], [2, 2, 2], [2, 1, 1]]
     note = "thesis: 75.0% of rooms are there in the next step, 100.0% of these with their id."
     assert note in " ".join(show_lines(tabulate(results), results)).replace("  ", " ")
+
+
+def test_counts_of_right_split_and_merged_rooms_and_of_doors(tmp_path, find):
+    """In a the smaller room is in two halves, and the larger has an entrance; in b there is one room for two."""
+    write_vacuum(tmp_path, "a", "b")
+    write_doors(tmp_path, "a")
+    halves = (Room(2, box(5.2, 1, 7.2, 2.5)), Room(3, box(5.2, 2.5, 7.2, 4)))
+    wall = LineString([(5.1, 2), (5.1, 3)])
+    doors = tuple(Door(pair, wall, 1.0) for pair in ((1, 2), (2, 3), (1, None)))
+    find(Floor((Room(1, ROOMS[0]), *halves), doors), ONE_ROOM)
+    results = measure_segmentation(tmp_path, methods=("thesis",), sets=("vacuum",), count=True)
+    names = "counted_true", "counted_found", "right", "right_whole", "splits", "merges", "no_rooms"
+    rows = [pick(row.figures, *names, "doors", "within", "nowhere") for row in list_rows(results, "vacuum")]
+    assert rows == [[2, 3, 1, 1, 1, 0, 0, 3, 1, 1], [2, 1, 1, 1, 0, 1, 0, 0, 0, 0]]
+    pooled = {record["metric"]: record["value"] for record in pool_counts(results, "vacuum")}
+    assert (pooled["share_right"], pooled["splits_per_map"], pooled["merges_per_map"]) == (50, 0.5, 0.5)
+    assert pooled["share_doors_wrong"] == pytest.approx(200 / 3)
+    lines = [line.split() for line in show_lines(tabulate(results), results)]
+    assert ["thesis", "4", "50.0", "50.0", "0.5", "0.5", "0", "3", "1", "1", "66.7"] in lines
+    assert ["a", "2", "3", "1", "1", "1", "0", "0", "3", "1", "1"] in lines
+    find(TRUE_FLOOR)
+    assert not [*pool_counts(measure_segmentation(tmp_path, methods=("thesis",), sets=("doors",), count=True), "doors")]
+
+
+def test_true_rooms_of_a_map_that_fails_are_counted(tmp_path, monkeypatch):
+    write_vacuum(tmp_path, "a")
+
+    def fail(*_: object, **__: object) -> None:
+        raise MapError("no room")
+
+    monkeypatch.setattr(timing, "_load_method", lambda _: None)
+    monkeypatch.setattr(timing, "reconstruct", fail)
+    results = measure_segmentation(tmp_path, methods=("thesis",), sets=("vacuum",), count=True)
+    pooled = {record["metric"]: record["value"] for record in pool_counts(results, "vacuum")}
+    assert (pooled["all_counted_true"], pooled["share_right"], pooled["share_doors_wrong"]) == (2, 0, None)
 
 
 def test_each_map_is_read_once_for_all_methods(tmp_path, find, monkeypatch):
@@ -155,7 +209,7 @@ def test_the_file_has_set_and_method_of_every_figure(tmp_path, find):
     results = measure_segmentation(tmp_path, methods=methods)
     save_results("segmentation", tabulate(results), results, tmp_path / "figures.json")
     content = json.loads((tmp_path / "figures.json").read_text())
-    assert content["options"] == {"methods": methods, "sets": ["survey", "furniture"], "maps": False}
+    assert content["options"] == {"methods": methods, "sets": ["survey", "furniture"], "maps": False, "count": False}
     free = [record for record in content["records"] if record["metric"] == "precision_free"]
     assert [(record["part"], record["method"]) for record in free] == [
         (name, method) for name in ("survey", "furniture") for method in methods
@@ -176,6 +230,13 @@ def test_sets_that_are_not_in_the_data_are_left_out_unless_named(tmp_path):
         choose_sets(("attic",), tmp_path)
     with pytest.raises(DataError, match=r"clutter.*--data"):
         choose_sets((), tmp_path / "none")
+
+
+def test_the_rooms_of_real_homes_lie_on_free_cells(data):
+    for name, count in (("z10_1056_paths", 7), ("d9_1093_huge", 14)):
+        true_map = SETS["vacuum"].read(data / "vacuum", name)
+        assert len(np.unique(true_map.spaces)) == 1 + count
+        assert true_map.free[true_map.spaces > 0].all()
 
 
 @pytest.mark.slow

@@ -202,7 +202,7 @@ class TestCommand:
     def test_several_files_are_refused(self, furnished, tmp_path):
         outcome = run_pianta("read", furnished, furnished, "-o", tmp_path / "out", "--clean", tmp_path / "clean.yaml")
         assert (outcome.code, outcome.out) == (2, "")
-        assert "--clean is one map and 2 files are given, read each file on its own" in outcome.err
+        assert "--clean is for one map and 2 files are given, read each file on its own" in outcome.err
         assert list_files(tmp_path) == {}
 
     def test_a_plan_has_no_map(self):

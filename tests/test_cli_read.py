@@ -234,6 +234,14 @@ def test_the_table_has_names_when_a_room_has_one():
     assert (rows[0], rows[2]) == (["room", "area", "m²", "doors", "name"], ["1", "12.0", "0", "[b]204", "French"])
 
 
+def test_the_table_has_the_probabilities_of_rooms_when_they_are_known():
+    console = Console(width=80, record=True)
+    rooms = Room(1, box(0, 0, 4, 3), probability=0.876), Room(2, box(4, 0, 8, 3))
+    console.print(tabulate_rooms(Floor(rooms)))
+    rows = [line.split() for line in console.export_text().splitlines() if line.strip()]
+    assert (rows[0], rows[2]) == (["room", "area", "m²", "doors", "sure"], ["1", "12.0", "0", "0.88"])
+
+
 def test_the_table_has_the_probabilities_of_labels_within_80_columns():
     probabilities = {"school": {"SMALL ADMINISTRATIVE": 0.834, "CORRIDOR": 1.0}}
     labels = "CORRIDOR", "SMALL ADMINISTRATIVE", "LAB"

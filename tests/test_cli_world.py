@@ -43,6 +43,15 @@ def test_options_reach_the_world(tmp_path):
     assert (written.resolution, written.origin) == (grid.resolution, grid.origin)
 
 
+def test_a_labelled_floor_is_furnished_by_its_labels(tmp_path):
+    options = ("--furniture", "1", "--dense-furniture", "--door-leaves", "--seed", "3")
+    assert run_pianta("world", "home", "-o", tmp_path, *options).code == 0
+    floor = make_floor("home", seed=3)
+    assert read_floor(tmp_path / "truth.geojson") == floor
+    expected = simulate_map(floor, furniture=1, dense_furniture=True, door_leaves=True, seed=3)
+    assert (read_map(tmp_path / "map.yaml").cells == expected.cells).all()
+
+
 @pytest.mark.slow
 def test_the_next_command_works_as_printed(tmp_path):
     _, out, _ = run_pianta("world", "corridor", "-o", tmp_path / "my world")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from shapely import LineString, box
 from shapely.affinity import translate
 
-from pianta.evaluation.doors import DetectionScores, score_doors
+from pianta.evaluation.doors import DetectionScores, score_doors, score_edges
 from pianta.floor import Door, Floor, Room
 
 ROOMS = tuple(Room(number, box(10 * number, 0, 10 * number + 10, 10)) for number in (1, 2, 3))
@@ -49,6 +49,26 @@ def test_the_reach_is_half_the_true_width_and_not_the_found_one():
     wide = door_at(20.8, width=3.0)
     assert score_doors(floor_of(wide), floor_of(door_at(20))).correct == 0
     assert score_doors(floor_of(door_at(20.8)), floor_of(door_at(20, width=3.0))).correct == 1
+
+
+def test_a_narrow_door_has_a_least_reach():
+    narrow, wide = floor_of(door_at(20, width=0.6)), floor_of(door_at(20, width=2.0))
+    result = floor_of(door_at(20.4))
+    assert score_doors(result, narrow).correct == 0
+    assert score_doors(result, narrow, least_reach=0.45).correct == 1
+    assert score_doors(floor_of(door_at(20.5)), narrow, least_reach=0.45).correct == 0
+    assert score_doors(floor_of(door_at(20.9)), wide, least_reach=0.45).correct == 1
+    assert score_doors(result, wide, reach=0.1, least_reach=0.3).correct == 0
+
+
+def test_edges_join_rooms_that_match():
+    """The rooms 1, 2, 3 are the true ones 2, 3 and none."""
+    result = floor_of(door_at(20), door_at(20, 7), door_at(30, rooms=(2, 3)), door_at(40, rooms=(3, None)))
+    assert score_edges(result, TRUTH, {1: 2, 2: 3}) == DetectionScores(true=2, detected=2, correct=1)
+    assert score_edges(result, TRUTH, {1: 1, 2: 3}) == DetectionScores(true=2, detected=2, correct=0)
+    assert score_edges(result, TRUTH, {1: 1, 2: 2, 3: 3}) == DetectionScores(true=2, detected=2, correct=2)
+    assert score_edges(result, TRUTH, {}) == DetectionScores(true=2, detected=2, correct=0)
+    assert score_edges(floor_of(), floor_of(door_at(20, rooms=(2, None))), {}) == DetectionScores(0, 0, 0)
 
 
 def test_a_true_door_is_found_once():

@@ -140,12 +140,19 @@ class TestByRules:
 class TestByProbability:
     def test_cells_above_one_half_are_furniture_wherever_they_stand(self):
         probability = np.zeros(SHAPE)
-        probability[carve(SHAPE, TABLE)] = 0.4
+        probability[carve(SHAPE, TABLE)] = 0.09
         probability[carve(SHAPE, STUB)] = 0.9
         probability[70:90, 80] = 0.7
         (piece,) = find_furniture(draw_map(TABLE, STUB), Floor((ROOM,)), probability=probability)
         assert is_same(piece.polygon, in_metres(STUB))
         assert piece.probability == pytest.approx(0.8)
+
+    def test_what_the_rules_find_stays_if_it_is_not_improbable(self):
+        probability = np.zeros(SHAPE)
+        probability[carve(SHAPE, TABLE)] = 0.11
+        (piece,) = find_furniture(draw_map(TABLE), Floor((ROOM,)), probability=probability)
+        assert is_same(piece.polygon, in_metres(TABLE))
+        assert piece.probability == pytest.approx(0.11)
 
     def test_free_cells_walls_outside_and_specks_are_none(self):
         assert find_furniture(draw_map((40, 41, 40, 41)), Floor((ROOM,)), probability=np.ones(SHAPE)) == ()

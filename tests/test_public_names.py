@@ -21,6 +21,7 @@ from pianta import errors, plot
 from pianta.building_types.model import BuildingTypeModel
 from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
+from pianta.layout.explanation import Border, Explanation
 from pianta.plan.read_plan import PlanFloor, PlanReading
 from pianta.plan.sheets.sheet import PlanScale
 from pianta.prediction.prediction import OpenEnd, SampleInterval
@@ -32,7 +33,9 @@ from tests.hidden_figures import hiding_figures
 SOURCE = Path(pianta.__file__)
 # Results of public functions that are no public names themselves.
 RESULTS = (
+    Border,
     BuildingTypeModel,
+    Explanation,
     Exploration,
     OpenEnd,
     RoomModel,

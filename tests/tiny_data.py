@@ -64,10 +64,25 @@ def write_doors(data: Path, *names: str) -> None:
         write_image(folder / f"{name}_02_IN.png", 0.05, other=UNKNOWN_GREY, rooms=ROOMS[:1])
 
 
+def write_vacuum(data: Path, *names: str) -> None:
+    """data/vacuum: each map.yaml with its image, and the rooms as 16-bit ids 7 and 300 on free cells."""
+    folder = data / "vacuum"
+    folder.mkdir(parents=True)
+    for name in names:
+        write_image(folder / f"{name}.png", 0.05, other=UNKNOWN_GREY)
+        text = f"image: {name}.png\nresolution: 0.05\norigin: [0, 0, 0]\n"
+        (folder / f"{name}.yaml").write_text(text + "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n")
+        with Image.open(folder / f"{name}.png") as image:
+            ids = np.where(np.asarray(image) == FREE_GREY, 7, 0).astype(np.uint16)
+        ids[:, 102:][ids[:, 102:] > 0] = 300
+        Image.fromarray(ids).save(folder / f"{name}_gt.png")
+
+
 def write_all_sets(data: Path, *names: str) -> None:
     """Every folder that bench segmentation reads."""
     write_survey(data, *names)
     write_colors(data / "clutter", *names)
+    write_vacuum(data, *names)
     write_doors(data, *names)
     write_slam(data, *names)
     write_colors(data / "partial" / "freiburg79", *names)

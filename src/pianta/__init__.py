@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from pianta.io.maps import read_map
     from pianta.labels import LabelSchema
     from pianta.layout.clean_map import clean_map
+    from pianta.layout.explanation import explain
     from pianta.layout.parameters import StructureParameters, ThesisParameters
     from pianta.layout.reconstruct import METHODS, reconstruct
     from pianta.model_files import load_model
@@ -54,6 +55,7 @@ __all__ = [
     "classify_building",
     "clean_map",
     "errors",
+    "explain",
     "explore",
     "generate",
     "label_rooms",
@@ -90,6 +92,7 @@ _MODULES = {
     "classify_building": "building_types.classify",
     "clean_map": "layout.clean_map",
     "errors": "errors",
+    "explain": "layout.explanation",
     "explore": "exploration.explore",
     "generate": "generation.generate",
     "assess_realism": "realism.assess",

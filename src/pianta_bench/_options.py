@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from pianta.layout.reconstruct import METHODS
-from pianta_bench.data.folders import SET_NAMES
+from pianta_bench.data.folders import LAYOUT_SET_NAMES, SET_NAMES
 
 PLACE_SPLITS = ("experiments", "figure")
 
@@ -28,7 +28,21 @@ Sets = Annotated[
         metavar="NAME",
     ),
 ]
+LayoutSets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        help=f"Which maps, may be repeated: {', '.join(LAYOUT_SET_NAMES)}; schools unless given.",
+        metavar="NAME",
+    ),
+]
+Items = Annotated[
+    list[str] | None,
+    typer.Option("--item", help="Only the map of this name, may be repeated.", metavar="NAME"),
+]
+LayoutMaps = Annotated[bool, typer.Option("--maps", help="Print the doors and edges of each map too.")]
 Maps = Annotated[bool, typer.Option("--maps", help="Print the rows of the maps; always done for a single method.")]
+Count = Annotated[bool, typer.Option("--count", help="Count right, split and merged rooms and wrong doors (IoU 0.6).")]
 PlaceSplit = Annotated[
     str,
     typer.Option("--split", help=f"How labels are divided into R/C and F/C/E/S: {', '.join(PLACE_SPLITS)} (Fig. 4.5)."),

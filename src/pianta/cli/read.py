@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.table import Table
@@ -18,7 +20,10 @@ from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS
 from pianta.reading._labelling import describe_type
 from pianta.reading._reader import ReadOptions
 from pianta.reading.read import MAX_JOBS, Failure, read, read_all
-from pianta.reading.reading import Reading, check_clean_map, check_output
+from pianta.reading.reading import EXPLANATION, OUTPUTS, Reading, check_clean_map, check_output
+
+if TYPE_CHECKING:
+    from pianta.layout.explanation import Explanation
 
 EXAMPLES = (
     "pianta read map.yaml -o building",
@@ -28,7 +33,7 @@ EXAMPLES = (
     "pianta read maps/*.yaml -o buildings --jobs 4",
     "pianta read plan.png -o building --type school",
     "pianta read drawings.pdf --page 3 -o building",
-    "pianta read map.yaml -o building --clean clean.yaml",
+    "pianta read map.yaml -o building --clean clean.yaml --explain",
 )
 
 LABELS_LEFT_OUT = "labels: ROOM and CORRIDOR alone, where they are certain; --label-unknown shows the others"
@@ -87,6 +92,9 @@ Clean = Annotated[
     Path | None,
     typer.Option(metavar="MAP", help="Write the map without furniture, spray and people as a map.yaml or .npz."),
 ]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Draw explain.png, and print why each room was divided or not.")
+]
 NoLabels = Annotated[bool, typer.Option("--no-labels", help="Leave out the labels of rooms and the building type.")]
 
 
@@ -112,6 +120,7 @@ def read_maps(
     label_unknown: LabelUnknown = False,
     no_predictions: NoPredictions = False,
     clean: Clean = None,
+    explain: Explain = False,
     jobs: Jobs = 1,
     quiet: Quiet = False,
 ) -> None:
@@ -150,11 +159,11 @@ def read_maps(
         "label_unknown": label_unknown,
         "predict_partial": not no_predictions,
     }
+    extras = _Extras(clean, explain)
+    extras.check(maps, method)
     if len(maps) == 1:
-        _read_one(maps[0], out, options, walls=walls, graph=graph, clean=clean, quiet=quiet)
+        _read_one(maps[0], out, options, extras, walls=walls, graph=graph, quiet=quiet)
         return
-    if clean is not None:
-        raise OptionError(f"--clean is one map and {len(maps)} files are given, read each file on its own")
     with counting_files(maps, quiet=quiet) as progress:
         results = read_all(maps, out=out, walls=walls, graph=graph, jobs=jobs, progress=progress, **options)
         read_count = sum([_print_one_of_several(result, quiet=quiet) for result in results])
@@ -164,20 +173,48 @@ def read_maps(
         raise typer.Exit(1)
 
 
+@dataclass(frozen=True)
+class _Extras:
+    """What is written for a single map besides its building.
+
+    clean: the file of the clean map, if any. explain: whether to draw and print the explanation.
+    """
+
+    clean: Path | None
+    explain: bool
+
+    def check(self, maps: Sequence[str], method: str) -> None:
+        """Raise OptionError for several maps, and for the explanation of a method that gives none."""
+        for flag, is_given in (("--clean", self.clean is not None), ("--explain", self.explain)):
+            if is_given and len(maps) > 1:
+                raise OptionError(f"{flag} is for one map and {len(maps)} files are given, read each file on its own")
+        if self.explain and method != DEFAULT_METHOD:
+            raise OptionError(f"method {method} has no explanation, leave out --explain or give {DEFAULT_METHOD}")
+
+    def check_files(self, path: str, out: Path) -> None:
+        """Raise OptionError if a file cannot be written, or would replace the map or a result."""
+        check_output(path, out, names=(*OUTPUTS, EXPLANATION) if self.explain else OUTPUTS)
+        if self.clean is not None:
+            check_clean_map(path, self.clean, out)
+
+
 def _read_one(
-    path: str, out: Path, options: ReadOptions, *, walls: bool, graph: bool, clean: Path | None, quiet: bool
+    path: str, out: Path, options: ReadOptions, extras: _Extras, *, walls: bool, graph: bool, quiet: bool
 ) -> None:
     """Read a file; print its rooms, its messages, and where the results are."""
     check_output_folder(out)
-    check_output(path, out)
-    if clean is not None:
-        check_clean_map(path, clean, out)
+    extras.check_files(path, out)
     reading = read(path, **options)
-    clean_map = None if clean is None else reading.clean_map()
+    clean_map = reading.clean_map() if extras.clean else None
+    explanation = reading.explain() if extras.explain else None
     folders = reading.save(out, walls=walls, graph=graph)
-    if clean is not None and clean_map is not None:
-        clean_map.save(clean)
-    for storey, folder in zip(reading.storeys, folders, strict=True) if not quiet else ():
+    if explanation:
+        save_explanation(explanation, out / EXPLANATION)
+    if clean_map and extras.clean:
+        clean_map.save(extras.clean)
+    if quiet:
+        return
+    for storey, folder in zip(reading.storeys, folders, strict=True):
         stdout.print(tabulate_rooms(storey.floor))
         if storey.candidate_types:
             print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
@@ -186,8 +223,19 @@ def _read_one(
         for line in storey.messages:
             print_result(line)
         print_result(f"{describe_floor(storey.floor)}, in {folder}")
-    if clean is not None and not quiet:
-        print_result(f"clean map in {clean}")
+    if explanation:
+        for room in reading.floor:
+            print_result(explanation.describe_room(room.id))
+    if extras.clean:
+        print_result(f"clean map in {extras.clean}")
+
+
+def save_explanation(explanation: Explanation, path: Path) -> None:
+    """Write the picture of an explanation; raises PiantaError if it cannot be written."""
+    from pianta.plot.explanation import draw_explanation
+    from pianta.plot.figure import save_figure
+
+    save_figure(draw_explanation(explanation), path)
 
 
 def _print_one_of_several(result: Reading | Failure, *, quiet: bool) -> bool:
@@ -209,8 +257,9 @@ def _name_type(floor: Floor) -> str:
 
 
 def tabulate_rooms(floor: Floor) -> Table:
-    """Table of the rooms: id, area, doors, neighbours; openings, entrances, name, label and seen part if any has.
+    """Table of the rooms: id, area, doors, neighbours; and openings, entrances, name, label, seen part, probability.
 
+    The latter are columns if any room has them.
     An entrance counts as an entrance only, not as a door or an opening.
     """
     graph = floor.graph()
@@ -225,6 +274,7 @@ def tabulate_rooms(floor: Floor) -> Table:
         "name": [room.name or "" for room in floor.rooms],
         "label": [_describe_label(room) for room in floor.rooms],
         "seen": [_describe_observed_part(room) for room in floor.rooms],
+        "sure": ["" if room.probability is None else f"{room.probability:.2f}" for room in floor.rooms],
     }
     wrapped = ("neighbours", "name", "label")
     return make_table(columns, left=(*wrapped, "seen"), wrapped=wrapped)

@@ -18,6 +18,7 @@ from pianta.worlds.make import WORLD_NAMES
 EXAMPLES = (
     "pianta world sample -o sample",
     "pianta world ring -o ring --seed 7 --noise 0.5 --furniture 0.3 --glass-spray",
+    "pianta world home -o home --furniture 1 --dense-furniture --door-leaves",
 )
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help=f"One of {', '.join(WORLD_NAMES)}.")]
@@ -26,6 +27,10 @@ Seed = Annotated[int | None, typer.Option(min=0, help="Of the building and the n
 Resolution = Annotated[float | None, typer.Option(help="Metres per cell; 0.05 unless given.")]
 Noise = Annotated[float | None, typer.Option(help="0 for a clean map … 1 for a bad one; 0 unless given.")]
 Furniture = Annotated[float | None, typer.Option(help="0 for empty rooms … 1 for a busy office; 0 unless given.")]
+DenseFurniture = Annotated[
+    bool, typer.Option("--dense-furniture", help="Furnish rooms by their labels, until passages nearly close.")
+]
+DoorLeaves = Annotated[bool, typer.Option("--door-leaves", help="Make doors open, half open and shut, not gaps.")]
 GlassSpray = Annotated[bool, typer.Option("--glass-spray", help="Make one outer wall of glass; lidar rays pass it.")]
 Yaw = Annotated[float | None, typer.Option(help="Rotation of the map against the building, radians; 0 unless given.")]
 
@@ -38,6 +43,8 @@ def make_world(
     resolution: Resolution = None,
     noise: Noise = None,
     furniture: Furniture = None,
+    dense_furniture: DenseFurniture = False,
+    door_leaves: DoorLeaves = False,
     glass_spray: GlassSpray = False,
     yaw: Yaw = None,
 ) -> None:
@@ -49,8 +56,8 @@ def make_world(
     check_output_folder(out)
     values = {"resolution": resolution, "noise": noise, "furniture": furniture, "yaw": yaw}
     options: dict[str, Any] = {key: value for key, value in values.items() if value is not None}
-    if glass_spray:
-        options["glass_spray"] = True
+    flags = {"dense_furniture": dense_furniture, "door_leaves": door_leaves, "glass_spray": glass_spray}
+    options |= {key: value for key, value in flags.items() if value}
     floor, grid = make.make_world(name, seed=seed, **options)
     with atomic_folder(out) as new:
         save_ros_map(grid, new / "map.yaml")

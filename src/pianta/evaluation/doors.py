@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,17 +40,18 @@ class DetectionScores:
         return 2 * self.correct / both if both else 1.0
 
 
-def score_doors(floor: Floor, truth: Floor, *, reach: float | None = None) -> DetectionScores:
+def score_doors(floor: Floor, truth: Floor, *, reach: float | None = None, least_reach: float = 0.0) -> DetectionScores:
     """Doors and openings of a floor against those of the true floor, both in one frame.
 
     The largest one-to-one matching of doors whose midpoints are at most the reach apart; the rooms beside them do not
     matter. Some truths, such as the thesis', have only doors between rooms: if the truth has no entrances, those of the
     floor are ignored.
     reach: metres; None for half the width of each true door.
+    least_reach: metres; a smaller reach is enlarged to it, such as that of a narrow door.
     """
     has_entrances = any(door.is_entrance for door in truth.doors)
     counted = [door for door in floor.doors if has_entrances or not door.is_entrance]
-    reaches = np.array([door.width / 2 if reach is None else reach for door in truth.doors])
+    reaches = np.array([max(door.width / 2 if reach is None else reach, least_reach) for door in truth.doors])
     distances = np.linalg.norm(_find_midpoints(counted)[:, None] - _find_midpoints(truth.doors)[None], axis=2)
     return DetectionScores(len(truth.doors), len(counted), count_matches(distances <= reaches + 1e-9))
 
@@ -70,7 +71,22 @@ def score_connections(floor: Floor, truth: Floor) -> DetectionScores:
     return DetectionScores(len(true_pairs), len(pairs), len(pairs & true_pairs))
 
 
-def _list_pairs(floor: Floor, true_ids: dict[int, int]) -> set[frozenset[int]]:
+def score_edges(floor: Floor, truth: Floor, matches: Mapping[int, int]) -> DetectionScores:
+    """Edges of the room graph of a floor, which are pairs of rooms that doors connect, against those of the true one.
+
+    An edge is right if both of its rooms match true rooms that a true door connects. Every other edge of the floor is
+    wrong, also one of a room that matches no true room. Several doors of one pair count once; entrances do not count.
+
+    matches: the id of the true room by the id of the room, one to one, such as of `match_rooms`; the rooms of the floor
+    without a true room are left out.
+    """
+    pairs = _list_pairs(floor, {room.id: room.id for room in floor.rooms})
+    true_pairs = _list_pairs(truth, {room.id: room.id for room in truth.rooms})
+    right = sum(frozenset(matches.get(room, 0) for room in pair) in true_pairs for pair in pairs)
+    return DetectionScores(len(true_pairs), len(pairs), right)
+
+
+def _list_pairs(floor: Floor, true_ids: Mapping[int, int]) -> set[frozenset[int]]:
     """Pairs of the true rooms that doors connect."""
     pairs = (frozenset(true_ids.get(room, 0) for room in door.room_ids) for door in floor.doors)
     return {pair for pair in pairs if len(pair) == 2 and 0 not in pair}

@@ -39,6 +39,9 @@ MIN_AREA = 0.005
 MIN_CELLS = 2
 # Cells of higher probability are furniture.
 PROBABILITY = 0.5
+# Groups that the rules take for furniture are none if their mean probability is lower. It is low, because models see
+# coarser cells than maps have, and a leg of a chair fills a part of one.
+MIN_MEAN_PROBABILITY = 0.1
 # An outline of cells is simplified by this; cells. A rectangle of two cells keeps its four corners.
 SMOOTHING_CELLS = 0.75
 
@@ -89,17 +92,21 @@ def find_furniture(grid: GridMap, floor: Floor, *, probability: Probabilities | 
 def sort_contents(grid: GridMap, floor: Floor, *, probability: Probabilities | None = None) -> RoomContents:
     """Sort the cells in rooms that are not free into furniture, spray, shadows, and the walls that remain.
 
-    Without probabilities a group of cells is furniture if it does not touch the outline of its room, or is too thick
-    for a stub of a wall. Thin pieces on the line of a wall are walls. With probabilities, of shape (H, W), the cells
-    above 0.5 are furniture.
+    A group of cells is furniture if it does not touch the outline of its room, or is too thick for a stub of a wall.
+    Thin pieces on the line of a wall are walls. With probabilities, of shape (H, W), cells above 0.5 are furniture too,
+    and groups with a mean below 0.1 are none.
     """
     if probability is not None and probability.shape != grid.shape:
         raise OptionError(f"probability has shape {probability.shape}, give {grid.shape}, that of the map")
     rooms = _add_islands(floor.label_image(grid).astype(np.int32), MAX_ISLAND_AREA / grid.resolution**2)
     solid = ~grid.free & (rooms > 0)
     depth = _distance_to_outlines(rooms) * grid.resolution - OUTLINE_TOLERANCE
-    by_model = None if probability is None else solid & (probability > PROBABILITY)
-    chosen = _choose_by_rules(solid, depth, floor, grid) if by_model is None else by_model
+    chosen = _choose_by_rules(solid, depth, floor, grid)
+    if probability is not None:
+        groups, count = _label_groups(chosen)
+        sums = np.bincount(groups.ravel(), probability.ravel(), count + 1)
+        chosen &= (sums >= MIN_MEAN_PROBABILITY * np.bincount(groups.ravel(), minlength=count + 1))[groups]
+        chosen |= solid & (probability > PROBABILITY)
     chosen &= ~_find_specks(chosen, grid.resolution)
     spray = (rooms > 0) & _find_specks(~grid.free, grid.resolution)
     shadows = solid & grid.unknown & (depth > 0) & ~chosen & ~spray

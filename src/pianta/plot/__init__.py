@@ -9,6 +9,7 @@ _MODULES = {
     "plot_area": "exploration",
     "plot_doors": "floor",
     "plot_exploration": "exploration",
+    "plot_explanation": "explanation",
     "plot_explored": "prediction",
     "plot_floor": "floor",
     "plot_furniture": "floor",

@@ -132,7 +132,7 @@ def plot_floor(
         plot_graph(floor, ax=ax, labels=labels, schemas=schemas)
     plot_doors(floor, ax=ax)
     if floor.rooms or grid is not None:
-        left, bottom, right, top = _find_extent(floor, grid)
+        left, bottom, right, top = find_extent(floor, grid)
         ax.set(xlim=(left, right), ylim=(bottom, top))
     return ax
 
@@ -151,7 +151,7 @@ def draw_floor(
     The building has a long side of 1600 pixels. If any room has a label, rooms have the colours of their labels, and
     the picture is larger by a legend below or right of the building. Options as in plot_floor.
     """
-    left, bottom, right, top = _find_extent(floor, grid)
+    left, bottom, right, top = find_extent(floor, grid)
     inches = LONG_SIDE_PX / DPI / max(right - left, top - bottom)
     size = ((right - left) * inches, (top - bottom) * inches)
     figure = new_figure(*size, color=BACKGROUND)
@@ -162,7 +162,7 @@ def draw_floor(
     plot_floor(floor, ax=ax, walls=walls, graph=graph, schemas=schemas)
     ax.set(xlim=(left, right), ylim=(bottom, top))
     plot_scale_bar(ax=ax)
-    legend_height = _add_legend(figure, _list_samples(floor, schemas, graph=graph)) if _has_labels(floor) else 0.0
+    legend_height = add_legend(figure, _list_samples(floor, schemas, graph=graph)) if _has_labels(floor) else 0.0
     pixels = (round(size[0] * DPI), round(size[1] * DPI))
     add_background(paint_grid(grid, (left, bottom, right, top), pixels), figure, bottom=round(legend_height * DPI))
     return figure
@@ -174,7 +174,7 @@ def _has_labels(floor: Floor) -> bool:
 
 def render_floor(floor: Floor) -> bytes:
     """The floor as a PNG, without a map below it."""
-    left, bottom, right, top = _find_extent(floor, None)
+    left, bottom, right, top = find_extent(floor, None)
     empty = GridMap(np.full((1, 1), UNKNOWN, np.int8), max(right - left, top - bottom), (left, bottom, 0.0))
     return encode_png(draw_floor(floor, empty))
 
@@ -210,7 +210,7 @@ def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, sc
     from shapely.plotting import patch_from_polygon
 
     ax = new_ax(ax)
-    styles = style_rooms(floor, schemas) if labels else _style_by_neighbours(floor.rooms)
+    styles = style_rooms(floor, schemas) if labels else style_by_neighbours(floor.rooms)
     for room in floor.rooms:
         style = styles[room.id]
         edge = {"edgecolor": HATCH_COLOR, "hatch": "//"} if room.partial else {"edgecolor": EDGE_COLOR}
@@ -218,7 +218,7 @@ def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, sc
         patch = patch_from_polygon(room.polygon, facecolor=face, **edge, linewidth=0.6, zorder=ROOM_LEVEL)
         ax.add_artist(patch)
     _plot_predictions(floor, ax)
-    _plot_ids(floor, styles, ax)
+    plot_ids(floor, styles, ax)
     _extend_view(floor, ax)
     return ax
 
@@ -431,7 +431,7 @@ def _list_samples(floor: Floor, schemas: Schemas, *, graph: bool) -> list[tuple[
     return samples
 
 
-def _add_legend(figure: Figure, samples: Sequence[tuple[Artist, str]]) -> float:
+def add_legend(figure: Figure, samples: Sequence[tuple[Artist, str]]) -> float:
     """Enlarge the figure of a building by a strip with the legend: below a wide building, right of a tall one.
 
     Returns how far the building has moved up, inches.
@@ -487,13 +487,13 @@ def _extend_view(floor: Floor, ax: Axes) -> None:
         ax.autoscale_view()
 
 
-def _style_by_neighbours(rooms: Sequence[Room]) -> dict[int, RoomStyle]:
+def style_by_neighbours(rooms: Sequence[Room]) -> dict[int, RoomStyle]:
     """Styles of rooms by their ids, without labels: neighbours differ in colour, partial rooms are grey."""
     colors = zip(rooms, color_neighbours(rooms), strict=True)
     return {room.id: RoomStyle(PARTIAL_COLOR if room.partial else color) for room, color in colors}
 
 
-def _plot_ids(floor: Floor, styles: Mapping[int, RoomStyle], ax: Axes) -> None:
+def plot_ids(floor: Floor, styles: Mapping[int, RoomStyle], ax: Axes) -> None:
     """Draw the id of each room inside it, with a question mark if its label is uncertain."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.patches import PathPatch
@@ -545,7 +545,7 @@ def _round_length(longest: float) -> float:
     return power * max(step for step in (1, 2, 5) if step * power <= longest)
 
 
-def _find_extent(floor: Floor, grid: GridMap | None) -> Floats:
+def find_extent(floor: Floor, grid: GridMap | None) -> Floats:
     """Left, bottom, right and top (m) of the picture: rooms and free cells, a margin, and a strip below.
 
     A prediction is a guess, so it may end at the frame, but does not widen it.

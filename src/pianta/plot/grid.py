@@ -53,7 +53,7 @@ def plot_grid(grid: GridMap, *, ax: Axes | None = None) -> Axes:
     >>> ax = pianta.plot.plot_grid(grid)
     """
     ax = new_ax(ax)
-    _add_image(Image.fromarray(shade_cells(grid.cells)), "RGB", grid, ax, level=0)
+    add_image(Image.fromarray(shade_cells(grid.cells)), "RGB", grid, ax, level=0)
     return ax
 
 
@@ -61,7 +61,7 @@ def plot_ink(paper: NDArray[np.uint8], grid: GridMap, *, ax: Axes | None = None)
     """Draw the dark pixels of a plan's sheet, RGB of shape (H, W, 3) on the cells of the grid, over what lies below."""
     ax = new_ax(ax)
     opacity = ((255 - paper.min(axis=2)) * INK_OPACITY).astype(np.uint8)
-    _add_image(Image.fromarray(np.dstack([paper, opacity])), "RGBA", grid, ax, level=INK_LEVEL)
+    add_image(Image.fromarray(np.dstack([paper, opacity])), "RGBA", grid, ax, level=INK_LEVEL)
     return ax
 
 
@@ -139,7 +139,7 @@ def add_background(pixels: NDArray[np.uint8], figure: Figure, *, bottom: int) ->
     figure.add_artist(background)
 
 
-def _add_image(image: Image.Image, mode: str, grid: GridMap, ax: Axes, *, level: float) -> None:
+def add_image(image: Image.Image, mode: str, grid: GridMap, ax: Axes, *, level: float) -> None:
     """Draw an image with a pixel a cell where its grid lies in the map frame."""
     from matplotlib.transforms import Affine2D
 

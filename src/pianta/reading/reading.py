@@ -21,10 +21,13 @@ from pianta.labels import LabelSchema
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from pianta.layout.explanation import Explanation
     from pianta.plan.sheets.sheet import PlanScale
 
 
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
+# The picture of an explanation, beside them.
+EXPLANATION = "explain.png"
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,6 +200,25 @@ class Reading:
             raise OptionError(f"plan {short_repr(self.path)} has no map to clean, give a robot's map")
         return clean_map(self.grid, self.floor)
 
+    def explain(self) -> Explanation:
+        """Explain the floor, if the method `structure` has found it; see `pianta.explain`.
+
+        Returns
+        -------
+        Explanation
+            The borders between rooms that were considered, with the ids of this floor.
+
+        Raises
+        ------
+        OptionError
+            The file is a plan, whose rooms were drawn and not found.
+        """
+        from pianta.layout.explanation import explain
+
+        if self.scale is not None:
+            raise OptionError(f"plan {short_repr(self.path)} was not divided by pianta, give a robot's map")
+        return explain(self.grid, self.floor)
+
     def _write(self, storey: StoreyReading, folder: Path, *, walls: bool, graph: bool) -> None:
         """Write the four result files of a storey; walls, graph: whether picture.png shows them."""
         from pianta.io.floors import save_floor, save_label_image
@@ -221,14 +243,13 @@ def check_clean_map(path: str | Path, target: str | Path, folder: str | Path | N
     Raises OptionError, in one line, for the map that is read or its image, and for a result.
     """
     from pianta.io.maps import list_saved_files
-    from pianta.io.ros_maps import find_map_image
 
-    file, image = Path(path), find_map_image(path)
+    results = [] if folder is None else [Path(folder) / name for name in (*OUTPUTS, EXPLANATION)]
     for written in list_saved_files(target):
         check_output_file(written, "clean map")
-        if any(_is_same_file(written, other) for other in (file, image) if other is not None):
+        if any(_is_same_file(written, file) for file in _list_inputs(path)):
             raise OptionError(f"clean map {short_repr(written)} would replace the map that is read, give another name")
-        if folder is not None and written.name in OUTPUTS and written.resolve().parent == Path(folder).resolve():
+        if any(_is_same_file(written, result) for result in results):
             raise OptionError(f"clean map {short_repr(written)} would replace a result, give another name")
 
 
@@ -240,11 +261,22 @@ def _is_same_file(one: Path, other: Path) -> bool:
         return one.resolve() == other.resolve()
 
 
-def check_output(path: str | Path, folder: str | Path) -> None:
-    """Raise OptionError if a result in a folder would replace the file that is read."""
+def check_output(path: str | Path, folder: str | Path, *, names: Sequence[str] = OUTPUTS) -> None:
+    """Raise OptionError if a result in a folder, one of the names, would replace the file that is read or its image."""
+    for file in _list_inputs(path):
+        if file.name in names and file.resolve().parent == Path(folder).resolve():
+            raise OptionError(f"map {short_repr(file)} would be replaced by a result, give another output folder")
+
+
+def _list_inputs(path: str | Path) -> list[Path]:
+    """The file that is read, and the image of a map.yaml."""
     file = Path(path)
-    if file.name in OUTPUTS and file.resolve().parent == Path(folder).resolve():
-        raise OptionError(f"map {short_repr(file)} would be replaced by a result, give another output folder")
+    if file.suffix.lower() not in {".yaml", ".yml"}:
+        return [file]
+    from pianta.io.ros_maps import find_map_image
+
+    image = find_map_image(file)
+    return [file] if image is None else [file, image]
 
 
 def _refuse_folders_as_results(folders: Sequence[Path]) -> None:

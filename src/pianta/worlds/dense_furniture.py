@@ -12,7 +12,7 @@ from shapely import LineString, Polygon, unary_union
 from pianta._types import Floats
 from pianta.floor import Floor, Room
 from pianta.worlds.pieces import (
-    Furniture,
+    FurnitureStyle,
     Outlines,
     Piece,
     make_bath_fitting,
@@ -55,7 +55,7 @@ def furnish_densely(floor: Floor, *, density: float, rng: np.random.Generator) -
     density: 0 empty, 1 a usual place that is in use, 2 a crowded one.
     Pieces keep clear of doors and of each other, but desks, shelves and partitions may nearly close a passage.
     """
-    furniture = Furniture.draw(rng)
+    furniture = FurnitureStyle.draw(rng)
     outlines: Outlines = []
     zones: dict[int, list[LineString]] = {room.id: [] for room in floor.rooms}
     for door in floor.doors:
@@ -82,20 +82,21 @@ def _make_polygons(outlines: Outlines) -> list[Polygon]:
 class _RoomSpace:
     """A room in a frame along its longest side, and the pieces that stand in it.
 
-    sides: their starts, directions and lengths; the room is on the left of each.
+    starts, directions, lengths: of its sides; the room is on the left of each.
+    footprints, bounds: space that the pieces take, with a gap, and its x0, y0, x1, y1, one row each.
     """
 
     polygon: Polygon
     doors: shapely.Geometry
     turn: float
     rng: np.random.Generator
-    furniture: Furniture
+    furniture: FurnitureStyle
     density: float
     starts: Floats
     directions: Floats
     lengths: Floats
     footprints: list[Polygon] = field(default_factory=list)
-    bounds: list[tuple[float, float, float, float]] = field(default_factory=list)
+    bounds: Floats = field(default_factory=lambda: np.zeros((16, 4)))
     outlines: Outlines = field(default_factory=list)
 
     @property
@@ -118,20 +119,21 @@ class _RoomSpace:
 
     def put(self, piece: Piece, x: float, y: float, turn: float, *, gap: float = PIECE_GAP) -> bool:
         """Put a piece with the middle of its back at a point, if it has space there; gap: kept from later pieces."""
-        footprint_corners = transform_outlines([outline_box(*piece.bounds)], x, y, turn)[0]
-        (x0, y0), (x1, y1) = footprint_corners.min(axis=0), footprint_corners.max(axis=0)
-        near = [
-            footprint
-            for footprint, (u0, v0, u1, v1) in zip(self.footprints, self.bounds, strict=True)
-            if u0 < x1 and x0 < u1 and v0 < y1 and y0 < v1
-        ]
-        footprint = shapely.polygons(footprint_corners)
+        x0, y0, x1, y1 = piece.bounds
+        around = outline_box(x0 - gap, y0 - gap, x1 + gap, y1 + gap)
+        corners, wider = transform_outlines([outline_box(x0, y0, x1, y1), around], x, y, turn)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        bounds = self.bounds[: len(self.footprints)]
+        near = np.flatnonzero((bounds[:, :2] < high).all(axis=1) & (bounds[:, 2:] > low).all(axis=1))
+        footprint, wider_footprint = shapely.polygons([corners, wider])
         if not self.polygon.contains(footprint) or self.doors.intersects(footprint):
             return False
-        if near and shapely.intersects(near, footprint).any():
+        if shapely.intersects([self.footprints[index] for index in near], footprint).any():
             return False
-        self.footprints.append(footprint.buffer(gap, join_style="mitre"))
-        self.bounds.append((x0 - gap, y0 - gap, x1 + gap, y1 + gap))
+        if len(self.footprints) == len(self.bounds):
+            self.bounds = np.concatenate([self.bounds, np.zeros_like(self.bounds)])
+        self.bounds[len(self.footprints)] = *wider.min(axis=0), *wider.max(axis=0)
+        self.footprints.append(wider_footprint)
         self.outlines += transform_outlines(piece.outlines, x, y, turn)
         return True
 
@@ -208,7 +210,7 @@ class _RoomSpace:
 
 
 def _furnish_room(
-    room: Room, doors: Sequence[LineString], furniture: Furniture, density: float, rng: np.random.Generator
+    room: Room, doors: Sequence[LineString], furniture: FurnitureStyle, density: float, rng: np.random.Generator
 ) -> Outlines:
     """Outlines of the obstacles in a room."""
     if room.polygon.area < SMALLEST_ROOM:
@@ -348,8 +350,8 @@ def _add_counters(space: _RoomSpace, runs: int) -> None:
     rng = space.rng
     order = sorted(range(len(space.lengths)), key=lambda side: -space.lengths[side] * rng.uniform(0.5, 1))
     for side in order[:runs]:
-        depth = rng.uniform(0.58, 0.66)
-        for unit in range(int(space.lengths[side] / 0.6)):
+        depth, most = rng.uniform(0.58, 0.66), int(rng.integers(4, 9))
+        for unit in range(min(int(space.lengths[side] / 0.6), most)):
             dx, dy = space.directions[side]
             x, y = space.starts[side] + (0.6 * unit + 0.3 + WALL_GAP) * space.directions[side]
             # Units of a counter stand beside each other without a gap, short of rounding.
@@ -363,7 +365,8 @@ def _furnish_kitchen(space: _RoomSpace) -> None:
     if space.area > 11 and space.chance(0.35):
         space.put_free(make_block(rng.uniform(1.2, 2.2), rng.uniform(0.7, 1.0)), any_angle=0)
     if space.area > 7 and space.chance(0.6):
-        _add_table(space)
+        for _ in range(1 + int(space.area / 25)):
+            _add_table(space)
     _add_clutter(space, 0.1 * space.area)
 
 
@@ -422,6 +425,9 @@ def _furnish_corridor(space: _RoomSpace) -> None:
             break
         length = rng.uniform(0.5, 2.0) if rng.random() < 0.7 else rng.uniform(2, 5)
         space.put_at_wall(make_shelf(space.furniture, length, rng.uniform(0.2, deepest)))
+    for _ in range(space.count(space.area / 40) if width > 2 else 0):
+        # Beds, carts and sofas that stand in wide corridors.
+        space.put_at_wall(make_block(rng.uniform(0.8, 2.1), rng.uniform(0.45, 0.95)), WALL_GAP + rng.uniform(0, 0.15))
     for _ in range(space.count(space.area / 16)):
         size = rng.uniform(0.2, min(0.45, 0.35 * width))
         piece = make_round(size / 2) if rng.random() < 0.5 else make_block(size * rng.uniform(1, 1.6), size)
@@ -549,7 +555,7 @@ def _furnish_library(space: _RoomSpace) -> None:
 
 def _furnish_ward(space: _RoomSpace) -> None:
     rng = space.rng
-    wheels = Furniture(space.furniture.chair, "legs", "legs" if rng.random() < 0.6 else "solid", "solid", 0.1)
+    wheels = FurnitureStyle(space.furniture.chair, "legs", "legs" if rng.random() < 0.6 else "solid", "solid", 0.1)
     for _ in range(max(1, min(space.count(space.area / 9), 6))):
         space.put_at_wall(make_bed(wheels, rng, width=rng.uniform(0.9, 1.0)), rng.uniform(0.02, 0.3), attempts=12)
     for _ in range(space.count(1.5)):

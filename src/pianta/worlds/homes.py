@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import inf
 
 import numpy as np
 
 from pianta.errors import OptionError
-from pianta.floor import Floor
-from pianta.worlds.layouts import Layout, LayoutError, Strip, add_shaft, add_stub, round_box, turn_layout
+from pianta.floor import Floor, Room
+from pianta.worlds.layouts import (
+    Layout,
+    LayoutError,
+    Strip,
+    add_oblique_corner,
+    add_shaft,
+    add_stub,
+    round_box,
+    turn_layout,
+)
 from pianta.worlds.wall_axes import Range, Seed
 
 # The measures are usual ones of European homes (chosen by hand).
@@ -35,12 +43,29 @@ ROOM_AREAS: dict[str, Range] = {
     "OFFICE": (6, 12),
     "BATHROOM": (3.2, 6),
 }
+# Smallest and largest room that a home may have in the end, without walls; m².
+ROOM_LIMITS: dict[str, Range] = {
+    "TOILET": (0.8, 3.5),
+    "CLOSET": (0.5, 4),
+    "BATHROOM": (2.2, 9),
+    "CORRIDOR": (1.5, 20),
+    "LIVING ROOM": (10, 60),
+    "KITCHEN": (4, 28),
+    "DINING ROOM": (6, 28),
+    "BEDROOM": (5.5, 28),
+    "OFFICE": (4.5, 25),
+}
+# Longest shape of a room: its longer side, in shorter sides; other rooms at most 2.8.
+LONGEST_SHAPE: dict[str, float] = {"CORRIDOR": 20}
 # Rooms that are cut out of a corner of another one: their sides along and across the passage; metres.
 SMALL_ROOMS: dict[str, tuple[Range, Range]] = {
     "TOILET": ((1.0, 1.3), (1.4, 1.9)),
     "CLOSET": ((1.0, 1.6), (0.85, 1.4)),
     "BATHROOM": ((1.7, 2.3), (1.9, 2.6)),
+    "NICHE": ((1.0, 1.8), (0.6, 1.6)),
 }
+# Share of the corners at the passage out of which one of them is cut.
+CORNER_SHARE = 0.4
 # Width of doors of rooms; metres.
 DOOR_WIDTH = (0.7, 0.9)
 # Width of sliding doors and double doors; metres.
@@ -49,6 +74,8 @@ SLIDING_WIDTH = (1.2, 2.0)
 OPENING_WIDTH = (1.5, 3.5)
 # Narrowest passage wall that a room keeps when small rooms are cut out of its corners; metres.
 MIN_FRONT = 1.1
+# Share of the homes with an oblique corner.
+OBLIQUE_SHARE = 0.1
 # Layouts that are drawn until one can be built.
 ATTEMPTS = 300
 
@@ -58,13 +85,13 @@ def make_home_floor(*, seed: Seed = 0, area: float | None = None) -> Floor:
 
     The kitchen often is open to the living room; small rooms are cut out of corners, so that others are L-shaped.
     area: between the outer walls' axes, roughly, m²; drawn from HOME_AREA unless given.
-    Raises OptionError when the area is not 20 … 300 m².
+    Raises OptionError when the area is not 25 … 180 m².
     """
-    if area is not None and not 20 <= area <= 300:
-        raise OptionError(f"area is {area}, give 20 … 300 m²")
+    if area is not None and not 25 <= area <= 180:
+        raise OptionError(f"area is {area}, give 25 … 180 m²")
     rng = np.random.default_rng(seed)
+    size = float(rng.uniform(*HOME_AREA)) if area is None else area
     for _ in range(ATTEMPTS):
-        size = float(rng.uniform(*HOME_AREA)) if area is None else area
         style = rng.choice(3, p=STYLE_SHARES)
         try:
             layout = (
@@ -75,17 +102,17 @@ def make_home_floor(*, seed: Seed = 0, area: float | None = None) -> Floor:
             floor = layout.build("home")
         except LayoutError:
             continue
-        if all(_is_usable(label, polygon.area) for label, polygon in ((r.label, r.polygon) for r in floor.rooms)):
+        if all(_is_usable(room) for room in floor.rooms):
             return floor
     raise OptionError(f"no home of {area} m² could be drawn, give another area or seed")
 
 
-def _is_usable(label: str | None, area: float) -> bool:
-    """Whether a room has a size that occurs, m²."""
-    least, most = {"TOILET": (0.8, 3.5), "CLOSET": (0.5, 4), "BATHROOM": (2.2, 12), "CORRIDOR": (1.2, inf)}.get(
-        label or "", (4.5, inf)
-    )
-    return least <= area <= most
+def _is_usable(room: Room) -> bool:
+    """Whether a room has a size and proportions that occur."""
+    least, most = ROOM_LIMITS.get(room.label or "", ROOM_LIMITS["LIVING ROOM"])
+    x0, y0, x1, y1 = room.polygon.bounds
+    short, long = sorted((x1 - x0, y1 - y0))
+    return bool(least <= room.polygon.area <= most and long <= LONGEST_SHAPE.get(room.label or "", 2.8) * short)
 
 
 def _draw_program(area: float, rng: np.random.Generator) -> dict[str, list[float]]:
@@ -168,28 +195,31 @@ def _fill_side(layout: Layout, strip: Strip, side: _Columns, hub: int) -> None:
             layout.spaces[space] = layout.spaces[space].union(strip.box(start + cut, stop - cut, strip.depth, bay))
         layout.join(space, [hub], DOOR_WIDTH if label != "LIVING ROOM" or rng.random() < 0.6 else SLIDING_WIDTH)
         if label in ("BEDROOM", "OFFICE", "KITCHEN") and width > 2.4:
-            _cut_corner(layout, strip, space, hub, (start, stop))
+            _cut_corners(layout, strip, space, hub, (start, stop))
         start = stop
 
 
-def _cut_corner(layout: Layout, strip: Strip, space: int, hub: int, ends: Range) -> None:
-    """Perhaps cut a toilet, closet or bathroom, or a niche of the passage, out of a corner of a room."""
-    rng = layout.rng
-    start, stop = ends
-    if rng.random() > 0.55:
-        return
-    label = str(rng.choice(["TOILET", "CLOSET", "CLOSET", "BATHROOM", "NICHE"]))
-    along, across = SMALL_ROOMS.get(label, ((1.0, 1.8), (0.6, 1.6)))
-    width, depth = rng.uniform(*along), rng.uniform(*across)
-    if stop - start - width < MIN_FRONT or strip.depth - depth < 1.2:
-        return
-    part = strip.box(start, start + width, 0, depth) if rng.random() < 0.5 else strip.box(stop - width, stop, 0, depth)
-    if label == "NICHE":
-        layout.move(part, space, hub)
-        return
-    own = label != "TOILET" and rng.random() < 0.4
-    small = layout.carve(space, part, label)
-    layout.join(small, [space if own else hub], (0.65, 0.8))
+def _cut_corners(layout: Layout, strip: Strip, space: int, hub: int, ends: Range) -> None:
+    """Perhaps cut toilets, closets, bathrooms or niches of the passage out of corners of a room."""
+    rng, (start, stop) = layout.rng, ends
+    for at_start in rng.permutation([True, False]):
+        if rng.random() > CORNER_SHARE:
+            continue
+        label = str(rng.choice(["TOILET", "TOILET", "CLOSET", "CLOSET", "BATHROOM", "NICHE"]))
+        along, across = SMALL_ROOMS[label]
+        width, depth = round(rng.uniform(*along), 2), rng.uniform(*across)
+        if stop - start - width < MIN_FRONT or strip.depth - depth < 1.2:
+            continue
+        part = strip.box(start, start + width, 0, depth) if at_start else strip.box(stop - width, stop, 0, depth)
+        if at_start:
+            start += width
+        else:
+            stop -= width
+        if label == "NICHE":
+            layout.move(part, space, hub)
+            continue
+        own = label != "TOILET" and rng.random() < 0.4
+        layout.join(layout.carve(space, part, label), [space if own else hub], (0.65, 0.8))
 
 
 def _trim_hub(layout: Layout, hub: int, strips: list[Strip], sides: list[_Columns], length: float) -> None:
@@ -322,8 +352,10 @@ def _new_layout(rng: np.random.Generator) -> Layout:
 
 
 def _add_details(layout: Layout) -> None:
-    """Add shafts, and stubs of walls in the larger rooms."""
+    """Add shafts, stubs of walls in the larger rooms, and perhaps an oblique corner."""
     rng = layout.rng
+    if rng.random() < OBLIQUE_SHARE:
+        add_oblique_corner(layout, rng.uniform(0.8, 2.5))
     for number, label in enumerate(layout.labels):
         if label in ("BATHROOM", "KITCHEN", "BEDROOM") and rng.random() < 0.2:
             add_shaft(layout, number, float(rng.uniform(0.25, 0.55)))

@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pianta._types import Floats
 from pianta.floor import Door, Floor, Room
-from pianta.worlds.wall_axes import Range, find_shared_wall, find_wall_axes, round_to_mm
+from pianta.worlds.wall_axes import Range, find_shared_wall, find_wall_axes, round_to_mm, split_sides
 
 DoorKind = Literal["door", "opening"]
 
@@ -29,6 +29,12 @@ NARROWEST_DOOR = 0.65
 CORNER_SHARE = 0.55
 # Attempts to find a free position for a door in its wall.
 ATTEMPTS = 20
+# Share of the walls that are thicker than others, such as those that bear the building.
+THICK_SHARE = 0.15
+# Thickest wall between rooms; metres.
+THICKEST_WALL = 0.35
+# Share of the rooms with columns whose columns are round.
+ROUND_SHARE = 0.3
 # Narrower places of rooms, left by walls, are no part of them; metres.
 NARROWEST_ROOM = 0.3
 
@@ -100,7 +106,7 @@ class Layout:
         lines: list[LineString] = []
         doors = [door for request in self.requests if (door := self._place_door(request, lines)) is not None]
         axes = find_wall_axes(self.spaces)
-        inner = [axis.buffer(self.inner_wall / 2, cap_style="square") for axis in axes]
+        inner = [wall for axis in axes for wall in self._draw_wall(axis)]
         outer = unary_union(self.spaces).boundary.buffer(self.outer_wall / 2, join_style="mitre")
         solid = unary_union([*inner, outer, *self._clear_blocks(lines)])
         rooms = tuple(
@@ -109,6 +115,14 @@ class Layout:
         )
         self._check_reach(doors)
         return Floor(rooms, tuple(doors), axes, source=source)
+
+    def _draw_wall(self, axis: LineString) -> list[Polygon]:
+        """The body of a wall, which may be thicker than others; its ends are not, so that it ends in other walls."""
+        wall = axis.buffer(self.inner_wall / 2, cap_style="square")
+        if self.rng.random() >= THICK_SHARE:
+            return [wall]
+        thickness = min(self.inner_wall * self.rng.uniform(1.3, 2.5), THICKEST_WALL)
+        return [wall, axis.buffer(thickness / 2, cap_style="flat")]
 
     def _place_door(self, request: DoorRequest, lines: list[LineString]) -> Door | None:
         """The requested door, clear of those before; its line joins them. None for an optional one without wall."""
@@ -197,14 +211,38 @@ def add_shaft(layout: Layout, space: int, size: float) -> None:
 
 
 def add_columns(layout: Layout, space: int, *, spacing: float, size: float) -> None:
-    """Add square columns on an even grid to a space; spacing, size of a side, metres."""
+    """Add square or round columns on an even grid to a space; spacing, size of a side, metres."""
     x0, y0, x1, y1 = layout.spaces[space].bounds
     xs, ys = (np.linspace(a, b, max(round((b - a) / spacing), 1) + 1) for a, b in ((x0, x1), (y0, y1)))
     inside = layout.spaces[space].buffer(-size)
+    is_round = layout.rng.random() < ROUND_SHARE
     for x in xs:
         for y in ys:
             if inside.contains(Point(x, y)):
-                layout.blocks.append(box(x - size / 2, y - size / 2, x + size / 2, y + size / 2))
+                column = Point(x, y).buffer(size / 2, quad_segs=4, cap_style="round" if is_round else "square")
+                layout.blocks.append(column)
+
+
+def add_oblique_corner(layout: Layout, size: float) -> None:
+    """Fill one of the outermost corners of the floor with a solid triangle; size: its legs along the walls, metres."""
+    outline = unary_union(layout.spaces)
+    x0, y0, x1, y1 = outline.bounds
+    signs = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+    sign_x, sign_y = signs[int(layout.rng.integers(4))]
+    x, y = x1 if sign_x > 0 else x0, y1 if sign_y > 0 else y0
+    if outline.intersects(Point(x, y)):
+        share = layout.rng.uniform(0.5, 1.5)
+        layout.blocks.append(Polygon([(x, y), (x - sign_x * size * share, y), (x, y - sign_y * size)]))
+
+
+def add_pilasters(layout: Layout, *, spacing: float, width: float, depth: float) -> None:
+    """Add piers that stand out from the outer walls at even distances; measures in metres."""
+    reach = depth + layout.outer_wall / 2
+    for side in split_sides(unary_union(layout.spaces).simplify(0).boundary):
+        half = (width / 2, reach) if side.bounds[1] == side.bounds[3] else (reach, width / 2)
+        for position in np.arange(spacing / 2, side.length, spacing):
+            x, y = side.interpolate(position).coords[0]
+            layout.blocks.append(box(x - half[0], y - half[1], x + half[0], y + half[1]))
 
 
 def turn_layout(layout: Layout) -> None:
@@ -237,7 +275,10 @@ def _room_inside(space: Polygon, solid: BaseGeometry) -> Polygon:
     parts = [part for part in get_parts(left) if not part.buffer(-NARROWEST_ROOM).is_empty]
     if not parts:
         raise LayoutError("a room is too small")
-    return round_to_mm(max(parts, key=lambda part: part.area))
+    inside = round_to_mm(max(parts, key=lambda part: part.area))
+    if not inside.is_valid:
+        raise LayoutError("an oblique wall meets a corner")
+    return inside
 
 
 def _one_polygon(geometry: BaseGeometry) -> Polygon:

@@ -20,6 +20,8 @@ class MapOptions(TypedDict, total=False):
     resolution: float
     noise: float
     furniture: float
+    dense_furniture: bool
+    door_leaves: bool
     glass_spray: bool
     yaw: float
 
@@ -38,6 +40,8 @@ def make_world(name: str = SAMPLE, *, seed: int | None = None, **options: Unpack
         Of the building and the noise; None for 0.
     **options
         `resolution` (metres per cell), `noise` (0 … 1), `furniture` (0 empty, 1 a busy office, at most 10),
+        `dense_furniture` (whether it is chosen by the labels of rooms, stands in corridors too, and may nearly close
+        passages), `door_leaves` (whether doors are open, half open and shut, not gaps),
         `glass_spray` (whether one outer wall is glass), `yaw` (radians from the building's axes to the map's).
 
     Returns

@@ -39,7 +39,7 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Furniture:
+class FurnitureStyle:
     """The furniture of one building: how its chairs, tables, beds and shelves stand on the ground.
 
     chair: "legs", "star" or "seat"; table: "legs", "panels" or "solid"; bed, shelf: "legs" or "solid".
@@ -53,7 +53,7 @@ class Furniture:
     leg: float
 
     @classmethod
-    def draw(cls, rng: np.random.Generator) -> Furniture:
+    def draw(cls, rng: np.random.Generator) -> FurnitureStyle:
         """Random furniture; the shares were chosen by hand."""
         return cls(
             chair=str(rng.choice(["legs", "star", "seat"], p=(0.5, 0.3, 0.2))),
@@ -89,7 +89,7 @@ class Furniture:
         """A body from one point to another, or its legs."""
         if part == "solid":
             return [outline_box(x0, y0, x1, y1)]
-        return Furniture(self.chair, "legs", self.bed, self.shelf, self.leg).place_table(x0, y0, x1, y1)
+        return FurnitureStyle(self.chair, "legs", self.bed, self.shelf, self.leg).place_table(x0, y0, x1, y1)
 
 
 def outline_box(x0: float, y0: float, x1: float, y1: float) -> Floats:
@@ -109,8 +109,10 @@ def outline_disc(x: float, y: float, radius: float) -> Floats:
 
 def transform_outlines(outlines: Sequence[Floats], x: float, y: float, turn: float) -> Outlines:
     """The outlines turned about 0, radians counter-clockwise, and moved to a point."""
-    rotation = _rotation(turn)
-    return [outline @ rotation + (x, y) for outline in outlines]
+    if not outlines:
+        return []
+    corners = np.concatenate(outlines) @ _rotation(turn) + (x, y)
+    return np.split(corners, np.cumsum([len(outline) for outline in outlines])[:-1])
 
 
 def make_block(width: float, depth: float) -> Piece:
@@ -123,7 +125,7 @@ def make_round(radius: float) -> Piece:
     return Piece((-radius, 0, radius, 2 * radius), [outline_disc(0, radius, radius)])
 
 
-def make_shelf(furniture: Furniture, width: float, depth: float) -> Piece:
+def make_shelf(furniture: FurnitureStyle, width: float, depth: float) -> Piece:
     """A shelf or cabinet."""
     return Piece(
         (-width / 2, 0, width / 2, depth), furniture.place_body(furniture.shelf, -width / 2, 0, width / 2, depth)
@@ -143,7 +145,7 @@ def make_person(rng: np.random.Generator) -> Piece:
     )
 
 
-def make_bed(furniture: Furniture, rng: np.random.Generator, *, width: float) -> Piece:
+def make_bed(furniture: FurnitureStyle, rng: np.random.Generator, *, width: float) -> Piece:
     """A bed with its head at the back, and perhaps tables beside it."""
     length, half = 2.0 + 0.1 * rng.random(), width / 2
     outlines = furniture.place_body(furniture.bed, -half, 0.02, half, length)
@@ -155,7 +157,7 @@ def make_bed(furniture: Furniture, rng: np.random.Generator, *, width: float) ->
     return Piece((-half - left, 0, half + right, length), outlines)
 
 
-def make_desk(furniture: Furniture, rng: np.random.Generator, *, with_screen: bool = False) -> Piece:
+def make_desk(furniture: FurnitureStyle, rng: np.random.Generator, *, with_screen: bool = False) -> Piece:
     """A desk with a chair in front, perhaps with drawers below, or a screen behind."""
     half, depth = rng.uniform(0.6, 0.9), rng.uniform(0.65, 0.85)
     outlines = furniture.place_table(-half, 0.03, half, depth)
@@ -169,7 +171,7 @@ def make_desk(furniture: Furniture, rng: np.random.Generator, *, with_screen: bo
     return Piece((-half, 0, half, depth + 0.65), outlines)
 
 
-def make_cubicle(furniture: Furniture, rng: np.random.Generator) -> Piece:
+def make_cubicle(furniture: FurnitureStyle, rng: np.random.Generator) -> Piece:
     """A desk between low partitions on two or three sides."""
     half, depth, thick = rng.uniform(0.9, 1.2), rng.uniform(1.6, 2.1), 0.06
     desk = make_desk(furniture, rng)
@@ -182,7 +184,7 @@ def make_cubicle(furniture: Furniture, rng: np.random.Generator) -> Piece:
     return Piece((-half, 0, half, depth), outlines)
 
 
-def make_table_group(furniture: Furniture, rng: np.random.Generator, *, width: float, depth: float) -> Piece:
+def make_table_group(furniture: FurnitureStyle, rng: np.random.Generator, *, width: float, depth: float) -> Piece:
     """A table with chairs on its two long sides, and perhaps at its ends."""
     half, edge = width / 2, 0.55
     outlines = furniture.place_table(-half, edge, half, edge + depth)
@@ -200,7 +202,7 @@ def make_table_group(furniture: Furniture, rng: np.random.Generator, *, width: f
     return Piece((-half - ends, 0, half + ends, depth + 2 * edge), outlines)
 
 
-def make_round_table(furniture: Furniture, rng: np.random.Generator) -> Piece:
+def make_round_table(furniture: FurnitureStyle, rng: np.random.Generator) -> Piece:
     """A round table on one foot, with chairs around it."""
     radius, seats = rng.uniform(0.35, 0.6), int(rng.integers(2, 5))
     reach = radius + 0.5
@@ -212,7 +214,7 @@ def make_round_table(furniture: Furniture, rng: np.random.Generator) -> Piece:
     return Piece((-reach, 0, reach, 2 * reach), outlines)
 
 
-def make_sofa(furniture: Furniture, rng: np.random.Generator) -> Piece:
+def make_sofa(furniture: FurnitureStyle, rng: np.random.Generator) -> Piece:
     """A sofa, perhaps with a leg to the front, and perhaps a low table before it."""
     half, depth = rng.uniform(0.75, 1.25), rng.uniform(0.8, 1.0)
     outlines = furniture.place_body(furniture.bed, -half, 0.02, half, depth)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from math import ceil, cos, pi, sin
 
@@ -17,6 +17,8 @@ from pianta._types import Floats, Mask
 from pianta.errors import OptionError
 from pianta.floor import Floor, cells_of_polygon
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.worlds.dense_furniture import furnish_densely
+from pianta.worlds.door_leaves import draw_door_leaves
 from pianta.worlds.floors import OUTER_WALL, make_l_floor
 from pianta.worlds.furniture import furnish_floor
 from pianta.worlds.wall_axes import Seed
@@ -70,6 +72,8 @@ def simulate_map(
     solid_walls: bool = False,
     noise: float = 0.0,
     furniture: float = 0.0,
+    dense_furniture: bool = False,
+    door_leaves: bool = False,
     glass_spray: bool = False,
     yaw: float = 0.0,
     seed: Seed = 0,
@@ -82,16 +86,23 @@ def simulate_map(
     solid_walls: whether walls and furniture are occupied in full depth, as on a plan, not only their faces.
     noise: 0 clean … 1 a bad map: drifting walls, rough faces, gaps in walls, specks in free space.
     furniture: 0 empty … 1 a busy office; corridors stay empty, and no piece closes a door or a passage.
+    dense_furniture: furniture by the labels of rooms, also in corridors, which may nearly close passages.
+    door_leaves: doors are open, half open or shut; otherwise all are gaps.
     glass_spray: one outer wall is glass, and fans of rays leave the building through it.
-    seed: of noise, furniture and rays, each with a random stream of its own.
+    seed: of noise, furniture, rays and leaves, each with a random stream of its own.
     Raises OptionError, with every fault in one message, when an option is out of range.
     """
     margin = margin if margin is not None else RAY_REACH if glass_spray else 1.0
     lengths = {"resolution": resolution, "margin": margin, "wall_thickness": wall_thickness}
     _check_options(floor, **lengths, noise=noise, furniture=furniture, yaw=yaw)
-    furniture_rng, noise_rng, ray_rng = np.random.default_rng(seed).spawn(3)
+    furniture_rng, noise_rng, ray_rng, *leaf_rngs = np.random.default_rng(seed).spawn(4 if door_leaves else 3)
     blank = _make_blank_grid(floor, resolution, margin + wall_thickness, yaw)
-    obstacles = furnish_floor(floor, density=furniture, leg=max(0.05, resolution), rng=furniture_rng)
+    if dense_furniture:
+        obstacles = _widen(furnish_densely(floor, density=furniture, rng=furniture_rng), resolution)
+    else:
+        obstacles = furnish_floor(floor, density=furniture, leg=max(0.05, resolution), rng=furniture_rng)
+    for leaf_rng in leaf_rngs:
+        obstacles += _widen(draw_door_leaves(floor, rng=leaf_rng)[0], resolution)
     inside, blocked = _fill_floor(floor, blank), _fill_polygons(obstacles, blank)
     sources = _draw_sources(blank.shape, noise, resolution, noise_rng)
     inside, free = inside[sources], (inside & ~blocked)[sources]
@@ -149,6 +160,15 @@ def _fill_polygons(polygons: Iterable[Polygon], grid: GridMap) -> Mask:
             rows, cols, inside = cells_of_polygon(polygon, grid)
             filled[rows, cols] |= inside
     return filled
+
+
+def _widen(polygons: Sequence[Polygon], resolution: float) -> list[Polygon]:
+    """The polygons; those that could slip between the centres of cells are widened to the diagonal of a cell."""
+    thin = resolution * 2**0.5
+    return [
+        polygon.buffer(thin / 2, join_style="mitre") if polygon.buffer(-thin / 2).is_empty else polygon
+        for polygon in polygons
+    ]
 
 
 def _grow(mask: Mask, radius_px: float) -> Mask:

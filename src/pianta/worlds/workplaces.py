@@ -16,6 +16,8 @@ from pianta.worlds.layouts import (
     LayoutError,
     Strip,
     add_columns,
+    add_oblique_corner,
+    add_pilasters,
     add_stub,
     round_box,
     turn_layout,
@@ -29,6 +31,12 @@ ATTEMPTS = 300
 SIDE_DOOR_SHARE = 0.12
 # Share of the rooms with a closet or a niche of the passage in a corner.
 CORNER_SHARE = 0.12
+# Share of the floors with an oblique corner.
+OBLIQUE_SHARE = 0.1
+# Share of the floors with piers along their outer walls.
+PIER_SHARE = 0.3
+# Rooms that are at least so wide are large, and stand in corners of buildings; metres.
+LARGE_WIDTH = 3.4
 # Rooms of at least this area may have columns; m².
 COLUMN_AREA = 90.0
 # Distance of columns; metres.
@@ -60,7 +68,7 @@ OFFICE_TYPES = (
     RoomType("SHARED OFFICE", (4.5, 8.0), 3),
     RoomType("EXECUTIVE OFFICE", (4.0, 6.5), 1),
     RoomType("CONFERENCE ROOM", (3.5, 8.0), 2, door=(0.9, 1.7)),
-    RoomType("OPENSPACE", (12, 26), 0.8, door=(0.9, 1.8), open_share=0.4),
+    RoomType("OPENSPACE", (12, 28), 1.5, door=(0.9, 1.8), open_share=0.4),
     RoomType("KITCHEN", (2.4, 4.5), 0.8, opening=(1.5, 3.5), open_share=0.5),
     RoomType("BATHROOM", (2.0, 4.0), 0.9),
     RoomType("CLOSET", (1.3, 2.8), 0.8, door=(0.7, 0.9)),
@@ -104,7 +112,10 @@ def make_office_floor(*, seed: Seed = 0, length: float | None = None) -> Floor:
     _check_length(length)
 
     def draw(rng: np.random.Generator) -> Layout:
-        corridor_width, depth = rng.uniform(1.5, 2.8), rng.uniform(4.0, 7.0)
+        corridor_width, depth = (
+            rng.uniform(1.5, 2.8),
+            rng.uniform(*((4.0, 7.0) if rng.random() < 0.75 else (7.0, 10.0))),
+        )
         shape = str(rng.choice(["line", "l", "t", "ring"], p=(0.35, 0.25, 0.2, 0.2)))
         size = float(rng.uniform(16, 50)) if length is None else length
         return _draw_corridor_layout(shape, (size, corridor_width, depth), OFFICE_TYPES, rng)
@@ -190,7 +201,7 @@ def _draw_corridor_layout(
     pieces = [layout.add(piece, "CORRIDOR") for piece in _cut_corridor(corridor, width, rng)]
     for first, second in pairwise(pieces):
         layout.join(
-            second, [first], width - rng.uniform(0.3, 0.6), door_kind="opening" if rng.random() < 0.3 else "door"
+            second, [first], width - rng.uniform(0.3, 0.6), door_kind="opening" if rng.random() < 0.1 else "door"
         )
     for strip, overhang in strips:
         _fill_strip(layout, strip, pieces, types, overhang)
@@ -307,14 +318,25 @@ def _draw_columns(length: float, types: Sequence[RoomType], rng: np.random.Gener
     return [(room, width * scale) for room, width in columns]
 
 
+def _draw_large_type(types: Sequence[RoomType], rng: np.random.Generator) -> RoomType:
+    """A type of large rooms."""
+    large = [room for room in types if room.width[0] >= LARGE_WIDTH]
+    weights = np.array([room.weight for room in large])
+    return large[int(rng.choice(len(large), p=weights / weights.sum()))]
+
+
 def _fill_strip(
     layout: Layout, strip: Strip, passages: Sequence[int], types: Sequence[RoomType], overhang: Range = (0, 0)
 ) -> None:
     """Add rooms along a passage, with doors or openings to it; overhang: beyond the first and last room, metres."""
     rng, start, before = layout.rng, 0.0, None
     columns = _draw_columns(strip.length, types, rng)
-    for number, (room, width) in enumerate(columns):
+    for number, (room_type, width) in enumerate(columns):
+        room = room_type
         stop = strip.length if number == len(columns) - 1 else round(start + width, 2)
+        if (number == 0 and overhang[0] > 0) or (number == len(columns) - 1 and overhang[1] > 0):
+            # Rooms in corners of the building are large.
+            room = _draw_large_type(types, rng)
         west = start - (overhang[0] if number == 0 else 0)
         east = stop + (overhang[1] if number == len(columns) - 1 else 0)
         space = layout.add(strip.box(west, east, 0, strip.depth), room.label)
@@ -394,8 +416,13 @@ def _add_core(layout: Layout, hub: int, length: float, width: float) -> None:
 
 
 def _add_columns(layout: Layout) -> None:
-    """Add columns to large rooms, and stubs of walls to some of them."""
+    """Add columns to large rooms, stubs of walls to some of them, and perhaps piers to all outer walls."""
     rng = layout.rng
+    if rng.random() < OBLIQUE_SHARE:
+        add_oblique_corner(layout, rng.uniform(1.0, 4.0))
+    if rng.random() < PIER_SHARE:
+        spacing, width, depth = rng.uniform((2.5, 0.25, 0.08), (7.5, 0.6, 0.35))
+        add_pilasters(layout, spacing=spacing, width=width, depth=depth)
     for number, space in enumerate(layout.spaces):
         if layout.labels[number] != "CORRIDOR" and space.area > COLUMN_AREA and rng.random() < 0.6:
             add_columns(layout, number, spacing=rng.uniform(*COLUMN_SPACING), size=rng.uniform(*COLUMN_SIZE))

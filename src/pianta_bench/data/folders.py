@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from pianta.errors import DataError, OptionError
 from pianta.io._files import one_line_reason, short_repr
+
+Set = TypeVar("Set")
 
 DATA_VARIABLE = "PIANTA_DATA"
 DEFAULT_DATA = Path("..", "shared", "data")
@@ -17,7 +21,12 @@ SLAM_FOLDER = "slam"
 SLAM_TRUTH = "_gt.xml"
 SLAM_RESOLUTION = 0.1  # m per cell, benchmarks/README.md
 
-SET_NAMES = ("survey", "furniture", "clutter", "doors", "schools", "growing")
+SET_NAMES = ("survey", "furniture", "clutter", "vacuum", "doors", "schools", "growing")
+# Maps with true rooms and doors.
+LAYOUT_SET_NAMES = ("schools", "survey", "furniture", "worlds")
+# Maps that noise and turns are measured on, and those of a bench without options.
+ROBUSTNESS_SET_NAMES = ("survey", "furniture", "clutter", "vacuum", "schools", "worlds")
+DEFAULT_ROBUSTNESS_SETS = ("survey", "clutter", "vacuum", "worlds")
 
 
 def find_data(folder: Path | None = None) -> Path:
@@ -41,10 +50,22 @@ def list_maps(folder: Path, ending: str) -> list[str]:
     return names
 
 
-def check_set(name: str) -> None:
-    """Raise OptionError for the name of no set of maps."""
-    if name not in SET_NAMES:
-        raise OptionError(f"set is {name!r}, give one of {', '.join(SET_NAMES)}")
+def check_set(name: str, names: Sequence[str] = SET_NAMES) -> None:
+    """Raise OptionError for the name of no set of maps, where `names` are those of all sets."""
+    if name not in names:
+        raise OptionError(f"set is {name!r}, give one of {', '.join(names)}")
+
+
+def choose_items(chosen: Mapping[Set, Sequence[str]], items: Sequence[str] | None) -> list[tuple[Set, str]]:
+    """The maps to measure, each with its set; all maps of the chosen sets unless items are named.
+
+    Raises OptionError for a name that no chosen set has.
+    """
+    pairs = [(map_set, name) for map_set, names in chosen.items() for name in names]
+    for item in items or ():
+        if item not in {name for _, name in pairs}:
+            raise OptionError(f"item is {short_repr(item)}, give the name of a map of the sets, without its ending")
+    return [(map_set, name) for map_set, name in pairs if not items or name in items]
 
 
 def _list_names(folder: Path) -> list[str]:

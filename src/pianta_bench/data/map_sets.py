@@ -19,6 +19,7 @@ from pianta.io.images import read_grey
 from pianta.io.maps import read_map
 from pianta_bench.data.color_truth import read_color_truth
 from pianta_bench.data.folders import REMEDY, SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, check_set, list_maps
+from pianta_bench.data.id_truth import read_id_truth
 from pianta_bench.data.survey_truth import ROOM_ABOVE_GREY, label_free_rooms, label_patches
 
 RESOLUTION = 0.05  # m per pixel, that of the survey (Bormann et al., ICRA 2016)
@@ -100,6 +101,13 @@ def read_colored_map(folder: Path, name: str) -> TrueMap:
     return TrueMap(grid, truth, truth, grid.free)
 
 
+def read_vacuum_map(folder: Path, name: str) -> TrueMap:
+    """A home that a vacuum robot mapped; its true rooms are those of the robot, which its owner corrected."""
+    truth = read_id_truth(folder / f"{name}_gt.png")
+    grid = read_map(folder / f"{name}.yaml")
+    return TrueMap(grid, truth, truth, grid.free)
+
+
 def read_closed_doors(folder: Path, name: str) -> TrueMap:
     """A full map; its true rooms are the spaces behind one closed door each.
 
@@ -130,6 +138,7 @@ SETS = {
         MapSet("survey", "survey", "_gt_segmentation.png", partial(read_survey_map, ending=".png")),
         MapSet("furniture", "survey", "_gt_segmentation.png", partial(read_survey_map, ending="_furnitures.png")),
         MapSet("clutter", "clutter", "_gt.png", read_colored_map),
+        MapSet("vacuum", "vacuum", "_gt.png", read_vacuum_map, free_only=True),
         MapSet("doors", "doors", "_GT.png", read_closed_doors, free_only=True, in_places=True),
         MapSet("schools", SLAM_FOLDER, SLAM_TRUTH, read_school, free_only=True),
         MapSet("growing", "partial/freiburg79", "_gt.png", read_colored_map, grows=True),

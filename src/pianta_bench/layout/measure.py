@@ -1,24 +1,24 @@
-"""Layouts of schools, reconstructed from the maps of a simulated robot."""
+"""Layouts of schools, of the survey and of made worlds, reconstructed from their maps."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
 from pianta.evaluation.coverage import Scores, score_layout
 from pianta.evaluation.doors import score_connections
 from pianta.evaluation.segmentation import score_labels
-from pianta.io.buildings.thesis_xml import read_building_xml
-from pianta.io.maps import read_map
 from pianta.layout.reconstruct import check_method
 from pianta.plot.figure import save_figure
 from pianta.plot.floor import draw_floor
-from pianta_bench.data.folders import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, find_data, list_maps
+from pianta_bench.data.folders import LAYOUT_SET_NAMES, check_set, choose_items, find_data
+from pianta_bench.data.layout_sets import LAYOUT_SETS, LayoutSet
 from pianta_bench.harness.records import Figures, Results, Track
+from pianta_bench.layout.graph_scores import FAILED_GRAPH, count_true, score_graph
 from pianta_bench.layout.timing import NO_TIME, time_reconstruction
 
-PART = "schools"
+DEFAULT_SETS = ("schools",)
 SCORES = ("a_fc", "a_bc")
 COUNTS = ("free", "walls")
 PERCENT = (
@@ -28,43 +28,57 @@ PERCENT = (
     "door_precision",
     "door_recall",
 )
-FAILED = {**dict.fromkeys(PERCENT, 0.0), "found": 0, "true": None, **NO_TIME}
+FAILED = {**dict.fromkeys(PERCENT, 0.0), "found": 0, "true": None, **FAILED_GRAPH, **NO_TIME}
 
 
 def measure(
-    data: Path | None = None, *, method: str = "thesis", pictures: Path | None = None, track: Track = iter
+    data: Path | None = None,
+    *,
+    method: str = "thesis",
+    sets: Sequence[str] | None = None,
+    items: Sequence[str] | None = None,
+    maps: bool = False,
+    pictures: Path | None = None,
+    track: Track = iter,
 ) -> Results:
-    """Forward and backward accuracy of the layouts of data/slam/NAME.png against NAME_gt.xml (Table 3.1a).
+    """Forward and backward accuracy of layouts against the true ones (Table 3.1a), and their doors and edges.
 
     Counted twice: on free cells (`GridMap.free`) as label images, and with the walls, on the whole polygons.
-    Precision and recall of doors are those of the pairs of rooms that they join. A map that fails counts as 0.
-    method: one of METHODS. pictures: folder for NAME.png, the reconstructed floor.
-    track: wraps the names of the maps, to show progress.
-    Raises DataError if there are no maps.
+    Precision and recall of doors are those of the pairs of rooms that they join; F1 of doors is by their positions, F1
+    of edges by rooms that match. A map that fails counts as 0.
+    method: one of METHODS. sets: of LAYOUT_SET_NAMES, the schools unless given. items: only maps of these names.
+    maps: whether doors and edges of each map are printed. pictures: folder for NAME.png, the reconstructed floor, or
+    for SET/NAME.png where several sets are measured. track: wraps the names of the maps, to show progress.
+    Raises OptionError for the name of no method, set or map, DataError if there are no maps.
     """
     check_method(method)
-    folder = find_data(data) / SLAM_FOLDER
-    if pictures:
-        pictures.mkdir(parents=True, exist_ok=True)
-    results = Results({"method": method})
-    for name in track(list_maps(folder, SLAM_TRUTH)):
-        measure_one = partial(measure_map, folder, name, method=method, pictures=pictures)
-        results.measure(PART, name, measure_one, failed=FAILED, method=method)
+    for name in sets or ():
+        check_set(name, LAYOUT_SET_NAMES)
+    folder = find_data(data)
+    chosen = [LAYOUT_SETS[name] for name in dict.fromkeys(sets or DEFAULT_SETS)]
+    jobs = choose_items({layout_set: layout_set.list_items(folder) for layout_set in chosen}, items)
+    results = Results({"method": method, "sets": [layout_set.name for layout_set in chosen], "maps": maps})
+    for _, (layout_set, name) in zip(track([name for _, name in jobs]), jobs, strict=True):
+        target = pictures / layout_set.name if pictures and len(chosen) > 1 else pictures
+        measure_one = partial(measure_map, folder, name, layout_set=layout_set, method=method, pictures=target)
+        results.measure(layout_set.name, name, measure_one, failed=FAILED, method=method)
     return results
 
 
-def measure_map(folder: Path, name: str, *, method: str, pictures: Path | None) -> Iterator[Figures]:
+def measure_map(
+    data: Path, name: str, *, layout_set: LayoutSet, method: str, pictures: Path | None
+) -> Iterator[Figures]:
     """Scores of the layout of one map, %, rooms, and time; then its picture."""
-    grid = read_map(folder / f"{name}.png", resolution=SLAM_RESOLUTION)
-    truth = read_building_xml(folder / f"{name}{SLAM_TRUTH}", grid=grid)
-    yield {"true": len(truth.rooms)}
+    grid, truth = layout_set.read(data, name)
+    yield {"true": len(truth.rooms), **count_true(truth)}
     floor, time = time_reconstruction(grid, method=method)
     free = score_labels(floor.label_image(grid), truth.label_image(grid), counted=grid.free)
     walls = score_layout([room.polygon for room in floor.rooms], [room.polygon for room in truth.rooms])
     doors = score_connections(floor, truth)
     connected = {"door_precision": 100 * doors.precision, "door_recall": 100 * doors.recall}
-    yield {**describe_scores(free, walls), **connected, **time}
+    yield {**describe_scores(free, walls), **connected, **score_graph(floor, truth, grid), **time}
     if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
         save_figure(draw_floor(floor, grid), pictures / f"{name}.png")
 
 

@@ -11,6 +11,7 @@ from time import perf_counter
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits  # scikit-learn requires it
 
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
@@ -22,8 +23,8 @@ from pianta_bench.harness.records import Figures
 TRANSFORMS = 5  # runs; their median counts
 NO_TIME: Figures = {"seconds": None, "transforms": None}
 TIME_NOTE = (
-    "Time: of reconstruct on one thread, in seconds, and in exact distance transforms of the same map (DT), "
-    "which depends little on the machine."
+    "Time: of reconstruct, with all its steps, on one thread, in seconds, and in exact distance transforms of the "
+    "same map (DT), which depends little on the machine."
 )
 FAILED_NOTE = "A map that failed counts as 0."
 
@@ -32,7 +33,7 @@ def time_reconstruction(grid: GridMap, *, method: str) -> tuple[Floor, Figures]:
     """The floor of a map, and the time of its reconstruction, in seconds and in exact distance transforms of the map.
 
     The time of a distance transform is the median of five runs of cv2.distanceTransform on the free cells with the
-    precise mask. All runs use one thread of OpenCV.
+    precise mask. OpenCV, with its networks, BLAS and OpenMP use one thread.
     """
     _load_method(method)
     free = grid.free.astype(np.uint8)
@@ -53,11 +54,12 @@ def _load_method(method: str) -> None:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Let OpenCV use one thread within the context."""
+    """Let OpenCV, BLAS and OpenMP use one thread within the context."""
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
-        yield
+        with threadpool_limits(1):
+            yield
     finally:
         cv2.setNumThreads(threads)
 

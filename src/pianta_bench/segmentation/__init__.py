@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pianta_bench._options import Data, Maps, Methods, Sets
+from pianta_bench._options import Count, Data, Maps, Methods, Sets
 from pianta_bench.harness.bench import Bench
 
 BENCH = Bench(
@@ -10,13 +10,20 @@ BENCH = Bench(
     help="""Rooms of all methods on real and simulated maps (Table 3.1b and more).
 
     Reads the sets of maps that are in the data: the survey without and with
-    furniture, real clutter, closed doors, schools, and a map that grows. A
-    map that fails counts as 0; the exit code is then 1.
+    furniture, real clutter, homes, closed doors, schools, and a map that
+    grows. A map that fails counts as 0; the exit code is then 1.
     """,
     examples=(
         "pianta bench segmentation --json figures.json",
         "pianta bench segmentation --method thesis --set survey --set clutter --pictures errors",
+        "pianta bench segmentation --method structure --set clutter --set vacuum --count",
     ),
-    options={"data": (Data, None), "methods": (Methods, None), "sets": (Sets, None), "maps": (Maps, False)},
+    options={
+        "data": (Data, None),
+        "methods": (Methods, None),
+        "sets": (Sets, None),
+        "maps": (Maps, False),
+        "count": (Count, False),
+    },
     pictures="METHOD/SET/NAME.png, true rooms beside reconstructed ones, with errors marked",
 )

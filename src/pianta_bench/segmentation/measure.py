@@ -1,4 +1,4 @@
-"""Rooms on the maps of the survey (Bormann et al., ICRA 2016) and on four other sets of maps."""
+"""Rooms on the maps of the survey (Bormann et al., ICRA 2016) and on five other sets of maps."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from pianta_bench.data.folders import find_data
 from pianta_bench.data.map_sets import MapSet, TrueMap, choose_sets
 from pianta_bench.harness.records import Figures, Results, Track
 from pianta_bench.layout.timing import NO_TIME, time_reconstruction
+from pianta_bench.segmentation.counts import FAILED_COUNTS, count_map, count_true_rooms
 from pianta_bench.segmentation.figures import save_comparison
 
 SCORES = ("precision", "recall", "a_fc", "mean_iou", "f1")
@@ -42,19 +43,21 @@ def measure(
     methods: Sequence[str] | None = None,
     sets: Sequence[str] | None = None,
     maps: bool = False,
+    count: bool = False,
     pictures: Path | None = None,
     track: Track = iter,
 ) -> Results:
-    """Scores of reconstructed rooms on the survey, real clutter, closed doors, schools, and growing maps.
+    """Scores of reconstructed rooms on the survey, real clutter, homes, closed doors, schools, and growing maps.
 
     Three counts. The main one counts each pixel of a room, and drops rooms of up to 0.25 m² on both sides; where the
-    truth includes walls (schools), or only has the free cells behind closed doors (doors), both sides are cut to free
-    cells first. _free: all rooms on free cells alone. _rest: like _free, with the free cells in
+    truth includes walls (schools), or only has free cells (vacuum) or those behind closed doors (doors), both sides are
+    cut to free cells first. _free: all rooms on free cells alone. _rest: like _free, with the free cells in
     no room as one more, which is the count of Table 3.1b. Where maps grow, rooms keep the ids of the floor
     before, and the persisting rooms and ids are counted.
 
     methods: of METHODS, all unless given. sets: of SET_NAMES, all that are in the data unless given.
-    maps: whether the figures of each map are printed. pictures: folder for METHOD/SET/NAME.png.
+    maps: whether the figures of each map are printed. count: whether right, split and merged rooms and wrong doors are
+    counted, where all true rooms are known. pictures: folder for METHOD/SET/NAME.png.
     track: wraps what is measured, to show progress.
     Raises OptionError for the name of no method or set, DataError if there are no maps.
     """
@@ -63,7 +66,7 @@ def measure(
         check_method(method)
     folder = find_data(data)
     chosen = choose_sets(sets or (), folder)
-    results = Results({"methods": methods, "sets": [mapset.name for mapset in chosen], "maps": maps})
+    results = Results({"methods": methods, "sets": [mapset.name for mapset in chosen], "maps": maps, "count": count})
     # All methods run on a map before the next map, so that it is read once.
     jobs = [(mapset, item, method) for mapset, items in chosen.items() for item, method in product(items, methods)]
     read = lru_cache(maxsize=1)(lambda mapset, item: mapset.read(folder / mapset.folder, item))
@@ -77,9 +80,11 @@ def measure(
             method=method,
             read=read,
             earlier=earlier[method] if mapset.grows else None,
+            count=count and not mapset.in_places,
             pictures=pictures / method / mapset.name if pictures else None,
         )
-        results.measure(mapset.name, item, measure_one, failed=FAILED, method=method)
+        failed = FAILED | FAILED_COUNTS if count and not mapset.in_places else FAILED
+        results.measure(mapset.name, item, measure_one, failed=failed, method=method)
     return results
 
 
@@ -90,18 +95,21 @@ def measure_map(
     method: str,
     read: Callable[[MapSet, str], TrueMap],
     earlier: list[Floor] | None,
+    count: bool,
     pictures: Path | None,
 ) -> Iterator[Figures]:
-    """Scores of the rooms of one map, %, rooms, and time; then the persistence of rooms; then its picture."""
+    """Scores of the rooms of one map, %, rooms, and time; then counts, the persistence of rooms, and its picture."""
     true_map = read(mapset, item)
     truth = _cut_spaces(true_map.spaces, true_map, mapset)
-    yield {"true": len(np.unique(truth[truth > 0]))}
+    yield {"true": len(np.unique(truth[truth > 0])), **(count_true_rooms(truth, true_map) if count else {})}
     floor, time = time_reconstruction(true_map.grid, method=method)
     labels = floor.label_image(true_map.grid).astype(np.int32)
     spaces = _cut_spaces(labels, true_map, mapset)
     if mapset.in_places:
         labels, spaces = keep_rooms_at(labels, truth), keep_rooms_at(spaces, truth)
     yield {**_describe(score_labels(spaces, truth)), **_describe_free_counts(labels, true_map, mapset), **time}
+    if count:
+        yield count_map(floor, spaces, truth, true_map)
     if earlier is not None:
         earlier.append(keep_room_ids(floor, earlier[-1]) if earlier else floor)
         yield _describe_persistence(earlier[-2:])

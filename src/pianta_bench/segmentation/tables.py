@@ -8,6 +8,7 @@ from dataclasses import replace
 from pianta_bench.harness.records import Record, Results, name_parts
 from pianta_bench.harness.tables import Cell, FilledTable, Table
 from pianta_bench.layout.timing import FAILED_NOTE, TIME_NOTE
+from pianta_bench.segmentation.counts import pool_counts
 from pianta_bench.segmentation.measure import FAILED, SCORES
 
 SCORE_LABELS = {"precision": "prec.", "recall": "recall", "a_fc": "A_FC", "mean_iou": "mean\nIoU", "f1": "\nF1"}
@@ -20,8 +21,8 @@ RATIOS = {
     "kept_id": ("kept_id", "still_there"),
 }
 COUNT_NOTE = (
-    "All pixels of a room count, also under furniture; rooms of up to 0.25 m² are dropped on both sides. schools and "
-    "doors: free cells only; doors: only rooms at the known ones, which are behind one closed door each."
+    "All pixels of a room count, also under furniture; rooms of up to 0.25 m² are dropped on both sides. schools, "
+    "vacuum and doors: free cells only; doors: only rooms at the known ones, which are behind one closed door each."
 )
 REST_NOTE = "On free cells, where cells in no room are one more room, as in Table 3.1b. Its rooms have at least 1 m²."
 
@@ -60,6 +61,50 @@ TABLE_3_1B = Table(
     published="table_3_1b.csv",
     unit="%",
 )
+COUNT_LABELS = {
+    "right": "right",
+    "right_whole": "right,\nwhole",
+    "splits": "splits",
+    "merges": "merges",
+    "no_rooms": "no\nrooms",
+    "doors": "doors",
+    "within": "doors\nin one",
+    "nowhere": "doors\nnowhere",
+}
+COUNTED_NOTE = (
+    "On free cells. right: true rooms with which a room has an IoU of at least 0.6; whole: those that are not split. "
+    "splits: rooms of at least 0.4 m² that lie mostly (with more than half of their cells) in one true room, without "
+    "the first; merges: true rooms that lie mostly in one room, without the first. no rooms: at most half in true "
+    "rooms. doors in one: both rooms lie in the same true room; doors nowhere: beside what is no room, and entrances."
+)
+COUNTS_OF_SET = Table(
+    title="Counts, {part}",
+    rows=("method",),
+    columns=("metric",),
+    labels={
+        "all_counted_true": "true",
+        "share_right": "right\n%",
+        "share_whole": "whole\n%",
+        "splits_per_map": "splits\na map",
+        "merges_per_map": "merges\na map",
+        "all_no_rooms": "no\nrooms",
+        "all_doors": "doors",
+        "all_within": "doors\nin one",
+        "all_nowhere": "doors\nnowhere",
+        "share_doors_wrong": "wrong\n%",
+    },
+    digits={"all_counted_true": 0, "all_no_rooms": 0, "all_doors": 0, "all_within": 0, "all_nowhere": 0},
+    notes=(COUNTED_NOTE,),
+)
+COUNTS_OF_MAPS = Table(
+    title="Counts of each map, {part}, {method}",
+    rows=("item",),
+    columns=("metric",),
+    where={"metric": ["counted_true", "counted_found", *COUNT_LABELS]},
+    labels={"counted_true": "rooms\ntrue", "counted_found": "rooms\nfound", **COUNT_LABELS},
+    summarise=Cell.only,
+    summaries=("mean",),
+)
 # Every figure of every map, by method and set.
 MEANS = Table(
     title="Means of all figures",
@@ -89,6 +134,7 @@ def tabulate(results: Results) -> list[FilledTable]:
         tables.append(ROOMS_OF_SET.fill(derived, notes=list_lasting(derived), part=part))
         if maps or len(methods) == 1:
             tables += [MAPS.fill(results.select(part=part, method=each), part=part, method=each) for each in methods]
+        tables += tabulate_counts(results, part)
     published = [part for part in TABLE_3_1B.where["part"] if part in name_parts(results.items)]
     if published:
         count = len({item.item for item in results.items if item.part in published})
@@ -97,6 +143,18 @@ def tabulate(results: Results) -> list[FilledTable]:
     notes = [COUNT_NOTE, TIME_NOTE, *[FAILED_NOTE] * results.failed]
     tables[-1] = replace(tables[-1], notes=(*tables[-1].notes, *notes))
     return [*tables, MEANS.fill(results.records), MEDIANS.fill(results.records)]
+
+
+def tabulate_counts(results: Results, part: str) -> Iterator[FilledTable]:
+    """The counts of a set and of its maps, where rooms were counted."""
+    methods, maps = results.options["methods"], results.options["maps"]
+    pooled = [*pool_counts(results, part)]
+    if not pooled:
+        return
+    yield COUNTS_OF_SET.narrow(metric=list(COUNTS_OF_SET.labels)).fill(pooled, part=part)
+    if maps or len(methods) == 1:
+        for method in methods:
+            yield COUNTS_OF_MAPS.fill(results.select(part=part, method=method), part=part, method=method)
 
 
 def divide_sums(results: Results, part: str) -> Iterator[Record]:
