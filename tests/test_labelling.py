@@ -40,11 +40,11 @@ def test_a_known_type_keeps_all_labels(labelling, monkeypatch):
 
 def test_an_unknown_type_keeps_certain_rooms_and_corridors(labelling, monkeypatch):
     set_predicted_type({"school": 1.0}, monkeypatch)
-    known = labelling.label(FLAT)
+    full_floor = labelling.label(FLAT)
     set_predicted_type({}, monkeypatch)
     unknown = labelling.label(FLAT)
     assert not unknown.building_type
-    for room, full in zip(unknown.rooms, known.rooms, strict=True):
+    for room, full in zip(unknown.rooms, full_floor.rooms, strict=True):
         assert room.labels == {"R/C": full.labels["R/C"]}
         assert room.label_probabilities == {"R/C": full.label_probabilities["R/C"]}
         probability = room.label_probabilities["R/C"][room.labels["R/C"]]

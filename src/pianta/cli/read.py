@@ -20,7 +20,7 @@ from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS
 from pianta.reading._labelling import describe_type
 from pianta.reading._reader import ReadOptions
 from pianta.reading.read import MAX_JOBS, Failure, read, read_all
-from pianta.reading.reading import EXPLANATION, OUTPUTS, Reading, check_clean_map, check_output
+from pianta.reading.reading import EXPLANATION, OUTPUTS, Reading, StoreyReading, check_clean_map, check_output
 
 if TYPE_CHECKING:
     from pianta.layout.explanation import Explanation
@@ -215,19 +215,24 @@ def _read_one(
     if quiet:
         return
     for storey, folder in zip(reading.storeys, folders, strict=True):
-        stdout.print(tabulate_rooms(storey.floor))
-        if storey.candidate_types:
-            print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
-            if not storey.floor.building_type and not options["label_unknown"]:
-                print_result(LABELS_LEFT_OUT)
-        for line in storey.messages:
-            print_result(line)
-        print_result(f"{describe_floor(storey.floor)}, in {folder}")
+        _print_storey(storey, folder, label_unknown=options["label_unknown"])
     if explanation:
         for room in reading.floor:
             print_result(explanation.describe_room(room.id))
     if extras.clean:
         print_result(f"clean map in {extras.clean}")
+
+
+def _print_storey(storey: StoreyReading, folder: Path, *, label_unknown: bool) -> None:
+    """Print the rooms of a storey, the type of its building, its messages, and where the results are."""
+    stdout.print(tabulate_rooms(storey.floor))
+    if storey.candidate_types:
+        print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
+        if not storey.floor.building_type and not label_unknown:
+            print_result(LABELS_LEFT_OUT)
+    for line in storey.messages:
+        print_result(line)
+    print_result(f"{describe_floor(storey.floor)}, in {folder}")
 
 
 def save_explanation(explanation: Explanation, path: Path) -> None:

@@ -73,8 +73,8 @@ class Reader:
         if options.get("labels", True):
             models = options.get("room_model"), options.get("building_model")
             label_unknown = options.get("label_unknown", False)
-            given = options.get("words"), options.get("building_type")
-            labelling = Labelling.make(*models, *given, label_unknown=label_unknown)
+            names_and_type = options.get("words"), options.get("building_type")
+            labelling = Labelling.make(*models, *names_and_type, label_unknown=label_unknown)
         previous = options.get("previous")
         if previous is not None and not isinstance(previous, Floor):
             previous = read_previous(previous)
