@@ -16,9 +16,9 @@ from pianta.floor import Door, Floor, Furniture, Room
 from pianta.gridmap import GridMap
 from pianta.layout.explanation import Border, Explanation, find_sides
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.explain import explain_structure, follow_merging
-from pianta.layout.structure.merging import merge_regions, read_default_merge_model
-from pianta.layout.structure.reconstruct import oversegment
+from pianta.layout.structure.evidence import DOOR, OUTSIDE, WALL
+from pianta.layout.structure.evidence import FLOOR as FLOOR_CLASS
+from pianta.layout.structure.explain import explain_structure
 from pianta.plan.sheets.sheet import PlanScale
 from pianta.plot.explanation import CUT_COLOR, JOINED_COLOR, draw_explanation, plot_explanation
 from pianta.reading.reading import StoreyReading
@@ -99,18 +99,22 @@ class TestStructure:
         renumbered = Floor(rooms, tuple(door.renumber_rooms(ids) for door in floor.doors))
         assert {border.rooms for border in pianta.explain(TWO_ROOMS, renumbered).borders if border.divides} == {(3, 7)}
 
-    def test_the_decisions_are_those_of_the_merging(self):
+    def test_all_borders_have_a_probability_and_a_reason(self):
         _, grid = pianta.make_world("hall", furniture=1.0)
-        cut, model = oversegment(grid, StructureParameters()), read_default_merge_model()
-        features, is_bend = follow_merging(cut, model)
-        rooms, active, log_odds = merge_regions(cut.regions, cut.separators, model)
-        assert np.array_equal(model.log_odds(features)[active], log_odds)
-        one, other = rooms.owner[cut.separators.sides].T
-        assert not is_bend[one != other].any()
         considered = explain_structure(grid, parameters=StructureParameters())
-        probabilities = np.array(considered.probabilities[: len(features)], float)
-        assert probabilities == pytest.approx(1 / (1 + np.exp(model.log_odds(features))))
-        assert len(considered.lines) == len(considered.reasons) == len(considered.probabilities)
+        assert len(considered.lines) == len(considered.reasons) == len(considered.probabilities) > 0
+        assert all(0 <= probability <= 1 for probability in considered.probabilities if probability is not None)
+
+    def test_the_evidence_is_that_of_the_cells_of_the_map(self):
+        """Rows 10 to 89 are floor, columns 90 to 93 the wall with the door in rows 40 to 57; outside is far away."""
+        evidence = explain_structure(TWO_ROOMS, parameters=StructureParameters()).evidence
+        assert evidence is not None
+        assert evidence.shape == (100, 184, 5)
+        assert evidence.sum(axis=2) == pytest.approx(1, abs=1e-3)
+        assert evidence[50, 40].argmax() == evidence[50, 130].argmax() == FLOOR_CLASS
+        assert evidence[49, 92].argmax() == DOOR
+        assert evidence[20, 92].argmax() == WALL
+        assert evidence[0, 0].argmax() == OUTSIDE
 
     def test_a_floor_without_doors_has_no_dividing_border(self):
         explanation = pianta.explain(make_grid(carve((60, 60), (10, 50, 10, 50))))

@@ -38,7 +38,7 @@ def draw_rooms(*gaps: Rectangle, rooms: tuple[Rectangle, ...] = (ONE, OTHER)) ->
 
 
 def find_gaps(space: Mask, labels: LabelImage) -> Floats:
-    regions = Regions(labels, np.zeros(1), np.zeros(1), (), 0.05)
+    regions = Regions(labels, np.zeros(1), np.zeros(1), 0.05)
     return find_narrow_passages(regions, space, compute_clearance(space), max_width=MAX_WIDTH)
 
 
@@ -58,7 +58,7 @@ def test_rooms_without_a_gap_and_with_a_door_have_no_line():
 
 def test_rooms_that_are_joined_have_no_line():
     space, labels = draw_rooms((20, 22, 30, 32))
-    regions = Regions(labels, np.zeros(1), np.zeros(1), (), 0.05)
+    regions = Regions(labels, np.zeros(1), np.zeros(1), 0.05)
     for joined, count in (([(1, 2)], 0), ([(1, None), (1, 3)], 1)):
         assert (
             len(find_narrow_passages(regions, space, compute_clearance(space), max_width=MAX_WIDTH, joined=joined))
@@ -230,7 +230,7 @@ def test_a_room_whose_door_is_narrowed_to_20_cm_is_still_joined(name):
 @pytest.mark.slow
 def test_rooms_are_the_same_without_the_gaps(monkeypatch):
     truth = make_floor("corridor", seed=10)
-    grid = close_door(truth, simulate_map(truth), 0.2)
+    grid = close_door(truth, simulate_map(truth), 0.1)
     with_gap = run_structure(grid)
     monkeypatch.setattr(structure, "choose_narrow_doors", lambda *_: [])
     without = run_structure(grid)

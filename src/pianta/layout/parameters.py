@@ -130,12 +130,8 @@ class StructureParameters(Parameters):
         It is also a neck if one side has less than this share of the clearance of the other.
     neck_distance
         Of two necks with both ends nearer to each other than this the shorter one stays.
-    wall_reach
-        How far beyond the jambs of a neck the wall in line with it is followed.
     room_area
         A smaller room is merged into its neighbour, or dropped if it has none; m².
-    closed_room_area
-        A smaller room without a passage is merged into its neighbour; m².
     smoothing
         Tolerance of the simplified outlines: an outline may leave out a square of this side at a corner.
     notch_depth, notch_width
@@ -146,18 +142,6 @@ class StructureParameters(Parameters):
         Thinner unknown space is a wall, or a gap between two beams of the scanner.
     frontier
         A room with at least this length of frontier to unknown space is partial.
-    split_share
-        Open share of the wall line between two parts of a room, at most, for the parts to be rooms.
-    split_wall
-        Length of wall between two such parts, at least.
-    split_opening
-        Widest opening between them, as a multiple of the width of the narrower part, at most.
-    split_clearance
-        Width of each such part, the diameter of the largest circle in it, at least.
-    split_area
-        Area of each such part, at least; m².
-    longest_opening
-        A wider opening of a wall line is never closed.
     line_reach
         How far a wall line is followed both ways.
 
@@ -187,21 +171,13 @@ class StructureParameters(Parameters):
     saddle_ratio: float = 0.92
     mouth_ratio: float = 0.65
     neck_distance: float = 0.35
-    wall_reach: float = 3.0
     room_area: float = 0.5
-    closed_room_area: float = 0.8
     smoothing: float = 0.1
     notch_depth: float = 1.0
     notch_width: float = 3.0
     door_width: float = 2.0
     unseen_width: float = 0.5
     frontier: float = 0.5
-    split_share: float = 0.65
-    split_wall: float = 1.8
-    split_opening: float = 1.1
-    split_clearance: float = 1.65
-    split_area: float = 3.0
-    longest_opening: float = 6.0
     line_reach: float = 12.0
 
     def __post_init__(self) -> None:

@@ -68,6 +68,9 @@ GRAPH_NOTE = (
     "cells) that are joined. pairs: pairs of true rooms that doors join, where a room stands for the true one that it "
     "overlaps most, as in doors P and R. F1: mean over the maps; pooled: those of all maps together."
 )
+SCHOOL_NOTE = (
+    "The true doors of schools are points that often lie beside the gaps of the map, which edges and pairs ignore."
+)
 GRAPH = Table(
     title="Doors and edges of the room graph, method {method}",
     rows=("part",),
@@ -113,4 +116,5 @@ def tabulate(results: Results) -> list[FilledTable]:
     if results.options["maps"]:
         tables += [GRAPH_OF_MAPS.fill(results.select(part=part), part=part, method=method) for part in parts]
     pooled = [record for part in parts for record in pool_maps(results, part)]
-    return [*tables, GRAPH.fill([*results.select(metric=list(F1_SCORES)), *pooled], method=method)]
+    own = results.select(metric=list(F1_SCORES))
+    return [*tables, GRAPH.fill([*own, *pooled], notes=[SCHOOL_NOTE] * ("schools" in parts), method=method)]

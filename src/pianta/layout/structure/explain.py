@@ -4,29 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from shapely import LineString, get_coordinates
 
-from pianta._types import Floats, Indices
+from pianta._types import Floats
 from pianta.gridmap import GridMap
 from pianta.layout._working_grid import WorkingGrid, check_shows_rooms
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.merging import (
-    FEATURES,
-    MergeModel,
-    describe_separators,
-    find_active_separators,
-    find_corridor_bends,
-    initial_rooms,
-    join_rooms,
-    read_default_merge_model,
-    select_likeliest,
-)
-from pianta.layout.structure.reconstruct import Oversegmentation, merge_and_split_regions, oversegment
-from pianta.layout.structure.wall_lines import find_wall_lines
+from pianta.layout.structure.borders import draw_borders, list_stretches
+from pianta.layout.structure.evidence import DOOR, WALL, Evidence
+from pianta.layout.structure.pieces import find_border_probability
+from pianta.layout.structure.reconstruct import divide_floor
+from pianta.layout.structure.regions import sample_image
 
-BY_WALL_LINE = "by the line of a wall"
+# Samples along a border, where its probability is looked up.
+SAMPLES = 25
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,57 +40,45 @@ class ConsideredBorders:
 
 
 def explain_structure(grid: GridMap, *, parameters: StructureParameters) -> ConsideredBorders:
-    """The borders that reconstruct_structure considers in a grid map.
+    """The borders that reconstruct_structure considers in a grid map: those between the pieces of its floor.
 
     Raises MapError when the map shows no room.
     """
     check_shows_rooms(grid)
-    cut, model = oversegment(grid, parameters), read_default_merge_model()
-    features, is_bend = follow_merging(cut, model)
-    probabilities = 1 / (1 + np.exp(model.log_odds(features)))
-    reasons = [_describe(row, bend=bend) for row, bend in zip(features, is_bend.tolist(), strict=True)]
-    # Wall lines close wider openings, by a rule
-    wall_lines = find_wall_lines(cut.space, resolution=cut.working_grid.resolution)
-    _, borders = merge_and_split_regions(cut, wall_lines, parameters, model)
-    openings = [line for line in borders if not (cut.separators.lines == line).all(axis=(1, 2)).any()]
-    lines = np.concatenate([cut.separators.lines, np.reshape(openings, (-1, 2, 2))])
+    division = divide_floor(grid, parameters)
+    pieces, resolution = division.pieces, division.working_grid.resolution
+    # Stretches inside a room, where its pieces have been joined, besides the borders between rooms
+    stretches = [cells for cells in list_stretches(pieces.labels) if np.ptp(division.labels[tuple(cells.T)]) == 0]
+    inner = draw_borders(stretches, division.space, pieces.necks, resolution)
+    is_new = [not (division.borders == line).all(axis=(1, 2)).any() for line in inner.lines]
+    lines = np.concatenate([division.borders, np.unique(inner.lines[is_new], axis=0)])
+    positions = lines[:, :1] + np.linspace(0, 1, SAMPLES)[:, None] * (lines[:, 1:] - lines[:, :1])
+    evidence = division.evidence
+    probability, wall, door = (
+        sample_image(evidence.enlarge(image), positions).mean(axis=1)
+        for image in (find_border_probability(evidence), evidence.classes[WALL], evidence.classes[DOOR])
+    )
+    reasons = tuple(f"{d:.0%} door and {w:.0%} wall on it" for w, d in zip(wall, door, strict=True))
     return ConsideredBorders(
-        _lines_to_map(lines, cut.working_grid),
-        (*probabilities.tolist(), *[None] * len(openings)),
-        (*reasons, *[BY_WALL_LINE] * len(openings)),
+        _lines_to_map(lines, division.working_grid),
+        tuple(probability.clip(0, 1).tolist()),
+        reasons,
+        sample_classes(evidence, division.working_grid),
     )
 
 
-def follow_merging(cut: Oversegmentation, model: MergeModel) -> tuple[Floats, NDArray[np.bool_]]:
-    """Features of each separator when it was decided upon, shape (B, 11); and whether a corridor goes on there, (B,).
-
-    The steps are those of merge_regions. A separator is decided upon when its rooms are merged, or at the end.
-    """
-    separators, rooms = cut.separators, initial_rooms(cut.regions)
-    features = np.zeros((len(separators.sides), len(FEATURES)))
-    is_bend = np.zeros(len(separators.sides), bool)
-    while True:
-        active = find_active_separators(rooms, separators)
-        pairs: Indices = rooms.owner[separators.sides[active]]
-        features[active] = describe_separators(rooms, separators, active, resolution=cut.regions.resolution)
-        log_odds = model.log_odds(features[active])
-        chosen = select_likeliest(pairs, log_odds, log_odds > 0)
-        if not len(chosen):
-            chosen = select_likeliest(pairs, log_odds, find_corridor_bends(rooms, pairs, features[active]))
-            is_bend[active[chosen]] = True
-        if not len(chosen):
-            return features, is_bend
-        rooms = join_rooms(rooms, pairs[chosen])
-
-
-def _describe(features: Floats, *, bend: bool) -> str:
-    """The facts about a separator that count most: how open it is, and the walls in line with it."""
-    if bend:
-        return "a corridor goes on behind it"
-    values = dict(zip(FEATURES, features.tolist(), strict=True))
-    width = np.exp(values["log opening over narrower width"])
-    walls = f"walls of {values['wall in line, less']:.1f} and {values['wall in line, more']:.1f} m in line"
-    return f"opening {width:.0%} of the narrower side, {values['open share']:.0%} of the border open, {walls}"
+def sample_classes(evidence: Evidence, working_grid: WorkingGrid) -> NDArray[np.float32]:
+    """Class probabilities of each cell of the map, shape (H, W, 5)."""
+    to_working = np.linalg.inv(working_grid.to_grid)
+    scale = np.array(evidence.classes.shape[1:]) / evidence.shape
+    # From continuous map coordinates, col and row, to the cells of the network; cv2 counts from the centres of cells
+    (a, b, c), (d, e, f) = to_working[:2] * scale[:, None]
+    matrix = np.array([[e, d, f + (d + e) / 2 - 0.5], [b, a, c + (a + b) / 2 - 0.5]])
+    size = working_grid.grid.shape[::-1]
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    images = [cv2.warpAffine(image, matrix, size, flags=flags) for image in evidence.classes]
+    images[0] += np.float32(1) - np.sum(images, axis=0, dtype=np.float32)
+    return np.stack(images, axis=-1).astype(np.float32)
 
 
 def _lines_to_map(lines: Floats, working_grid: WorkingGrid) -> Floats:

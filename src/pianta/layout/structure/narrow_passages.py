@@ -54,20 +54,20 @@ def find_narrow_passages(
         lines = draw_critical_lines(middles.astype(float), free)
         lines = np.unique(lines[measure_lengths(lines) <= max_width + 1], axis=0)
         pair = np.where(np.isin(rooms.labels[window], (one, other)), rooms.labels[window], 0)
-        lines = _choose_shortest(lines, replace(rooms, labels=pair), free, saddle, reach=reach) + corner
+        lines = _choose_shortest(lines, replace(rooms, labels=pair), saddle, reach=reach) + corner
         passages[one, other] = max(
             passages.get((one, other), lines), lines, key=lambda line: measure_lengths(line).sum()
         )
     return np.concatenate([np.zeros((0, 2, 2)), *passages.values()])
 
 
-def _choose_shortest(lines: Floats, pair: Regions, space: Mask, saddle: Indices, *, reach: int) -> Floats:
+def _choose_shortest(lines: Floats, pair: Regions, saddle: Indices, *, reach: int) -> Floats:
     """The shortest of lines, shape (N, 2, 2), that divides two rooms which meet at a saddle; shape (0 or 1, 2, 2).
 
     The contact of the two rooms may lie beside the narrowest point of the gap, or run obliquely through it. Contacts
     further away than reach, in cells, belong to other gaps.
     """
-    lines = find_separators(pair, space, lines, reach=0.0).lines
+    lines = find_separators(pair, lines).lines
     lines = lines[np.argsort(measure_lengths(lines), kind="stable")]
     is_first = pair.labels == pair.labels[tuple(saddle)]
     contact = is_first & grow_mask((pair.labels > 0) & ~is_first, 1)

@@ -7,7 +7,6 @@ Section 2.2 of the thesis: critical points segment the map into regions, which a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil
 from typing import Any
 
 import cv2
@@ -19,13 +18,9 @@ from pianta._types import Floats, Indices, LabelImage, Mask
 from pianta.layout._label_images import nearest_labels
 from pianta.layout.structure.necks import Clearance, measure_lengths
 
-Hull = NDArray[np.int32]
-
 # Distances from a separator's line at which the regions on its two sides are searched, nearest first: walls are thinner
 # than twice the last; metres (chosen by hand).
 SIDE_DISTANCES = (0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
-# Distance by which the line of a separator may miss a wall that is in line with it; metres (chosen by hand).
-WALL_TOLERANCE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,37 +31,26 @@ class Regions:
         connected to any region. A cell on a line is in the nearest region.
     width: shape (1 + R,), diameter of the largest circle in each region; metres.
     area: shape (1 + R,); m².
-    hulls: corners of the convex hull of each region, col and row, shape (V, 1, 2); no corners for number 0.
     resolution: metres per cell.
     """
 
     labels: LabelImage
     width: Floats
     area: Floats
-    hulls: tuple[Hull, ...]
     resolution: float
 
 
 @dataclass(frozen=True, eq=False)
 class Separators:
-    """Lines where two regions meet, and samples along these lines and the walls in line with them.
+    """Lines where two regions meet.
 
-    lines: shape (B, 2, 2), end, then row and col of a cell.
-    opening: shape (B,), length of each line; metres.
+    lines: shape (B, 2, 2), end, then row and col of a cell. opening: shape (B,), length of each line; metres.
     sides: shape (B, 2), the regions to the left and to the right, seen from the first end with row 0 at the top.
-    separator, left, right, open, beyond: shape (S,), a sample every cell, where a region is beside it: the index of its
-        separator; the regions to the left and to the right, 0 if none; whether there is no wall; and 0 on the line
-        itself, 1 beyond its first end, 2 beyond its second.
     """
 
     lines: Floats
     opening: Floats
     sides: Indices
-    separator: Indices
-    left: Indices
-    right: Indices
-    open: Mask
-    beyond: Indices
 
 
 def cut_into_regions(
@@ -82,60 +66,49 @@ def cut_into_regions(
     for (row0, col0), (row1, col1) in np.rint(lines).astype(int).tolist():
         cv2.line(passable, (col0, row0), (col1, row1), 0)
     # Connectivity 4: the cells of a slanting line touch by corners only, and must still separate its two sides.
-    count, components = cv2.connectedComponents(passable, connectivity=4)
-    labels = grow_regions(components.astype(np.int32), space)
+    _, components = cv2.connectedComponents(passable, connectivity=4)
+    return describe_regions(grow_regions(components.astype(np.int32), space), clearance, resolution=resolution)
+
+
+def describe_regions(labels: LabelImage, clearance: Clearance, *, resolution: float) -> Regions:
+    """The regions of a label image, shape (H, W).
+
+    clearance: of the free space, in cells. resolution: metres per cell.
+    """
+    count = int(labels.max(initial=0)) + 1
     radius = np.zeros(count)
     inside = labels > 0
     np.maximum.at(radius, labels[inside], clearance[inside])
     area = np.bincount(labels[inside], minlength=count) * resolution**2
-    hulls = (np.zeros((0, 1, 2), np.int32), *_list_hulls(labels))
-    return Regions(labels, 2 * radius * resolution, area.astype(float), hulls, resolution)
+    return Regions(labels, 2 * radius * resolution, area.astype(float), resolution)
 
 
-def find_separators(regions: Regions, space: Mask, lines: Floats, *, reach: float) -> Separators:
+def find_separators(regions: Regions, lines: Floats) -> Separators:
     """Separators along those lines that have different regions on their two sides.
 
-    space: shape (H, W). lines: shape (N, 2, 2), end, then row and col of a cell.
-    reach: how far beyond both ends of a line the wall in line with it is followed; metres.
+    lines: shape (N, 2, 2), end, then row and col of a cell.
     """
     length = measure_lengths(lines)
     along = (lines[:, 1] - lines[:, 0]) / np.maximum(length, 1e-9)[:, None]
     # To the left, because rows count downwards.
     across = np.column_stack([-along[:, 1], along[:, 0]])
-    margin = ceil(reach / regions.resolution)
-    counts = np.ceil(length).astype(int) + 2 * margin + 1
+    counts = np.floor(length).astype(int) + 1
     separator = np.repeat(np.arange(len(lines)), counts)
-    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) - margin
+    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     samples = lines[separator, 0] + step[:, None] * along[separator]
     # At distance 0 both sides would be in the same region.
     distances = [max(round(distance / regions.resolution), 1) for distance in SIDE_DISTANCES]
     left = _first_region(regions.labels, samples, across[separator], distances)
     right = _first_region(regions.labels, samples, -across[separator], distances)
-    on_line = (step >= 0) & (step <= length[separator])
-    band = round(WALL_TOLERANCE / regions.resolution)
-    is_open = np.logical_and.reduce(
-        [sample_image(space, samples + offset * across[separator]) for offset in range(-band, band + 1)]
-    )
-    sides = _find_sides(separator, left, right, on_line, len(lines))
+    sides = _find_sides(separator, left, right, len(lines))
     valid = sides[:, 0] > 0
-    used = valid[separator] & ((left > 0) | (right > 0))
-    index = np.cumsum(valid) - 1
-    return Separators(
-        lines=lines[valid],
-        opening=length[valid] * regions.resolution,
-        sides=sides[valid],
-        separator=index[separator[used]],
-        left=left[used],
-        right=right[used],
-        open=(is_open | on_line)[used],
-        beyond=np.select([step < 0, step > length[separator]], [1, 2], 0)[used],
-    )
+    return Separators(lines[valid], length[valid] * regions.resolution, sides[valid])
 
 
-def _find_sides(separator: Indices, left: Indices, right: Indices, on_line: Mask, count: int) -> Indices:
+def _find_sides(separator: Indices, left: Indices, right: Indices, count: int) -> Indices:
     """The regions to the left and right of most samples of each line, if they differ, else 0; shape (N, 2)."""
     sides = np.zeros((count, 2), np.intp)
-    opposite = on_line & (left > 0) & (right > 0) & (left != right)
+    opposite = (left > 0) & (right > 0) & (left != right)
     triples, samples = np.unique(np.column_stack([separator, left, right])[opposite], axis=0, return_counts=True)
     # The pair with the most samples comes last, and overwrites the others.
     order = np.argsort(samples, kind="stable")
@@ -163,20 +136,6 @@ def sample_image(image: NDArray[Any], positions: Floats) -> NDArray[Any]:
     values = np.asarray(image[rows, cols])
     values[outside] = 0
     return values
-
-
-def _list_hulls(labels: LabelImage) -> list[Hull]:
-    """Corners of the convex hull of the cells of regions 1 … R, col and row, shape (V, 1, 2) each."""
-    hulls = []
-    for number, window in enumerate(ndimage.find_objects(labels), start=1):
-        rows = labels[window] == number
-        first = rows.argmax(axis=1)
-        last = rows.shape[1] - 1 - rows[:, ::-1].argmax(axis=1)
-        row = np.arange(len(rows))
-        ends = np.concatenate([np.column_stack([first, row]), np.column_stack([last, row])])
-        corner = np.array([window[1].start, window[0].start])
-        hulls.append(cv2.convexHull((ends + corner).astype(np.int32)))
-    return hulls
 
 
 def grow_regions(labels: LabelImage, space: Mask) -> LabelImage:
