@@ -47,6 +47,7 @@ class ReadOptions(TypedDict, total=False):
     room_model: RoomModel | str | Path | None
     building_model: BuildingTypeModel | str | Path | None
     labels: bool
+    label_unknown: bool
     previous: Floor | str | Path | None
 
 
@@ -71,7 +72,9 @@ class Reader:
         labelling = None
         if options.get("labels", True):
             models = options.get("room_model"), options.get("building_model")
-            labelling = Labelling.make(*models, options.get("words"), options.get("building_type"))
+            label_unknown = options.get("label_unknown", False)
+            names_and_type = options.get("words"), options.get("building_type")
+            labelling = Labelling.make(*models, *names_and_type, label_unknown=label_unknown)
         previous = options.get("previous")
         if previous is not None and not isinstance(previous, Floor):
             previous = read_previous(previous)
@@ -199,6 +202,7 @@ def _check_options(options: ReadOptions) -> None:
         raise TypeError(f"there is no option {', '.join(sorted(unknown))}=")
     label_options = ("room_model", "building_model", "words", "building_type")
     useless = [f"{name}=" for name in label_options if options.get(name) is not None]
+    useless += ["label_unknown=True"] if options.get("label_unknown") else []
     if not options.get("labels", True) and useless:
         raise OptionError(f"labels=False makes {' and '.join(useless)} useless, leave either out")
     input_kind = options.get("input_kind")
