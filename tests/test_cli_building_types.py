@@ -187,8 +187,12 @@ def test_a_predicted_type_gives_rooms_no_labels(maps, tmp_path, monkeypatch, cha
     floor = read_floor(tmp_path / "floor.geojson")
     assert floor.building_type == chances
     for room in floor.rooms:
-        assert room.labels.keys() == {"R/C", "F/C/E/S"}
-        assert room.label in FUNCTIONS
+        if chances:
+            assert room.labels.keys() == {"R/C", "F/C/E/S"}
+            assert room.label in FUNCTIONS
+        else:
+            assert room.labels.keys() == {"R/C"}
+            assert room.label in {"ROOM", "CORRIDOR", None}
 
 
 @pytest.mark.slow
@@ -200,7 +204,15 @@ def test_a_building_unlike_all_training_floors(maps, model, tmp_path):
     assert unknown in out.splitlines()
     floor = read_floor(tmp_path / "floor.geojson")
     assert floor.building_type == {}
-    assert {room.label for room in floor.rooms} <= FUNCTIONS
+    assert {room.label for room in floor.rooms} <= {"ROOM", "CORRIDOR", None}
+    left_out = "labels: ROOM and CORRIDOR alone, where they are certain; --label-unknown shows the others"
+    assert left_out in out.splitlines()
+    options = ("--building-model", model, "--label-unknown")
+    code, out, err = run_pianta("read", hall, "-o", tmp_path, *options)
+    assert (code, err) == (0, "")
+    assert unknown in out.splitlines()
+    assert left_out not in out
+    assert {room.label for room in read_floor(tmp_path / "floor.geojson").rooms} <= FUNCTIONS
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS
 from pianta.reading._labelling import describe_type
 from pianta.reading._reader import ReadOptions
 from pianta.reading.read import MAX_JOBS, Failure, read, read_all
-from pianta.reading.reading import EXPLANATION, OUTPUTS, Reading, check_clean_map, check_output
+from pianta.reading.reading import EXPLANATION, OUTPUTS, Reading, StoreyReading, check_clean_map, check_output
 
 if TYPE_CHECKING:
     from pianta.layout.explanation import Explanation
@@ -35,6 +35,8 @@ EXAMPLES = (
     "pianta read drawings.pdf --page 3 -o building",
     "pianta read map.yaml -o building --clean clean.yaml --explain",
 )
+
+LABELS_LEFT_OUT = "labels: ROOM and CORRIDOR alone, where they are certain; --label-unknown shows the others"
 
 Maps = Annotated[
     list[str],
@@ -80,6 +82,9 @@ BuildingModelFile = Annotated[
 Jobs = Annotated[
     int, typer.Option(min=1, max=MAX_JOBS, help="Processes for several files; the results are the same for any number.")
 ]
+LabelUnknown = Annotated[
+    bool, typer.Option("--label-unknown", help="Label rooms fully even if the building is of no known type.")
+]
 NoPredictions = Annotated[
     bool, typer.Option("--no-predictions", help="Leave out the predicted shapes of rooms that were seen in part.")
 ]
@@ -112,6 +117,7 @@ def read_maps(
     model: Model = None,
     building_model: BuildingModelFile = None,
     no_labels: NoLabels = False,
+    label_unknown: LabelUnknown = False,
     no_predictions: NoPredictions = False,
     clean: Clean = None,
     explain: Explain = False,
@@ -130,7 +136,8 @@ def read_maps(
     follow; several floors on a plan get a folder each, floor-1, floor-2, ….
 
     Rooms are labelled ROOM or CORRIDOR; FUNCTIONAL, CONNECTION, ENTRANCE or
-    SERVICE; and with --type by the labels of that building type.
+    SERVICE; and with --type by the labels of that building type. In a building
+    of no known type they are ROOM or CORRIDOR where that is certain.
 
     With --previous rooms keep their ids, and manual labels and a manual type stay;
     the map may have grown, and its origin may have moved.
@@ -149,6 +156,7 @@ def read_maps(
         "room_model": model,
         "building_model": building_model,
         "labels": not no_labels,
+        "label_unknown": label_unknown,
         "predict_partial": not no_predictions,
     }
     extras = _Extras(clean, explain)
@@ -207,17 +215,24 @@ def _read_one(
     if quiet:
         return
     for storey, folder in zip(reading.storeys, folders, strict=True):
-        stdout.print(tabulate_rooms(storey.floor))
-        if storey.candidate_types:
-            print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
-        for line in storey.messages:
-            print_result(line)
-        print_result(f"{describe_floor(storey.floor)}, in {folder}")
+        _print_storey(storey, folder, label_unknown=options["label_unknown"])
     if explanation:
         for room in reading.floor:
             print_result(explanation.describe_room(room.id))
     if extras.clean:
         print_result(f"clean map in {extras.clean}")
+
+
+def _print_storey(storey: StoreyReading, folder: Path, *, label_unknown: bool) -> None:
+    """Print the rooms of a storey, the type of its building, its messages, and where the results are."""
+    stdout.print(tabulate_rooms(storey.floor))
+    if storey.candidate_types:
+        print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
+        if not storey.floor.building_type and not label_unknown:
+            print_result(LABELS_LEFT_OUT)
+    for line in storey.messages:
+        print_result(line)
+    print_result(f"{describe_floor(storey.floor)}, in {folder}")
 
 
 def save_explanation(explanation: Explanation, path: Path) -> None:

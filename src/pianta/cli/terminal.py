@@ -34,6 +34,7 @@ SAME_NAMES = "building_model jobs max_cells method page previous resolution symb
 # Messages of the library name arguments of functions; these are their flags.
 FLAGS = {
     "labels=False": "--no-labels",
+    "label_unknown=True": "--label-unknown",
     "predict_partial=False": "--no-predictions",
     "input_kind='map'": "--as map",
     "input_kind='plan'": "--as plan",

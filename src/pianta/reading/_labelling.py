@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pianta._arguments import check_argument
 from pianta.errors import LabelError, OptionError
 from pianta.floor import Floor, Room
-from pianta.labels import SCHEMAS, LabelSchema, standard_building_type
+from pianta.labels import SCHEMAS, LabelSchema, LabelSet, standard_building_type
 
 if TYPE_CHECKING:
     from pianta.building_types.model import BuildingTypeModel
@@ -18,17 +18,24 @@ if TYPE_CHECKING:
     from pianta.rooms.name_dictionary import RoomNameDictionary
 
 
+# Least probability of ROOM or CORRIDOR to be the label of a room in a building of no known type. Chosen by hand: of the
+# living rooms and kitchens of homes that are taken for corridors nearly all have less.
+MIN_COARSE_PROBABILITY = 0.9
+
+
 @dataclass(frozen=True)
 class Labelling:
     """The models and the options by which floors are labelled.
 
     words: a dictionary of room names; None for pianta's own. building_type: the user's, which is then not predicted.
+    label_unknown: whether rooms keep all labels if the building is of no known type.
     """
 
     rooms: RoomModel
     buildings: BuildingTypeModel
     words: RoomNameDictionary | None
     building_type: str | None = None
+    label_unknown: bool = False
 
     @classmethod
     def make(
@@ -37,6 +44,8 @@ class Labelling:
         building_model: BuildingTypeModel | str | Path | None,
         words: str | Path | None,
         building_type: str | None,
+        *,
+        label_unknown: bool = False,
     ) -> Labelling:
         """Read the models from their files; None for those that come with pianta."""
         from pianta.building_types.model import BuildingTypeModel
@@ -58,7 +67,8 @@ class Labelling:
         buildings = read_default_building_type_model() if building_model is None else building_model
         buildings = read_building_type_model(buildings) if isinstance(buildings, str | Path) else buildings
         check_argument(buildings, BuildingTypeModel, "building_model", "a BuildingTypeModel or its file")
-        return cls(rooms, buildings, read_room_name_dictionary(words) if words is not None else None, building_type)
+        dictionary = read_room_name_dictionary(words) if words is not None else None
+        return cls(rooms, buildings, dictionary, building_type, label_unknown)
 
     @property
     def schemas(self) -> Mapping[str, LabelSchema]:
@@ -74,7 +84,8 @@ class Labelling:
         """The floor with the type of its building, and with labels for all rooms without a manual one.
 
         If the floor has a type, that type stays and rooms get its labels. A predicted type gives no labels to rooms:
-        a wrong one would give all of them wrong names.
+        a wrong one would give all of them wrong names. If the building is of no known type, labels of F/C/E/S, which
+        are those of schools and offices, are left out unless `label_unknown`, or a name says what the room is for.
         """
         from pianta.building_types.classify import classify_building
         from pianta.rooms.completion import fill_missing_labels
@@ -89,7 +100,37 @@ class Labelling:
             return labelled
         # A manual label that no schema has is replaced by the predicted one.
         coarse = fill_missing_labels(labelled, self.buildings.label_set, schemas=self.schemas, labelled=predicted).floor
-        return replace(labelled, building_type=classify_building(coarse, self.buildings).building_type)
+        classified = replace(labelled, building_type=classify_building(coarse, self.buildings).building_type)
+        return classified if classified.building_type or self.label_unknown else self._keep_reliable_labels(classified)
+
+    def _keep_reliable_labels(self, floor: Floor) -> Floor:
+        """The floor of a building of no known type, with the labels that do not depend on the type."""
+        from pianta.rooms.model import has_manual_label
+
+        return replace(
+            floor,
+            rooms=tuple(
+                room if has_manual_label(room) or self._is_named(room) else _keep_coarse_label(room)
+                for room in floor.rooms
+            ),
+        )
+
+    def _is_named(self, room: Room) -> bool:
+        """Whether the name of a room says what it is for."""
+        from pianta.rooms.name_dictionary import read_default_room_name_dictionary, room_name_prior
+
+        words = self.words or read_default_room_name_dictionary() if room.name else None
+        return words is not None and room_name_prior(room.name or "", None, words) is not None
+
+
+def _keep_coarse_label(room: Room) -> Room:
+    """The room with its label of R/C alone, which is that of the room if it is certain enough."""
+    name = str(LabelSet.R_C)
+    label, probabilities = room.labels[name], room.label_probabilities[name]
+    is_certain = probabilities[label] >= MIN_COARSE_PROBABILITY
+    return replace(
+        room, label=label if is_certain else None, labels={name: label}, label_probabilities={name: probabilities}
+    )
 
 
 def check_type_name(building_type: str) -> str:

@@ -47,6 +47,7 @@ class ReadOptions(TypedDict, total=False):
     room_model: RoomModel | str | Path | None
     building_model: BuildingTypeModel | str | Path | None
     labels: bool
+    label_unknown: bool
     previous: Floor | str | Path | None
 
 
@@ -71,7 +72,9 @@ class Reader:
         labelling = None
         if options.get("labels", True):
             models = options.get("room_model"), options.get("building_model")
-            labelling = Labelling.make(*models, options.get("words"), options.get("building_type"))
+            label_unknown = options.get("label_unknown", False)
+            names_and_type = options.get("words"), options.get("building_type")
+            labelling = Labelling.make(*models, *names_and_type, label_unknown=label_unknown)
         previous = options.get("previous")
         if previous is not None and not isinstance(previous, Floor):
             previous = read_previous(previous)
@@ -140,11 +143,7 @@ class Reader:
         """Reconstruct the floor of a map; OptionError for options of plans. image: decoded, None to read the file."""
         from pianta.io.maps import read_map
         from pianta.layout.reconstruct import reconstruct
-        from pianta.reading._plausibility import (
-            describe_implausible_floor,
-            describe_implausible_map,
-            describe_inverted_greys,
-        )
+        from pianta.reading._plausibility import describe_implausible_reading, describe_inverted_greys
 
         useless = " and ".join(f"{name}=" for name in ("page", "symbols") if self.options.get(name) is not None)
         if useless:
@@ -155,7 +154,7 @@ class Reader:
         except PiantaError as error:
             reasons = "; ".join([str(error), *describe_inverted_greys(grid)])
             raise type(error)(f"map {short_repr(path)}: {reasons}") from error
-        _warn(path, [*describe_implausible_map(grid), *describe_implausible_floor(floor, grid)])
+        _warn(path, describe_implausible_reading(floor, grid))
         return StoreyReading(floor, grid)
 
     def _read_plan(self, path: str | Path, image: DecodedImage | None) -> list[StoreyReading]:
@@ -199,6 +198,7 @@ def _check_options(options: ReadOptions) -> None:
         raise TypeError(f"there is no option {', '.join(sorted(unknown))}=")
     label_options = ("room_model", "building_model", "words", "building_type")
     useless = [f"{name}=" for name in label_options if options.get(name) is not None]
+    useless += ["label_unknown=True"] if options.get("label_unknown") else []
     if not options.get("labels", True) and useless:
         raise OptionError(f"labels=False makes {' and '.join(useless)} useless, leave either out")
     input_kind = options.get("input_kind")

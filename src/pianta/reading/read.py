@@ -58,6 +58,7 @@ def read(
     room_model: RoomModel | str | Path | None = None,
     building_model: BuildingTypeModel | str | Path | None = None,
     labels: bool = True,
+    label_unknown: bool = False,
     previous: Floor | str | Path | None = None,
 ) -> Reading:
     """Read a robot's map or a plan into a building: its rooms, doors and walls, labels, names and type.
@@ -96,6 +97,9 @@ def read(
         Models of `train_rooms` and `train_building_types`, or their files; None for those that come with pianta.
     labels
         False to leave out labels and the building's type.
+    label_unknown
+        Whether rooms keep all labels if the building is unlike every type that the model knows. Otherwise they are
+        ROOM or CORRIDOR then, where that is certain, unless their names say more.
     previous
         An older floor of this building, its floor.geojson, or the folder that holds one. Rooms keep their ids, and
         labels and a type from a user stay. The map may have grown, and its origin may have moved.
@@ -147,6 +151,7 @@ def read(
         room_model=room_model,
         building_model=building_model,
         labels=labels,
+        label_unknown=label_unknown,
         previous=previous,
     )
     return reader.read(path)
