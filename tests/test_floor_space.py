@@ -31,9 +31,9 @@ def make_wall_classes() -> Probabilities:
 
 
 def test_a_room_with_walls_around_it():
-    space, seen = find(ROOM, make_wall_classes(), occupied=~ROOM)
+    space, seen_space = find(ROOM, make_wall_classes(), occupied=~ROOM)
     assert np.array_equal(space, ROOM)
-    assert np.array_equal(seen, ROOM)
+    assert np.array_equal(seen_space, ROOM)
 
 
 class TestSmallGroups:
@@ -45,9 +45,9 @@ class TestSmallGroups:
     def test_it_is_floor_unless_the_network_sees_wall(self, wall, is_floor):
         classes = make_wall_classes()
         set_class(classes, self.TABLE, wall=wall, door=1 - wall)
-        space, seen = find(ROOM & ~self.TABLE, classes, occupied=~ROOM | self.TABLE)
+        space, seen_space = find(ROOM & ~self.TABLE, classes, occupied=~ROOM | self.TABLE)
         assert np.array_equal(space, ROOM if is_floor else ROOM & ~self.TABLE)
-        assert np.array_equal(seen, space)
+        assert np.array_equal(seen_space, space)
 
     @pytest.mark.parametrize(("columns", "is_floor"), [(3, False), (2, True)])
     def test_the_mean_of_its_cells_counts(self, columns, is_floor):
@@ -92,9 +92,9 @@ class TestLargeGroups:
         """6 cells around the room in rows and columns are floor that was not seen."""
         classes = make_classes(SHAPE)
         set_class(classes, ~ROOM, floor=floor, furniture=furniture, wall=1 - floor - furniture)
-        space, seen = find(ROOM, classes)
+        space, seen_space = find(ROOM, classes)
         assert np.array_equal(space, carve(SHAPE, (4, 36, 4, 46)))
-        assert np.array_equal(seen, ROOM)
+        assert np.array_equal(seen_space, ROOM)
 
     def test_what_is_probably_no_floor_is_none(self):
         classes = make_classes(SHAPE)
@@ -107,9 +107,9 @@ class TestLargeGroups:
         cupboards = carve(SHAPE, (10, 14, 10, 40))
         classes = make_wall_classes()
         set_class(classes, cupboards, furniture=furniture, floor=1 - furniture)
-        space, seen = find(ROOM & ~cupboards, classes, occupied=~ROOM | cupboards)
+        space, seen_space = find(ROOM & ~cupboards, classes, occupied=~ROOM | cupboards)
         assert np.array_equal(space, ROOM if is_floor else ROOM & ~cupboards)
-        assert np.array_equal(seen, ROOM & ~cupboards)
+        assert np.array_equal(seen_space, ROOM & ~cupboards)
 
 
 class TestFreeCells:
@@ -118,9 +118,9 @@ class TestFreeCells:
         rays = carve(SHAPE, (15, 25, 40, 49))
         classes = make_wall_classes()
         set_class(classes, rays, outside=outside, wall=1 - outside)
-        space, seen = find(ROOM | rays, classes, occupied=~(ROOM | rays))
+        space, seen_space = find(ROOM | rays, classes, occupied=~(ROOM | rays))
         assert np.array_equal(space, ROOM | rays if is_floor else ROOM)
-        assert np.array_equal(seen, space)
+        assert np.array_equal(seen_space, space)
 
     def test_free_cells_are_floor_even_if_they_look_like_a_wall(self):
         classes = make_classes(SHAPE)
@@ -129,9 +129,9 @@ class TestFreeCells:
 
     def test_the_outermost_cells_are_no_floor(self):
         free = ~NOTHING
-        space, seen = find(free, make_classes(SHAPE))
+        space, seen_space = find(free, make_classes(SHAPE))
         assert np.array_equal(space, carve(SHAPE, (1, 39, 1, 49)))
-        assert np.array_equal(seen, space)
+        assert np.array_equal(seen_space, space)
 
     @pytest.mark.parametrize(("rows", "is_floor"), [(5, True), (4, False)])
     def test_a_patch_below_a_quarter_of_a_square_metre_is_no_floor(self, rows, is_floor):

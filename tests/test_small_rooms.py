@@ -1,4 +1,4 @@
-"""Rooms that are too small, or that nobody saw, on label images that are written by hand."""
+"""Rooms that are too small, or of which no robot has seen much, on label images that are written by hand."""
 
 import numpy as np
 import pytest
