@@ -161,7 +161,7 @@ def plot_cuts(lines: Floats, canvas: WorkingGrid, *, color: str, ax: Axes, width
 
 
 def show_labels(labels: LabelImage, canvas: WorkingGrid, *, ax: Axes, strength: float = 1.0) -> Axes:
-    """Show labels of a canvas in colours that differ between neighbours, also through a wall; pale if strength is low."""
+    """Labels of a canvas in colours that differ between neighbours, also through a wall; pale if strength is low."""
     across = [(labels[:-8], labels[8:]), (labels[:, :-8], labels[:, 8:])]
     pairs = np.concatenate([np.column_stack([one.ravel(), other.ravel()]) for one, other in across])
     pairs = np.unique(pairs[(pairs > 0).all(axis=1) & (pairs[:, 0] != pairs[:, 1])], axis=0)

@@ -1,9 +1,12 @@
 """Which cells of a map are floor, rule by rule, for evidence that is made by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pianta._types import Mask
+from pianta.gridmap import UNKNOWN, GridMap
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.evidence import CELL, Probabilities
 from pianta.layout.structure.space import find_floor_space
@@ -16,9 +19,14 @@ ROOM = carve(SHAPE, (10, 30, 10, 40))
 NOTHING = np.zeros(SHAPE, bool)
 
 
-def find(free: Mask, classes: Probabilities, *, occupied: Mask | None = None) -> tuple[Mask, Mask]:
-    """The floor and the seen floor of a map without occupied cells, unless they are given."""
+def find(
+    free: Mask, classes: Probabilities, *, occupied: Mask | None = None, unknown: Mask | None = None
+) -> tuple[Mask, Mask]:
+    """The floor and the seen floor of a map without occupied and unknown cells, unless they are given."""
     working_grid = make_working_grid(free, resolution=CELL)
+    if unknown is not None:
+        cells = np.where(unknown, UNKNOWN, working_grid.grid.cells)
+        working_grid = replace(working_grid, grid=GridMap(cells, CELL))
     occupied = np.zeros(free.shape, bool) if occupied is None else occupied
     return find_floor_space(working_grid, occupied, make_evidence(classes), StructureParameters())
 
@@ -110,6 +118,26 @@ class TestLargeGroups:
         space, seen_space = find(ROOM & ~cupboards, classes, occupied=~ROOM | cupboards)
         assert np.array_equal(space, ROOM if is_floor else ROOM & ~cupboards)
         assert np.array_equal(seen_space, ROOM & ~cupboards)
+
+    @pytest.mark.parametrize(("columns", "is_floor"), [(3, True), (4, False)])
+    def test_furniture_whose_back_was_not_seen_is_no_floor(self, columns, is_floor):
+        """Unknown cells behind a shelf touch one more of its cells than they are: 0.4 m for 3, and 0.5 m for 4."""
+        shelf = carve(SHAPE, (6, 10, 10, 40))
+        classes = make_wall_classes()
+        set_class(classes, shelf, furniture=1.0)
+        behind = carve(SHAPE, (5, 6, 10, 10 + columns))
+        space, _ = find(ROOM, classes, occupied=~ROOM & ~behind, unknown=behind)
+        assert np.array_equal(space, ROOM | shelf if is_floor else ROOM)
+
+    @pytest.mark.parametrize(("top", "is_floor"), [(6, False), (4, True)])
+    def test_a_large_group_is_floor_between_sparse_rays(self, top, is_floor):
+        """4 × 30 cells are 1.2 m², and 6 × 30 are 1.8 m², which is more than a piece of furniture."""
+        group = carve(SHAPE, (top, 10, 10, 40))
+        classes = make_wall_classes()
+        set_class(classes, group, floor=1.0)
+        space, seen_space = find(ROOM, classes, unknown=~ROOM)
+        assert np.array_equal(space, ROOM | group if is_floor else ROOM)
+        assert np.array_equal(seen_space, ROOM)
 
 
 class TestFreeCells:

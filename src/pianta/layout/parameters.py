@@ -110,16 +110,18 @@ class ThesisParameters(Parameters):
 class StructureParameters(Parameters):
     """Thresholds of the method `structure`, in metres; the defaults fit most buildings.
 
-    Values chosen on the survey, furniture, schools and clutter maps of the benches (docs/methods/structure.md).
+    Chosen by hand on synthetic maps and on those of the benches (survey, furniture, schools, clutter); no value was
+    fitted. Limits of probabilities are constants of the modules (docs/methods/structure.md).
 
     Parameters
     ----------
     working_resolution
-        Metres per cell at which the map is cut.
+        Metres per cell of the grid on which rooms are cut.
     clutter_size
-        Groups of cells that are not free, smaller than this across, are furniture (section 3.2).
+        Groups of cells that are not free, smaller than this across, are furniture (section 3.2) unless the network
+        takes them for wall.
     patch_area
-        Disconnected free space that is smaller than this is noise; m².
+        Disconnected floor that is smaller than this is noise; m².
     passage_width
         Narrower passages are not cut as necks.
     gap_width
@@ -131,7 +133,7 @@ class StructureParameters(Parameters):
     neck_distance
         Of two necks with both ends nearer to each other than this the shorter one stays.
     room_area
-        A smaller room is merged into its neighbour, or dropped if it has none; m².
+        A smaller room is joined to its neighbour, or left out if it has none; m².
     smoothing
         Tolerance of the simplified outlines: an outline may leave out a square of this side at a corner.
     notch_depth, notch_width

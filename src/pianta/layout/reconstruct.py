@@ -30,7 +30,7 @@ def reconstruct(
     grid
         The occupancy grid; its `source` becomes the floor's.
     method
-        One of `METHODS`: "structure" (narrow passages and wall lines, the default), "thesis" (Algorithm 1 of
+        One of `METHODS`: "structure" (a network and narrow passages, the default), "thesis" (Algorithm 1 of
         section 3.1), or a method of the survey of Bormann et al. ("morphological", "distance", "voronoi",
         "features").
     parameters

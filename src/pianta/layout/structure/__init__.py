@@ -1,1 +1,1 @@
-"""The default method: narrow passages and wall lines together (thesis, chapter 9)."""
+"""The default method: a network's evidence and narrow passages, one partition into rooms (thesis, chapter 9)."""
