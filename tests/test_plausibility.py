@@ -11,9 +11,13 @@ from shapely import LineString, box
 
 import pianta
 from pianta.errors import MapError, MapWarning
-from pianta.floor import Door, Floor, Room
+from pianta.floor import Door, Floor, Room, scale_floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.reading._plausibility import describe_implausible_floor, describe_implausible_map
+from pianta.reading._plausibility import (
+    describe_implausible_floor,
+    describe_implausible_map,
+    describe_implausible_reading,
+)
 from pianta.worlds.scan import simulate_map
 from tests.drawn_maps import carve
 
@@ -116,7 +120,7 @@ def test_fine_and_coarse_maps_give_a_sensible_floor(resolution, furniture):
     grid = simulate_map(true, resolution=resolution, furniture=furniture)
     floor = pianta.reconstruct(grid, predict_partial=False)
     assert 17 <= len(floor) <= 19
-    assert [*describe_implausible_map(grid), *describe_implausible_floor(floor, grid)] == []
+    assert [*describe_implausible_reading(floor, grid)] == []
 
 
 def test_a_toy_arena_is_one_room_of_its_size():
@@ -124,7 +128,7 @@ def test_a_toy_arena_is_one_room_of_its_size():
     (room,) = pianta.reconstruct(grid).rooms
     # 40 cells of 0.05 m, of which two are walls: 1.9 m.
     assert room.polygon.area == pytest.approx(1.9**2, abs=0.2)
-    assert [*describe_implausible_floor(Floor((room,)), grid)] == []
+    assert [*describe_implausible_reading(Floor((room,)), grid)] == []
 
 
 def draw_row(side: float, width: float, count: int = 6) -> tuple[Floor, GridMap]:
@@ -144,27 +148,50 @@ def draw_row(side: float, width: float, count: int = 6) -> tuple[Floor, GridMap]
     ],
 )
 def test_an_unlikely_resolution_is_implausible_with_the_likely_one(side, width, fragments):
-    (message,) = describe_implausible_floor(*draw_row(side, width))
+    (message,) = describe_implausible_reading(*draw_row(side, width))
     assert all(fragment in message for fragment in fragments)
 
 
 @pytest.mark.parametrize(("side", "width"), [(1.3, 0.4), (4.0, 0.9), (13.0, 4.0), (40.0, 1.2)])
 def test_small_rooms_and_wide_gates_are_plausible(side, width):
-    assert [*describe_implausible_floor(*draw_row(side, width))] == []
+    assert [*describe_implausible_reading(*draw_row(side, width))] == []
 
 
-def test_a_map_with_the_resolution_of_another_is_implausible():
+@pytest.mark.parametrize(("factor", "fragment"), [(0.2, "it is some 0.051 m"), (4.0, "it is some 0.051 m")])
+def test_a_map_with_the_resolution_of_another_is_implausible(factor, fragment):
+    """The doors of the corridor world are 0.9 m wide."""
+    true, grid = pianta.make_world("corridor")
+    wrong = replace(grid, resolution=0.05 * factor)
+    message, *_ = describe_implausible_reading(scale_floor(true, factor, factor), wrong)
+    assert fragment in message
+
+
+def test_free_space_that_is_too_narrow_for_a_robot_is_implausible():
     _, grid = pianta.make_world("corridor")
-    for resolution, fragment in ((0.01, "it is some 0.06 m"), (0.2, "it is some 0.051 m")):
-        wrong = replace(grid, resolution=resolution)
-        (message,) = describe_implausible_floor(pianta.reconstruct(wrong), wrong)
-        assert fragment in message
+    wrong = replace(grid, resolution=0.01)
+    (message,) = describe_implausible_map(wrong)
+    assert message.startswith("its resolution of 0.01 m per cell is implausible")
+    # Rooms and doors that say so too leave the message to them.
+    assert [*describe_implausible_map(wrong, check_width=False)] == []
 
 
-def test_a_cave_has_more_ways_round_than_a_building():
-    grid = grow_cave(0)
-    (message,) = describe_implausible_floor(pianta.reconstruct(grid), grid)
-    assert "as caves and obstacle courses have" in message
+def test_caves_have_more_ways_round_than_buildings():
+    # Doors join the 7 pairs of neighbours of a row, and those with one room between: 13 of 8 rooms, 1.6 x 8 is 12.8.
+    floor, grid = draw_row(3.0, 0.9, count=8)
+    line = LineString([(0, 0), (0, 0.9)])
+    doors = (*floor.doors, *(Door((i, i + 2), line, 0.9) for i in range(1, 7)))
+    (message,) = describe_implausible_floor(replace(floor, doors=doors), grid)
+    assert "doors join 13 pairs of its 8 rooms, as in caves and obstacle courses" in message
+    # Several doors of one pair count once.
+    assert [*describe_implausible_floor(replace(floor, doors=doors[:-1] * 2), grid)] == []
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_cave_gives_a_floor(seed):
+    grid = grow_cave(seed)
+    floor = pianta.reconstruct(grid)
+    free = grid.free.sum() * grid.resolution**2
+    assert sum(room.polygon.area for room in floor.rooms) == pytest.approx(free, rel=0.35)
 
 
 def test_rooms_without_doors_are_implausible_from_twenty_on():
@@ -191,7 +218,11 @@ def test_a_message_is_a_warning_that_names_the_map(tmp_path: Path):
         pianta.read(tmp_path / "course.yaml", labels=False)
 
 
-def test_the_error_of_an_inverted_map_names_the_cause(tmp_path: Path):
+def test_the_error_of_an_inverted_map_names_the_cause(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def fail(grid: GridMap, **options: object) -> Floor:
+        raise MapError("the map shows no room")
+
+    monkeypatch.setattr("pianta.layout.reconstruct.reconstruct", fail)
     invert(pianta.make_world("corridor")[1]).save(tmp_path / "inverted.yaml")
     with pytest.raises(MapError, match=r"^map '[^\n]*shows no room[^\n]*greys are probably inverted[^\n]*$"):
         pianta.read(tmp_path / "inverted.yaml", labels=False)
@@ -210,4 +241,4 @@ def test_real_maps_of_robots_are_plausible(data: Path):
             grid = pianta.read_map(file)
         assert [*describe_implausible_map(grid)] == []
         if file.stem in small:
-            assert [*describe_implausible_floor(pianta.reconstruct(grid, predict_partial=False), grid)] == []
+            assert [*describe_implausible_reading(pianta.reconstruct(grid, predict_partial=False), grid)] == []

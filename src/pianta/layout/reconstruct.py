@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from pianta._arguments import check_argument
 from pianta.errors import OptionError
 from pianta.floor import Floor
@@ -90,11 +88,9 @@ def find_rooms(grid: GridMap, *, method: str, parameters: Parameters | None = No
         from pianta.layout.thesis.reconstruct import reconstruct_layout
 
         return reconstruct_layout(grid, parameters=check_parameters(parameters, ThesisParameters))
-    from pianta.layout.furniture import find_furniture
     from pianta.layout.structure.reconstruct import reconstruct_structure
 
-    floor = reconstruct_structure(grid, parameters=check_parameters(parameters, StructureParameters))
-    return replace(floor, furniture=find_furniture(grid, floor))
+    return reconstruct_structure(grid, parameters=check_parameters(parameters, StructureParameters))
 
 
 def check_method(method: str) -> None:

@@ -33,6 +33,9 @@ MAX_ROOM_AREA = 200.0
 MIN_OCCUPIED_SHARE = 0.5
 # ... and nearly all free cells are nearer than this to an occupied or unknown one, as those of walls are; metres.
 MAX_WALL_CLEARANCE = 0.15
+# Distance from obstacles that nearly all free cells keep below, under which a resolution is implausible (0.53 m on real
+# maps, at least, and 0.45 m in an arena of 2 m); metres.
+MIN_REACH = 0.4
 # Share of the free cells that counts as nearly all.
 NEARLY_ALL = 0.95
 # Share of unknown cells below which a map counts as one without any.
@@ -51,8 +54,9 @@ MIN_SCATTERED_SHARE = 0.85
 MIN_PIECES = 30
 # ... and at least these per m² of free space.
 MIN_PIECE_DENSITY = 1.0
-# Doors per room, from a number of rooms on, that make a floor a mesh (1.6 on real maps, at most).
-MAX_DOORS_PER_ROOM = 1.8
+# Pairs of rooms that doors join, per room, from a number of rooms on, that make a floor a mesh (1.3 on real maps,
+# at most).
+MAX_PAIRS_PER_ROOM = 1.6
 MIN_MESH_ROOMS = 8
 # Share of rooms without a door, from a number of rooms on, that makes a floor no building (0.8 of 10 on a real map).
 MAX_DOORLESS_SHARE = 0.7
@@ -61,13 +65,27 @@ MIN_DOORLESS_ROOMS = 20
 NO_BUILDING = "so it may show no building, and rooms and doors mean little"
 
 
-def describe_implausible_map(grid: GridMap) -> Iterator[str]:
-    """What is implausible about a map itself; messages that continue the name of the map."""
+def describe_implausible_reading(floor: Floor, grid: GridMap) -> Iterator[str]:
+    """What is implausible about a map and its floor; messages that continue the name of the map."""
+    resolution = [*_describe_resolution(floor, grid.resolution)]
+    yield from resolution
+    # A second message about the resolution would say less
+    yield from describe_implausible_map(grid, check_width=not resolution)
+    yield from describe_implausible_floor(floor, grid)
+
+
+def describe_implausible_map(grid: GridMap, *, check_width: bool = True) -> Iterator[str]:
+    """What is implausible about a map itself. check_width: whether to look for free space that is too narrow."""
     part = _crop_to_known(grid)
     if inverted := [*describe_inverted_greys(grid)]:
         yield from inverted
     elif _has_scattered_obstacles(part, grid.resolution):
         yield f"its obstacles are small and scattered like those of an obstacle course, {NO_BUILDING}"
+    elif check_width and (reach := _measure_reach(part, grid.resolution)) < MIN_REACH:
+        yield (
+            f"its resolution of {grid.resolution:g} m per cell is implausible, as nearly all of its free space is less "
+            f"than {reach:.2g} m from an obstacle; check it: most robots' maps have 0.05 m"
+        )
     elif (share := _measure_frontier_share(part, grid.resolution)) > MAX_FRONTIER_SHARE:
         yield (
             f"{share:.0%} of the edge of its free space has no wall, as outdoors, {NO_BUILDING}; "
@@ -86,26 +104,26 @@ def describe_inverted_greys(grid: GridMap) -> Iterator[str]:
 
 
 def describe_implausible_floor(floor: Floor, grid: GridMap) -> Iterator[str]:
-    """What is implausible about the floor of a map; messages that continue the name of the map."""
-    areas = [room.polygon.area for room in floor.rooms]
-    doors = [door for door in floor.doors if not door.is_entrance]
-    yield from _describe_resolution(float(np.median(areas)), [door.width for door in doors], grid.resolution)
+    """What is implausible about the rooms and doors of a map."""
+    rooms, pairs = len(floor.rooms), len({door.rooms for door in floor.doors if not door.is_entrance})
     with_doors = {room_id for door in floor.doors for room_id in door.room_ids}
     doorless = sum(room.id not in with_doors for room in floor.rooms)
-    if len(areas) >= MIN_DOORLESS_ROOMS and doorless >= MAX_DOORLESS_SHARE * len(areas):
-        yield f"{doorless} of its {len(areas)} rooms have no door, {NO_BUILDING}; or its doors are shut"
-    elif len(areas) >= MIN_MESH_ROOMS and len(doors) >= MAX_DOORS_PER_ROOM * len(areas):
-        yield f"it has {len(doors)} doors between {len(areas)} rooms, as caves and obstacle courses have, {NO_BUILDING}"
+    if rooms >= MIN_DOORLESS_ROOMS and doorless >= MAX_DOORLESS_SHARE * rooms:
+        yield f"{doorless} of its {rooms} rooms have no door, {NO_BUILDING}; or its doors are shut"
+    elif rooms >= MIN_MESH_ROOMS and pairs >= MAX_PAIRS_PER_ROOM * rooms:
+        yield f"doors join {pairs} pairs of its {rooms} rooms, as in caves and obstacle courses, {NO_BUILDING}"
     if outside := _find_outside_rooms(floor, grid):
-        rooms = f"room{'s' * (len(outside) > 1)} {' '.join(map(str, outside))}"
+        names = f"room{'s' * (len(outside) > 1)} {' '.join(map(str, outside))}"
         yield (
-            f"it has no unknown cells and its edge is free, so what lies outside is read as {rooms}; "
+            f"it has no unknown cells and its edge is free, so what lies outside is read as {names}; "
             "draw it in the grey of unknown, 205"
         )
 
 
-def _describe_resolution(area: float, widths: list[float], resolution: float) -> Iterator[str]:
-    """The message for an implausible resolution, m per cell, by the median area of rooms, m², and door widths, m."""
+def _describe_resolution(floor: Floor, resolution: float) -> Iterator[str]:
+    """The message for an implausible resolution, metres per cell, by the sizes of rooms and doors."""
+    area = float(np.median([room.polygon.area for room in floor.rooms]))
+    widths = [door.width for door in floor.doors if not door.is_entrance]
     width = float(np.median(widths)) if widths else None
     measures = []
     if area < MIN_ROOM_AREA or (area >= MAX_ROOM_AREA and width is not None and width >= MAX_DOOR_WIDTH):
@@ -155,9 +173,15 @@ def _is_inverted(part: _KnownPart, resolution: float) -> bool:
     """Whether a map is mostly occupied, and its free cells are as thin as walls."""
     if part.occupied_share <= MIN_OCCUPIED_SHARE or not part.free.any():
         return False
-    clearance, depth = (_measure_clearance(mask)[mask] * resolution for mask in (part.free, part.occupied))
-    thin = float(np.quantile(clearance, NEARLY_ALL))
+    thin, depth = _measure_reach(part, resolution), _measure_clearance(part.occupied)[part.occupied] * resolution
     return thin <= max(MAX_WALL_CLEARANCE, 2 * resolution) and float(np.median(depth)) > 2 * thin
+
+
+def _measure_reach(part: _KnownPart, resolution: float) -> float:
+    """Distance to the nearest obstacle or unknown cell that nearly all free cells keep below, metres."""
+    if not part.free.any():
+        return float("inf")
+    return float(np.quantile(_measure_clearance(part.free)[part.free], NEARLY_ALL)) * resolution
 
 
 def _measure_clearance(mask: Mask) -> NDArray[np.float32]:

@@ -143,11 +143,7 @@ class Reader:
         """Reconstruct the floor of a map; OptionError for options of plans. image: decoded, None to read the file."""
         from pianta.io.maps import read_map
         from pianta.layout.reconstruct import reconstruct
-        from pianta.reading._plausibility import (
-            describe_implausible_floor,
-            describe_implausible_map,
-            describe_inverted_greys,
-        )
+        from pianta.reading._plausibility import describe_implausible_reading, describe_inverted_greys
 
         useless = " and ".join(f"{name}=" for name in ("page", "symbols") if self.options.get(name) is not None)
         if useless:
@@ -158,7 +154,7 @@ class Reader:
         except PiantaError as error:
             reasons = "; ".join([str(error), *describe_inverted_greys(grid)])
             raise type(error)(f"map {short_repr(path)}: {reasons}") from error
-        _warn(path, [*describe_implausible_map(grid), *describe_implausible_floor(floor, grid)])
+        _warn(path, describe_implausible_reading(floor, grid))
         return StoreyReading(floor, grid)
 
     def _read_plan(self, path: str | Path, image: DecodedImage | None) -> list[StoreyReading]:

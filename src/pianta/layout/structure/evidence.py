@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta._types import Mask
+from pianta.layout._working_grid import WorkingGrid
 from pianta.models import MODELS
 
 Probabilities = NDArray[np.float32]
@@ -56,6 +57,20 @@ def evaluate_map(free: Mask, occupied: Mask, *, resolution: float) -> Evidence:
     shares = [_average(mask, size) for mask in (free, occupied)]
     output = _evaluate(np.stack(shares))
     return Evidence(output[: FURNITURE + 1], output[FURNITURE + 1 :], (free.shape[0], free.shape[1]))
+
+
+def sample_classes(evidence: Evidence, working_grid: WorkingGrid) -> NDArray[np.float32]:
+    """Class probabilities of each cell of the map, shape (H, W, 5)."""
+    to_working = np.linalg.inv(working_grid.to_grid)
+    scale = np.array(evidence.classes.shape[1:]) / evidence.shape
+    # From continuous map coordinates, col and row, to the cells of the network; cv2 counts from the centres of cells
+    (a, b, c), (d, e, f) = to_working[:2] * scale[:, None]
+    matrix = np.array([[e, d, f + (d + e) / 2 - 0.5], [b, a, c + (a + b) / 2 - 0.5]])
+    size = working_grid.grid.shape[::-1]
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    images = [cv2.warpAffine(image, matrix, size, flags=flags) for image in evidence.classes]
+    images[0] += np.float32(1) - np.sum(images, axis=0, dtype=np.float32)
+    return np.stack(images, axis=-1).astype(np.float32)
 
 
 def _average(mask: Mask, size: list[int]) -> Probabilities:

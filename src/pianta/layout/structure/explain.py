@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from shapely import LineString, get_coordinates
@@ -14,7 +13,7 @@ from pianta.gridmap import GridMap
 from pianta.layout._working_grid import WorkingGrid, check_shows_rooms
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.borders import draw_borders, list_stretches
-from pianta.layout.structure.evidence import DOOR, WALL, Evidence
+from pianta.layout.structure.evidence import DOOR, WALL, sample_classes
 from pianta.layout.structure.pieces import find_border_probability
 from pianta.layout.structure.reconstruct import divide_floor
 from pianta.layout.structure.regions import sample_image
@@ -65,20 +64,6 @@ def explain_structure(grid: GridMap, *, parameters: StructureParameters) -> Cons
         reasons,
         sample_classes(evidence, division.working_grid),
     )
-
-
-def sample_classes(evidence: Evidence, working_grid: WorkingGrid) -> NDArray[np.float32]:
-    """Class probabilities of each cell of the map, shape (H, W, 5)."""
-    to_working = np.linalg.inv(working_grid.to_grid)
-    scale = np.array(evidence.classes.shape[1:]) / evidence.shape
-    # From continuous map coordinates, col and row, to the cells of the network; cv2 counts from the centres of cells
-    (a, b, c), (d, e, f) = to_working[:2] * scale[:, None]
-    matrix = np.array([[e, d, f + (d + e) / 2 - 0.5], [b, a, c + (a + b) / 2 - 0.5]])
-    size = working_grid.grid.shape[::-1]
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    images = [cv2.warpAffine(image, matrix, size, flags=flags) for image in evidence.classes]
-    images[0] += np.float32(1) - np.sum(images, axis=0, dtype=np.float32)
-    return np.stack(images, axis=-1).astype(np.float32)
 
 
 def _lines_to_map(lines: Floats, working_grid: WorkingGrid) -> Floats:

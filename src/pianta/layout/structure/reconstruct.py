@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import cv2
@@ -18,10 +18,11 @@ from pianta.gridmap import GridMap
 from pianta.layout._label_images import Polygons, join_outlines, largest_part, list_contacts, outline_labels
 from pianta.layout._numbering import assemble_floor
 from pianta.layout._working_grid import NO_ROOM, WorkingGrid, check_shows_rooms, to_working_grid
+from pianta.layout.furniture import find_furniture
 from pianta.layout.multicut import solve_multicut
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.borders import straighten_borders
-from pianta.layout.structure.evidence import Evidence, evaluate_map
+from pianta.layout.structure.evidence import FURNITURE, Evidence, evaluate_map, sample_classes
 from pianta.layout.structure.frontiers import find_frontiers, measure_frontiers, remove_ray_leaks
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
 from pianta.layout.structure.notches import fill_notches
@@ -78,7 +79,10 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
     doors = find_doors(division, numbers.tolist(), parameters)
     lines = find_wall_lines(division.space, resolution=cell)
     walls = span_walls(lines, division.space, reach=parameters.line_reach, gap=parameters.door_width, resolution=cell)
-    return assemble_floor(rooms, doors, [_wall_to_map(wall, working_grid) for wall in walls], grid)
+    floor = assemble_floor(rooms, doors, [_wall_to_map(wall, working_grid) for wall in walls], grid)
+    # What stands in the rooms, by rules and by what the network sees
+    classes = sample_classes(division.evidence, working_grid)
+    return replace(floor, furniture=find_furniture(grid, floor, probability=classes[..., FURNITURE]))
 
 
 def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:

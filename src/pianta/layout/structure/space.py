@@ -21,6 +21,8 @@ FURNITURE_PROBABILITY = 0.3
 FLOOR_REACH = 0.6
 # A small group of other cells is a piece of wall if its mean probability of wall is at least this.
 WALL_PROBABILITY = 0.5
+# What the network adds is no floor if it borders on unknown cells along more than this (chosen by hand); metres.
+MAX_OPEN_LENGTH = 0.5
 
 
 def find_floor_space(
@@ -43,7 +45,8 @@ def find_floor_space(
     floor &= grow_mask(free, round(FLOOR_REACH / working_grid.resolution))
     floor &= ~occupied | (evidence.enlarge(evidence.classes[FURNITURE]) > FURNITURE_PROBABILITY)
     outside = evidence.enlarge(evidence.classes[OUTSIDE]) > OUTSIDE_PROBABILITY
-    space = (free | furniture | floor) & ~outside
+    certain = (free | furniture) & ~outside
+    space = certain | _keep_enclosed(floor & ~certain & ~outside, certain, working_grid)
     space[[0, -1]] = space[:, [0, -1]] = False
     space = _drop_patches(space, parameters.patch_area / working_grid.resolution**2)
     return space, space & (free | furniture)
@@ -64,3 +67,17 @@ def _drop_patches(free: Mask, min_cells: float) -> Mask:
     large = stats[:, cv2.CC_STAT_AREA] >= min_cells
     large[0] = False
     return np.asarray(large[labels])
+
+
+def _keep_enclosed(added: Mask, certain: Mask, working_grid: WorkingGrid) -> Mask:
+    """The groups of cells, shape (H, W), that hardly touch unknown cells that are no floor: furniture seen whole.
+
+    Of the others, such as a shelf whose back was not seen, the notch of the outline is filled later.
+    """
+    unknown = working_grid.sample(working_grid.grid.unknown)
+    _, groups = cv2.connectedComponents(added.astype(np.uint8), connectivity=4)
+    beyond = grow_mask(unknown & ~added & ~certain, 1) & added
+    length = np.bincount(groups[beyond], minlength=int(groups.max()) + 1) * working_grid.resolution
+    keep = length < MAX_OPEN_LENGTH
+    keep[0] = False
+    return np.asarray(keep[groups])
