@@ -25,13 +25,14 @@ from pianta.layout.structure.evidence import DOOR, FLOOR, FURNITURE, OUTSIDE, WA
 from pianta.worlds.dense_furniture import furnish_densely
 from pianta.worlds.door_leaves import draw_door_leaves
 from pianta.worlds.floors import make_floor
+from pianta_bench.data.annotated_floors import read_buildings_of_files
 
 # Side of the cells of a simulated map; metres.
 FINE = 0.05
 # Empty space around a floor; metres.
 MARGIN = 3.0
-# Floors that share a building with a floor of a bench of maps.
-OTHER_BENCH_FLOORS = frozenset({"rockislandgroundfloor", "scuolasconosciuta2", "plans1"})
+# A floor of the same building as one of the benches, although the data give it a building of its own.
+OTHER_BENCH_FLOOR = "scuolasconosciuta2"
 # How often a floor is an annotated one.
 ANNOTATED_SHARE = 0.4
 # Median area of the rooms of a floor: the scale of annotated floors is not exact, and is brought into this range; m².
@@ -117,12 +118,14 @@ class World:
 
 def list_annotated_floors(data: Path) -> list[Floor]:
     """Annotated floors of the buildings that no bench of maps measures on."""
-    measured = {path.stem.replace("_gt", "") for path in (data / "slam").glob("*_gt.xml")}
-    measured |= {path.stem.rsplit("_", 1)[0] for path in (data / "doors").glob("*_GT.png")}
-    files = [path for path in (data / "buildings").glob("*/*.xml") if path.stem not in measured | OTHER_BENCH_FLOORS]
+    building_name = {Path(file).stem: building for file, building in read_buildings_of_files(data).items()}
+    measured = {path.stem.removesuffix("_gt") for path in (data / "slam").glob("*_gt.xml")}
+    measured |= {path.stem.removesuffix("_GT") for path in (data / "doors").glob("*_GT.png")}
+    buildings = {building_name.get(name, name) for name in (*measured, OTHER_BENCH_FLOOR)}
+    files = sorted((data / "buildings").glob("*/*.xml"))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return [read_building_xml(file) for file in sorted(files)]
+        return [read_building_xml(file) for file in files if building_name.get(file.stem, file.stem) not in buildings]
 
 
 def draw_floor(annotated: list[Floor], rng: np.random.Generator) -> tuple[Floor, float]:
