@@ -13,8 +13,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
-from pianta._types import Floats, Indices, LabelImage
+from pianta._types import Floats, LabelImage
 from pianta.errors import DataError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
@@ -22,18 +23,17 @@ from pianta.layout._voronoi_doors import compute_clearance, draw_voronoi_diagram
 from pianta.layout._working_grid import WorkingGrid, remove_clutter, to_working_grid
 from pianta.layout.parameters import StructureParameters, ThesisParameters
 from pianta.layout.reconstruct import reconstruct
-from pianta.layout.structure.merging import absorb_small_rooms, merge_regions, read_default_merge_model
-from pianta.layout.structure.necks import find_necks
-from pianta.layout.structure.reconstruct import Oversegmentation, oversegment
-from pianta.layout.structure.splitting import split_rooms
-from pianta.layout.structure.wall_lines import WallLines, find_wall_lines
+from pianta.layout.structure.evidence import DOOR, FLOOR, FURNITURE, OUTSIDE
+from pianta.layout.structure.evidence import WALL as WALL_CLASS
+from pianta.layout.structure.explain import ConsideredBorders, explain_structure
+from pianta.layout.structure.reconstruct import Division, divide_floor
 from pianta.layout.thesis.affinity import find_partial_faces
 from pianta.layout.thesis.contour import compute_map_contour
 from pianta.layout.thesis.faces import Faces, cut_lines, find_faces, label_faces, share_free, share_inside
 from pianta.layout.thesis.lines import RepresentativeLine, cluster_angles, get_representative_lines
 from pianta.layout.thesis.segments import detect_edges, detect_segments
 from pianta.plot.figure import save_figure
-from pianta.plot.floor import draw_floor, plot_doors, plot_graph, plot_rooms
+from pianta.plot.floor import draw_floor, plot_doors, plot_furniture, plot_graph, plot_rooms
 from pianta.plot.styles import ROOM_COLORS
 from pianta.rooms.label import label_rooms
 from pianta.worlds.floors import make_ring_floor
@@ -44,7 +44,15 @@ from pianta_bench.types.measure import measure as measure_types
 
 IMAGES = Path(__file__).parent / "images"
 PARAMETERS, STRUCTURE = ThesisParameters(), StructureParameters()
-FREE, SHADE, WALL, ACCENT, MERGED, LINE = "#ffffff", "#d9d9d9", "#303030", "#b5123b", "#0b7a3b", "#3355bb"
+FREE, SHADE, WALL, ACCENT = "#ffffff", "#d9d9d9", "#303030", "#b5123b"
+# Name and colour of each class of the evidence.
+CLASSES = {
+    WALL_CLASS: ("wall", WALL),
+    DOOR: ("door", "#2aa84a"),
+    FURNITURE: ("furniture", "#f0932b"),
+    FLOOR: ("floor", FREE),
+    OUTSIDE: ("outside", SHADE),
+}
 
 
 def main() -> None:
@@ -55,7 +63,7 @@ def main() -> None:
     save_figure(draw_floor(floor, grid), IMAGES / "sample.png")
     school = label_rooms(replace(floor, building_type={"school": 1.0}))
     save_figure(draw_floor(school, grid, graph=True), IMAGES / "labels.png")
-    draw_structure(simulate_map(make_open_floor(), noise=0.3, furniture=0.2, seed=7), IMAGES / "structure.png")
+    draw_structure(simulate_map(make_open_floor(), noise=0.3, furniture=0.7, seed=7), IMAGES / "structure.png")
     draw_steps(grid, IMAGES / "algorithm1.png")
     draw_doors(grid, IMAGES / "doors.png")
     ring = simulate_map(make_ring_floor(seed=4), noise=0.3, furniture=0.2, seed=4)
@@ -104,61 +112,45 @@ def make_open_floor() -> Floor:
 
 def draw_structure(grid: GridMap, path: Path) -> None:
     """Draw the steps of the method `structure` on one map."""
-    cut = oversegment(grid, STRUCTURE)
-    cell = cut.working_grid.resolution
-    rooms, active, odds = merge_regions(cut.regions, cut.separators, read_default_merge_model())
-    owner = absorb_small_rooms(rooms.owner, cut.regions, cut.separators, active, odds, parameters=STRUCTURE)
-    merged = owner[cut.regions.labels].astype(np.int32)
-    walls = find_wall_lines(cut.space, resolution=cell)
-    _, openings = split_rooms(merged, cut.space, cut.clearance, walls, parameters=STRUCTURE, resolution=cell)
+    division = divide_floor(grid, STRUCTURE)
+    canvas = division.working_grid
     figure = Figure(figsize=(15, 10.6), layout="constrained")
     axes = figure.subplots(2, 2).ravel()
-    plot_necks(cut, ax=axes[0])
-    plot_borders(cut, active, ax=axes[1])
-    plot_openings(cut, merged, walls, openings, ax=axes[2])
+    plot_evidence(division, ax=axes[0])
+    plot_pieces(division, explain_structure(grid, parameters=STRUCTURE), ax=axes[1])
+    show_labels(division.labels, canvas, ax=axes[2])
+    plot_cuts(division.borders, canvas, color=ACCENT, ax=axes[2])
+    frame(axes[2], "rooms of the multicut, with straight borders (red)")
     floor = reconstruct(grid, method="structure")
     plot_rooms(floor, ax=axes[3])
+    plot_furniture(floor, ax=axes[3])
     plot_doors(floor, ax=axes[3])
-    match_extent(axes[3], cut.working_grid)
-    frame(axes[3], "rooms, doors (bold) and openings (dashed)")
+    match_extent(axes[3], canvas)
+    frame(axes[3], "outlines, furniture, doors (bold) and openings (dashed)")
     save(figure, path)
 
 
-def plot_necks(cut: Oversegmentation, *, ax: Axes) -> Axes:
-    """Plot the clearance and its necks."""
-    cell = cut.working_grid.resolution
-    necks = find_necks(
-        cut.space,
-        cut.clearance,
-        saddle_ratio=STRUCTURE.saddle_ratio,
-        mouth_ratio=STRUCTURE.mouth_ratio,
-        passage_width=STRUCTURE.passage_width / cell,
-        merge_distance=STRUCTURE.neck_distance / cell,
-    )
-    clearance = on_grid(cut.working_grid, np.where(cut.space, cut.clearance, np.nan))
-    ax.imshow(clearance, cmap="viridis", extent=bounds_of(cut.working_grid))
-    plot_cuts(necks, cut.working_grid, color=ACCENT, ax=ax)
-    return frame(ax, "clearance, and its necks")
+def plot_evidence(division: Division, *, ax: Axes) -> Axes:
+    """Plot the probabilities of the classes: the mean of their colours."""
+    evidence, canvas = division.evidence, division.working_grid
+    colors = np.array([to_rgb(color) for _, color in CLASSES.values()])
+    shares = np.stack([on_grid(canvas, evidence.enlarge(evidence.classes[number])) for number in CLASSES], axis=-1)
+    ax.imshow((shares @ colors).clip(0, 1), extent=bounds_of(canvas))
+    samples = [Patch(facecolor=color, edgecolor=WALL, label=name) for name, color in CLASSES.values()]
+    ax.legend(handles=samples, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=len(samples), frameon=False)
+    return frame(ax, "evidence of the network")
 
 
-def plot_borders(cut: Oversegmentation, active: Indices, *, ax: Axes) -> Axes:
-    """Plot the regions between the necks, and which separators the model keeps."""
-    show_labels(cut.regions.labels, cut.working_grid, ax=ax)
-    is_active = np.isin(np.arange(len(cut.separators.lines)), active)
-    plot_cuts(cut.separators.lines[~is_active], cut.working_grid, color=MERGED, ax=ax)
-    plot_cuts(cut.separators.lines[is_active], cut.working_grid, color=ACCENT, ax=ax)
-    return frame(ax, "regions; red separators are kept, across green ones regions are merged")
-
-
-def plot_openings(cut: Oversegmentation, merged: LabelImage, walls: WallLines, openings: Floats, *, ax: Axes) -> Axes:
-    """Plot the merged rooms, the wall lines, and the openings on them that divide a room."""
-    show_labels(merged, cut.working_grid, ax=ax)
-    reach = walls.along * STRUCTURE.line_reach / cut.working_grid.resolution
-    lines = np.stack([walls.points - reach, walls.points + reach], axis=1)
-    ax.set_autoscale_on(False)
-    plot_cuts(lines, cut.working_grid, color=LINE, width=0.5, ax=ax)
-    plot_cuts(openings, cut.working_grid, color=ACCENT, ax=ax)
-    return frame(ax, "merged rooms, wall lines (blue), and the opening that is closed (red)")
+def plot_pieces(division: Division, considered: ConsideredBorders, *, ax: Axes) -> Axes:
+    """Plot the pieces of the floor, and the probabilities of the lines between them."""
+    canvas = division.working_grid
+    show_labels(division.pieces.labels, canvas, ax=ax, strength=0.45)
+    lines = LineCollection(considered.lines, array=considered.probabilities, cmap="RdYlGn_r", linewidths=3.5)
+    lines.set_clim(0, 1)
+    ax.add_collection(lines)
+    bar = ax.inset_axes((0.25, -0.05, 0.5, 0.025))
+    ax.figure.colorbar(lines, cax=bar, orientation="horizontal")
+    return frame(ax, "pieces, and the probability of each border between them")
 
 
 def plot_cuts(lines: Floats, canvas: WorkingGrid, *, color: str, ax: Axes, width: float = 3.5) -> Axes:
@@ -168,13 +160,14 @@ def plot_cuts(lines: Floats, canvas: WorkingGrid, *, color: str, ax: Axes, width
     return ax
 
 
-def show_labels(labels: LabelImage, canvas: WorkingGrid, *, ax: Axes) -> Axes:
-    """Show labels of a canvas in colours that differ between neighbours, also through a wall."""
+def show_labels(labels: LabelImage, canvas: WorkingGrid, *, ax: Axes, strength: float = 1.0) -> Axes:
+    """Show labels of a canvas in colours that differ between neighbours, also through a wall; fainter with less strength."""
     across = [(labels[:-8], labels[8:]), (labels[:, :-8], labels[:, 8:])]
     pairs = np.concatenate([np.column_stack([one.ravel(), other.ravel()]) for one, other in across])
     pairs = np.unique(pairs[(pairs > 0).all(axis=1) & (pairs[:, 0] != pairs[:, 1])], axis=0)
     color_of = nx.greedy_color(nx.Graph(pairs.tolist()), strategy="DSATUR")
     palette = np.array([to_rgb(SHADE)] + [to_rgb(ROOM_COLORS[color_of.get(n, 0)]) for n in range(1, labels.max() + 1)])
+    palette[1:] = 1 - strength * (1 - palette[1:])
     ax.imshow(palette[on_grid(canvas, labels)], extent=bounds_of(canvas))
     return ax
 

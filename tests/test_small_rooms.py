@@ -1,0 +1,73 @@
+"""Rooms that are too small, or of which no robot has seen much, on label images that are written by hand."""
+
+import numpy as np
+import pytest
+
+from pianta.layout.parameters import StructureParameters
+from pianta.layout.structure.reconstruct import absorb_small_rooms, drop_unseen_rooms
+
+# Cells of 0.16 m²: a room of 4 cells has more than the 0.5 m² of a room, one of 3 cells has less.
+RESOLUTION = 0.4
+
+
+def absorb(labels: list[list[int]]) -> list[list[int]]:
+    rooms: list[list[int]] = absorb_small_rooms(
+        np.array(labels, np.int32), StructureParameters(), resolution=RESOLUTION
+    ).tolist()
+    return rooms
+
+
+class TestSmallRooms:
+    def test_it_belongs_to_the_neighbour_with_the_longest_contact(self):
+        """Room 2 touches room 1 along 3 cells, and room 3 along 2."""
+        assert absorb([[1, 1, 2, 3, 3], [1, 1, 2, 3, 3], [1, 1, 1, 3, 3]]) == [
+            [1, 1, 1, 3, 3],
+            [1, 1, 1, 3, 3],
+            [1, 1, 1, 3, 3],
+        ]
+
+    def test_one_without_a_neighbour_is_no_room(self):
+        assert absorb([[1, 1, 0, 2], [1, 1, 0, 2], [0, 0, 0, 2]]) == [[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 0, 0]]
+
+    def test_one_that_touches_by_a_corner_has_no_neighbour(self):
+        assert absorb([[1, 1, 0], [1, 1, 0], [0, 0, 2]]) == [[1, 1, 0], [1, 1, 0], [0, 0, 0]]
+
+    def test_rooms_of_four_cells_stay(self):
+        labels = [[1, 1, 2, 2], [1, 1, 2, 2]]
+        assert absorb(labels) == labels
+
+    def test_two_small_rooms_are_one_that_is_large_enough(self):
+        """The smallest comes first: room 1 joins room 2, which then has 4 cells and stays."""
+        assert absorb([[1, 2, 2, 2, 3, 3, 3, 3]]) == [[2, 2, 2, 2, 3, 3, 3, 3]]
+
+    def test_two_small_rooms_that_are_still_small_join_a_third(self):
+        assert absorb([[1, 2, 2, 3, 3, 3, 3]]) == [[3, 3, 3, 3, 3, 3, 3]]
+
+    def test_a_floor_of_one_small_room_is_none(self):
+        assert absorb([[0, 1, 1]]) == [[0, 0, 0]]
+
+    def test_the_area_of_a_room_is_a_parameter(self):
+        labels = np.array([[1, 1, 1, 2, 2, 2]], np.int32)
+        rooms = absorb_small_rooms(labels, StructureParameters(room_area=0.48), resolution=RESOLUTION)
+        assert rooms.tolist() == labels.tolist()
+
+    def test_the_labels_that_are_given_stay_as_they_are(self):
+        labels = np.array([[0, 1]], np.int32)
+        absorb_small_rooms(labels, StructureParameters(), resolution=RESOLUTION)
+        assert labels.tolist() == [[0, 1]]
+
+
+class TestUnseenRooms:
+    @pytest.mark.parametrize(("cells", "stays"), [(10, True), (11, False)])
+    def test_a_tenth_of_a_room_is_free(self, cells, stays):
+        labels = np.array([[1] * cells + [0, 2, 2]], np.int32)
+        free = np.zeros(labels.shape, bool)
+        free[0, [0, -1]] = True
+        assert drop_unseen_rooms(labels, free).tolist() == [[int(stays)] * cells + [0, 2, 2]]
+
+    def test_the_highest_label_may_be_unseen(self):
+        labels, free = np.array([[1, 2]], np.int32), np.array([[True, False]])
+        assert drop_unseen_rooms(labels, free).tolist() == [[1, 0]]
+
+    def test_no_room_at_all(self):
+        assert drop_unseen_rooms(np.zeros((2, 2), np.int32), np.ones((2, 2), bool)).tolist() == [[0, 0], [0, 0]]
