@@ -23,6 +23,8 @@ FLOOR_REACH = 0.6
 WALL_PROBABILITY = 0.5
 # What the network adds is no floor if it borders on unknown cells along more than this (chosen by hand); metres.
 MAX_OPEN_LENGTH = 0.5
+# A larger group is no piece of furniture; m².
+MAX_FURNITURE_AREA = 1.5
 
 
 def find_floor_space(
@@ -78,6 +80,8 @@ def _keep_enclosed(added: Mask, certain: Mask, working_grid: WorkingGrid) -> Mas
     _, groups = cv2.connectedComponents(added.astype(np.uint8), connectivity=4)
     beyond = grow_mask(unknown & ~added & ~certain, 1) & added
     length = np.bincount(groups[beyond], minlength=int(groups.max()) + 1) * working_grid.resolution
-    keep = length < MAX_OPEN_LENGTH
+    # Between sparse rays one large group joins what was seen of a room
+    area = np.bincount(groups.ravel()) * working_grid.resolution**2
+    keep = (length < MAX_OPEN_LENGTH) | (area > MAX_FURNITURE_AREA)
     keep[0] = False
     return np.asarray(keep[groups])
