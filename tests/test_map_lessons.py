@@ -3,6 +3,7 @@
 import sys
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,27 +42,27 @@ def plain(monkeypatch):
     return monkeypatch
 
 
-def shift_floor(floor):
+def shift_floor(floor: pianta.Floor) -> pianta.Floor:
     """The floor with its corner at MARGIN, where transform_floor puts it."""
     rooms = tuple(pianta.Room(room.id, shift(room.polygon)) for room in floor.rooms)
     return pianta.Floor(rooms, tuple(pianta.Door(door.rooms, shift(door.line), door.width) for door in floor.doors))
 
 
-def shift(shape):
+def shift(shape: Any) -> Any:
     return worlds.affinity.translate(shape, worlds.MARGIN, worlds.MARGIN)
 
 
-def build(seed=0):
+def build(seed: int = 0) -> Any:
     return worlds.build_world(FLOOR_OF_THREE, 1.0, np.random.default_rng(seed))
 
 
-def cell(image, x, y):
+def cell(image: Any, x: float, y: float) -> int:
     """The value at a point of the floor, metres."""
-    return image[START + int(y * PER_METRE), START + int(x * PER_METRE)]
+    return int(image[START + int(y * PER_METRE), START + int(x * PER_METRE)])
 
 
-def to_lesson(world, cells, *, coarse=False):
-    return lessons.to_lesson(cells, world.classes, world.rooms, coarse=coarse)
+def to_lesson(world: Any, cells: Any) -> Any:
+    return lessons.to_lesson(cells, world.classes, world.rooms, coarse=False)
 
 
 def test_walls_are_where_rooms_meet_and_around_them(plain):
