@@ -137,6 +137,14 @@ def test_furniture_of_a_turned_room_stands_along_its_walls():
     assert angles == pytest.approx(np.full(len(angles), 30), abs=0.01)
 
 
+def test_a_narrow_corridor_can_be_furnished():
+    # 2 · area / perimeter is 0.47 m, of which 0.35 is less than the smallest bin of 0.2 m.
+    floor = Floor((Room(1, box(0, 0, 15, 0.5), label="CORRIDOR"),))
+    for seed in range(10):
+        obstacles = furnish_densely(floor, density=2, rng=np.random.default_rng(seed))
+        assert all(floor[1].polygon.buffer(0.01).contains(obstacle) for obstacle in obstacles)
+
+
 def test_a_large_floor_is_furnished_quickly():
     floor = make_floor("ring", seed=3)
     start = time.process_time()

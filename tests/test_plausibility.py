@@ -17,6 +17,7 @@ from pianta.reading._plausibility import (
     describe_implausible_floor,
     describe_implausible_map,
     describe_implausible_reading,
+    describe_narrow_map,
 )
 from pianta.worlds.scan import simulate_map
 from tests.drawn_maps import carve
@@ -169,10 +170,13 @@ def test_a_map_with_the_resolution_of_another_is_implausible(factor, fragment):
 def test_free_space_that_is_too_narrow_for_a_robot_is_implausible():
     _, grid = pianta.make_world("corridor")
     wrong = replace(grid, resolution=0.01)
-    (message,) = describe_implausible_map(wrong)
+    (message,) = describe_narrow_map(wrong)
     assert message.startswith("its resolution of 0.01 m per cell is implausible")
-    # Rooms and doors that say so too leave the message to them.
-    assert [*describe_implausible_map(wrong, check_width=False)] == []
+    assert [*describe_narrow_map(grid)] == []
+    # Rooms and doors that say so too leave no need for it.
+    true, _ = pianta.make_world("corridor")
+    (message,) = describe_implausible_reading(scale_floor(true, 0.2, 0.2), wrong)
+    assert "rooms of" in message
 
 
 def test_caves_have_more_ways_round_than_buildings():
@@ -205,11 +209,12 @@ def test_rooms_without_doors_are_implausible_from_twenty_on():
 
 def test_the_outside_is_named_on_a_map_without_unknown_cells():
     grid = without_unknown(draw_suite())
-    floor = pianta.reconstruct(grid)
+    rows, cols = grid.shape
+    inside, edge = box(3, 3, 7, 7), box(0, 0, cols * 0.05, rows * 0.05)
+    floor = Floor((Room(1, inside), Room(7, edge - inside.buffer(0.1))))
     (message,) = describe_implausible_floor(floor, grid)
-    outside = floor.label_image(grid)[0, 0]
-    assert outside > 0
-    assert f"is read as room {outside};" in message
+    assert "what lies outside is read as room 7;" in message
+    assert [*describe_implausible_floor(Floor((Room(1, inside),)), grid)] == []
 
 
 def test_a_message_is_a_warning_that_names_the_map(tmp_path: Path):

@@ -31,6 +31,7 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 from torch.nn import functional
+from unet import UNet, has_bfloat16, write_onnx
 
 from pianta.errors import PiantaError
 from pianta.floor import Floor
@@ -47,8 +48,8 @@ from pianta_bench.plans.plan_sets import find_image, list_plans, read_true_plan
 Layers, ClassMap = NDArray[np.uint8], NDArray[np.uint8]
 Lesson = tuple[Layers, ClassMap]
 
-# Channels of the U-Net at each depth.
-CHANNELS = (16, 32, 48, 64, 96, 128)
+# Layers of a sheet, see pianta.plan.walls.segmentation.input_layers.
+LAYERS = 4
 # All of these are chosen by hand. Side of a square in training, cells of the network.
 SIDE = 288
 BATCH = 5
@@ -64,38 +65,6 @@ SYNTHETIC_WEIGHT = 0.25
 SCREENSHOT = "screenshot"
 # Batches from which the statistics of averaged weights are computed.
 STATISTICS_BATCHES = 80
-
-
-class Block(nn.Sequential):
-    """Two convolutions."""
-
-    def __init__(self, inputs: int, outputs: int) -> None:
-        layers: list[nn.Module] = []
-        for channels in (inputs, outputs):
-            layers += [nn.Conv2d(channels, outputs, 3, padding=1, bias=False), nn.BatchNorm2d(outputs), nn.ReLU()]
-        super().__init__(*layers)
-
-
-class UNet(nn.Module):
-    """Ronneberger et al., U-Net: convolutional networks for biomedical image segmentation, 2015; small."""
-
-    def __init__(self, inputs: int = 4, classes: int = 4) -> None:
-        super().__init__()
-        pairs = zip((inputs, *CHANNELS[:-1]), CHANNELS, strict=True)
-        self.enc = nn.ModuleList([Block(before, after) for before, after in pairs])
-        upwards = zip(CHANNELS[:0:-1], CHANNELS[-2::-1], strict=True)
-        self.dec = nn.ModuleList([Block(below + beside, beside) for below, beside in upwards])
-        self.out = nn.Conv2d(CHANNELS[0], classes, 1)
-
-    def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Scores of the classes, shape (N, classes, H, W), of layers; sides are multiples of 32."""
-        skips: list[torch.Tensor] = []
-        for depth, block in enumerate(self.enc):
-            x = block(functional.max_pool2d(x, 2) if depth else x)
-            skips.append(x)
-        for block, skip in zip(self.dec, skips[-2::-1], strict=True):
-            x = block(torch.cat([functional.interpolate(x, scale_factor=2, mode="nearest"), skip], 1))
-        return self.out(x)
 
 
 class Probabilities(nn.Module):
@@ -254,9 +223,8 @@ def draw_batches(real: list[Lesson], synthetic: list[Lesson], rng: np.random.Gen
 def fit(network: UNet, real: list[Lesson], synthetic: list[Lesson], *, minutes: float, seed: int) -> None:
     """Fit a network by AdamW, with a rate that decreases as a cosine; prints the loss.
 
-    In bfloat16 if the processor supports it; without support it would be ten times slower.
+    In bfloat16 if the processor supports it.
     """
-    has_bfloat16 = torch.ops.mkldnn._is_mkldnn_bf16_supported()
     network.to(memory_format=torch.channels_last)
     optimizer = torch.optim.AdamW(network.parameters(), LEARNING_RATE, weight_decay=1e-3)
     weights = torch.tensor([WEIGHTS[region] for region in sorted(WEIGHTS)])
@@ -267,7 +235,7 @@ def fit(network: UNet, real: list[Lesson], synthetic: list[Lesson], *, minutes: 
             return
         for group in optimizer.param_groups:
             group["lr"] = LEARNING_RATE * min(1, step / 100) * ((1 + np.cos(np.pi * done)) / 2 + 0.01)
-        with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16):
+        with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16()):
             scores = network(layers.to(memory_format=torch.channels_last))
         loss = functional.cross_entropy(scores.float(), regions, weights, label_smoothing=0.03)
         optimizer.zero_grad()
@@ -313,7 +281,7 @@ def main() -> None:
         warnings.simplefilter("ignore")
         real, synthetic, buildings = read_lessons(find_data(options.data), options.fold)
     sys.stdout.write(f"{len(real)} plans, {len(synthetic)} synthetic ones, of {len(buildings)} buildings\n")
-    network = UNet()
+    network = UNet(LAYERS, len(WEIGHTS))
     start_weights = torch.load(options.start, weights_only=True) if options.start else None
     if start_weights:
         network.load_state_dict(start_weights)
@@ -321,17 +289,8 @@ def main() -> None:
     if start_weights and options.average:
         average(network, start_weights, real, synthetic)
     torch.save(network.state_dict(), options.out.with_suffix(".pt"))
-    sides = {2: "height", 3: "width"}
-    torch.onnx.export(
-        Probabilities(network.eval()).eval(),
-        (torch.zeros(1, 4, 256, 320),),
-        str(options.out),
-        input_names=["sheet"],
-        output_names=["probabilities"],
-        dynamic_axes={"sheet": sides, "probabilities": sides},
-        opset_version=13,
-        dynamo=False,
-    )
+    names = {"input_name": "sheet", "output_name": "probabilities"}
+    write_onnx(Probabilities(network), options.out, inputs=LAYERS, **names)
     options.out.with_suffix(".json").write_text(json.dumps(buildings, indent=1) + "\n", encoding="utf-8")
 
 

@@ -67,29 +67,33 @@ NO_BUILDING = "so it may show no building, and rooms and doors mean little"
 
 def describe_implausible_reading(floor: Floor, grid: GridMap) -> Iterator[str]:
     """What is implausible about a map and its floor; messages that continue the name of the map."""
-    resolution = [*_describe_resolution(floor, grid.resolution)]
-    yield from resolution
-    # A second message about the resolution would say less
-    yield from describe_implausible_map(grid, check_width=not resolution)
+    messages = [*describe_implausible_map(grid)]
+    # The sizes of rooms in what is no building mean nothing
+    yield from messages or [*_describe_resolution(floor, grid.resolution)] or describe_narrow_map(grid)
     yield from describe_implausible_floor(floor, grid)
 
 
-def describe_implausible_map(grid: GridMap, *, check_width: bool = True) -> Iterator[str]:
-    """What is implausible about a map itself. check_width: whether to look for free space that is too narrow."""
+def describe_implausible_map(grid: GridMap) -> Iterator[str]:
+    """What is implausible about a map itself."""
     part = _crop_to_known(grid)
     if inverted := [*describe_inverted_greys(grid)]:
         yield from inverted
     elif _has_scattered_obstacles(part, grid.resolution):
         yield f"its obstacles are small and scattered like those of an obstacle course, {NO_BUILDING}"
-    elif check_width and (reach := _measure_reach(part, grid.resolution)) < MIN_REACH:
-        yield (
-            f"its resolution of {grid.resolution:g} m per cell is implausible, as nearly all of its free space is less "
-            f"than {reach:.2g} m from an obstacle; check it: most robots' maps have 0.05 m"
-        )
     elif (share := _measure_frontier_share(part, grid.resolution)) > MAX_FRONTIER_SHARE:
         yield (
             f"{share:.0%} of the edge of its free space has no wall, as outdoors, {NO_BUILDING}; "
             "if the robot has not finished, read the map again when it has seen more"
+        )
+
+
+def describe_narrow_map(grid: GridMap) -> Iterator[str]:
+    """The message for a map whose free space is too narrow for a robot."""
+    reach = _measure_reach(_crop_to_known(grid), grid.resolution)
+    if reach < MIN_REACH:
+        yield (
+            f"its resolution of {grid.resolution:g} m per cell is implausible, as nearly all of its free space is less "
+            f"than {reach:.2g} m from an obstacle; check it: most robots' maps have 0.05 m"
         )
 
 

@@ -429,7 +429,7 @@ def _furnish_corridor(space: _RoomSpace) -> None:
         # Beds, carts and sofas that stand in wide corridors.
         space.put_at_wall(make_block(rng.uniform(0.8, 2.1), rng.uniform(0.45, 0.95)), WALL_GAP + rng.uniform(0, 0.15))
     for _ in range(space.count(space.area / 16)):
-        size = rng.uniform(0.2, min(0.45, 0.35 * width))
+        size = rng.uniform(0.2, max(0.2, min(0.45, 0.35 * width)))
         piece = make_round(size / 2) if rng.random() < 0.5 else make_block(size * rng.uniform(1, 1.6), size)
         space.put_at_wall(piece, WALL_GAP + rng.uniform(0, 0.1))
 

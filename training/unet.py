@@ -1,0 +1,67 @@
+"""The U-Net of fit_plan_regions.py and fit_map_regions.py, and how it is written for OpenCV."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+# Channels at each depth; chosen by hand.
+CHANNELS = (16, 32, 48, 64, 96, 128)
+# The newest operators that all supported versions of OpenCV read.
+ONNX_OPSET = 13
+
+
+class Block(nn.Sequential):
+    """Two convolutions."""
+
+    def __init__(self, inputs: int, outputs: int) -> None:
+        layers: list[nn.Module] = []
+        for channels in (inputs, outputs):
+            layers += [nn.Conv2d(channels, outputs, 3, padding=1, bias=False), nn.BatchNorm2d(outputs), nn.ReLU()]
+        super().__init__(*layers)
+
+
+class UNet(nn.Module):
+    """Ronneberger et al., U-Net: convolutional networks for biomedical image segmentation, 2015; small."""
+
+    def __init__(self, inputs: int, outputs: int) -> None:
+        super().__init__()
+        before = (inputs, *CHANNELS[:-1])
+        self.down = nn.ModuleList([Block(*pair) for pair in zip(before, CHANNELS, strict=True)])
+        pairs = zip(CHANNELS[1:], CHANNELS[:-1], strict=True)
+        self.up = nn.ModuleList([Block(below + beside, beside) for below, beside in pairs])
+        self.last = nn.Conv2d(CHANNELS[0], outputs, 1)
+
+    def forward(self, layers: torch.Tensor) -> torch.Tensor:
+        """Scores, shape (N, outputs, H, W), of layers, shape (N, inputs, H, W); sides are multiples of 32."""
+        levels: list[torch.Tensor] = []
+        for depth, block in enumerate(self.down):
+            layers = block(functional.max_pool2d(layers, 2) if depth else layers)
+            levels.append(layers)
+        for block, level in zip(reversed(self.up), levels[-2::-1], strict=True):
+            layers = functional.interpolate(layers, scale_factor=2, mode="nearest")
+            layers = block(torch.cat([level, layers], 1))
+        return self.last(layers)
+
+
+def has_bfloat16() -> bool:
+    """Whether the processor computes in bfloat16; without support it would be ten times slower than float32."""
+    return bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
+
+
+def write_onnx(network: nn.Module, path: Path, *, inputs: int, input_name: str, output_name: str) -> None:
+    """Write a network as ONNX, for images of any size whose sides 32 divides; inputs: number of its layers."""
+    sides = {2: "height", 3: "width"}
+    torch.onnx.export(
+        network.eval(),
+        (torch.zeros(1, inputs, 256, 320),),
+        str(path),
+        input_names=[input_name],
+        output_names=[output_name],
+        dynamic_axes={input_name: sides, output_name: sides},
+        opset_version=ONNX_OPSET,
+        dynamo=False,
+    )
