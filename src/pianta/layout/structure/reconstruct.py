@@ -1,4 +1,4 @@
-"""The method `structure`: rooms by a network's evidence and narrow passages together (chapter 9 of the thesis)."""
+"""The method `structure`: rooms by narrow passages and wall lines together, as chapter 9 of the thesis proposes."""
 
 from __future__ import annotations
 
