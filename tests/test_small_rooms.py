@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.reconstruct import absorb_small_rooms, drop_unseen_rooms
+from pianta.layout.structure.reconstruct import absorb_small_rooms, drop_unseen_lines, drop_unseen_rooms
+from tests.drawn_maps import carve
 
 # Cells of 0.16 m²: a room of 4 cells has more than the 0.5 m² of a room, one of 3 cells has less.
 RESOLUTION = 0.4
@@ -57,17 +58,38 @@ class TestSmallRooms:
         assert labels.tolist() == [[0, 1]]
 
 
+def drop(labels: list[list[int]], free: list[list[int]], *, outside: float = 0.0) -> list[list[int]]:
+    """The rooms that stay, on cells of 0.25 m² with the same probability to be outside."""
+    image = np.array(labels, np.int32)
+    probability = np.full(image.shape, outside, np.float32)
+    rooms: list[list[int]] = drop_unseen_rooms(image, np.array(free, bool), probability, resolution=0.5).tolist()
+    return rooms
+
+
 class TestUnseenRooms:
     @pytest.mark.parametrize(("cells", "stays"), [(10, True), (11, False)])
     def test_a_tenth_of_a_room_is_free(self, cells, stays):
-        labels = np.array([[1] * cells + [0, 2, 2]], np.int32)
-        free = np.zeros(labels.shape, bool)
-        free[0, [0, -1]] = True
-        assert drop_unseen_rooms(labels, free).tolist() == [[int(stays)] * cells + [0, 2, 2]]
+        """One cell of room 1 is free, and one of the two cells of room 2."""
+        labels, free = [[1] * cells + [0, 2, 2]], [[1] + [0] * cells + [0, 1]]
+        assert drop(labels, free) == [[int(stays)] * cells + [0, 2, 2]]
 
     def test_the_highest_label_may_be_unseen(self):
-        labels, free = np.array([[1, 2]], np.int32), np.array([[True, False]])
-        assert drop_unseen_rooms(labels, free).tolist() == [[1, 0]]
+        assert drop([[1, 2]], [[1, 0]]) == [[1, 0]]
 
     def test_no_room_at_all(self):
-        assert drop_unseen_rooms(np.zeros((2, 2), np.int32), np.ones((2, 2), bool)).tolist() == [[0, 0], [0, 0]]
+        assert drop([[0, 0]], [[1, 1]]) == [[0, 0]]
+
+    @pytest.mark.parametrize(
+        ("cells", "outside", "stays"), [(7, 0.25, False), (7, 0.15, True), (8, 0.25, True), (8, 0.9, True)]
+    )
+    def test_a_small_room_that_is_outside_is_a_leak_of_rays(self, cells, outside, stays):
+        """7 cells are 1.75 m², and 8 are 2 m²; all of them are free."""
+        assert drop([[1] * cells], [[1] * cells], outside=outside) == [[int(stays)] * cells]
+
+
+@pytest.mark.parametrize(("columns", "count"), [(5, 0), (6, 1)])
+def test_a_door_is_where_half_of_the_border_was_seen(columns, count):
+    """Of the 17 positions from column 1 to 9, 8 round to a column below 5, and 9 or 10 to one below 6."""
+    line = np.array([[[2, 0], [2, 10]]], float)
+    seen_cells = carve((5, 11), (0, 5, 0, columns))
+    assert drop_unseen_lines(line, seen_cells).tolist() == line[:count].tolist()
