@@ -57,17 +57,28 @@ class TestSmallRooms:
         assert labels.tolist() == [[0, 1]]
 
 
+def drop(labels, free, outside=0.0):
+    chances = np.full(labels.shape, outside, np.float32)
+    return drop_unseen_rooms(labels, free, chances, resolution=RESOLUTION).tolist()
+
+
 class TestUnseenRooms:
     @pytest.mark.parametrize(("cells", "stays"), [(10, True), (11, False)])
     def test_a_tenth_of_a_room_is_free(self, cells, stays):
         labels = np.array([[1] * cells + [0, 2, 2]], np.int32)
         free = np.zeros(labels.shape, bool)
         free[0, [0, -1]] = True
-        assert drop_unseen_rooms(labels, free).tolist() == [[int(stays)] * cells + [0, 2, 2]]
+        assert drop(labels, free) == [[int(stays)] * cells + [0, 2, 2]]
 
     def test_the_highest_label_may_be_unseen(self):
         labels, free = np.array([[1, 2]], np.int32), np.array([[True, False]])
-        assert drop_unseen_rooms(labels, free).tolist() == [[1, 0]]
+        assert drop(labels, free) == [[1, 0]]
 
     def test_no_room_at_all(self):
-        assert drop_unseen_rooms(np.zeros((2, 2), np.int32), np.ones((2, 2), bool)).tolist() == [[0, 0], [0, 0]]
+        assert drop(np.zeros((2, 2), np.int32), np.ones((2, 2), bool)) == [[0, 0], [0, 0]]
+
+    @pytest.mark.parametrize(("cells", "outside", "stays"), [(12, 0.19, True), (12, 0.21, False), (13, 0.21, True)])
+    def test_a_small_room_that_is_outside_is_a_leak(self, cells, outside, stays):
+        """12 cells of 0.4 m are 1.92 m², 13 are 2.08 m²."""
+        labels = np.ones((1, cells), np.int32)
+        assert drop(labels, labels > 0, outside) == [[int(stays)] * cells]
