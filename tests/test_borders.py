@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from pianta.layout._voronoi_doors import compute_clearance
 from pianta.layout.structure.borders import list_stretches, straighten_borders
@@ -48,7 +49,7 @@ def test_a_ragged_border_becomes_a_line_from_jamb_to_jamb():
     assert borders.straight.tolist() == [True]
     ends = borders.lines[0][np.argsort(borders.lines[0, :, 0])]
     # The jambs are the walls above row 8 and below row 17
-    assert abs(ends[0, 0] - 7) <= 1 and abs(ends[1, 0] - 18) <= 1
+    assert ends[:, 0] == pytest.approx([7, 18], abs=1)
     assert (np.abs(ends[:, 1] - 21.5) <= 2).all()
     assert ((straight > 0) == (labels > 0)).all()
     columns = [int((straight[row] == 1).sum()) for row in range(8, 18)]
@@ -61,7 +62,8 @@ def test_a_border_follows_a_neck_near_it():
     straight, borders = straighten(labels, space, neck)
     assert borders.lines.tolist() == neck.tolist()
     # The cells on the neck's own column belong to either room; those beside it do not change sides
-    assert (straight[8:18, 20] == 1).all() and (straight[8:18, 22] == 2).all()
+    assert (straight[8:18, 20] == 1).all()
+    assert (straight[8:18, 22] == 2).all()
 
 
 def test_a_border_with_a_corner_stays():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from pianta.layout.multicut import measure_cut, solve_multicut
 
 

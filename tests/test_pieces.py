@@ -9,7 +9,7 @@ import pytest
 from pianta._types import Floats, Mask
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.evidence import CELL, Evidence
-from pianta.layout.structure.pieces import Pieces, cut_into_pieces, find_border_probability, weigh_pairs
+from pianta.layout.structure.pieces import CAUTION, Pieces, cut_into_pieces, find_border_probability, weigh_pairs
 from tests.drawn_evidence import make_classes, make_evidence, set_class
 from tests.drawn_maps import carve
 
@@ -28,21 +28,21 @@ class TestWeights:
     def test_two_pieces_that_are_two_rooms(self):
         """In each row, cells 0 and 4, and 1 and 5, are 4 cells apart: 4 pairs; no cells are 10 apart."""
         weights = weigh([[1, 1, 1, 2, 2, 2], [1, 1, 1, 2, 2, 2]], affinity=0.05)
-        assert weights == {(1, 2): (pytest.approx(4 * log(0.05 / 0.95) + 0.01), True)}
+        assert weights == {(1, 2): (pytest.approx(4 * (log(0.05 / 0.95) - CAUTION) + 0.01), True)}
 
-    def test_pairs_that_are_further_apart_weigh_less(self):
-        """4 pairs are 4 cells apart (2 and 6 to 5 and 9), 2 are 10 apart (0 and 10, 1 and 11) and weigh a half each."""
+    def test_pairs_that_are_further_apart_count_too(self):
+        """4 pairs are 4 cells apart (2 and 6 to 5 and 9), 2 are 10 apart (0 and 10, 1 and 11)."""
         weights = weigh([[1] * 6 + [2] * 6], affinity=0.9)
-        assert weights == {(1, 2): (pytest.approx((4 + 2 * 0.5) * log(9) + 0.01, rel=1e-6), True)}
+        assert weights == {(1, 2): (pytest.approx((4 + 2) * (log(9) - CAUTION) + 0.01, rel=1e-6), True)}
 
     def test_pairs_in_a_column_count_as_pairs_in_a_row(self):
         weights = weigh([[1], [1], [1], [2], [2], [2]], affinity=0.05)
-        assert weights == {(1, 2): (pytest.approx(2 * log(0.05 / 0.95) + 0.01), True)}
+        assert weights == {(1, 2): (pytest.approx(2 * (log(0.05 / 0.95) - CAUTION) + 0.01), True)}
 
     def test_pieces_that_do_not_touch_have_a_weight(self):
         """Cells 0 and 4, and 1 and 5; without a contact there is no weight for touching."""
         weights = weigh([[1, 1, 0, 0, 2, 2]], affinity=0.95)
-        assert weights == {(1, 2): (pytest.approx(2 * log(19), rel=1e-6), False)}
+        assert weights == {(1, 2): (pytest.approx(2 * (log(19) - CAUTION), rel=1e-6), False)}
 
     def test_pieces_that_only_touch(self):
         """No two cells are 4 apart, so nothing speaks against one room."""
@@ -54,14 +54,14 @@ class TestWeights:
     @pytest.mark.parametrize(("affinity", "odds"), [(0.0, 0.02 / 0.98), (1.0, 0.98 / 0.02)])
     def test_no_pair_of_cells_is_certain(self, affinity, odds):
         weights = weigh([[1, 0, 0, 0, 2]], affinity=affinity)
-        assert weights == {(1, 2): (pytest.approx(log(odds), rel=1e-5), False)}
+        assert weights == {(1, 2): (pytest.approx(log(odds) - CAUTION, rel=1e-5), False)}
 
     def test_the_affinity_is_that_of_the_first_cell_of_a_pair(self):
         """Of the two pairs, that of column 0 is one room and that of column 1 is not."""
         evidence = make_evidence(make_classes((1, 6)), affinity=0.5)
         evidence.affinities[0, 0, :2] = [0.9, 0.2]
         _, weights, _ = weigh_pairs(np.array([[1, 1, 0, 0, 2, 2]], np.int32), evidence)
-        assert weights == pytest.approx([log(0.9 / 0.1) + log(0.2 / 0.8)], rel=1e-5)
+        assert weights == pytest.approx([log(0.9 / 0.1) + log(0.2 / 0.8) - 2 * CAUTION], rel=1e-5)
 
     def test_pieces_have_smaller_cells_than_the_network(self):
         """The middles of the network's cells lie at the odd columns: columns 1 and 9 are 4 of its cells apart."""
@@ -69,7 +69,7 @@ class TestWeights:
         evidence = replace(make_evidence(make_classes((1, 5)), affinity=0.95), shape=pieces.shape)
         pairs, weights, touching = weigh_pairs(pieces, evidence)
         assert (pairs.tolist(), touching.tolist()) == ([[1, 2]], [False])
-        assert weights == pytest.approx([log(19)], rel=1e-6)
+        assert weights == pytest.approx([log(19) - CAUTION], rel=1e-6)
 
 
 class TestBorderProbability:

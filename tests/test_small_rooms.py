@@ -58,33 +58,31 @@ class TestSmallRooms:
         assert labels.tolist() == [[0, 1]]
 
 
-def drop(labels: list[list[int]], free: list[list[int]], *, outside: float = 0.0) -> list[list[int]]:
-    """The rooms that stay, on cells of 0.25 m² with the same probability to be outside."""
-    image = np.array(labels, np.int32)
-    probability = np.full(image.shape, outside, np.float32)
-    rooms: list[list[int]] = drop_unseen_rooms(image, np.array(free, bool), probability, resolution=0.5).tolist()
-    return rooms
+def drop(labels, free, outside=0.0):
+    chances = np.full(labels.shape, outside, np.float32)
+    return drop_unseen_rooms(labels, free, chances, resolution=RESOLUTION).tolist()
 
 
 class TestUnseenRooms:
     @pytest.mark.parametrize(("cells", "stays"), [(10, True), (11, False)])
     def test_a_tenth_of_a_room_is_free(self, cells, stays):
-        """One cell of room 1 is free, and one of the two cells of room 2."""
-        labels, free = [[1] * cells + [0, 2, 2]], [[1] + [0] * cells + [0, 1]]
+        labels = np.array([[1] * cells + [0, 2, 2]], np.int32)
+        free = np.zeros(labels.shape, bool)
+        free[0, [0, -1]] = True
         assert drop(labels, free) == [[int(stays)] * cells + [0, 2, 2]]
 
     def test_the_highest_label_may_be_unseen(self):
-        assert drop([[1, 2]], [[1, 0]]) == [[1, 0]]
+        labels, free = np.array([[1, 2]], np.int32), np.array([[True, False]])
+        assert drop(labels, free) == [[1, 0]]
 
     def test_no_room_at_all(self):
-        assert drop([[0, 0]], [[1, 1]]) == [[0, 0]]
+        assert drop(np.zeros((2, 2), np.int32), np.ones((2, 2), bool)) == [[0, 0], [0, 0]]
 
-    @pytest.mark.parametrize(
-        ("cells", "outside", "stays"), [(7, 0.25, False), (7, 0.15, True), (8, 0.25, True), (8, 0.9, True)]
-    )
-    def test_a_small_room_that_is_outside_is_a_leak_of_rays(self, cells, outside, stays):
-        """7 cells are 1.75 m², and 8 are 2 m²; all of them are free."""
-        assert drop([[1] * cells], [[1] * cells], outside=outside) == [[int(stays)] * cells]
+    @pytest.mark.parametrize(("cells", "outside", "stays"), [(12, 0.19, True), (12, 0.21, False), (13, 0.21, True)])
+    def test_a_small_room_that_is_outside_is_a_leak(self, cells, outside, stays):
+        """12 cells of 0.4 m are 1.92 m², 13 are 2.08 m²."""
+        labels = np.ones((1, cells), np.int32)
+        assert drop(labels, labels > 0, outside) == [[int(stays)] * cells]
 
 
 @pytest.mark.parametrize(("columns", "count"), [(5, 0), (6, 1)])

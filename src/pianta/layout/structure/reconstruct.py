@@ -22,16 +22,24 @@ from pianta.layout.furniture import find_furniture
 from pianta.layout.multicut import solve_multicut
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.borders import straighten_borders
-from pianta.layout.structure.evidence import FURNITURE, Evidence, evaluate_map, sample_classes
+from pianta.layout.structure.evidence import FURNITURE, OUTSIDE, Evidence, Probabilities, evaluate_map, sample_classes
 from pianta.layout.structure.frontiers import find_frontiers, measure_frontiers, remove_ray_leaks
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
 from pianta.layout.structure.notches import fill_notches
 from pianta.layout.structure.passages import list_passages
 from pianta.layout.structure.pieces import Pieces, cut_into_pieces, weigh_pairs
-from pianta.layout.structure.regions import describe_regions, find_separators
+from pianta.layout.structure.regions import describe_regions, find_separators, sample_image
 from pianta.layout.structure.space import find_floor_space
 from pianta.layout.structure.wall_lines import find_wall_lines, span_walls
 
+# A smaller room is a leak of rays through a window, m², ...
+MAX_LEAK_AREA = 2.0
+# ... if its mean probability to be outside is larger (chosen by hand).
+MAX_OUTSIDE = 0.2
+# Positions along a border where it is looked up whether its cells were seen, ...
+LINE_SAMPLES = np.linspace(0.1, 0.9, 17)
+# ... and least share of them that were, for a door (chosen by hand).
+MIN_SEEN_LINE_SHARE = 0.5
 # Least share of the cells of a room that are free (chosen by hand).
 MIN_SEEN_SHARE = 0.1
 
@@ -87,6 +95,8 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
 
 def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     """The floor of a map, divided into rooms."""
+    from skimage.measure import label
+
     working_grid = to_working_grid(grid, grid.free, resolution=parameters.working_resolution)
     cell = working_grid.resolution
     # What each cell is, and which cells are in one room, as the network sees them
@@ -101,7 +111,7 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     parts = solve_multicut(int(pieces.labels.max(initial=0)) + 1, pairs, weights, touching)
     labels = np.where(pieces.labels > 0, parts[pieces.labels] + 1, 0).astype(np.int32)
     labels = absorb_small_rooms(labels, parameters, resolution=cell)
-    labels = drop_unseen_rooms(labels, working_grid.free)
+    labels = drop_unseen_rooms(labels, working_grid.free, evidence.enlarge(evidence.classes[OUTSIDE]), resolution=cell)
     # Two rooms meet on a straight line from jamb to jamb
     labels, borders = straighten_borders(
         labels,
@@ -111,6 +121,8 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
         min_clearance=parameters.passage_width / 2 / cell,
         resolution=cell,
     )
+    # A part that a straight border has cut off belongs to its neighbour, or is a room of its own
+    labels = absorb_small_rooms(label(labels, connectivity=1).astype(np.int32), parameters, resolution=cell)
     return Division(working_grid, evidence, space, seen, pieces, labels, borders.lines)
 
 
@@ -152,7 +164,7 @@ def find_doors(division: Division, rooms: Sequence[int], parameters: StructurePa
         list_passages, rooms=set(rooms), working_grid=division.working_grid, door_width=parameters.door_width
     )
     regions = describe_regions(division.labels, division.pieces.clearance, resolution=cell)
-    separators = find_separators(regions, division.borders)
+    separators = find_separators(regions, drop_unseen_lines(division.borders, division.seen))
     doors = list_doors(separators, min_width=parameters.passage_width / 2)
     max_width, joined = parameters.passage_width / cell + 1, {door.rooms for door in doors}
     gaps = find_narrow_passages(regions, space, division.pieces.clearance, max_width=max_width, joined=joined)
@@ -160,10 +172,22 @@ def find_doors(division: Division, rooms: Sequence[int], parameters: StructurePa
     return doors + choose_narrow_doors(doors, narrow, rooms)
 
 
-def drop_unseen_rooms(labels: LabelImage, free: Mask) -> LabelImage:
-    """The label image without rooms of which the robot saw little floor: spots behind walls."""
-    area, seen = np.bincount(labels.ravel()), np.bincount(labels[free], minlength=int(labels.max(initial=0)) + 1)
-    return np.where((seen >= MIN_SEEN_SHARE * area)[labels], labels, 0).astype(np.int32)
+def drop_unseen_rooms(labels: LabelImage, free: Mask, outside: Probabilities, *, resolution: float) -> LabelImage:
+    """The label image without rooms of which the robot saw little floor, and without small ones outside the building.
+
+    free: shape (H, W). outside: probability of each cell to be outside, shape (H, W). resolution: metres per cell.
+    """
+    area = np.bincount(labels.ravel())
+    seen = np.bincount(labels[free], minlength=len(area)) >= MIN_SEEN_SHARE * area
+    is_outside = np.bincount(labels.ravel(), outside.ravel()) > MAX_OUTSIDE * area
+    is_room = seen & ~(is_outside & (area * resolution**2 < MAX_LEAK_AREA))
+    return np.where(is_room[labels], labels, 0).astype(np.int32)
+
+
+def drop_unseen_lines(lines: Floats, seen: Mask) -> Floats:
+    """The lines, shape (N, 2, 2), without those that cross cells that nobody saw: there is no way through."""
+    positions = lines[:, :1] + LINE_SAMPLES[:, None] * (lines[:, 1:] - lines[:, :1])
+    return lines[sample_image(seen, positions).mean(axis=1) >= MIN_SEEN_LINE_SHARE]
 
 
 def outline_rooms(

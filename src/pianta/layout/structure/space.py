@@ -17,6 +17,8 @@ FLOOR_PROBABILITY = 0.65
 OUTSIDE_PROBABILITY = 0.8
 # Of obstacles, those cells that are furniture with less than this are walls or unknown space drawn as wall.
 FURNITURE_PROBABILITY = 0.3
+# Rows of obstacles of fewer cells are no furniture that the network may take away; working cells (chosen by hand).
+THIN_CELLS = 5
 # They are at most this far from a free cell, since rooms that nobody saw are none; metres.
 FLOOR_REACH = 0.6
 # A small group of other cells is a piece of wall if its mean probability of wall is at least this.
@@ -46,6 +48,11 @@ def find_floor_space(
     floor = evidence.enlarge(evidence.classes[FLOOR] + evidence.classes[FURNITURE]) > FLOOR_PROBABILITY
     floor &= grow_mask(free, round(FLOOR_REACH / working_grid.resolution))
     floor &= ~occupied | (evidence.enlarge(evidence.classes[FURNITURE]) > FURNITURE_PROBABILITY)
+    # A thin row of obstacles is a wall, even if the network takes it for furniture
+    thick = cv2.morphologyEx(
+        (floor & ~free).astype(np.uint8), cv2.MORPH_OPEN, np.ones((THIN_CELLS, THIN_CELLS), np.uint8)
+    )
+    floor &= ~occupied | (thick > 0)
     outside = evidence.enlarge(evidence.classes[OUTSIDE]) > OUTSIDE_PROBABILITY
     certain = (free | furniture) & ~outside
     space = certain | _keep_enclosed(floor & ~certain & ~outside, certain, working_grid)
