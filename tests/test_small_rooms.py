@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from pianta._types import LabelImage, Mask
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.reconstruct import absorb_small_rooms, drop_unseen_lines, drop_unseen_rooms
-from tests.drawn_maps import carve
+from pianta.layout.structure.reconstruct import absorb_small_rooms, drop_unseen_rooms
 
 # Cells of 0.16 m²: a room of 4 cells has more than the 0.5 m² of a room, one of 3 cells has less.
 RESOLUTION = 0.4
@@ -58,9 +58,10 @@ class TestSmallRooms:
         assert labels.tolist() == [[0, 1]]
 
 
-def drop(labels, free, outside=0.0):
+def drop(labels: LabelImage, free: Mask, outside: float = 0.0) -> list[list[int]]:
     chances = np.full(labels.shape, outside, np.float32)
-    return drop_unseen_rooms(labels, free, chances, resolution=RESOLUTION).tolist()
+    dropped: list[list[int]] = drop_unseen_rooms(labels, free, chances, resolution=RESOLUTION).tolist()
+    return dropped
 
 
 class TestUnseenRooms:
@@ -83,11 +84,3 @@ class TestUnseenRooms:
         """12 cells of 0.4 m are 1.92 m², 13 are 2.08 m²."""
         labels = np.ones((1, cells), np.int32)
         assert drop(labels, labels > 0, outside) == [[int(stays)] * cells]
-
-
-@pytest.mark.parametrize(("columns", "count"), [(5, 0), (6, 1)])
-def test_a_door_is_where_half_of_the_border_was_seen(columns, count):
-    """Of the 17 positions from column 1 to 9, 8 round to a column below 5, and 9 or 10 to one below 6."""
-    line = np.array([[[2, 0], [2, 10]]], float)
-    seen_cells = carve((5, 11), (0, 5, 0, columns))
-    assert drop_unseen_lines(line, seen_cells).tolist() == line[:count].tolist()
