@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pianta._types import LabelImage, Mask
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.reconstruct import absorb_small_rooms, drop_unseen_rooms
 
@@ -57,9 +58,10 @@ class TestSmallRooms:
         assert labels.tolist() == [[0, 1]]
 
 
-def drop(labels, free, outside=0.0):
+def drop(labels: LabelImage, free: Mask, outside: float = 0.0) -> list[list[int]]:
     chances = np.full(labels.shape, outside, np.float32)
-    return drop_unseen_rooms(labels, free, chances, resolution=RESOLUTION).tolist()
+    dropped: list[list[int]] = drop_unseen_rooms(labels, free, chances, resolution=RESOLUTION).tolist()
+    return dropped
 
 
 class TestUnseenRooms:
