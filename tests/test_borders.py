@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pianta._types import Floats, LabelImage, Mask
 from pianta.layout._voronoi_doors import compute_clearance
-from pianta.layout.structure.borders import list_stretches, straighten_borders
+from pianta.layout.structure.borders import Borders, list_stretches, straighten_borders
 
 NO_NECKS = np.zeros((0, 2, 2))
 
 
-def make_two_rooms():
+def make_two_rooms() -> tuple[LabelImage, Mask]:
     """Two rooms of 24 × 20 cells beside a wall of two columns with an opening of 10 rows; the border is ragged."""
     space = np.zeros((26, 44), bool)
     space[1:25, 1:21] = space[1:25, 23:43] = True
@@ -24,7 +25,7 @@ def make_two_rooms():
     return labels, space
 
 
-def straighten(labels, space, necks=NO_NECKS):
+def straighten(labels: LabelImage, space: Mask, necks: Floats = NO_NECKS) -> tuple[LabelImage, Borders]:
     clearance = compute_clearance(space)
     return straighten_borders(labels, space, clearance, necks, min_clearance=1.0, resolution=0.1)
 

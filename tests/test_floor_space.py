@@ -131,7 +131,7 @@ class TestLargeGroups:
     @pytest.mark.parametrize(("columns", "is_floor"), [(3, True), (4, False)])
     def test_furniture_whose_back_was_not_seen_is_no_floor(self, columns, is_floor):
         """Unknown cells behind a shelf touch one more of its cells than they are: 0.4 m for 3, and 0.5 m for 4."""
-        shelf = carve(SHAPE, (5, 10, 10, 40))
+        shelf = carve(SHAPE, (5, 10, 10, 38))
         classes = make_wall_classes()
         set_class(classes, shelf, furniture=1.0)
         behind = carve(SHAPE, (4, 5, 10, 10 + columns))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from pianta._types import Floats, Indices, Mask
 from pianta.layout.multicut import measure_cut, solve_multicut
 
 
-def solve(count, weighted):
+def solve(count: int, weighted: Sequence[tuple[float, ...]]) -> tuple[Indices, Indices, Floats, Mask]:
     """Solve for (one, other, weight) edges, and (one, other, weight, False) pairs without an edge."""
     pairs = np.array([row[:2] for row in weighted], int).reshape(-1, 2)
     weights = np.array([row[2] for row in weighted], float)
@@ -15,7 +18,7 @@ def solve(count, weighted):
     return solve_multicut(count, pairs, weights, is_edge), pairs, weights, is_edge
 
 
-def is_feasible(part, pairs, is_edge):
+def is_feasible(part: Indices, pairs: Indices, is_edge: Mask) -> bool:
     """Whether each part is connected by edges."""
     for name in set(part.tolist()):
         nodes = set(np.flatnonzero(part == name).tolist())
@@ -63,7 +66,7 @@ def test_parts_are_numbered_by_their_first_nodes():
     assert part.tolist() == [0, 1, 1, 0]
 
 
-def list_partitions(count):
+def list_partitions(count: int) -> list[Indices]:
     """All partitions of nodes, each as the part of each node: every node is in an earlier part or starts the next."""
     partitions = [[0]]
     for _ in range(count - 1):

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from pianta._types import Floats, Indices
+from pianta._types import Floats, Indices, Mask
 
 # Rounds of moves over all nodes, at most (chosen by hand; two or three change anything).
 MAX_ROUNDS = 10
@@ -24,7 +24,7 @@ MIN_GAIN = 1e-9
 Neighbours = list[dict[int, float]]
 
 
-def solve_multicut(count: int, pairs: Indices, weights: Floats, is_edge: Indices) -> Indices:
+def solve_multicut(count: int, pairs: Indices, weights: Floats, is_edge: Mask) -> Indices:
     """Part of each node, shape (count,), numbered from 0 in the order of their first nodes.
 
     pairs: shape (P, 2), different nodes, each pair once. weights: shape (P,). is_edge: shape (P,), whether the pair
@@ -41,9 +41,7 @@ def measure_cut(part: Indices, pairs: Indices, weights: Floats) -> float:
     return float(weights[part[pairs[:, 0]] != part[pairs[:, 1]]].sum())
 
 
-def _list_neighbours(
-    count: int, pairs: Indices, weights: Floats, is_edge: Indices
-) -> tuple[Neighbours, list[set[int]]]:
+def _list_neighbours(count: int, pairs: Indices, weights: Floats, is_edge: Mask) -> tuple[Neighbours, list[set[int]]]:
     """The weight of each node to others, and the nodes that it has an edge to."""
     weight: Neighbours = [{} for _ in range(count)]
     edges: list[set[int]] = [set() for _ in range(count)]
@@ -133,7 +131,9 @@ def _join_parts(part: Indices, members: dict[int, set[int]], weight: Neighbours,
     for root in sorted(members):
         while root in members:
             pull, adjacent = _pull_parts(root, part, members, weight, edges)
-            choices = [(pull.get(other, 0.0), -other, (other,)) for other in adjacent]
+            choices: list[tuple[float, int, tuple[int, ...]]] = [
+                (pull.get(other, 0.0), -other, (other,)) for other in adjacent
+            ]
             for other in adjacent:
                 other_pull, further = _pull_parts(other, part, members, weight, edges)
                 choices += [

@@ -65,10 +65,10 @@ def list_stretches(labels: LabelImage) -> list[Indices]:
         down, right = (1, 0) if one == np.s_[:-1] else (0, 1)
         touching += [np.column_stack([pair, rows, cols]), np.column_stack([pair, rows + down, cols + right])]
     contacts = np.concatenate(touching)
-    _, pair = np.unique(contacts[:, :2], axis=0, return_inverse=True)
-    order = np.argsort(pair.ravel(), kind="stable")
+    index = np.unique(contacts[:, :2], axis=0, return_inverse=True)[1].ravel()
+    order = np.argsort(index, kind="stable")
     stretches = []
-    for group in np.split(order, np.flatnonzero(np.diff(pair.ravel()[order])) + 1):
+    for group in np.split(order, np.flatnonzero(np.diff(index[order])) + 1):
         if not len(group):
             continue
         cells = np.unique(contacts[group, 2:], axis=0)

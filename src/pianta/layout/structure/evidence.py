@@ -69,8 +69,9 @@ def sample_classes(evidence: Evidence, working_grid: WorkingGrid) -> NDArray[np.
     size = working_grid.grid.shape[::-1]
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     images = [cv2.warpAffine(image, matrix, size, flags=flags) for image in evidence.classes]
-    images[0] += np.float32(1) - np.sum(images, axis=0, dtype=np.float32)
-    return np.stack(images, axis=-1).astype(np.float32)
+    classes = np.stack(images, axis=-1).astype(np.float32)
+    classes[..., OUTSIDE] += 1 - classes.sum(axis=-1)
+    return classes
 
 
 def _average(mask: Mask, size: list[int]) -> Probabilities:

@@ -80,7 +80,7 @@ def find_border_probability(evidence: Evidence) -> Probabilities:
     return np.asarray(border)
 
 
-def weigh_pairs(pieces: LabelImage, evidence: Evidence) -> tuple[Indices, Floats, Indices]:
+def weigh_pairs(pieces: LabelImage, evidence: Evidence) -> tuple[Indices, Floats, Mask]:
     """Pairs of pieces, shape (P, 2), their weights, positive for one room, and which touch; both shape (P,).
 
     The weight is the sum of the log odds of one room over all pairs of cells at OFFSETS that are in the two pieces.
@@ -102,6 +102,6 @@ def weigh_pairs(pieces: LabelImage, evidence: Evidence) -> tuple[Indices, Floats
         keys.append(one * count + other)
         log_odds.append(np.log(probability / (1 - probability)) - CAUTION)
     unique, index = np.unique(np.concatenate(keys), return_inverse=True)
-    weights = np.bincount(index.ravel(), np.concatenate(log_odds), len(unique))
-    pairs = np.column_stack(np.divmod(unique, count)).astype(np.intp)
+    weights = np.bincount(index.ravel(), np.concatenate(log_odds), len(unique)).astype(np.float64)
+    pairs: Indices = np.column_stack(np.divmod(unique, count)).astype(np.intp)
     return pairs, weights, np.isin(unique, keys[0])

@@ -187,7 +187,7 @@ def drop_unseen_rooms(labels: LabelImage, free: Mask, outside: Probabilities, *,
 def drop_unseen_lines(lines: Floats, seen: Mask) -> Floats:
     """The lines, shape (N, 2, 2), without those that cross cells that nobody saw: there is no way through."""
     positions = lines[:, :1] + LINE_SAMPLES[:, None] * (lines[:, 1:] - lines[:, :1])
-    return lines[sample_image(seen, positions).mean(axis=1) >= MIN_SEEN_LINE_SHARE]
+    return np.asarray(lines[sample_image(seen, positions).mean(axis=1) >= MIN_SEEN_LINE_SHARE])
 
 
 def outline_rooms(
