@@ -9,7 +9,13 @@ import pytest
 from pianta._types import Floats, Mask
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.evidence import CELL, Evidence
-from pianta.layout.structure.pieces import CAUTION, Pieces, cut_into_pieces, find_border_probability, weigh_pairs
+from pianta.layout.structure.pieces import (
+    CAUTION,
+    Pieces,
+    cut_into_pieces,
+    find_border_probability,
+    compute_pair_weights,
+)
 from tests.drawn_evidence import make_classes, make_evidence, set_class
 from tests.drawn_maps import carve
 
@@ -17,7 +23,9 @@ from tests.drawn_maps import carve
 def weigh(pieces: list[list[int]], *, affinity: float) -> dict[tuple[int, int], object]:
     """The weight of each pair of pieces, and whether it touches, for pieces on the cells of the network."""
     labels = np.array(pieces, np.int32)
-    pairs, weights, touching = weigh_pairs(labels, make_evidence(make_classes(labels.shape), affinity=affinity))
+    pairs, weights, touching = compute_pair_weights(
+        labels, make_evidence(make_classes(labels.shape), affinity=affinity)
+    )
     return {
         (one, other): (weight, touches)
         for (one, other), weight, touches in zip(pairs.tolist(), weights.tolist(), touching.tolist(), strict=True)
@@ -60,14 +68,14 @@ class TestWeights:
         """Of the two pairs, that of column 0 is one room and that of column 1 is not."""
         evidence = make_evidence(make_classes((1, 6)), affinity=0.5)
         evidence.affinities[0, 0, :2] = [0.9, 0.2]
-        _, weights, _ = weigh_pairs(np.array([[1, 1, 0, 0, 2, 2]], np.int32), evidence)
+        _, weights, _ = compute_pair_weights(np.array([[1, 1, 0, 0, 2, 2]], np.int32), evidence)
         assert weights == pytest.approx([log(0.9 / 0.1) + log(0.2 / 0.8) - 2 * CAUTION], rel=1e-5)
 
     def test_pieces_have_smaller_cells_than_the_network(self):
         """The middles of the network's cells lie at the odd columns: columns 1 and 9 are 4 of its cells apart."""
         pieces = np.array([[0, 1, 0, 0, 0, 0, 0, 0, 0, 2]] * 2, np.int32)
         evidence = replace(make_evidence(make_classes((1, 5)), affinity=0.95), shape=pieces.shape)
-        pairs, weights, touching = weigh_pairs(pieces, evidence)
+        pairs, weights, touching = compute_pair_weights(pieces, evidence)
         assert (pairs.tolist(), touching.tolist()) == ([[1, 2]], [False])
         assert weights == pytest.approx([log(19) - CAUTION], rel=1e-6)
 

@@ -42,7 +42,7 @@ def test_pieces_below_0_4_m2_are_no_split():
     assert count("11111113", "77777777", resolution=0.3**0.5).right_whole == 1
 
 
-def test_a_piece_lies_with_more_than_half_in_the_true_room():
+def test_a_piece_has_more_than_half_of_its_cells_in_the_true_room():
     """Room 2 has two cells in true room 7 and two in no room: it is no piece of 7, and no room."""
     assert count("11112222", "77777700") == RoomCounts(1, 2, 1, 1, 0, 0, 1, {1: 7})
 
@@ -52,7 +52,7 @@ def test_true_rooms_in_one_room_are_merged():
     assert count("111111111", "777777889") == RoomCounts(3, 1, 1, 1, 0, 2, 0, {1: 7})
 
 
-def test_a_room_that_lies_in_one_piece_elsewhere_is_neither_split_nor_merged():
+def test_a_room_that_is_one_piece_elsewhere_is_neither_split_nor_merged():
     """Room 1 has all of 8 and two of the five cells of 7, room 2 the other three, so that 7 is right."""
     counts = count("1111222", "8877777")
     assert (counts.splits, counts.merges, counts.right, counts.right_whole) == (0, 0, 1, 1)

@@ -39,7 +39,7 @@ MIN_AREA = 0.005
 MIN_CELLS = 2
 # Cells of higher probability are furniture.
 PROBABILITY = 0.5
-# Groups that the rules take for furniture are none if their mean probability is lower. It is low, because models see
+# Groups that the rules take for furniture are dropped if their mean probability is lower. It is low, because models see
 # coarser cells than maps have, and a leg of a chair fills a part of one.
 MIN_MEAN_PROBABILITY = 0.1
 # An outline of cells is simplified by this; cells. A rectangle of two cells keeps its four corners.
@@ -94,7 +94,7 @@ def sort_contents(grid: GridMap, floor: Floor, *, probability: Probabilities | N
 
     A group of cells is furniture if it does not touch the outline of its room, or is too thick for a stub of a wall.
     Thin pieces on the line of a wall are walls. With probabilities, of shape (H, W), cells above 0.5 are furniture too,
-    and groups with a mean below 0.1 are none.
+    and groups with a mean below 0.1 are left out.
     """
     if probability is not None and probability.shape != grid.shape:
         raise OptionError(f"probability has shape {probability.shape}, give {grid.shape}, that of the map")

@@ -25,7 +25,7 @@ from pianta_bench.robustness.variants import add_salt_and_pepper, rotate_cells
 # Share of the rooms of the map by which the number may change; issue 22.
 TOLERANCE = 0.05
 # The record of a figure of the map itself names no variant.
-WHOLE = ""
+WHOLE_MAP = ""
 NAMES = ("metric", "variant")
 
 
@@ -94,7 +94,7 @@ def measure_apart(data: Path, part: str, name: str, *, method: str, draws: int, 
     """The results of one map."""
     results = Results()
     angles = range(turns, 360, turns) if turns else ()
-    failed = {("changed", WHOLE): 100.0 if draws else None, ("within", WHOLE): 0.0 if turns else None}
+    failed = {("changed", WHOLE_MAP): 100.0 if draws else None, ("within", WHOLE_MAP): 0.0 if turns else None}
     measure_one = partial(measure_map, data, part, name, method=method, draws=draws, angles=angles, seed=seed)
     results.measure(part, name, measure_one, names=NAMES, failed=failed)
     return results
@@ -106,7 +106,7 @@ def measure_map(
     """The rooms of a map, of the map with noise and of the rotated map; and the shares that are as many, %."""
     grid = read_grid(data, part, name)
     rooms = len(reconstruct(grid, method=method, predict_partial=False).rooms)
-    yield {("rooms", WHOLE): rooms}
+    yield {("rooms", WHOLE_MAP): rooms}
     noisy = {
         f"draw {draw}": count_rooms(add_salt_and_pepper(grid, seed=seed, draw=draw), method) for draw in range(draws)
     }
@@ -143,11 +143,11 @@ def describe_turns(rooms: int, numbers: Sequence[int]) -> Figures:
 
 
 def _describe(metric: str, holds: Sequence[bool]) -> dict[tuple[str, str], float | None]:
-    return {(metric, WHOLE): 100 * sum(holds) / len(holds) if holds else None}
+    return {(metric, WHOLE_MAP): 100 * sum(holds) / len(holds) if holds else None}
 
 
 def _describe_range(prefix: str, numbers: Sequence[int]) -> dict[tuple[str, str], float | None]:
     return {
-        (f"{prefix}_least", WHOLE): min(numbers, default=None),
-        (f"{prefix}_most", WHOLE): max(numbers, default=None),
+        (f"{prefix}_least", WHOLE_MAP): min(numbers, default=None),
+        (f"{prefix}_most", WHOLE_MAP): max(numbers, default=None),
     }

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from pianta_bench.harness.records import Record, Results, name_parts
 from pianta_bench.harness.tables import Cell, FilledTable, Table
-from pianta_bench.robustness.measure import WHOLE
+from pianta_bench.robustness.measure import WHOLE_MAP
 
 NOISE_COLUMNS = {
     "changed": "noise:\nchanged %",
@@ -33,7 +33,7 @@ MAPS = Table(
     title="Rooms under noise and turns, {part}, method {method}",
     rows=("item",),
     columns=("metric",),
-    where={"metric": list(LABELS), "variant": WHOLE},
+    where={"metric": list(LABELS), "variant": WHOLE_MAP},
     labels=LABELS,
     summarise=Cell.only,
     summaries=("mean",),
@@ -58,7 +58,7 @@ def tabulate(results: Results) -> list[FilledTable]:
     """The figures of each map, then means of each set, and on how many maps every draw and every turn holds."""
     options = {key: results.options[key] for key in ("method", "draws", "turns")}
     parts = [*name_parts(results.items)]
-    own = results.select(variant=WHOLE)
+    own = results.select(variant=WHOLE_MAP)
     tables = [MAPS.fill(results.select(part=part), part=part, method=options["method"]) for part in parts]
     derived = [record for part in parts for record in count_maps(results, part)]
     notes = [NOISE_NOTE.format(**options)] * bool(options["draws"])
@@ -70,7 +70,7 @@ def count_maps(results: Results, part: str) -> Iterator[Record]:
     """The number of maps of a set, of those that no draw changes, and of those that every turn leaves within."""
     counts = {"maps": sum(item.part == part for item in results.items)}
     for count, metric, best in (("never_changed", "changed", 0), ("always_within", "within", 100)):
-        values = results.values(part=part, metric=metric, variant=WHOLE)
+        values = results.values(part=part, metric=metric, variant=WHOLE_MAP)
         if values:
             counts[count] = sum(value == best for value in values)
     for metric, value in counts.items():

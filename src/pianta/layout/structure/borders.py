@@ -88,10 +88,12 @@ def draw_borders(stretches: list[Indices], space: Mask, necks: Floats, resolutio
     for cells in stretches:
         chord, sagitta = _fit_chord(cells.astype(float))
         is_straight = sagitta * resolution <= MAX_SAGITTA
-        near = [_find_nearest_line(chord, candidates, NECK_REACH / resolution) for candidates in (necks, shortest)]
-        known = [line for line in near if line is not None]
+        near = [_find_nearest_line(chord, group, NECK_REACH / resolution) for group in (necks, shortest)]
+        candidates = [line for line in near if line is not None]
         lines.append(
-            known[0][None] if is_straight and known else _extend_to_jambs(chord, space, JAMB_REACH / resolution)[None]
+            candidates[0][None]
+            if is_straight and candidates
+            else _extend_to_jambs(chord, space, JAMB_REACH / resolution)[None]
         )
         straight.append(is_straight)
     return Borders(np.concatenate(lines), np.array(straight, bool))

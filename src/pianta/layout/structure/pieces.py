@@ -1,4 +1,4 @@
-"""The floor cut into pieces wherever two rooms may meet, and how strongly each two pieces belong together."""
+"""The floor cut into pieces at every line where two rooms may meet, and how strongly each two pieces belong together."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MIN_PROBABILITY = 0.02
 # Subtracted from the log odds of one room of each pair of cells, since the network is too sure of it on real maps:
 # chosen on survey, clutter, vacuum and schools among 0, 0.3, 0.6, 1, 1.5, 2, 2.5 and 3.
 CAUTION = 1.5
-# Weight of two pieces that touch, if no pair of cells tells otherwise.
+# Weight of two pieces that touch, if there is no pair of cells.
 TOUCH_WEIGHT = 0.01
 
 
@@ -80,7 +80,7 @@ def find_border_probability(evidence: Evidence) -> Probabilities:
     return np.asarray(border)
 
 
-def weigh_pairs(pieces: LabelImage, evidence: Evidence) -> tuple[Indices, Floats, Mask]:
+def compute_pair_weights(pieces: LabelImage, evidence: Evidence) -> tuple[Indices, Floats, Mask]:
     """Pairs of pieces, shape (P, 2), their weights, positive for one room, and which touch; both shape (P,).
 
     The weight is the sum of the log odds of one room over all pairs of cells at OFFSETS that are in the two pieces.

@@ -27,7 +27,7 @@ from pianta.layout.structure.frontiers import find_frontiers, measure_frontiers,
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
 from pianta.layout.structure.notches import fill_notches
 from pianta.layout.structure.passages import list_passages
-from pianta.layout.structure.pieces import Pieces, cut_into_pieces, weigh_pairs
+from pianta.layout.structure.pieces import Pieces, cut_into_pieces, compute_pair_weights
 from pianta.layout.structure.regions import describe_regions, find_separators, sample_image
 from pianta.layout.structure.space import find_floor_space
 from pianta.layout.structure.wall_lines import find_wall_lines, span_walls
@@ -48,14 +48,14 @@ MIN_SEEN_SHARE = 0.1
 class Division:
     """The floor of a map, divided into rooms; lengths are in cells of the working grid, shape (H, W).
 
-    space: the cells of the floor. seen: those that are free or under small furniture.
+    space: the cells of the floor. observed: those that are free or under small furniture.
     labels: n > 0 for room n, 0 no room. borders: lines on which two rooms meet, shape (N, 2, 2), end, then row and col.
     """
 
     working_grid: WorkingGrid
     evidence: Evidence
     space: Mask
-    seen: Mask
+    observed: Mask
     pieces: Pieces
     labels: LabelImage
     borders: Floats
@@ -70,10 +70,10 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
     division = divide_floor(grid, parameters)
     working_grid, labels, cell = division.working_grid, division.labels, division.working_grid.resolution
     # Rooms that end at unknown space are partial, and those with little area for their frontier are ray leaks
-    leak_frontier = find_frontiers(grid, working_grid, division.seen)
+    leak_frontier = find_frontiers(grid, working_grid, division.observed)
     frontier_lengths = measure_frontiers(labels, leak_frontier, resolution=cell)
     room_labels = remove_ray_leaks(labels, frontier_lengths, width=parameters.passage_width, resolution=cell)
-    frontier = find_frontiers(grid, working_grid, division.seen, min_thickness=parameters.unseen_width)
+    frontier = find_frontiers(grid, working_grid, division.observed, min_thickness=parameters.unseen_width)
     unseen = measure_frontiers(labels, frontier, resolution=cell)
     # Give the rooms clean outlines that continue behind the furniture along their walls
     outlines, numbers = outline_rooms(room_labels, working_grid, parameters)
@@ -103,11 +103,11 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     occupied = sample_obstacles(working_grid)
     evidence = evaluate_map(working_grid.free, occupied, resolution=cell)
     # The floor: free cells and furniture, without rays that left the building
-    space, seen = find_floor_space(working_grid, occupied, evidence, parameters)
-    # Cut it at every neck, and wherever the network sees a border
+    space, observed = find_floor_space(working_grid, occupied, evidence, parameters)
+    # Cut it at every neck, and along the borders that the network sees
     pieces = cut_into_pieces(space, evidence, parameters, resolution=cell)
     # One decision for all pieces: the partition that agrees best with all pairs of cells
-    pairs, weights, touching = weigh_pairs(pieces.labels, evidence)
+    pairs, weights, touching = compute_pair_weights(pieces.labels, evidence)
     parts = solve_multicut(int(pieces.labels.max(initial=0)) + 1, pairs, weights, touching)
     labels = np.where(pieces.labels > 0, parts[pieces.labels] + 1, 0).astype(np.int32)
     labels = absorb_small_rooms(labels, parameters, resolution=cell)
@@ -123,7 +123,7 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     )
     # A part that a straight border has cut off belongs to its neighbour, or is a room of its own
     labels = absorb_small_rooms(label(labels, connectivity=1).astype(np.int32), parameters, resolution=cell)
-    return Division(working_grid, evidence, space, seen, pieces, labels, borders.lines)
+    return Division(working_grid, evidence, space, observed, pieces, labels, borders.lines)
 
 
 def sample_obstacles(working_grid: WorkingGrid) -> Mask:
@@ -164,7 +164,7 @@ def find_doors(division: Division, rooms: Sequence[int], parameters: StructurePa
         list_passages, rooms=set(rooms), working_grid=division.working_grid, door_width=parameters.door_width
     )
     regions = describe_regions(division.labels, division.pieces.clearance, resolution=cell)
-    separators = find_separators(regions, drop_unseen_lines(division.borders, division.seen))
+    separators = find_separators(regions, drop_unseen_lines(division.borders, division.observed))
     doors = list_doors(separators, min_width=parameters.passage_width / 2)
     max_width, joined = parameters.passage_width / cell + 1, {door.rooms for door in doors}
     gaps = find_narrow_passages(regions, space, division.pieces.clearance, max_width=max_width, joined=joined)
@@ -178,16 +178,16 @@ def drop_unseen_rooms(labels: LabelImage, free: Mask, outside: Probabilities, *,
     free: shape (H, W). outside: probability of each cell to be outside, shape (H, W). resolution: metres per cell.
     """
     area = np.bincount(labels.ravel())
-    seen = np.bincount(labels[free], minlength=len(area)) >= MIN_SEEN_SHARE * area
+    is_observed = np.bincount(labels[free], minlength=len(area)) >= MIN_SEEN_SHARE * area
     is_outside = np.bincount(labels.ravel(), outside.ravel()) > MAX_OUTSIDE * area
-    is_room = seen & ~(is_outside & (area * resolution**2 < MAX_LEAK_AREA))
+    is_room = is_observed & ~(is_outside & (area * resolution**2 < MAX_LEAK_AREA))
     return np.where(is_room[labels], labels, 0).astype(np.int32)
 
 
-def drop_unseen_lines(lines: Floats, seen: Mask) -> Floats:
-    """The lines, shape (N, 2, 2), without those that cross cells that nobody saw: there is no way through."""
+def drop_unseen_lines(lines: Floats, observed: Mask) -> Floats:
+    """The lines, shape (N, 2, 2), without those over cells that were not observed: there may be no way through."""
     positions = lines[:, :1] + LINE_SAMPLES[:, None] * (lines[:, 1:] - lines[:, :1])
-    return np.asarray(lines[sample_image(seen, positions).mean(axis=1) >= MIN_SEEN_LINE_SHARE])
+    return np.asarray(lines[sample_image(observed, positions).mean(axis=1) >= MIN_SEEN_LINE_SHARE])
 
 
 def outline_rooms(

@@ -19,7 +19,7 @@ OUTSIDE_PROBABILITY = 0.8
 FURNITURE_PROBABILITY = 0.3
 # Rows of obstacles of fewer cells are no furniture that the network may take away; working cells (chosen by hand).
 THIN_CELLS = 5
-# They are at most this far from a free cell, since rooms that nobody saw are none; metres.
+# They are at most this far from a free cell, since the network also draws rooms behind walls; metres.
 FLOOR_REACH = 0.6
 # A small group of other cells is a piece of wall if its mean probability of wall is at least this.
 WALL_PROBABILITY = 0.5
@@ -87,7 +87,7 @@ def _keep_enclosed(added: Mask, certain: Mask, working_grid: WorkingGrid) -> Mas
     _, groups = cv2.connectedComponents(added.astype(np.uint8), connectivity=4)
     beyond = grow_mask(unknown & ~added & ~certain, 1) & added
     length = np.bincount(groups[beyond], minlength=int(groups.max()) + 1) * working_grid.resolution
-    # Between sparse rays one large group joins what was seen of a room
+    # Between sparse rays one large group connects the observed parts of a room
     area = np.bincount(groups.ravel()) * working_grid.resolution**2
     keep = (length < MAX_OPEN_LENGTH) | (area > MAX_FURNITURE_AREA)
     keep[0] = False
