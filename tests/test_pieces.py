@@ -12,9 +12,9 @@ from pianta.layout.structure.evidence import CELL, Evidence
 from pianta.layout.structure.pieces import (
     CAUTION,
     Pieces,
+    compute_pair_weights,
     cut_into_pieces,
     find_border_probability,
-    compute_pair_weights,
 )
 from tests.drawn_evidence import make_classes, make_evidence, set_class
 from tests.drawn_maps import carve

@@ -1,4 +1,4 @@
-"""The floor cut into pieces at every line where two rooms may meet, and how strongly each two pieces belong together."""
+"""The floor cut into pieces at every line where two rooms may meet, and how strongly two pieces belong together."""
 
 from __future__ import annotations
 

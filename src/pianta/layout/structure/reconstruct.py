@@ -1,4 +1,4 @@
-"""The method `structure`: rooms by narrow passages and wall lines together, as chapter 9 of the thesis proposes."""
+"""The method `structure`: rooms by a network's evidence, narrow passages and one decision for the whole floor."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from pianta.layout.structure.frontiers import find_frontiers, measure_frontiers,
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
 from pianta.layout.structure.notches import fill_notches
 from pianta.layout.structure.passages import list_passages
-from pianta.layout.structure.pieces import Pieces, cut_into_pieces, compute_pair_weights
+from pianta.layout.structure.pieces import Pieces, compute_pair_weights, cut_into_pieces
 from pianta.layout.structure.regions import describe_regions, find_separators, sample_image
 from pianta.layout.structure.space import find_floor_space
 from pianta.layout.structure.wall_lines import find_wall_lines, span_walls
