@@ -5,7 +5,7 @@ import pytest
 
 from pianta._types import LabelImage, Mask
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.reconstruct import absorb_small_rooms, drop_unseen_rooms
+from pianta.layout.structure.reconstruct import absorb_small_rooms, drop_enclosed_spots, drop_unseen_rooms
 
 # Cells of 0.16 m²: a room of 4 cells has more than the 0.5 m² of a room, one of 3 cells has less.
 RESOLUTION = 0.4
@@ -84,3 +84,40 @@ class TestUnseenRooms:
         """12 cells of 0.4 m are 1.92 m², 13 are 2.08 m²."""
         labels = np.ones((1, cells), np.int32)
         assert drop(labels, labels > 0, outside) == [[int(stays)] * cells]
+
+
+class TestEnclosedSpots:
+    """A hall of 10 × 10 m, cells of 0.1 m; walls are one cell thick."""
+
+    def make_hall(self, *spot: int) -> LabelImage:
+        """Rows and columns of a spot in the hall, from, to, with a wall around it."""
+        top, bottom, left, right = spot
+        labels = np.ones((100, 100), np.int32)
+        labels[top - 1 : bottom + 1, left - 1 : right + 1] = 0
+        labels[top:bottom, left:right] = 2
+        return labels
+
+    @pytest.mark.parametrize(("side", "is_room"), [(19, False), (20, True)])
+    def test_a_small_spot_inside_a_room_is_none(self, side, is_room):
+        """3.61 and 4 m²."""
+        labels = self.make_hall(40, 40 + side, 40, 40 + side)
+        rooms = drop_enclosed_spots(labels, resolution=0.1)
+        assert (rooms == 2).any() == is_room
+        assert ((rooms == 1) == (labels == 1)).all()
+
+    def test_a_spot_with_an_entry_stays(self):
+        labels = self.make_hall(40, 50, 40, 50)
+        labels[45, 50] = 1
+        assert (drop_enclosed_spots(labels, resolution=0.1) == labels).all()
+
+    def test_a_spot_between_two_rooms_stays(self):
+        labels = self.make_hall(40, 50, 40, 50)
+        labels[:, 45:][labels[:, 45:] == 1] = 3
+        assert (drop_enclosed_spots(labels, resolution=0.1) == labels).all()
+
+    def test_a_spot_at_the_edge_of_a_room_stays(self):
+        """A closet at a corner of the hall: the room is near on one side only."""
+        labels = np.zeros((60, 60), np.int32)
+        labels[30:59, 1:59] = 1
+        labels[10:29, 1:15] = 2
+        assert (drop_enclosed_spots(labels, resolution=0.1) == labels).all()

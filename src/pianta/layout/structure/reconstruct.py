@@ -9,13 +9,14 @@ from functools import partial
 import cv2
 import numpy as np
 import shapely
+from scipy import ndimage
 from shapely import LineString
 
 from pianta._types import Floats, Indices, LabelImage, Mask
 from pianta.errors import MapError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
-from pianta.layout._label_images import Polygons, join_outlines, largest_part, list_contacts, outline_labels
+from pianta.layout._label_images import Polygons, grow_mask, join_outlines, largest_part, list_contacts, outline_labels
 from pianta.layout._numbering import assemble_floor
 from pianta.layout._working_grid import NO_ROOM, WorkingGrid, check_shows_rooms, to_working_grid
 from pianta.layout.furniture import find_furniture
@@ -36,6 +37,12 @@ from pianta.layout.structure.wall_lines import find_wall_lines, span_walls
 MAX_LEAK_AREA = 2.0
 # ... if its mean probability to be outside is larger (chosen by hand).
 MAX_OUTSIDE = 0.2
+# A spot that is enclosed by one room is furniture if it is smaller; m².
+MAX_ENCLOSED_AREA = 4.0
+# It is enclosed if at least this share of the cells near it ...
+MIN_SURROUNDED_SHARE = 0.3
+# ... and at most this far from it are of that room; metres (chosen by hand).
+ENCLOSURE_REACH = 0.5
 # Positions along a border where it is looked up whether its cells were seen, ...
 LINE_SAMPLES = np.linspace(0.1, 0.9, 17)
 # ... and least share of them that were, for a door (chosen by hand).
@@ -123,6 +130,7 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     )
     # A part that a straight border has cut off belongs to its neighbour, or is a room of its own
     labels = absorb_small_rooms(label(labels, connectivity=1).astype(np.int32), parameters, resolution=cell)
+    labels = drop_enclosed_spots(labels, resolution=cell)
     return Division(working_grid, evidence, space, observed, pieces, labels, borders.lines)
 
 
@@ -182,6 +190,27 @@ def drop_unseen_rooms(labels: LabelImage, free: Mask, outside: Probabilities, *,
     is_outside = np.bincount(labels.ravel(), outside.ravel()) > MAX_OUTSIDE * area
     is_room = is_observed & ~(is_outside & (area * resolution**2 < MAX_LEAK_AREA))
     return np.where(is_room[labels], labels, 0).astype(np.int32)
+
+
+def drop_enclosed_spots(labels: LabelImage, *, resolution: float) -> LabelImage:
+    """The label image without small spots inside a room that nothing leads to: the space in a table or behind a rope.
+
+    labels: shape (H, W). resolution: metres per cell.
+    """
+    labels = labels.copy()
+    reach = round(ENCLOSURE_REACH / resolution)
+    linked = np.unique(list_contacts(labels)[0])
+    for number, window in enumerate(ndimage.find_objects(labels), start=1):
+        if window is None or number in linked:
+            continue
+        around = tuple(slice(max(axis.start - reach - 1, 0), axis.stop + reach + 1) for axis in window)
+        spot = labels[around] == number
+        ring = grow_mask(spot, reach) & ~spot
+        neighbours = np.unique(labels[around][ring & (labels[around] > 0)])
+        surrounded = np.count_nonzero(labels[around][ring]) >= MIN_SURROUNDED_SHARE * np.count_nonzero(ring)
+        if spot.sum() * resolution**2 < MAX_ENCLOSED_AREA and len(neighbours) == 1 and surrounded:
+            labels[around][spot] = 0
+    return labels
 
 
 def drop_unseen_lines(lines: Floats, observed: Mask) -> Floats:
