@@ -23,4 +23,5 @@ def set_class(classes: Probabilities, cells: Mask, **probabilities: float) -> No
 def make_evidence(classes: Probabilities, *, affinity: float = 0.95) -> Evidence:
     """Evidence with the same affinity everywhere, on a working grid with the cells of the network."""
     height, width = classes.shape[1:]
-    return Evidence(classes, np.full((len(OFFSETS), height, width), affinity, np.float32), (height, width))
+    affinities = np.full((len(OFFSETS), height, width), affinity, np.float32)
+    return Evidence(classes, affinities, np.eye(2, 3), (height, width))

@@ -7,7 +7,7 @@ import pytest
 
 from pianta._types import Floats, LabelImage, Mask
 from pianta.layout._voronoi_doors import compute_clearance
-from pianta.layout.structure.borders import Borders, list_stretches, straighten_borders
+from pianta.layout.structure.borders import Borders, draw_borders, list_stretches, straighten_borders
 
 NO_NECKS = np.zeros((0, 2, 2))
 
@@ -27,7 +27,8 @@ def make_two_rooms() -> tuple[LabelImage, Mask]:
 
 def straighten(labels: LabelImage, space: Mask, necks: Floats = NO_NECKS) -> tuple[LabelImage, Borders]:
     clearance = compute_clearance(space)
-    return straighten_borders(labels, space, clearance, necks, min_clearance=1.0, resolution=0.1)
+    straight = straighten_borders(labels, space, clearance, necks, min_clearance=1.0, resolution=0.1)
+    return straight, draw_borders(list_stretches(straight), space, necks, 0.1)
 
 
 def test_a_stretch_has_the_cells_of_both_rooms():

@@ -74,7 +74,9 @@ class TestWeights:
     def test_pieces_have_smaller_cells_than_the_network(self):
         """The middles of the network's cells lie at the odd columns: columns 1 and 9 are 4 of its cells apart."""
         pieces = np.array([[0, 1, 0, 0, 0, 0, 0, 0, 0, 2]] * 2, np.int32)
-        evidence = replace(make_evidence(make_classes((1, 5)), affinity=0.95), shape=pieces.shape)
+        evidence = replace(
+            make_evidence(make_classes((1, 5)), affinity=0.95), from_working=np.eye(2, 3) / 2, shape=pieces.shape
+        )
         pairs, weights, touching = compute_pair_weights(pieces, evidence)
         assert (pairs.tolist(), touching.tolist()) == ([[1, 2]], [False])
         assert weights == pytest.approx([log(19) - CAUTION], rel=1e-6)

@@ -35,8 +35,8 @@ class Borders:
 
 def straighten_borders(
     labels: LabelImage, space: Mask, clearance: Clearance, necks: Floats, *, min_clearance: float, resolution: float
-) -> tuple[LabelImage, Borders]:
-    """The label image with straight borders between rooms, and these.
+) -> LabelImage:
+    """The label image with straight borders between rooms.
 
     labels: shape (H, W), n > 0 for room n. space: the free cells. clearance: its distance transform, in cells.
     necks: lines from jamb to jamb, shape (N, 2, 2), which borders near them follow. min_clearance: as in
@@ -53,7 +53,7 @@ def straighten_borders(
     overlap[0] = overlap[:, 0] = 0
     rest = (overlap < MAX_REST_SHARE * np.bincount(labels.ravel())).ravel()[keys] & (regions.labels > 0) & (labels > 0)
     straight = np.where(rest, overlap.argmax(axis=1)[regions.labels], labels)
-    return straight.astype(np.int32), borders
+    return straight.astype(np.int32)
 
 
 def list_stretches(labels: LabelImage) -> list[Indices]:

@@ -13,7 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta._types import Mask
+from pianta._types import Floats, LabelImage, Mask
+from pianta.layout._label_images import shrink_mask
 from pianta.layout._working_grid import WorkingGrid
 from pianta.models import MODELS
 
@@ -30,51 +31,140 @@ BLOCK = 32
 # Side of the squares in which large maps are evaluated, and how far these overlap; cells.
 TILE = 1024
 OVERLAP = 128
+# Walls that the network learned from are three cells of 0.05 m thick; thinner lines of obstacles, at least this long,
+# are made so: metres (chosen by hand).
+MIN_LINE = 1.0
+# The main direction is found from at most about so many edge cells, ...
+MAX_EDGES = 4000
+# ... by histograms with bins of this many cells, ...
+EDGE_BIN = 2.0
+# ... and a map is turned if its walls are turned by more; degrees (all chosen by hand).
+MIN_TURN = 1.0
 NETWORK = "map_regions.onnx"
 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What the network saw, on cells of CELL metres.
+    """The outputs of the network, on cells of CELL metres along the main direction of the walls.
 
     classes: shape (5, h, w), probabilities in the order OUTSIDE, FLOOR, WALL, DOOR, FURNITURE.
     affinities: shape (len(OFFSETS), h, w), probability that the cell and the one at each offset are in one room.
+    from_working: shape (2, 3), continuous col and row of the working grid to those of the network's cells.
     shape: of the working grid, (H, W).
     """
 
     classes: Probabilities
     affinities: Probabilities
+    from_working: Floats
     shape: tuple[int, int]
 
     def enlarge(self, image: Probabilities) -> Probabilities:
         """An image of shape (h, w) on the working grid, shape (H, W)."""
-        return np.asarray(cv2.resize(image, self.shape[::-1], interpolation=cv2.INTER_LINEAR), np.float32)
+        return _warp(image, self.from_working, self.shape)
+
+    def sample(self, labels: LabelImage) -> LabelImage:
+        """Labels of the working grid, shape (H, W), at the middles of the network's cells, shape (h, w); 0 beyond."""
+        turned, shift = self.from_working[:, :2], self.from_working[:, 2]
+        rows, cols = np.indices(self.classes.shape[1:]) + 0.5
+        back = np.linalg.inv(turned)
+        x, y = np.floor(np.tensordot(back, np.stack([cols - shift[0], rows - shift[1]]), axes=1)).astype(np.intp)
+        inside = (x >= 0) & (y >= 0) & (x < self.shape[1]) & (y < self.shape[0])
+        return np.where(inside, labels[y.clip(0, self.shape[0] - 1), x.clip(0, self.shape[1] - 1)], 0).astype(np.int32)
 
 
 def evaluate_map(free: Mask, occupied: Mask, *, resolution: float) -> Evidence:
     """The evidence for a map; free, occupied: shape (H, W). resolution: metres per cell."""
-    size = [max(1, round(side * resolution / CELL)) for side in free.shape]
-    shares = [_average(mask, size) for mask in (free, occupied)]
+    occupied = occupied | _thicken_lines(occupied, MIN_LINE / resolution)
+    free = free & ~occupied
+    shape = (free.shape[0], free.shape[1])
+    matrix, size = _align_cells(shape, resolution / CELL, find_main_direction(free))
+    # The share of each of the network's cells that is free, or an obstacle
+    block = max(1, round(CELL / resolution))
+    back = np.linalg.inv(np.vstack([matrix, [0, 0, 1]]))[:2]
+    shares = [_warp(cv2.blur(mask.astype(np.float32), (block, block)), back, size) for mask in (free, occupied)]
+    if matrix[0, 1] == 0:
+        shares = [_average(mask, size) for mask in (free, occupied)]
     output = _evaluate(np.stack(shares))
-    return Evidence(output[: FURNITURE + 1], output[FURNITURE + 1 :], (free.shape[0], free.shape[1]))
+    return Evidence(output[: FURNITURE + 1], output[FURNITURE + 1 :], matrix, shape)
+
+
+def find_main_direction(free: Mask) -> float:
+    """Direction of most edges of the free cells, shape (H, W): radians from the columns, -π/4 … π/4; 0 if near 0.
+
+    Along the walls the edges lie on few lines, so that their positions across have the sharpest histogram.
+    """
+    rows, cols = np.nonzero(free & ~shrink_mask(free, 1))
+    step = max(1, len(rows) // MAX_EDGES)
+    points = np.stack([cols[::step], rows[::step]]).astype(float)
+    coarse = max(range(-45, 45), key=lambda degrees: (_measure_sharpness(points, degrees), -abs(degrees)))
+    fine = [coarse + part / 4 for part in range(-4, 5)]
+    degrees = max(fine, key=lambda degrees: (_measure_sharpness(points, degrees), -abs(degrees)))
+    return 0.0 if abs(degrees) < MIN_TURN else float(np.radians(degrees))
+
+
+def _measure_sharpness(points: Floats, degrees: float) -> float:
+    """Sum of the squared histograms of points, shape (2, N), along and across a direction."""
+    turn = np.radians(degrees)
+    along = np.cos(turn) * points[0] + np.sin(turn) * points[1]
+    across = np.cos(turn) * points[1] - np.sin(turn) * points[0]
+    bins = [np.floor((axis - axis.min(initial=0)) / EDGE_BIN).astype(np.intp) for axis in (along, across)]
+    return float(sum((np.bincount(axis).astype(float) ** 2).sum() for axis in bins))
+
+
+def _align_cells(shape: tuple[int, int], scale: float, turn: float) -> tuple[Floats, tuple[int, int]]:
+    """Matrix (2, 3) from col and row of the working grid to cells of the network, turned by an angle; and their shape.
+
+    scale: working cells per cell of the network. turn: radians.
+    """
+    if turn == 0:
+        size = tuple(max(1, round(side * scale)) for side in shape)
+        return np.diag([size[1] / shape[1], size[0] / shape[0], 1.0])[:2], (size[0], size[1])
+    turned = scale * np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    corners = turned @ np.array([[0, 0, shape[1], shape[1]], [0, shape[0], 0, shape[0]]], float)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    width, height = np.ceil(high - low).astype(int).tolist()
+    return np.column_stack([turned, -low]), (height, width)
+
+
+def _warp(
+    image: Probabilities, matrix: Floats, shape: tuple[int, int], *, border: int = cv2.BORDER_REPLICATE
+) -> Probabilities:
+    """The image on cells of another shape; matrix: shape (2, 3), their col and row to those of the image."""
+    # Matrices count from the corners of cells, and cv2 from their middles
+    centred = matrix.copy()
+    centred[:, 2] += matrix[:, :2].sum(axis=1) / 2 - 0.5
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    warped = cv2.warpAffine(image, centred, shape[::-1], flags=flags, borderMode=border)
+    return np.asarray(warped, np.float32)
 
 
 def sample_classes(evidence: Evidence, working_grid: WorkingGrid) -> NDArray[np.float32]:
     """Class probabilities of each cell of the map, shape (H, W, 5)."""
-    to_working = np.linalg.inv(working_grid.to_grid)
-    scale = np.array(evidence.classes.shape[1:]) / evidence.shape
-    # From continuous map coordinates, col and row, to the cells of the network; cv2 counts from the centres of cells
-    (a, b, c), (d, e, f) = to_working[:2] * scale[:, None]
-    matrix = np.array([[e, d, f + (d + e) / 2 - 0.5], [b, a, c + (a + b) / 2 - 0.5]])
-    size = working_grid.grid.shape[::-1]
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    images = [cv2.warpAffine(image, matrix, size, flags=flags) for image in evidence.classes]
-    classes = np.stack(images, axis=-1).astype(np.float32)
+    # From col and row of the map to those of the working grid, and on to the cells of the network
+    to_working = np.linalg.inv(working_grid.to_grid)[:2]
+    swapped = to_working[[1, 0]][:, [1, 0, 2]]
+    matrix = evidence.from_working[:, :2] @ swapped
+    matrix[:, 2] += evidence.from_working[:, 2]
+    height, width = working_grid.grid.shape
+    warped = [_warp(image, matrix, (height, width), border=cv2.BORDER_CONSTANT) for image in evidence.classes]
+    classes = np.stack(warped, axis=-1)
+    # Beyond the working grid is outside
     classes[..., OUTSIDE] += 1 - classes.sum(axis=-1)
     return classes
 
 
-def _average(mask: Mask, size: list[int]) -> Probabilities:
+def _thicken_lines(occupied: Mask, length: float) -> Mask:
+    """Cells beside lines of obstacles that are one cell thick, shape (H, W), and connected over at least a length."""
+    obstacles = occupied.astype(np.uint8)
+    solid = cv2.morphologyEx(obstacles, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8)) > 0
+    _, groups, stats, _ = cv2.connectedComponentsWithStats(obstacles, connectivity=8)
+    is_long = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) >= length
+    is_long[0] = False
+    lines = occupied & ~solid & is_long[groups]
+    return np.asarray(cv2.dilate(lines.astype(np.uint8), np.ones((3, 3), np.uint8)), bool)
+
+
+def _average(mask: Mask, size: tuple[int, int]) -> Probabilities:
     """Share of each coarse cell that a mask covers."""
     return np.asarray(cv2.resize(mask.astype(np.float32), size[::-1], interpolation=cv2.INTER_AREA), np.float32)
 

@@ -20,8 +20,8 @@ SEED_PROBABILITY = 0.35
 # Probabilities are kept this far from 0 and 1, so that no single pair of cells decides.
 MIN_PROBABILITY = 0.02
 # Subtracted from the log odds of one room of each pair of cells, since the network is too sure of it on real maps:
-# chosen on survey, clutter, vacuum and schools among 0, 0.3, 0.6, 1, 1.5, 2, 2.5 and 3.
-CAUTION = 1.5
+# chosen on survey, clutter, vacuum and schools among 0, 0.5, 1, 1.5, 2 and 3.
+CAUTION = 1.0
 # Weight of two pieces that touch, if there is no pair of cells.
 TOUCH_WEIGHT = 0.01
 
@@ -86,8 +86,7 @@ def compute_pair_weights(pieces: LabelImage, evidence: Evidence) -> tuple[Indice
     The weight is the sum of the log odds of one room over all pairs of cells at OFFSETS that are in the two pieces.
     """
     shape = evidence.classes.shape[1:]
-    rows, cols = (((np.arange(n) + 0.5) * m / n).astype(int) for n, m in zip(shape, pieces.shape, strict=True))
-    labels = pieces[np.ix_(rows, cols)].astype(np.int64)
+    labels = evidence.sample(pieces).astype(np.int64)
     count = int(pieces.max(initial=0)) + 1
     touching, _ = list_contacts(pieces)
     keys, log_odds = [touching[:, 0] * count + touching[:, 1]], [np.full(len(touching), TOUCH_WEIGHT)]

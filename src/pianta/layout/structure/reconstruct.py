@@ -22,7 +22,7 @@ from pianta.layout._working_grid import NO_ROOM, WorkingGrid, check_shows_rooms,
 from pianta.layout.furniture import find_furniture
 from pianta.layout.multicut import solve_multicut
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.borders import straighten_borders
+from pianta.layout.structure.borders import draw_borders, list_stretches, straighten_borders
 from pianta.layout.structure.evidence import FURNITURE, OUTSIDE, Evidence, Probabilities, evaluate_map, sample_classes
 from pianta.layout.structure.frontiers import find_frontiers, measure_frontiers, remove_ray_leaks
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
@@ -120,7 +120,7 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     labels = absorb_small_rooms(labels, parameters, resolution=cell)
     labels = drop_unseen_rooms(labels, working_grid.free, evidence.enlarge(evidence.classes[OUTSIDE]), resolution=cell)
     # Two rooms meet on a straight line from jamb to jamb
-    labels, borders = straighten_borders(
+    labels = straighten_borders(
         labels,
         space,
         pieces.clearance,
@@ -131,6 +131,7 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     # A part that a straight border has cut off belongs to its neighbour, or is a room of its own
     labels = absorb_small_rooms(label(labels, connectivity=1).astype(np.int32), parameters, resolution=cell)
     labels = drop_enclosed_spots(labels, resolution=cell)
+    borders = draw_borders(list_stretches(labels), space, pieces.necks, cell)
     return Division(working_grid, evidence, space, observed, pieces, labels, borders.lines)
 
 
