@@ -33,7 +33,7 @@ def test_a_map_without_edges_is_not_turned():
 
 
 @pytest.mark.parametrize("degrees", [0, 30, -15])
-def test_evidence_lies_on_the_cells_of_the_map_at_any_angle(degrees):
+def test_evidence_is_on_the_cells_of_the_map_at_any_angle(degrees):
     free, walls = turn_cells(ROOMS, degrees), turn_cells(WALLS, degrees)
     evidence = evaluate_map(free, walls, resolution=0.05)
     floor = evidence.enlarge(evidence.classes[FLOOR])

@@ -34,7 +34,7 @@ OVERLAP = 128
 # Walls that the network learned from are three cells of 0.05 m thick; thinner lines of obstacles, at least this long,
 # are made so: metres (chosen by hand).
 MIN_LINE = 1.0
-# The main direction is found from at most about so many edge cells, ...
+# The main direction is found from about this many edge cells, ...
 MAX_EDGES = 4000
 # ... by histograms with bins of this many cells, ...
 EDGE_BIN = 2.0
@@ -81,9 +81,11 @@ def evaluate_map(free: Mask, occupied: Mask, *, resolution: float) -> Evidence:
     # The share of each of the network's cells that is free, or an obstacle
     block = max(1, round(CELL / resolution))
     back = np.linalg.inv(np.vstack([matrix, [0, 0, 1]]))[:2]
-    shares = [_warp(cv2.blur(mask.astype(np.float32), (block, block)), back, size) for mask in (free, occupied)]
     if matrix[0, 1] == 0:
         shares = [_average(mask, size) for mask in (free, occupied)]
+    else:
+        blurred = (cv2.blur(mask.astype(np.float32), (block, block)) for mask in (free, occupied))
+        shares = [_warp(np.asarray(mask, np.float32), back, size) for mask in blurred]
     output = _evaluate(np.stack(shares))
     return Evidence(output[: FURNITURE + 1], output[FURNITURE + 1 :], matrix, shape)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 from shapely import LineString, get_coordinates
 
@@ -18,6 +19,8 @@ from pianta.layout.structure.pieces import find_border_probability
 from pianta.layout.structure.reconstruct import divide_floor
 from pianta.layout.structure.regions import sample_image
 
+# A line inside a room that is nearer to a border of it is the same border; metres (chosen by hand).
+SAME_BORDER = 0.4
 # Samples along a border, where its probability is looked up.
 SAMPLES = 25
 
@@ -49,7 +52,10 @@ def explain_structure(grid: GridMap, *, parameters: StructureParameters) -> Cons
     # Stretches inside a room, where its pieces have been joined, besides the borders between rooms
     stretches = [cells for cells in list_stretches(pieces.labels) if np.ptp(division.labels[tuple(cells.T)]) == 0]
     inner = draw_borders(stretches, division.space, pieces.necks, resolution)
-    is_new = [not (division.borders == line).all(axis=(1, 2)).any() for line in inner.lines]
+    borders, candidates = (shapely.linestrings(group) for group in (division.borders, inner.lines))
+    tree = shapely.STRtree(borders)
+    near, _ = tree.query(candidates, predicate="dwithin", distance=SAME_BORDER / resolution)
+    is_new = ~np.isin(np.arange(len(candidates)), near)
     lines = np.concatenate([division.borders, np.unique(inner.lines[is_new], axis=0)])
     positions = lines[:, :1] + np.linspace(0, 1, SAMPLES)[:, None] * (lines[:, 1:] - lines[:, :1])
     evidence = division.evidence
