@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pianta._types import Floats, Indices, Mask
-from pianta.layout.multicut import measure_cut, solve_multicut
+from pianta.layout.multicut import solve_multicut
 
 
 def solve(count: int, weighted: Sequence[tuple[float, ...]]) -> tuple[Indices, Indices, Floats, Mask]:
@@ -16,6 +16,11 @@ def solve(count: int, weighted: Sequence[tuple[float, ...]]) -> tuple[Indices, I
     weights = np.array([row[2] for row in weighted], float)
     is_edge = np.array([row[3] if len(row) > 3 else True for row in weighted], bool)
     return solve_multicut(count, pairs, weights, is_edge), pairs, weights, is_edge
+
+
+def measure_cut(part: Indices, pairs: Indices, weights: Floats) -> float:
+    """Sum of the weights of pairs in two parts, which a multicut minimises."""
+    return float(weights[part[pairs[:, 0]] != part[pairs[:, 1]]].sum())
 
 
 def is_feasible(part: Indices, pairs: Indices, is_edge: Mask) -> bool:

@@ -36,11 +36,6 @@ def solve_multicut(count: int, pairs: Indices, weights: Floats, is_edge: Mask) -
     return np.unique(part, return_inverse=True)[1]
 
 
-def measure_cut(part: Indices, pairs: Indices, weights: Floats) -> float:
-    """Sum of the weights of pairs in two parts, which a multicut minimises."""
-    return float(weights[part[pairs[:, 0]] != part[pairs[:, 1]]].sum())
-
-
 def _list_neighbours(count: int, pairs: Indices, weights: Floats, is_edge: Mask) -> tuple[Neighbours, list[set[int]]]:
     """The weight of each node to others, and the nodes that it has an edge to."""
     weight: Neighbours = [{} for _ in range(count)]

@@ -1,7 +1,6 @@
 """Regions of the free space between the necks, and the separators where two regions meet.
 
-Section 2.2 of the thesis: critical points segment the map into regions, which are then merged with their neighbours
-(Thrun 1998; Bormann et al. 2016).
+Section 2.2 of the thesis: critical points segment the map into regions (Thrun 1998; Bormann et al. 2016).
 """
 
 from __future__ import annotations
