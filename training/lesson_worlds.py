@@ -39,14 +39,14 @@ ANNOTATED_SHARE = 0.4
 MEDIAN_ROOM = (10.0, 45.0)
 # How often a floor is made by each maker of pianta.worlds, if it is not an annotated one.
 MAKERS = {
-    "home": 0.4,
-    "office": 0.2,
-    "open_plan": 0.1,
-    "ward": 0.08,
-    "depot": 0.07,
-    "corridor": 0.04,
-    "l": 0.04,
-    "ring": 0.04,
+    "home": 0.5,
+    "office": 0.15,
+    "open_plan": 0.08,
+    "ward": 0.07,
+    "depot": 0.08,
+    "corridor": 0.03,
+    "l": 0.03,
+    "ring": 0.03,
     "hall": 0.03,
 }
 # How often a floor is along the axes of the map, nearly so, or at any angle.
@@ -57,7 +57,9 @@ SMALL_ANGLE = 2.0
 STRETCHES = (0.85, 1.18)
 # Width of doors of annotated floors, whose drawn width is the unit of the drawing; metres.
 DOOR_WIDTHS = (0.7, 1.1)
-# Thickness of inner walls; metres.
+# How often inner walls are boards, one cell of FINE thick, as maps of vacuums and of glass or thin partitions show them.
+BOARD_SHARE = 0.35
+# Thickness of other inner walls; metres.
 WALL_THICKNESSES = (0.06, 0.3)
 # Side of the square that closes the space between rooms that do not touch, which is wall; cells of FINE.
 CLOSING_CELLS = 11
@@ -65,14 +67,17 @@ CLOSING_CELLS = 11
 OUTER_WALL_CELLS = 9
 # Depth that a door is longer than its wall on each side, so that rounding leaves no wall in it; metres.
 DOOR_OVERLAP = 1.5 * FINE
-# Greatest share of the doors of a floor that are wide openings.
+# Greatest share of the doors of a floor that are wide openings, and that of homes.
 WIDE_SHARE = 0.24
+HOME_WIDE_SHARE = 0.6
 # How far from a door its wall is followed to find how wide an opening can be; metres.
 WALL_SEARCH = 15.0
 # Depth of the boundary of a room in which the boundary of the next room is in the same wall; metres.
 SHARED_DEPTH = 0.25
-# Least wall beside a wide opening; metres.
-OPENING_MARGIN = 0.3
+# How often no wall is left on one side of a wide opening, so that only the other side has a stub.
+ONE_SIDED_SHARE = 0.25
+# Wall beside a wide opening; metres.
+OPENING_STUBS = (0.15, 0.9)
 # Width of wide openings; metres.
 OPENING_WIDTHS = (1.2, 7.0)
 # Walls with less space for an opening have none; metres.
@@ -142,7 +147,7 @@ def draw_floor(annotated: list[Floor], rng: np.random.Generator) -> tuple[Floor,
 def build_world(floor: Floor, scale: float, rng: np.random.Generator) -> World:
     """The floor with walls of random thickness, doors, wide openings, furniture and glass."""
     floor = transform_floor(floor, scale, rng)
-    thickness = rng.uniform(*WALL_THICKNESSES)
+    thickness = FINE if rng.random() < BOARD_SHARE else rng.uniform(*WALL_THICKNESSES)
     rooms = _draw_rooms(floor)
     inside = cv2.morphologyEx(_as_image(rooms > 0), cv2.MORPH_CLOSE, np.ones((CLOSING_CELLS,) * 2, np.uint8)) > 0
     walls = _draw_walls(rooms, inside, thickness)
@@ -216,8 +221,10 @@ def _draw_walls(rooms: LabelImage, inside: Mask, thickness: float) -> Mask:
     for before, after in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
         differs = rooms[before] != rooms[after]
         borders[before] |= differs
-        borders[after] |= differs
-    inner = cv2.dilate(_as_image(borders), _make_disc(2 * max(1, round(thickness / 2 / FINE)) + 1)) > 0
+        if thickness > FINE:
+            borders[after] |= differs
+    diameter = 2 * max(1, round(thickness / 2 / FINE)) + 1 if thickness > FINE else 1
+    inner = cv2.dilate(_as_image(borders), _make_disc(diameter)) > 0
     outer = cv2.dilate(_as_image(inside), _make_disc(OUTER_WALL_CELLS)) > 0
     return np.asarray(inner | (inside & (rooms == 0)) | (outer & ~inside))
 
@@ -234,7 +241,8 @@ def _outline_gap(floor: Floor, door: Door, thickness: float) -> Polygon:
 
 def _widen_openings(floor: Floor, rng: np.random.Generator) -> tuple[Door, ...]:
     """The doors of a floor, some of them as wide openings."""
-    share = WIDE_SHARE * rng.random()
+    is_home = any(room.label == "LIVING ROOM" for room in floor.rooms)
+    share = (HOME_WIDE_SHARE if is_home else WIDE_SHARE) * rng.random()
     doors = []
     for door in floor.doors:
         line = _widen_line(floor, door, rng) if not door.is_entrance and rng.random() < share else None
@@ -253,8 +261,10 @@ def _widen_line(floor: Floor, door: Door, rng: np.random.Generator) -> LineStrin
     if part.is_empty:
         return None
     offsets = (shapely.get_coordinates(part) - middle) @ along
-    low = offsets.min() + OPENING_MARGIN + rng.uniform(0.1, 0.6)
-    high = offsets.max() - OPENING_MARGIN - rng.uniform(0.1, 0.6)
+    stubs = rng.uniform(*OPENING_STUBS, 2)
+    if rng.random() < ONE_SIDED_SHARE:
+        stubs[int(rng.integers(2))] = 0
+    low, high = offsets.min() + stubs[0], offsets.max() - stubs[1]
     if high - low < MIN_OPENING_SPACE:
         return None
     width = rng.uniform(OPENING_WIDTHS[0], min(high - low, OPENING_WIDTHS[1]))

@@ -55,7 +55,7 @@ BORDER_CELLS = 12
 # How often all cells of a map are observed, as on a drawing.
 DRAWING_SHARE = 0.15
 # How often a map has cells of CELL metres, not FINE ones.
-COARSE_SHARE = 0.15
+COARSE_SHARE = 0.25
 # Distance of a robot from obstacles, at least; metres.
 CLEARANCE = 0.25
 # Scans of a map, at most.
