@@ -9,13 +9,13 @@ from shapely import box
 from shapely.affinity import rotate, scale, translate
 
 from pianta.errors import LabelError, ModelError
-from pianta.floor import Floor, Room
+from pianta.floor import Floor, Room, scale_floor
 from pianta.labels import FCES, SCHEMAS, SCHOOL, GeneralLabel, Label, LabelSchema
 from pianta.rooms.label import label_rooms
 from pianta.rooms.model import FUNCTIONS, choose_functions, has_manual_label, keep_manual_label
 from pianta.rooms.training import SIMULATED_WEIGHT, building_name, check_labels, train_rooms
 from pianta.worlds.floors import make_floor
-from pianta.worlds.simulated_readings import simulate_and_reconstruct
+from pianta.worlds.simulated_readings import draw_map_options, simulate_and_reconstruct
 from tests.labelled_floors import label_by_rule, labelled_floors, small_model
 
 
@@ -200,6 +200,26 @@ def test_simulated_reading_keeps_labels():
     assert max(read.rooms, key=lambda room: read.graph().degree(room.id)) in corridors
     assert simulate_and_reconstruct(floor, seed=1) == read
     assert simulate_and_reconstruct(floor, seed=2) != read
+
+
+def test_simulated_readings_of_furnished_floors():
+    floor = labelled_floors()[0]
+    read = simulate_and_reconstruct(floor, seed=3, furnished=True)
+    assert simulate_and_reconstruct(floor, seed=3, furnished=True) == read
+    assert read != simulate_and_reconstruct(floor, seed=3)
+    assert {room.label for room in read.rooms} <= {room.label for room in floor.rooms}
+    # A drawing with a wrong scale is read at a usual one.
+    huge = simulate_and_reconstruct(scale_floor(floor, 10, 10), seed=3, furnished=True)
+    assert np.median([room.polygon.area for room in huge.rooms]) < 100
+
+
+def test_maps_of_furnished_floors_differ_in_all_options():
+    drawn = [draw_map_options(np.random.default_rng(seed)) for seed in range(60)]
+    assert {options["resolution"] for options in drawn} == {0.05, 0.1}
+    empty, dense = (sum(map(check, drawn)) for check in (lambda o: not o["furniture"], lambda o: o["dense_furniture"]))
+    assert 5 <= empty <= 25
+    assert 15 <= dense <= 40
+    assert all(0.1 <= options["noise"] <= 0.9 for options in drawn)
 
 
 def test_labels_set_by_a_person():

@@ -5,29 +5,33 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pianta._arguments import check_argument
+from pianta.building_types.map_types import MapTypePrediction
 from pianta.building_types.model import BuildingTypeModel, TypePrediction
 from pianta.floor import Floor
 from pianta.rooms.completion import fill_missing_labels
+from pianta.rooms.model import has_manual_label
 
 
 def classify_building(floor: Floor, model: BuildingTypeModel | None = None) -> Floor:
-    """Predict the building type of a floor, or find that it is unlike all floors that the model was trained on.
+    """Predict the building type of a floor, or find that it is probably of no type that the model knows.
 
-    Rooms are compared by their manual labels; rooms without one, by the labels of `label_rooms`.
+    A floor all of whose rooms have a manual label is compared with drawn floors, by these labels. Any other floor, such
+    as one that was read from a map, is compared with readings of maps, by its rooms and doors alone; with a model of
+    your own also by the labels of `label_rooms`.
 
     Parameters
     ----------
     floor
         The floor, metres of the map frame.
     model
-        Model of `train_building_types` or `load_model`; None for the one that comes with pianta, of schools and
-        offices.
+        Model of `train_building_types` or `load_model`; None for those that come with pianta, of schools and offices.
 
     Returns
     -------
     Floor
-        The floor with `building_type`, type -> probability, replacing what it had; empty if the floor is unlike
-        all types, or has no rooms. The labels of the rooms stay as they are.
+        The floor with `building_type`, type -> probability, replacing what it had; empty if no type is probable
+        enough, the floor is unlike all types, or it has no rooms. What the probabilities lack to 1 is the probability
+        of a building of none of the types. The labels of the rooms stay as they are.
 
     References
     ----------
@@ -36,16 +40,33 @@ def classify_building(floor: Floor, model: BuildingTypeModel | None = None) -> F
     Examples
     --------
     >>> import pianta
-    >>> floor, _ = pianta.make_world("corridor")
-    >>> sorted(pianta.classify_building(floor).building_type)
-    ['office', 'school']
+    >>> _, grid = pianta.make_world("home")
+    >>> pianta.classify_building(pianta.reconstruct(grid)).building_type
+    {}
     """
-    prediction = predict_building_type(floor, model) if floor.rooms else None
-    return replace(floor, building_type=dict(prediction.probabilities) if prediction and prediction.is_known else {})
+    if not floor.rooms:
+        return replace(floor, building_type={})
+    prediction: TypePrediction | MapTypePrediction
+    if model is None and not all(map(has_manual_label, floor.rooms)):
+        prediction = predict_map_type(floor)
+    else:
+        prediction = predict_building_type(floor, model)
+    return replace(floor, building_type=dict(prediction.probabilities) if prediction.is_known else {})
+
+
+def predict_map_type(floor: Floor) -> MapTypePrediction:
+    """The prediction behind `classify_building` for a floor that was read from a map, also that it is of no known type.
+
+    Raises LabelError for a floor without rooms.
+    """
+    check_argument(floor, Floor, "floor", "a Floor of read or reconstruct")
+    from pianta.building_types.map_type_file import read_default_map_type_model
+
+    return read_default_map_type_model().predict(floor)
 
 
 def predict_building_type(floor: Floor, model: BuildingTypeModel | None = None) -> TypePrediction:
-    """The prediction behind `classify_building`, with typicality and the most similar training floors.
+    """The prediction behind `classify_building` by labels, with typicality and the most similar training floors.
 
     Raises LabelError for a floor without rooms.
     """

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 # Least probability of ROOM or CORRIDOR to be the label of a room in a building of no known type. Chosen by hand: of the
 # living rooms and kitchens of homes that are taken for corridors nearly all have less.
 MIN_COARSE_PROBABILITY = 0.9
+# Least probability of no known type that is printed: two digits of less are 0.00.
+MIN_SHOWN_PROBABILITY = 0.005
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,8 @@ class Labelling:
     """The models and the options by which floors are labelled.
 
     words: a dictionary of room names; None for pianta's own. building_type: the user's, which is then not predicted.
-    label_unknown: whether rooms keep all labels if the building is of no known type.
+    label_unknown: whether rooms keep all labels if the building is of no known type. has_own_types: whether `buildings`
+    is a model of the user's.
     """
 
     rooms: RoomModel
@@ -36,6 +39,7 @@ class Labelling:
     words: RoomNameDictionary | None
     building_type: str | None = None
     label_unknown: bool = False
+    has_own_types: bool = False
 
     @classmethod
     def make(
@@ -68,7 +72,8 @@ class Labelling:
         buildings = read_building_type_model(buildings) if isinstance(buildings, str | Path) else buildings
         check_argument(buildings, BuildingTypeModel, "building_model", "a BuildingTypeModel or its file")
         dictionary = read_room_name_dictionary(words) if words is not None else None
-        return cls(rooms, buildings, dictionary, building_type, label_unknown)
+        own = building_model is not None
+        return cls(rooms, buildings, dictionary, building_type, label_unknown, has_own_types=own)
 
     @property
     def schemas(self) -> Mapping[str, LabelSchema]:
@@ -90,7 +95,7 @@ class Labelling:
         from pianta.building_types.classify import classify_building
         from pianta.rooms.completion import fill_missing_labels
         from pianta.rooms.from_names import label_named_rooms
-        from pianta.rooms.model import keep_manual_label
+        from pianta.rooms.model import has_manual_label, keep_manual_label
 
         predicted = label_named_rooms(floor, self.rooms, self.words).rooms
         manual = map(keep_manual_label, floor.rooms)
@@ -98,9 +103,15 @@ class Labelling:
         labelled = replace(floor, rooms=rooms)
         if floor.building_type:
             return labelled
-        # A manual label that no schema has is replaced by the predicted one.
-        coarse = fill_missing_labels(labelled, self.buildings.label_set, schemas=self.schemas, labelled=predicted).floor
-        classified = replace(labelled, building_type=classify_building(coarse, self.buildings).building_type)
+        if self.has_own_types or all(map(has_manual_label, labelled.rooms)):
+            # A manual label that no schema has is replaced by the predicted one.
+            described = fill_missing_labels(
+                labelled, self.buildings.label_set, schemas=self.schemas, labelled=predicted
+            ).floor
+            types = classify_building(described, self.buildings).building_type
+        else:
+            types = classify_building(labelled, None).building_type
+        classified = replace(labelled, building_type=types)
         return classified if classified.building_type or self.label_unknown else self._keep_reliable_labels(classified)
 
     def _keep_reliable_labels(self, floor: Floor) -> Floor:
@@ -151,4 +162,7 @@ def describe_type(floor: Floor, candidate_types: Sequence[str]) -> str:
     if floor.given_type:
         return f"{floor.building_types[0]}, as given by a user"
     first, *others = (f"{name} {floor.building_type[name]:.2f}" for name in floor.building_types)
+    neither = 1 - sum(floor.building_type.values())
+    if neither >= MIN_SHOWN_PROBABILITY:
+        others.append(f"{'neither' if len(candidate_types) == 2 else 'none of these'} {neither:.2f}")
     return f"{first} ({', '.join(others)})" if others else first

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from pianta.errors import OptionError
 from pianta_bench.data.folders import find_data
 from pianta_bench.harness.records import Figures, Results, Track
 from pianta_bench.harness.tables import read_published
@@ -26,13 +27,27 @@ BY_AREA = "by area"
 GEOMETRY = ("area", "doorways", "axes ratio")
 
 
-def measure(data: Path | None = None, *, seed: int = 0, track: Track = iter) -> Results:
+def measure(
+    data: Path | None = None,
+    *,
+    maps: bool = False,
+    seed: int = 0,
+    pictures: Path | None = None,
+    track: Track = iter,
+) -> Results:
     """Measure Tables 4.2, 4.3, 4.4 and Figs. 4.3, 4.4 on the buildings of the data; shares from 0 to 1, areas in m².
 
     A floor that fails does not count. The union of all types comes last, if there are several.
+    maps: measure building types of robots' maps instead, as measure_maps does; pictures are then refused.
     seed: of folds and of algorithms. track: wraps the classifications, to show progress.
-    Raises what read_room_sets raises.
+    Raises what read_room_sets or measure_maps raises, and OptionError.
     """
+    if maps:
+        if pictures:
+            raise OptionError("--pictures are of the rooms of drawn floors, leave it out with --maps")
+        from pianta_bench.types.maps import measure_maps
+
+        return measure_maps(data, track=track)
     read, failed = read_room_sets(find_data(data))
     sets = {BY_NAME: read, BY_AREA: name_all_by_area(read)}
     results = Results({"seed": seed}, items=failed)

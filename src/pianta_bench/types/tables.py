@@ -6,10 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from statistics import fmean, stdev
 
+from pianta.building_types.map_types import MIN_TYPE_PROBABILITY
 from pianta_bench.harness.records import Record, Results
 from pianta_bench.harness.tables import Cell, FilledTable, Table, read_published
 from pianta_bench.types.classifiers import ALGORITHMS
 from pianta_bench.types.clusters import EPSILON, MIN_POINTS
+from pianta_bench.types.maps import CALIBRATION, RIGHT, UNKNOWN, WRONG, WRONG_AND_SURE
 from pianta_bench.types.measure import BY_AREA, BY_NAME, DIVISION_OF_THESIS, REPRESENTATION_OF_THESIS
 from pianta_bench.types.room_sets import GENERAL_LABELS
 
@@ -64,6 +66,26 @@ TABLE_4_4 = Table(
     published="table_4_4.csv",
     unit="%, over 10 trainings",
 )
+MAP_TYPES = Table(
+    title="Building types of robots' maps, the building left out of the model",
+    unit="maps",
+    rows=("part",),
+    columns=("metric",),
+    where={"metric": [RIGHT, UNKNOWN, WRONG, WRONG_AND_SURE]},
+    summarise=lambda values: Cell(float(sum(values)), count=len(values)),
+    digits=0,
+    notes=(f"A type is given from a probability of {MIN_TYPE_PROBABILITY} on. Neither: right if no type is given.",),
+)
+MAP_CALIBRATION = Table(
+    title="Expected calibration error, 10 bins by the most probable of school, office and neither",
+    unit="%",
+    rows=("item",),
+    columns=("metric",),
+    where={"part": CALIBRATION, "metric": [CALIBRATION]},
+    summarise=Cell.only,
+    factor=100,
+    notes=("The building is left out of the model.",),
+)
 CLUSTER_LABELS = {
     "outliers": "out-\nliers, %",
     "corridors_in_outliers": "C of\nthem, %",
@@ -108,7 +130,9 @@ RULE = Table(
 
 
 def tabulate(results: Results) -> list[FilledTable]:
-    """The tables of chapter 4, for each set of rooms."""
+    """The tables of chapter 4, for each set of rooms; or those of the building types of maps."""
+    if "sets" not in results.details:
+        return [MAP_TYPES.fill(results.records), MAP_CALIBRATION.fill(results.records)]
     sets = results.details["sets"]
     parts = [each["name"] for each in sets]
     labels = [

@@ -1,0 +1,102 @@
+"""The file of a MapTypeModel: a NumPy archive (.npz) of its trees and its examples, with all else in pianta.json."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+
+from pianta.building_types.map_types import MapExamples, MapTypeModel, name_map_features
+from pianta.errors import ModelError
+from pianta.io._checked import FileFormat, read_checked
+from pianta.io._faults import validation_as
+from pianta.io._files import atomic_file, one_line_reason
+from pianta.models import MODELS
+from pianta.rooms.forest import Forest
+from pianta.rooms.model_archive import ModelArchive, pack_archive
+
+HEADER = "pianta.json"
+DEFAULT_MODEL = MODELS / "map_types.npz"
+MAX_FILE_BYTES = 16 * 2**20
+# The arrays of the forest and the examples, their types and axes.
+FOREST_ARRAYS = {"features": ("<i2", 1), "thresholds": ("<f4", 1), "votes": ("<f8", 2)}
+EXAMPLES = "examples"
+EXAMPLES_TYPE = "<f4"
+REMEDY = "make it again by training/train_map_types.py"
+FORMAT = FileFormat("pianta map types", 1, remedy=REMEDY)
+
+
+class _Header(BaseModel):
+    model_config = ConfigDict(strict=True, frozen=True)
+
+    format: str
+    version: str
+    features: list[str]
+    classes: Annotated[list[str], Field(min_length=2)]
+    temperature: Annotated[FiniteFloat, Field(gt=0)]
+    types: list[str]
+    buildings: list[str]
+    sources: list[str]
+
+
+def save_map_type_model(model: MapTypeModel, path: str | Path) -> None:
+    """Write a model; what is read again predicts the same, and the same model always gives the same bytes."""
+    examples = model.examples
+    header = _Header(
+        **FORMAT.header,
+        features=list(name_map_features()),
+        classes=list(model.classes),
+        temperature=model.temperature,
+        types=list(examples.types),
+        buildings=list(examples.buildings),
+        sources=list(examples.sources),
+    )
+    arrays = {name: getattr(model.forest, name).astype(dtype) for name, (dtype, _) in FOREST_ARRAYS.items()}
+    arrays[EXAMPLES] = examples.features.astype(EXAMPLES_TYPE)
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(pack_archive(header.model_dump_json(indent=1), HEADER, arrays))
+
+
+def read_map_type_model(path: str | Path) -> MapTypeModel:
+    """Read a model that save_map_type_model has written.
+
+    Raises ModelError, in one line, for a file that is not a model, has other features, or whose trees are damaged.
+    """
+    return read_checked(path, "model", ModelError, _parse_model, max_bytes=MAX_FILE_BYTES)
+
+
+@cache
+def read_default_map_type_model() -> MapTypeModel:
+    """The model that comes with pianta."""
+    return read_map_type_model(DEFAULT_MODEL)
+
+
+def _parse_model(content: bytes) -> MapTypeModel:
+    with ModelArchive(content) as archive:
+        header = _read_header(archive)
+        try:
+            arrays = {name: archive.read_array(name, dtype, axes=axes) for name, (dtype, axes) in FOREST_ARRAYS.items()}
+            forest = Forest(**arrays)
+        except ModelError as error:
+            raise ModelError(f"its trees are damaged: {one_line_reason(error)}; {REMEDY}") from None
+        features = archive.read_array(EXAMPLES, EXAMPLES_TYPE, axes=2)
+    if forest.features.max() >= len(header.features) or forest.classes != len(header.classes):
+        raise ModelError(f"its trees are over other features or types than its header says; {REMEDY}")
+    lengths = {len(features), len(header.types), len(header.buildings), len(header.sources)}
+    if len(lengths) > 1 or features.shape[1] != len(header.features):
+        raise ModelError(f"its examples are not those of its header; {REMEDY}")
+    examples = MapExamples(features, tuple(header.types), tuple(header.buildings), tuple(header.sources))
+    return MapTypeModel(forest, tuple(header.classes), header.temperature, examples)
+
+
+@validation_as(ModelError)
+def _read_header(archive: ModelArchive) -> _Header:
+    """The header of a model file; a fault of its version comes before all others."""
+    text = archive.read(HEADER)
+    FORMAT.check_version(text, ModelError)
+    header = _Header.model_validate_json(text)
+    if tuple(header.features) != name_map_features():
+        raise ModelError(f"it was trained on other features of floors than this pianta computes; {REMEDY}")
+    return header
