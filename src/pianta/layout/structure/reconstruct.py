@@ -23,13 +23,22 @@ from pianta.layout.furniture import find_furniture
 from pianta.layout.multicut import solve_multicut
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.borders import draw_borders, list_stretches, straighten_borders
-from pianta.layout.structure.evidence import FURNITURE, OUTSIDE, Evidence, Probabilities, evaluate_map, sample_classes
+from pianta.layout.structure.evidence import (
+    DOOR,
+    FURNITURE,
+    OUTSIDE,
+    Evidence,
+    Probabilities,
+    evaluate_map,
+    sample_classes,
+)
 from pianta.layout.structure.frontiers import find_frontiers, measure_frontiers, remove_ray_leaks
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
 from pianta.layout.structure.necks import Clearance
 from pianta.layout.structure.notches import fill_notches
 from pianta.layout.structure.passages import list_passages
 from pianta.layout.structure.pieces import Pieces, compute_pair_weights, cut_into_pieces
+from pianta.layout.structure.possible_doors import find_possible_doors
 from pianta.layout.structure.regions import describe_regions, find_separators, sample_image
 from pianta.layout.structure.space import find_floor_space
 from pianta.layout.structure.wall_lines import find_wall_lines, span_walls
@@ -95,7 +104,12 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
     doors = find_doors(division, numbers.tolist(), parameters)
     lines = find_wall_lines(division.space, resolution=cell)
     walls = span_walls(lines, division.space, reach=parameters.line_reach, gap=parameters.door_width, resolution=cell)
-    floor = assemble_floor(rooms, doors, [_wall_to_map(wall, working_grid) for wall in walls], grid)
+    # Where the network sees a door through which nothing leads, there may be a shut one
+    probability = division.evidence.enlarge(division.evidence.classes[DOOR])
+    occupied = sample_obstacles(working_grid)
+    shut = find_possible_doors(probability, room_labels, occupied, doors, working_grid)
+    walls_in_map = [_wall_to_map(wall, working_grid) for wall in walls]
+    floor = assemble_floor(rooms, doors, walls_in_map, grid, possible_doors=shut)
     # What stands in the rooms, by rules and by what the network sees
     classes = sample_classes(division.evidence, working_grid)
     return replace(floor, furniture=find_furniture(grid, floor, probability=classes[..., FURNITURE]))
