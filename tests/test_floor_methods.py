@@ -125,7 +125,7 @@ class TestFloorPictures:
     def test_possible_doors_are_thin_dashed_lines_in_the_colour_of_doors(self):
         complete, without = (replace(FLOOR, possible_doors=doors).plot() for doors in (POSSIBLE_DOORS, ()))
         assert len(complete.lines) == len(without.lines) + 1
-        (line,) = (line for line in complete.lines if [*line.get_ydata()] == [2.25, 2.75])
+        (line,) = (line for line in complete.lines if np.array_equal(line.get_ydata(), [2.25, 2.75]))
         assert line.get_color() == DOOR_COLOR
         assert line.is_dashed()
         assert line.get_linewidth() < min(line.get_linewidth() for line in without.lines if line.get_marker() == "None")

@@ -10,8 +10,8 @@ from shapely import LineString, Polygon, box
 
 from pianta._types import Floats
 from pianta.floor import Door, Floor, Room
+from pianta.layout.reconstruct import find_rooms
 from pianta.plan.doors.lines import PlanDoors
-from pianta.plan.sheets import floors_on_sheet
 from pianta.plan.sheets.floors_on_sheet import reconstruct_sheet_floors, split_sheet
 from pianta.plan.walls.floor_map import draw_floor_map
 from pianta.plan.walls.segmentation import DOOR, INSIDE
@@ -71,14 +71,11 @@ def test_rooms_of_a_plan_are_complete_and_not_predicted():
 
 
 def test_a_plan_has_no_possible_doors(monkeypatch):
-    find_rooms = floors_on_sheet.find_rooms
-    monkeypatch.setattr(
-        floors_on_sheet,
-        "find_rooms",
-        lambda *args, **options: replace(
-            floor := find_rooms(*args, **options), possible_doors=(Door((floor.rooms[0].id, None), LINE, 0.9),)
-        ),
-    )
+    def find_with_possible_door(*args, **options) -> Floor:
+        floor = find_rooms(*args, **options)
+        return replace(floor, possible_doors=(Door((floor.rooms[0].id, None), LINE, 0.9),))
+
+    monkeypatch.setattr("pianta.plan.sheets.floors_on_sheet.find_rooms", find_with_possible_door)
     (floor,) = reconstruct(two_rooms(), JAMBS)
     assert (len(floor.rooms), floor.possible_doors) == (2, ())
 
