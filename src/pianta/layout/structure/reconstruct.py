@@ -27,6 +27,7 @@ from pianta.layout.structure.confidence import rate_regions
 from pianta.layout.structure.evidence import FURNITURE, OUTSIDE, Evidence, Probabilities, evaluate_map, sample_classes
 from pianta.layout.structure.frontiers import find_frontiers, measure_frontiers, remove_ray_leaks
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
+from pianta.layout.structure.necks import Clearance
 from pianta.layout.structure.notches import fill_notches
 from pianta.layout.structure.passages import list_passages
 from pianta.layout.structure.pieces import Pieces, compute_pair_weights, cut_into_pieces
@@ -128,7 +129,7 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     pairs, weights, touching = compute_pair_weights(pieces.labels, evidence)
     parts = solve_multicut(int(pieces.labels.max(initial=0)) + 1, pairs, weights, touching)
     labels = np.where(pieces.labels > 0, parts[pieces.labels] + 1, 0).astype(np.int32)
-    labels = absorb_small_rooms(labels, parameters, resolution=cell)
+    labels = absorb_small_rooms(labels, pieces.clearance, parameters, resolution=cell)
     labels = drop_unseen_rooms(labels, working_grid.free, evidence.enlarge(evidence.classes[OUTSIDE]), resolution=cell)
     # Two rooms meet on a straight line from jamb to jamb
     labels = straighten_borders(
@@ -140,7 +141,8 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
         resolution=cell,
     )
     # A part that a straight border has cut off belongs to its neighbour, or is a room of its own
-    labels = absorb_small_rooms(label(labels, connectivity=1).astype(np.int32), parameters, resolution=cell)
+    parts = label(labels, connectivity=1).astype(np.int32)
+    labels = absorb_small_rooms(parts, pieces.clearance, parameters, resolution=cell)
     labels = drop_enclosed_spots(labels, resolution=cell)
     borders = draw_borders(list_stretches(labels), space, pieces.necks, cell)
     return Division(working_grid, evidence, space, observed, pieces, labels, borders.lines)
@@ -155,14 +157,20 @@ def sample_obstacles(working_grid: WorkingGrid) -> Mask:
     return np.asarray(working_grid.sample(occupied))
 
 
-def absorb_small_rooms(labels: LabelImage, parameters: StructureParameters, *, resolution: float) -> LabelImage:
-    """The label image where rooms that are too small belong to the neighbour with the longest contact, or to none."""
+def absorb_small_rooms(
+    labels: LabelImage, clearance: Clearance, parameters: StructureParameters, *, resolution: float
+) -> LabelImage:
+    """The label image where rooms that are too small or too narrow belong to a neighbour, or to none.
+
+    It is the neighbour with the longest contact. clearance: of the floor, shape (H, W), in cells.
+    """
     labels = labels.copy()
-    area = np.bincount(labels.ravel()) * resolution**2
+    regions = describe_regions(labels, clearance, resolution=resolution)
+    area, width = regions.area.copy(), regions.width.copy()
     pairs, lengths = list_contacts(labels)
     owner = np.arange(len(area))
     for room in np.argsort(area, kind="stable").tolist():
-        if room == 0 or area[room] >= parameters.room_area:
+        if room == 0 or (area[room] >= parameters.room_area and width[room] >= parameters.room_width):
             continue
         touching = (owner[pairs] == room).any(axis=1) & (owner[pairs[:, 0]] != owner[pairs[:, 1]])
         neighbour = 0
@@ -170,6 +178,7 @@ def absorb_small_rooms(labels: LabelImage, parameters: StructureParameters, *, r
             one, other = owner[pairs[touching][lengths[touching].argmax()]]
             neighbour = int(other if one == room else one)
             area[neighbour] += area[room]
+            width[neighbour] = max(width[neighbour], width[room])
         owner[owner == room] = neighbour
     return np.asarray(owner[labels], np.int32)
 
