@@ -93,16 +93,16 @@ def test_figures_of_four_rooms_by_hand(tmp_path):
     for number, (probability, right) in enumerate([(0.9, 1), (0.8001, 0), (0.25, 0), (0.25, 1)], start=1):
         figures = {("rooms", number, "probability"): probability, ("rooms", number, "right"): float(right)}
         results.add("clutter", "a", figures, names=calibration.NAMES)
-    of_set, of_bins = tabulate(results)
-    row = {name: cell.mean for name, cell in of_set.rows["clutter"].items()}
+    set_table, bin_table = tabulate(results)
+    row = {name: cell.mean for name, cell in set_table.rows["clutter"].items()}
     assert row["n"] == 4
     assert row["right,\n%"] == 50
     assert row["calibration\nerror"] == pytest.approx(100 * ((0.85 - 0.5) + 0.25) / 2, abs=0.01)
     # 0.9 beats both wrong ones, 0.25 one of them by half: 2.5 of 4
     assert row["ranking,\n%"] == 62.5
-    assert of_bins.rows["80 to 90 %"]["clutter, right, %"].mean == 50
-    assert of_bins.rows["20 to 30 %"]["clutter, n"].mean == 2
-    assert of_bins.rows["0 to 10 %"]["clutter, right, %"].mean is None
+    assert bin_table.rows["80 to 90 %"]["clutter, right, %"].mean == 50
+    assert bin_table.rows["20 to 30 %"]["clutter, n"].mean == 2
+    assert bin_table.rows["0 to 10 %"]["clutter, right, %"].mean is None
 
 
 def calibration_item(part: str) -> Any:

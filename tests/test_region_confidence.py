@@ -27,7 +27,7 @@ from pianta.layout.structure.confidence import (
     rate_regions,
     read_confidence_model,
 )
-from pianta.layout.structure.evidence import CELL, DOOR, FLOOR, WALL, Evidence
+from pianta.layout.structure.evidence import CELL, FLOOR, WALL, Evidence
 from tests.command_line import run_pianta
 from tests.drawn_evidence import make_classes, make_evidence, set_class
 
@@ -54,7 +54,7 @@ class TestRooms:
         expected = {
             "leak": 3 * 0.9 / (0.9 + 3 * 0.9 + 1),
             "weakest border": log(9),
-            "doubt": 0.1 / 2,
+            "division inside": 0.1 / 2,
             "floor": 1.0,
             "log area": log(2),
             "convexity": 1.0,
@@ -74,7 +74,7 @@ class TestRooms:
     def test_a_room_without_cells_of_the_network(self):
         """A label on the working grid that no middle of a coarser cell is in."""
         measures = measure_room(np.zeros((1, 12), np.int32) + (np.arange(12) == 0), TWO_ROOMS[:1], affinity=0.9)
-        assert measures["doubt"] == 0
+        assert measures["division inside"] == 0
         assert all(np.isfinite([*measures.values()]))
 
     def test_an_l_covers_a_part_of_its_hull(self):
@@ -178,12 +178,12 @@ def test_rooms_and_doors_are_rated_for_any_evidence(affinity, wall):
 def test_what_the_network_sees_decides():
     """A room that hangs together and is parted from its neighbour is more probable; so is a door in a doorway."""
     model = read_confidence_model()
-    whole, split = (
+    joined, divided = (
         measure_rooms(TWO_ROOMS, LABELS, make_evidence(make_classes(LABELS.shape), affinity=affinity))
         for affinity in (0.02, 0.98)
     )
-    whole[:, ROOM_MEASURES.index("doubt")] = 0.01
-    assert (model.rooms.predict(whole) > model.rooms.predict(split)).all()
+    joined[:, ROOM_MEASURES.index("division inside")] = 0.01
+    assert (model.rooms.predict(joined) > model.rooms.predict(divided)).all()
     doorway, floor = (
         [*measure_doors([door], *make_door_map())[0], 0.0]
         for door in (make_door((5, 10), (14, 10)), make_door((10, 1), (10, 5)))

@@ -207,9 +207,9 @@ def read_regions(true_map: TrueMap) -> ReadRegions:
     division = divide_floor(grid, STRUCTURE)
     rooms, doors = list_regions(grid, division, STRUCTURE)
     doors = [door for door in doors if not door.is_entrance]
-    found = Floor(tuple(rooms)).label_image(grid).astype(np.int32)
+    image = Floor(tuple(rooms)).label_image(grid).astype(np.int32)
     labels, truth = (
-        drop_small_rooms(np.where(grid.free, each, 0), resolution=grid.resolution) for each in (found, true_map.rooms)
+        drop_small_rooms(np.where(grid.free, each, 0), resolution=grid.resolution) for each in (image, true_map.rooms)
     )
     right_ids = count_rooms(labels, truth, counted=grid.free, resolution=grid.resolution).right_ids
     return ReadRegions(

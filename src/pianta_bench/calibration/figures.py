@@ -66,13 +66,13 @@ def draw_reliability(results: Results) -> Figure:
 
 def _plot_curve(curve: Reliability, part: str, *, ax: Axes) -> None:
     """Draw a reliability curve with standard errors; the legend has its expected calibration error, points."""
-    drawn = curve.counts >= MIN_COUNT
+    filled = curve.counts >= MIN_COUNT
     # Standard error of a share: few regions say little.
     error = np.sqrt(curve.accuracy * (1 - curve.accuracy) / np.maximum(curve.counts, 1))
     ax.errorbar(
-        curve.confidence[drawn],
-        curve.accuracy[drawn],
-        error[drawn],
+        curve.confidence[filled],
+        curve.accuracy[filled],
+        error[filled],
         color=COLORS[part],
         label=f"{part}, error {100 * curve.error:.1f}",
         marker="o",

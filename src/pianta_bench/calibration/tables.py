@@ -22,8 +22,8 @@ CHANCE_DRAWS = 200
 
 ERROR_NOTE = (
     "calibration error: mean distance of probability and share of right ones over ten bins, weighted by their number, "
-    "in points; by chance alone: what it would be if the probabilities were exact. ranking: how often a right one has a "
-    "higher probability than a wrong one; 50 is chance."
+    "in points; by chance alone: what it would be if the probabilities were exact. ranking: how often a right one has "
+    "a higher probability than a wrong one; 50 is chance."
 )
 
 SETS = Table(
@@ -62,8 +62,8 @@ def tabulate(results: Results) -> list[FilledTable]:
         curves = [*list_groups(results, regions)]
         if not curves:
             continue
-        shown = [record for part, chances, right in curves for record in describe_set(part, chances, right)]
-        tables.append(SETS.narrow(metric=[*SETS.labels]).fill(shown, notes=(NOTES[regions],), regions=regions))
+        figures = [record for part, chances, right in curves for record in describe_set(part, chances, right)]
+        tables.append(SETS.narrow(metric=[*SETS.labels]).fill(figures, notes=(NOTES[regions],), regions=regions))
         binned = [record for part, chances, right in curves for record in describe_bins(part, chances, right)]
         tables.append(BIN_TABLE.fill(binned, regions=regions))
     return tables

@@ -24,7 +24,7 @@ from pianta.layout.structure.regions import sample_image
 from pianta.models import MODELS
 
 MODEL_FILE = MODELS / "region_confidence.json"
-ROOM_MEASURES = ("leak", "weakest border", "doubt", "floor", "log area", "convexity")
+ROOM_MEASURES = ("leak", "weakest border", "division inside", "floor", "log area", "convexity")
 DOOR_MEASURES = ("door", "wall", "across", "jambs", "unusual width", "least room")
 # The constants were chosen by hand. Measures are used up to this many spreads from their mean, so that none decides
 # alone.
@@ -117,7 +117,7 @@ def measure_rooms(rooms: Sequence[Room], labels: LabelImage, evidence: Evidence)
 
     Pairs are those of cells at OFFSETS. leak: the share that pairs with a cell in another room have in the sum of the
     affinities of its pairs. weakest border: the highest mean log odds of one room of the pairs with a neighbour.
-    doubt: mean probability of pairs inside it to be in two rooms. floor: mean probability of this class.
+    division inside: mean probability of pairs inside it to be in two rooms. floor: mean probability of this class.
     convexity: share of its convex hull that it covers.
 
     labels: shape (H, W) of the working grid; the label of a room is its id.
