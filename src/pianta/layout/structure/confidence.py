@@ -168,9 +168,8 @@ def _list_pairs(cells: LabelImage, evidence: Evidence) -> Iterator[tuple[LabelIm
     for (down, right), affinity in zip(OFFSETS, evidence.affinities, strict=True):
         height, width = cells.shape[0] - down, cells.shape[1] - right
         if height > 0 and width > 0:
-            images = cells[:height, :width], cells[down:, right:], affinity[:height, :width]
-            one, other, probability = (image[::PAIR_STEP, ::PAIR_STEP] for image in images)
-            yield one, other, probability
+            one, other = (image[::PAIR_STEP, ::PAIR_STEP] for image in (cells[:height, :width], cells[down:, right:]))
+            yield one, other, affinity[:height:PAIR_STEP, :width:PAIR_STEP]
 
 
 def _sum_inside(cells: LabelImage, evidence: Evidence, count: int) -> _Inside:

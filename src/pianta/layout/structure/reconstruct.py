@@ -85,7 +85,9 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
     floor = assemble_floor(rooms, doors, [_wall_to_map(wall, working_grid) for wall in walls], grid)
     # What stands in the rooms, by rules and by what the network sees
     classes = sample_classes(division.evidence, working_grid)
-    return replace(floor, furniture=find_furniture(grid, floor, probability=classes[..., FURNITURE]))
+    furniture = find_furniture(grid, floor, probability=classes[..., FURNITURE])
+    # The mean of the network's coarse cells is much lower than the share of pieces that are furniture
+    return replace(floor, furniture=tuple(replace(piece, probability=None) for piece in furniture))
 
 
 def list_regions(grid: GridMap, division: Division, parameters: StructureParameters) -> tuple[list[Room], list[Door]]:
