@@ -69,6 +69,8 @@ MAPS = 200
 # maps than on simulated ones: chosen on survey, clutter and vacuum.
 PENALTY = 0.02
 FOLDS = 4
+# Maps after which the progress is printed.
+PRINT_MAPS = 20
 # Digits of the weights after the point.
 DIGITS = 4
 # Radius of the disc that shows where a door has moved; fine cells.
@@ -293,11 +295,15 @@ def main() -> None:
     parser.add_argument("-o", "--out", type=Path, default=MODEL_FILE)
     options = parser.parse_args()
     maps = []
-    for path in make_maps(options.folder, options.maps, find_data(options.data), options.seed):
+    paths = make_maps(options.folder, options.maps, find_data(options.data), options.seed)
+    for number, path in enumerate(paths, start=1):
         try:
             maps.append(read_regions(read_map(path)))
         except MapError as error:
             sys.stdout.write(f"{path.name}: {error}\n")
+        if number % PRINT_MAPS == 0:
+            sys.stdout.write(f"{number} of {len(paths)} maps read\n")
+            sys.stdout.flush()
     left_out = measure_left_out(maps)
     sys.stdout.write(f"{len(maps)} maps; on buildings left out: {json.dumps(left_out, indent=1)}\n")
     write_model(fit_model(maps), left_out, options.out)
