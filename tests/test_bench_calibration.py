@@ -19,7 +19,16 @@ from pianta_bench.data.map_sets import SETS
 from pianta_bench.harness.records import Results
 from tests.bench_results import show_lines
 from tests.command_line import list_files, run_pianta
-from tests.tiny_data import ONE_ROOM, ROOMS, write_all_sets, write_colors, write_vacuum
+from tests.tiny_data import (
+    ONE_ROOM,
+    OUTLINES,
+    ROOMS,
+    write_all_sets,
+    write_building,
+    write_colors,
+    write_survey,
+    write_vacuum,
+)
 
 # The room of 12 m² has an IoU of 12 / 18 with both together, the smaller one is a room of its own.
 FLOOR = Floor((Room(1, ROOMS[0], probability=0.9), Room(2, ROOMS[1], probability=0.25)))
@@ -79,7 +88,7 @@ def test_doors_are_right_near_a_true_door(tmp_path, find, monkeypatch):
     results = measure(tmp_path, sets=("worlds",))
     assert regions_of(results, "home_0", "doors") == [(0.8, 1), (0.8, 0)]
     # Both join the two rooms of the true one
-    assert regions_of(results, "home_0", "doors by their rooms") == [(0.8, 1), (0.8, 1)]
+    assert regions_of(results, "home_0", "doors by place or rooms") == [(0.8, 1), (0.8, 1)]
     assert regions_of(results, "home_0") == [(0.9, 1), (0.25, 1)]
 
 
@@ -119,14 +128,19 @@ def test_ranking_by_hand():
 
 
 def test_sets_together(tmp_path, find):
-    """Maps of robots in furnished places are one more row, and all sets another."""
+    """Maps of robots in furnished places are one more row; with another set, all sets too."""
     write_vacuum(tmp_path, "a")
     write_colors(tmp_path / "clutter", "a")
     find(FLOOR)
     results = measure(tmp_path, sets=("clutter", "vacuum"))
-    assert [*tabulate(results)[0].rows] == ["clutter", "vacuum", "real maps", "all"]
+    assert [*tabulate(results)[0].rows] == ["clutter", "vacuum", "real maps"]
     lines = " ".join(show_lines(tabulate(results), results))
     assert "doors" not in lines
+    write_survey(tmp_path, "a")
+    (tmp_path / "survey" / "a_layout_gt.xml").write_text(write_building(OUTLINES, 0.05))
+    results = measure(tmp_path, sets=("clutter", "vacuum", "furniture"))
+    assert [*tabulate(results)[0].rows] == ["clutter", "vacuum", "furniture", "real maps", "all"]
+    assert [item.failure for item in results.items] == [None] * 3
 
 
 def test_the_names_of_the_sets_are_those_of_the_help(tmp_path):

@@ -77,7 +77,7 @@ def test_the_file_is_read_as_it_was_written(maps, tmp_path):
 
 @pytest.mark.slow
 def test_a_simulated_map_has_its_rooms_and_door(tmp_path, monkeypatch):
-    """The door of the truth is between the rooms, wherever the floor was turned and moved."""
+    """The door of the truth is between the rooms, however the floor was turned and moved."""
     monkeypatch.setattr(script, "draw_floor", lambda *_: (FLOOR_OF_TWO, 1.0))
     monkeypatch.setattr(script, "list_annotated_floors", lambda _: [FLOOR_OF_TWO])
     paths = script.make_maps(tmp_path, 3, tmp_path, seed=0)

@@ -9,7 +9,7 @@ import numpy as np
 from pianta._types import Floats, Mask
 from pianta.evaluation.prediction import expect_calibration_error
 from pianta.evaluation.semantics import BINS, Reliability, bin_reliability
-from pianta_bench.calibration.measure import CONNECTIONS, DOORS, REGIONS, ROOMS
+from pianta_bench.calibration.measure import DOORS, EITHER, REGIONS, ROOMS
 from pianta_bench.harness.records import Record, Results, name_parts
 from pianta_bench.harness.tables import FilledTable, Table
 
@@ -51,7 +51,7 @@ BIN_TABLE = Table(
 NOTES = {
     ROOMS: "A room is right if a true room has an IoU of at least 0.6 with it, on free cells.",
     DOORS: "A door is right if its middle is within half a width of a true door, and at least within 0.45 m.",
-    CONNECTIONS: "A door is right if a true door joins the true rooms that its two rooms overlap most.",
+    EITHER: "A door is right if it is near a true door, or a true door joins the true rooms that its rooms overlap most.",
 }
 
 
@@ -74,7 +74,7 @@ def list_groups(results: Results, regions: str) -> Iterator[tuple[str, Floats, M
     parts = [*name_parts(results.items)]
     real = [part for part in parts if part in REAL_SETS]
     groups = {part: [part] for part in parts} | ({REAL: real} if len(real) > 1 else {})
-    if len(parts) > 1:
+    if len(parts) > max(len(real), 1):
         groups[ALL] = parts
     for name, members in groups.items():
         chances, right = (
