@@ -51,7 +51,7 @@ BIN_TABLE = Table(
 NOTES = {
     ROOMS: "A room is right if a true room has an IoU of at least 0.6 with it, on free cells.",
     DOORS: "A door is right if its middle is within half a width of a true door, and at least within 0.45 m.",
-    EITHER: "A door is right if it is near a true door, or a true door joins the true rooms that its rooms overlap most.",
+    EITHER: "A door is right if it is near a true door, or if a true door joins the true rooms that its rooms overlap.",
 }
 
 
