@@ -28,9 +28,8 @@ from pianta.evaluation.doors import DetectionScores
 from pianta.floor import Door, Floor, cells_of_polygon
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.evidence import DOOR
-from pianta.layout.structure.possible_doors import THRESHOLDS, Thresholds, find_possible_doors
-from pianta.layout.structure.reconstruct import Division, divide_floor, find_doors, sample_obstacles
+from pianta.layout.structure.possible_doors import THRESHOLDS, Thresholds
+from pianta.layout.structure.reconstruct import Division, divide_floor, find_doors, list_possible_doors
 from pianta.worlds.floors import make_floor
 from pianta.worlds.scan import list_shut_doors, simulate_map
 from pianta_bench.data.folders import find_data
@@ -120,21 +119,11 @@ def list_rooms(division: Division) -> list[int]:
     return [label for label in np.unique(division.labels).tolist() if label]
 
 
-def find_in(division: Division, doors: list[Door], thresholds: Thresholds) -> list[Door]:
-    """The possible doors of a division."""
-    return find_possible_doors(
-        division.evidence.enlarge(division.evidence.classes[DOOR]),
-        division.labels,
-        sample_obstacles(division.working_grid),
-        doors,
-        division.working_grid,
-        thresholds=thresholds,
-    )
-
-
 def print_scores(worlds: list[World], thresholds: Thresholds) -> None:
     """Print precision and recall of both kinds of possible doors, pooled over the worlds."""
-    found = [find_in(world.division, world.doors, thresholds) for world in worlds]
+    found = [
+        list_possible_doors(world.division, list_rooms(world.division), world.doors, thresholds) for world in worlds
+    ]
     print(f"cell {thresholds.cell:.2f}, inner {thresholds.inner:.2f}, outer {thresholds.outer:.2f}", end="")
     for kind, is_outer in (("between rooms", False), ("to the unseen", True)):
         chosen = [[door for door in doors if door.is_entrance == is_outer] for doors in found]

@@ -170,7 +170,9 @@ def test_the_sides_of_a_leaf_are_the_rooms_of_most_positions():
 
 def test_the_rooms_of_possible_doors_have_the_ids_of_the_floor(monkeypatch):
     """The possible doors here are the doors that were found, before the rooms get their ids."""
-    monkeypatch.setattr(structure, "find_possible_doors", lambda probability, rooms, occupied, doors, grid: doors)
+    monkeypatch.setattr(
+        structure, "find_possible_doors", lambda probability, rooms, occupied, doors, grid, thresholds: doors
+    )
     grid = simulate_map(make_floor("corridor", seed=3), seed=3)
     floor = reconstruct_structure(grid, parameters=StructureParameters())
     assert len(floor.doors) > 5
