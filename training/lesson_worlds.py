@@ -57,7 +57,7 @@ SMALL_ANGLE = 2.0
 STRETCHES = (0.85, 1.18)
 # Width of doors of annotated floors, whose drawn width is the unit of the drawing; metres.
 DOOR_WIDTHS = (0.7, 1.1)
-# How often inner walls are boards, one cell of FINE thick, as maps of vacuums and of glass or thin partitions show them.
+# How often inner walls are boards, one cell of FINE thick, as maps of vacuums show them.
 BOARD_SHARE = 0.35
 # Thickness of other inner walls; metres.
 WALL_THICKNESSES = (0.06, 0.3)

@@ -57,6 +57,8 @@ DOUBLE_EVIDENCE = 0.5
 MAX_FRONTIER_GROWTH = 0.6
 # A room is predicted to be larger than observed if that raises the expected IoU by at least this.
 MIN_GAIN = 0.05
+# Other rooms are cut off this far from a prediction; metres.
+CLIP_MARGIN = 0.5
 # Digits of a confidence after the point.
 DIGITS = 3
 
@@ -221,6 +223,8 @@ class _Predictor:
         near = [self.index.rooms[i] for i in np.sort(self.index.tree.query(shape, predicate="intersects"))]
         obstacles = [other.polygon for other in near if other.id != room.id]
         obstacles += predictions.find_near(shape) if predictions else []
+        # Rounding to a grid takes long for all of a long corridor.
+        obstacles = shapely.intersection(obstacles, shapely.box(*shape.buffer(CLIP_MARGIN).bounds))
         return _subtract(shape, shapely.union_all(obstacles, grid_size=SNAP_DISTANCE), room)
 
 
