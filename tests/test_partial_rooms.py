@@ -149,7 +149,9 @@ def test_a_prediction_of_more_than_three_times_the_observed_area_needs_strong_ev
 @pytest.mark.parametrize(("evidence", "doubled"), [(DOUBLE_EVIDENCE - 0.01, False), (DOUBLE_EVIDENCE + 0.1, True)])
 def test_a_prediction_of_more_than_twice_the_observed_area_needs_evidence(row, evidence, doubled):
     floor, grid = crop_to(row, box(8.4, 2.2, 12.4, 4.2))
-    assert (last_prediction(predict_partial_rooms(floor, grid, model=model_of_large_rooms(evidence))).area > 16) == doubled
+    assert (
+        last_prediction(predict_partial_rooms(floor, grid, model=model_of_large_rooms(evidence))).area > 16
+    ) == doubled
 
 
 @pytest.mark.usefixtures("any_gain")

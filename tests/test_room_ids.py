@@ -303,7 +303,9 @@ def test_names_come_back_with_the_id():
 def test_a_floor_has_its_ids_again_after_a_step_that_is_cut_differently(floor, cut_differently):
     """A hall beside the block is the same in all steps, so that the frame is known."""
     hall = Room(500, box(20, 0, 60, 20))
-    floor, cut_differently = (replace(each, rooms=(hall, *each.rooms), last_id=500) for each in (floor, cut_differently))
+    floor, cut_differently = (
+        replace(each, rooms=(hall, *each.rooms), last_id=500) for each in (floor, cut_differently)
+    )
     between = keep_room_ids(cut_differently, floor)
     shuffled = Floor(tuple(replace(room, id=1000 - room.id) for room in floor.rooms))
     again = keep_room_ids(shuffled, between, earlier=[floor])

@@ -79,7 +79,9 @@ class Reader:
             names_and_type = options.get("words"), options.get("building_type")
             labelling = Labelling.make(*models, *names_and_type, label_unknown=label_unknown)
         given = options.get("previous"), *options.get("earlier", ())
-        previous, *earlier = (each if each is None or isinstance(each, Floor) else read_previous(each) for each in given)
+        previous, *earlier = (
+            each if each is None or isinstance(each, Floor) else read_previous(each) for each in given
+        )
         return cls(options, labelling, previous, tuple(floor for floor in earlier if floor))
 
     def read(self, path: str | Path) -> Reading:
@@ -100,7 +102,7 @@ class Reader:
         # Rooms of the previous floor keep their ids
         if self.previous is not None:
             floor = _keep_ids(floor, self.previous, self.earlier, path)
-            messages.append(describe_ids(floor, self.previous))
+            messages.append(describe_ids(floor, self.previous, self.earlier))
         # What each room is for (chapters 4 and 5), and what kind of building it is (chapter 6)
         floor = self._label(floor)
         types = self.labelling.predicted_types if self.labelling and floor.rooms else ()
@@ -231,22 +233,25 @@ def read_previous(path: str | Path) -> Floor:
     return read_floor(Path(path) / OUTPUTS[0] if is_folder else path)
 
 
-def describe_ids(floor: Floor, previous: Floor) -> str:
-    """How many rooms kept their ids, how many are new, and which are gone."""
+def describe_ids(floor: Floor, previous: Floor, earlier: Sequence[Floor] = ()) -> str:
+    """How many rooms kept their ids, have them back from earlier floors, are new; and which are gone."""
     ids, old_ids = ({room.id for room in each.rooms} for each in (floor, previous))
-    common, new, gone = len(ids & old_ids), len(ids - old_ids), sorted(old_ids - ids)
+    earlier_ids = {room.id for each in earlier for room in each.rooms} - old_ids
+    common, back, gone = len(ids & old_ids), len(ids & earlier_ids), sorted(old_ids - ids)
+    new = len(ids) - common - back
     line = f"{common} room{'s' * (common != 1)} kept {'its id' if common == 1 else 'their ids'}"
+    line += f", {back} {'has its id' if back == 1 else 'have their ids'} back" if earlier else ""
     line += f", {new} {'is' if new == 1 else 'are'} new, {len(gone)} {'is' if len(gone) == 1 else 'are'} gone"
     names = " ".join(map(str, gone[:MAX_LISTED_IDS])) + (" …" if len(gone) > MAX_LISTED_IDS else "")
     return f"{line} ({names})" if gone else line
 
 
 def _keep_ids(floor: Floor, previous: Floor, earlier: Sequence[Floor], path: str | Path) -> Floor:
-    """The floor with the ids of the previous ones; warns if it has no room in common with the newest of them."""
+    """The floor with the ids of the previous ones; warns if they have no room in common."""
     from pianta.layout.room_ids import keep_room_ids
 
     floor = keep_room_ids(floor, previous, earlier=earlier)
-    old_ids = {room.id for room in previous.rooms}
+    old_ids = {room.id for each in (previous, *earlier) for room in each.rooms}
     if old_ids.isdisjoint(room.id for room in floor.rooms):
         message = f"map {short_repr(path)} has no room in common with the floor of previous=, every room got a new id"
         warnings.warn(MapWarning(f"{message}; check that both are of one building"), stacklevel=2)

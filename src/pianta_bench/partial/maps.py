@@ -153,7 +153,9 @@ def grow_to_walls(rooms: Sequence[Polygon]) -> list[Polygon]:
     grown = shapely.buffer(polygons, half_wall, join_style="mitre", mitre_limit=2)
     tree = STRtree(polygons)
     rest = [polygons[near[near != i]] for i, near in enumerate(map(tree.query, grown))]
-    return [largest_part(shapely.difference(room, shapely.union_all(near))) for room, near in zip(grown, rest, strict=True)]
+    return [
+        largest_part(shapely.difference(room, shapely.union_all(near))) for room, near in zip(grown, rest, strict=True)
+    ]
 
 
 def simulate_world(number: int, *, first_seed: int = FIRST_SEED) -> PartialMap:
