@@ -314,8 +314,8 @@ def test_a_floor_has_its_ids_again_after_a_step_that_is_cut_differently(floor, c
 
 @given(tilings(), tilings(), tilings())
 def test_ids_are_unique_with_earlier_floors_and_new_ones_are_new(floor, previous, earlier):
-    kept = keep_room_ids(floor, previous, earlier=[earlier])
-    known = {*ids_of(previous), *ids_of(earlier)}
-    assert len({*ids_of(kept)}) == len(kept.rooms)
-    assert all(number in known or number > max(previous.last_id, earlier.last_id) for number in ids_of(kept))
-    assert kept.last_id == max([previous.last_id, earlier.last_id, *ids_of(kept)])
+    result = keep_room_ids(floor, previous, earlier=[earlier])
+    old_ids = {*ids_of(previous), *ids_of(earlier)}
+    assert len({*ids_of(result)}) == len(result.rooms)
+    assert all(number in old_ids or number > max(previous.last_id, earlier.last_id) for number in ids_of(result))
+    assert result.last_id == max([previous.last_id, earlier.last_id, *ids_of(result)])

@@ -34,7 +34,7 @@ def despeckle(grid: GridMap) -> GridMap:
         COUNT[around] for around in (free_around, occupied_around, unknown_around)
     )
     cells = grid.cells.copy()
-    # Each cell is judged by the cells of the map, not by those that were changed before
+    # Each cell is compared with the cells of the map, not with those that were changed before
     single = occupied & (near_occupied == 0)
     bump = occupied & ON_ONE_SIDE[occupied_around] & (near_occupied >= 2)
     cells[(single & (near_free >= MIN_ALIKE)) | (bump & (near_free >= 5))] = FREE

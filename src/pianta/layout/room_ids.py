@@ -81,8 +81,8 @@ def _assign_rooms(rooms: list[Room], floors: Sequence[Floor]) -> dict[int, Room]
     for old_floor in floors:
         old_rooms = sorted(old_floor.rooms, key=lambda room: room.id)
         matches = _match_after_shift(polygons, _list_polygons(old_rooms))
-        found = zip(matches.room.tolist(), matches.iou.tolist(), old_rooms, strict=True)
-        pairs += [(iou < SAME_OUTLINE_IOU, rooms[room].id, old) for room, iou, old in found if room >= 0]
+        candidates = zip(matches.room.tolist(), matches.iou.tolist(), old_rooms, strict=True)
+        pairs += [(iou < SAME_OUTLINE_IOU, rooms[room].id, old) for room, iou, old in candidates if room >= 0]
     assigned: dict[int, Room] = {}
     used: set[int] = set()
     # Rooms with their old outline first; the order is otherwise kept, from the newest floor to the oldest

@@ -78,9 +78,9 @@ class Reader:
             label_unknown = options.get("label_unknown", False)
             names_and_type = options.get("words"), options.get("building_type")
             labelling = Labelling.make(*models, *names_and_type, label_unknown=label_unknown)
-        given = options.get("previous"), *options.get("earlier", ())
+        floors = options.get("previous"), *options.get("earlier", ())
         previous, *earlier = (
-            each if each is None or isinstance(each, Floor) else read_previous(each) for each in given
+            each if each is None or isinstance(each, Floor) else read_previous(each) for each in floors
         )
         return cls(options, labelling, previous, tuple(floor for floor in earlier if floor))
 

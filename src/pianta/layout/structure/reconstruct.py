@@ -25,7 +25,12 @@ from pianta.layout.multicut import solve_multicut
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.borders import draw_borders, list_stretches, straighten_borders
 from pianta.layout.structure.evidence import FURNITURE, OUTSIDE, Evidence, Probabilities, evaluate_map, sample_classes
-from pianta.layout.structure.frontiers import find_frontiers, measure_frontiers, remove_ray_leaks
+from pianta.layout.structure.frontiers import (
+    find_frontiers,
+    find_partial_labels,
+    measure_frontiers,
+    remove_ray_leaks,
+)
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
 from pianta.layout.structure.necks import Clearance
 from pianta.layout.structure.notches import fill_notches
@@ -84,12 +89,13 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
     room_labels = remove_ray_leaks(labels, frontier_lengths, width=parameters.passage_width, resolution=cell)
     frontier = find_frontiers(working_grid.grid, working_grid, division.observed, min_thickness=parameters.unseen_width)
     unseen = measure_frontiers(labels, frontier, resolution=cell)
+    is_partial = find_partial_labels(labels, unseen, min_length=parameters.frontier, resolution=cell)
     # Give the rooms clean outlines that continue behind the furniture along their walls
     outlines, numbers = outline_rooms(room_labels, working_grid, parameters)
     if not len(numbers):
         raise MapError(NO_ROOM)
     rooms = [
-        Room(number, outline, partial=bool(unseen[number] >= parameters.frontier))
+        Room(number, outline, partial=bool(is_partial[number]))
         for number, outline in zip(numbers.tolist(), outlines, strict=True)
     ]
     # The borders that two rooms share are the doors
