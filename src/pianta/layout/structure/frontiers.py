@@ -56,9 +56,9 @@ def measure_frontiers(labels: LabelImage, frontier: Mask, *, resolution: float) 
 
 
 def find_partial_labels(labels: LabelImage, frontier_lengths: Floats, *, min_length: float, resolution: float) -> Mask:
-    """Whether each label 0 … max ends at unknown space along at least min_length and MIN_FRONTIER_SHARE, shape (1 + max,).
+    """Whether each label 0 … max is a partial room, shape (1 + max,): it ends at unknown space.
 
-    labels: shape (H, W). frontier_lengths: of each label, shape (1 + max,); metres. min_length, resolution: metres.
+    Its frontier has at least min_length, and MIN_FRONTIER_SHARE for its size. labels: shape (H, W). frontier_lengths: of each label, shape (1 + max,); metres. min_length, resolution: metres.
     """
     side = np.sqrt(np.bincount(labels.ravel(), minlength=len(frontier_lengths))) * resolution
     return np.asarray(frontier_lengths >= np.maximum(min_length, MIN_FRONTIER_SHARE * side))
