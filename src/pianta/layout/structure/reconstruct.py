@@ -24,6 +24,7 @@ from pianta.layout.furniture import find_furniture
 from pianta.layout.multicut import solve_multicut
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.borders import draw_borders, list_stretches, straighten_borders
+from pianta.layout.structure.confidence import rate_regions
 from pianta.layout.structure.evidence import FURNITURE, OUTSIDE, Evidence, Probabilities, evaluate_map, sample_classes
 from pianta.layout.structure.frontiers import (
     find_frontiers,
@@ -82,6 +83,24 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
     """
     check_shows_rooms(grid)
     division = divide_floor(grid, parameters)
+    rooms, doors = list_regions(grid, division, parameters)
+    rooms, doors = rate_regions(rooms, doors, division.labels, division.working_grid, division.evidence)
+    working_grid, cell = division.working_grid, division.working_grid.resolution
+    lines = find_wall_lines(division.space, resolution=cell)
+    walls = span_walls(lines, division.space, reach=parameters.line_reach, gap=parameters.door_width, resolution=cell)
+    floor = assemble_floor(rooms, doors, [_wall_to_map(wall, working_grid) for wall in walls], grid)
+    # What stands in the rooms, by rules and by what the network sees
+    classes = sample_classes(division.evidence, working_grid)
+    furniture = find_furniture(grid, floor, probability=classes[..., FURNITURE])
+    # The mean of the network's coarse cells is much lower than the share of pieces that are furniture
+    return replace(floor, furniture=tuple(replace(piece, probability=None) for piece in furniture))
+
+
+def list_regions(grid: GridMap, division: Division, parameters: StructureParameters) -> tuple[list[Room], list[Door]]:
+    """The rooms and doors of a division, in the map frame; the id of a room is its label.
+
+    Raises MapError if there is no room.
+    """
     working_grid, labels, cell = division.working_grid, division.labels, division.working_grid.resolution
     # Rooms that end at unknown space are partial, and those with little area for their frontier are ray leaks
     leak_frontier = find_frontiers(working_grid.grid, working_grid, division.observed)
@@ -99,13 +118,7 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
         for number, outline in zip(numbers.tolist(), outlines, strict=True)
     ]
     # The borders that two rooms share are the doors
-    doors = find_doors(division, numbers.tolist(), parameters)
-    lines = find_wall_lines(division.space, resolution=cell)
-    walls = span_walls(lines, division.space, reach=parameters.line_reach, gap=parameters.door_width, resolution=cell)
-    floor = assemble_floor(rooms, doors, [_wall_to_map(wall, working_grid) for wall in walls], grid)
-    # What stands in the rooms, by rules and by what the network sees
-    classes = sample_classes(division.evidence, working_grid)
-    return replace(floor, furniture=find_furniture(grid, floor, probability=classes[..., FURNITURE]))
+    return rooms, find_doors(division, numbers.tolist(), parameters)
 
 
 def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
