@@ -107,12 +107,12 @@ def test_a_partial_room_has_a_frontier_that_is_long_for_its_size():
     labels[10:50, 10:50], labels[10:130, 60:180] = 1, 2
     assert MIN_FRONTIER_SHARE == 0.25
 
-    def find(*lengths: float) -> list[bool]:
-        return find_partial_labels(labels, np.array([0, *lengths]), min_length=0.4, resolution=0.05).tolist()
+    def find(*lengths: float) -> tuple[bool, ...]:
+        return tuple(map(bool, find_partial_labels(labels, np.array([0, *lengths]), min_length=0.4, resolution=0.05)))
 
-    assert find(0.51, 1.51) == [False, True, True]
-    assert find(0.49, 1.49) == [False, False, False]
+    assert find(0.51, 1.51) == (False, True, True)
+    assert find(0.49, 1.49) == (False, False, False)
     labels[labels == 1] = 0
     labels[10:12, 10:12] = 1
-    assert find(0.39, 0) == [False, False, False]
-    assert find(0.41, 0) == [False, True, False]
+    assert find(0.39, 0) == (False, False, False)
+    assert find(0.41, 0) == (False, True, False)
