@@ -59,7 +59,8 @@ class TestSmallRooms:
 
     def test_one_that_is_narrower_than_half_a_metre_is_none_and_the_width_is_a_parameter(self):
         """Circles of diameter 2 · 0.6 cells are 0.48 m wide, those of 2 · 0.65 cells 0.52 m."""
-        labels, clearance = [[1] * 4, [0] * 4, [2] * 4], [[0.6] * 4, [0] * 4, [0.6, 0.6, 0.65, 0.6]]
+        labels = [[1] * 4, [0] * 4, [2] * 4]
+        clearance = [[0.6] * 4, [0.0] * 4, [0.6, 0.6, 0.65, 0.6]]
         assert absorb(labels, clearance) == [[0] * 4, [0] * 4, [2] * 4]
         assert absorb(labels, clearance, room_width=0.47) == labels
 
