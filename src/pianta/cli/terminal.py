@@ -30,7 +30,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but wa
 OWN_WARNINGS = (MapWarning, BuildingWarning, PlanWarning)
 
 # Arguments of functions whose flags have the same names.
-SAME_NAMES = "building_model jobs max_cells method page previous resolution symbols trust_thresholds words"
+SAME_NAMES = "building_model earlier jobs max_cells method page previous resolution symbols trust_thresholds words"
 # Messages of the library name arguments of functions; these are their flags.
 FLAGS = {
     "labels=False": "--no-labels",

@@ -145,7 +145,7 @@ class StructureParameters(Parameters):
     unseen_width
         Thinner unknown space is a wall, or a gap between two beams of the scanner.
     frontier
-        A room with at least this length of frontier to unknown space is partial.
+        A room with at least this length of frontier to unknown space is partial, unless it is large.
     line_reach
         How far a wall line is followed both ways.
 

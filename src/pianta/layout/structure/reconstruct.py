@@ -16,6 +16,7 @@ from pianta._types import Floats, Indices, LabelImage, Mask
 from pianta.errors import MapError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
+from pianta.layout._despeckle import despeckle
 from pianta.layout._label_images import Polygons, grow_mask, join_outlines, largest_part, list_contacts, outline_labels
 from pianta.layout._numbering import assemble_floor
 from pianta.layout._working_grid import NO_ROOM, WorkingGrid, check_shows_rooms, to_working_grid
@@ -33,7 +34,12 @@ from pianta.layout.structure.evidence import (
     evaluate_map,
     sample_classes,
 )
-from pianta.layout.structure.frontiers import find_frontiers, measure_frontiers, remove_ray_leaks
+from pianta.layout.structure.frontiers import (
+    find_frontiers,
+    find_partial_labels,
+    measure_frontiers,
+    remove_ray_leaks,
+)
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
 from pianta.layout.structure.necks import Clearance
 from pianta.layout.structure.notches import fill_notches
@@ -108,17 +114,18 @@ def list_regions(grid: GridMap, division: Division, parameters: StructureParamet
     """
     working_grid, labels, cell = division.working_grid, division.labels, division.working_grid.resolution
     # Rooms that end at unknown space are partial, and those with little area for their frontier are ray leaks
-    leak_frontier = find_frontiers(grid, working_grid, division.observed)
+    leak_frontier = find_frontiers(working_grid.grid, working_grid, division.observed)
     frontier_lengths = measure_frontiers(labels, leak_frontier, resolution=cell)
     room_labels = remove_ray_leaks(labels, frontier_lengths, width=parameters.passage_width, resolution=cell)
-    frontier = find_frontiers(grid, working_grid, division.observed, min_thickness=parameters.unseen_width)
+    frontier = find_frontiers(working_grid.grid, working_grid, division.observed, min_thickness=parameters.unseen_width)
     unseen = measure_frontiers(labels, frontier, resolution=cell)
+    is_partial = find_partial_labels(labels, unseen, min_length=parameters.frontier, resolution=cell)
     # Give the rooms clean outlines that continue behind the furniture along their walls
     outlines, numbers = outline_rooms(room_labels, working_grid, parameters)
     if not len(numbers):
         raise MapError(NO_ROOM)
     rooms = [
-        Room(number, outline, partial=bool(unseen[number] >= parameters.frontier))
+        Room(number, outline, partial=bool(is_partial[number]))
         for number, outline in zip(numbers.tolist(), outlines, strict=True)
     ]
     # The borders that two rooms share are the doors
@@ -129,7 +136,9 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     """The floor of a map, divided into rooms."""
     from skimage.measure import label
 
-    working_grid = to_working_grid(grid, grid.free, resolution=parameters.working_resolution)
+    # Single cells that differ from all around them are noise
+    cleaned = despeckle(grid)
+    working_grid = to_working_grid(cleaned, cleaned.free, resolution=parameters.working_resolution)
     cell = working_grid.resolution
     # What each cell is, and which cells are in one room, as the network sees them
     occupied = sample_obstacles(working_grid)
