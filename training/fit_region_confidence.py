@@ -207,7 +207,7 @@ def read_regions(true_map: TrueMap) -> ReadRegions:
     """Read a map, and compare its rooms and doors with the true ones; doors between rooms only."""
     grid = true_map.grid
     division = divide_floor(grid, STRUCTURE)
-    rooms, doors = list_regions(grid, division, STRUCTURE)
+    rooms, doors = list_regions(division, STRUCTURE)
     doors = [door for door in doors if not door.is_entrance]
     image = Floor(tuple(rooms)).label_image(grid).astype(np.int32)
     labels, truth = (

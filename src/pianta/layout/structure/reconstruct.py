@@ -92,7 +92,7 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
     """
     check_shows_rooms(grid)
     division = divide_floor(grid, parameters)
-    rooms, doors = list_regions(grid, division, parameters)
+    rooms, doors = list_regions(division, parameters)
     rooms, doors = rate_regions(rooms, doors, division.labels, division.working_grid, division.evidence)
     working_grid, cell = division.working_grid, division.working_grid.resolution
     lines = find_wall_lines(division.space, resolution=cell)
@@ -107,7 +107,7 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
     return replace(floor, furniture=tuple(replace(piece, probability=None) for piece in furniture))
 
 
-def list_regions(grid: GridMap, division: Division, parameters: StructureParameters) -> tuple[list[Room], list[Door]]:
+def list_regions(division: Division, parameters: StructureParameters) -> tuple[list[Room], list[Door]]:
     """The rooms and doors of a division, in the map frame; the id of a room is its label.
 
     Raises MapError if there is no room.
