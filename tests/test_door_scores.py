@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from shapely import LineString, box
 from shapely.affinity import translate
 
-from pianta.evaluation.doors import DetectionScores, score_doors, score_edges
+from pianta.evaluation.doors import DetectionScores, match_connections, match_doors, score_doors, score_edges
 from pianta.floor import Door, Floor, Room
 
 ROOMS = tuple(Room(number, box(10 * number, 0, 10 * number + 10, 10)) for number in (1, 2, 3))
@@ -37,6 +37,22 @@ def test_doors_within_half_a_width_are_right():
     scores = score_doors(result, TRUTH)
     assert scores == DetectionScores(true=2, detected=2, correct=1)
     assert (scores.precision, scores.recall, scores.f1) == (0.5, 0.5, 0.5)
+
+
+def test_which_doors_are_right():
+    """Two doors are near the first true one, and one of them is right; the last one is 0.6 m from the second."""
+    doors = door_at(20.4), door_at(20), door_at(30, 5.6, rooms=(2, 3))
+    assert match_doors(doors, TRUTH.doors).tolist() in ([True, False, False], [False, True, False])
+    assert match_doors(doors, TRUTH.doors, reach=0.6).tolist()[2]
+    assert match_doors((), TRUTH.doors).tolist() == []
+    assert match_doors(doors, ()).tolist() == [False] * 3
+
+
+def test_which_doors_join_true_pairs_of_rooms():
+    """At any place; not the pair of rooms 1 and 3, and no entrance."""
+    doors = door_at(50), door_at(20, rooms=(1, 3)), door_at(10, rooms=(1, None)), door_at(0, rooms=(2, 3))
+    assert match_connections(floor_of(*doors), TRUTH).tolist() == [True, False, False, True]
+    assert match_connections(floor_of(), TRUTH).tolist() == []
 
 
 def test_the_reach_can_be_given():

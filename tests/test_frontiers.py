@@ -4,7 +4,14 @@ import pytest
 from pianta._types import Mask
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.layout._working_grid import to_working_grid
-from pianta.layout.structure.frontiers import BLUR_PX, find_frontiers, measure_frontiers, remove_ray_leaks
+from pianta.layout.structure.frontiers import (
+    BLUR_PX,
+    MIN_FRONTIER_SHARE,
+    find_frontiers,
+    find_partial_labels,
+    measure_frontiers,
+    remove_ray_leaks,
+)
 from tests.drawn_maps import Rectangle, carve
 
 SHAPE = (60, 80)
@@ -92,3 +99,20 @@ def test_a_strip_of_free_space_between_frontiers_is_a_ray_leak():
 def test_without_frontiers_there_is_no_ray_leak():
     labels = np.eye(5, dtype=np.int32)
     assert (remove_ray_leaks(labels, np.zeros(2), width=0.3, resolution=0.05) == labels).all()
+
+
+def test_a_partial_room_has_a_frontier_that_is_long_for_its_size():
+    """Rooms of 2 m x 2 m and 6 m x 6 m: a quarter of their sides is 0.5 m and 1.5 m."""
+    labels = np.zeros((140, 200), np.int32)
+    labels[10:50, 10:50], labels[10:130, 60:180] = 1, 2
+    assert MIN_FRONTIER_SHARE == 0.25
+
+    def find(*lengths: float) -> tuple[bool, ...]:
+        return tuple(map(bool, find_partial_labels(labels, np.array([0, *lengths]), min_length=0.4, resolution=0.05)))
+
+    assert find(0.51, 1.51) == (False, True, True)
+    assert find(0.49, 1.49) == (False, False, False)
+    labels[labels == 1] = 0
+    labels[10:12, 10:12] = 1
+    assert find(0.39, 0) == (False, False, False)
+    assert find(0.41, 0) == (False, True, False)

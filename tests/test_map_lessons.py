@@ -32,6 +32,7 @@ def plain(monkeypatch):
     """The floor as it is: not turned, empty, with walls of 0.2 m, without leaves, wide openings and glass."""
     monkeypatch.setattr(worlds, "transform_floor", lambda floor, scale, rng: shift_floor(floor))
     for name, value in (
+        ("BOARD_SHARE", 0.0),
         ("WALL_THICKNESSES", (0.2, 0.2)),
         ("WIDE_SHARE", 0.0),
         ("LEAF_SHARE", 0.0),
@@ -90,17 +91,29 @@ def test_a_door_joins_two_rooms(plain):
     assert (row[cols.min() - 1], row[cols.max() + 1]) == (1, 2)
 
 
-def test_a_wide_opening_stays_in_the_wall_of_its_rooms(plain):
+@pytest.mark.parametrize("one_sided", [0.0, 1.0])
+def test_a_wide_opening_is_in_the_wall_of_its_rooms_with_a_stub_on_both_sides_or_on_one(plain, one_sided):
+    """The wall is 5 m long; a stub has 0.15 m or more, of which the edge of a cell may take 0.05 m."""
     plain.setattr(worlds, "WIDE_SHARE", 1e6)
+    plain.setattr(worlds, "ONE_SIDED_SHARE", one_sided)
     widths = []
     for seed in range(5):
         rows, cols = np.nonzero(build(seed).classes == DOOR)
-        assert rows.min() >= START + 0.3 * PER_METRE
-        assert rows.max() <= START + 4.7 * PER_METRE
+        stubs = [(rows.min() - START) / PER_METRE, 5 - (rows.max() + 1 - START) / PER_METRE]
+        assert sum(stub >= 0.1 for stub in stubs) >= (1 if one_sided else 2)
         assert np.abs(cols - START - 4 * PER_METRE).max() <= 0.3 * PER_METRE
         widths.append((rows.max() - rows.min() + 1) / PER_METRE)
     assert min(widths) >= 1.1
     assert len(set(widths)) > 1
+
+
+def test_some_walls_are_boards_of_one_cell(plain):
+    """The wall between the two rooms, at x = 4 m."""
+    plain.setattr(worlds, "BOARD_SHARE", 1.0)
+    middle = START + int(2.5 * PER_METRE)
+    row = next(row for row in (middle - 20, middle + 20) if not (build().classes[row] == DOOR).any())
+    inner = build().classes[row, START + 2 * PER_METRE : START + 6 * PER_METRE]
+    assert np.count_nonzero(inner == WALL) == 1
 
 
 def test_a_shut_leaf_stops_beams_in_its_door(plain):

@@ -13,8 +13,10 @@ from pianta.cli.read import tabulate_rooms
 from pianta.errors import FloorError, OptionError
 from pianta.floor import Door, Floor, Room, scale_floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.layout.partial import predict
 from pianta.layout.partial.hypotheses import FEATURES
 from pianta.layout.partial.predict import (
+    DOUBLE_EVIDENCE,
     MAX_GROWTH,
     STRONG_EVIDENCE,
     PartialModel,
@@ -123,6 +125,14 @@ def crop_to(row: tuple[Floor, GridMap], observed: Polygon) -> tuple[Floor, GridM
     )
 
 
+@pytest.fixture
+def any_gain(monkeypatch):
+    """Neither the frontier nor the gain limits a prediction."""
+    monkeypatch.setattr(predict, "MAX_FRONTIER_GROWTH", np.inf)
+    monkeypatch.setattr(predict, "MIN_GAIN", 0.0)
+
+
+@pytest.mark.usefixtures("any_gain")
 def test_a_prediction_of_more_than_three_times_the_observed_area_needs_strong_evidence(row):
     # Two of five metres were observed, so rooms as deep as the others are 2.5 times as large.
     floor, grid = crop_to(row, box(8.4, 2.2, 12.4, 4.2))
@@ -133,6 +143,39 @@ def test_a_prediction_of_more_than_three_times_the_observed_area_needs_strong_ev
     assert 2.5 * 8 < weak.predicted.area <= MAX_GROWTH * 8
     assert strong.predicted.area > MAX_GROWTH * 8
     assert (weak.confidence or 0) < STRONG_EVIDENCE <= (strong.confidence or 0)
+
+
+@pytest.mark.usefixtures("any_gain")
+@pytest.mark.parametrize(("evidence", "doubled"), [(DOUBLE_EVIDENCE - 0.01, False), (DOUBLE_EVIDENCE + 0.1, True)])
+def test_a_prediction_of_more_than_twice_the_observed_area_needs_evidence(row, evidence, doubled):
+    floor, grid = crop_to(row, box(8.4, 2.2, 12.4, 4.2))
+    assert (
+        last_prediction(predict_partial_rooms(floor, grid, model=model_of_large_rooms(evidence))).area > 16
+    ) == doubled
+
+
+@pytest.mark.usefixtures("any_gain")
+def test_a_prediction_without_enough_gain_is_the_observed_part(row, monkeypatch):
+    """The model expects an IoU of 0.9 · 0.69 = 0.621 of the room as it is, and of 0.681 of one eight times as large."""
+    model = model_of_large_rooms(0.69)
+    monkeypatch.setattr(predict, "MIN_GAIN", 0.055)
+    assert last_prediction(predict_partial_rooms(*row, model=model)).area > MAX_GROWTH * OBSERVED.area
+    monkeypatch.setattr(predict, "MIN_GAIN", 0.065)
+    room = predict_partial_rooms(*row, model=model).rooms[-1]
+    assert last_prediction(Floor((room,))).equals(OBSERVED)
+    assert room.confidence == pytest.approx(0.621)
+
+
+@pytest.mark.usefixtures("any_gain")
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_a_prediction_adds_a_share_of_the_square_over_the_frontier(row, share, monkeypatch):
+    """The room is open along 4 m. The walls around the prediction are as thick as those that were measured."""
+    monkeypatch.setattr(predict, "MAX_FRONTIER_GROWTH", share)
+    predicted = last_prediction(predict_partial_rooms(*row, model=model_of_large_rooms(0.69)))
+    walls = measure_half_wall(row[0]) * predicted.length
+    assert predicted.area <= OBSERVED.area + share * 4**2 + walls
+    # The room behind is 2 m deep, a half of the square
+    assert (predicted.area > OBSERVED.area + 4 * 2) == (share > 0.5)
 
 
 def test_a_sliver_whose_walls_are_larger_than_itself_is_predicted_as_it_is(row):

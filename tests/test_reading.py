@@ -108,6 +108,25 @@ class TestRead:
             with_previous.save(tmp_path / "library")
             assert list_files(tmp_path / "library") == list_files(tmp_path / "command")
 
+    def test_takes_ids_back_from_earlier_floors_as_the_command_does(self, small, reading, tmp_path):
+        """The previous floor lacks the first room, which was number 1 two floors ago."""
+        first, before = reading.floor.rooms[0], tmp_path / "before"
+        before.mkdir()
+        reading.floor.save(before / "floor.geojson")
+        doors = tuple(door for door in reading.floor.doors if first.id not in door.rooms)
+        replace(reading.floor, rooms=reading.floor.rooms[1:], doors=doors).save(tmp_path / "floor.geojson")
+        code, out, err = run_pianta(
+            "read", small, "-o", tmp_path / "command", "--previous", tmp_path, "--earlier", before
+        )
+        assert (code, err) == (0, "")
+        line = "4 rooms kept their ids, 1 has its id back, 0 are new, 0 are gone"
+        assert line in out.splitlines()
+        with_earlier = pianta.read(small, previous=tmp_path, earlier=[reading.floor])
+        assert [room.id for room in with_earlier.floor] == [room.id for room in reading.floor]
+        assert with_earlier.messages == (line,)
+        with_earlier.save(tmp_path / "library")
+        assert list_files(tmp_path / "library") == list_files(tmp_path / "command")
+
     def test_accepts_models_as_objects_and_as_files(self, small, reading):
         models = Path(pianta.__file__).parent / "models"
         (rooms,) = [file for file in models.glob("rooms.*") if file.suffix != ".md"]
@@ -136,6 +155,8 @@ class TestRead:
             ),
             ({"room_model": "nowhere.model"}, ModelError, "'nowhere.model' does not exist"),
             ({"previous": "nowhere"}, FloorError, "'nowhere' does not exist"),
+            ({"earlier": ["older"]}, OptionError, "earlier= is given without previous=, give the newest"),
+            ({"earlier": "older", "previous": "old"}, OptionError, "earlier is 'older', give a list of floors"),
             ({"max_cells": 100}, MapError, "the limit is 100; lift it with max_cells="),
         ],
         ids=lambda value: "-".join(value) if isinstance(value, dict) else "",

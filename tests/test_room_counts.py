@@ -21,7 +21,7 @@ def count(labels: str, truth: str, *, counted: str = "", resolution: float = 1.0
 
 
 def test_the_true_rooms_are_right_and_whole():
-    assert count("1122", "5577") == RoomCounts(2, 2, 2, 2, 0, 0, 0, {1: 5, 2: 7})
+    assert count("1122", "5577") == RoomCounts(2, 2, 2, 2, 0, 0, 0, {1: 5, 2: 7}, frozenset({1, 2}))
 
 
 def test_a_room_of_iou_0_6_is_right_and_one_below_is_not():
@@ -32,7 +32,7 @@ def test_a_room_of_iou_0_6_is_right_and_one_below_is_not():
 
 def test_a_further_piece_of_a_true_room_is_a_split():
     """The true room has pieces of 6, 2 and 1 cells: the first is right, with an IoU of 6/9, but not whole."""
-    assert count("111111223", "777777777") == RoomCounts(1, 3, 1, 0, 2, 0, 0, {1: 7, 2: 7, 3: 7})
+    assert count("111111223", "777777777") == RoomCounts(1, 3, 1, 0, 2, 0, 0, {1: 7, 2: 7, 3: 7}, frozenset({1}))
 
 
 def test_pieces_below_0_4_m2_are_no_split():
@@ -44,12 +44,12 @@ def test_pieces_below_0_4_m2_are_no_split():
 
 def test_a_piece_has_more_than_half_of_its_cells_in_the_true_room():
     """Room 2 has two cells in true room 7 and two in no room: it is no piece of 7, and no room."""
-    assert count("11112222", "77777700") == RoomCounts(1, 2, 1, 1, 0, 0, 1, {1: 7})
+    assert count("11112222", "77777700") == RoomCounts(1, 2, 1, 1, 0, 0, 1, {1: 7}, frozenset({1}))
 
 
 def test_true_rooms_in_one_room_are_merged():
     """Room 1 has true rooms of 6, 2 and 1 cells; it is right for the first."""
-    assert count("111111111", "777777889") == RoomCounts(3, 1, 1, 1, 0, 2, 0, {1: 7})
+    assert count("111111111", "777777889") == RoomCounts(3, 1, 1, 1, 0, 2, 0, {1: 7}, frozenset({1}))
 
 
 def test_a_room_that_is_one_piece_elsewhere_is_neither_split_nor_merged():
@@ -60,7 +60,8 @@ def test_a_room_that_is_one_piece_elsewhere_is_neither_split_nor_merged():
 
 def test_only_counted_cells_count():
     """Room 3 and the false end of room 1 are not counted."""
-    assert count("1111322", "5500077", counted="1100011") == RoomCounts(2, 2, 2, 2, 0, 0, 0, {1: 5, 2: 7})
+    right_ids = frozenset({1, 2})
+    assert count("1111322", "5500077", counted="1100011") == RoomCounts(2, 2, 2, 2, 0, 0, 0, {1: 5, 2: 7}, right_ids)
 
 
 @pytest.mark.parametrize(

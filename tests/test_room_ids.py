@@ -92,9 +92,11 @@ def test_nothing_in_common_gives_new_ids_only(last_id):
 
 def test_doors_and_entrances_lead_to_the_same_rooms():
     doors = Door((1, 2), LINE, 1.0), Door((2, None), LINE, 0.9, "opening")
-    floor = keep_room_ids(floor_of(LEFT, MIDDLE, doors=doors), floor_of(MIDDLE, first_id=5))
+    new = replace(floor_of(LEFT, MIDDLE, doors=doors), possible_doors=(Door((1, 2), LINE, 0.8, probability=0.75),))
+    floor = keep_room_ids(new, floor_of(MIDDLE, first_id=5))
     assert ids_of(floor) == [6, 5]
     assert floor.doors == (Door((5, 6), LINE, 1.0), Door((5, None), LINE, 0.9, "opening"))
+    assert floor.possible_doors == (Door((5, 6), LINE, 0.8, probability=0.75),)
 
 
 def test_a_label_stays_until_there_is_another():
@@ -250,3 +252,72 @@ def test_persistence_of_nothing_is_perfect(floors):
 
 def test_persistence_of_rooms_that_are_all_gone_is_none():
     assert score_persistence([floor_of(LEFT), Floor(())]) == Persistence(rooms=1, persisting=0, same_id=0)
+
+
+def test_rooms_that_were_one_for_a_step_get_back_their_ids():
+    """4 m × 3 m and 5 m × 3 m, then both as one, then apart again; the one room has the id of the larger."""
+    two = floor_of(LEFT, MIDDLE)
+    one = keep_room_ids(floor_of(box(0, 0, 9, 3)), two)
+    assert ids_of(one) == [2]
+    assert ids_of(keep_room_ids(floor_of(MIDDLE, LEFT), one)) == [2, 3]
+    again = keep_room_ids(floor_of(MIDDLE, LEFT), one, earlier=[two])
+    assert (ids_of(again), again.last_id) == ([2, 1], 2)
+
+
+def test_a_room_that_was_two_for_a_step_gets_back_its_id():
+    """The larger part of the room keeps id 1 for the step; then the smaller part grows and would be the larger one."""
+    one = floor_of(box(0, 0, 9, 3))
+    parts = replace(keep_room_ids(floor_of(MIDDLE, LEFT), one), last_id=7)
+    assert ids_of(parts) == [1, 2]
+    assert ids_of(keep_room_ids(floor_of(box(0, 0, 9, 3), RIGHT), parts, earlier=[one])) == [1, 8]
+
+
+def test_the_newest_floor_with_the_outline_of_a_room_gives_its_id():
+    """The room of 4 m × 3 m was number 1, then 5; in the previous floor it is a part of number 6."""
+    floors = Floor((Room(6, box(0, 0, 9, 3)),)), Floor((Room(5, LEFT),)), Floor((Room(1, LEFT),))
+    assert ids_of(keep_room_ids(floor_of(LEFT), floors[0], earlier=floors[1:])) == [5]
+
+
+def test_a_room_that_has_grown_while_it_was_a_part_of_another_gets_back_its_id():
+    """The second room has grown from 3 m × 3 m to 5 m × 3 m, so its outline is not the old one; the first one's is."""
+    two, one = floor_of(LEFT, box(4, 0, 7, 3)), Floor((Room(1, box(0, 0, 9, 3)),), last_id=2)
+    assert ids_of(keep_room_ids(floor_of(LEFT, MIDDLE), one, earlier=[two])) == [1, 2]
+
+
+def test_an_id_of_an_earlier_floor_goes_to_one_room_only():
+    """Number 1 is in both floors; its halves are cut as one room of the previous and one of the earlier floor."""
+    earlier, previous = Floor((Room(1, LEFT),)), Floor((Room(1, MIDDLE), Room(2, RIGHT)))
+    floor = keep_room_ids(floor_of(LEFT, MIDDLE, RIGHT), previous, earlier=[earlier])
+    assert (ids_of(floor), floor.last_id) == ([3, 1, 2], 3)
+
+
+def test_new_ids_follow_the_last_one_of_all_floors():
+    floor = keep_room_ids(floor_of(LEFT), floor_of(RIGHT, last_id=4), earlier=[floor_of(RIGHT, last_id=9)])
+    assert (ids_of(floor), floor.last_id) == ([10], 10)
+
+
+def test_names_come_back_with_the_id():
+    named, one = Floor((Room(1, LEFT, name="1 French"), Room(2, MIDDLE))), Floor((Room(2, box(0, 0, 9, 3)),))
+    assert [room.name for room in keep_room_ids(floor_of(LEFT, MIDDLE), one, earlier=[named])] == ["1 French", None]
+
+
+@given(tilings(), tilings())
+def test_a_floor_has_its_ids_again_after_a_step_that_is_cut_differently(floor, cut_differently):
+    """A hall beside the block is the same in all steps, so that the frame is known."""
+    hall = Room(500, box(20, 0, 60, 20))
+    floor, cut_differently = (
+        replace(each, rooms=(hall, *each.rooms), last_id=500) for each in (floor, cut_differently)
+    )
+    between = keep_room_ids(cut_differently, floor)
+    shuffled = Floor(tuple(replace(room, id=1000 - room.id) for room in floor.rooms))
+    again = keep_room_ids(shuffled, between, earlier=[floor])
+    assert ids_of(again) == ids_of(floor)
+
+
+@given(tilings(), tilings(), tilings())
+def test_ids_are_unique_with_earlier_floors_and_new_ones_are_new(floor, previous, earlier):
+    result = keep_room_ids(floor, previous, earlier=[earlier])
+    old_ids = {*ids_of(previous), *ids_of(earlier)}
+    assert len({*ids_of(result)}) == len(result.rooms)
+    assert all(number in old_ids or number > max(previous.last_id, earlier.last_id) for number in ids_of(result))
+    assert result.last_id == max([previous.last_id, earlier.last_id, *ids_of(result)])

@@ -11,9 +11,15 @@ from pianta.layout.structure.reconstruct import absorb_small_rooms, drop_enclose
 RESOLUTION = 0.4
 
 
-def absorb(labels: list[list[int]]) -> list[list[int]]:
+# Half the diameter of the largest circle in a room, in cells: wide enough for a room.
+WIDE = 1.0
+
+
+def absorb(labels: list[list[int]], clearance: list[list[float]] | None = None, **parameters: float) -> list[list[int]]:
+    image = np.array(labels, np.int32)
+    radius = np.full(image.shape, WIDE, np.float32) if clearance is None else np.array(clearance, np.float32)
     rooms: list[list[int]] = absorb_small_rooms(
-        np.array(labels, np.int32), StructureParameters(), resolution=RESOLUTION
+        image, radius, StructureParameters(**parameters), resolution=RESOLUTION
     ).tolist()
     return rooms
 
@@ -48,13 +54,22 @@ class TestSmallRooms:
         assert absorb([[0, 1, 1]]) == [[0, 0, 0]]
 
     def test_the_area_of_a_room_is_a_parameter(self):
-        labels = np.array([[1, 1, 1, 2, 2, 2]], np.int32)
-        rooms = absorb_small_rooms(labels, StructureParameters(room_area=0.48), resolution=RESOLUTION)
-        assert rooms.tolist() == labels.tolist()
+        labels = [[1, 1, 1, 2, 2, 2]]
+        assert absorb(labels, room_area=0.48) == labels
+
+    def test_one_that_is_narrower_than_half_a_metre_is_none_and_the_width_is_a_parameter(self):
+        """Circles of diameter 2 · 0.6 cells are 0.48 m wide, those of 2 · 0.65 cells 0.52 m."""
+        labels = [[1] * 4, [0] * 4, [2] * 4]
+        clearance = [[0.6] * 4, [0.0] * 4, [0.6, 0.6, 0.65, 0.6]]
+        assert absorb(labels, clearance) == [[0] * 4, [0] * 4, [2] * 4]
+        assert absorb(labels, clearance, room_width=0.47) == labels
+
+    def test_a_narrow_room_belongs_to_the_neighbour_with_the_longest_contact(self):
+        assert absorb([[1] * 4, [2] * 4], [[0.5] * 4, [1.0] * 4]) == [[2] * 4, [2] * 4]
 
     def test_the_labels_that_are_given_stay_as_they_are(self):
         labels = np.array([[0, 1]], np.int32)
-        absorb_small_rooms(labels, StructureParameters(), resolution=RESOLUTION)
+        absorb_small_rooms(labels, np.ones((1, 2), np.float32), StructureParameters(), resolution=RESOLUTION)
         assert labels.tolist() == [[0, 1]]
 
 

@@ -3,10 +3,13 @@
     pip install torch onnx
     python training/map_lessons.py LESSONS --minutes 30
     python training/fit_map_regions.py LESSONS --minutes 60 -o src/pianta/models/map_regions.onnx [--start WEIGHTS.pt]
+    python training/annotated_lessons.py ANNOTATED
+    python training/fit_map_regions.py LESSONS --annotated ANNOTATED --start WEIGHTS.pt --rate 3e-4 --minutes 5 -o …
 
 The network learns two things for each cell: its class (outside, floor, wall, door, furniture), and for each of OFFSETS
 whether the cell at that offset is in the same room: affinities, as in Turaga et al., Convolutional networks can learn
-to generate affinity graphs for image segmentation, 2010. Real maps take no part in it.
+to generate affinity graphs for image segmentation, 2010. In a last, short fit real maps with annotated rooms can take
+part; --leave-out BUILDING keeps whole buildings for the test.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from lesson_files import FINE_CELLS, UNKNOWN_CLASS, Lesson, read_lesson
 from numpy.typing import NDArray
 from torch import nn
 from torch.nn import functional
@@ -26,7 +30,6 @@ from unet import UNet, has_bfloat16, write_onnx
 
 from pianta.layout.structure.evidence import DOOR, FLOOR, FURNITURE, OFFSETS, OUTSIDE, WALL
 
-Lesson = dict[str, NDArray]
 # Layers of maps, classes, rooms, and which cells count; the shapes are (N, 2, SIDE, SIDE) and (N, SIDE, SIDE).
 Batch = tuple[torch.Tensor, torch.Tensor, torch.Tensor, torch.Tensor]
 
@@ -51,8 +54,8 @@ AFFINITY_WEIGHT = 2.0
 BORDER_WEIGHT = 2.0
 # Value of each image of a lesson outside of its map.
 OUTER_VALUES = {"free": 0, "occupied": 0, "classes": OUTSIDE, "rooms": 0, "counts": 1}
-# Fine cells of a cell of a lesson: the greatest number that is free or occupied.
-FINE_CELLS = 4
+# Share of the squares of a batch that are of annotated maps, if there are any.
+ANNOTATED_SHARE = 0.5
 # Steps after which new lessons are read, the loss is printed, and the weights are saved.
 READ_STEPS = 200
 PRINT_STEPS = 50
@@ -73,12 +76,6 @@ class Probabilities(nn.Module):
         return torch.cat([functional.softmax(classes, 1), torch.sigmoid(affinities)], 1)
 
 
-def read_lesson(path: Path) -> Lesson:
-    """The images of a lesson, as map_lessons.py writes them."""
-    with np.load(path) as file:
-        return dict(file)
-
-
 def draw_square(lesson: Lesson, rng: np.random.Generator) -> tuple[NDArray, ...]:
     """A square of a lesson, turned and mirrored at random: map, shape (2, S, S), classes, rooms, and what counts."""
     top, left = (int(rng.integers(-SIDE // 4, max(1, side - SIDE * 3 // 4))) for side in lesson["free"].shape)
@@ -96,14 +93,18 @@ def draw_square(lesson: Lesson, rng: np.random.Generator) -> tuple[NDArray, ...]
     return layers, classes.astype(np.int64), rooms.astype(np.int32), counts.astype(bool)
 
 
-def draw_batches(folder: Path, rng: np.random.Generator) -> Iterator[Batch]:
-    """Batches without end; lessons that are added to the folder later are read too."""
+def draw_batches(folder: Path, annotated: list[Path], rng: np.random.Generator) -> Iterator[Batch]:
+    """Batches without end; lessons that are added to the folder later are read too.
+
+    annotated: lessons of real maps, of which ANNOTATED_SHARE of the squares are, if there are any.
+    """
     lessons: dict[Path, Lesson] = {}
     while True:
-        paths = sorted(folder.glob("*.npz"))
+        simulated = sorted(folder.glob("*.npz"))
         for _ in range(READ_STEPS):
             squares: list[tuple[NDArray, ...]] = []
             while len(squares) < BATCH:
+                paths = annotated if annotated and len(squares) < ANNOTATED_SHARE * BATCH else simulated
                 path = paths[int(rng.integers(len(paths)))]
                 if path not in lessons:
                     lessons[path] = read_lesson(path)
@@ -121,7 +122,10 @@ def measure_loss(
 ) -> torch.Tensor:
     """Cross entropy of the classes and of the affinities."""
     weights = torch.tensor([WEIGHTS[value] for value in sorted(WEIGHTS)])
-    loss = functional.cross_entropy(scores[:, : len(WEIGHTS)], classes, weights, reduction="none")[counts].mean()
+    by_cell = functional.cross_entropy(
+        scores[:, : len(WEIGHTS)], classes, weights, reduction="none", ignore_index=UNKNOWN_CLASS
+    )
+    loss = by_cell[counts & (classes != UNKNOWN_CLASS)].mean()
     for i, offset in enumerate(OFFSETS, start=len(WEIGHTS)):
         here, there = _pair_cells(rooms, offset)
         both = (here > 0) & (there > 0) & torch.logical_and(*_pair_cells(counts, offset))
@@ -179,6 +183,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--start", type=Path, help="weights to start from")
+    parser.add_argument("--annotated", type=Path, help="folder of lessons of annotated_lessons.py")
+    parser.add_argument("--leave-out", nargs="*", default=[], help="buildings of these that take no part")
     parser.add_argument("-o", "--out", type=Path, required=True)
     options = parser.parse_args()
     if not any(options.lessons.glob("*.npz")):
@@ -188,7 +194,9 @@ def main() -> None:
     network = UNet(LAYERS, len(WEIGHTS) + len(OFFSETS))
     if options.start:
         network.load_state_dict(torch.load(options.start, weights_only=True))
-    batches = draw_batches(options.lessons, np.random.default_rng(options.seed))
+    annotated = sorted(options.annotated.glob("*.npz")) if options.annotated else []
+    annotated = [path for path in annotated if path.stem.split("__")[0] not in options.leave_out]
+    batches = draw_batches(options.lessons, annotated, np.random.default_rng(options.seed))
     weights_file = options.out.with_suffix(".pt")
     fit(network, batches, minutes=options.minutes, rate=options.rate, weights_file=weights_file)
     torch.save(network.state_dict(), weights_file)

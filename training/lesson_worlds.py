@@ -57,7 +57,7 @@ SMALL_ANGLE = 2.0
 STRETCHES = (0.85, 1.18)
 # Width of doors of annotated floors, whose drawn width is the unit of the drawing; metres.
 DOOR_WIDTHS = (0.7, 1.1)
-# How often inner walls are boards, one cell of FINE thick, as maps of vacuums and of glass or thin partitions show them.
+# How often inner walls are boards, one cell of FINE thick, as maps of vacuums show them.
 BOARD_SHARE = 0.35
 # Thickness of other inner walls; metres.
 WALL_THICKNESSES = (0.06, 0.3)
@@ -112,13 +112,15 @@ class World:
     """A furnished floor on cells of FINE metres, row 0 at y = 0, shape (H, W) each.
 
     rooms: true room, 0 outside of rooms. classes: as in pianta.layout.structure.evidence.
-    stops: cells that end a beam. glass: those of them that some beams pass.
+    stops: cells that end a beam. glass: those of them that some beams pass. floor: its rooms in the order of their
+    numbers, and its doors, metres to the right and down from the first cell.
     """
 
     rooms: LabelImage
     classes: NDArray[np.uint8]
     stops: Mask
     glass: Mask
+    floor: Floor
 
 
 def list_annotated_floors(data: Path) -> list[Floor]:
@@ -160,7 +162,7 @@ def build_world(floor: Floor, scale: float, rng: np.random.Generator) -> World:
     stops = (classes == WALL) | (furniture & (classes == FLOOR)) | leaves
     classes[(furniture | leaves) & (classes == FLOOR)] = FURNITURE
     rooms[(classes != FLOOR) & (classes != FURNITURE)] = 0
-    return World(rooms, classes, stops, _draw_glass(walls, inside, rng))
+    return World(rooms, classes, stops, _draw_glass(walls, inside, rng), floor)
 
 
 def transform_floor(floor: Floor, scale: float, rng: np.random.Generator) -> Floor:

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 import shapely
+from lesson_files import Lesson, write_lesson
 from lesson_worlds import FINE, World, build_world, draw_floor, list_annotated_floors
 from numba import njit
 from numpy.typing import NDArray
@@ -32,7 +33,6 @@ from pianta.layout.structure.evidence import CELL, DOOR, FLOOR, FURNITURE, OUTSI
 from pianta_bench.data.folders import find_data
 
 Cells = NDArray[np.uint8]
-Lesson = dict[str, NDArray]
 
 # Values of the cells of a simulated map.
 UNKNOWN_CELL = 0
@@ -324,12 +324,7 @@ def main() -> None:
             # Some floors are no floors any more when they are turned, or furnished.
             continue
         if lesson is not None:
-            path = options.folder / f"{options.seed:03d}_{number:06d}.npz"
-            # A training that runs at the same time reads only complete files.
-            unfinished = path.with_suffix(".part")
-            with unfinished.open("wb") as file:
-                np.savez_compressed(file, **lesson)
-            unfinished.rename(path)
+            write_lesson(options.folder / f"{options.seed:03d}_{number:06d}.npz", lesson)
 
 
 if __name__ == "__main__":

@@ -48,6 +48,14 @@ Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; 
 Previous = Annotated[
     Path | None, typer.Option(metavar="FLOOR", help="Older floor.geojson, or its folder; rooms keep its ids.")
 ]
+Earlier = Annotated[
+    list[Path] | None,
+    typer.Option(
+        metavar="FLOOR",
+        help="Still older floor; rooms that --previous cuts differently get back its ids. May be repeated, the newest "
+        "first.",
+    ),
+]
 Method = Annotated[str, typer.Option(help=f"How rooms are found: {', '.join(METHODS)}.")]
 As = Annotated[
     Literal["map", "plan"] | None,
@@ -103,6 +111,7 @@ def read_maps(
     *,
     out: Out,
     previous: Previous = None,
+    earlier: Earlier = None,
     method: Method = DEFAULT_METHOD,
     as_kind: As = None,
     resolution: Resolution = None,
@@ -144,6 +153,7 @@ def read_maps(
     """
     options: ReadOptions = {
         "previous": previous,
+        "earlier": earlier or (),
         "method": method,
         "input_kind": as_kind,
         "resolution": resolution,

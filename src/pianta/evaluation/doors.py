@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pianta._types import Floats
-from pianta.evaluation.coverage import count_matches, forward_coverage
+from pianta._types import Floats, Mask
+from pianta.evaluation.coverage import forward_coverage
 from pianta.floor import Door, Floor
 
 
@@ -49,11 +49,33 @@ def score_doors(floor: Floor, truth: Floor, *, reach: float | None = None, least
     reach: metres; None for half the width of each true door.
     least_reach: metres; a smaller reach is enlarged to it, such as that of a narrow door.
     """
+    counted = list_counted_doors(floor, truth)
+    is_right = match_doors(counted, truth.doors, reach=reach, least_reach=least_reach)
+    return DetectionScores(len(truth.doors), len(counted), int(is_right.sum()))
+
+
+def list_counted_doors(floor: Floor, truth: Floor) -> list[Door]:
+    """The doors of a floor, without entrances if the truth has none: it then leaves them out."""
     has_entrances = any(door.is_entrance for door in truth.doors)
-    counted = [door for door in floor.doors if has_entrances or not door.is_entrance]
-    reaches = np.array([max(door.width / 2 if reach is None else reach, least_reach) for door in truth.doors])
-    distances = np.linalg.norm(_find_midpoints(counted)[:, None] - _find_midpoints(truth.doors)[None], axis=2)
-    return DetectionScores(len(truth.doors), len(counted), count_matches(distances <= reaches + 1e-9))
+    return [door for door in floor.doors if has_entrances or not door.is_entrance]
+
+
+def match_doors(
+    doors: Sequence[Door], true_doors: Sequence[Door], *, reach: float | None = None, least_reach: float = 0.0
+) -> Mask:
+    """Whether each door has a true one in a largest one-to-one matching, shape (doors,).
+
+    reach, least_reach: as in score_doors.
+    """
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import maximum_bipartite_matching
+
+    reaches = np.array([max(door.width / 2 if reach is None else reach, least_reach) for door in true_doors])
+    distances = np.linalg.norm(_find_midpoints(doors)[:, None] - _find_midpoints(true_doors)[None], axis=2)
+    is_near = distances <= reaches + 1e-9
+    if not is_near.any():
+        return np.zeros(len(doors), bool)
+    return np.asarray(maximum_bipartite_matching(csr_array(is_near), perm_type="column") >= 0)
 
 
 def score_connections(floor: Floor, truth: Floor) -> DetectionScores:
@@ -62,13 +84,21 @@ def score_connections(floor: Floor, truth: Floor) -> DetectionScores:
     A room stands for the true room that it overlaps most. Several doors of one pair count once; entrances, doors within
     one true room, and doors to a room that overlaps no true one do not count.
     """
-    indices = forward_coverage([room.polygon for room in floor.rooms], [room.polygon for room in truth.rooms])
-    true_ids = {
-        room.id: truth.rooms[index].id for room, index in zip(floor.rooms, indices, strict=True) if index is not None
-    }
+    true_ids = _find_true_ids(floor, truth)
     pairs = _list_pairs(floor, true_ids)
     true_pairs = _list_pairs(truth, {room.id: room.id for room in truth.rooms})
     return DetectionScores(len(true_pairs), len(pairs), len(pairs & true_pairs))
+
+
+def match_connections(floor: Floor, truth: Floor) -> Mask:
+    """Whether each door of a floor joins two true rooms that a true door joins, shape (doors,); see score_connections.
+
+    Entrances do not.
+    """
+    true_ids = _find_true_ids(floor, truth)
+    true_pairs = _list_pairs(truth, {room.id: room.id for room in truth.rooms})
+    pairs = (frozenset(true_ids.get(room, 0) for room in door.room_ids) for door in floor.doors)
+    return np.array([pair in true_pairs for pair in pairs], bool)
 
 
 def score_edges(floor: Floor, truth: Floor, matches: Mapping[int, int]) -> DetectionScores:
@@ -84,6 +114,14 @@ def score_edges(floor: Floor, truth: Floor, matches: Mapping[int, int]) -> Detec
     true_pairs = _list_pairs(truth, {room.id: room.id for room in truth.rooms})
     right = sum(frozenset(matches.get(room, 0) for room in pair) in true_pairs for pair in pairs)
     return DetectionScores(len(true_pairs), len(pairs), right)
+
+
+def _find_true_ids(floor: Floor, truth: Floor) -> dict[int, int]:
+    """The id of the true room that a room overlaps most, by the id of the room, if there is one."""
+    indices = forward_coverage([room.polygon for room in floor.rooms], [room.polygon for room in truth.rooms])
+    return {
+        room.id: truth.rooms[index].id for room, index in zip(floor.rooms, indices, strict=True) if index is not None
+    }
 
 
 def _list_pairs(floor: Floor, true_ids: Mapping[int, int]) -> set[frozenset[int]]:

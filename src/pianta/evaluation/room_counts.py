@@ -28,6 +28,7 @@ class RoomCounts:
     merges: true rooms that lie mostly in one reconstructed room, without the first of them.
     no_rooms: reconstructed rooms of which at most half lies in true rooms.
     true_ids: for each other reconstructed room the true room that covers most of it, by id.
+    right_ids: the reconstructed rooms that are right.
     """
 
     true: int
@@ -38,6 +39,7 @@ class RoomCounts:
     merges: int
     no_rooms: int
     true_ids: Mapping[int, int]
+    right_ids: frozenset[int]
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ def count_rooms(
     np.add.at(cells, (rooms, true_rooms), 1)
     areas, true_areas = (cells.sum(axis=axis)[each > 0] for axis, each in ((1, ids), (0, true_ids)))
     overlaps = cells[ids > 0][:, true_ids > 0]
-    is_right = (overlaps >= RIGHT_IOU * (areas[:, None] + true_areas - overlaps)).any(axis=0)
+    agrees = overlaps >= RIGHT_IOU * (areas[:, None] + true_areas - overlaps)
+    is_right = agrees.any(axis=0)
     is_piece = (2 * overlaps > areas[:, None]) & (areas * resolution**2 >= MIN_PIECE_AREA)[:, None]
     splits = np.maximum(is_piece.sum(axis=0) - 1, 0)
     merges = np.maximum((2 * overlaps > true_areas).sum(axis=1) - 1, 0)
@@ -86,6 +89,7 @@ def count_rooms(
         merges=int(merges.sum()),
         no_rooms=int((~is_room).sum()),
         true_ids={int(room): int(true) for room, true, real in zip(ids[ids > 0], main, is_room, strict=False) if real},
+        right_ids=frozenset(ids[ids > 0][agrees.any(axis=1)].tolist()),
     )
 
 

@@ -51,6 +51,17 @@ def list_contacts(labels: Labels) -> tuple[Indices, Indices]:
     return pairs.astype(np.intp), lengths
 
 
+def highest_of_labels(values: NDArray[np.number], labels: Labels, count: int, *, lowest: float = 0) -> Floats:
+    """The highest value of the cells of each label from 0 to count, and at least the lowest; shape (count + 1,).
+
+    values, labels: of the same shape.
+    """
+    highest = np.full(count + 1, lowest, float)
+    # With equal types this is ten times faster.
+    np.maximum.at(highest, labels.ravel().astype(np.intp), values.ravel().astype(float))
+    return highest
+
+
 def outline_labels(labels: Labels) -> tuple[Polygons, Labels]:
     """Outline of the largest part of each label, in cells, x = col and y = row; and the label. Both of shape (R,).
 

@@ -14,7 +14,7 @@ from pianta._types import Floats, LabelImage, Mask
 from pianta.errors import OptionError
 from pianta.floor import Floor, Furniture
 from pianta.gridmap import GridMap
-from pianta.layout._label_images import outline_labels
+from pianta.layout._label_images import highest_of_labels, outline_labels
 
 # The constants were chosen by hand on the maps of data/clutter and data/robotmaps.
 # An outline may run this far beside the face of its wall, because walls are rough and outlines are smoothed; metres.
@@ -117,13 +117,13 @@ def _choose_by_rules(solid: Mask, depth: NDArray[np.float32], floor: Floor, grid
     """Cells of furniture and of specks, shape (H, W). depth: how far each cell is off the outline of its room, m."""
     inner = solid & (depth > 0)
     groups, count = _label_groups(inner)
-    thickness = 2 * _highest(_distance_to_other(inner)[inner] - 0.5, groups[inner], count) * grid.resolution
+    thickness = 2 * highest_of_labels(_distance_to_other(inner)[inner] - 0.5, groups[inner], count) * grid.resolution
     # Groups that go on up to the outline stand at a wall, or are its stubs
     beside = cv2.dilate((solid & ~inner).astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
     at_wall = np.zeros(count + 1, bool)
     at_wall[groups[beside & inner]] = True
     is_stub = (thickness < MIN_STUBLESS_THICKNESS) & (
-        _highest(depth[inner], groups[inner], count) > MAX_STUB_RATIO * thickness
+        highest_of_labels(depth[inner], groups[inner], count) > MAX_STUB_RATIO * thickness
     )
     # What is unknown alone is a shadow, or a gap between two beams
     is_seen = np.bincount(groups[grid.occupied], minlength=count + 1) >= MIN_CELLS
@@ -133,20 +133,16 @@ def _choose_by_rules(solid: Mask, depth: NDArray[np.float32], floor: Floor, grid
     return np.asarray(furniture[groups])
 
 
-def _highest(values: NDArray[np.number], groups: NDArray[np.integer], count: int) -> Floats:
-    """The highest of the values, shape (N,), of each group from 0 to count; -inf for none. groups: their groups."""
-    highest = np.full(count + 1, -np.inf)
-    np.maximum.at(highest, groups, values)
-    return highest
-
-
 def _lie_on_walls(groups: LabelImage, count: int, floor: Floor, grid: GridMap) -> Mask:
     """Whether each group, by its number from 0 to count, is long and lies on lines of walls; shape (count + 1,)."""
     if not floor.walls:
         return np.zeros(count + 1, bool)
     rows, cols = np.nonzero(groups)
     members = groups[rows, cols]
-    spans = [_highest(at, members, count) + _highest(-at, members, count) + 1 for at in (rows, cols)]
+    first, last = (
+        [highest_of_labels(sign * at, members, count, lowest=-np.inf) for at in (rows, cols)] for sign in (-1, 1)
+    )
+    spans = np.add(first, last) + 1
     on_lines = _draw_lines(floor.walls, grid, thickness=2 * WALL_LINE_DISTANCE)
     counts = np.bincount(members, minlength=count + 1)
     on_line_counts = np.bincount(groups[on_lines], minlength=count + 1)
@@ -171,13 +167,14 @@ def _add_islands(rooms: LabelImage, max_cells: float) -> LabelImage:
     _, numbers, stats, _ = cv2.connectedComponentsWithStats(outside, connectivity=4)
     groups = np.asarray(numbers[1:-1, 1:-1], np.int32)
     # A group belongs to the room on all its sides; to none if there are two
-    least = np.full(len(stats), np.iinfo(np.int32).max, np.int64)
-    most = np.zeros(len(stats), np.int64)
+    pairs = []
     for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[1:], np.s_[:-1])):
         for group, room in ((groups[one], rooms[other]), (groups[:, one], rooms[:, other])):
             meets = (group > 0) & (room > 0)
-            np.minimum.at(least, group[meets], room[meets])
-            np.maximum.at(most, group[meets], room[meets])
+            pairs.append(np.column_stack([group[meets], room[meets]]))
+    group, room = np.concatenate(pairs).T
+    most = highest_of_labels(room, group, len(stats) - 1).astype(np.int32)
+    least = -highest_of_labels(-room, group, len(stats) - 1, lowest=-np.inf)
     is_island = (least == most) & (stats[:, cv2.CC_STAT_AREA] <= max_cells)
     # The first group is that of the frame around the map
     is_island[[0, 1]] = False

@@ -134,6 +134,8 @@ class StructureParameters(Parameters):
         Of two necks with both ends nearer to each other than this the shorter one stays.
     room_area
         A smaller room is joined to its neighbour, or left out if it has none; m².
+    room_width
+        So is a narrower room, as between a wall and its ghost.
     smoothing
         Tolerance of the simplified outlines: an outline may leave out a square of this side at a corner.
     notch_depth, notch_width
@@ -143,7 +145,7 @@ class StructureParameters(Parameters):
     unseen_width
         Thinner unknown space is a wall, or a gap between two beams of the scanner.
     frontier
-        A room with at least this length of frontier to unknown space is partial.
+        A room with at least this length of frontier to unknown space is partial, unless it is large.
     line_reach
         How far a wall line is followed both ways.
 
@@ -174,6 +176,7 @@ class StructureParameters(Parameters):
     mouth_ratio: float = 0.65
     neck_distance: float = 0.35
     room_area: float = 0.5
+    room_width: float = 0.5
     smoothing: float = 0.1
     notch_depth: float = 1.0
     notch_width: float = 3.0

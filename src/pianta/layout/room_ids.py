@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -21,8 +22,8 @@ from pianta.floor import Floor, Room
 MIN_COMMON_SHARE = 0.5
 # The two frames are the same if rooms with this share of the previous area ...
 SAME_FRAME_SHARE = 0.5
-# ... are matched with at least this IoU.
-SAME_FRAME_IOU = 0.8
+# ... are matched with at least this IoU, with which a room has its old outline.
+SAME_OUTLINE_IOU = 0.8
 # Cell size at which outlines are compared; metres.
 OUTLINE_CELL = 0.2
 # Cells along the longest side, at most; a limit of memory.
@@ -42,32 +43,55 @@ class IdMatches(NamedTuple):
     iou: Floats
 
 
-def keep_room_ids(floor: Floor, previous: Floor) -> Floor:
+def keep_room_ids(floor: Floor, previous: Floor, *, earlier: Sequence[Floor] = ()) -> Floor:
     """The floor with the ids of the previous one for rooms that are still there, and new ids for the others.
 
     A room that has grown keeps its id. If a room was split, the largest part keeps its id; if rooms were merged, the
     result gets the id of the one with the largest part in it. New rooms are numbered from `previous.last_id + 1` in the
-    order of the floor: no id is ever used again. A room without label and probabilities gets those of the room whose id
-    it keeps, and a room without a name its name. Everything else, and the order of the rooms, is the floor's.
+    order of the floor: no id is ever used for another room. A room without label and probabilities gets those of the
+    room whose id it keeps, and a room without a name its name. Everything else, and the order of the rooms, is the
+    floor's.
 
-    Both floors are in metres of the map frame. If few rooms are where they were, because SLAM has anchored the frame
+    earlier: floors before the previous one, the newest first, with the ids of this function. A room that was cut
+    differently for a while gets back the id that it had: rooms whose outline is as in one of the floors come first, by
+    the newest such floor; then rooms keep ids of the previous floor, then those ids of earlier floors that are left.
+
+    All floors are in metres of the map frame. If few rooms are where they were, because SLAM has anchored the frame
     anew or an image without map.yaml has grown, the shift between the two frames is estimated first; a rotation is not.
     A shift by exactly one room in a row of equal rooms cannot be detected.
     """
     # Sorted, so that equal overlaps are resolved in the same way for any order of the rooms.
     rooms = sorted(floor.rooms, key=lambda room: (room.polygon.bounds, room.id))
-    old_rooms = sorted(previous.rooms, key=lambda room: room.id)
-    matches = _match_after_shift(_list_polygons(rooms), _list_polygons(old_rooms))
-    previous_rooms = {rooms[match].id: old for match, old in zip(matches.room, old_rooms, strict=True) if match >= 0}
+    previous_rooms = _assign_rooms(rooms, [previous, *earlier])
+    last_id = max(each.last_id for each in (previous, *earlier))
     new_ids = {room_id: old.id for room_id, old in previous_rooms.items()}
     for room in floor.rooms:
-        new_ids.setdefault(room.id, previous.last_id + 1 + len(new_ids.keys() - previous_rooms.keys()))
+        new_ids.setdefault(room.id, last_id + 1 + len(new_ids.keys() - previous_rooms.keys()))
     return replace(
         floor,
         rooms=tuple(_inherit(room, new_ids[room.id], previous_rooms.get(room.id)) for room in floor.rooms),
         doors=tuple(door.renumber_rooms(new_ids) for door in floor.doors),
-        last_id=previous.last_id + len(floor.rooms) - len(previous_rooms),
+        possible_doors=tuple(door.renumber_rooms(new_ids) for door in floor.possible_doors),
+        last_id=last_id + len(floor.rooms) - len(previous_rooms),
     )
+
+
+def _assign_rooms(rooms: list[Room], floors: Sequence[Floor]) -> dict[int, Room]:
+    """The old room whose id each room keeps, by the id of the room. floors: the newest first."""
+    polygons, pairs = _list_polygons(rooms), []
+    for old_floor in floors:
+        old_rooms = sorted(old_floor.rooms, key=lambda room: room.id)
+        matches = _match_after_shift(polygons, _list_polygons(old_rooms))
+        candidates = zip(matches.room.tolist(), matches.iou.tolist(), old_rooms, strict=True)
+        pairs += [(iou < SAME_OUTLINE_IOU, rooms[room].id, old) for room, iou, old in candidates if room >= 0]
+    assigned: dict[int, Room] = {}
+    used: set[int] = set()
+    # Rooms with their old outline first; the order is otherwise kept, from the newest floor to the oldest
+    for _, room_id, old in sorted(pairs, key=lambda pair: pair[0]):
+        if room_id not in assigned and old.id not in used:
+            assigned[room_id] = old
+            used.add(old.id)
+    return assigned
 
 
 def match_rooms(polygons: Polygons, previous: Polygons) -> IdMatches:
@@ -112,7 +136,7 @@ def _match_after_shift(polygons: Polygons, previous: Polygons) -> IdMatches:
     """Match rooms in the same frame, or, if that matches few rooms, after a shift that matches more."""
     matches = match_rooms(polygons, previous)
     area = shapely.area(previous)
-    same_frame = area[matches.iou >= SAME_FRAME_IOU].sum() >= SAME_FRAME_SHARE * area.sum()
+    same_frame = area[matches.iou >= SAME_OUTLINE_IOU].sum() >= SAME_FRAME_SHARE * area.sum()
     if same_frame or not (len(polygons) and len(previous)):
         return matches
     shift, gain = find_shift(polygons, previous)

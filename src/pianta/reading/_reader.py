@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import isfinite
@@ -49,18 +49,21 @@ class ReadOptions(TypedDict, total=False):
     labels: bool
     label_unknown: bool
     previous: Floor | str | Path | None
+    earlier: Sequence[Floor | str | Path]
 
 
 @dataclass(frozen=True)
 class Reader:
     """Checked options of `read`.
 
-    labelling: None for no labels. previous: the floor whose room ids and user labels are kept.
+    labelling: None for no labels. previous: the floor whose room ids and user labels are kept. earlier: floors before
+    it, the newest first.
     """
 
     options: ReadOptions
     labelling: Labelling | None
     previous: Floor | None
+    earlier: tuple[Floor, ...]
 
     @classmethod
     def make(cls, **options: Unpack[ReadOptions]) -> Reader:
@@ -75,10 +78,11 @@ class Reader:
             label_unknown = options.get("label_unknown", False)
             names_and_type = options.get("words"), options.get("building_type")
             labelling = Labelling.make(*models, *names_and_type, label_unknown=label_unknown)
-        previous = options.get("previous")
-        if previous is not None and not isinstance(previous, Floor):
-            previous = read_previous(previous)
-        return cls(options, labelling, previous)
+        floors = options.get("previous"), *options.get("earlier", ())
+        previous, *earlier = (
+            each if each is None or isinstance(each, Floor) else read_previous(each) for each in floors
+        )
+        return cls(options, labelling, previous, tuple(floor for floor in earlier if floor))
 
     def read(self, path: str | Path) -> Reading:
         """The building of a file.
@@ -97,8 +101,8 @@ class Reader:
         floor, messages = storey.floor, []
         # Rooms of the previous floor keep their ids
         if self.previous is not None:
-            floor = _keep_ids(floor, self.previous, path)
-            messages.append(describe_ids(floor, self.previous))
+            floor = _keep_ids(floor, self.previous, self.earlier, path)
+            messages.append(describe_ids(floor, self.previous, self.earlier))
         # What each room is for (chapters 4 and 5), and what kind of building it is (chapter 6)
         floor = self._label(floor)
         types = self.labelling.predicted_types if self.labelling and floor.rooms else ()
@@ -209,6 +213,11 @@ def _check_options(options: ReadOptions) -> None:
     if resolution is not None and not (isfinite(resolution) and resolution > 0):
         raise OptionError(f"resolution is {resolution}, give positive metres per cell, or per pixel of a plan")
     check_method(options.get("method", DEFAULT_METHOD))
+    earlier = options.get("earlier", ())
+    if isinstance(earlier, str | Path | Floor):
+        raise OptionError(f"earlier is {short_repr(earlier)}, give a list of floors or of their files")
+    if earlier and options.get("previous") is None:
+        raise OptionError("earlier= is given without previous=, give the newest floor as previous=")
 
 
 def read_previous(path: str | Path) -> Floor:
@@ -224,22 +233,25 @@ def read_previous(path: str | Path) -> Floor:
     return read_floor(Path(path) / OUTPUTS[0] if is_folder else path)
 
 
-def describe_ids(floor: Floor, previous: Floor) -> str:
-    """How many rooms kept their ids, how many are new, and which are gone."""
+def describe_ids(floor: Floor, previous: Floor, earlier: Sequence[Floor] = ()) -> str:
+    """How many rooms kept their ids, have them back from earlier floors, are new; and which are gone."""
     ids, old_ids = ({room.id for room in each.rooms} for each in (floor, previous))
-    common, new, gone = len(ids & old_ids), len(ids - old_ids), sorted(old_ids - ids)
+    earlier_ids = {room.id for each in earlier for room in each.rooms} - old_ids
+    common, back, gone = len(ids & old_ids), len(ids & earlier_ids), sorted(old_ids - ids)
+    new = len(ids) - common - back
     line = f"{common} room{'s' * (common != 1)} kept {'its id' if common == 1 else 'their ids'}"
+    line += f", {back} {'has its id' if back == 1 else 'have their ids'} back" if earlier else ""
     line += f", {new} {'is' if new == 1 else 'are'} new, {len(gone)} {'is' if len(gone) == 1 else 'are'} gone"
     names = " ".join(map(str, gone[:MAX_LISTED_IDS])) + (" …" if len(gone) > MAX_LISTED_IDS else "")
     return f"{line} ({names})" if gone else line
 
 
-def _keep_ids(floor: Floor, previous: Floor, path: str | Path) -> Floor:
-    """The floor with the ids of the previous one; warns if they have no room in common."""
+def _keep_ids(floor: Floor, previous: Floor, earlier: Sequence[Floor], path: str | Path) -> Floor:
+    """The floor with the ids of the previous ones; warns if they have no room in common."""
     from pianta.layout.room_ids import keep_room_ids
 
-    floor = keep_room_ids(floor, previous)
-    old_ids = {room.id for room in previous.rooms}
+    floor = keep_room_ids(floor, previous, earlier=earlier)
+    old_ids = {room.id for each in (previous, *earlier) for room in each.rooms}
     if old_ids.isdisjoint(room.id for room in floor.rooms):
         message = f"map {short_repr(path)} has no room in common with the floor of previous=, every room got a new id"
         warnings.warn(MapWarning(f"{message}; check that both are of one building"), stacklevel=2)

@@ -60,6 +60,7 @@ def read(
     labels: bool = True,
     label_unknown: bool = False,
     previous: Floor | str | Path | None = None,
+    earlier: Sequence[Floor | str | Path] = (),
 ) -> Reading:
     """Read a robot's map or a plan into a building: its rooms, doors and walls, labels, names and type.
 
@@ -103,6 +104,8 @@ def read(
     previous
         An older floor of this building, its floor.geojson, or the folder that holds one. Rooms keep their ids, and
         labels and a type from a user stay. The map may have grown, and its origin may have moved.
+    earlier
+        Floors before the previous one, the newest first: a room that `previous` cuts differently gets back its id.
 
     Returns
     -------
@@ -153,6 +156,7 @@ def read(
         labels=labels,
         label_unknown=label_unknown,
         previous=previous,
+        earlier=earlier,
     )
     return reader.read(path)
 

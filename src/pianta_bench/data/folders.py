@@ -27,6 +27,9 @@ LAYOUT_SET_NAMES = ("schools", "survey", "furniture", "worlds")
 # Maps that noise and turns are measured on, and those of a bench without options.
 ROBUSTNESS_SET_NAMES = ("survey", "furniture", "clutter", "vacuum", "schools", "worlds")
 DEFAULT_ROBUSTNESS_SETS = ("survey", "clutter", "vacuum", "worlds")
+# Maps that probabilities of rooms and doors are measured on, and those of a bench without options.
+CALIBRATION_SET_NAMES = ("survey", "furniture", "clutter", "vacuum", "schools", "growing", "worlds")
+DEFAULT_CALIBRATION_SETS = ("survey", "furniture", "clutter", "vacuum", "schools", "worlds")
 
 
 def find_data(folder: Path | None = None) -> Path:

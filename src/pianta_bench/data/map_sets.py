@@ -137,10 +137,10 @@ SETS = {
     for mapset in (
         MapSet("survey", "survey", "_gt_segmentation.png", partial(read_survey_map, ending=".png")),
         MapSet("furniture", "survey", "_gt_segmentation.png", partial(read_survey_map, ending="_furnitures.png")),
-        MapSet("clutter", "clutter", "_gt.png", read_colored_map),
+        MapSet("clutter", "clutter", "_gt.png", read_colored_map, free_only=True),
         MapSet("vacuum", "vacuum", "_gt.png", read_vacuum_map, free_only=True),
         MapSet("doors", "doors", "_GT.png", read_closed_doors, free_only=True, in_places=True),
         MapSet("schools", SLAM_FOLDER, SLAM_TRUTH, read_school, free_only=True),
-        MapSet("growing", "partial/freiburg79", "_gt.png", read_colored_map, grows=True),
+        MapSet("growing", "partial/freiburg79", "_gt.png", read_colored_map, free_only=True, grows=True),
     )
 }

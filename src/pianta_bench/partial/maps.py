@@ -13,15 +13,16 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely import Polygon
+from shapely import Polygon, STRtree
 
 from pianta.errors import BuildingWarning, DataError, MapError
-from pianta.floor import Floor, scale_floor
+from pianta.floor import Floor, Room, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import short_repr
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.maps import read_map
 from pianta.layout._label_images import largest_part, outline_labels
+from pianta.layout.partial.predict import measure_half_wall
 from pianta.worlds.floors import FLOOR_MAKERS, INNER_WALL, make_floor
 from pianta.worlds.partial_scan import simulate_partial_map
 from pianta.worlds.scan import simulate_map
@@ -129,14 +130,31 @@ def _check_affine(step: dict[str, Any]) -> tuple[tuple[float, ...], ...]:
 
 
 def _outline_colors(truth: Path, grid: GridMap) -> list[Polygon]:
-    """Outlines of rooms in a picture of the truth, metres in the map frame; MapError unless it has the map's shape."""
+    """Outlines of rooms in a picture of the truth, to the middle of their walls, metres in the map frame.
+
+    The picture has rooms without walls. Raises MapError unless it has the map's shape.
+    """
     labels = read_color_truth(truth)
     if labels.shape != grid.shape:
         raise MapError(f"truth {short_repr(truth)} has shape {labels.shape}, the map {grid.shape}")
     outlines, _ = outline_labels(labels)
+    return grow_to_walls(
+        [
+            shapely.transform(outline, lambda xy: np.column_stack(grid.pixel_to_map(xy[:, 1], xy[:, 0])))
+            for outline in outlines
+        ]
+    )
+
+
+def grow_to_walls(rooms: Sequence[Polygon]) -> list[Polygon]:
+    """Rooms that end at the faces of their walls, grown to the middle of the walls, but not into each other."""
+    half_wall = measure_half_wall(Floor(tuple(Room(number, room) for number, room in enumerate(rooms, start=1))))
+    polygons = np.array(rooms, dtype=object)
+    grown = shapely.buffer(polygons, half_wall, join_style="mitre", mitre_limit=2)
+    tree = STRtree(polygons)
+    rest = [polygons[near[near != i]] for i, near in enumerate(map(tree.query, grown))]
     return [
-        shapely.transform(outline, lambda xy: np.column_stack(grid.pixel_to_map(xy[:, 1], xy[:, 0])))
-        for outline in outlines
+        largest_part(shapely.difference(room, shapely.union_all(near))) for room, near in zip(grown, rest, strict=True)
     ]
 
 

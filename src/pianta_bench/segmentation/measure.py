@@ -111,7 +111,7 @@ def measure_map(
     if count:
         yield count_map(floor, spaces, truth, true_map)
     if earlier is not None:
-        earlier.append(keep_room_ids(floor, earlier[-1]) if earlier else floor)
+        earlier.append(keep_room_ids(floor, earlier[-1], earlier=earlier[-2::-1]) if earlier else floor)
         yield _describe_persistence(earlier[-2:])
     if pictures:
         pictures.mkdir(parents=True, exist_ok=True)

@@ -21,8 +21,8 @@ RATIOS = {
     "kept_id": ("kept_id", "still_there"),
 }
 COUNT_NOTE = (
-    "All pixels of a room count, also under furniture; rooms of up to 0.25 m² are dropped on both sides. schools, "
-    "vacuum and doors: free cells only; doors: only rooms at the known ones, which are behind one closed door each."
+    "survey and furniture: all pixels of a room count, also under furniture; the others: free cells only. Rooms of up "
+    "to 0.25 m² are dropped on both sides. doors: only rooms at the known ones, which are behind one closed door each."
 )
 REST_NOTE = "On free cells, where cells in no room are one more room, as in Table 3.1b. Its rooms have at least 1 m²."
 

@@ -74,20 +74,27 @@ class Evidence:
 
 def evaluate_map(free: Mask, occupied: Mask, *, resolution: float) -> Evidence:
     """The evidence for a map; free, occupied: shape (H, W). resolution: metres per cell."""
+    shares, matrix = align_shares(free, occupied, resolution=resolution)
+    output = _evaluate(shares)
+    return Evidence(output[: FURNITURE + 1], output[FURNITURE + 1 :], matrix, (free.shape[0], free.shape[1]))
+
+
+def align_shares(free: Mask, occupied: Mask, *, resolution: float) -> tuple[Probabilities, Floats]:
+    """What the network sees of a map: the share of each of its cells that is free, or an obstacle; shape (2, h, w).
+
+    free, occupied: shape (H, W). resolution: metres per cell.
+    Returns also the matrix, shape (2, 3), from col and row of the map to those of the network's cells.
+    """
     occupied = occupied | _thicken_lines(occupied, MIN_LINE / resolution)
     free = free & ~occupied
     shape = (free.shape[0], free.shape[1])
     matrix, size = _align_cells(shape, resolution / CELL, find_main_direction(free))
-    # The share of each of the network's cells that is free, or an obstacle
+    if matrix[0, 1] == 0:
+        return np.stack([_average(mask, size) for mask in (free, occupied)]), matrix
     block = max(1, round(CELL / resolution))
     back = np.linalg.inv(np.vstack([matrix, [0, 0, 1]]))[:2]
-    if matrix[0, 1] == 0:
-        shares = [_average(mask, size) for mask in (free, occupied)]
-    else:
-        blurred = (cv2.blur(mask.astype(np.float32), (block, block)) for mask in (free, occupied))
-        shares = [_warp(np.asarray(mask, np.float32), back, size) for mask in blurred]
-    output = _evaluate(np.stack(shares))
-    return Evidence(output[: FURNITURE + 1], output[FURNITURE + 1 :], matrix, shape)
+    blurred = (cv2.blur(mask.astype(np.float32), (block, block)) for mask in (free, occupied))
+    return np.stack([_warp(np.asarray(mask, np.float32), back, size) for mask in blurred]), matrix
 
 
 def find_main_direction(free: Mask) -> float:

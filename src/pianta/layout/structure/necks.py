@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 
 from pianta._types import Floats, Indices, LabelImage, Mask
 from pianta.graphs.components import number_components
-from pianta.layout._label_images import grow_mask
+from pianta.layout._label_images import grow_mask, highest_of_labels
 
 Clearance = NDArray[np.float32]
 
@@ -116,8 +116,7 @@ def _merge_basins(
 
     The higher one of two basins stays. Each saddle is visited once, from the highest to the lowest.
     """
-    peak = np.zeros(basins.max(initial=0) + 1)
-    np.maximum.at(peak, basins, pooled)
+    peak = highest_of_labels(pooled, basins, int(basins.max(initial=0)))
     owner = np.arange(len(peak))
 
     def find(basin: int) -> int:

@@ -16,6 +16,7 @@ from pianta._types import Floats, Indices, LabelImage, Mask
 from pianta.errors import MapError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
+from pianta.layout._despeckle import despeckle
 from pianta.layout._label_images import Polygons, grow_mask, join_outlines, largest_part, list_contacts, outline_labels
 from pianta.layout._numbering import assemble_floor
 from pianta.layout._working_grid import NO_ROOM, WorkingGrid, check_shows_rooms, to_working_grid
@@ -23,12 +24,28 @@ from pianta.layout.furniture import find_furniture
 from pianta.layout.multicut import solve_multicut
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.borders import draw_borders, list_stretches, straighten_borders
-from pianta.layout.structure.evidence import FURNITURE, OUTSIDE, Evidence, Probabilities, evaluate_map, sample_classes
-from pianta.layout.structure.frontiers import find_frontiers, measure_frontiers, remove_ray_leaks
+from pianta.layout.structure.confidence import rate_regions
+from pianta.layout.structure.evidence import (
+    DOOR,
+    FURNITURE,
+    OUTSIDE,
+    Evidence,
+    Probabilities,
+    evaluate_map,
+    sample_classes,
+)
+from pianta.layout.structure.frontiers import (
+    find_frontiers,
+    find_partial_labels,
+    measure_frontiers,
+    remove_ray_leaks,
+)
 from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
+from pianta.layout.structure.necks import Clearance
 from pianta.layout.structure.notches import fill_notches
 from pianta.layout.structure.passages import list_passages
 from pianta.layout.structure.pieces import Pieces, compute_pair_weights, cut_into_pieces
+from pianta.layout.structure.possible_doors import THRESHOLDS, Thresholds, find_possible_doors
 from pianta.layout.structure.regions import describe_regions, find_separators, sample_image
 from pianta.layout.structure.space import find_floor_space
 from pianta.layout.structure.wall_lines import find_wall_lines, span_walls
@@ -75,36 +92,53 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
     """
     check_shows_rooms(grid)
     division = divide_floor(grid, parameters)
+    rooms, doors = list_regions(division, parameters)
+    rooms, doors = rate_regions(rooms, doors, division.labels, division.working_grid, division.evidence)
+    working_grid, cell = division.working_grid, division.working_grid.resolution
+    lines = find_wall_lines(division.space, resolution=cell)
+    walls = span_walls(lines, division.space, reach=parameters.line_reach, gap=parameters.door_width, resolution=cell)
+    walls_in_map = [_wall_to_map(wall, working_grid) for wall in walls]
+    shut = list_possible_doors(division, [room.id for room in rooms], doors)
+    floor = assemble_floor(rooms, doors, walls_in_map, grid, possible_doors=shut)
+    # What stands in the rooms, by rules and by what the network sees
+    classes = sample_classes(division.evidence, working_grid)
+    furniture = find_furniture(grid, floor, probability=classes[..., FURNITURE])
+    # The mean of the network's coarse cells is much lower than the share of pieces that are furniture
+    return replace(floor, furniture=tuple(replace(piece, probability=None) for piece in furniture))
+
+
+def list_regions(division: Division, parameters: StructureParameters) -> tuple[list[Room], list[Door]]:
+    """The rooms and doors of a division, in the map frame; the id of a room is its label.
+
+    Raises MapError if there is no room.
+    """
     working_grid, labels, cell = division.working_grid, division.labels, division.working_grid.resolution
     # Rooms that end at unknown space are partial, and those with little area for their frontier are ray leaks
-    leak_frontier = find_frontiers(grid, working_grid, division.observed)
+    leak_frontier = find_frontiers(working_grid.grid, working_grid, division.observed)
     frontier_lengths = measure_frontiers(labels, leak_frontier, resolution=cell)
     room_labels = remove_ray_leaks(labels, frontier_lengths, width=parameters.passage_width, resolution=cell)
-    frontier = find_frontiers(grid, working_grid, division.observed, min_thickness=parameters.unseen_width)
+    frontier = find_frontiers(working_grid.grid, working_grid, division.observed, min_thickness=parameters.unseen_width)
     unseen = measure_frontiers(labels, frontier, resolution=cell)
+    is_partial = find_partial_labels(labels, unseen, min_length=parameters.frontier, resolution=cell)
     # Give the rooms clean outlines that continue behind the furniture along their walls
     outlines, numbers = outline_rooms(room_labels, working_grid, parameters)
     if not len(numbers):
         raise MapError(NO_ROOM)
     rooms = [
-        Room(number, outline, partial=bool(unseen[number] >= parameters.frontier))
+        Room(number, outline, partial=bool(is_partial[number]))
         for number, outline in zip(numbers.tolist(), outlines, strict=True)
     ]
     # The borders that two rooms share are the doors
-    doors = find_doors(division, numbers.tolist(), parameters)
-    lines = find_wall_lines(division.space, resolution=cell)
-    walls = span_walls(lines, division.space, reach=parameters.line_reach, gap=parameters.door_width, resolution=cell)
-    floor = assemble_floor(rooms, doors, [_wall_to_map(wall, working_grid) for wall in walls], grid)
-    # What stands in the rooms, by rules and by what the network sees
-    classes = sample_classes(division.evidence, working_grid)
-    return replace(floor, furniture=find_furniture(grid, floor, probability=classes[..., FURNITURE]))
+    return rooms, find_doors(division, numbers.tolist(), parameters)
 
 
 def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     """The floor of a map, divided into rooms."""
     from skimage.measure import label
 
-    working_grid = to_working_grid(grid, grid.free, resolution=parameters.working_resolution)
+    # Single cells that differ from all around them are noise
+    cleaned = despeckle(grid)
+    working_grid = to_working_grid(cleaned, cleaned.free, resolution=parameters.working_resolution)
     cell = working_grid.resolution
     # What each cell is, and which cells are in one room, as the network sees them
     occupied = sample_obstacles(working_grid)
@@ -117,7 +151,7 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     pairs, weights, touching = compute_pair_weights(pieces.labels, evidence)
     parts = solve_multicut(int(pieces.labels.max(initial=0)) + 1, pairs, weights, touching)
     labels = np.where(pieces.labels > 0, parts[pieces.labels] + 1, 0).astype(np.int32)
-    labels = absorb_small_rooms(labels, parameters, resolution=cell)
+    labels = absorb_small_rooms(labels, pieces.clearance, parameters, resolution=cell)
     labels = drop_unseen_rooms(labels, working_grid.free, evidence.enlarge(evidence.classes[OUTSIDE]), resolution=cell)
     # Two rooms meet on a straight line from jamb to jamb
     labels = straighten_borders(
@@ -129,7 +163,8 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
         resolution=cell,
     )
     # A part that a straight border has cut off belongs to its neighbour, or is a room of its own
-    labels = absorb_small_rooms(label(labels, connectivity=1).astype(np.int32), parameters, resolution=cell)
+    parts = label(labels, connectivity=1).astype(np.int32)
+    labels = absorb_small_rooms(parts, pieces.clearance, parameters, resolution=cell)
     labels = drop_enclosed_spots(labels, resolution=cell)
     borders = draw_borders(list_stretches(labels), space, pieces.necks, cell)
     return Division(working_grid, evidence, space, observed, pieces, labels, borders.lines)
@@ -144,14 +179,20 @@ def sample_obstacles(working_grid: WorkingGrid) -> Mask:
     return np.asarray(working_grid.sample(occupied))
 
 
-def absorb_small_rooms(labels: LabelImage, parameters: StructureParameters, *, resolution: float) -> LabelImage:
-    """The label image where rooms that are too small belong to the neighbour with the longest contact, or to none."""
+def absorb_small_rooms(
+    labels: LabelImage, clearance: Clearance, parameters: StructureParameters, *, resolution: float
+) -> LabelImage:
+    """The label image where rooms that are too small or too narrow belong to a neighbour, or to none.
+
+    It is the neighbour with the longest contact. clearance: of the floor, shape (H, W), in cells.
+    """
     labels = labels.copy()
-    area = np.bincount(labels.ravel()) * resolution**2
+    regions = describe_regions(labels, clearance, resolution=resolution)
+    area, width = regions.area.copy(), regions.width.copy()
     pairs, lengths = list_contacts(labels)
     owner = np.arange(len(area))
     for room in np.argsort(area, kind="stable").tolist():
-        if room == 0 or area[room] >= parameters.room_area:
+        if room == 0 or (area[room] >= parameters.room_area and width[room] >= parameters.room_width):
             continue
         touching = (owner[pairs] == room).any(axis=1) & (owner[pairs[:, 0]] != owner[pairs[:, 1]])
         neighbour = 0
@@ -159,6 +200,7 @@ def absorb_small_rooms(labels: LabelImage, parameters: StructureParameters, *, r
             one, other = owner[pairs[touching][lengths[touching].argmax()]]
             neighbour = int(other if one == room else one)
             area[neighbour] += area[room]
+            width[neighbour] = max(width[neighbour], width[room])
         owner[owner == room] = neighbour
     return np.asarray(owner[labels], np.int32)
 
@@ -179,6 +221,23 @@ def find_doors(division: Division, rooms: Sequence[int], parameters: StructurePa
     gaps = find_narrow_passages(regions, space, division.pieces.clearance, max_width=max_width, joined=joined)
     narrow = list_doors(find_separators(regions, gaps), min_width=parameters.gap_width)
     return doors + choose_narrow_doors(doors, narrow, rooms)
+
+
+def list_possible_doors(
+    division: Division, rooms: Sequence[int], doors: Sequence[Door], thresholds: Thresholds = THRESHOLDS
+) -> list[Door]:
+    """Doors in the map frame where the network sees one and nothing leads through: they may be shut.
+
+    rooms: the labels that are rooms. doors: those of find_doors.
+    """
+    return find_possible_doors(
+        division.evidence.enlarge(division.evidence.classes[DOOR]),
+        np.where(np.isin(division.labels, rooms), division.labels, 0).astype(np.int32),
+        sample_obstacles(division.working_grid),
+        doors,
+        division.working_grid,
+        thresholds=thresholds,
+    )
 
 
 def drop_unseen_rooms(labels: LabelImage, free: Mask, outside: Probabilities, *, resolution: float) -> LabelImage:

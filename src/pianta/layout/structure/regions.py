@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from pianta._types import Floats, Indices, LabelImage, Mask
-from pianta.layout._label_images import nearest_labels
+from pianta.layout._label_images import grow_mask, highest_of_labels, nearest_labels
 from pianta.layout.structure.necks import Clearance, measure_lengths
 
 # Distances from a separator's line at which the regions on its two sides are searched, nearest first: walls are thinner
@@ -74,11 +74,9 @@ def describe_regions(labels: LabelImage, clearance: Clearance, *, resolution: fl
 
     clearance: of the free space, in cells. resolution: metres per cell.
     """
-    count = int(labels.max(initial=0)) + 1
-    radius = np.zeros(count)
-    inside = labels > 0
-    np.maximum.at(radius, labels[inside], clearance[inside])
-    area = np.bincount(labels[inside], minlength=count) * resolution**2
+    radius = highest_of_labels(clearance, labels, int(labels.max(initial=0)))
+    area = np.bincount(labels.ravel()) * resolution**2
+    radius[0] = area[0] = 0
     return Regions(labels, 2 * radius * resolution, area.astype(float), resolution)
 
 
@@ -159,9 +157,8 @@ def _flood_rest(labels: LabelImage, space: Mask) -> None:
     """Label the free cells of label 0 by the region that reaches them first, cell by cell, if any does; in place."""
     from skimage.segmentation import watershed
 
-    count, _, stats, _ = cv2.connectedComponentsWithStats((space & (labels == 0)).astype(np.uint8), connectivity=4)
-    for left, top, width, height, _ in stats[1:count].tolist():
-        window = np.s_[max(top - 1, 0) : top + height + 1, max(left - 1, 0) : left + width + 1]
-        if labels[window].any():
-            flat = np.zeros(labels[window].shape, np.uint8)
-            labels[window] = watershed(flat, labels[window], mask=space[window])
+    rest = space & (labels == 0)
+    if rest.any():
+        near = grow_mask(rest, 1) & space
+        flooded = watershed(np.zeros(labels.shape, np.uint8), np.where(near, labels, 0), mask=near)
+        labels[rest] = flooded[rest]
