@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from shapely import box
 
-from pianta.building_types.map_types import OTHER, MapTypePrediction, train_map_types
+from pianta.building_types.map_types import OTHER, MapTypeModel, MapTypePrediction, train_map_types
 from pianta.errors import DataError, OptionError
 from pianta.floor import Floor, Room
 from pianta.worlds.make import make_world
 from pianta_bench.data.typed_maps import TypedMap, list_typed_maps
+from pianta_bench.harness.records import Results
 from pianta_bench.types import maps as type_maps
 from pianta_bench.types.maps import (
     CALIBRATION,
@@ -22,7 +23,7 @@ from pianta_bench.types.maps import (
     WRONG,
     WRONG_AND_SURE,
     join_chances,
-    judge_type,
+    score_type,
     measure_maps,
 )
 from pianta_bench.types.measure import measure
@@ -77,11 +78,11 @@ def test_data_without_typed_maps_is_refused(tmp_path):
         ((0.1, 0.8), OTHER, (0, 0, 1, 1)),
     ],
 )
-def test_judged_types(chances, true_type, expected):
+def test_scored_types(chances, true_type, expected):
     office, school = chances
     prediction = MapTypePrediction({"office": office, "school": school}, 1 - office - school)
     assert (
-        tuple(judge_type(prediction, true_type)[name] for name in (RIGHT, UNKNOWN, WRONG, WRONG_AND_SURE)) == expected
+        tuple(score_type(prediction, true_type)[name] for name in (RIGHT, UNKNOWN, WRONG, WRONG_AND_SURE)) == expected
     )
 
 
@@ -98,8 +99,13 @@ def test_each_map_is_classified_without_its_building(data, monkeypatch):
     examples = make_examples()
     model = train_map_types(replace(examples, buildings=("office/5001053", *examples.buildings[1:])))
     left_out = []
+
+    def leave_out(each: MapTypeModel, building: str) -> MapTypeModel:
+        left_out.append(building)
+        return each
+
     monkeypatch.setattr(TypedMap, "read", lambda each: make_world("corridor", resolution=0.1)[1])
-    monkeypatch.setattr(type(model), "leave_out", lambda each, building: left_out.append(building) or each)
+    monkeypatch.setattr(MapTypeModel, "leave_out", leave_out)
     floor = Floor((Room(1, box(0, 0, 4, 3)), Room(2, box(4, 0, 8, 3))))
     results = measure_maps(data, model=model, read=lambda grid: floor)
     assert left_out == ["office/5001053"]
@@ -124,5 +130,6 @@ def test_pictures_are_of_drawn_floors(data, tmp_path):
 
 
 def test_the_option_measures_maps(data, monkeypatch):
-    monkeypatch.setattr(type_maps, "measure_maps", lambda folder, *, track: (folder, track))
-    assert measure(data, maps=True, track=list) == (data, list)
+    expected = Results(options={"maps": True})
+    monkeypatch.setattr(type_maps, "measure_maps", lambda folder, *, track: expected if folder == data else None)
+    assert measure(data, maps=True) is expected

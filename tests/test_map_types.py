@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import exp, log
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,8 +45,8 @@ def make_examples(seed: int = 0) -> MapExamples:
     """30 floors of 15 buildings; all features are around -2 for offices, 0 for others and 2 for schools."""
     rng = np.random.default_rng(seed)
     types = ("office", OTHER, "school") * 10
-    features = rng.normal(0, 0.2, (30, len(name_map_features()))).astype(np.float32)
-    features += np.array([{"office": -2, OTHER: 0, "school": 2}[name] for name in types], np.float32)[:, None]
+    features = rng.normal(0, 0.2, (30, len(name_map_features())))
+    features += np.array([{"office": -2, OTHER: 0, "school": 2}[name] for name in types])[:, None]
     return MapExamples(features, types, tuple(f"b{i // 2}" for i in range(30)), tuple(f"f{i}" for i in range(30)))
 
 
@@ -67,7 +68,7 @@ def test_features_of_the_floor_by_hand():
 
 
 def test_features_do_not_depend_on_scale_turn_and_order():
-    def change(shape):
+    def change(shape: Any) -> Any:
         return affinity.rotate(affinity.scale(shape, 3, 3, origin=(0, 0)), 30, origin=(0, 0))
 
     doors = [replace(door, line=change(door.line), width=3 * door.width) for door in ROW.doors]
@@ -77,9 +78,7 @@ def test_features_do_not_depend_on_scale_turn_and_order():
 
 
 def test_types_and_buildings_count_the_same():
-    examples = MapExamples(
-        np.zeros((4, 1), np.float32), ("office", "school", "school", "school"), ("a", "b", "b", "c"), ("",) * 4
-    )
+    examples = MapExamples(np.zeros((4, 1)), ("office", "school", "school", "school"), ("a", "b", "b", "c"), ("",) * 4)
     # Half for each type, half of that for each school: 1/2, 1/8, 1/8, 1/4, times four floors.
     np.testing.assert_allclose(examples.weigh(), [2, 0.5, 0.5, 1])
 
@@ -106,14 +105,17 @@ def test_types_of_new_floors(model):
 def test_a_building_is_left_out_with_all_its_floors():
     examples = make_examples()
     # One building is called what it is not; only a model that has seen it repeats that.
-    types = tuple("school" if building == "b0" else name for name, building in zip(examples.types, examples.buildings, strict=True))
+    types = tuple(
+        "school" if building == "b0" else name
+        for name, building in zip(examples.types, examples.buildings, strict=True)
+    )
     wrong = replace(examples, types=types)
     votes = predict_left_out(wrong)
     assert wrong.classes[int(votes[0].argmax())] == "office"
     without = train_map_types(wrong).leave_out("b0")
     assert "b0" not in without.examples.buildings
     assert len(without.examples.types) == 28
-    assert without.predict_description(examples.features[0].astype(float)).likeliest == "office"
+    assert without.predict_description(examples.features[0]).likeliest == "office"
 
 
 def test_limit_of_known_types():
@@ -124,7 +126,7 @@ def test_limit_of_known_types():
 def test_round_trip(model, tmp_path):
     save_map_type_model(model, tmp_path / "m.npz")
     read = read_map_type_model(tmp_path / "m.npz")
-    features = make_examples(seed=1).features.astype(float)
+    features = make_examples(seed=1).features
     for row in features:
         assert read.predict_description(row) == model.predict_description(row)
     assert (read.examples.types, read.examples.buildings) == (model.examples.types, model.examples.buildings)

@@ -42,7 +42,7 @@ def describe_floors(floors: Iterable[tuple[str, str, Floor]]) -> MapExamples:
     rows = [(name, building, floor) for name, building, floor in floors if floor.rooms]
     features = [describe_map(describe_rooms(floor)) for _, _, floor in rows]
     return MapExamples(
-        np.array(features, np.float32),
+        np.array(features),
         tuple(floor.building_types[0] for _, _, floor in rows),
         tuple(SAME_BUILDING.get(building, building) for _, building, _ in rows),
         tuple(name for name, _, _ in rows),

@@ -87,7 +87,7 @@ def _parse_model(content: bytes) -> MapTypeModel:
     lengths = {len(features), len(header.types), len(header.buildings), len(header.sources)}
     if len(lengths) > 1 or features.shape[1] != len(header.features):
         raise ModelError(f"its examples are not those of its header; {REMEDY}")
-    examples = MapExamples(features, tuple(header.types), tuple(header.buildings), tuple(header.sources))
+    examples = MapExamples(features.astype(float), tuple(header.types), tuple(header.buildings), tuple(header.sources))
     return MapTypeModel(forest, tuple(header.classes), header.temperature, examples)
 
 

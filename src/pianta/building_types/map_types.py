@@ -12,7 +12,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pianta._types import Floats, Indices, Mask
 from pianta.errors import LabelError
@@ -69,7 +68,7 @@ class MapExamples:
     buildings, sources: of each; floors of one building have the same, and are left out together.
     """
 
-    features: NDArray[np.float32]
+    features: Floats
     types: tuple[str, ...]
     buildings: tuple[str, ...]
     sources: tuple[str, ...]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -57,10 +57,11 @@ def measure_maps(
         own = without(each.building) if each.building in model.examples.buildings else model
         prediction = own.predict(read(each.read()))
         predictions.append((each, prediction))
-        yield judge_type(prediction, each.building_type)
+        yield score_type(prediction, each.building_type)
 
     for each, _ in zip(maps, track([f"{each.part}/{each.item}" for each in maps]), strict=True):
-        results.measure(name_part(each.part, each.building_type, model), each.item, lambda each=each: classify(each))
+        part = name_part(each.part, each.building_type, model)
+        results.measure(part, each.item, partial(classify, each))
     results.details["maps"] = [describe_map(each, prediction) for each, prediction in predictions]
     for name, chances, truth in (
         (MAPS, *join_chances(predictions, model.classes)),
@@ -76,7 +77,7 @@ def name_part(part: str, building_type: str, model: MapTypeModel) -> str:
     return f"{part}, {building_type if building_type in model.building_types else 'neither'}"
 
 
-def judge_type(prediction: MapTypePrediction, true_type: str) -> dict[str, float]:
+def score_type(prediction: MapTypePrediction, true_type: str) -> dict[str, float]:
     """1 for what is true of a prediction, else 0: right, unknown, wrong, and wrong with more than SURE."""
     given = prediction.likeliest if prediction.is_known else OTHER
     is_wrong = given not in (true_type, OTHER)
