@@ -169,3 +169,5 @@ def test_entrances_are_counted_apart_from_doors():
     assert ["2", "3.0", "1", "2", "1"] in rows
     assert describe_floor(floor) == "2 rooms, 1 door, 2 entrances, 15.0 m²"
     assert describe_floor(Floor(floor.rooms, doors[:2])) == "2 rooms, 1 door, 1 entrance, 15.0 m²"
+    shut = Floor(floor.rooms, doors[:1], possible_doors=doors[:2])
+    assert describe_floor(shut) == "2 rooms, 1 door, 2 possible doors, 15.0 m²"

@@ -179,6 +179,18 @@ def test_graph_joins_rooms_by_their_widest_door():
     assert list(graph.edges(data=True)) == [(1, 2, {"doors": 2, "width": 2.0, "x": 4.0, "y": 1.0, "probability": 0.75})]
 
 
+def test_possible_doors_join_no_rooms_in_the_graph():
+    rooms = Room(1, box(0, 0, 4, 3)), Room(2, box(4, 0, 9, 3))
+    floor = Floor(rooms, possible_doors=(Door((1, 2), NARROW, 0.6), Door((2, None), WIDE, 2.0)))
+    assert [*floor.graph().edges] == []
+    assert [floor.graph().nodes[room_id]["entrances"] for room_id in (1, 2)] == [0, 0]
+
+
+def test_possible_doors_lead_to_rooms_of_the_floor():
+    with pytest.raises(FloorError, match=r"doors lead to rooms \[5\] that do not exist"):
+        Floor((Room(1, box(0, 0, 4, 3)),), possible_doors=(Door((1, 5), NARROW, 0.6),))
+
+
 def test_label_image_has_row_0_at_the_top():
     labels = Floor((Room(7, box(1, 0, 3, 1)), Room(9, box(3, 0, 4, 2)))).label_image(
         GridMap(np.zeros((3, 5), np.int8), resolution=1.0)
@@ -262,8 +274,9 @@ TABLE = Furniture(box(1, 0.5, 1.5, 1), 0.5)
 def test_scaled_floor():
     rooms = Room(1, box(1, 0, 2, 1), "GYM"), Room(2, box(2, 0, 3, 1))
     doors = Door((1, 2), LineString([(2, 0.2), (2, 0.6)]), 0.5), Door((1, None), LineString([(1, 0), (2, 0)]), 0.8)
-    floor = Floor(rooms, doors, (LineString([(1, 0), (1, 1)]),), {"school": 1.0}, "a.xml", 7, (TABLE,))
+    floor = Floor(rooms, doors, (LineString([(1, 0), (1, 1)]),), {"school": 1.0}, "a.xml", 7, (TABLE,), doors[:1])
     larger = scale_floor(floor, 3, 2)
+    assert larger.possible_doors == larger.doors[:1]
     assert [room.polygon.bounds for room in larger.rooms] == [(3, 0, 6, 2), (6, 0, 9, 2)]
     assert [door.width for door in larger.doors] == pytest.approx([1.0, 2.4])
     bounds = [bound for door in larger.doors for bound in door.line.bounds]

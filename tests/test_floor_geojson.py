@@ -42,6 +42,10 @@ FLOOR = Floor(
         Furniture(box(2.5, 1, 3, 2)),
         Furniture(Polygon([(5, 0), (7, 0), (7, 2), (5, 2)], [[(5.5, 0.5), (6, 0.5), (6, 1)]]), 0.75),
     ),
+    possible_doors=(
+        Door((4, 2), LineString([(4, 1.5), (4, 1.75)]), 0.25, probability=0.5),
+        Door((4, None), LineString([(0, 2), (0, 2.5)]), 0.5),
+    ),
 )
 ROOM = {"class": "room", "room": 1}
 FURNITURE = {"class": "furniture"}
@@ -76,12 +80,13 @@ def floors(draw) -> Floor:
     rooms = tuple(replace(Room(id_, *draw(labelling)), name=draw(named), probability=draw(certainty)) for id_ in ids)
     pairs = st.lists(st.sampled_from([*ids, None]), min_size=2, max_size=2, unique=True) if ids else st.nothing()
     kinds = st.sampled_from(["door", "opening"])
-    doors = draw(st.lists(st.builds(Door, pairs.map(tuple), lines, st.floats(0, 1e300), kinds, certainty), max_size=3))
+    any_doors = st.lists(st.builds(Door, pairs.map(tuple), lines, st.floats(0, 1e300), kinds, certainty), max_size=3)
+    doors, possible_doors = draw(any_doors), draw(any_doors)
     walls = draw(st.lists(lines, max_size=3))
     last_id = max(ids, default=0) + draw(st.integers(0, 9))
     furniture = draw(st.lists(st.builds(Furniture, polygons, certainty), max_size=3))
     building = draw(probabilities), draw(st.text(max_size=5)), last_id
-    return Floor(rooms, tuple(doors), tuple(walls), *building, tuple(furniture))
+    return Floor(rooms, tuple(doors), tuple(walls), *building, tuple(furniture), tuple(possible_doors))
 
 
 @pytest.fixture(scope="module")
@@ -129,14 +134,16 @@ def test_round_trip_is_exact_and_stable(path, floor):
 def test_file_is_plain_geojson(valid):
     collection = json.loads(valid)
     assert collection["type"] == "FeatureCollection"
-    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.3")
+    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.4")
     features = collection["features"]
     inner = ["room-4", "room-2", "door-1", "door-2", "door-3", "wall-1", "wall-2"]
-    assert [part["id"] for part in features] == [*inner, "furniture-1", "furniture-2"]
+    loose = ["furniture-1", "furniture-2", "possible_door-1", "possible_door-2"]
+    assert [part["id"] for part in features] == [*inner, *loose]
     assert all(part["type"] == "Feature" for part in features)
     shapes = [shape(part["geometry"]) for part in features]
     building = [room.polygon for room in FLOOR.rooms] + [door.line for door in FLOOR.doors] + list(FLOOR.walls)
-    assert shapes == building + [piece.polygon for piece in FLOOR.furniture]
+    shut = [door.line for door in FLOOR.possible_doors]
+    assert shapes == building + [piece.polygon for piece in FLOOR.furniture] + shut
     assert shapes[0].exterior.is_ccw
     assert not shapes[0].interiors[0].is_ccw
 

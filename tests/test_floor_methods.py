@@ -2,6 +2,7 @@
 
 import sys
 from collections import Counter
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from shapely import LineString, box
 import pianta
 from pianta import Door, Floor, Furniture, GridMap, Room
 from pianta.errors import FloorError, MapError, OptionError, PiantaError
-from pianta.plot.floor import FURNITURE_COLOR, FURNITURE_OPACITY
+from pianta.plot.floor import DOOR_COLOR, FURNITURE_COLOR, FURNITURE_OPACITY, plot_legend
 from pianta.reading.reading import Reading, StoreyReading
 from tests.hidden_figures import hiding_figures
 
@@ -28,7 +29,8 @@ DOORS = (
 )
 WALLS = (LineString([(0, 0), (8, 0)]),)
 FURNITURE = (Furniture(box(1, 1, 2, 1.5)), Furniture(box(5, 1, 6, 3), 0.75))
-FLOOR = Floor(ROOMS, DOORS, WALLS, {"office": 1}, "house.yaml", 9, FURNITURE)
+POSSIBLE_DOORS = (Door((3, 7), LineString([(4, 2.25), (4, 2.75)]), 0.5, probability=0.75),)
+FLOOR = Floor(ROOMS, DOORS, WALLS, {"office": 1}, "house.yaml", 9, FURNITURE, POSSIBLE_DOORS)
 GRID = GridMap(np.array([[0, 100, -1], [0, 0, 50]]), 0.5, (1.0, 2.0, 0.0), "house.yaml")
 
 
@@ -120,6 +122,23 @@ class TestFloorPictures:
         assert count == len(FURNITURE)
         assert color == to_rgba(FURNITURE_COLOR, FURNITURE_OPACITY)
 
+    def test_possible_doors_are_thin_dashed_lines_in_the_colour_of_doors(self):
+        complete, without = (replace(FLOOR, possible_doors=doors).plot() for doors in (POSSIBLE_DOORS, ()))
+        assert len(complete.lines) == len(without.lines) + 1
+        (line,) = (line for line in complete.lines if np.array_equal(line.get_ydata(), [2.25, 2.75]))
+        assert line.get_color() == DOOR_COLOR
+        assert line.is_dashed()
+        assert line.get_linewidth() < min(line.get_linewidth() for line in without.lines if line.get_marker() == "None")
+
+    def test_the_legend_has_possible_doors_if_there_are_any(self):
+        def list_entries(floor: Floor) -> list[str]:
+            legend = plot_legend(floor).get_legend()
+            assert legend is not None
+            return [text.get_text() for text in legend.get_texts()]
+
+        without = list_entries(replace(FLOOR, possible_doors=()))
+        assert list_entries(FLOOR) == [*without, "possible door, shut"]
+
     def test_a_floor_without_rooms_is_drawn(self):
         assert not Floor(()).plot(walls=True, graph=True).lines
 
@@ -175,7 +194,19 @@ class TestTables:
         assert table["probability"][1] == 0.75
         assert [*table.geometry] == [piece.polygon for piece in FURNITURE]
 
-    @pytest.mark.parametrize("layer", ["rooms", "doors", "walls", "furniture"])
+    def test_possible_doors(self):
+        table = FLOOR.to_geodataframe("possible_doors")
+        assert [*table.columns] == [*FLOOR.to_geodataframe("doors").columns]
+        assert table.loc[0].drop("geometry").to_dict() == {
+            "room": 3,
+            "other_room": 7,
+            "width": 0.5,
+            "kind": "door",
+            "probability": 0.75,
+        }
+        assert [*table.geometry] == [door.line for door in POSSIBLE_DOORS]
+
+    @pytest.mark.parametrize("layer", ["rooms", "doors", "walls", "furniture", "possible_doors"])
     def test_a_layer_without_rows_has_its_columns(self, layer):
         empty, full = Floor(()).to_geodataframe(layer), FLOOR.to_geodataframe(layer)
         assert len(empty) == 0
@@ -188,7 +219,7 @@ class TestTables:
 
     @pytest.mark.parametrize("layer", ["windows", "", None, ["rooms"]])
     def test_another_layer(self, layer):
-        with pytest.raises(OptionError, match="give one of rooms, doors, walls, furniture"):
+        with pytest.raises(OptionError, match="give one of rooms, doors, walls, furniture, possible_doors"):
             FLOOR.to_geodataframe(layer)
 
     def test_without_geopandas(self, monkeypatch):

@@ -1,13 +1,16 @@
 """The floors on a sheet are separated, reconstructed each on its own, and get their drawn doors."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from shapely import Polygon, box
+from shapely import LineString, Polygon, box
 
 from pianta._types import Floats
-from pianta.floor import Floor, Room
+from pianta.floor import Door, Floor, Room
+from pianta.layout.reconstruct import find_rooms
 from pianta.plan.doors.lines import PlanDoors
 from pianta.plan.sheets.floors_on_sheet import reconstruct_sheet_floors, split_sheet
 from pianta.plan.walls.floor_map import draw_floor_map
@@ -15,6 +18,7 @@ from pianta.plan.walls.segmentation import DOOR, INSIDE
 from tests.drawn_class_maps import CELL_PX, RESOLUTION, CellClasses, as_class_map, draw_classes, sheet_shape, two_rooms
 from tests.drawn_maps import carve
 
+LINE = LineString([(40, 60), (40, 92)])
 NONE = np.zeros((0, 2, 2))
 JAMBS = np.array([[(112.0, 204.0), (144.0, 204.0)]])
 # The rooms of two_rooms, pixels of the sheet, y up.
@@ -64,6 +68,16 @@ def test_two_rooms_and_the_door_between_them(method):
 def test_rooms_of_a_plan_are_complete_and_not_predicted():
     (floor,) = reconstruct(two_rooms(), JAMBS)
     assert [(room.partial, room.predicted, room.confidence) for room in floor.rooms] == [(False, None, None)] * 2
+
+
+def test_a_plan_has_no_possible_doors(monkeypatch):
+    def find_with_possible_door(*args, **options) -> Floor:
+        floor = find_rooms(*args, **options)
+        return replace(floor, possible_doors=(Door((floor.rooms[0].id, None), LINE, 0.9),))
+
+    monkeypatch.setattr("pianta.plan.sheets.floors_on_sheet.find_rooms", find_with_possible_door)
+    (floor,) = reconstruct(two_rooms(), JAMBS)
+    assert (len(floor.rooms), floor.possible_doors) == (2, ())
 
 
 def test_a_door_to_the_outside_is_an_entrance():

@@ -92,9 +92,11 @@ def test_nothing_in_common_gives_new_ids_only(last_id):
 
 def test_doors_and_entrances_lead_to_the_same_rooms():
     doors = Door((1, 2), LINE, 1.0), Door((2, None), LINE, 0.9, "opening")
-    floor = keep_room_ids(floor_of(LEFT, MIDDLE, doors=doors), floor_of(MIDDLE, first_id=5))
+    new = replace(floor_of(LEFT, MIDDLE, doors=doors), possible_doors=(Door((1, 2), LINE, 0.8, probability=0.75),))
+    floor = keep_room_ids(new, floor_of(MIDDLE, first_id=5))
     assert ids_of(floor) == [6, 5]
     assert floor.doors == (Door((5, 6), LINE, 1.0), Door((5, None), LINE, 0.9, "opening"))
+    assert floor.possible_doors == (Door((5, 6), LINE, 0.8, probability=0.75),)
 
 
 def test_a_label_stays_until_there_is_another():

@@ -280,6 +280,8 @@ class Floor:
         floor.
     furniture
         What stands in the rooms; the rooms' polygons keep the floor under it.
+    possible_doors
+        Doors that may be there but are shut; they join no rooms in the graph.
 
     Raises
     ------
@@ -310,14 +312,16 @@ class Floor:
     source: str = ""
     last_id: int = 0
     furniture: tuple[Furniture, ...] = ()
+    possible_doors: tuple[Door, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("rooms", "doors", "walls", "furniture"):
+        for name in ("rooms", "doors", "walls", "furniture", "possible_doors"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "building_type", _standardise_types(self.building_type))
         ids = Counter(room.id for room in self.rooms)
         repeated = sorted(room_id for room_id, count in ids.items() if count > 1)
-        stray = sorted({room_id for door in self.doors for room_id in door.room_ids} - ids.keys())
+        doors = (*self.doors, *self.possible_doors)
+        stray = sorted({room_id for door in doors for room_id in door.room_ids} - ids.keys())
         highest = max(ids, default=0)
         faults = [f"room ids {repeated} occur more than once"] if repeated else []
         faults += [f"doors lead to rooms {stray} that do not exist"] if stray else []
@@ -427,7 +431,9 @@ class Floor:
 
         save_floor(self, path)
 
-    def to_geodataframe(self, layer: Literal["rooms", "doors", "walls", "furniture"] = "rooms") -> GeoDataFrame:
+    def to_geodataframe(
+        self, layer: Literal["rooms", "doors", "walls", "furniture", "possible_doors"] = "rooms"
+    ) -> GeoDataFrame:
         """One layer of the floor as a GeoDataFrame, in metres of the map frame, without a coordinate system.
 
         Parameters
@@ -439,6 +445,7 @@ class Floor:
             probability.
             "walls": the wall lines.
             "furniture": polygons; columns area (m²) and probability.
+            "possible_doors": lines with the columns of doors.
 
         Returns
         -------
@@ -474,6 +481,8 @@ class Floor:
 
     def graph(self) -> nx.Graph:
         """Topological graph: a node for each room, an edge where one or more doors join two rooms.
+
+        Possible doors are left out.
 
         Returns
         -------
@@ -588,6 +597,7 @@ def scale_floor(floor: Floor, x_factor: float, y_factor: float) -> Floor:
         doors=tuple(map(scale_door, floor.doors)),
         walls=tuple(map(scale_shape, floor.walls)),
         furniture=tuple(replace(piece, polygon=scale_shape(piece.polygon)) for piece in floor.furniture),
+        possible_doors=tuple(map(scale_door, floor.possible_doors)),
     )
 
 

@@ -168,10 +168,11 @@ def make_table(
 
 
 def describe_floor(floor: Floor) -> str:
-    """How many rooms, doors, openings and entrances there are, and the area of the rooms together."""
+    """How many rooms, doors, openings, entrances and possible doors there are, and the area of the rooms together."""
     door_kinds = Counter("entrance" if door.is_entrance else door.kind for door in floor.doors)
     counts = {"room": len(floor.rooms), "door": door_kinds["door"]}
     counts |= {noun: door_kinds[noun] for noun in ("opening", "entrance") if door_kinds[noun]}
+    counts |= {"possible door": len(floor.possible_doors)} if floor.possible_doors else {}
     listed = ", ".join(count_noun(count, noun) for noun, count in counts.items())
     area = sum(room.polygon.area for room in floor.rooms)
     return f"{listed}, {area:.1f} m²"

@@ -2,10 +2,10 @@
 
 The collection has the members `format`, `version`, `frame`, `units`, `source`, `building_type` and `last_id`, the
 highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with clockwise
-holes), door or wall (lines), or, since 2.3, furniture (a polygon). A partial room has, since 2.1, the properties
-`predicted`, a Polygon geometry of the complete room, and `confidence`, both null if unknown; since 2.2 a room has a
-`name`, or null; since 2.3 rooms, doors and furniture have a `probability`, or null. The `rooms` of a door are two ids,
-those of an entrance an id and null.
+holes), door or wall (lines), or, since 2.3, furniture (a polygon), or, since 2.4, possible_door (a line). A partial
+room has, since 2.1, the properties `predicted`, a Polygon geometry of the complete room, and `confidence`, both null if
+unknown; since 2.2 a room has a `name`, or null; since 2.3 rooms, doors and furniture have a `probability`, or null. The
+`rooms` of a door are two ids, those of an entrance an id and null; a possible door has the properties of a door.
 QGIS reads any GeoJSON as WGS 84; set the layer to have no coordinate system.
 """
 
@@ -41,7 +41,7 @@ from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import atomic_file
 
-FORMAT = FileFormat("pianta floor", 2, 3)
+FORMAT = FileFormat("pianta floor", 2, 4)
 MAX_FILE_BYTES = 64 * 2**20
 MAX_COORDINATE = 1e8  # metres; beyond any map frame
 # Files of version 1 have label -> probability, in the label set of the building's type.
@@ -115,7 +115,7 @@ def _dump_strictly(value: object) -> str:
 
 
 def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
-    """The GeoJSON features of the rooms, then of the doors, the walls and the furniture."""
+    """The GeoJSON features of the rooms, then of the doors, the walls, the furniture and the possible doors."""
     for room in floor.rooms:
         properties: dict[str, Any] = {
             "room": int(room.id),
@@ -135,13 +135,23 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
             }
         yield _feature("room", room.id, properties, room.polygon)
     for number, door in enumerate(floor.doors, start=1):
-        rooms = [None if room is None else int(room) for room in door.rooms]
-        ends = {"rooms": rooms, "width": float(door.width), "kind": door.kind}
-        yield _feature("door", number, ends | {"probability": _float_or_none(door.probability)}, door.line)
+        yield _feature("door", number, _describe_door(door), door.line)
     for number, wall in enumerate(floor.walls, start=1):
         yield _feature("wall", number, {}, wall)
     for number, piece in enumerate(floor.furniture, start=1):
         yield _feature("furniture", number, {"probability": _float_or_none(piece.probability)}, piece.polygon)
+    for number, door in enumerate(floor.possible_doors, start=1):
+        yield _feature("possible_door", number, _describe_door(door), door.line)
+
+
+def _describe_door(door: Door) -> dict[str, Any]:
+    """The properties of the feature of a door or a possible door."""
+    return {
+        "rooms": [None if room is None else int(room) for room in door.rooms],
+        "width": float(door.width),
+        "kind": door.kind,
+        "probability": _float_or_none(door.probability),
+    }
 
 
 def _float_or_none(number: float | None) -> float | None:
@@ -249,13 +259,21 @@ class _DoorProperties(_Part):
     probability: FiniteFloat | None = None
 
 
-class _DoorFeature(_Item):
+class _LineOfDoor(_Item):
     properties: _DoorProperties
     geometry: _LineGeometry
 
     @cached_property
     def item(self) -> Door:
         return Door(line=LineString(self.geometry.coordinates), **dict(self.properties))
+
+
+class _DoorFeature(_LineOfDoor):
+    """A door, an opening or an entrance."""
+
+
+class _PossibleDoorFeature(_LineOfDoor):
+    """A door that may be there but is shut."""
 
 
 class _WallFeature(_Part):
@@ -287,7 +305,7 @@ def _class_of_feature(feature: object) -> str:
     """The tag of the pydantic model of a feature."""
     properties = feature.get("properties") if isinstance(feature, dict) else None
     class_ = properties.get("class") if isinstance(properties, dict) else None
-    return class_ if class_ in ("room", "door", "wall", "furniture") else "unknown"
+    return class_ if class_ in ("room", "door", "wall", "furniture", "possible_door") else "unknown"
 
 
 _Feature = Annotated[
@@ -295,6 +313,7 @@ _Feature = Annotated[
     | Annotated[_DoorFeature, Tag("door")]
     | Annotated[_WallFeature, Tag("wall")]
     | Annotated[_FurnitureFeature, Tag("furniture")]
+    | Annotated[_PossibleDoorFeature, Tag("possible_door")]
     | Annotated[_UnknownFeature, Tag("unknown")],
     Discriminator(_class_of_feature),
 ]
@@ -324,6 +343,7 @@ def _parse_floor(content: bytes) -> Floor:
         source=collection.source,
         last_id=collection.last_id,
         furniture=tuple(feature.item for feature in features if isinstance(feature, _FurnitureFeature)),
+        possible_doors=tuple(feature.item for feature in features if isinstance(feature, _PossibleDoorFeature)),
     )
 
 

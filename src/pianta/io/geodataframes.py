@@ -19,6 +19,7 @@ LAYERS = {
     "doors": ("room", "other_room", "width", "kind", "probability"),
     "walls": (),
     "furniture": ("area", "probability"),
+    "possible_doors": ("room", "other_room", "width", "kind", "probability"),
 }
 
 
@@ -36,7 +37,7 @@ def floor_to_geodataframe(floor: Floor, layer: str) -> GeoDataFrame:
         table = table.set_index([[room.id for room in floor.rooms]]).rename_axis("id")
         table.index = table.index.astype("int64")
         table["label_probability"] = table["label_probability"].astype("float64")
-    if layer == "doors":
+    if "other_room" in LAYERS[layer]:
         table["other_room"] = table["other_room"].astype("Int64")
     if "probability" in LAYERS[layer]:
         table["probability"] = table["probability"].astype("float64")
@@ -52,9 +53,9 @@ def _list_rows(floor: Floor, layer: str) -> tuple[list[tuple[object, ...]], list
             for room in floor.rooms
         ]
         return rows, [room.polygon for room in floor.rooms]
-    if layer == "doors":
-        rows = [(*door.rooms, door.width, door.kind, door.probability) for door in floor.doors]
-        return rows, [door.line for door in floor.doors]
+    if layer in ("doors", "possible_doors"):
+        doors = floor.doors if layer == "doors" else floor.possible_doors
+        return [(*door.rooms, door.width, door.kind, door.probability) for door in doors], [door.line for door in doors]
     if layer == "furniture":
         rows = [(piece.polygon.area, piece.probability) for piece in floor.furniture]
         return rows, [piece.polygon for piece in floor.furniture]

@@ -12,7 +12,14 @@ from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 
 
-def assemble_floor(rooms: Sequence[Room], doors: Sequence[Door], walls: Sequence[LineString], grid: GridMap) -> Floor:
+def assemble_floor(
+    rooms: Sequence[Room],
+    doors: Sequence[Door],
+    walls: Sequence[LineString],
+    grid: GridMap,
+    *,
+    possible_doors: Sequence[Door] = (),
+) -> Floor:
     """Floor with rooms renumbered in reading order of the map image: rows of 1 m from the top, then columns."""
 
     def corner(room: Room) -> tuple[int, float]:
@@ -21,10 +28,15 @@ def assemble_floor(rooms: Sequence[Room], doors: Sequence[Door], walls: Sequence
 
     ordered = sorted(rooms, key=corner)
     new_id = {room.id: i for i, room in enumerate(ordered, start=1)}
-    renumbered = [door.renumber_rooms(new_id) for door in doors]
+
+    def renumber(doors: Sequence[Door]) -> tuple[Door, ...]:
+        renumbered = [door.renumber_rooms(new_id) for door in doors]
+        return tuple(sorted(renumbered, key=lambda door: (door.room_ids, door.line.coords[0])))
+
     return Floor(
         rooms=tuple(replace(room, id=new_id[room.id]) for room in ordered),
-        doors=tuple(sorted(renumbered, key=lambda door: (door.room_ids, door.line.coords[0]))),
+        doors=renumber(doors),
         walls=tuple(walls),
         source=grid.source,
+        possible_doors=renumber(possible_doors),
     )

@@ -71,6 +71,7 @@ def keep_room_ids(floor: Floor, previous: Floor, *, earlier: Sequence[Floor] = (
         floor,
         rooms=tuple(_inherit(room, new_ids[room.id], previous_rooms.get(room.id)) for room in floor.rooms),
         doors=tuple(door.renumber_rooms(new_ids) for door in floor.doors),
+        possible_doors=tuple(door.renumber_rooms(new_ids) for door in floor.possible_doors),
         last_id=last_id + len(floor.rooms) - len(previous_rooms),
     )
 

@@ -27,9 +27,12 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
 DOOR_COLOR = "#aa1133"
+# Dashes of a possible door, in line widths.
+POSSIBLE_DASHES = (0, (2.5, 1.5))
 ENTRANCE_COLOR = "#117733"
 WALL_COLOR = "#3355bb"
 EDGE_COLOR = "#555555"
@@ -226,6 +229,8 @@ def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, sc
 def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
     """Draw the doors as strokes from jamb to jamb, openings dashed, entrances in another colour with a diamond.
 
+    Possible doors are thin dashed lines.
+
     Parameters
     ----------
     floor
@@ -248,6 +253,8 @@ def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
     from matplotlib.lines import Line2D
 
     ax = new_ax(ax)
+    for door in floor.possible_doors:
+        ax.add_line(_draw_possible_door(*door.line.xy))
     for door in floor.doors:
         color = ENTRANCE_COLOR if door.is_entrance else DOOR_COLOR
         stroke = Line2D(*door.line.xy, color=color, linewidth=3, solid_capstyle="butt", zorder=DOOR_LEVEL)
@@ -259,6 +266,13 @@ def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
             middle = door.line.interpolate(0.5, normalized=True)
             ax.plot(*middle.xy, marker="D", markersize=7, color=color, markeredgecolor="white", zorder=DOOR_LEVEL)
     return ax
+
+
+def _draw_possible_door(x: Sequence[float], y: Sequence[float]) -> Line2D:
+    """The line of a possible door, or its sample in a legend."""
+    from matplotlib.lines import Line2D
+
+    return Line2D(x, y, color=DOOR_COLOR, linewidth=1.2, linestyle=POSSIBLE_DASHES, zorder=DOOR_LEVEL)
 
 
 def plot_furniture(floor: Floor, *, ax: Axes | None = None) -> Axes:
@@ -425,6 +439,8 @@ def _list_samples(floor: Floor, schemas: Schemas, *, graph: bool) -> list[tuple[
         samples.append((Patch(facecolor="none", hatch=2 * HATCH, **outline), "predicted"))
     if any(room.partial for room in floor.rooms):
         samples.append((Patch(facecolor="white", edgecolor=HATCH_COLOR, hatch="////", linewidth=0.6), "seen in part"))
+    if floor.possible_doors:
+        samples.append((_draw_possible_door([], []), "possible door, shut"))
     for marker, name in (("s", "corridor"), ("o", "room")) if graph else ():
         node = Line2D([], [], linestyle="", marker=marker, markersize=7, color=DARK_INK, markerfacecolor="white")
         samples.append((node, name))

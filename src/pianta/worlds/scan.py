@@ -95,14 +95,15 @@ def simulate_map(
     margin = margin if margin is not None else RAY_REACH if glass_spray else 1.0
     lengths = {"resolution": resolution, "margin": margin, "wall_thickness": wall_thickness}
     _check_options(floor, **lengths, noise=noise, furniture=furniture, yaw=yaw)
-    furniture_rng, noise_rng, ray_rng, *leaf_rngs = np.random.default_rng(seed).spawn(4 if door_leaves else 3)
+    rng = np.random.default_rng(seed)
+    furniture_rng, noise_rng, ray_rng = rng.spawn(3)
     blank = _make_blank_grid(floor, resolution, margin + wall_thickness, yaw)
     if dense_furniture:
         obstacles = _widen(furnish_densely(floor, density=furniture, rng=furniture_rng), resolution)
     else:
         obstacles = furnish_floor(floor, density=furniture, leg=max(0.05, resolution), rng=furniture_rng)
-    for leaf_rng in leaf_rngs:
-        obstacles += _widen(draw_door_leaves(floor, rng=leaf_rng)[0], resolution)
+    if door_leaves:
+        obstacles += _widen(draw_door_leaves(floor, rng=rng.spawn(1)[0])[0], resolution)
     inside, blocked = _fill_floor(floor, blank), _fill_polygons(obstacles, blank)
     sources = _draw_sources(blank.shape, noise, resolution, noise_rng)
     inside, free = inside[sources], (inside & ~blocked)[sources]
@@ -112,6 +113,11 @@ def simulate_map(
     if glass_spray:
         _draw_rays(cells, floor, blank, wall_thickness, ray_rng)
     return GridMap(cells, resolution, blank.origin)
+
+
+def list_shut_doors(floor: Floor, *, seed: int) -> list[int]:
+    """Indices of the doors of a floor that are shut on its map by `simulate_map` with door_leaves and this seed."""
+    return draw_door_leaves(floor, rng=np.random.default_rng(seed).spawn(4)[3])[1]
 
 
 def make_sample() -> tuple[Floor, GridMap]:

@@ -25,7 +25,15 @@ from pianta.layout.multicut import solve_multicut
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.borders import draw_borders, list_stretches, straighten_borders
 from pianta.layout.structure.confidence import rate_regions
-from pianta.layout.structure.evidence import FURNITURE, OUTSIDE, Evidence, Probabilities, evaluate_map, sample_classes
+from pianta.layout.structure.evidence import (
+    DOOR,
+    FURNITURE,
+    OUTSIDE,
+    Evidence,
+    Probabilities,
+    evaluate_map,
+    sample_classes,
+)
 from pianta.layout.structure.frontiers import (
     find_frontiers,
     find_partial_labels,
@@ -37,6 +45,7 @@ from pianta.layout.structure.necks import Clearance
 from pianta.layout.structure.notches import fill_notches
 from pianta.layout.structure.passages import list_passages
 from pianta.layout.structure.pieces import Pieces, compute_pair_weights, cut_into_pieces
+from pianta.layout.structure.possible_doors import THRESHOLDS, Thresholds, find_possible_doors
 from pianta.layout.structure.regions import describe_regions, find_separators, sample_image
 from pianta.layout.structure.space import find_floor_space
 from pianta.layout.structure.wall_lines import find_wall_lines, span_walls
@@ -88,7 +97,9 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
     working_grid, cell = division.working_grid, division.working_grid.resolution
     lines = find_wall_lines(division.space, resolution=cell)
     walls = span_walls(lines, division.space, reach=parameters.line_reach, gap=parameters.door_width, resolution=cell)
-    floor = assemble_floor(rooms, doors, [_wall_to_map(wall, working_grid) for wall in walls], grid)
+    walls_in_map = [_wall_to_map(wall, working_grid) for wall in walls]
+    shut = list_possible_doors(division, [room.id for room in rooms], doors)
+    floor = assemble_floor(rooms, doors, walls_in_map, grid, possible_doors=shut)
     # What stands in the rooms, by rules and by what the network sees
     classes = sample_classes(division.evidence, working_grid)
     furniture = find_furniture(grid, floor, probability=classes[..., FURNITURE])
@@ -210,6 +221,23 @@ def find_doors(division: Division, rooms: Sequence[int], parameters: StructurePa
     gaps = find_narrow_passages(regions, space, division.pieces.clearance, max_width=max_width, joined=joined)
     narrow = list_doors(find_separators(regions, gaps), min_width=parameters.gap_width)
     return doors + choose_narrow_doors(doors, narrow, rooms)
+
+
+def list_possible_doors(
+    division: Division, rooms: Sequence[int], doors: Sequence[Door], thresholds: Thresholds = THRESHOLDS
+) -> list[Door]:
+    """Doors in the map frame where the network sees one and nothing leads through: they may be shut.
+
+    rooms: the labels that are rooms. doors: those of find_doors.
+    """
+    return find_possible_doors(
+        division.evidence.enlarge(division.evidence.classes[DOOR]),
+        np.where(np.isin(division.labels, rooms), division.labels, 0).astype(np.int32),
+        sample_obstacles(division.working_grid),
+        doors,
+        division.working_grid,
+        thresholds=thresholds,
+    )
 
 
 def drop_unseen_rooms(labels: LabelImage, free: Mask, outside: Probabilities, *, resolution: float) -> LabelImage:

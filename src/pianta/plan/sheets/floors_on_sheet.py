@@ -87,9 +87,9 @@ def _add_doors(floor: Floor, certain: Sequence[LineString], uncertain: Sequence[
     """The floor with drawn doors, lines in metres, besides those of its layout; all rooms complete, none predicted.
 
     An uncertain line is a door if one of its rooms has no other. What stands in a room is a rest of the drawing, such
-    as a column or a stroke, and no furniture.
+    as a column or a stroke, and no furniture. All doors are drawn, so none is only possible.
     """
-    floor = _drop_slivers(floor)
+    floor = _drop_slivers(replace(floor, furniture=(), possible_doors=()))
     drawn_doors = join_rooms(floor.rooms, certain)
     reached = {room for door in drawn_doors for room in door.room_ids}
     for door in join_rooms(floor.rooms, uncertain):
@@ -105,7 +105,7 @@ def _add_doors(floor: Floor, certain: Sequence[LineString], uncertain: Sequence[
     others = [replace(door, kind="opening") if drawn_doors else door for door in filter(is_new, floor.doors)]
     doors = sorted([*drawn_doors, *others], key=lambda door: (door.room_ids, door.line.coords[0]))
     rooms = tuple(replace(room, partial=False, predicted=None, confidence=None) for room in floor.rooms)
-    return replace(floor, rooms=rooms, doors=tuple(doors), furniture=())
+    return replace(floor, rooms=rooms, doors=tuple(doors))
 
 
 def _drop_slivers(floor: Floor) -> Floor:
