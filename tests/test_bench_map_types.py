@@ -21,10 +21,10 @@ from pianta_bench.types.maps import (
     RIGHT,
     UNKNOWN,
     WRONG,
-    WRONG_AND_SURE,
+    WRONG_ABOVE_LIMIT,
     join_chances,
-    score_type,
     measure_maps,
+    score_type,
 )
 from pianta_bench.types.measure import measure
 from pianta_bench.types.tables import tabulate
@@ -50,10 +50,10 @@ def data(tmp_path_factory):
 
 
 def test_maps_and_their_types(data):
-    found = {
+    types = {
         each.item: (each.part, each.building_type, each.building, each.resolution) for each in list_typed_maps(data)
     }
-    assert found == {
+    assert types == {
         "tinyschool": ("schools", "school", "school/tinyschool", 0.1),
         "50010535_A": ("kth", "office", "office/5001053", 0.05),
         "50010536_B": ("kth", "office", "office/5001053", 0.05),
@@ -81,9 +81,8 @@ def test_data_without_typed_maps_is_refused(tmp_path):
 def test_scored_types(chances, true_type, expected):
     office, school = chances
     prediction = MapTypePrediction({"office": office, "school": school}, 1 - office - school)
-    assert (
-        tuple(score_type(prediction, true_type)[name] for name in (RIGHT, UNKNOWN, WRONG, WRONG_AND_SURE)) == expected
-    )
+    scores = score_type(prediction, true_type)
+    assert tuple(scores[name] for name in (RIGHT, UNKNOWN, WRONG, WRONG_ABOVE_LIMIT)) == expected
 
 
 def test_chances_in_the_order_of_the_classes():

@@ -73,8 +73,8 @@ def test_features_do_not_depend_on_scale_turn_and_order():
 
     doors = [replace(door, line=change(door.line), width=3 * door.width) for door in ROW.doors]
     changed = Floor(tuple(replace(room, polygon=change(room.polygon)) for room in ROW.rooms[::-1]), tuple(doors))
-    expected, found = (describe_map(describe_rooms(floor)) for floor in (ROW, changed))
-    np.testing.assert_allclose(found, expected, atol=1e-6)
+    expected, changed_features = (describe_map(describe_rooms(floor)) for floor in (ROW, changed))
+    np.testing.assert_allclose(changed_features, expected, atol=1e-6)
 
 
 def test_types_and_buildings_count_the_same():

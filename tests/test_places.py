@@ -214,12 +214,14 @@ def test_simulated_readings_of_furnished_floors():
 
 
 def test_maps_of_furnished_floors_differ_in_all_options():
-    drawn = [draw_map_options(np.random.default_rng(seed)) for seed in range(60)]
-    assert {options["resolution"] for options in drawn} == {0.05, 0.1}
-    empty, dense = (sum(map(check, drawn)) for check in (lambda o: not o["furniture"], lambda o: o["dense_furniture"]))
+    all_options = [draw_map_options(np.random.default_rng(seed)) for seed in range(60)]
+    assert {options["resolution"] for options in all_options} == {0.05, 0.1}
+    empty, dense = (
+        sum(map(check, all_options)) for check in (lambda o: not o["furniture"], lambda o: o["dense_furniture"])
+    )
     assert 5 <= empty <= 25
     assert 15 <= dense <= 40
-    assert all(0.1 <= options["noise"] <= 0.9 for options in drawn)
+    assert all(0.1 <= options["noise"] <= 0.9 for options in all_options)
 
 
 def test_labels_set_by_a_person():

@@ -54,19 +54,19 @@ class SimulatedFloor:
 
 def list_examples(data: Path) -> Iterator[Example]:
     """All floors to be mapped, first one map of each."""
-    drawn, _ = read_annotated_floors(data)
-    made = [(kind, number) for kind, count in MADE_FLOORS.items() for number in range(count)]
+    floors, _ = read_annotated_floors(data)
+    made_floors = [(maker, number) for maker, count in MADE_FLOORS.items() for number in range(count)]
     for turn in range(max(DRAWN_MAPS.values())):
-        for place, each in enumerate(drawn):
+        for index, each in enumerate(floors):
             if turn < DRAWN_MAPS[each.kind]:
                 yield Example(
-                    f"{each.item}_{turn}", each.building, each.floor, 100 * turn + place, walls_are_drawn=False
+                    f"{each.item}_{turn}", each.building, each.floor, 100 * turn + index, walls_are_drawn=False
                 )
         if turn == 0:
-            for kind, number in made:
+            for maker, number in made_floors:
                 seed = FIRST_SEED + number
-                floor = replace(make_floor(kind, seed=seed), building_type={MADE_TYPES[kind]: 1.0})
-                yield Example(f"made_{kind}_{number}", f"made/{kind}_{number}", floor, seed, walls_are_drawn=True)
+                floor = replace(make_floor(maker, seed=seed), building_type={MADE_TYPES[maker]: 1.0})
+                yield Example(f"made_{maker}_{number}", f"made/{maker}_{number}", floor, seed, walls_are_drawn=True)
 
 
 def read_simulated_floors(data: Path, folder: Path) -> list[SimulatedFloor]:

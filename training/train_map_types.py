@@ -68,12 +68,12 @@ def main() -> None:
     parser.add_argument("--data", type=Path)
     arguments = parser.parse_args()
     data = find_data(arguments.data)
-    drawn, _ = read_annotated_floors(data)
+    floors, _ = read_annotated_floors(data)
     simulated = read_simulated_floors(data, arguments.readings)
     maps = [each for each in list_typed_maps(data) if each.part in TRAINING_SETS]
     readings = [(each, read_typed_map(each, arguments.readings)) for each in maps]
     parts = {
-        "drawn": describe_floors((each.item, each.building, each.floor) for each in drawn),
+        "drawn": describe_floors((each.item, each.building, each.floor) for each in floors),
         "simulated": describe_floors((each.item, each.building, each.floor) for each in simulated),
         "maps": describe_floors(
             (f"{each.part}/{each.item}", each.building, floor) for each, floor in readings if floor

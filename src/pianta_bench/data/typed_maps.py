@@ -67,16 +67,16 @@ class TypedMap:
 
 
 def list_typed_maps(data: Path) -> list[TypedMap]:
-    """All maps of the sets that are in the data; raises DataError if there are none."""
+    """All maps of the sets that are in the data; raises DataError without maps."""
     buildings = read_buildings_of_files(data)
-    found = []
+    typed_maps = []
     for part, item, path, resolution, building_type in _list_files(data):
         own = item[:KTH_BUILDING_DIGITS] if part == "kth" else item
         building = buildings.get(path, own)
-        found.append(TypedMap(part, item, data / path, resolution, building_type, f"{building_type}/{building}"))
-    if not found:
+        typed_maps.append(TypedMap(part, item, data / path, resolution, building_type, f"{building_type}/{building}"))
+    if not typed_maps:
         raise DataError(f"no maps of buildings of a known type in {short_repr(data)}, {REMEDY}")
-    return found
+    return typed_maps
 
 
 def _list_files(data: Path) -> Iterator[tuple[str, str, str, float | None, str]]:

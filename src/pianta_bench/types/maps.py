@@ -20,11 +20,11 @@ from pianta_bench.data.typed_maps import TypedMap, list_typed_maps
 from pianta_bench.harness.records import Figures, Results, Track
 
 # A wrong type with a higher probability is worse than none.
-SURE = 0.7
+HIGH_PROBABILITY = 0.7
 RIGHT = "right"
 UNKNOWN = "unknown"
 WRONG = "wrong"
-WRONG_AND_SURE = f"wrong above {SURE}"
+WRONG_ABOVE_LIMIT = f"wrong above {HIGH_PROBABILITY}"
 CALIBRATION = "calibration error"
 FLOORS = "floors"
 # Parts of the calibration: the maps, and the floors that the model was trained on.
@@ -42,8 +42,8 @@ def measure_maps(
 ) -> Results:
     """Read the maps of buildings of a known type, and predict the type by a model without the building.
 
-    Records of each map: 0 or 1 for right, unknown, wrong and wrong with more than SURE. A building that is neither a
-    school nor an office is right if no type is given. And the expected calibration errors, from 0 to 1.
+    Records of each map: 0 or 1 for right, unknown, wrong and wrong with more than HIGH_PROBABILITY. A building
+    that is neither a school nor an office is right if no type is given. And the expected calibration errors, from 0 to 1.
     model: None for the one that comes with pianta. read: reconstructs a map; None for the usual method.
     Raises DataError if there are no such maps.
     """
@@ -78,15 +78,15 @@ def name_part(part: str, building_type: str, model: MapTypeModel) -> str:
 
 
 def score_type(prediction: MapTypePrediction, true_type: str) -> dict[str, float]:
-    """1 for what is true of a prediction, else 0: right, unknown, wrong, and wrong with more than SURE."""
-    given = prediction.likeliest if prediction.is_known else OTHER
-    is_wrong = given not in (true_type, OTHER)
+    """1 for what is true of a prediction, else 0: right, unknown, wrong, and wrong with more than HIGH_PROBABILITY."""
+    predicted = prediction.likeliest if prediction.is_known else OTHER
+    is_wrong = predicted not in (true_type, OTHER)
     probability = prediction.probabilities[prediction.likeliest]
     return {
-        RIGHT: float(given == true_type),
-        UNKNOWN: float(given == OTHER),
+        RIGHT: float(predicted == true_type),
+        UNKNOWN: float(predicted == OTHER),
         WRONG: float(is_wrong),
-        WRONG_AND_SURE: float(is_wrong and probability > SURE),
+        WRONG_ABOVE_LIMIT: float(is_wrong and probability > HIGH_PROBABILITY),
     }
 
 

@@ -11,7 +11,7 @@ from pianta_bench.harness.records import Record, Results
 from pianta_bench.harness.tables import Cell, FilledTable, Table, read_published
 from pianta_bench.types.classifiers import ALGORITHMS
 from pianta_bench.types.clusters import EPSILON, MIN_POINTS
-from pianta_bench.types.maps import CALIBRATION, RIGHT, UNKNOWN, WRONG, WRONG_AND_SURE
+from pianta_bench.types.maps import CALIBRATION, RIGHT, UNKNOWN, WRONG, WRONG_ABOVE_LIMIT
 from pianta_bench.types.measure import BY_AREA, BY_NAME, DIVISION_OF_THESIS, REPRESENTATION_OF_THESIS
 from pianta_bench.types.room_sets import GENERAL_LABELS
 
@@ -71,7 +71,7 @@ MAP_TYPES = Table(
     unit="maps",
     rows=("part",),
     columns=("metric",),
-    where={"metric": [RIGHT, UNKNOWN, WRONG, WRONG_AND_SURE]},
+    where={"metric": [RIGHT, UNKNOWN, WRONG, WRONG_ABOVE_LIMIT]},
     summarise=lambda values: Cell(float(sum(values)), count=len(values)),
     digits=0,
     notes=(f"A type is given from a probability of {MIN_TYPE_PROBABILITY} on. Neither: right if no type is given.",),
