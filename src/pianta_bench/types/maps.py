@@ -43,7 +43,7 @@ def measure_maps(
     """Read the maps of buildings of a known type, and predict the type by a model without the building.
 
     Records of each map: 0 or 1 for right, unknown, wrong and wrong with more than HIGH_PROBABILITY. A building
-    that is neither a school nor an office is right if no type is given. And the expected calibration errors, from 0 to 1.
+    that is neither a school nor an office is right if no type is given. And expected calibration errors, from 0 to 1.
     model: None for the one that comes with pianta. read: reconstructs a map; None for the usual method.
     Raises DataError if there are no such maps.
     """
