@@ -121,18 +121,18 @@ def list_rooms(division: Division) -> list[int]:
 
 def print_scores(worlds: list[World], thresholds: Thresholds) -> None:
     """Print precision and recall of both kinds of possible doors, pooled over the worlds."""
-    found = [
+    doors_of_worlds = [
         list_possible_doors(world.division, list_rooms(world.division), world.doors, thresholds) for world in worlds
     ]
     print(f"cell {thresholds.cell:.2f}, inner {thresholds.inner:.2f}, outer {thresholds.outer:.2f}", end="")
-    for kind, is_outer in (("between rooms", False), ("to the unseen", True)):
-        chosen = [[door for door in doors if door.is_entrance == is_outer] for doors in found]
+    for sides, is_outer in (("between rooms", False), ("to the unseen", True)):
+        chosen = [[door for door in doors if door.is_entrance == is_outer] for doors in doors_of_worlds]
         true = [world.outer if is_outer else world.inner for world in worlds]
         # The rooms on both sides may be one on the map, or one of them outside
         right = sum(map(count_right, chosen, (world.inner + world.outer for world in worlds)))
         scores = DetectionScores(sum(map(len, true)), sum(map(len, chosen)), right)
         counts = f"{scores.correct} of {scores.detected} right, {scores.true} true"
-        print(f" | {kind}: {counts}, P {scores.precision:.2f} R {scores.recall:.2f} F1 {scores.f1:.2f}", end="")
+        print(f" | {sides}: {counts}, P {scores.precision:.2f} R {scores.recall:.2f} F1 {scores.f1:.2f}", end="")
     print(flush=True)
 
 

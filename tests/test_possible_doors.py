@@ -152,7 +152,7 @@ class TestToTheUnseen:
         assert find_possible_doors(draw_probability(LEAF), rooms, carve(SHAPE, WALL), (), grid) == []
 
 
-def test_a_leaf_lies_along_its_cells():
+def test_a_leaf_is_along_its_cells():
     """Five cells on a diagonal: their middles are 4 √2 apart, and half a cell is added at each end."""
     leaf = fit_leaf(np.array([(i, i) for i in range(3, 8)]), np.ones(5))
     half = 0.5 / np.sqrt(2)

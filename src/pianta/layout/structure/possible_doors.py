@@ -76,7 +76,7 @@ def find_possible_doors(
     cell = working_grid.resolution
     _, groups = cv2.connectedComponents((probability >= thresholds.cell).astype(np.uint8), connectivity=8)
     unseen = working_grid.sample(working_grid.grid.unknown)
-    found: list[Door] = []
+    possible: list[Door] = []
     for number, window in enumerate(ndimage.find_objects(groups), start=1):
         cells = np.argwhere(groups[window] == number) + [axis.start for axis in window]
         weights = probability[tuple(cells.T)].astype(float)
@@ -89,8 +89,8 @@ def find_possible_doors(
             continue
         line = LineString(working_grid.to_map(LineString((leaf.ends[:, ::-1] + 0.5) * cell)))
         pair = max(one, other), min(one, other) or None
-        found.append(Door(pair, line, line.length, probability=float(weights.mean())))
-    return [door for door in found if not _is_near_another(door, doors)]
+        possible.append(Door(pair, line, line.length, probability=float(weights.mean())))
+    return [door for door in possible if not _is_near_another(door, doors)]
 
 
 def fit_leaf(cells: Indices, weights: Floats) -> Leaf:
