@@ -1,4 +1,4 @@
-"""Noise of single cells in a grid map, which would move borders of rooms."""
+"""Noise of single cells of a map, which would move borders of rooms."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta._types import Mask
-from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.gridmap import FREE, OCCUPIED, UNKNOWN
+
+Cells = NDArray[np.int8]
 
 # The constants were chosen by hand. The eight neighbours of a cell by their bits, clockwise from the top left.
 NEIGHBOUR_BITS = np.array([[1, 2, 4], [128, 0, 8], [64, 32, 16]], np.float32)
@@ -19,32 +21,33 @@ MIN_ALIKE = 7
 MAX_GROUP = 4
 
 
-def despeckle(grid: GridMap) -> GridMap:
-    """The map without noise of single cells; furniture and walls of two cells and more stay.
+def despeckle(cells: Cells) -> Cells:
+    """The cells FREE, OCCUPIED and UNKNOWN without noise of single ones; both of shape (H, W).
 
     A cell is noise if it differs from all cells around it, or from all but the three on one side of it, as a bump does.
     It becomes what most of the others are. Obstacles at the end of a line are no noise, nor are those between free and
-    unknown space, since a wall may be seen by single beams. Free cells in a wall become a part of the wall.
+    unknown space, since a wall may be seen by single beams. Free cells in a wall become a part of the wall. Furniture
+    and walls of two cells and more stay.
     """
-    free, occupied, unknown = grid.free, grid.occupied, grid.unknown
+    free, occupied, unknown = cells == FREE, cells == OCCUPIED, cells == UNKNOWN
     # Beyond the map is unknown space
     framed = np.pad(free, 1), np.pad(occupied, 1), np.pad(unknown, 1, constant_values=True)
     free_around, occupied_around, unknown_around = map(_find_neighbours, framed)
     near_free, near_occupied, near_unknown = (
         COUNT[around] for around in (free_around, occupied_around, unknown_around)
     )
-    cells = grid.cells.copy()
+    clean = cells.copy()
     # Each cell is compared with the cells of the map, not with those that were changed before
     single = occupied & (near_occupied == 0)
     bump = occupied & ON_ONE_SIDE[occupied_around] & (near_occupied >= 2)
-    cells[(single & (near_free >= MIN_ALIKE)) | (bump & (near_free >= 5))] = FREE
-    cells[(single & (near_unknown >= MIN_ALIKE)) | (bump & (near_unknown >= 5))] = UNKNOWN
-    cells[unknown & (near_unknown == 0) & (near_free >= MIN_ALIKE)] = FREE
+    clean[(single & (near_free >= MIN_ALIKE)) | (bump & (near_free >= 5))] = FREE
+    clean[(single & (near_unknown >= MIN_ALIKE)) | (bump & (near_unknown >= 5))] = UNKNOWN
+    clean[unknown & (near_unknown == 0) & (near_free >= MIN_ALIKE)] = FREE
     bump = (free & ON_ONE_SIDE[free_around]) | _find_small_groups(free)
     in_wall = (near_occupied >= near_unknown) | OPPOSITE[occupied_around]
-    cells[bump & in_wall] = OCCUPIED
-    cells[bump & ~in_wall] = UNKNOWN
-    return GridMap(cells, grid.resolution, grid.origin, grid.source)
+    clean[bump & in_wall] = OCCUPIED
+    clean[bump & ~in_wall] = UNKNOWN
+    return clean
 
 
 def _find_neighbours(mask: Mask) -> NDArray[np.uint8]:

@@ -31,9 +31,6 @@ BLOCK = 32
 # Side of the squares in which large maps are evaluated, and how far these overlap; cells.
 TILE = 1024
 OVERLAP = 128
-# Walls that the network learned from are three cells of 0.05 m thick; thinner lines of obstacles, at least this long,
-# are made so: metres (chosen by hand).
-MIN_LINE = 1.0
 # The main direction is found from about this many edge cells, ...
 MAX_EDGES = 4000
 # ... by histograms with bins of this many cells, ...
@@ -85,8 +82,6 @@ def align_shares(free: Mask, occupied: Mask, *, resolution: float) -> tuple[Prob
     free, occupied: shape (H, W). resolution: metres per cell.
     Returns also the matrix, shape (2, 3), from col and row of the map to those of the network's cells.
     """
-    occupied = occupied | _thicken_lines(occupied, MIN_LINE / resolution)
-    free = free & ~occupied
     shape = (free.shape[0], free.shape[1])
     matrix, size = _align_cells(shape, resolution / CELL, find_main_direction(free))
     if matrix[0, 1] == 0:
@@ -160,17 +155,6 @@ def sample_classes(evidence: Evidence, working_grid: WorkingGrid) -> NDArray[np.
     # Beyond the working grid is outside
     classes[..., OUTSIDE] += 1 - classes.sum(axis=-1)
     return classes
-
-
-def _thicken_lines(occupied: Mask, length: float) -> Mask:
-    """Cells beside lines of obstacles that are one cell thick, shape (H, W), and connected over at least a length."""
-    obstacles = occupied.astype(np.uint8)
-    solid = cv2.morphologyEx(obstacles, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8)) > 0
-    _, groups, stats, _ = cv2.connectedComponentsWithStats(obstacles, connectivity=8)
-    is_long = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) >= length
-    is_long[0] = False
-    lines = occupied & ~solid & is_long[groups]
-    return np.asarray(cv2.dilate(lines.astype(np.uint8), np.ones((3, 3), np.uint8)), bool)
 
 
 def _average(mask: Mask, size: tuple[int, int]) -> Probabilities:

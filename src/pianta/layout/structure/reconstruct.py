@@ -15,7 +15,7 @@ from shapely import LineString
 from pianta._types import Floats, Indices, LabelImage, Mask
 from pianta.errors import MapError
 from pianta.floor import Door, Floor, Room
-from pianta.gridmap import GridMap
+from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.layout._despeckle import despeckle
 from pianta.layout._label_images import Polygons, grow_mask, join_outlines, largest_part, list_contacts, outline_labels
 from pianta.layout._numbering import assemble_floor
@@ -136,12 +136,11 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     """The floor of a map, divided into rooms."""
     from skimage.measure import label
 
-    # Single cells that differ from all around them are noise
-    cleaned = despeckle(grid)
-    working_grid = to_working_grid(cleaned, cleaned.free, resolution=parameters.working_resolution)
+    working_grid = to_working_grid(grid, grid.free, resolution=parameters.working_resolution)
     cell = working_grid.resolution
+    # Single cells that differ from all around them are noise
+    working_grid, occupied = remove_noise(working_grid)
     # What each cell is, and which cells are in one room, as the network sees them
-    occupied = sample_obstacles(working_grid)
     evidence = evaluate_map(working_grid.free, occupied, resolution=cell)
     # The floor: free cells and furniture, without rays that left the building
     space, observed = find_floor_space(working_grid, occupied, evidence, parameters)
@@ -168,6 +167,13 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     labels = drop_enclosed_spots(labels, resolution=cell)
     borders = draw_borders(list_stretches(labels), space, pieces.necks, cell)
     return Division(working_grid, evidence, space, observed, pieces, labels, borders.lines)
+
+
+def remove_noise(working_grid: WorkingGrid) -> tuple[WorkingGrid, Mask]:
+    """The working grid without noise of single cells, and its cells with an obstacle, shape (H, W)."""
+    kinds = [working_grid.free, sample_obstacles(working_grid)]
+    cells = despeckle(np.select(kinds, [FREE, OCCUPIED], UNKNOWN).astype(np.int8))
+    return replace(working_grid, free=cells == FREE), cells == OCCUPIED
 
 
 def sample_obstacles(working_grid: WorkingGrid) -> Mask:

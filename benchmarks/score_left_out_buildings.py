@@ -1,0 +1,83 @@
+"""Score the method `structure` on real maps, each with a network of map regions that its building was left out of.
+
+Run: OMP_NUM_THREADS=1 python benchmarks/score_left_out_buildings.py NETWORKS [--data DIR] [--items]
+
+NETWORKS is a folder with 0.onnx … 3.onnx: training/fit_map_regions.py with --annotated and --leave-out, for each group
+of FOLDS of training/annotated_lessons.py. Scores and counts are those of `pianta bench segmentation --count`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from pianta.layout.structure import evidence
+from pianta_bench.data.folders import find_data
+from pianta_bench.data.map_sets import choose_sets
+from pianta_bench.segmentation.measure import measure_map
+
+sys.path.append(str(Path(__file__).parents[1] / "training"))
+from annotated_lessons import FOLDS, SETS, name_building
+
+
+def main() -> None:
+    """Print the scores of each set, and of each map if asked."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("networks", type=Path)
+    parser.add_argument("--data", type=Path)
+    parser.add_argument("--items", action="store_true", help="print the scores of each map too")
+    options = parser.parse_args()
+    data = find_data(options.data)
+    fold_of = {building: fold for fold, buildings in enumerate(FOLDS) for building in buildings}
+    for mapset, items in choose_sets(SETS, data).items():
+        rows = []
+        for item in items:
+            use_network(options.networks / f"{fold_of[name_building(item)]}.onnx")
+            figures: dict[str, float | None] = {}
+            for part in measure_map(
+                item,
+                mapset=mapset,
+                method="structure",
+                read=lambda mapset, item: mapset.read(data / mapset.folder, item),
+                earlier=None,
+                count=True,
+                pictures=None,
+            ):
+                figures |= part
+            rows.append({name: float(value or 0) for name, value in figures.items()})
+            if options.items:
+                print_scores(item, rows[-1:])
+        print_scores(mapset.name, rows)
+
+
+def use_network(path: Path) -> None:
+    """Let reconstruct read this network instead of the one that comes with pianta."""
+    network = cv2.dnn.readNetFromONNX(str(path))
+    evidence._read_network = lambda: network  # type: ignore[assignment]
+
+
+def print_scores(name: str, rows: list[dict[str, float]]) -> None:
+    """Print mean ± sd of IoU and F1, and the counts of all maps together."""
+
+    def total(*names: str) -> float:
+        return sum(row[name] for row in rows for name in names)
+
+    values = {key: np.array([row[key] for row in rows]) for key in ("mean_iou", "f1")}
+    spread = 1 if len(rows) > 1 else 0
+    means = " ".join(f"{key} {each.mean():.1f} ± {each.std(ddof=spread):.1f}" for key, each in values.items())
+    sys.stdout.write(
+        f"{name} ({len(rows)}): {means}, found / true {total('found') / total('true'):.2f}, "
+        f"right {100 * total('right') / total('counted_true'):.1f} %, "
+        f"whole {100 * total('right_whole') / total('counted_true'):.1f} %, "
+        f"splits {total('splits') / len(rows):.1f}, merges {total('merges') / len(rows):.1f} a map, "
+        f"wrong doors {100 * total('within', 'nowhere') / max(total('doors'), 1):.1f} %\n"
+    )
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
