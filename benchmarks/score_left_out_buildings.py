@@ -1,9 +1,10 @@
 """Score the method `structure` on real maps, each with a network of map regions that its building was left out of.
 
-Run: OMP_NUM_THREADS=1 python benchmarks/score_left_out_buildings.py NETWORKS [--data DIR] [--items]
+Run: OMP_NUM_THREADS=1 python benchmarks/score_left_out_buildings.py NETWORKS [--data DIR] [--items] [--calibration]
 
 NETWORKS is a folder with 0.onnx … 3.onnx: training/fit_map_regions.py with --annotated and --leave-out, for each group
-of FOLDS of training/annotated_lessons.py. Scores and counts are those of `pianta bench segmentation --count`.
+of FOLDS of training/annotated_lessons.py. Scores and counts are those of `pianta bench segmentation --count`;
+--calibration prints the figures of `pianta bench calibration` instead.
 """
 
 from __future__ import annotations
@@ -16,8 +17,11 @@ import cv2
 import numpy as np
 
 from pianta.layout.structure import evidence
+from pianta_bench.calibration.measure import REGIONS, measure_apart
+from pianta_bench.calibration.tables import REAL, describe_bins, describe_set, list_groups
 from pianta_bench.data.folders import find_data
 from pianta_bench.data.map_sets import choose_sets
+from pianta_bench.harness.records import Results
 from pianta_bench.segmentation.measure import measure_map
 
 sys.path.append(str(Path(__file__).parents[1] / "training"))
@@ -30,13 +34,16 @@ def main() -> None:
     parser.add_argument("networks", type=Path)
     parser.add_argument("--data", type=Path)
     parser.add_argument("--items", action="store_true", help="print the scores of each map too")
+    parser.add_argument("--calibration", action="store_true", help="print the calibration of rooms and doors")
     options = parser.parse_args()
     data = find_data(options.data)
-    fold_of = {building: fold for fold, buildings in enumerate(FOLDS) for building in buildings}
+    if options.calibration:
+        print_calibration(data, options.networks)
+        return
     for mapset, items in choose_sets(SETS, data).items():
         rows = []
         for item in items:
-            use_network(options.networks / f"{fold_of[name_building(item)]}.onnx")
+            use_network(options.networks, item)
             figures: dict[str, float | None] = {}
             for part in measure_map(
                 item,
@@ -54,10 +61,26 @@ def main() -> None:
         print_scores(mapset.name, rows)
 
 
-def use_network(path: Path) -> None:
-    """Let reconstruct read this network instead of the one that comes with pianta."""
-    network = cv2.dnn.readNetFromONNX(str(path))
+def use_network(networks: Path, item: str) -> None:
+    """Let reconstruct read the network that the building of a map was left out of."""
+    fold = next(fold for fold, buildings in enumerate(FOLDS) if name_building(item) in buildings)
+    network = cv2.dnn.readNetFromONNX(str(networks / f"{fold}.onnx"))
     evidence._read_network = lambda: network  # type: ignore[assignment]
+
+
+def print_calibration(data: Path, networks: Path) -> None:
+    """Print the calibration of rooms, and of doors where true ones are known, in per cent and points."""
+    results = Results()
+    for mapset, items in choose_sets(SETS, data).items():
+        for item in items:
+            use_network(networks, item)
+            results.extend(measure_apart(data, mapset.name, item))
+    for regions in REGIONS:
+        for part, probabilities, is_right in list_groups(results, regions):
+            figures = {record["metric"]: record["value"] for record in describe_set(part, probabilities, is_right)}
+            sys.stdout.write(f"{regions} of {part}: {figures}\n")
+            if part == REAL:
+                sys.stdout.writelines(f"    {record}\n" for record in describe_bins(part, probabilities, is_right))
 
 
 def print_scores(name: str, rows: list[dict[str, float]]) -> None:
