@@ -33,7 +33,7 @@ class Thresholds(NamedTuple):
     outer: float
 
 
-# Chosen by benchmarks/score_possible_doors.py --choose; the outer one also by looking at real maps.
+# Chosen by benchmarks/score_possible_doors.py --choose, for few wrong ones; the outer one also by looking at real maps.
 THRESHOLDS = Thresholds(cell=0.5, inner=0.6, outer=0.75)
 # Least and greatest width of a door with one leaf; metres (chosen by hand: doors are 0.7 to 1.1 m wide, and the width
 # of the cells differs from that by up to 0.2 m).
