@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import shapely
 from scipy import ndimage
-from shapely import LineString
+from shapely import LineString, Polygon
 
 from pianta._types import Floats, Indices, LabelImage, Mask
 from pianta.errors import MapError
@@ -296,8 +296,14 @@ def outline_rooms(
     outlines = shapely.transform(outlines, lambda xy: xy * working_grid.resolution)
     outlines = np.array([largest_part(shape) for shape in shapely.coverage_simplify(outlines, parameters.smoothing)])
     outlines = fill_notches(outlines, depth=parameters.notch_depth, width=parameters.notch_width)
+    outlines = np.array([_fill_holes(outline, parameters.room_area) for outline in outlines], dtype=object)
     in_map = np.array([working_grid.to_map(outline) for outline in join_outlines(outlines)], dtype=object)
     return in_map, numbers.astype(np.intp)
+
+
+def _fill_holes(outline: Polygon, area: float) -> Polygon:
+    """The outline without holes of less than an area, m²: pillars, in which there is space for no room."""
+    return Polygon(outline.exterior, [hole for hole in outline.interiors if Polygon(hole).area >= area])
 
 
 def _wall_to_map(wall: Floats, working_grid: WorkingGrid) -> LineString:
