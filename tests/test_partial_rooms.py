@@ -341,3 +341,8 @@ def test_the_table_shows_the_observed_share_of_a_room():
     rooms = (Room(1, box(0, 0, 2, 3), partial=True, predicted=box(0, 0, 4, 3)), Room(2, box(5, 0, 6, 1), partial=True))
     column = tabulate_rooms(Floor(rooms)).columns[-1]
     assert [*column.cells] == ["in part, ~50 %", "in part"]
+
+
+def test_the_table_shows_no_share_of_a_room_whose_prediction_adds_nothing():
+    room = Room(1, box(0, 0, 2, 3), partial=True, predicted=box(0, 0, 2, 3))
+    assert [*tabulate_rooms(Floor((room,))).columns[-1].cells] == ["in part"]

@@ -36,6 +36,8 @@ EXAMPLES = (
     "pianta read map.yaml -o building --clean clean.yaml --explain",
 )
 
+# A prediction of which a larger share was seen adds nothing: about 100 %.
+LARGEST_SHARE = 0.995
 LABELS_LEFT_OUT = "labels: ROOM and CORRIDOR alone, where they are certain; --label-unknown shows the others"
 
 Maps = Annotated[
@@ -296,10 +298,11 @@ def tabulate_rooms(floor: Floor) -> Table:
 
 
 def _describe_observed_part(room: Room) -> str:
-    """In part, with its share of the predicted room; empty if all of the room was observed."""
-    if room.predicted is None:
-        return "in part" if room.partial else ""
-    return f"in part, ~{100 * min(1.0, room.polygon.area / room.predicted.area):.0f} %"
+    """In part, with its share of a larger predicted room; empty if all of the room was observed."""
+    share = 1.0 if room.predicted is None else room.polygon.area / room.predicted.area
+    if share < LARGEST_SHARE:
+        return f"in part, ~{100 * share:.0f} %"
+    return "in part" if room.partial else ""
 
 
 def _describe_label(room: Room) -> str:
