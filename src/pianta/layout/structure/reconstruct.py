@@ -72,12 +72,14 @@ MIN_SEEN_SHARE = 0.1
 class Division:
     """The floor of a map, divided into rooms; lengths are in cells of the working grid, shape (H, W).
 
-    space: the cells of the floor. observed: those that are free or under small furniture.
+    occupied: cells with an obstacle that is no noise. space: the cells of the floor. observed: those that are free or
+    under small furniture.
     labels: n > 0 for room n, 0 no room. borders: lines on which two rooms meet, shape (N, 2, 2), end, then row and col.
     """
 
     working_grid: WorkingGrid
     evidence: Evidence
+    occupied: Mask
     space: Mask
     observed: Mask
     pieces: Pieces
@@ -166,7 +168,7 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     labels = absorb_small_rooms(parts, pieces.clearance, parameters, resolution=cell)
     labels = drop_enclosed_spots(labels, resolution=cell)
     borders = draw_borders(list_stretches(labels), space, pieces.necks, cell)
-    return Division(working_grid, evidence, space, observed, pieces, labels, borders.lines)
+    return Division(working_grid, evidence, occupied, space, observed, pieces, labels, borders.lines)
 
 
 def remove_noise(working_grid: WorkingGrid) -> tuple[WorkingGrid, Mask]:
@@ -239,7 +241,7 @@ def list_possible_doors(
     return find_possible_doors(
         division.evidence.enlarge(division.evidence.classes[DOOR]),
         np.where(np.isin(division.labels, rooms), division.labels, 0).astype(np.int32),
-        sample_obstacles(division.working_grid),
+        division.occupied,
         doors,
         division.working_grid,
         thresholds=thresholds,
