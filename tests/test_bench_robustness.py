@@ -1,6 +1,6 @@
 """The bench of robustness: noise and turns of small maps, and shares of numbers of rooms by hand."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from pianta_bench.data.folders import DEFAULT_ROBUSTNESS_SETS, ROBUSTNESS_SET_NA
 from pianta_bench.data.layout_sets import LAYOUT_SETS
 from pianta_bench.data.map_sets import SETS
 from pianta_bench.robustness import measure as robustness
-from pianta_bench.robustness.measure import is_as_many, list_maps_of_sets, measure
+from pianta_bench.robustness.measure import is_as_many, measure
 from pianta_bench.robustness.tables import tabulate
 from pianta_bench.robustness.variants import add_salt_and_pepper, rotate_cells
 from tests.bench_results import show_lines
@@ -138,11 +138,19 @@ def test_a_map_that_fails_counts_as_changed_by_all(tmp_path, find):
     assert [means[name].mean for name in means] == [2, 50, 1, 50, 1]
 
 
-def test_the_names_of_the_sets_are_those_of_the_help(tmp_path):
+def test_the_names_of_the_sets_are_those_of_the_help(tmp_path, monkeypatch):
     write_all_sets(tmp_path, "a")
+    measured: list[str] = []
+
+    def run_steps(steps: Mapping[str, object], **_: object) -> tuple[()]:
+        measured[:] = steps
+        return ()
+
+    monkeypatch.setattr(robustness, "run_steps", run_steps)
     assert {*ROBUSTNESS_SET_NAMES} <= {*SETS, *LAYOUT_SETS}
-    assert [*list_maps_of_sets(tmp_path, None)] == [*DEFAULT_ROBUSTNESS_SETS]
-    assert list_maps_of_sets(tmp_path, ("vacuum",)) == {"vacuum": ["a"]}
+    assert measure(tmp_path).options["sets"] == [*DEFAULT_ROBUSTNESS_SETS]
+    measure(tmp_path, sets=("vacuum",))
+    assert measured == ["vacuum, a"]
     for part in ROBUSTNESS_SET_NAMES[:-1]:
         assert robustness.read_grid(tmp_path, part, "a").free.any()
 

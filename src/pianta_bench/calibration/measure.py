@@ -10,21 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from pianta._types import LabelImage, Mask
-from pianta.errors import DataError
 from pianta.evaluation.doors import list_counted_doors, match_connections, match_doors
 from pianta.evaluation.room_counts import count_rooms
 from pianta.evaluation.segmentation import drop_small_rooms
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout.reconstruct import find_rooms
-from pianta_bench.data.folders import (
-    CALIBRATION_SET_NAMES,
-    DEFAULT_CALIBRATION_SETS,
-    check_set,
-    choose_items,
-    find_data,
-)
-from pianta_bench.data.layout_sets import LAYOUT_SETS
+from pianta_bench.data.folders import CALIBRATION_SET_NAMES, DEFAULT_CALIBRATION_SETS, find_data
+from pianta_bench.data.layout_sets import LAYOUT_SETS, choose_maps
 from pianta_bench.data.map_sets import SETS
 from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Figures, Results, Track
@@ -54,29 +47,12 @@ def measure(
     Raises OptionError for the name of no set or map, DataError if there are no maps.
     """
     folder = find_data(data)
-    pairs = choose_items(list_maps_of_sets(folder, sets), items)
+    pairs = choose_maps(folder, sets, items, names=CALIBRATION_SET_NAMES, usual=DEFAULT_CALIBRATION_SETS)
     results = Results({"sets": [*dict.fromkeys(part for part, _ in pairs)]})
     steps = {f"{part}, {name}": partial(measure_apart, folder, part, name) for part, name in pairs}
     for outcome in run_steps(steps, jobs=jobs, track=track):
         results.extend(outcome)
     return results
-
-
-def list_maps_of_sets(data: Path, sets: Sequence[str] | None) -> dict[str, list[str]]:
-    """The names of the maps by set: of the named sets, else of the usual ones that are in the data.
-
-    Raises OptionError for the name of no set, DataError when a named set is missing.
-    """
-    for name in sets or ():
-        check_set(name, CALIBRATION_SET_NAMES)
-    chosen = {}
-    for name in dict.fromkeys(sets or DEFAULT_CALIBRATION_SETS):
-        try:
-            chosen[name] = (SETS[name] if name in SETS else LAYOUT_SETS[name]).list_items(data)
-        except DataError:
-            if sets:
-                raise
-    return chosen
 
 
 def measure_apart(data: Path, part: str, name: str) -> Results:

@@ -1,19 +1,20 @@
-"""The sets of maps with true rooms and doors that layouts are measured on."""
+"""The sets of maps with true rooms and doors that layouts are measured on, and the choice of maps of all sets."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from pianta.errors import DataError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.maps import read_map
 from pianta.worlds.make import make_world
-from pianta_bench.data.folders import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, list_maps
-from pianta_bench.data.map_sets import RESOLUTION
+from pianta_bench.data.folders import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, check_set, choose_items, list_maps
+from pianta_bench.data.map_sets import RESOLUTION, SETS
 
 SURVEY_TRUTH = "_layout_gt.xml"
 WORLDS = ("home", "office", "ward", "corridor", "l", "ring", "hall")
@@ -82,3 +83,23 @@ LAYOUT_SETS = {
         LayoutSet("worlds", list_worlds, read_world),
     )
 }
+
+
+def choose_maps(
+    data: Path, sets: Sequence[str] | None, items: Sequence[str] | None, *, names: Sequence[str], usual: Sequence[str]
+) -> list[tuple[str, str]]:
+    """The maps to measure, each with the name of its set: of the given sets, else of the usual ones that are there.
+
+    sets: of `names`, which are of SETS or LAYOUT_SETS. items: only maps of these names.
+    Raises OptionError for the name of no set or map, DataError when a given set is missing.
+    """
+    for name in sets or ():
+        check_set(name, names)
+    chosen = {}
+    for name in dict.fromkeys(sets or usual):
+        try:
+            chosen[name] = (SETS[name] if name in SETS else LAYOUT_SETS[name]).list_items(data)
+        except DataError:
+            if sets:
+                raise
+    return choose_items(chosen, items)

@@ -6,17 +6,11 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from pianta.errors import DataError, MapError, OptionError
+from pianta.errors import MapError, OptionError
 from pianta.gridmap import GridMap
 from pianta.layout.reconstruct import check_method, reconstruct
-from pianta_bench.data.folders import (
-    DEFAULT_ROBUSTNESS_SETS,
-    ROBUSTNESS_SET_NAMES,
-    check_set,
-    choose_items,
-    find_data,
-)
-from pianta_bench.data.layout_sets import LAYOUT_SETS
+from pianta_bench.data.folders import DEFAULT_ROBUSTNESS_SETS, ROBUSTNESS_SET_NAMES, find_data
+from pianta_bench.data.layout_sets import LAYOUT_SETS, choose_maps
 from pianta_bench.data.map_sets import SETS
 from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Figures, Results, Track
@@ -52,7 +46,7 @@ def measure(
     if not draws and not turns:
         raise OptionError("draws and turns are 0, give at least one of them")
     folder = find_data(data)
-    pairs = choose_items(list_maps_of_sets(folder, sets), items)
+    pairs = choose_maps(folder, sets, items, names=ROBUSTNESS_SET_NAMES, usual=DEFAULT_ROBUSTNESS_SETS)
     results = Results({"method": method, "sets": [*dict.fromkeys(part for part, _ in pairs)]})
     results.options |= {"draws": draws, "turns": turns, "seed": seed}
     steps = {
@@ -64,23 +58,6 @@ def measure(
     for outcome in run_steps(steps, jobs=jobs, track=track):
         results.extend(outcome)
     return results
-
-
-def list_maps_of_sets(data: Path, sets: Sequence[str] | None) -> dict[str, list[str]]:
-    """The names of the maps by set: of the named sets, else of the usual ones that are in the data.
-
-    Raises OptionError for the name of no set, DataError when a named set is missing.
-    """
-    for name in sets or ():
-        check_set(name, ROBUSTNESS_SET_NAMES)
-    chosen = {}
-    for name in dict.fromkeys(sets or DEFAULT_ROBUSTNESS_SETS):
-        try:
-            chosen[name] = LAYOUT_SETS[name].list_items(data) if name == "worlds" else SETS[name].list_items(data)
-        except DataError:
-            if sets:
-                raise
-    return chosen
 
 
 def read_grid(data: Path, part: str, name: str) -> GridMap:
