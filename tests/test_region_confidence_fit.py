@@ -17,6 +17,7 @@ from pianta.layout.structure.confidence import DOOR_MEASURES, ROOM_MEASURES, rea
 pytest.importorskip("numba", reason="pianta[sim] is not installed")
 sys.path.append(str(Path(__file__).parents[1] / "training"))
 script = import_module("fit_region_confidence")
+lessons = import_module("map_lessons")
 
 FLOOR_OF_TWO = pianta.Floor(
     (pianta.Room(1, box(0, 0, 4, 5)), pianta.Room(2, box(4, 0, 8, 5))),
@@ -78,7 +79,7 @@ def test_the_file_is_read_as_it_was_written(maps, tmp_path):
 @pytest.mark.slow
 def test_a_simulated_map_has_its_rooms_and_door(tmp_path, monkeypatch):
     """The door of the truth is between the rooms, however the floor was turned and moved."""
-    monkeypatch.setattr(script, "draw_floor", lambda *_: (FLOOR_OF_TWO, 1.0))
+    monkeypatch.setattr(lessons, "draw_floor", lambda *_: (FLOOR_OF_TWO, 1.0))
     monkeypatch.setattr(script, "list_annotated_floors", lambda _: [FLOOR_OF_TWO])
     paths = script.make_maps(tmp_path, 3, tmp_path, seed=0)
     assert paths == script.make_maps(tmp_path, 3, tmp_path, seed=0)

@@ -24,18 +24,8 @@ from zlib import crc32
 import cv2
 import numpy as np
 import shapely
-from lesson_worlds import FINE, build_world, draw_floor, list_annotated_floors
-from map_lessons import (
-    COARSE_SHARE,
-    FACTOR,
-    FREE_CELL,
-    MAX_SIDE,
-    MIN_FREE_CELLS,
-    OCCUPIED_CELL,
-    degrade,
-    map_world,
-    warp,
-)
+from lesson_worlds import FINE, list_annotated_floors
+from map_lessons import COARSE_SHARE, FACTOR, FREE_CELL, MIN_FREE_CELLS, OCCUPIED_CELL, map_random_floor, warp
 from numpy.typing import NDArray
 from shapely import LineString
 from sklearn.linear_model import LogisticRegression
@@ -95,12 +85,10 @@ class TrueMap:
 
 def simulate(annotated: list[Floor], rng: np.random.Generator) -> dict[str, NDArray] | None:
     """A simulated map as arrays, cut to what is free; None if the floor is too large, or little of it is free."""
-    floor, scale = draw_floor(annotated, rng)
-    west, south, east, north = shapely.total_bounds([room.polygon for room in floor.rooms])
-    if max(east - west, north - south) * scale > MAX_SIDE:
+    mapped = map_random_floor(annotated, rng)
+    if mapped is None:
         return None
-    world = build_world(floor, scale, rng)
-    cells = degrade(map_world(world, rng), rng)
+    floor, world, cells = mapped
     discs = np.zeros(world.rooms.shape, np.float32)
     for number, door in enumerate(world.floor.doors, start=1):
         middle = np.array(door.line.interpolate(0.5, normalized=True).coords[0][:2]) / FINE

@@ -85,6 +85,14 @@ class Lidar(NamedTuple):
     passing: float
 
 
+class MappedFloor(NamedTuple):
+    """A drawn floor, the furnished world that was made of it, and the world's map in fine cells, shape (H, W)."""
+
+    floor: Floor
+    world: World
+    cells: Cells
+
+
 @njit(cache=True)
 def scan(
     stops: Mask, glass: Mask, poses: Floats, lidar: Lidar, seed: int
@@ -287,16 +295,24 @@ def _split_blocks(image: NDArray) -> NDArray:
     return blocks.swapaxes(1, 2).reshape(height, width, FACTOR**2)
 
 
-def make_lesson(annotated: list[Floor], rng: np.random.Generator) -> Lesson | None:
-    """A lesson, cut to what is free; None if the floor is too large, or little of it is free."""
+def map_random_floor(annotated: list[Floor], rng: np.random.Generator) -> MappedFloor | None:
+    """A random floor, furnished and mapped; None if it is too large."""
     floor, scale = draw_floor(annotated, rng)
     west, south, east, north = shapely.total_bounds([room.polygon for room in floor.rooms])
     if max(east - west, north - south) * scale > MAX_SIDE:
         return None
     world = build_world(floor, scale, rng)
-    cells = degrade(map_world(world, rng), rng)
+    return MappedFloor(floor, world, degrade(map_world(world, rng), rng))
+
+
+def make_lesson(annotated: list[Floor], rng: np.random.Generator) -> Lesson | None:
+    """A lesson, cut to what is free; None if the floor is too large, or little of it is free."""
+    mapped = map_random_floor(annotated, rng)
+    if mapped is None:
+        return None
+    world = mapped.world
     # OpenCV moves no int32.
-    cells, classes, rooms = warp([cells, world.classes, world.rooms.astype(np.float32)], rng)
+    cells, classes, rooms = warp([mapped.cells, world.classes, world.rooms.astype(np.float32)], rng)
     lesson = to_lesson(cells, classes, rooms.astype(np.int32), coarse=bool(rng.random() < COARSE_SHARE))
     rows, cols = np.nonzero(lesson["free"])
     if len(rows) < MIN_FREE_CELLS:
