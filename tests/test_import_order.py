@@ -40,9 +40,9 @@ LEVELS = (
 )
 # Methods of results and models that users expect there; each imports what it calls when it is called.
 SHORTCUTS = {
-    ("pianta.floor", "pianta.io.floors"),
-    ("pianta.floor", "pianta.io.geodataframes"),
-    ("pianta.floor", "pianta.plot.floor"),
+    ("pianta.floor._floor", "pianta.io.floors"),
+    ("pianta.floor._floor", "pianta.io.geodataframes"),
+    ("pianta.floor._floor", "pianta.plot.floor"),
     ("pianta.gridmap", "pianta.io.maps"),
     ("pianta.gridmap", "pianta.plot.grid"),
     ("pianta.generation.type_model", "pianta.generation.type_model_file"),

@@ -1,0 +1,17 @@
+"""Floor, Room, Door and Furniture: the building, which is the input and output of every stage."""
+
+from pianta.floor._cells import cells_of_polygon
+from pianta.floor._floor import Floor
+from pianta.floor._parts import DOOR_WIDTH, MAX_ROOM_NAME_LENGTH, Door, Furniture, Room
+from pianta.floor._scaling import scale_floor
+
+__all__ = [
+    "DOOR_WIDTH",
+    "MAX_ROOM_NAME_LENGTH",
+    "Door",
+    "Floor",
+    "Furniture",
+    "Room",
+    "cells_of_polygon",
+    "scale_floor",
+]

@@ -1,0 +1,253 @@
+"""What a floor is made of: rooms, doors, and the furniture in them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+from shapely import LineString, Polygon
+from shapely.geometry.polygon import orient
+
+from pianta.errors import FloorError
+
+DOOR_WIDTH = 0.9  # metres, of a usual door; by definition the distance that scales the layout XMLs of the thesis
+MAX_ROOM_NAME_LENGTH = 200  # characters
+
+
+@dataclass(frozen=True)
+class Room:
+    """A room: one connected polygon, possibly with holes.
+
+    Parameters
+    ----------
+    id
+        Positive, unique on its floor.
+    polygon
+        Metres in the map frame; the shell is stored counter-clockwise, holes clockwise.
+    label
+        The purpose of the room, its most specific label; None if unknown.
+    labels
+        Label set -> label, from the coarsest set to the finest; empty if unknown.
+    label_probabilities
+        Label set -> label -> probability, empty if unknown.
+    partial
+        Whether the room borders on unexplored space; the polygon is its explored part.
+    predicted
+        The predicted complete polygon of a partial room, metres in the map frame, stored like the polygon; None if
+        unknown.
+    confidence
+        The expected IoU of the predicted polygon with the true one, 0 … 1; None if unknown.
+    name
+        The name of this room in the building, such as "204 French"; None if unknown.
+    probability
+        The probability that this is one true room, i.e. that a true room has an IoU of at least 0.6 with it; None if
+        unknown.
+
+    Raises
+    ------
+    FloorError
+        The id is not positive, a polygon is empty or invalid, a probability or the confidence is not in [0, 1], a room
+        that is not partial is predicted, a confidence is given without a prediction, or the name is not of 1 to 200
+        characters that can be printed.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> from shapely import box
+    >>> room = pianta.Room(1, box(0, 0, 4, 3), "OFFICE", name="204")
+    >>> room.label, room.polygon.area
+    ('OFFICE', 12.0)
+    """
+
+    id: int
+    polygon: Polygon
+    label: str | None = None
+    labels: Mapping[str, str] = field(default_factory=dict)
+    label_probabilities: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    partial: bool = False
+    predicted: Polygon | None = None
+    confidence: float | None = None
+    name: str | None = None
+    probability: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.id < 1:
+            raise FloorError(f"room id is {self.id}, give a positive integer")
+        _check_probability(self.probability, f"room {self.id}")
+        if not isinstance(self.polygon, Polygon) or self.polygon.is_empty or not self.polygon.is_valid:
+            raise FloorError(f"room {self.id} has no valid polygon, repair it with shapely.make_valid")
+        object.__setattr__(self, "polygon", orient(self.polygon))
+        self._check_prediction()
+        self._check_name()
+        for label_set, probabilities in self.label_probabilities.items():
+            if not isinstance(probabilities, Mapping):
+                raise FloorError(f"room {self.id} has {probabilities!r} for {label_set!r}, give label -> probability")
+            for label, probability in probabilities.items():
+                if not 0 <= probability <= 1:
+                    raise FloorError(f"room {self.id} is {label!r} with probability {probability}, give 0 to 1")
+        object.__setattr__(self, "labels", dict(self.labels))
+        object.__setattr__(self, "label_probabilities", copy_probabilities(self.label_probabilities))
+
+    def _check_prediction(self) -> None:
+        """Orient the predicted polygon; FloorError if it or the confidence is invalid, or the room is not partial."""
+        if self.predicted is None and self.confidence is None:
+            return
+        if not self.partial:
+            raise FloorError(f"room {self.id} is predicted and not partial, set partial or leave the prediction out")
+        if not isinstance(self.predicted, Polygon) or self.predicted.is_empty or not self.predicted.is_valid:
+            raise FloorError(f"room {self.id} has no valid predicted polygon, repair it with shapely.make_valid")
+        if self.confidence is not None and not 0 <= self.confidence <= 1:
+            raise FloorError(f"room {self.id} is predicted with confidence {self.confidence}, give 0 to 1")
+        object.__setattr__(self, "predicted", orient(self.predicted))
+
+    def _check_name(self) -> None:
+        """Raise FloorError unless the name is None, or printable, not blank and at most MAX_ROOM_NAME_LENGTH long."""
+        if self.name is None:
+            return
+        name = f"{str(self.name)[:20]!r}"
+        if not isinstance(self.name, str) or not self.name.strip() or len(self.name) > MAX_ROOM_NAME_LENGTH:
+            raise FloorError(f"room {self.id} has the name {name}, give 1 to {MAX_ROOM_NAME_LENGTH} characters or None")
+        if not self.name.isprintable():
+            raise FloorError(f"room {self.id} has the name {name} with characters that cannot be printed, drop them")
+
+    @property
+    def label_probability(self) -> float | None:
+        """The probability of its label, in the finest label set with one; None if unknown."""
+        for label_set in [*reversed([*self.labels]), *reversed([*self.label_probabilities])]:
+            probabilities = self.label_probabilities.get(label_set, {})
+            if self.label is not None and self.label in probabilities:
+                return probabilities[self.label]
+        return None
+
+
+@dataclass(frozen=True)
+class Door:
+    """A passage between two rooms, or an entrance: a passage between a room and the outside.
+
+    Parameters
+    ----------
+    rooms
+        The ids of the two rooms, stored with the smaller one first; (3, None) is an entrance to room 3.
+    line
+        The passage from jamb to jamb, metres in the map frame.
+    width
+        Clear width, metres.
+    kind
+        "door", or "opening" if there is much less wall between the rooms than beside a door.
+    probability
+        The probability that there is a true door or opening; None if unknown.
+
+    Raises
+    ------
+    FloorError
+        The rooms are not two different ones or one and None, the width is negative, or the probability is not in
+        [0, 1].
+
+    Examples
+    --------
+    >>> import pianta
+    >>> from shapely import LineString
+    >>> door = pianta.Door((3, None), LineString([(0, 1), (0, 2)]), 1.0)
+    >>> door.is_entrance, door.room_ids
+    (True, (3,))
+    """
+
+    rooms: tuple[int, int | None]
+    line: LineString
+    width: float
+    kind: Literal["door", "opening"] = "door"
+    probability: float | None = None
+
+    def __post_init__(self) -> None:
+        ids = sorted(room_id for room_id in self.rooms if room_id is not None)
+        if not ids:
+            raise FloorError("a door leads from no room to no room, give one room or two")
+        if len(ids) == 2 and ids[0] == ids[1]:
+            raise FloorError(f"a door joins room {ids[0]} to itself, give two rooms")
+        what = f"door between rooms {ids[0]} and {ids[1]}" if len(ids) == 2 else f"entrance to room {ids[0]}"
+        if not self.width >= 0:
+            raise FloorError(f"{what} has width {self.width}, give metres")
+        _check_probability(self.probability, what)
+        object.__setattr__(self, "rooms", (ids[0], ids[1] if len(ids) == 2 else None))
+
+    @property
+    def room_ids(self) -> tuple[int, ...]:
+        """The ids of the rooms that it leads to: two, or the one of an entrance."""
+        first, second = self.rooms
+        return (first,) if second is None else (first, second)
+
+    @property
+    def is_entrance(self) -> bool:
+        """Whether it leads outside."""
+        return self.rooms[1] is None
+
+    def renumber_rooms(self, new_ids: Mapping[int, int]) -> Door:
+        """The same door between rooms that have new ids.
+
+        Parameters
+        ----------
+        new_ids
+            Old id -> new id, for each room of the door.
+
+        Returns
+        -------
+        Door
+            The door; its line, width and kind are the same.
+
+        Raises
+        ------
+        KeyError
+            A room of the door has no new id.
+        """
+        first, second = self.rooms
+        return replace(self, rooms=(new_ids[first], None if second is None else new_ids[second]))
+
+
+@dataclass(frozen=True)
+class Furniture:
+    """Something that stands in a room and is no wall: a piece of furniture, several that touch, a plant, a person.
+
+    Parameters
+    ----------
+    polygon
+        What the map shows of it, metres in the map frame; the shell is stored counter-clockwise, holes clockwise.
+    probability
+        The probability that it is furniture and no wall; None if unknown.
+
+    Raises
+    ------
+    FloorError
+        The polygon is empty or invalid, or the probability is not in [0, 1].
+
+    Examples
+    --------
+    >>> import pianta
+    >>> from shapely import box
+    >>> table = pianta.Furniture(box(1, 1, 2, 1.5), 0.9)
+    >>> table.polygon.area
+    0.5
+    """
+
+    polygon: Polygon
+    probability: float | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.polygon, Polygon) or self.polygon.is_empty or not self.polygon.is_valid:
+            raise FloorError("a piece of furniture has no valid polygon, repair it with shapely.make_valid")
+        _check_probability(self.probability, "a piece of furniture")
+        object.__setattr__(self, "polygon", orient(self.polygon))
+
+
+def _check_probability(probability: float | None, what: str) -> None:
+    """Raise FloorError for a probability that is not in [0, 1]; what: the noun of the message."""
+    if probability is not None and not 0 <= probability <= 1:
+        raise FloorError(f"{what} has probability {probability}, give 0 to 1")
+
+
+def copy_probabilities(probabilities: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
+    """A copy in types of Python, which JSON can hold."""
+    return {
+        label_set: {label: float(probability) for label, probability in by_label.items()}
+        for label_set, by_label in probabilities.items()
+    }
