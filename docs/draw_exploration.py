@@ -11,7 +11,7 @@ from pianta.exploration.policies import PREDICTED, make_policy
 from pianta.exploration.record import Exploration
 from pianta.exploration.world import build_world
 from pianta.plot.exploration import TRACK_COLORS, plot_exploration
-from pianta.plot.floor import plot_scale_bar
+from pianta.plot.picture import plot_scale_bar
 from pianta.worlds.floors import make_ring_floor
 
 SEED = 4

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from shapely import total_bounds
 
 from pianta.layout.reconstruct import reconstruct
-from pianta.plot.floor import plot_doors, plot_rooms, plot_walls
+from pianta.plot.floor_parts import plot_doors, plot_rooms, plot_walls
 from pianta.plot.grid import plot_grid
 from pianta.worlds.floors import make_l_floor
 from pianta.worlds.partial_scan import simulate_partial_map

@@ -33,7 +33,9 @@ from pianta.layout.thesis.faces import Faces, cut_lines, find_faces, label_faces
 from pianta.layout.thesis.lines import RepresentativeLine, cluster_angles, get_representative_lines
 from pianta.layout.thesis.segments import detect_edges, detect_segments
 from pianta.plot.figure import save_figure
-from pianta.plot.floor import draw_floor, plot_doors, plot_furniture, plot_graph, plot_rooms
+from pianta.plot.floor import draw_floor
+from pianta.plot.floor_parts import plot_doors, plot_furniture, plot_rooms
+from pianta.plot.room_marks import plot_graph
 from pianta.plot.styles import ROOM_COLORS
 from pianta.rooms.label import label_rooms
 from pianta.worlds.floors import make_ring_floor

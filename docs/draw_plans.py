@@ -11,7 +11,7 @@ from PIL import Image
 from pianta.gridmap import GridMap
 from pianta.plan.read_plan import PlanFloor, read_plan
 from pianta.plan.walls.segmentation import DOOR, OUTSIDE, WALL, segment_sheet
-from pianta.plot.floor import plot_doors, plot_rooms
+from pianta.plot.floor_parts import plot_doors, plot_rooms
 from pianta.plot.grid import plot_ink
 from pianta.worlds.floors import make_l_floor
 from pianta.worlds.plans.drawing import DrawnPlan, draw_plan

@@ -20,20 +20,18 @@ from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.plot.figure import save_figure
-from pianta.plot.floor import (
+from pianta.plot.floor import draw_floor, plot_floor, plot_legend
+from pianta.plot.floor_parts import (
     DOOR_COLOR,
     ENTRANCE_COLOR,
     PARTIAL_COLOR,
-    draw_floor,
     plot_doors,
-    plot_floor,
-    plot_graph,
-    plot_legend,
     plot_rooms,
-    plot_scale_bar,
     plot_walls,
 )
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY, plot_grid
+from pianta.plot.picture import plot_scale_bar
+from pianta.plot.room_marks import plot_graph
 from pianta.plot.styles import DARK_INK, LIGHT_INK, ROOM_COLORS, style_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta.worlds.scan import simulate_map

@@ -15,7 +15,8 @@ from shapely import LineString, box
 import pianta
 from pianta import Door, Floor, Furniture, GridMap, Room
 from pianta.errors import FloorError, MapError, OptionError, PiantaError
-from pianta.plot.floor import DOOR_COLOR, FURNITURE_COLOR, FURNITURE_OPACITY, plot_legend
+from pianta.plot.floor import plot_legend
+from pianta.plot.floor_parts import DOOR_COLOR, FURNITURE_COLOR, FURNITURE_OPACITY
 from pianta.reading.reading import Reading, StoreyReading
 from tests.hidden_figures import hiding_figures
 

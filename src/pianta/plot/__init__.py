@@ -7,18 +7,18 @@ from importlib import import_module
 
 _MODULES = {
     "plot_area": "exploration",
-    "plot_doors": "floor",
+    "plot_doors": "floor_parts",
     "plot_exploration": "exploration",
     "plot_explanation": "explanation",
     "plot_explored": "prediction",
     "plot_floor": "floor",
-    "plot_furniture": "floor",
-    "plot_graph": "floor",
+    "plot_furniture": "floor_parts",
+    "plot_graph": "room_marks",
     "plot_grid": "grid",
     "plot_room_graph": "graphs",
-    "plot_rooms": "floor",
+    "plot_rooms": "floor_parts",
     "plot_skeleton": "prediction",
-    "plot_walls": "floor",
+    "plot_walls": "floor_parts",
 }
 __all__ = list(_MODULES)
 

@@ -10,21 +10,12 @@ from PIL import Image
 
 from pianta.gridmap import GridMap
 from pianta.layout.explanation import Border, Explanation
-from pianta.plot.figure import DPI, new_ax, new_figure
-from pianta.plot.floor import (
-    BACKGROUND,
-    EDGE_COLOR,
-    FURNITURE_COLOR,
-    FURNITURE_OPACITY,
-    LONG_SIDE_PX,
-    add_legend,
-    find_extent,
-    plot_furniture,
-    plot_ids,
-    plot_scale_bar,
-)
+from pianta.plot.figure import new_ax
+from pianta.plot.floor_parts import FURNITURE_COLOR, FURNITURE_OPACITY, plot_furniture
 from pianta.plot.grid import INK_LEVEL, add_image, plot_grid
-from pianta.plot.styles import RoomStyle
+from pianta.plot.picture import add_legend, find_extent, new_picture, plot_scale_bar, show_extent
+from pianta.plot.room_marks import plot_ids
+from pianta.plot.styles import EDGE_COLOR, RoomStyle
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -84,22 +75,16 @@ def plot_explanation(explanation: Explanation, *, ax: Axes | None = None) -> Axe
     for room in floor.rooms:
         outline = {"facecolor": "none", "edgecolor": EDGE_COLOR, "linewidth": 0.5, "zorder": 1}
         ax.add_artist(patch_from_polygon(room.polygon, **outline))
-    if floor.rooms:
-        plot_ids(floor, {room.id: RoomStyle("#ffffff") for room in floor.rooms}, ax)
+    plot_ids(floor, {room.id: RoomStyle("#ffffff") for room in floor.rooms}, ax)
     for border in explanation.borders:
         _plot_border(border, ax)
-    left, bottom, right, top = find_extent(floor, grid)
-    ax.set(xlim=(left, right), ylim=(bottom, top))
+    show_extent(find_extent(floor, grid), ax)
     return ax
 
 
 def draw_explanation(explanation: Explanation) -> Figure:
     """Picture of an explanation, cropped to the building, with a scale bar and a legend; as large as draw_floor's."""
-    left, bottom, right, top = find_extent(explanation.floor, explanation.grid)
-    inches = LONG_SIDE_PX / DPI / max(right - left, top - bottom)
-    figure = new_figure((right - left) * inches, (top - bottom) * inches, color=BACKGROUND)
-    ax = figure.add_axes((0, 0, 1, 1))
-    ax.set_axis_off()
+    figure, ax = new_picture(find_extent(explanation.floor, explanation.grid))
     plot_explanation(explanation, ax=ax)
     plot_scale_bar(ax=ax)
     add_legend(figure, _list_samples(explanation))

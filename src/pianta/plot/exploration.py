@@ -18,8 +18,8 @@ from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.io._files import atomic_file
 from pianta.plot.figure import DPI, new_ax, new_figure
-from pianta.plot.floor import BACKGROUND, LONG_SIDE_PX, MIN_ASPECT, plot_scale_bar
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
+from pianta.plot.picture import BACKGROUND, LONG_SIDE_PX, MIN_ASPECT, plot_scale_bar
 from pianta.plot.styles import DARK_INK
 
 if TYPE_CHECKING:

@@ -23,6 +23,10 @@ DPI = 200
 PNG_COMPRESSION = 2
 # Characters of a label in a legend, or of a title; longer ones are cut.
 MAX_LABEL_LENGTH = 30
+# What covers what, from below; the ink of a plan is between the rooms and the furniture.
+PREDICTION_LEVEL = 0.5
+ROOM_LEVEL, WALL_LEVEL, GRAPH_LEVEL, DOOR_LEVEL, TEXT_LEVEL = range(1, 6)
+FURNITURE_LEVEL = 1.7
 
 
 def new_ax(ax: Axes | None, *, equal: bool = True) -> Axes:

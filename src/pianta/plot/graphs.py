@@ -19,9 +19,9 @@ from pianta._types import Floats, Mask
 from pianta.errors import OptionError
 from pianta.io._files import count_noun
 from pianta.labels import RC, LabelConvention, LabelSchema, normalize_label
-from pianta.plot.figure import clean_legend, new_ax, new_figure, shorten
-from pianta.plot.floor import EDGE_COLOR, GRAPH_LEVEL, make_node
-from pianta.plot.styles import DARK_INK, NEUTRAL_COLOR, RoomStyle
+from pianta.plot.figure import GRAPH_LEVEL, clean_legend, new_ax, new_figure, shorten
+from pianta.plot.room_marks import make_node
+from pianta.plot.styles import DARK_INK, EDGE_COLOR, NEUTRAL_COLOR, RoomStyle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

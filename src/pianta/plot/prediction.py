@@ -14,9 +14,8 @@ import shapely
 from pianta.io._files import count_noun
 from pianta.labels import LabelSchema
 from pianta.plot.figure import clean_legend, make_square, new_ax, new_figure
-from pianta.plot.floor import EDGE_COLOR
 from pianta.plot.graphs import HALF_SIDE, list_handles, place_nodes, plot_room_graph
-from pianta.plot.styles import DARK_INK
+from pianta.plot.styles import DARK_INK, EDGE_COLOR
 from pianta.prediction.prediction import Prediction
 from pianta.prediction.revealed_floor import RevealedFloor
 from pianta.prediction.unexplored_part import SampledFloor

@@ -11,8 +11,10 @@ from shapely import MultiPolygon
 
 from pianta.floor import Floor
 from pianta.labels import SCHEMAS
-from pianta.plot.figure import new_ax, new_figure
-from pianta.plot.floor import GRAPH_LEVEL, plot_doors, plot_legend, plot_rooms, plot_scale_bar
+from pianta.plot.figure import GRAPH_LEVEL, new_ax, new_figure
+from pianta.plot.floor import plot_legend
+from pianta.plot.floor_parts import plot_doors, plot_rooms
+from pianta.plot.picture import plot_scale_bar
 from pianta.plot.styles import DARK_INK, Schemas
 from pianta.realism.model import Realism
 from pianta.realism.patterns import UnusualPattern

@@ -45,6 +45,8 @@ COARSE_COLORS: Mapping[str, str] = MappingProxyType(
 NEUTRAL_COLOR = "#ffffff"
 DARK_INK = "#222222"
 LIGHT_INK = "#ffffff"
+# Outlines of rooms, and edges of graphs.
+EDGE_COLOR = "#555555"
 # Opacity of fills, so that the map shows through; of partial rooms it is lower.
 OPACITY = 0.75
 PARTIAL_OPACITY = 0.4

@@ -12,7 +12,7 @@ import numpy as np
 from pianta._types import Floats
 from pianta.errors import MapWarning
 from pianta.plot.exploration import TRACK_COLORS, plot_exploration
-from pianta.plot.floor import plot_scale_bar
+from pianta.plot.picture import plot_scale_bar
 from pianta_bench.exploration.buildings import ExploredBuilding
 from pianta_bench.exploration.runs import CURVE, PreparedBuilding, Run, RunSettings
 from pianta_bench.harness.charts import save_chart, start_chart
