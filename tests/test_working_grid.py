@@ -61,6 +61,27 @@ def test_coarse_cells_are_repeated():
     assert working_grid.free.sum() == 4 * 6
 
 
+@pytest.mark.parametrize(
+    ("resolution", "repeats", "expected"),
+    [
+        (0.05, 1, 0.05),
+        (0.08, 1, 0.08),
+        (0.1, 1, 0.1),
+        (0.2, 1, 0.1),
+        (0.05, 2, 0.1),
+        (0.025, 2, 0.05),
+        (0.05, 3, 0.05),
+        (0.05, 4, 0.1),
+    ],
+)
+def test_cells_up_to_the_coarsest_size_stay_also_on_maps_that_were_enlarged(resolution, repeats, expected):
+    # Odd positions, so that the smallest blocks are the cells themselves.
+    cells = carve((12, 12), (1, 8, 1, 4), (1, 4, 1, 11))
+    free = cells.repeat(repeats, axis=0).repeat(repeats, axis=1)
+    working_grid = to_working_grid(make_grid(free, resolution=resolution), free, resolution=0.05, coarsest=0.1)
+    assert working_grid.resolution == pytest.approx(expected)
+
+
 def test_geometry_of_the_working_grid_is_transformed_into_the_map_frame():
     free = carve((30, 40), (10, 20, 5, 35))
     working_grid = to_working_grid(make_grid(free, yaw=np.pi / 2), free, resolution=0.05)

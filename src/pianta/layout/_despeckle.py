@@ -34,17 +34,17 @@ def despeckle(cells: Cells) -> Cells:
     framed = np.pad(free, 1), np.pad(occupied, 1), np.pad(unknown, 1, constant_values=True)
     free_around, occupied_around, unknown_around = map(_find_neighbours, framed)
     near_free, near_occupied, near_unknown = (
-        COUNT[around] for around in (free_around, occupied_around, unknown_around)
+        cv2.LUT(around, COUNT) for around in (free_around, occupied_around, unknown_around)
     )
     clean = cells.copy()
     # Each cell is compared with the cells of the map, not with those that were changed before
     single = occupied & (near_occupied == 0)
-    bump = occupied & ON_ONE_SIDE[occupied_around] & (near_occupied >= 2)
+    bump = occupied & _apply_table(occupied_around, ON_ONE_SIDE) & (near_occupied >= 2)
     clean[(single & (near_free >= MIN_ALIKE)) | (bump & (near_free >= 5))] = FREE
     clean[(single & (near_unknown >= MIN_ALIKE)) | (bump & (near_unknown >= 5))] = UNKNOWN
     clean[unknown & (near_unknown == 0) & (near_free >= MIN_ALIKE)] = FREE
-    bump = (free & ON_ONE_SIDE[free_around]) | _find_small_groups(free)
-    in_wall = (near_occupied >= near_unknown) | OPPOSITE[occupied_around]
+    bump = (free & _apply_table(free_around, ON_ONE_SIDE)) | _find_small_groups(free)
+    in_wall = (near_occupied >= near_unknown) | _apply_table(occupied_around, OPPOSITE)
     clean[bump & in_wall] = OCCUPIED
     clean[bump & ~in_wall] = UNKNOWN
     return clean
@@ -52,8 +52,12 @@ def despeckle(cells: Cells) -> Cells:
 
 def _find_neighbours(mask: Mask) -> NDArray[np.uint8]:
     """Which neighbours of each inner cell of a mask, shape (H + 2, W + 2), are in it: bits, shape (H, W)."""
-    bits = cv2.filter2D(mask.astype(np.float32), cv2.CV_32F, NEIGHBOUR_BITS, borderType=cv2.BORDER_CONSTANT)
-    return np.asarray(np.rint(bits), np.uint8)[1:-1, 1:-1]
+    bits = cv2.filter2D(mask.astype(np.uint8), cv2.CV_8U, NEIGHBOUR_BITS, borderType=cv2.BORDER_CONSTANT)
+    return np.ascontiguousarray(bits[1:-1, 1:-1])
+
+
+def _apply_table(codes: NDArray[np.uint8], table: NDArray[np.uint8]) -> Mask:
+    return np.asarray(cv2.LUT(codes, table), bool)
 
 
 def _find_small_groups(mask: Mask) -> Mask:
@@ -66,6 +70,6 @@ def _find_small_groups(mask: Mask) -> Mask:
 
 _CODES = np.arange(256)
 # By the bits of the neighbours: their number, whether all are on one side, and whether two are opposite each other.
-COUNT = np.array([bin(code).count("1") for code in _CODES])
-ON_ONE_SIDE = np.array([any(code & ~side == 0 for side in SIDES) for code in _CODES])
-OPPOSITE = (_CODES & (_CODES >> 4) & 0b1111) > 0
+COUNT = np.array([bin(code).count("1") for code in _CODES], np.uint8)
+ON_ONE_SIDE = np.array([any(code & ~side == 0 for side in SIDES) for code in _CODES], np.uint8)
+OPPOSITE = np.array((_CODES & (_CODES >> 4) & 0b1111) > 0, np.uint8)

@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from pianta._types import Floats, Mask
+from pianta._types import Floats, Indices, Mask
 from pianta.errors import MapError
 from pianta.gridmap import GridMap
 
@@ -108,21 +108,41 @@ def remove_clutter(free: Mask, *, size_px: float) -> Mask:
     return np.asarray(free | small[labels[1:-1, 1:-1]])
 
 
-def to_working_grid(grid: GridMap, free: Mask, *, resolution: float) -> WorkingGrid:
+def to_working_grid(grid: GridMap, free: Mask, *, resolution: float, coarsest: float | None = None) -> WorkingGrid:
     """Working grid of the free cells of a grid map, with cells of about the resolution, in metres.
 
     Smaller cells are joined; a joined cell is free when all its parts are, so that no wall is lost. Larger cells are
-    repeated. Raises MapError when no cell is free, or the cells are too small or too large to show rooms.
+    repeated, those up to coarsest (metres; None: the resolution) stay. A map that was enlarged, so that its
+    cells come in equal blocks, is taken as one of larger cells. Raises MapError when no cell is free, or the cells are
+    too small or too large to show rooms.
     """
     if not free.any():
         raise MapError(NO_FREE_CELL)
     row_span, col_span = (np.flatnonzero(free.any(axis=axis))[[0, -1]] for axis in (1, 0))
     window = free[row_span[0] : row_span[1] + 1, col_span[0] : col_span[1] + 1]
+    if coarsest is not None:
+        # Whole parts of blocks, so that no joined cell is in two of them
+        block = _measure_blocks(grid.cells, row_span, col_span)
+        parts = [grid.resolution * side for side in range(1, block + 1) if block % side == 0]
+        resolution = max([resolution, *(side for side in parts if side <= coarsest * (1 + 1e-9))])
+        if grid.resolution > coarsest:
+            resolution = coarsest
     # The pose comes first, so that the same cells are joined in every pose of the map.
     cells, pose = _turn_to_canonical_pose(window)
     cells, step = _resample_cells(cells, grid.resolution, resolution)
     to_grid = _shift(row_span[0], col_span[0]) @ pose @ np.diag([step, step, 1.0]) @ _shift(-MARGIN_PX, -MARGIN_PX)
     return WorkingGrid(np.pad(cells, MARGIN_PX), grid.resolution * step, to_grid, grid)
+
+
+def _measure_blocks(cells: NDArray[np.int8], row_span: Indices, col_span: Indices) -> int:
+    """Side of the equal square blocks in which the cells of a map come, shape (H, W); 1 if they do not.
+
+    row_span, col_span: first and last row and column of the free space, of which the blocks are counted.
+    """
+    sides = [(cells[1:] != cells[:-1]).any(axis=1), (cells[:, 1:] != cells[:, :-1]).any(axis=0)]
+    starts = [np.flatnonzero(side) + 1 - span[0] for side, span in zip(sides, (row_span, col_span), strict=True)]
+    lengths = [span[1] + 1 - span[0] for span in (row_span, col_span)]
+    return int(np.gcd.reduce(np.concatenate([*starts, lengths])))
 
 
 def _resample_cells(cells: Mask, resolution: float, target: float) -> tuple[Mask, float]:

@@ -84,7 +84,9 @@ def find_furniture(grid: GridMap, floor: Floor, *, probability: Probabilities | 
     in_map = shapely.transform(outlines, to_map)
     means: list[float | None] = [None] * len(numbers)
     if probability is not None:
-        sums, counts = np.bincount(contents.pieces.ravel(), probability.ravel()), np.bincount(contents.pieces.ravel())
+        cells = contents.pieces > 0
+        members = contents.pieces[cells]
+        sums, counts = np.bincount(members, probability[cells]), np.bincount(members)
         means = (sums[numbers] / counts[numbers]).clip(0, 1).tolist()
     return tuple(Furniture(outline, mean) for outline, mean in zip(in_map, means, strict=True))
 
@@ -103,12 +105,12 @@ def sort_contents(grid: GridMap, floor: Floor, *, probability: Probabilities | N
     depth = _distance_to_outlines(rooms) * grid.resolution - OUTLINE_TOLERANCE
     chosen = _choose_by_rules(solid, depth, floor, grid)
     if probability is not None:
-        groups, count = _label_groups(chosen)
-        sums = np.bincount(groups.ravel(), probability.ravel(), count + 1)
-        chosen &= (sums >= MIN_MEAN_PROBABILITY * np.bincount(groups.ravel(), minlength=count + 1))[groups]
+        members = _label_groups(chosen)[0][chosen]
+        is_likely = np.bincount(members, probability[chosen]) >= MIN_MEAN_PROBABILITY * np.bincount(members)
+        chosen[chosen] = is_likely[members]
         chosen |= solid & (probability > PROBABILITY)
-    chosen &= ~_find_specks(chosen, grid.resolution)
-    spray = (rooms > 0) & _find_specks(~grid.free, grid.resolution)
+    chosen &= ~_find_specks(chosen, chosen, grid.resolution)
+    spray = _find_specks(~grid.free, solid, grid.resolution)
     shadows = solid & grid.unknown & (depth > 0) & ~chosen & ~spray
     return RoomContents(rooms, (rooms > 0) & (depth <= 0), _label_groups(chosen)[0], spray, shadows)
 
@@ -129,23 +131,25 @@ def _choose_by_rules(solid: Mask, depth: NDArray[np.float32], floor: Floor, grid
     is_seen = np.bincount(groups[grid.occupied], minlength=count + 1) >= MIN_CELLS
     is_wall = (thickness < MIN_STUBLESS_THICKNESS) & _lie_on_walls(groups, count, floor, grid)
     furniture = is_seen & np.where(at_wall, (thickness >= MIN_THICKNESS) & ~is_stub, ~is_wall)
-    furniture[0] = False
-    return np.asarray(furniture[groups])
+    chosen = np.zeros_like(inner)
+    chosen[inner] = furniture[groups[inner]]
+    return chosen
 
 
 def _lie_on_walls(groups: LabelImage, count: int, floor: Floor, grid: GridMap) -> Mask:
     """Whether each group, by its number from 0 to count, is long and lies on lines of walls; shape (count + 1,)."""
     if not floor.walls:
         return np.zeros(count + 1, bool)
-    rows, cols = np.nonzero(groups)
-    members = groups[rows, cols]
+    inside = groups > 0
+    rows, cols = np.nonzero(inside)
+    members = groups[inside]
     first, last = (
         [highest_of_labels(sign * at, members, count, lowest=-np.inf) for at in (rows, cols)] for sign in (-1, 1)
     )
     spans = np.add(first, last) + 1
     on_lines = _draw_lines(floor.walls, grid, thickness=2 * WALL_LINE_DISTANCE)
     counts = np.bincount(members, minlength=count + 1)
-    on_line_counts = np.bincount(groups[on_lines], minlength=count + 1)
+    on_line_counts = np.bincount(members[on_lines[inside]], minlength=count + 1)
     sizes = np.hypot(*spans) * grid.resolution
     return np.asarray((sizes >= WALL_LENGTH) & (on_line_counts >= WALL_LINE_SHARE * counts))
 
@@ -178,7 +182,10 @@ def _add_islands(rooms: LabelImage, max_cells: float) -> LabelImage:
     is_island = (least == most) & (stats[:, cv2.CC_STAT_AREA] <= max_cells)
     # The first group is that of the frame around the map
     is_island[[0, 1]] = False
-    return np.where(is_island[groups], most[groups], rooms).astype(np.int32)
+    islands = is_island[groups]
+    with_islands = rooms.copy()
+    with_islands[islands] = most[groups[islands]]
+    return with_islands
 
 
 def _distance_to_outlines(rooms: LabelImage) -> NDArray[np.float32]:
@@ -197,14 +204,15 @@ def _distance_to_other(mask: Mask) -> NDArray[np.float32]:
     return np.asarray(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_5)[1:-1, 1:-1])
 
 
-def _find_specks(cells: Mask, resolution: float) -> Mask:
-    """The groups of cells that are too small for furniture, shape (H, W)."""
-    groups, _ = _label_groups(cells)
-    counts = np.bincount(groups.ravel())
+def _find_specks(cells: Mask, wanted: Mask, resolution: float) -> Mask:
+    """Those of the wanted cells, a part of the cells, whose group is too small for furniture; shape (H, W)."""
+    _, groups, stats, _ = cv2.connectedComponentsWithStats(cells.astype(np.uint8), connectivity=8)
+    counts = stats[:, cv2.CC_STAT_AREA]
     # Rounded, since 2 · 0.05² is not 0.005 in binary
     small = (counts < MIN_CELLS) | (np.round(counts * resolution**2, 9) < MIN_AREA)
-    small[0] = False
-    return np.asarray(small[groups])
+    specks = np.zeros_like(cells)
+    specks[wanted] = small[groups[wanted]]
+    return specks
 
 
 def _label_groups(cells: Mask) -> tuple[LabelImage, int]:

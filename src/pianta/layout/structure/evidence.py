@@ -23,7 +23,7 @@ Probabilities = NDArray[np.float32]
 # Side of the cells of the network; metres.
 CELL = 0.1
 # Classes, in the order of the network's outputs.
-OUTSIDE, FLOOR, WALL, DOOR, FURNITURE = range(5)
+CLASSES = OUTSIDE, FLOOR, WALL, DOOR, FURNITURE = range(5)
 # Offsets, row and col in cells, of the pairs of cells whose affinity the network gives.
 OFFSETS = ((0, 4), (4, 0), (0, 10), (10, 0), (0, 20), (20, 0), (0, 40), (40, 0))
 # Cells: the network takes multiples, since it halves its input five times.
@@ -142,19 +142,17 @@ def _warp(
     return np.asarray(warped, np.float32)
 
 
-def sample_classes(evidence: Evidence, working_grid: WorkingGrid) -> NDArray[np.float32]:
-    """Class probabilities of each cell of the map, shape (H, W, 5)."""
+def sample_class(evidence: Evidence, working_grid: WorkingGrid, cell_class: int) -> Probabilities:
+    """Probability of a class, such as WALL, for each cell of the map, shape (H, W); all around is OUTSIDE."""
     # From col and row of the map to those of the working grid, and on to the cells of the network
     to_working = np.linalg.inv(working_grid.to_grid)[:2]
     swapped = to_working[[1, 0]][:, [1, 0, 2]]
     matrix = evidence.from_working[:, :2] @ swapped
     matrix[:, 2] += evidence.from_working[:, 2]
-    height, width = working_grid.grid.shape
-    warped = [_warp(image, matrix, (height, width), border=cv2.BORDER_CONSTANT) for image in evidence.classes]
-    classes = np.stack(warped, axis=-1)
-    # Beyond the working grid is outside
-    classes[..., OUTSIDE] += 1 - classes.sum(axis=-1)
-    return classes
+    shape, image = working_grid.grid.shape, evidence.classes[cell_class]
+    if cell_class == OUTSIDE:
+        return 1 - _warp(1 - image, matrix, shape, border=cv2.BORDER_CONSTANT)
+    return _warp(image, matrix, shape, border=cv2.BORDER_CONSTANT)
 
 
 def _average(mask: Mask, size: tuple[int, int]) -> Probabilities:

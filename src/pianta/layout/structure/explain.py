@@ -14,7 +14,7 @@ from pianta.gridmap import GridMap
 from pianta.layout._working_grid import WorkingGrid, check_shows_rooms
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.borders import draw_borders, list_stretches
-from pianta.layout.structure.evidence import DOOR, WALL, sample_classes
+from pianta.layout.structure.evidence import CLASSES, DOOR, WALL, sample_class
 from pianta.layout.structure.pieces import find_border_probability
 from pianta.layout.structure.reconstruct import divide_floor
 from pianta.layout.structure.regions import sample_image
@@ -68,7 +68,7 @@ def explain_structure(grid: GridMap, *, parameters: StructureParameters) -> Cons
         _lines_to_map(lines, division.working_grid),
         tuple(probability.clip(0, 1).tolist()),
         reasons,
-        sample_classes(evidence, division.working_grid),
+        np.stack([sample_class(evidence, division.working_grid, cell_class) for cell_class in CLASSES], axis=-1),
     )
 
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from pianta._types import Floats, Indices, LabelImage, Mask
-from pianta.layout._label_images import list_contacts
+from pianta.layout._label_images import list_contacts, shrink_mask
 from pianta.layout._voronoi_doors import compute_clearance
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.evidence import DOOR, OFFSETS, WALL, Evidence, Probabilities
@@ -60,8 +60,12 @@ def cut_into_pieces(space: Mask, evidence: Evidence, parameters: StructureParame
     min_clearance = parameters.passage_width / 2 / resolution
     regions = cut_into_regions(space, clearance, necks, min_clearance=min_clearance, resolution=resolution)
     border = evidence.enlarge(find_border_probability(evidence))
-    _, seeds = cv2.connectedComponents(((border < SEED_PROBABILITY) & space).astype(np.uint8), connectivity=4)
-    basins = watershed((border * 255).astype(np.uint8), seeds, mask=space).astype(np.int64)
+    seed_cells = (border < SEED_PROBABILITY) & space
+    _, seeds = cv2.connectedComponents(seed_cells.astype(np.uint8), connectivity=4)
+    # Cells inside seeds grow nowhere; without them the watershed takes a third of the time
+    inner = shrink_mask(seed_cells, 1)
+    basins = watershed((border * 255).astype(np.uint8), np.where(inner, 0, seeds), mask=space & ~inner)
+    basins = np.where(inner, seeds, basins).astype(np.int64)
     # A cell is in both a region and a basin; either may be 0 in places that are too narrow
     both = basins * (int(regions.labels.max(initial=0)) + 1) + regions.labels
     return Pieces(label(np.where(space, both + 1, 0), connectivity=1).astype(np.int32), clearance, necks)

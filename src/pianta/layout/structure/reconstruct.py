@@ -26,13 +26,14 @@ from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.borders import draw_borders, list_stretches, straighten_borders
 from pianta.layout.structure.confidence import rate_regions
 from pianta.layout.structure.evidence import (
+    CELL,
     DOOR,
     FURNITURE,
     OUTSIDE,
     Evidence,
     Probabilities,
     evaluate_map,
-    sample_classes,
+    sample_class,
 )
 from pianta.layout.structure.frontiers import (
     find_frontiers,
@@ -103,8 +104,8 @@ def reconstruct_structure(grid: GridMap, *, parameters: StructureParameters) -> 
     shut = list_possible_doors(division, [room.id for room in rooms], doors)
     floor = assemble_floor(rooms, doors, walls_in_map, grid, possible_doors=shut)
     # What stands in the rooms, by rules and by what the network sees
-    classes = sample_classes(division.evidence, working_grid)
-    furniture = find_furniture(grid, floor, probability=classes[..., FURNITURE])
+    probability = sample_class(division.evidence, working_grid, FURNITURE)
+    furniture = find_furniture(grid, floor, probability=probability)
     # The mean of the network's coarse cells is much lower than the share of pieces that are furniture
     return replace(floor, furniture=tuple(replace(piece, probability=None) for piece in furniture))
 
@@ -138,7 +139,9 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     """The floor of a map, divided into rooms."""
     from skimage.measure import label
 
-    working_grid = to_working_grid(grid, grid.free, resolution=parameters.working_resolution)
+    # Smaller cells than the network's would show no more of a map with cells of this size
+    coarsest = max(CELL, parameters.working_resolution)
+    working_grid = to_working_grid(grid, grid.free, resolution=parameters.working_resolution, coarsest=coarsest)
     cell = working_grid.resolution
     # Single cells that differ from all around them are noise
     working_grid, occupied = remove_noise(working_grid)
