@@ -5,7 +5,8 @@ import pytest
 
 from pianta._types import LabelImage, Mask
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure.reconstruct import absorb_small_rooms, drop_enclosed_spots, drop_unseen_rooms
+from pianta.layout.structure.reconstruct import absorb_small_rooms
+from pianta.layout.structure.unlikely_rooms import drop_enclosed_spots, drop_unseen_rooms
 
 # Cells of 0.16 m²: a room of 4 cells has more than the 0.5 m² of a room, one of 3 cells has less.
 RESOLUTION = 0.4

@@ -302,6 +302,17 @@ def test_an_enormous_hall_with_or_without_pillars_is_one_room(pitch):
     assert [room.polygon.area for room in floor.rooms] == pytest.approx([50 * 30])
 
 
+def test_tables_of_which_the_edges_are_seen_are_no_rooms_and_divide_no_hall():
+    """A hall of 9 × 8 m; five tables of 1.5 × 1.2 m, two of them against a wall and two a metre from one."""
+    free = carve((180, 200), (10, 170, 10, 190))
+    for row, col in ((22, 11), (80, 11), (28, 90), (90, 90), (120, 148)):
+        free[row - 1 : row + 25, col - 1 : col + 31] = False
+        free[row : row + 24, col : col + 30] = True
+    floor = run_structure(make_grid(free))
+    assert len(floor.rooms) == 1
+    assert floor.doors == ()
+
+
 def test_a_hall_with_pillars_has_its_rooms_around_it():
     truth = make_hall_floor(seed=12, pillars=True)
     floor = run_structure(simulate_map(truth))

@@ -9,7 +9,6 @@ from functools import partial
 import cv2
 import numpy as np
 import shapely
-from scipy import ndimage
 from shapely import LineString, Polygon
 
 from pianta._types import Floats, Indices, LabelImage, Mask
@@ -17,7 +16,7 @@ from pianta.errors import MapError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.layout._despeckle import despeckle
-from pianta.layout._label_images import Polygons, grow_mask, join_outlines, largest_part, list_contacts, outline_labels
+from pianta.layout._label_images import Polygons, join_outlines, largest_part, list_contacts, outline_labels
 from pianta.layout._numbering import assemble_floor
 from pianta.layout._working_grid import NO_ROOM, WorkingGrid, check_shows_rooms, to_working_grid
 from pianta.layout.furniture import find_furniture
@@ -31,7 +30,6 @@ from pianta.layout.structure.evidence import (
     FURNITURE,
     OUTSIDE,
     Evidence,
-    Probabilities,
     evaluate_map,
     sample_class,
 )
@@ -49,24 +47,18 @@ from pianta.layout.structure.pieces import Pieces, compute_pair_weights, cut_int
 from pianta.layout.structure.possible_doors import THRESHOLDS, Thresholds, find_possible_doors
 from pianta.layout.structure.regions import describe_regions, find_separators, sample_image
 from pianta.layout.structure.space import find_floor_space
+from pianta.layout.structure.unlikely_rooms import (
+    absorb_thin_rooms,
+    drop_enclosed_spots,
+    drop_unseen_rooms,
+    find_boxes,
+)
 from pianta.layout.structure.wall_lines import find_wall_lines, span_walls
 
-# A smaller room is a leak of rays through a window, m², ...
-MAX_LEAK_AREA = 2.0
-# ... if its mean probability to be outside is larger (chosen by hand).
-MAX_OUTSIDE = 0.2
-# A spot that is enclosed by one room is furniture if it is smaller; m².
-MAX_ENCLOSED_AREA = 4.0
-# It is enclosed if at least this share of the cells near it ...
-MIN_SURROUNDED_SHARE = 0.3
-# ... and at most this far from it are of that room; metres (chosen by hand).
-ENCLOSURE_REACH = 0.5
 # Positions along a border where it is looked up whether its cells were seen, ...
 LINE_SAMPLES = np.linspace(0.1, 0.9, 17)
 # ... and least share of them that were, for a door (chosen by hand).
 MIN_SEEN_LINE_SHARE = 0.5
-# Least share of the cells of a room that are free (chosen by hand).
-MIN_SEEN_SHARE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +137,9 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     cell = working_grid.resolution
     # Single cells that differ from all around them are noise
     working_grid, occupied = remove_noise(working_grid)
+    # Tables and roped areas that the robot saw through are no rooms, and do not divide any
+    boxes = find_boxes(working_grid.free, resolution=cell)
+    working_grid = replace(working_grid, free=working_grid.free & ~boxes)
     # What each cell is, and which cells are in one room, as the network sees them
     evidence = evaluate_map(working_grid.free, occupied, resolution=cell)
     # The floor: free cells and furniture, without rays that left the building
@@ -170,6 +165,7 @@ def divide_floor(grid: GridMap, parameters: StructureParameters) -> Division:
     parts = label(labels, connectivity=1).astype(np.int32)
     labels = absorb_small_rooms(parts, pieces.clearance, parameters, resolution=cell)
     labels = drop_enclosed_spots(labels, resolution=cell)
+    labels = absorb_thin_rooms(labels, working_grid.free, occupied, resolution=cell)
     borders = draw_borders(list_stretches(labels), space, pieces.necks, cell)
     return Division(working_grid, evidence, occupied, space, observed, pieces, labels, borders.lines)
 
@@ -249,39 +245,6 @@ def list_possible_doors(
         division.working_grid,
         thresholds=thresholds,
     )
-
-
-def drop_unseen_rooms(labels: LabelImage, free: Mask, outside: Probabilities, *, resolution: float) -> LabelImage:
-    """The label image without rooms of which the robot saw little floor, and without small ones outside the building.
-
-    free: shape (H, W). outside: probability of each cell to be outside, shape (H, W). resolution: metres per cell.
-    """
-    area = np.bincount(labels.ravel())
-    is_observed = np.bincount(labels[free], minlength=len(area)) >= MIN_SEEN_SHARE * area
-    is_outside = np.bincount(labels.ravel(), outside.ravel()) > MAX_OUTSIDE * area
-    is_room = is_observed & ~(is_outside & (area * resolution**2 < MAX_LEAK_AREA))
-    return np.where(is_room[labels], labels, 0).astype(np.int32)
-
-
-def drop_enclosed_spots(labels: LabelImage, *, resolution: float) -> LabelImage:
-    """The label image without small spots inside a room that nothing leads to: the space in a table or behind a rope.
-
-    labels: shape (H, W). resolution: metres per cell.
-    """
-    labels = labels.copy()
-    reach = round(ENCLOSURE_REACH / resolution)
-    linked = np.unique(list_contacts(labels)[0])
-    for number, window in enumerate(ndimage.find_objects(labels), start=1):
-        if window is None or number in linked:
-            continue
-        around = tuple(slice(max(axis.start - reach - 1, 0), axis.stop + reach + 1) for axis in window)
-        spot = labels[around] == number
-        ring = grow_mask(spot, reach) & ~spot
-        neighbours = np.unique(labels[around][ring & (labels[around] > 0)])
-        surrounded = np.count_nonzero(labels[around][ring]) >= MIN_SURROUNDED_SHARE * np.count_nonzero(ring)
-        if spot.sum() * resolution**2 < MAX_ENCLOSED_AREA and len(neighbours) == 1 and surrounded:
-            labels[around][spot] = 0
-    return labels
 
 
 def drop_unseen_lines(lines: Floats, observed: Mask) -> Floats:
