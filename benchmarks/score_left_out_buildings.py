@@ -20,7 +20,7 @@ from pianta.layout.structure import evidence
 from pianta_bench.calibration.measure import REGIONS, measure_apart
 from pianta_bench.calibration.tables import REAL, describe_bins, describe_set, list_groups
 from pianta_bench.data.folders import find_data
-from pianta_bench.data.map_sets import choose_sets
+from pianta_bench.data.map_sets import MapSet, choose_sets
 from pianta_bench.harness.records import Results
 from pianta_bench.segmentation.measure import measure_map
 
@@ -44,21 +44,26 @@ def main() -> None:
         rows = []
         for item in items:
             use_network(options.networks, item)
-            figures: dict[str, float | None] = {}
-            for part in measure_map(
-                item,
-                mapset=mapset,
-                method="structure",
-                read=lambda mapset, item: mapset.read(data / mapset.folder, item),
-                earlier=None,
-                count=True,
-                pictures=None,
-            ):
-                figures |= part
-            rows.append({name: float(value or 0) for name, value in figures.items()})
+            rows.append(score_map(data, mapset, item))
             if options.items:
                 print_scores(item, rows[-1:])
         print_scores(mapset.name, rows)
+
+
+def score_map(data: Path, mapset: MapSet, item: str) -> dict[str, float]:
+    """Scores and counts of a map by the method `structure`, as `pianta bench segmentation --count` has them."""
+    figures: dict[str, float | None] = {}
+    for part in measure_map(
+        item,
+        mapset=mapset,
+        method="structure",
+        read=lambda mapset, item: mapset.read(data / mapset.folder, item),
+        earlier=None,
+        count=True,
+        pictures=None,
+    ):
+        figures |= part
+    return {name: float(value or 0) for name, value in figures.items()}
 
 
 def use_network(networks: Path, item: str) -> None:

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from math import comb
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from pianta_bench.data.typed_maps import TypedMap, list_typed_maps
 from pianta_bench.harness.records import Results
 from pianta_bench.types import maps as type_maps
 from pianta_bench.types.maps import (
+    BY_CHANCE,
     CALIBRATION,
     MAPS,
     RIGHT,
@@ -117,6 +119,11 @@ def test_each_map_is_classified_without_its_building(data, monkeypatch):
         "robotmaps, office",
     }
     assert results.select(part=CALIBRATION, item=MAPS, metric="floors")[0]["value"] == 5
+    # All five maps have one probability p: exact ones would be off by E|k / 5 - p| of a binomial k.
+    (top,) = {max(*each["probabilities"].values(), each["neither"]) for each in results.details["maps"]}
+    expected = sum(comb(5, k) * top**k * (1 - top) ** (5 - k) * abs(k / 5 - top) for k in range(6))
+    by_chance = results.select(part=CALIBRATION, item=MAPS, metric=BY_CHANCE)[0]["value"]
+    assert by_chance == pytest.approx(expected, abs=0.04)
     json.dumps(results.details)
     counts, calibration = tabulate(results)
     assert "Building types of robots' maps" in counts.title

@@ -11,6 +11,7 @@ import numpy as np
 from pianta._types import Floats, Indices
 from pianta.building_types.map_type_file import read_default_map_type_model
 from pianta.building_types.map_types import OTHER, MapTypeModel, MapTypePrediction, predict_left_out, soften
+from pianta.evaluation.prediction import expect_calibration_error
 from pianta.evaluation.semantics import measure_reliability
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
@@ -26,6 +27,9 @@ UNKNOWN = "unknown"
 WRONG = "wrong"
 WRONG_ABOVE_LIMIT = f"wrong above {HIGH_PROBABILITY}"
 CALIBRATION = "calibration error"
+# The error that exact probabilities of as many maps would have on average, over this number of draws of the truth.
+BY_CHANCE = "by chance alone"
+CHANCE_DRAWS = 200
 FLOORS = "floors"
 # Parts of the calibration: the maps, and the floors that the model was trained on.
 MAPS = "maps"
@@ -68,7 +72,8 @@ def measure_maps(
         (TRAINING_FLOORS, soften(predict_left_out(model.examples), model.temperature), model.examples.truth),
     ):
         error = measure_reliability(chances, truth).error if len(truth) else None
-        results.add(CALIBRATION, name, {CALIBRATION: error, FLOORS: len(truth)})
+        by_chance = expect_calibration_error(chances, draws=CHANCE_DRAWS, seed=0) if len(truth) else None
+        results.add(CALIBRATION, name, {CALIBRATION: error, BY_CHANCE: by_chance, FLOORS: len(truth)})
     return results
 
 

@@ -11,7 +11,7 @@ from pianta_bench.harness.records import Record, Results
 from pianta_bench.harness.tables import Cell, FilledTable, Table, read_published
 from pianta_bench.types.classifiers import ALGORITHMS
 from pianta_bench.types.clusters import EPSILON, MIN_POINTS
-from pianta_bench.types.maps import CALIBRATION, RIGHT, UNKNOWN, WRONG, WRONG_ABOVE_LIMIT
+from pianta_bench.types.maps import BY_CHANCE, CALIBRATION, RIGHT, UNKNOWN, WRONG, WRONG_ABOVE_LIMIT
 from pianta_bench.types.measure import BY_AREA, BY_NAME, DIVISION_OF_THESIS, REPRESENTATION_OF_THESIS
 from pianta_bench.types.room_sets import GENERAL_LABELS
 
@@ -81,10 +81,10 @@ MAP_CALIBRATION = Table(
     unit="%",
     rows=("item",),
     columns=("metric",),
-    where={"part": CALIBRATION, "metric": [CALIBRATION]},
+    where={"part": CALIBRATION, "metric": [CALIBRATION, BY_CHANCE]},
     summarise=Cell.only,
     factor=100,
-    notes=("The building is left out of the model.",),
+    notes=("The building is left out of the model. By chance alone: what exact probabilities would have on average.",),
 )
 CLUSTER_LABELS = {
     "outliers": "out-\nliers, %",
