@@ -16,7 +16,7 @@ from pianta.gridmap import GridMap
 from pianta.layout._voronoi_doors import compute_clearance
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure import reconstruct as structure
-from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
+from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages, find_wall_gaps
 from pianta.layout.structure.reconstruct import reconstruct_structure
 from pianta.layout.structure.regions import Regions
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
@@ -164,6 +164,32 @@ def test_gaps_out_of_a_room_are_no_entrances_and_entrances_reach_nothing():
     doors = [make_door(1, None, 0.9), make_door(2, None, 0.9)]
     narrow = [make_door(1, None, 0.2), make_door(3, None, 0.2), make_door(1, 2, 0.1)]
     assert list_pairs(choose_narrow_doors(doors, narrow, [1, 2, 3])) == [(1, 2, 0.1)]
+
+
+def test_a_narrow_passage_beside_one_twice_as_wide_is_a_gap_in_the_wall():
+    doors = [make_door(1, 2, 0.5), make_door(1, 2, 0.25), make_door(1, 2, 0.26), make_door(2, 3, 0.25)]
+    assert list_pairs(find_wall_gaps(doors, max_width=0.3)) == [(1, 2, 0.25)]
+
+
+def test_a_passage_of_less_than_a_quarter_of_the_usual_width_is_a_gap_in_the_wall():
+    """The median is 1 m."""
+    doors = [make_door(1, 2, 1.0), make_door(2, 3, 0.24), make_door(3, 4, 1.2), make_door(4, 5, 1.0)]
+    assert list_pairs(find_wall_gaps([*doors, make_door(5, 6, 0.25)], max_width=0.3)) == [(2, 3, 0.24)]
+    assert find_wall_gaps(doors, max_width=0.24) == []
+
+
+def test_without_passages_there_is_no_gap():
+    assert find_wall_gaps([], max_width=0.3) == []
+
+
+def test_a_hole_in_a_wall_beside_a_door_is_no_door():
+    """Two rooms of 4 × 4 m; a door of 1 m, and 1.5 m from it a hole of 0.2 m. Where the door is shut, it is one."""
+    rooms = carve((100, 190), (10, 90, 10, 90), (10, 90, 94, 174))
+    hole, door = carve((100, 190), (70, 74, 90, 94)), carve((100, 190), (20, 40, 90, 94))
+    for free, widths in ((rooms | hole | door, [1.0]), (rooms | hole, [0.2])):
+        floor = reconstruct_structure(make_grid(free), parameters=StructureParameters())
+        assert len(floor.rooms) == 2
+        assert [door.width for door in floor.doors] == pytest.approx(widths, abs=0.06)
 
 
 def test_gaps_whose_widths_differ_by_rounding_keep_their_order():

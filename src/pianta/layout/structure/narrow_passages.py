@@ -23,6 +23,10 @@ from pianta.layout.structure.regions import Regions, find_separators
 
 # A narrow passage counts as a door from this share of the median width of the doors on (chosen by hand).
 MIN_WIDTH_SHARE = 0.5
+# A passage may be a gap in a wall if it has less than this share of the median width of all, ...
+MIN_USUAL_SHARE = 0.25
+# ... or if a passage between the same rooms is at least this many times as wide (both chosen by hand).
+WIDER_RATIO = 2.0
 
 
 def find_narrow_passages(
@@ -88,6 +92,22 @@ def _divides_rooms(line: Floats, labels: LabelImage) -> bool:
     sides = {int(np.bincount(parts[cut_rooms == room]).argmax()) for room in np.unique(cut_rooms[cut_rooms > 0])}
     # Rooms that touch by a corner have no passage there, and then only one of them is left.
     return len(sides) == 2
+
+
+def find_wall_gaps(doors: Sequence[Door], *, max_width: float) -> list[Door]:
+    """The doors below a width that may be holes in a noisy wall: the others show that people do not walk there.
+
+    A door of the same rooms is much wider, or most doors of the floor are. max_width: metres.
+    """
+    widest: dict[tuple[int, int | None], float] = {}
+    for door in doors:
+        widest[door.rooms] = max(door.width, widest.get(door.rooms, 0.0))
+    usual = MIN_USUAL_SHARE * median(door.width for door in doors) if doors else 0.0
+    return [
+        door
+        for door in doors
+        if door.width < max_width and (door.width < usual or WIDER_RATIO * door.width <= widest[door.rooms])
+    ]
 
 
 def choose_narrow_doors(doors: Sequence[Door], narrow: Iterable[Door], rooms: Iterable[int]) -> list[Door]:

@@ -39,7 +39,7 @@ from pianta.layout.structure.frontiers import (
     measure_frontiers,
     remove_ray_leaks,
 )
-from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages
+from pianta.layout.structure.narrow_passages import choose_narrow_doors, find_narrow_passages, find_wall_gaps
 from pianta.layout.structure.necks import Clearance
 from pianta.layout.structure.notches import fill_notches
 from pianta.layout.structure.passages import list_passages
@@ -224,10 +224,13 @@ def find_doors(division: Division, rooms: Sequence[int], parameters: StructurePa
     regions = describe_regions(division.labels, division.pieces.clearance, resolution=cell)
     separators = find_separators(regions, drop_unseen_lines(division.borders, division.observed))
     doors = list_doors(separators, min_width=parameters.passage_width / 2)
+    # Where another way leads, the narrowest are holes in a noisy wall
+    slim = find_wall_gaps(doors, max_width=parameters.passage_width)
     max_width, joined = parameters.passage_width / cell + 1, {door.rooms for door in doors}
+    doors = [door for door in doors if door not in slim]
     gaps = find_narrow_passages(regions, space, division.pieces.clearance, max_width=max_width, joined=joined)
     narrow = list_doors(find_separators(regions, gaps), min_width=parameters.gap_width)
-    return doors + choose_narrow_doors(doors, narrow, rooms)
+    return doors + choose_narrow_doors(doors, slim + narrow, rooms)
 
 
 def list_possible_doors(
