@@ -17,7 +17,7 @@ from PIL import Image
 from shapely import LineString, Point, box, unary_union
 
 from pianta.errors import PiantaError
-from pianta.floor import Door, Floor, Room
+from pianta.floor import Door, Floor, Furniture, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.plot.figure import save_figure
 from pianta.plot.floor import draw_floor, plot_floor, plot_legend
@@ -295,10 +295,22 @@ def test_the_legend_lists_the_rooms_of_each_label():
 
 def test_the_legend_explains_marks_that_occur():
     labels = ["1 × LIBRARY (1)", "1 × CORRIDOR (2)"]
-    assert legend_of(LABELLED) == [*labels, "probability below 0.6", "seen in part"]
+    assert legend_of(LABELLED) == [*labels, "probability below 0.6", "seen in part", "door"]
     assert legend_of(LABELLED, graph=True)[-2:] == ["corridor", "room"]
     certain = tuple(replace(room, label_probabilities={}, partial=False) for room in LABELLED.rooms)
-    assert legend_of(replace(LABELLED, rooms=certain)) == labels
+    plain = replace(LABELLED, rooms=certain)
+    assert legend_of(plain) == [*labels, "door"]
+    assert legend_of(replace(plain, doors=())) == labels
+    passages = (
+        Door((1, 2), LineString([(4, 1), (4, 2)]), 1, "opening"),
+        Door((1, None), LineString([(0, 1), (0, 2)]), 1),
+    )
+    furnished = replace(plain, doors=passages, furniture=(Furniture(box(1, 1, 2, 2)),))
+    assert legend_of(furnished) == [*labels, "opening", "entrance", "furniture"]
+    # A prediction that adds only the walls of a room is not drawn as a part of it
+    for width, marks in ((4.01, ["seen in part"]), (6, ["predicted", "seen in part"])):
+        partial = replace(certain[0], partial=True, predicted=box(0, 0, width, 3), confidence=0.9)
+        assert legend_of(replace(plain, rooms=(partial, certain[1]), doors=())) == [*labels, *marks]
 
 
 def test_the_legend_can_have_any_label(ax):

@@ -60,7 +60,15 @@ class TestWords:
         assert EXPLANATION.describe_room(5) == "room 5: divided from 2 by an opening of 2.5 m (by the line of a wall)"
 
     def test_a_room_without_borders(self):
-        assert replace(EXPLANATION, borders=()).describe_room(2) == "room 2: no border was considered"
+        without = replace(EXPLANATION, borders=(), floor=replace(FLOOR, doors=()))
+        assert without.describe_room(2) == "room 2: no border was considered"
+
+    def test_every_door_is_named_once(self):
+        """Two borders are at the one door between 1 and 2, none at the opening to 5."""
+        borders = (BORDERS[0], Border((1, 2), LineString([(4.05, 1), (4.05, 2)]), 0.7, "narrow"))
+        assert replace(EXPLANATION, borders=borders).describe_room(2) == (
+            "room 2: divided from 1 by a door of 1.0 m (p = 0.97), from 5 by an opening of 2.5 m (a gap in the wall)"
+        )
 
     def test_an_unknown_room(self):
         with pytest.raises(KeyError, match="3"):

@@ -25,6 +25,8 @@ POSITIONS = (0.2, 0.35, 0.5, 0.65, 0.8)
 DOOR_DISTANCE = 0.5
 # A room is described by the most probable ones of the borders that do not divide it.
 MAX_INNER_BORDERS = 3
+# Why there is a door where no border was considered.
+GAP_REASON = "a gap in the wall"
 
 
 @dataclass(frozen=True)
@@ -106,19 +108,35 @@ class Explanation:
         """
         room = self.floor[room_id]
         own = [border for border in self.borders if room.id in border.rooms]
-        outer = [self._describe_outer(border, room.id) for border in sorted(own, key=_rank) if border.divides]
+        outer = self._describe_outer([border for border in sorted(own, key=_rank) if border.divides], room.id)
         inner = [_describe_inner(border) for border in sorted(own, key=_rank) if not border.divides]
         parts = [f"divided from {', from '.join(outer)}"] if outer else []
         parts += [f"not divided {', '.join(inner[:MAX_INNER_BORDERS])}"] if inner else []
         return f"room {room.id}: {'; '.join(parts) or 'no border was considered'}"
 
-    def _describe_outer(self, border: Border, room_id: int) -> str:
-        """The room on the other side, what is on the border, and why."""
-        other = border.rooms[0] + border.rooms[1] - room_id
-        door = find_door(border, self.floor.doors)
-        passage = "a wall" if door is None else f"{'an' if door.kind == 'opening' else 'a'} {door.kind}"
-        width = "" if door is None else f" of {door.width:.1f} m"
-        return f"{other} by {passage}{width} ({_describe_reason(border)})"
+    def _describe_outer(self, borders: Sequence[Border], room_id: int) -> list[str]:
+        """For each door, and for each room beyond a wall, what is there and why; the first border of each counts."""
+        doors = [door for door in self.floor.doors if room_id in door.rooms and not door.is_entrance]
+        reasons: dict[tuple[int, int | None], str] = {}
+        for border in borders:
+            other, door = border.rooms[0] + border.rooms[1] - room_id, find_door(border, doors)
+            number = next((number for number, each in enumerate(doors) if each is door), None)
+            reasons.setdefault((other, number), _describe_reason(border))
+        for number, door in enumerate(doors):
+            # Its line is no border that was considered, such as a gap in a wall between two rooms
+            (other,) = set(door.room_ids) - {room_id}
+            reasons.setdefault((other, number), GAP_REASON)
+        passages = [None if number is None else doors[number] for _, number in reasons]
+        return [
+            f"{other} by {_describe_passage(door)} ({reason})"
+            for ((other, _), reason), door in zip(reasons.items(), passages, strict=True)
+        ]
+
+
+def _describe_passage(door: Door | None) -> str:
+    if door is None:
+        return "a wall"
+    return f"{'an' if door.kind == 'opening' else 'a'} {door.kind} of {door.width:.1f} m"
 
 
 def _describe_inner(border: Border) -> str:

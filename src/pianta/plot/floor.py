@@ -15,9 +15,14 @@ from pianta.gridmap import UNKNOWN, GridMap
 from pianta.labels import SCHEMAS
 from pianta.plot.figure import DPI, encode_png, new_ax, shorten
 from pianta.plot.floor_parts import (
+    ENTRANCE_COLOR,
+    FURNITURE_COLOR,
+    FURNITURE_OPACITY,
     HATCH,
     HATCH_COLOR,
+    draw_door,
     draw_possible_door,
+    list_predicted_parts,
     plot_doors,
     plot_furniture,
     plot_rooms,
@@ -155,16 +160,32 @@ def _list_samples(floor: Floor, schemas: Schemas, *, graph: bool) -> list[tuple[
     if any(style.is_uncertain for style in style_rooms(floor, schemas).values()):
         mark = Line2D([], [], linestyle="", marker="$?$", color=DARK_INK)
         samples.append((mark, f"probability below {CERTAIN_FROM:g}"))
-    if any(room.predicted for room in floor.rooms):
+    if any(list_predicted_parts(room) for room in floor.rooms):
         outline: dict[str, Any] = {"edgecolor": HATCH_COLOR, "linestyle": (0, (2, 1.5)), "linewidth": 0.6}
         samples.append((Patch(facecolor="none", hatch=2 * HATCH, **outline), "predicted"))
     if any(room.partial for room in floor.rooms):
         samples.append((Patch(facecolor="white", edgecolor=HATCH_COLOR, hatch="////", linewidth=0.6), "seen in part"))
+    samples += _list_passages(floor)
+    if floor.furniture:
+        samples.append((Patch(facecolor=(FURNITURE_COLOR, FURNITURE_OPACITY), linewidth=0), "furniture"))
     if floor.possible_doors:
         samples.append((draw_possible_door([], []), "possible door, shut"))
     for marker, name in (("s", "corridor"), ("o", "room")) if graph else ():
         node = Line2D([], [], linestyle="", marker=marker, markersize=7, color=DARK_INK, markerfacecolor="white")
         samples.append((node, name))
+    return samples
+
+
+def _list_passages(floor: Floor) -> list[tuple[Artist, str]]:
+    """Handles and texts of a legend for the kinds of passages of a floor."""
+    inner = {door.kind for door in floor.doors if not door.is_entrance}
+    samples: list[tuple[Artist, str]] = []
+    if "door" in inner:
+        samples.append((draw_door([], []), "door"))
+    if "opening" in inner:
+        samples.append((draw_door([], [], is_opening=True), "opening"))
+    if any(door.is_entrance for door in floor.doors):
+        samples.append((draw_door([], [], color=ENTRANCE_COLOR), "entrance"))
     return samples
 
 

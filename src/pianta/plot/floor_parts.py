@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
-from shapely import difference, get_parts
+from shapely import Polygon, difference, get_parts
 
 from pianta.floor import Floor, Room
 from pianta.labels import SCHEMAS
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 DOOR_COLOR = "#aa1133"
-# Dashes of a possible door, in line widths.
+# Dashes of an opening and of a possible door, in line widths.
+OPENING_DASHES = (0, (0.8, 0.5))
 POSSIBLE_DASHES = (0, (2.5, 1.5))
 ENTRANCE_COLOR = "#117733"
 WALL_COLOR = "#3355bb"
@@ -96,12 +97,19 @@ def _plot_predictions(floor: Floor, ax: Axes) -> None:
     for room in floor.rooms:
         if room.predicted is None:
             continue
-        for part in get_parts(difference(room.predicted, room.polygon, grid_size=SNAP_DISTANCE)):
-            if part.area >= MIN_PREDICTED_AREA:
-                hatch = {"facecolor": "none", "edgecolor": HATCH_COLOR, "hatch": HATCH, "linewidth": 0}
-                ax.add_artist(patch_from_polygon(part, **hatch, zorder=PREDICTION_LEVEL))
+        for part in list_predicted_parts(room):
+            hatch = {"facecolor": "none", "edgecolor": HATCH_COLOR, "hatch": HATCH, "linewidth": 0}
+            ax.add_artist(patch_from_polygon(part, **hatch, zorder=PREDICTION_LEVEL))
         outline = {"facecolor": "none", "edgecolor": OUTLINE_COLOR, "linestyle": DASHES, "linewidth": 0.9}
         ax.add_artist(patch_from_polygon(room.predicted, **outline, zorder=PREDICTION_LEVEL))
+
+
+def list_predicted_parts(room: Room) -> list[Polygon]:
+    """The parts of a room that are predicted, without thin ones, which are its walls."""
+    if room.predicted is None:
+        return []
+    parts = get_parts(difference(room.predicted, room.polygon, grid_size=SNAP_DISTANCE))
+    return [part for part in parts if part.area >= MIN_PREDICTED_AREA]
 
 
 def _extend_view(floor: Floor, ax: Axes) -> None:
@@ -138,22 +146,25 @@ def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
     >>> ax = pianta.plot.plot_rooms(floor)
     >>> ax = pianta.plot.plot_doors(floor, ax=ax)
     """
-    from matplotlib.lines import Line2D
-
     ax = new_ax(ax)
     for door in floor.possible_doors:
         ax.add_line(draw_possible_door(*door.line.xy))
     for door in floor.doors:
         color = ENTRANCE_COLOR if door.is_entrance else DOOR_COLOR
-        stroke = Line2D(*door.line.xy, color=color, linewidth=3, solid_capstyle="butt", zorder=DOOR_LEVEL)
-        if door.kind == "opening":
-            stroke.set_linestyle((0, (0.8, 0.5)))
-        ax.add_line(stroke)
+        ax.add_line(draw_door(*door.line.xy, color=color, is_opening=door.kind == "opening"))
         if door.is_entrance:
             # The diamond is for readers who cannot distinguish the two colours.
             middle = door.line.interpolate(0.5, normalized=True)
             ax.plot(*middle.xy, marker="D", markersize=7, color=color, markeredgecolor="white", zorder=DOOR_LEVEL)
     return ax
+
+
+def draw_door(x: Sequence[float], y: Sequence[float], *, color: str = DOOR_COLOR, is_opening: bool = False) -> Line2D:
+    """The line of a door, or its sample in a legend."""
+    from matplotlib.lines import Line2D
+
+    style: Any = OPENING_DASHES if is_opening else "-"
+    return Line2D(x, y, color=color, linewidth=3, linestyle=style, solid_capstyle="butt", zorder=DOOR_LEVEL)
 
 
 def draw_possible_door(x: Sequence[float], y: Sequence[float]) -> Line2D:
