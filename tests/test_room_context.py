@@ -19,6 +19,7 @@ from pianta.floor import Door, Floor, Room
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.rooms._outlines import draw_outlines, measure_unit
 from pianta.rooms._shapes import MISSING, fit_rectangles, list_door_ends, measure_shapes
+from pianta.rooms._surroundings import _draw_band
 from pianta.rooms.features import CONTEXT_FEATURES, RoomContext, describe_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 
@@ -145,6 +146,26 @@ def test_walls_of_a_room_inside_a_ring_add_up_to_its_perimeter() -> None:
     assert walls[1].sum() == pytest.approx(1)
     assert walls[1, 2] == pytest.approx(walls[2, 1])
     assert walls[1, 2] > 0.2
+
+
+def test_the_facade_of_an_outline_with_a_repeated_corner() -> None:
+    """The band around this outline, of a reading of a real map, crosses itself: GEOS cannot intersect it."""
+    hull = Polygon(
+        [
+            (139.4914993903683, -94.02905197634985),
+            (139.4798369736795, -95.23028089529345),
+            (139.46252680424504, -97.01322834704301),
+            (139.46252680424507, -97.01322834704298),
+            (139.42344383481276, -101.03877419857209),
+            (16.32344383481278, -83.81377419857212),
+        ]
+    )
+    width = 0.4577621189001988
+    assert not hull.boundary.buffer(width, join_style="mitre").is_valid
+    band = _draw_band(hull, width)
+    assert shapely.length(shapely.intersection(hull.exterior, band)) == pytest.approx(hull.length)
+    # A strip along the outline, longer outside than inside by the mitres
+    assert band.area == pytest.approx(2 * width * hull.length, rel=0.05)
 
 
 def test_facade_is_the_share_of_the_outline_near_the_outside() -> None:

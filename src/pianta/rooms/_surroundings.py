@@ -89,18 +89,23 @@ def measure_facades(outlines: Geometries, rectangles: Rectangles, unit: float) -
         -(JOIN_DISTANCE + CLOSING_DISTANCE) * unit, join_style="mitre"
     )
     rings = shapely.get_exterior_ring(outlines)
-    near = shapely.intersection(rings, hull.boundary.buffer(FACADE_DISTANCE * unit, join_style="mitre"))
+    near = shapely.intersection(rings, _draw_band(hull, FACADE_DISTANCE * unit))
     corners = rectangles.corners
     sides = shapely.linestrings(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2))
-    at_facade = shapely.length(
-        shapely.intersection(sides, hull.boundary.buffer(FACADE_SIDE_DISTANCE * unit, join_style="mitre"))
-    )
+    at_facade = shapely.length(shapely.intersection(sides, _draw_band(hull, FACADE_SIDE_DISTANCE * unit)))
     away = shapely.distance(shapely.centroid(outlines), joined.centroid)
     return {
         "facade": shapely.length(near) / shapely.length(rings),
         "facade_sides": (at_facade > MIN_FACADE_SHARE * rectangles.sides).sum(axis=1).astype(float),
         "to_centre": away / np.sqrt(joined.area),
     }
+
+
+def _draw_band(hull: shapely.Geometry, width: float) -> shapely.Geometry:
+    """The surroundings of an outline up to a distance, m."""
+    band = hull.boundary.buffer(width, join_style="mitre")
+    # Mitres at corners of less than some degrees can cross each other
+    return band if band.is_valid else shapely.make_valid(band, method="structure", keep_collapsed=False)
 
 
 def measure_walls(walls: Floats, outlines: Geometries) -> dict[str, Floats]:
