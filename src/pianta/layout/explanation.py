@@ -117,20 +117,16 @@ class Explanation:
     def _describe_outer(self, borders: Sequence[Border], room_id: int) -> list[str]:
         """For each door, and for each room beyond a wall, what is there and why; the first border of each counts."""
         doors = [door for door in self.floor.doors if room_id in door.rooms and not door.is_entrance]
-        reasons: dict[tuple[int, int | None], str] = {}
-        for border in borders:
-            other, door = border.rooms[0] + border.rooms[1] - room_id, find_door(border, doors)
-            number = next((number for number, each in enumerate(doors) if each is door), None)
-            reasons.setdefault((other, number), _describe_reason(border))
-        for number, door in enumerate(doors):
-            # Its line is no border that was considered, such as a gap in a wall between two rooms
-            (other,) = set(door.room_ids) - {room_id}
-            reasons.setdefault((other, number), GAP_REASON)
-        passages = [None if number is None else doors[number] for _, number in reasons]
-        return [
-            f"{other} by {_describe_passage(door)} ({reason})"
-            for ((other, _), reason), door in zip(reasons.items(), passages, strict=True)
+        passages: list[tuple[tuple[int, int | None], Door | None, str]] = [
+            (border.rooms, find_door(border, doors), _describe_reason(border)) for border in borders
         ]
+        # The line of a door need not be a border that was considered
+        passages += [(door.rooms, door, GAP_REASON) for door in doors]
+        described: dict[tuple[int, int], str] = {}
+        for rooms, door, reason in passages:
+            (other,) = {room for room in rooms if room is not None} - {room_id}
+            described.setdefault((other, id(door)), f"{other} by {_describe_passage(door)} ({reason})")
+        return [*described.values()]
 
 
 def _describe_passage(door: Door | None) -> str:

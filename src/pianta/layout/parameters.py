@@ -116,7 +116,8 @@ class StructureParameters(Parameters):
     Parameters
     ----------
     working_resolution
-        Metres per cell of the grid on which rooms are cut.
+        Metres per cell of the grid on which rooms are cut. Larger cells of a map stay up to 0.1 m, the size of those of
+        the network.
     clutter_size
         Groups of cells that are not free, smaller than this across, are furniture (section 3.2) unless the network
         takes them for wall.
