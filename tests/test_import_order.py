@@ -23,6 +23,7 @@ LEVELS = (
     ("realism",),
     ("building_types",),
     ("relational",),
+    ("patterns",),
     ("rooms",),
     ("worlds",),
     ("plan",),
