@@ -22,6 +22,7 @@ from pianta.building_types.model import BuildingTypeModel
 from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
 from pianta.layout.explanation import Border, Explanation
+from pianta.patterns.model_floor_plan import Chance, Motion, Occurrence, Pattern
 from pianta.plan.read_plan import PlanFloor, PlanReading
 from pianta.plan.sheets.sheet import PlanScale
 from pianta.prediction.prediction import OpenEnd, SampleInterval
@@ -35,9 +36,13 @@ SOURCE = Path(pianta.__file__)
 RESULTS = (
     Border,
     BuildingTypeModel,
+    Chance,
     Explanation,
     Exploration,
+    Motion,
+    Occurrence,
     OpenEnd,
+    Pattern,
     RoomModel,
     PlanFloor,
     PlanReading,

@@ -72,25 +72,25 @@ def find_patterns(
     search = partial(find_model_floor_plan, labels=labels, shuffles=shuffles, seed=seed)
     read = _read_floors(files, quiet=quiet)
     buildings = [read] if storeys else [[floor] for floor in read]
-    found: list[tuple[list[Floor], ModelFloorPlan]] = []
+    plans: list[tuple[list[Floor], ModelFloorPlan]] = []
     for building in buildings:
         try:
-            found.append((building, search(building)))
+            plans.append((building, search(building)))
         except PiantaError as error:
             _refuse(error, files, building[0].source)
             continue
         if not quiet:
-            _print_plan(", ".join(floor.source for floor in building), found[-1][1], building)
+            _print_plan(", ".join(floor.source for floor in building), plans[-1][1], building)
     if out:
-        _save(found, out)
-    if len(read) < len(files) or len(found) < len(buildings):
+        _save(plans, out)
+    if len(read) < len(files) or len(plans) < len(buildings):
         raise typer.Exit(1)
 
 
 def _read_floors(files: Sequence[Path], *, quiet: bool) -> list[Floor]:
     """The floors that can be read; an error of one of several files is printed, one of the only file is raised."""
     floors = []
-    for path, result in read_buildings(files, track=partial(track_items, quiet=quiet)):
+    for _, result in read_buildings(files, track=partial(track_items, quiet=quiet)):
         if isinstance(result, PiantaError):
             _refuse(result, files)
         else:
@@ -136,20 +136,20 @@ def _print_pattern(pattern: Pattern, storeys: Sequence[Floor], indent: int) -> N
         _print_pattern(inner, storeys, indent + 2)
 
 
-def _save(found: Sequence[tuple[list[Floor], ModelFloorPlan]], out: Path) -> None:
+def _save(plans: Sequence[tuple[list[Floor], ModelFloorPlan]], out: Path) -> None:
     """Write the JSON file of each building and the picture of each of its floors."""
     from pianta.plot.figure import save_figure
 
-    sources = [floor.source.replace("/", "_") for building, _ in found for floor in building]
+    sources = [floor.source.replace("/", "_") for building, _ in plans for floor in building]
     names = iter(choose_names([source.rpartition(".")[0] or source for source in sources], sources))
     with atomic_folder(out) as new:
-        for building, plan in found:
-            of_floors = [next(names) for _ in building]
+        for building, plan in plans:
+            floor_names = [next(names) for _ in building]
             floors = [floor.source for floor in building]
             content = {"pianta": __version__, "floors": floors, **plan.as_json()}
             text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-            (new / f"{of_floors[0]}.json").write_text(text, encoding="utf-8")
-            for storey, (floor, name) in enumerate(zip(building, of_floors, strict=True)):
+            (new / f"{floor_names[0]}.json").write_text(text, encoding="utf-8")
+            for storey, (floor, name) in enumerate(zip(building, floor_names, strict=True)):
                 if floor.rooms:
                     save_figure(_draw(floor, plan, storey), new / f"{name}.png")
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from pianta._types import Floats, Indices, Mask
 from pianta.patterns._room_table import RoomTable, measure_extents, measure_rectangles, move_shapes
@@ -20,8 +20,10 @@ from pianta.rooms._outlines import Geometries
 from pianta.rooms._shapes import Rectangles, fit_rectangles
 from pianta.rooms._surroundings import find_alike
 
-# Least number of rooms of a pattern: one room alone is no sequence.
+# Least number of rooms of a pattern: one room alone is no sequence; and of one that is rotations by its order alone, as
+# two rooms of some sizes often follow each other by chance.
 MIN_ROOMS = 2
+MIN_ROOMS_IN_ROW = 3
 # All were chosen by hand; the unit of a floor is 6.5 m in the median school or office.
 # Units: 1 m, by which the centroids of a room and of its image may differ.
 MAX_CENTROID_DISTANCE = 0.15
@@ -34,15 +36,33 @@ SAME_ROTATION = np.radians(5)
 # Largest difference of the logarithms of frontages, depths and areas of rooms of two rows that correspond.
 MAX_LOG_DIFFERENCE_IN_ROWS = 0.2
 
-# For each correspondence (row) the image of each room (column), -1 without an image.
-Images = NDArray[np.intp]
+
+@dataclass(frozen=True, eq=False)
+class Correspondences:
+    """m correspondences of n rooms.
+
+    images: the image of each room, -1 without one, shape (m, n). least: the least number of rooms of a pattern that
+    each one may justify, shape (m,).
+    """
+
+    images: Indices
+    least: Indices
+
+    def find_copies(self, rooms: Indices) -> Indices:
+        """The images of rooms by the correspondences that have them all, shape (copies, rooms)."""
+        copies = self.images[self.least <= len(rooms)][:, rooms]
+        return np.unique(copies[(copies >= 0).all(axis=1)], axis=0)
 
 
-def find_correspondences(table: RoomTable) -> Images:
-    """All correspondences of at least MIN_ROOMS rooms with others, by motions and by rows, shape (m, n)."""
-    images = [*_find_motions(table), *_align_rows(table)]
-    moved = [image for image in images if ((image >= 0) & (image != np.arange(len(table)))).sum() >= MIN_ROOMS]
-    return np.unique(np.array(moved, np.intp).reshape(-1, len(table)), axis=0)
+def find_correspondences(table: RoomTable) -> Correspondences:
+    """All correspondences of rooms with others: by motions, and by the order of rooms along corridors."""
+    matches = [(image, MIN_ROOMS) for image in _find_motions(table)]
+    matches += [(image, MIN_ROOMS_IN_ROW) for image in _align_rows(table)]
+    own = np.arange(len(table))
+    kept_rows = [(*image, least) for image, least in matches if ((image >= 0) & (image != own)).sum() >= least]
+    # In one order, whatever the orientation of the floor.
+    rows = np.unique(np.array(kept_rows, np.intp).reshape(-1, len(table) + 1), axis=0)
+    return Correspondences(rows[:, :-1], rows[:, -1])
 
 
 def fit_motion(start: Floats, end: Floats, *, mirrored: bool) -> tuple[Floats, Floats]:
@@ -68,20 +88,20 @@ def _find_motions(table: RoomTable) -> Iterator[Indices]:
     alike = find_alike(table.shapes, _rectangles(table)) & _have_one_label(table)
     length, width, direction = measure_rectangles(table.shapes)
     is_square = length < SQUARE_RATIO * width
-    known: defaultdict[tuple[int, int, bool], list[float]] = defaultdict(list)
+    rotations: defaultdict[tuple[int, int, bool], list[float]] = defaultdict(list)
     for one, other in np.argwhere(alike).tolist():
         turns = (0, 1, 2, 3) if is_square[one] else (0, 2)
         for mirrored in (False, True):
             # A reflection takes the direction d to r - d.
             between = direction[other] + direction[one] * (1 if mirrored else -1)
             for rotation in (between + turn * np.pi / 2 for turn in turns):
-                if any(abs(_wrap(rotation - each)) < SAME_ROTATION for each in known[one, other, mirrored]):
+                if any(abs(_wrap(rotation - each)) < SAME_ROTATION for each in rotations[one, other, mirrored]):
                     continue
                 matrix = _rotation_matrix(rotation, mirrored=mirrored)
                 shift = table.middles[other] - matrix @ table.middles[one]
-                image, rotation = _settle(table, alike, (matrix, shift), mirrored=mirrored)
+                image, settled = _settle(table, alike, (matrix, shift), mirrored=mirrored)
                 for pair in zip(*_pairs(image), strict=True):
-                    known[(*pair, mirrored)].append(rotation)
+                    rotations[(*pair, mirrored)].append(settled)
                 yield image
 
 
@@ -96,7 +116,7 @@ def _settle(table: RoomTable, alike: Mask, motion: tuple[Floats, Floats], *, mir
     moved = shapely.transform(table.shapes[start], lambda xy: xy @ motion[0].T)
     positions = table.middles[start] @ motion[0].T + motion[1]
     moved = move_shapes(np.asarray(moved, dtype=object).reshape(-1), positions)
-    image[start[overlap_shapes(moved, table.place(end)) < MIN_IOU]] = -1
+    image[start[overlap_shapes(moved, table.outlines(end)) < MIN_IOU]] = -1
     return image, float(np.arctan2(motion[0][1, 0], motion[0][0, 0]))
 
 

@@ -18,7 +18,7 @@ from pianta.rooms._shapes import fit_rectangles
 # All were chosen by hand; the unit of a floor is 6.5 m in the median school or office.
 # Units: rooms on both sides of a corridor of 2 to 4 m are near each other.
 NEAR_DISTANCE = 0.6
-# A room without a label is a corridor if it has as many doors (section 4.3.1: corridors "more than four", rooms 1 or 2).
+# Doors of a corridor among rooms without a label; section 4.3.1: corridors "usually more than four", rooms 1 or 2.
 CORRIDOR_DOORS = 4
 # Doors whose walls differ more in direction are on different sides of a corridor.
 MAX_SIDE_ANGLE = np.radians(45)
@@ -51,7 +51,7 @@ class RoomTable:
         """The number of rooms."""
         return len(self.ids)
 
-    def place(self, rooms: Indices) -> Geometries:
+    def outlines(self, rooms: Indices) -> Geometries:
         """The outlines of rooms where they are."""
         return move_shapes(self.shapes[rooms], self.middles[rooms])
 

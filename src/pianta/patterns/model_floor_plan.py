@@ -93,7 +93,7 @@ class Pattern:
     Parameters
     ----------
     name
-        A, B, … by the number of rooms that they save; patterns within A are A.1, A.2, …
+        A, B and so on, by the number of rooms that they save; patterns within A are A.1, A.2 and so on.
     kind
         "row" if the rooms are on one side of a corridor, else "part".
     occurrences
@@ -217,7 +217,7 @@ def find_model_floor_plan(
         Whether rooms of a pattern must have the same labels as their models; rooms without a label correspond to any.
     shuffles
         How often shapes and labels are shuffled among the rooms that are no corridors, to know what chance gives; 0 for
-        never, which is so many times faster.
+        never, which is that many times faster.
     within_labels
         Whether only rooms of the same label are shuffled, so that chance knows where which labels are.
     seed
@@ -295,7 +295,7 @@ def _count_saved(repeated: Repeated) -> int:
 
 
 def _letters() -> Iterator[str]:
-    """A to Z, then AA, AB, …"""
+    """A to Z, then AA, AB and so on."""
     letters = [chr(code) for code in range(ord("A"), ord("Z") + 1)]
     yield from letters
     for first in _letters():
@@ -330,5 +330,5 @@ def _find_motion(table: RoomTable, first: Indices, copy: Indices) -> Motion:
 def _overlap(table: RoomTable, first: Indices, copy: Indices, *, mirrored: bool) -> tuple[Floats, Floats, float]:
     """The matrix and shift of the best rotation or reflection of rooms onto others, and the mean IoU after it."""
     matrix, shift = fit_motion(table.middles[first], table.middles[copy], mirrored=mirrored)
-    moved = np.asarray(shapely.transform(table.place(first), lambda xy: xy @ matrix.T + shift), dtype=object)
-    return matrix, shift, float(overlap_shapes(moved, table.place(copy)).mean())
+    moved = np.asarray(shapely.transform(table.outlines(first), lambda xy: xy @ matrix.T + shift), dtype=object)
+    return matrix, shift, float(overlap_shapes(moved, table.outlines(copy)).mean())

@@ -124,7 +124,7 @@ def _plot_inner(floor: Floor, patterns: Sequence[Pattern], storey: int, ax: Axes
                 _add_patch(floor[room].polygon, ax, zorder=GRAPH_LEVEL, alpha=0.35, **look)
 
 
-def _add_patch(polygon: shapely.Polygon, ax: Axes, **look: Any) -> None:
+def _add_patch(polygon: shapely.Polygon, ax: Axes, **look: object) -> None:
     from shapely.plotting import patch_from_polygon
 
     ax.add_patch(patch_from_polygon(polygon, **look))

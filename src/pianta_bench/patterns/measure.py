@@ -57,10 +57,9 @@ def measure(
         names = PARTS[floor.kind], floor.item
         search = partial(find_model_floor_plan, floor.floor, shuffles=shuffles, seed=seed)
         for way, options in WAYS.items():
+            picture = pictures / f"{floor.item}.png" if pictures and way == BY_LABEL else None
             step = partial(_describe_plan, *names, partial(search, **options), way)
-            steps[f"{floor.item}, {way}"] = partial(
-                step, floor=floor.floor, picture=pictures / f"{floor.item}.png" if pictures and way == BY_LABEL else None
-            )
+            steps[f"{floor.item}, {way}"] = partial(step, floor=floor.floor, picture=picture)
     for part, buildings in _group_storeys(floors).items():
         for name, storeys in buildings.items():
             search = partial(find_model_floor_plan, [each.floor for each in storeys], shuffles=shuffles, seed=seed)

@@ -46,8 +46,8 @@ STOREYS_TABLE = Table(
     where={"part": [STOREYS, STRANGERS], "metric": ["repeated", "saved", "saved shuffled", "across", "largest"]},
     labels=LABELS,
     notes=(
-        "Mean ± sd over {count} buildings of several storeys; below, the first storeys of two of them. On several "
-        "storeys: rooms in patterns that have occurrences on more than one.",
+        "Mean ± sd over {count} buildings of several storeys; below, the first storeys of two of them.",
+        "On several storeys: rooms in patterns that have occurrences on more than one.",
     ),
 )
 
@@ -68,5 +68,3 @@ def tabulate(results: Results) -> list[FilledTable]:
 
 def _in_percent(record: Record) -> Record:
     return {**record, "value": 100 * record["value"]} if record["metric"] in SHARES else record
-
-
