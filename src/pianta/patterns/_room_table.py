@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pianta._types import Floats, Indices, Mask
 from pianta.floor import Door, Floor, Room
-from pianta.labels import FCES, RC, SCHEMAS, LabelSet, normalize_label
+from pianta.labels import ALL_SCHEMAS, FCES, RC, LabelSet, normalize_label
 from pianta.rooms._outlines import Geometries, draw_outlines, measure_unit
 from pianta.rooms._shapes import fit_rectangles
 
@@ -114,7 +114,7 @@ def _is_corridor(room: Room, doors: int) -> bool:
     if LabelSet.R_C in room.labels:
         return room.labels[LabelSet.R_C] == RC.CORRIDOR
     name = normalize_label(room.label)
-    functions = {schema.by_name[name].function for schema in SCHEMAS.values() if name in schema.by_name}
+    functions = {schema.by_name[name].function for schema in ALL_SCHEMAS.values() if name in schema.by_name}
     if functions or name in {*RC, *FCES}:
         return FCES.CONNECTION in functions or name in (RC.CORRIDOR, FCES.CONNECTION)
     return doors >= CORRIDOR_DOORS
