@@ -30,8 +30,11 @@ def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters) -> Floor:
     """
     check_shows_rooms(grid)
     # M: free space, without the small groups of cells that are furniture (section 3.2)
-    free = remove_clutter(grid.free, size_px=parameters.clutter_size / grid.resolution)
-    working_grid = to_working_grid(grid, free, resolution=parameters.working_resolution)
+    size_px = parameters.clutter_size / grid.resolution
+    free = remove_clutter(grid.free, size_px=size_px) if parameters.remove_clutter else grid.free
+    working_grid = to_working_grid(
+        grid, free, resolution=parameters.working_resolution, normal_pose=parameters.normal_pose
+    )
     # Compute features from the map
     edges = detect_edges(working_grid, parameters)
     segments = detect_segments(edges, working_grid.resolution, parameters)
@@ -46,7 +49,7 @@ def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters) -> Floor:
     # Remove faces outside the border
     face_of_cell = label_faces(faces, working_grid)
     internal = share_inside(face_of_cell, inner, len(faces.polygons)) >= parameters.inside_share
-    free_share = share_free(faces, working_grid)
+    free_share = share_free(faces, working_grid) if parameters.need_open_edge else np.ones(len(faces.weight))
     partial = find_partial_faces(faces, internal, free_share, partial_weight=parameters.partial_weight)
     # Cluster faces together into rooms
     room_of_face = _cluster_internal_faces(local_affinity, internal, parameters)
@@ -73,10 +76,13 @@ def _cluster_internal_faces(local_affinity: csr_array, internal: Mask, parameter
 def _drop_small_rooms(
     cluster_of_face: Indices, face_of_cell: LabelImage, working_grid: WorkingGrid, parameters: ThesisParameters
 ) -> Indices:
-    """Room 0 … R - 1 of each face, shape (F,): clusters with at least the free area of a room; -1 for other faces."""
+    """Room 0 … R - 1 of each face, shape (F,): clusters with at least the free area of a room; -1 for other faces.
+
+    As printed (drop_small_rooms is False) every cluster is a room.
+    """
     clusters = np.append(cluster_of_face, -1)[face_of_cell[working_grid.free]]
     free_area = np.bincount(clusters + 1, minlength=cluster_of_face.max(initial=-1) + 2) * working_grid.resolution**2
-    is_room = free_area >= parameters.room_area
+    is_room = free_area >= (parameters.room_area if parameters.drop_small_rooms else 0.0)
     is_room[0] = False
     return np.where(is_room, np.cumsum(is_room) - 1, -1)[cluster_of_face + 1]
 
