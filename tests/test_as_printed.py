@@ -10,6 +10,7 @@ import pianta
 from pianta.errors import OptionError
 from pianta.layout._working_grid import to_working_grid
 from pianta.layout.parameters import CLUTTER, DEPARTURES, ThesisParameters
+from pianta.layout.reconstruct import find_rooms
 from pianta.layout.thesis.affinity import cluster_faces, compute_affinity_matrix, normalise_affinity
 from pianta.layout.thesis.contour import compute_map_contour
 from pianta.layout.thesis.faces import Faces
@@ -139,9 +140,8 @@ def test_a_cupboard_in_a_room_draws_a_wall_as_printed():
 def test_a_face_with_a_wall_beside_its_line_may_be_partial_as_printed():
     """Where the wall of a made world stands beside its line."""
     _, grid = pianta.make_world("office", seed=1, noise=0.5, furniture=0.3)
-    options = {"method": "thesis", "predict_partial": False}
     ours, printed = (
-        [room.partial for room in pianta.reconstruct(grid, parameters=each, **options)]
+        [room.partial for room in find_rooms(grid, method="thesis", parameters=each)]
         for each in switch("partial faces need an open edge")
     )
     assert len(ours) == len(printed)

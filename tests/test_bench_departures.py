@@ -29,9 +29,9 @@ def write_layouts(data, *names: str) -> None:
 @pytest.fixture
 def find(monkeypatch):
     """Replaces reconstruct by a function that returns a floor, and keeps the parameters that it got."""
-    given = []
+    given: list[tuple[str, object]] = []
 
-    def replace(floor: Floor) -> list:
+    def replace(floor: Floor) -> list[tuple[str, object]]:
         def reconstruct(*_: object, method: str, parameters: object) -> Floor:
             given.append((method, parameters))
             return floor
