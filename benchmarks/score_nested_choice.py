@@ -9,10 +9,12 @@ the candidate with the highest mean of IoU and F1, the mean over maps of a build
 nothing changes, at most N rounds. The networks of the other groups have seen the buildings of the group, so the choice
 could still profit from them by this way; to exclude that, networks for all pairs of groups would be needed.
 
+Schools take no part: they are scored with the thresholds that are chosen on all other maps, by pianta's own network.
+
 --scores keeps every score in a file, so that a run that was stopped goes on. Printed are the thresholds of each group;
-and by set the mean ± sd with the values of pianta, with the nested choice, at the start, and with one choice on all
-maps (which sees everything); and the difference of nested choice and pianta by map, with a 95 % interval of a bootstrap
-of buildings.
+what each candidate gives on all maps; by set the mean ± sd with the values of pianta, with the nested choice, at the
+start, and with one choice on all maps (which sees everything); and the difference of nested choice and pianta by map,
+with a 95 % interval of a bootstrap of buildings.
 """
 
 from __future__ import annotations
@@ -27,19 +29,22 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
-from score_left_out_buildings import FOLDS, SETS, name_building, use_network
+from score_left_out_buildings import FOLDS, SETS, use_network
 
 from pianta._types import Floats
 from pianta.evaluation.segmentation import score_labels
 from pianta.layout._numbering import assemble_floor
 from pianta.layout.parameters import StructureParameters
-from pianta.layout.structure import pieces, reconstruct
+from pianta.layout.structure import evidence, pieces, reconstruct
 from pianta_bench.data.folders import find_data
 from pianta_bench.data.map_sets import MapSet, choose_sets
 from pianta_bench.segmentation.measure import cut_spaces
 
 # The threshold of the multicut is a constant of pieces.py, the others are fields of StructureParameters.
 CAUTION = "CAUTION"
+SCHOOLS = "schools"
+NOT_SCHOOLS = "all but schools"
+OWN_NETWORK = evidence._read_network
 # Thresholds that were chosen on the maps of the benches, with the candidates from which the nested choice starts at the
 # first: those of CAUTION are those of its comment, the others lie around what a door or a small room measures.
 CANDIDATES = {
@@ -70,6 +75,7 @@ class Scorer:
     data: Path
     networks: Path
     sets: dict[str, MapSet]
+    buildings: dict[MapName, str]
     scores: dict[tuple[MapName, Setting], tuple[float, float]]
     file: Path | None
     evidence: dict[MapName, Any] = field(default_factory=dict)
@@ -88,7 +94,10 @@ class Scorer:
         mapset = self.sets[part]
         true_map = mapset.read(self.data / mapset.folder, item)
         truth = cut_spaces(true_map.spaces, true_map, mapset)
-        use_network(self.networks, item)
+        if part == SCHOOLS:
+            evidence._read_network = OWN_NETWORK
+        else:
+            use_network(self.networks, self.buildings[name])
         with Memory(name, self.evidence):
             for setting in settings:
                 pieces.CAUTION, *_ = setting
@@ -115,7 +124,7 @@ class Scorer:
         """Mean of IoU and F1: of the maps of each building, then of the buildings."""
         buildings = defaultdict(list)
         for name in names:
-            buildings[name_building(name[1])].append(sum(self.scores[name, setting]) / 2)
+            buildings[self.buildings[name]].append(sum(self.scores[name, setting]) / 2)
         return float(np.mean([np.mean(each) for each in buildings.values()]))
 
 
@@ -167,34 +176,47 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=2)
     options = parser.parse_args()
     data = find_data(options.data)
-    chosen_sets = choose_sets(SETS, data)
-    names = [(mapset.name, item) for mapset, items in chosen_sets.items() for item in items]
+    chosen_sets = choose_sets((*SETS, SCHOOLS), data)
+    every = [(mapset.name, item) for mapset, items in chosen_sets.items() for item in items]
+    names = [name for name in every if name[0] != SCHOOLS]
     scorer = Scorer(
         data,
         options.networks,
         {mapset.name: mapset for mapset in chosen_sets},
+        {
+            (mapset.name, item): mapset.building_of(data, item)
+            for mapset, items in chosen_sets.items()
+            for item in items
+        },
         read_scores(options.scores) if options.scores and options.scores.exists() else {},
         options.scores,
     )
-    groups = {f"without group {fold}": [n for n in names if fold_of(n) != fold] for fold in range(len(FOLDS))}
+    groups = {
+        f"without group {fold}": [n for n in names if fold_of(scorer.buildings[n]) != fold]
+        for fold in range(len(FOLDS))
+    }
     groups["all maps"] = names
     chosen = choose_settings(scorer, groups, rounds=options.rounds)
-    nested = {name: chosen[f"without group {fold_of(name)}"] for name in names}
+    nested = {
+        name: chosen["all maps" if name[0] == SCHOOLS else f"without group {fold_of(scorer.buildings[name])}"]
+        for name in every
+    }
     ways = {
-        "values of pianta": dict.fromkeys(names, SHIPPED),
+        "values of pianta": dict.fromkeys(every, SHIPPED),
         "nested choice": nested,
-        "start": dict.fromkeys(names, START),
-        "chosen on all maps": dict.fromkeys(names, chosen["all maps"]),
+        "start": dict.fromkeys(every, START),
+        "chosen on all maps": dict.fromkeys(every, chosen["all maps"]),
     }
     for settings in ways.values():
         scorer.fill(settings.items())
     print_choices(scorer, groups, chosen)
+    print_candidates(scorer, names, chosen["all maps"])
     print_scores(scorer, ways)
 
 
-def fold_of(name: MapName) -> int:
-    """The group of FOLDS with the building of a map."""
-    return next(fold for fold, buildings in enumerate(FOLDS) if name_building(name[1]) in buildings)
+def fold_of(building: str) -> int:
+    """The group of FOLDS with a building."""
+    return next(fold for fold, buildings in enumerate(FOLDS) if building in buildings)
 
 
 def read_scores(file: Path) -> dict[tuple[MapName, Setting], tuple[float, float]]:
@@ -236,12 +258,21 @@ def print_choices(scorer: Scorer, groups: dict[str, list[MapName]], chosen: dict
         sys.stdout.write("\n")
 
 
+def print_candidates(scorer: Scorer, names: list[MapName], chosen: Setting) -> None:
+    """Print what each candidate gives on all maps, where the others are as chosen: how much the threshold matters."""
+    for position, (name, values) in enumerate(CANDIDATES.items()):
+        settings = {value: (*chosen[:position], value, *chosen[position + 1 :]) for value in values}
+        scorer.fill((each, setting) for setting in settings.values() for each in names)
+        means = (f"{value:g}: {scorer.mean(names, setting):.2f}" for value, setting in settings.items())
+        sys.stdout.write(f"mean of all maps by {name}, the others as chosen on them: {', '.join(means)}\n")
+
+
 def print_scores(scorer: Scorer, ways: dict[str, dict[MapName, Setting]]) -> None:
     """Print mean ± sd of IoU and F1 of each set, and the differences of the nested choice by map."""
     names = list(ways["nested choice"])
-    parts = [*dict.fromkeys(part for part, _ in names), "all"]
+    parts = [*dict.fromkeys(part for part, _ in names), NOT_SCHOOLS]
     for part in parts:
-        own = [name for name in names if part in (name[0], "all")]
+        own = [name for name in names if name[0] in (SETS if part == NOT_SCHOOLS else (part,))]
         for way, settings in ways.items():
             values = np.array([scorer.scores[name, settings[name]] for name in own])
             (iou, f1), (iou_sd, f1_sd) = values.mean(axis=0), values.std(axis=0, ddof=1)
@@ -251,7 +282,7 @@ def print_scores(scorer: Scorer, ways: dict[str, dict[MapName, Setting]]) -> Non
             np.array([scorer.scores[name, ways[way][name]] for name in own])
             for way in ("nested choice", "values of pianta")
         )
-        low, high = bootstrap_buildings(own, nested - shipped)
+        low, high = bootstrap_buildings([scorer.buildings[name] for name in own], nested - shipped)
         change = (nested - shipped).mean(axis=0)
         worse, better = ((nested - shipped).sum(axis=1) < -1e-9).sum(), ((nested - shipped).sum(axis=1) > 1e-9).sum()
         sys.stdout.write(
@@ -260,10 +291,12 @@ def print_scores(scorer: Scorer, ways: dict[str, dict[MapName, Setting]]) -> Non
         )
 
 
-def bootstrap_buildings(names: Sequence[MapName], values: Floats) -> tuple[Floats, Floats]:
-    """The 95 % interval of the mean of values, shape (maps, columns), when buildings are drawn with replacement."""
-    buildings = sorted({name_building(item) for _, item in names})
-    rows = [[i for i, (_, item) in enumerate(names) if name_building(item) == each] for each in buildings]
+def bootstrap_buildings(owners: Sequence[str], values: Floats) -> tuple[Floats, Floats]:
+    """The 95 % interval of the mean of values, shape (maps, columns), when buildings are drawn with replacement.
+
+    owners: the building of each map.
+    """
+    rows = [[i for i, owner in enumerate(owners) if owner == building] for building in sorted(set(owners))]
     random = np.random.default_rng(0)
     means = [
         values[[row for building in random.integers(len(rows), size=len(rows)) for row in rows[building]]].mean(axis=0)
