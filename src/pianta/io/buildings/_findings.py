@@ -154,7 +154,7 @@ def read_points(points: Iterable[Element], *, limit: float, name: str, defects: 
 
 
 def polygon_of_corners(corners: Floats, name: str, findings: Findings, *, defects: list[str]) -> Polygon:
-    """The outline through corners, shape (N, 2), as a valid polygon; empty if there is none.
+    """The outline through corners, shape (N, 2), as a valid polygon; empty if it has no area.
 
     An outline that meets itself is reduced to its largest part. Defects are an outline without area, one of more than
     MAX_CORNERS, and one that meets itself and has more than MAX_REPAIRED_CORNERS.
