@@ -12,7 +12,7 @@ could still profit from them by this way; to exclude that, networks for all pair
 Schools take no part: they are scored with the thresholds that are chosen on all other maps, by pianta's own network.
 
 --scores keeps every score in a file, so that a run that was stopped goes on. Printed are the thresholds of each group;
-what each candidate gives on all maps; by set the mean ± sd with the values of pianta, with the nested choice, at the
+what each candidate gave on all maps; by set the mean ± sd with the values of pianta, with the nested choice, at the
 start, and with one choice on all maps (which sees everything); and the difference of nested choice and pianta by map,
 with a 95 % interval of a bootstrap of buildings.
 """
@@ -196,7 +196,7 @@ def main() -> None:
         for fold in range(len(FOLDS))
     }
     groups["all maps"] = names
-    chosen = choose_settings(scorer, groups, rounds=options.rounds)
+    chosen, trace = choose_settings(scorer, groups, rounds=options.rounds)
     nested = {
         name: chosen["all maps" if name[0] == SCHOOLS else f"without group {fold_of(scorer.buildings[name])}"]
         for name in every
@@ -210,7 +210,7 @@ def main() -> None:
     for settings in ways.values():
         scorer.fill(settings.items())
     print_choices(scorer, groups, chosen)
-    print_candidates(scorer, names, chosen["all maps"])
+    print_candidates(scorer, names, trace["all maps"])
     print_scores(scorer, ways)
 
 
@@ -225,9 +225,12 @@ def read_scores(file: Path) -> dict[tuple[MapName, Setting], tuple[float, float]
     return {((part, item), tuple(setting)): (iou, f1) for (part, item), setting, (iou, f1) in rows}
 
 
-def choose_settings(scorer: Scorer, groups: dict[str, list[MapName]], *, rounds: int) -> dict[str, Setting]:
-    """The setting of each group of maps; of equally good candidates the first."""
+def choose_settings(
+    scorer: Scorer, groups: dict[str, list[MapName]], *, rounds: int
+) -> tuple[dict[str, Setting], dict[str, list[list[Setting]]]]:
+    """The setting of each group of maps, of equally good candidates the first; and the settings tried in each step."""
     chosen = dict.fromkeys(groups, START)
+    trace: dict[str, list[list[Setting]]] = {group: [] for group in groups}
     for _ in range(rounds):
         before = dict(chosen)
         for position, values in enumerate(CANDIDATES.values()):
@@ -239,11 +242,12 @@ def choose_settings(scorer: Scorer, groups: dict[str, list[MapName]], *, rounds:
                 (name, setting) for group, settings in tried.items() for setting in settings for name in groups[group]
             )
             for group, settings in tried.items():
+                trace[group].append(settings)
                 chosen[group] = max(settings, key=lambda setting: scorer.mean(groups[group], setting))
             sys.stderr.write(f"{list(CANDIDATES)[position]}: {chosen}\n")
         if chosen == before:
             break
-    return chosen
+    return chosen, trace
 
 
 def print_choices(scorer: Scorer, groups: dict[str, list[MapName]], chosen: dict[str, Setting]) -> None:
@@ -258,13 +262,12 @@ def print_choices(scorer: Scorer, groups: dict[str, list[MapName]], chosen: dict
         sys.stdout.write("\n")
 
 
-def print_candidates(scorer: Scorer, names: list[MapName], chosen: Setting) -> None:
-    """Print what each candidate gives on all maps, where the others are as chosen: how much the threshold matters."""
-    for position, (name, values) in enumerate(CANDIDATES.items()):
-        settings = {value: (*chosen[:position], value, *chosen[position + 1 :]) for value in values}
-        scorer.fill((each, setting) for setting in settings.values() for each in names)
-        means = (f"{value:g}: {scorer.mean(names, setting):.2f}" for value, setting in settings.items())
-        sys.stdout.write(f"mean of all maps by {name}, the others as chosen on them: {', '.join(means)}\n")
+def print_candidates(scorer: Scorer, names: list[MapName], trace: list[list[Setting]]) -> None:
+    """Print what the candidates gave on all maps, each threshold with the others as chosen so far: what it matters."""
+    for position, settings in enumerate(trace):
+        name = list(CANDIDATES)[position % len(CANDIDATES)]
+        means = (f"{setting[position % len(CANDIDATES)]:g}: {scorer.mean(names, setting):.2f}" for setting in settings)
+        sys.stdout.write(f"mean of all maps by {name}, the others as chosen so far: {', '.join(means)}\n")
 
 
 def print_scores(scorer: Scorer, ways: dict[str, dict[MapName, Setting]]) -> None:

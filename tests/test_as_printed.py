@@ -15,6 +15,7 @@ from pianta.layout.thesis.affinity import cluster_faces, compute_affinity_matrix
 from pianta.layout.thesis.contour import compute_map_contour
 from pianta.layout.thesis.faces import Faces
 from pianta.layout.thesis.lines import chain_spatially, get_representative_lines
+from pianta.layout.thesis.reconstruct import reconstruct_layout
 from pianta.layout.thesis.segments import detect_segments
 from tests.command_line import run_pianta
 from tests.drawn_maps import carve, make_grid, make_working_grid
@@ -178,3 +179,9 @@ def test_the_command_names_its_own_flags(tmp_path):
     assert code == 2
     assert "--as-printed is for method thesis and method is structure, give --method thesis" in err
     assert not (tmp_path / "out").exists()
+
+
+def test_rooms_do_not_depend_on_whether_doors_are_looked_for():
+    grid = make_grid(SUITE)
+    floor, rooms = (reconstruct_layout(grid, parameters=OURS, with_doors=each) for each in (True, False))
+    assert (floor.rooms, len(floor.doors), rooms.doors) == (rooms.rooms, 2, ())

@@ -60,8 +60,8 @@ def test_changes_are_differences_of_single_maps(tmp_path, monkeypatch):
     write_slam(tmp_path, "a", "b")
     monkeypatch.setattr(
         departures,
-        "find_rooms",
-        lambda *_, method, parameters: TRUE_FLOOR if parameters.hough_passes == 3 else ONE_ROOM,
+        "reconstruct_layout",
+        lambda *_, parameters, **__: TRUE_FLOOR if parameters.hough_passes == 3 else ONE_ROOM,
     )
     results = measure(tmp_path, sets=("schools",))
     assert not results.failed

@@ -40,9 +40,10 @@ def scorer(monkeypatch) -> FakeScorer:
 
 def test_each_group_has_the_thresholds_that_are_best_on_its_own_maps(scorer):
     groups = {"a alone": NAMES[:2], "b alone": NAMES[2:]}
-    chosen = nested.choose_settings(scorer, groups, rounds=3)
+    chosen, trace = nested.choose_settings(scorer, groups, rounds=3)
     # Of equally good candidates the first
     assert chosen == {"a alone": (2.0, 0.0, 7.0), "b alone": (1.0, 5.0, 7.0)}
+    assert trace["b alone"][1] == [(1, 0, 7), (1, 5, 7)]
     # One threshold after the other, then all again with the others as chosen
     first, second = {(0, 0, 7), (1, 0, 7), (2, 0, 7), (1, 5, 7), (1, 5, 8)}, {(0, 5, 7), (2, 5, 7)}
     assert {setting for name, setting in scorer.scores if name[1] == "office_b"} == first | second

@@ -13,7 +13,7 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io._files import short_repr
 from pianta.layout.parameters import CLUTTER, DEPARTURES, ThesisParameters
-from pianta.layout.reconstruct import find_rooms
+from pianta.layout.thesis.reconstruct import reconstruct_layout
 from pianta_bench.data.folders import REMEDY, check_set, find_data
 from pianta_bench.data.layout_sets import LAYOUT_SETS
 from pianta_bench.data.map_sets import SETS, TrueMap, choose_sets
@@ -34,9 +34,9 @@ FAILED: Figures = {**dict.fromkeys(SCORES, 0.0), "rooms": 0.0}
 def measure(data: Path | None = None, *, sets: Sequence[str] | None = None, track: Track = iter) -> Results:
     """Scores of all variants of Algorithm 1, and their differences from AS_PRINTED or OURS, map by map.
 
-    Variants: AS_PRINTED, the same with each departure alone ("+ …"), OURS, and ours without each ("− …"). Partial rooms
-    are not predicted, which changes no score. Small groups of cells stay in empty maps as printed, and go in furnished
-    ones, so that this departure is none there.
+    Variants: AS_PRINTED, the same with each departure alone ("+ …"), OURS, and ours without each ("− …"). Doors are
+    not looked for and partial rooms not predicted, which changes no score. Small groups of cells stay in empty maps as
+    printed, and go in furnished ones, so that this departure is none there.
     sets: of DEPARTURE_SETS, all unless given. track: wraps the names of the maps, to show progress.
     Raises OptionError for the name of no set, DataError if there are no maps.
     """
@@ -86,7 +86,7 @@ def read_map_and_layout(data: Path, part: str, item: str) -> tuple[TrueMap, Grid
 def measure_variant(read: Any, part: str, parameters: ThesisParameters) -> Iterator[Figures]:
     """The scores of one map by one variant, %."""
     true_map, grid, truth = read()
-    floor = find_rooms(grid, method="thesis", parameters=parameters)
+    floor = reconstruct_layout(grid, parameters=parameters, with_doors=False)
     walls = score_layout([room.polygon for room in floor], [room.polygon for room in truth])
     figures = score_floor(floor, true_map, SETS[part])
     yield {

@@ -23,10 +23,11 @@ from pianta.layout.thesis.lines import get_representative_lines
 from pianta.layout.thesis.segments import detect_edges, detect_segments
 
 
-def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters) -> Floor:
+def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters, with_doors: bool = True) -> Floor:
     """Layout of a grid map by Algorithm 1, with the doors of the topological map; metres in the map frame.
 
-    Rooms are numbered in reading order of the map image. Raises MapError when the map shows no room.
+    Rooms are numbered in reading order of the map image. with_doors: False to leave out the doors, which cost most of
+    the time. Raises MapError when the map shows no room.
     """
     check_shows_rooms(grid)
     # M: free space, without the small groups of cells that are furniture (section 3.2)
@@ -58,7 +59,8 @@ def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters) -> Floor:
     if not rooms:
         raise MapError(NO_ROOM)
     # Find the connections between rooms
-    doors = find_doors(working_grid, np.append(room_of_face, -1)[face_of_cell], parameters)
+    room_of_cell = np.append(room_of_face, -1)[face_of_cell]
+    doors = find_doors(working_grid, room_of_cell, parameters) if with_doors else []
     # A line along the outer wall may run just outside the rooms.
     extent = shapely.box(*shapely.total_bounds(faces.polygons[room_of_face >= 0])).buffer(FRINGE, join_style="mitre")
     walls = cut_lines(lines, extent)
