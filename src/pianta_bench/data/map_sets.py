@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from pianta.errors import DataError
 from pianta.evaluation.segmentation import drop_small_rooms
-from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io._files import short_repr
 from pianta.io.buildings.thesis_xml import read_building_xml
@@ -36,14 +35,14 @@ class TrueMap:
     spaces: shape (H, W), 0 no room, n a true room, with all its pixels.
     rooms: the same for the counts on free cells, where the survey's rooms begin at 1 m².
     free: shape (H, W), the free cells of the map, or of the truth where it is a map itself.
-    drawn: the layout that the thesis' author drew of the map, where there is one.
+    layout: the file of the layout that the thesis' author drew of the map, where there is one.
     """
 
     grid: GridMap
     spaces: NDArray[np.int32]
     rooms: NDArray[np.int32]
     free: NDArray[np.bool_]
-    drawn: Floor | None = None
+    layout: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -101,8 +100,8 @@ def read_survey_map(folder: Path, name: str, *, ending: str) -> TrueMap:
     grey, _ = read_grey(folder / f"{name}_gt_segmentation.png")
     grid = read_map(folder / f"{name}{ending}", resolution=RESOLUTION)
     layout = folder / f"{name}{SURVEY_LAYOUT}"
-    drawn = read_building_xml(layout, grid=grid) if layout.exists() else None
-    return TrueMap(grid, label_patches(grey), label_free_rooms(grey), grey > ROOM_ABOVE_GREY, drawn)
+    true_rooms = label_patches(grey), label_free_rooms(grey)
+    return TrueMap(grid, *true_rooms, grey > ROOM_ABOVE_GREY, layout if layout.exists() else None)
 
 
 def read_colored_map(folder: Path, name: str) -> TrueMap:

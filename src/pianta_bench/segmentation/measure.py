@@ -14,6 +14,7 @@ from pianta.evaluation.coverage import Scores, score_layout
 from pianta.evaluation.persistence import score_persistence
 from pianta.evaluation.segmentation import drop_small_rooms, keep_rooms_at, label_rest, score_labels
 from pianta.floor import Floor
+from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.layout.reconstruct import METHODS, check_method
 from pianta.layout.room_ids import keep_room_ids
 from pianta_bench.data.folders import find_data
@@ -113,7 +114,7 @@ def measure_map(
     true_map = read(mapset, item)
     truth = cut_spaces(true_map.spaces, true_map, mapset)
     yield {"true": len(np.unique(truth[truth > 0])), **(count_true_rooms(truth, true_map) if count else {})}
-    if true_map.drawn is None:
+    if true_map.layout is None:
         yield dict.fromkeys(DRAWN_METRICS)
     name, parameters = choose_method(method, mapset.name)
     floor, time = time_reconstruction(true_map.grid, method=name, parameters=parameters)
@@ -171,9 +172,9 @@ def _describe_free_counts(labels: NDArray[np.int32], true_map: TrueMap, mapset: 
 
 def _describe_drawn(floor: Floor, true_map: TrueMap) -> Figures:
     """The scores against the drawn layout of the map: whole polygons, and free cells alone; None without a layout."""
-    drawn = true_map.drawn
-    if drawn is None:
+    if true_map.layout is None:
         return dict.fromkeys(DRAWN_METRICS)
+    drawn = read_building_xml(true_map.layout, grid=true_map.grid)
     polygons = score_layout([room.polygon for room in floor], [room.polygon for room in drawn])
     labels = (each.label_image(true_map.grid) for each in (floor, drawn))
     free = score_labels(*labels, counted=true_map.grid.free)
