@@ -333,7 +333,7 @@ def test_tables(measured):
     assert chains["R̂ of target 2"] == [None, None, 1.25] * 2
     assert chains["R̂ of target 3"] == [None, None, 1] * 2
     stopped = [
-        f"Stopped there: step {step}, {part}; 1 of {targets} targets have not mixed."
+        f"Stopped there: step {step}, {part}; 1 of {targets} targets at R̂ 1.1 or above."
         for part in (CORR, NCUT)
         for step, targets in ((2, 2), (4, 3))
     ]

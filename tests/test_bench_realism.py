@@ -11,7 +11,7 @@ import pytest
 from pianta.errors import DataError, MapError
 from pianta.floor import Floor
 from pianta.labels import LabelSet
-from pianta_bench.harness.error_rates import OF_FLOORS, OVER_CLASSES, STATISTICS
+from pianta_bench.harness.error_rates import ALL_FLOORS, CLASS_MEAN, STATISTICS
 from pianta_bench.harness.records import Results, select_records
 from pianta_bench.harness.tables import Cell
 from pianta_bench.places.models import CENTRAL, LOCAL
@@ -141,7 +141,7 @@ def test_views(measured):
     assert errors["worlds called simulated by one class", UNLABELLED, "R/C"] == 100 * sum(atypical) / 4
 
 
-def error_of(results: Results, model: str, statistic: str = OF_FLOORS) -> float:
+def error_of(results: Results, model: str, statistic: str = ALL_FLOORS) -> float:
     fields = {"model": model, "label_set": "R/C", "statistic": statistic}
     (error,) = [each["value"] for each in select_records(derive_errors(results), fields)]
     return float(error)
@@ -156,7 +156,7 @@ def test_errors_by_hand(measured, monkeypatch):
     monkeypatch.setattr(realism, "THRESHOLDS", MappingProxyType({ONE: scores[2]}))
     assert error_of(results, ONE) == pytest.approx(100 * 3 / 9)
     # Three of five offices, none of four worlds.
-    assert error_of(results, ONE, OVER_CLASSES) == pytest.approx(100 * (3 / 5 + 0 / 4) / 2)
+    assert error_of(results, ONE, CLASS_MEAN) == pytest.approx(100 * (3 / 5 + 0 / 4) / 2)
 
 
 def test_a_probability_of_one_half_is_realistic(measured):
@@ -170,7 +170,7 @@ def test_a_probability_of_one_half_is_realistic(measured):
     results = Results()
     results.records += halves
     assert error_of(results, TWO) == pytest.approx(100 * 4 / 9)
-    assert error_of(results, TWO, OVER_CLASSES) == 50
+    assert error_of(results, TWO, CLASS_MEAN) == 50
     (error,) = [
         each["value"]
         for each in derive_views(floors)

@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from pianta_bench.harness.error_rates import OF_FLOORS, OVER_CLASSES, measure_error_rates
+from pianta_bench.harness.error_rates import ALL_FLOORS, CLASS_MEAN, measure_error_rates
 from pianta_bench.harness.tables import read_published
 
 SCHOOLS, OFFICES, WORLDS = 30, 20, 6
@@ -15,23 +15,23 @@ def test_by_hand():
     wrong = [True, False, False, False, True, False, False]
     rates = measure_error_rates(classes, wrong)
     # Two of seven floors; one of five schools, one of two offices.
-    assert rates[OF_FLOORS] == pytest.approx(100 * 2 / 7)
-    assert rates[OVER_CLASSES] == pytest.approx(100 * (1 / 5 + 1 / 2) / 2)
+    assert rates[ALL_FLOORS] == pytest.approx(100 * 2 / 7)
+    assert rates[CLASS_MEAN] == pytest.approx(100 * (1 / 5 + 1 / 2) / 2)
 
 
 def test_three_classes():
     rates = measure_error_rates(["a", "b", "b", "c", "c", "c"], [True, True, False, False, False, True])
-    assert rates[OF_FLOORS] == 50
-    assert rates[OVER_CLASSES] == pytest.approx(100 * (1 + 1 / 2 + 1 / 3) / 3)
+    assert rates[ALL_FLOORS] == 50
+    assert rates[CLASS_MEAN] == pytest.approx(100 * (1 + 1 / 2 + 1 / 3) / 3)
 
 
 def test_no_floors():
-    assert measure_error_rates([], []) == {OF_FLOORS: None, OVER_CLASSES: None}
+    assert measure_error_rates([], []) == {ALL_FLOORS: None, CLASS_MEAN: None}
 
 
 def list_possible(first: int, second: int) -> dict[str, set[str]]:
-    """All figures that two classes of so many floors can have, by statistic, as the thesis prints them."""
-    figures: dict[str, set[str]] = {OF_FLOORS: set(), OVER_CLASSES: set()}
+    """All figures that two classes of these numbers of floors can have, by statistic, as the thesis prints them."""
+    figures: dict[str, set[str]] = {ALL_FLOORS: set(), CLASS_MEAN: set()}
     for wrong in product(range(first + 1), range(second + 1)):
         classes = ["first"] * first + ["second"] * second
         is_wrong = [number < wrong[0] for number in range(first)] + [number < wrong[1] for number in range(second)]

@@ -53,4 +53,4 @@ def _list_stops(models: Mapping[str, ModelMixing | None]) -> Iterator[str]:
             chains: Mixing = getattr(mixing, name)
             if not chains.has_mixed:
                 high = sum(target >= MIXED_BELOW for target in chains.targets)
-                yield f"Stopped there: {step}, {part}; {high} of {len(chains.targets)} targets have not mixed."
+                yield f"Stopped there: {step}, {part}; {high} of {len(chains.targets)} targets at R̂ 1.1 or above."

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from statistics import fmean
 
 # Share of all floors that are wrong.
-OF_FLOORS = "of floors"
+ALL_FLOORS = "all floors"
 # For each class the share of its floors that are wrong, and the mean of these shares: every class counts the same.
-OVER_CLASSES = "mean over classes"
-STATISTICS = (OF_FLOORS, OVER_CLASSES)
-STATISTICS_NOTE = f"{OF_FLOORS}: share of all floors; {OVER_CLASSES}: mean of the shares of each class."
+CLASS_MEAN = "class mean"
+STATISTICS = (ALL_FLOORS, CLASS_MEAN)
+STATISTICS_NOTE = f"{ALL_FLOORS}: share of all floors; {CLASS_MEAN}: mean of the shares of each class."
 
 
 def measure_error_rates(classes: Sequence[str], wrong: Sequence[bool]) -> Mapping[str, float | None]:
@@ -24,11 +24,11 @@ def measure_error_rates(classes: Sequence[str], wrong: Sequence[bool]) -> Mappin
 
     >>> rates = measure_error_rates(["world"] * 6 + ["office"] * 20, [True] + [False] * 25)
     >>> {name: round(rate, 2) for name, rate in rates.items()}
-    {'of floors': 3.85, 'mean over classes': 8.33}
+    {'all floors': 3.85, 'class mean': 8.33}
     """
     if not classes:
         return dict.fromkeys(STATISTICS)
     by_class: dict[str, list[bool]] = {}
     for name, is_wrong in zip(classes, wrong, strict=True):
         by_class.setdefault(name, []).append(bool(is_wrong))
-    return {OF_FLOORS: 100 * fmean(wrong), OVER_CLASSES: 100 * fmean(fmean(each) for each in by_class.values())}
+    return {ALL_FLOORS: 100 * fmean(wrong), CLASS_MEAN: 100 * fmean(fmean(each) for each in by_class.values())}
