@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterable
 from importlib import import_module
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -17,25 +18,22 @@ nested = import_module("score_nested_choice")
 NAMES = [("survey", "office_a"), ("furniture", "office_a"), ("survey", "office_b")]
 
 
-class FakeScorer(nested.Scorer):
-    """IoU and F1 by the first two thresholds: best at 2 and 0, in office_b at 1 and 5; the third is idle."""
-
-    def __init__(self) -> None:
-        super().__init__(Path(), Path(), {}, {name: name[1] for name in NAMES}, {}, None)
-
-    def fill(self, wanted: Iterable[tuple[Any, Any]]) -> None:
-        for name, setting in wanted:
-            best = (1, 5) if name[1] == "office_b" else (2, 0)
-            score = 100 - sum(abs(value - other) for value, other in zip(setting, best, strict=False))
-            self.scores[name, setting] = score, score
-
-
 @pytest.fixture
-def scorer(monkeypatch) -> FakeScorer:
+def scorer(monkeypatch) -> Any:
+    """IoU and F1 by the first two thresholds: best at 2 and 0, in office_b at 1 and 5; the third is idle."""
     candidates = {"a": (0.0, 1.0, 2.0), "b": (0.0, 5.0), "c": (7.0, 8.0)}
     monkeypatch.setattr(nested, "CANDIDATES", candidates)
     monkeypatch.setattr(nested, "START", (0.0, 0.0, 7.0))
-    return FakeScorer()
+    made = nested.Scorer(Path(), Path(), {}, {name: name[1] for name in NAMES}, {}, None)
+
+    def fill(wanted: Iterable[tuple[Any, Any]]) -> None:
+        for name, setting in wanted:
+            best = (1, 5) if name[1] == "office_b" else (2, 0)
+            score = 100 - sum(abs(value - other) for value, other in zip(setting, best, strict=False))
+            made.scores[name, setting] = score, score
+
+    monkeypatch.setattr(made, "fill", fill)
+    return made
 
 
 def test_each_group_has_the_thresholds_that_are_best_on_its_own_maps(scorer):
@@ -74,8 +72,8 @@ def test_the_bootstrap_draws_buildings(scorer):
 
 
 def test_a_step_runs_once_for_settings_that_do_not_change_it(monkeypatch):
-    runs = []
-    monkeypatch.setattr(nested.reconstruct, "find_floor_space", lambda *_: runs.append(1) or len(runs))
+    runs = count(1)
+    monkeypatch.setattr(nested.reconstruct, "find_floor_space", lambda *_: next(runs))
     values = [(size, width) for size in (1, 2) for width in (1, 2)]
     parameters = [nested.StructureParameters(clutter_size=size, room_width=width) for size, width in values]
     kept: dict[Any, Any] = {}
