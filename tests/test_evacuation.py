@@ -247,8 +247,8 @@ class TestPeople:
         )
         assert count_people(floor) == {1: 10, 2: 10, 3: 0, 4: 10, 5: 1}
         assert count_people(floor, density=0.5) == {1: 9, 2: 70, 3: 50, 4: 70, 5: 5}
-        given = count_people(floor, densities={"Office": 0.1, "CORRIDOR": 0.01}, people={5: 7}, exit_rooms={1})
-        assert given == {1: 0, 2: 14, 3: 1, 4: 10, 5: 7}
+        options = {"densities": {"Office": 0.1, "CORRIDOR": 0.01}, "people": {5: 7}, "exit_rooms": {1}}
+        assert count_people(floor, **options) == {1: 0, 2: 14, 3: 1, 4: 10, 5: 7}
 
     def test_every_label_of_the_thesis_has_a_number(self):
         names = {name for schema in SCHEMAS.values() for name in schema.by_name}

@@ -24,6 +24,9 @@ EXERCISE = 50  # exercise rooms, gross
 KITCHEN = 200  # kitchens, commercial, gross
 SHOP = 60  # mercantile, gross
 STORAGE = 300  # accessory storage areas, mechanical equipment room, gross
+WAREHOUSE = 500  # warehouses, gross
+DWELLING = 200  # residential, gross
+SLEEPING = 120  # institutional areas: sleeping areas, gross
 SQUARE_FEET_PER_PERSON: Mapping[str, int] = MappingProxyType(
     {
         **dict.fromkeys(("CLASSROOM", "SMALL", "MEDIUM"), CLASSROOM),
@@ -39,11 +42,25 @@ SQUARE_FEET_PER_PERSON: Mapping[str, int] = MappingProxyType(
         "CONVENIENCE STORE": SHOP,
         **dict.fromkeys(("CLOSET", "MEDIUM SERVICE", "BIG SERVICE", "COLLECTIVE SERVICE ROOM"), STORAGE),
         str(FCES.SERVICE): STORAGE,
+        "WAREHOUSE": WAREHOUSE,
+        **dict.fromkeys(("BEDROOM", "DINING ROOM", "LIVING ROOM"), DWELLING),
+        "WARD": SLEEPING,
     }
 )
 # People in these are counted in the rooms that they come from, as for net areas of the code.
 EMPTY_LABELS = frozenset(
-    ("CORRIDOR", "LOBBY", "HALL", "ENTRANCE", "ELEVATOR", "STAIRS", "BATHROOM", "WASHROOM", str(FCES.CONNECTION))
+    (
+        "CORRIDOR",
+        "LOBBY",
+        "HALL",
+        "ENTRANCE",
+        "ELEVATOR",
+        "STAIRS",
+        "BATHROOM",
+        "TOILET",
+        "WASHROOM",
+        str(FCES.CONNECTION),
+    )
 )
 # People per m² of rooms without a label, or with one that is not above: business areas, which include corridors.
 DEFAULT_DENSITY = 1 / (BUSINESS * SQUARE_FOOT)
