@@ -1,6 +1,7 @@
 """`pianta bench types` as a user runs it, and its tables."""
 
 import json
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -207,7 +208,7 @@ def write_mit_floor(offices: int, *, size: float) -> str:
     return MIT_FLOOR.format("".join(spaces))
 
 
-def _write_mit_space(name: str, label: str, corners: list[tuple[float, float]], portals: str) -> str:
+def _write_mit_space(name: str, label: str, corners: Sequence[tuple[float, float]], portals: str) -> str:
     points = "".join(f'<point x="{700_000 + x}" y="{500_000 + y}"/>' for x, y in [*corners, corners[0]])
     return f'<space name="{name}" type="{label}"><contour>{points}</contour>{portals}</space>'
 

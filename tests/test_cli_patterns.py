@@ -1,7 +1,6 @@
 """`pianta patterns` as a user runs it."""
 
 import json
-from pathlib import Path
 
 import pytest
 from PIL import Image
@@ -13,7 +12,7 @@ from tests.test_model_floor_plan import MEDIUM, SMALL, WIDE, make_wing
 
 
 @pytest.fixture
-def wing(tmp_path) -> Path:
+def wing(tmp_path):
     save_floor(make_wing([SMALL, MEDIUM, WIDE] * 2), tmp_path / "wing.geojson")
     return tmp_path / "wing.geojson"
 

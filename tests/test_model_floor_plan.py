@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapely import LineString, Point, affinity, box
+from shapely import LineString, Point, Polygon, affinity, box
 
 from pianta import find_model_floor_plan, make_world
 from pianta.errors import FloorError, OptionError
@@ -18,6 +19,7 @@ from pianta.patterns._room_table import build_room_table, find_corridors
 from pianta.patterns.model_floor_plan import Motion, Pattern
 from pianta.plot.model_floor_plan import plot_model_floor_plan
 
+Shape = TypeVar("Shape", Polygon, LineString)
 # m: no two of these widths are alike.
 SMALL, MEDIUM, WIDE = 3.0, 4.5, 7.0
 
@@ -153,8 +155,10 @@ def test_rooms_of_one_label_that_are_equal_stay_when_they_are_shuffled_among_the
     assert (plan.chance.saved, plan.chance.saved_sd, plan.chance.below) == (0.6, 0, 0)
 
 
-def move_floor(floor: Floor, *, angle: float, shift: tuple[float, float], scale: float = 1, mirror: bool = False):
-    def move(shape):
+def move_floor(
+    floor: Floor, *, angle: float, shift: tuple[float, float], scale: float = 1, mirror: bool = False
+) -> Floor:
+    def move(shape: Shape) -> Shape:
         scaled = affinity.scale(shape, -scale if mirror else scale, scale, origin=(0, 0))
         return affinity.translate(affinity.rotate(scaled, angle, (0, 0)), *shift)
 

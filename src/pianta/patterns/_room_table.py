@@ -113,7 +113,7 @@ def _is_corridor(room: Room, doors: int) -> bool:
     """Whether a room is a corridor; doors: how many it has."""
     if LabelSet.R_C in room.labels:
         return room.labels[LabelSet.R_C] == RC.CORRIDOR
-    name = normalize_label(room.label)
+    name = normalize_label(room.label) or ""
     functions = {schema.by_name[name].function for schema in ALL_SCHEMAS.values() if name in schema.by_name}
     if functions or name in {*RC, *FCES}:
         return FCES.CONNECTION in functions or name in (RC.CORRIDOR, FCES.CONNECTION)

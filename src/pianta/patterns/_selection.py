@@ -123,4 +123,4 @@ def _find_sources(image: Indices, members: Indices) -> list[int]:
     """The room whose image each member is; -1 without one."""
     source = np.full(len(image), -1)
     source[image[members]] = members
-    return source[members].tolist()
+    return [int(room) for room in source[members]]

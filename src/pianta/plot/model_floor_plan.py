@@ -60,10 +60,12 @@ def plot_model_floor_plan(floor: Floor, plan: ModelFloorPlan, *, storey: int = 0
     >>> ax = pianta.plot.plot_model_floor_plan(floor, pianta.find_model_floor_plan(floor, shuffles=0))
     """
     ax = new_ax(ax)
-    colors = {room: color for pattern, color in _color(plan) for room, color in _tint_rooms(pattern, color, storey)}
+    colors: dict[int, str | tuple[float, ...]] = {
+        room: tint for pattern, color in _color(plan) for room, tint in _tint_rooms(pattern, color, storey)
+    }
     for room in floor.rooms:
-        look = {"facecolor": colors.get(room.id, OTHER_COLOR), "edgecolor": EDGE_COLOR, "linewidth": 0.6}
-        _add_patch(room.polygon, ax, zorder=ROOM_LEVEL, **look)
+        fill = colors.get(room.id, OTHER_COLOR)
+        _add_patch(room.polygon, ax, zorder=ROOM_LEVEL, facecolor=fill, edgecolor=EDGE_COLOR, linewidth=0.6)
     plot_doors(floor, ax=ax)
     for pattern, color in _color(plan):
         for number, occurrence in enumerate(pattern.occurrences, start=1):

@@ -80,6 +80,7 @@ def read_room_sets(data: Path | None, *, houses: Path | None = None) -> tuple[tu
     failed: list[Item] = []
     for name, folder in _list_type_folders(data, houses).items():
         represent = partial(_represent, _schema_of_folder(folder, name))
+        rows: Sequence[Item]
         if folder == houses:
             floors, rows = _read_houses(folder, represent)
         elif data:
