@@ -95,15 +95,16 @@ def print_rooms(
     classify: Callable[[list[BuildingFloor]], Mapping[LabelSet, list[float]]],
 ) -> None:
     """Print a line for each type and variant: wrong rooms in %, mean ± sd over floors."""
-    for kind in models.list_types(floors):
-        typed = [floor for floor in floors if floor.annotated.kind == kind]
+    for building_type in models.list_types(floors):
+        typed = [floor for floor in floors if floor.annotated.kind == building_type]
         for variant, relations in VARIANTS.items():
             start = time.process_time()
             prepare = add_facts if part == "rooms" else add_features
             wrong = classify([prepare(floor, relations) for floor in typed])
             cells = [f"{label_set} {fmean(values):6.2f} ± {stdev(values):5.2f}" for label_set, values in wrong.items()]
             print(
-                f"{part:6} {kind:7} {variant:14} {'   '.join(cells)}   {time.process_time() - start:6.0f} s", flush=True
+                f"{part:6} {building_type:7} {variant:14} {'   '.join(cells)}   {time.process_time() - start:6.0f} s",
+                flush=True,
             )
 
 

@@ -22,7 +22,7 @@ MIT = "MIT"
 FREQUENT = 1000
 MAX_LABELS = 8  # of the table, as it prints; of a smaller campus the most frequent ones
 NO_LABEL = "no label"
-# Of SCALES, those without the labels behind doorways, which are none of L_general.
+# Of SCALES, those without the labels behind doorways, which L_general does not have.
 CAMPUS_SCALES = ("a (m²), d, rt", "% of range")
 
 
@@ -31,7 +31,7 @@ def read_campus(folder: Path) -> tuple[RoomSet, list[Item]]:
 
     The files are MIT XML, KTH XML, or any other format of read_building. A file BUILDING_FLOOR.xml is of one building
     with the other files of that name; the floors in a subfolder are of one building too. Neighbours are not counted, as
-    their labels are none of L_general.
+    L_general does not have their labels.
     Raises OptionError for a path that is no folder, BuildingError for one without buildings, and DataError if fewer
     rooms can be read than a cluster needs.
     """
