@@ -101,11 +101,9 @@ def print_rooms(
             start = time.process_time()
             prepare = add_facts if part == "rooms" else add_features
             wrong = classify([prepare(floor, relations) for floor in typed])
-            cells = [f"{label_set} {fmean(values):6.2f} ± {stdev(values):5.2f}" for label_set, values in wrong.items()]
-            print(
-                f"{part:6} {building_type:7} {variant:14} {'   '.join(cells)}   {time.process_time() - start:6.0f} s",
-                flush=True,
-            )
+            cells = [f"{name} {fmean(values):6.2f} ± {stdev(values):5.2f}" for name, values in wrong.items()]
+            seconds = f"{time.process_time() - start:.0f} s"
+            print(f"{part:6} {building_type:7} {variant:14} {'   '.join(cells)}   {seconds}", flush=True)
 
 
 def classify_by_trees(floors: list[BuildingFloor]) -> dict[LabelSet, list[float]]:
