@@ -221,6 +221,23 @@ class TestShutDoors:
         assert by_number[4].time_if_shut == pytest.approx(pianta.evacuate(SCHOOL, shut=[4]).time)
         assert [door.number for door in evacuation.rank_doors()][:2] == [1, 2]
 
+    def test_a_door_that_only_empty_rooms_use_is_tried_too(self):
+        evacuation = pianta.evacuate(SCHOOL, people={1: 0, 2: 0, 3: 0, 4: 0})
+        assert evacuation.doors[3].longest_if_shut > evacuation.longest.longest
+        assert evacuation.doors[3].longest_if_shut == pytest.approx(pianta.evacuate(SCHOOL, shut=[4]).longest.longest)
+
+    @given(st.data())
+    @settings(max_examples=25, deadline=None)
+    def test_each_door_is_tried_as_if_it_were_shut(self, data):
+        floor = data.draw(random_floors())
+        door = data.draw(st.sampled_from(evacuate_quietly(floor, density=0.5).doors))
+        try:
+            after = evacuate_quietly(floor, density=0.5, shut=[door.number])
+        except OptionError:
+            return
+        assert door.time_if_shut == pytest.approx(after.time)
+        assert door.longest_if_shut == pytest.approx(after.longest.longest)
+
     @given(st.data())
     @settings(max_examples=25, deadline=None)
     def test_it_never_shortens_a_way(self, data):
