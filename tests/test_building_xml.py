@@ -179,7 +179,7 @@ def test_faults_are_listed_together(path):
         assert fault in str(error.value)
 
 
-NO_AREA = [
+NO_AREA: list[Corners] = [
     [],
     [(40, 15)],
     [(40, 15), (40, 15), (40, 15)],
