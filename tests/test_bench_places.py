@@ -348,6 +348,15 @@ def test_an_unknown_split_is_refused(tiny):
     assert "graphs" in line
 
 
+def test_one_building_of_a_type_is_refused(tiny, trainings):
+    """Its rooms could only be labelled by models of no building."""
+    (tiny / "buildings" / "school" / "school2.xml").unlink()
+    outcome = run_pianta("bench", "places", "--data", tiny)
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert outcome.err.startswith("error: 1 building of type school can be read, give 2")
+    assert not trainings
+
+
 def test_without_maps(tiny, trainings):
     for file in (tiny / "slam").iterdir():
         file.unlink()

@@ -10,9 +10,11 @@ from pathlib import Path
 from statistics import median
 from types import MappingProxyType
 
+from pianta.errors import DataError
 from pianta.evaluation.semantics import semantic_accuracy
 from pianta.floor import Floor, scale_floor
 from pianta.gridmap import GridMap
+from pianta.io._faults import join_faults
 from pianta.io.maps import read_map
 from pianta.labels import LabelConvention, LabelSet
 from pianta.layout.reconstruct import reconstruct
@@ -63,6 +65,7 @@ COST = "processor s"  # part of the records with times
 COUNTS = "cost"  # part of the records with the numbers of floors and rooms that were timed
 WRONG_ROOMS = "wrong rooms, %"
 MAPS_TYPE = "school"  # building type of the maps
+MIN_BUILDINGS = 2  # of each type: one is left out, and one is trained on
 TIMED_ROOMS = 60  # labelling is timed on the map whose number of reconstructed rooms is nearest to this
 RUNS = 3  # of reading and labelling, of whose times the median is taken
 
@@ -103,11 +106,12 @@ def measure(
     jobs: number of processes, None for one for each core; figures do not depend on it.
     pictures: folder for NAME.png of each map, with predicted labels, and NAME_true.png.
     track: wraps the steps, to show progress.
-    Raises OptionError for another convention, DataError if there are no buildings of a type, or no maps.
+    Raises OptionError for another convention, DataError for fewer than two buildings of a type, or no maps.
     """
     labels = check_convention(convention)
     folder = find_data(data)
     floors, failed = read_annotated_floors(folder)
+    _check_buildings(floors)
     maps = _list_map_items(folder, floors)
     if pictures:
         pictures.mkdir(parents=True, exist_ok=True)
@@ -140,6 +144,20 @@ def measure(
     results.details["rooms"] = [floor.as_json() for floor in evaluated]
     _measure_cost(results, prepared, folder, seed=seed)
     return results
+
+
+def _check_buildings(floors: Sequence[AnnotatedFloor]) -> None:
+    """Raise DataError if a type has fewer than MIN_BUILDINGS buildings."""
+    counts = {kind: len({floor.building for floor in floors if floor.kind == kind}) for kind in PARTS}
+    few = [
+        f"{count} building{'s' * (count != 1)} of type {kind}"
+        for kind, count in counts.items()
+        if count < MIN_BUILDINGS
+    ]
+    if few:
+        raise DataError(
+            f"{join_faults(few)} can be read, give {MIN_BUILDINGS} of each type at least, as one is left out"
+        )
 
 
 def _list_map_items(data: Path, floors: Sequence[AnnotatedFloor]) -> list[MapItem]:
