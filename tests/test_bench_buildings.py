@@ -474,7 +474,7 @@ def test_types_that_cannot_be_compared_are_one_line(folders):
     (folders[1] / "office2.xml").write_text(write_labelled("school", stretch=1))
     for number in (1, 2):
         (folders[2] / f"house{number}.xml").unlink()
-    for chosen, told in (
+    for chosen, message in (
         (folders[:1], "all buildings are of type 'school', give folders of two types"),
         (folders[:2], "CLASSROOM"),
         (folders[::2], "house has 1 building, give 3"),
@@ -482,7 +482,7 @@ def test_types_that_cannot_be_compared_are_one_line(folders):
         arguments = [argument for folder in chosen for argument in ("--types", folder)]
         outcome = run_pianta("bench", "buildings", *arguments)
         assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
-        assert told in outcome.err
+        assert message in outcome.err
 
 
 @pytest.mark.slow

@@ -57,9 +57,9 @@ def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (data / "klog").mkdir()
     floors, _ = read_building_floors(data, convention=LabelConvention.EXPERIMENTS)
     for label_set, ending in FILES.items():
-        for kind in ("school", "office"):
-            facts = [label_facts(floor, label_set) for floor in floors if floor.annotated.kind == kind]
-            save_interpretations(data / "klog" / f"{kind}_{ending}.pl", facts)
+        for building_type in ("school", "office"):
+            facts = [label_facts(floor, label_set) for floor in floors if floor.annotated.kind == building_type]
+            save_interpretations(data / "klog" / f"{building_type}_{ending}.pl", facts)
     return data
 
 
@@ -80,7 +80,10 @@ def test_floors_have_the_buildings_of_the_manifest(floors):
     named = {floor.item: floor.building for floor in floors}
     assert named == {
         **{f"school{number}": "school/plans" for number in (0, 1)},
-        **{f"{kind}{number}": f"{kind}/{kind}{number}" for kind, number in (("school", 2), ("school", 3))},
+        **{
+            f"{building_type}{number}": f"{building_type}/{building_type}{number}"
+            for building_type, number in (("school", 2), ("school", 3))
+        },
         **{f"office{number}": f"office/office{number}" for number in range(3)},
     }
     labels = {
@@ -92,14 +95,14 @@ def test_floors_have_the_buildings_of_the_manifest(floors):
 
 
 @pytest.mark.parametrize(
-    ("name", "kind", "item"),
+    ("name", "building_type", "item"),
     [
         ("ioffice130604FloorPlanwithFurniture_smallxml", "office", "130604floorplanwithfurnituresmall"),
         ("ischoolsouthmountainschool_1_updatedxml", "school", "southmountainschool1"),
     ],
 )
-def test_names_of_drawings(name, kind, item):
-    assert name_item(name, kind) == item
+def test_names_of_drawings(name, building_type, item):
+    assert name_item(name, building_type) == item
 
 
 @pytest.mark.slow
@@ -113,7 +116,7 @@ def test_a_building_is_classified_without_its_floors(floors):
 
 
 @pytest.mark.slow
-def test_names_of_labels_tell_the_type(floors):
+def test_names_of_labels_reveal_the_type(floors):
     scores = classify_facts(floors, TYPE, [HIDDEN_SIZES])
     assert not FactScores(floors, {(KLOG, TYPE): scores}).wrong_floors(KLOG, TYPE).any()
 

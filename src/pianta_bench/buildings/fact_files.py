@@ -95,41 +95,44 @@ def read_fact_floors(data: Path) -> list[FactFloor]:
     folder = data / FACTS_FOLDER
     if not folder.is_dir():
         return []
-    floors = [floor for kind in KINDS for floor in _read_type(data, kind)]
-    for kind in KINDS:
-        count = len({floor.building for floor in floors if floor.kind == kind})
+    floors = [floor for building_type in KINDS for floor in _read_type(data, building_type)]
+    for building_type in KINDS:
+        count = len({floor.building for floor in floors if floor.kind == building_type})
         if count < MIN_BUILDINGS:
             raise DataError(
-                f"fact files of {kind}s in {short_repr(folder)} have {count} buildings, give {MIN_BUILDINGS} at least"
+                f"fact files of {building_type}s in {short_repr(folder)} have {count} buildings, "
+                f"give {MIN_BUILDINGS} at least"
             )
     return floors
 
 
-def _read_type(data: Path, kind: str) -> Iterator[FactFloor]:
+def _read_type(data: Path, building_type: str) -> Iterator[FactFloor]:
     """The floors of a type."""
     by_set: dict[LabelSet, dict[str, Interpretation]] = {}
     for label_set, ending in FILES.items():
-        file = data / FACTS_FOLDER / f"{kind}_{ending}.pl"
+        file = data / FACTS_FOLDER / f"{building_type}_{ending}.pl"
         if not file.is_file():
             raise DataError(f"{short_repr(file)} is not there, give it or remove the folder {FACTS_FOLDER}")
         by_set[label_set] = {floor.name: floor for floor in read_interpretations(file)}
     names = [*by_set[LabelSet.R_C]]
     if any({*floors} != {*names} for floors in by_set.values()):
-        raise DataError(f"files {kind}_*.pl of {short_repr(data / FACTS_FOLDER)} have different floors, give the same")
+        raise DataError(
+            f"files {building_type}_*.pl of {short_repr(data / FACTS_FOLDER)} have different floors, give the same"
+        )
     for name in names:
-        item = name_item(name, kind)
-        building = building_of(data, f"buildings/{kind}/{item}.xml")
+        item = name_item(name, building_type)
+        building = building_of(data, f"buildings/{building_type}/{item}.xml")
         facts = {label_set: floors[name] for label_set, floors in by_set.items()}
-        yield FactFloor(item, kind, f"{kind}/{building}", facts)
+        yield FactFloor(item, building_type, f"{building_type}/{building}", facts)
 
 
-def name_item(name: str, kind: str) -> str:
+def name_item(name: str, building_type: str) -> str:
     """The name of the drawing of a floor of the fact files.
 
     >>> name_item("ischoolSKF_FloorPlan_updatedxml", "school")
     'skffloorplan'
     """
-    plain = name.removeprefix(f"i{kind}").removesuffix("xml").removesuffix("_updated")
+    plain = name.removeprefix(f"i{building_type}").removesuffix("xml").removesuffix("_updated")
     return re.sub(r"[^0-9a-z]", "", plain.lower())
 
 

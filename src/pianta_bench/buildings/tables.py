@@ -165,13 +165,13 @@ def fill_fact_files(facts: FactScores) -> Iterator[FilledTable]:
         for (model, label_set), each in wrong.items()
         for statistic, rate in measure_error_rates(types, each.tolist()).items()
     )
-    counts = " and ".join(f"{types.count(kind)} {kind}s" for kind in KINDS)
+    counts = " and ".join(f"{types.count(name)} {name}s" for name in KINDS)
     items = [floor.item for floor in facts.floors]
     yield FACT_FILES.fill(
         _rename_klog(records),
         notes=(
             f"{counts} (thesis: 30 and 20), whole buildings left out. The printed 8.00 is 4 of 50 floors.",
-            "type: the labels of the types, such as CLASSROOM, whose names alone can tell a type.",
+            "type: the labels of the types, such as CLASSROOM, whose names alone can reveal a type.",
             f"{CHOSEN}: bins and C with the fewest errors on the training floors.",
             *(f"Wrong, {', '.join(key)}: {_name(items, each)}." for key, each in wrong.items()),
         ),

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 COLORS = MappingProxyType({SCHOOLS: "#4477aa", OFFICES: "#cc6633", LAYOUTS: "#228833"})
 SHAPES = MappingProxyType({SCHOOLS: "o", OFFICES: "s", LAYOUTS: "^"})
 # Layouts and models below those of the thesis.
-DRAWN = ((THESIS_LAYOUTS, CENTRAL), (LAYOUTS, CENTRAL), (LAYOUTS, PIANTA))
+MODELS_OF_LAYOUTS = ((THESIS_LAYOUTS, CENTRAL), (LAYOUTS, CENTRAL), (LAYOUTS, PIANTA))
 DPI = 130
 
 
@@ -79,7 +79,7 @@ def draw_confusions(floors: list[EvaluatedFloor]) -> Figure:
         number = "5.3" if way == FORWARD else "5.4"
         published = _to_array(tables[THESIS_LAYOUTS], CENTRAL, published=True)
         plot_confusion(published, f"thesis, Table {number}, {way}", ax=column[0])
-        for ax, (part, model) in zip(column[1:], DRAWN, strict=True):
+        for ax, (part, model) in zip(column[1:], MODELS_OF_LAYOUTS, strict=True):
             plot_confusion(_to_array(tables[part], model), f"{model}, {TABLE_5_2.labels[part]}, {way}", ax=ax)
     return figure
 

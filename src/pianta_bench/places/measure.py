@@ -148,10 +148,10 @@ def measure(
 
 def _check_buildings(floors: Sequence[AnnotatedFloor]) -> None:
     """Raise DataError if a type has fewer than MIN_BUILDINGS buildings."""
-    counts = {kind: len({floor.building for floor in floors if floor.kind == kind}) for kind in PARTS}
+    counts = {name: len({floor.building for floor in floors if floor.kind == name}) for name in PARTS}
     few = [
-        f"{count} building{'s' * (count != 1)} of type {kind}"
-        for kind, count in counts.items()
+        f"{count} building{'s' * (count != 1)} of type {name}"
+        for name, count in counts.items()
         if count < MIN_BUILDINGS
     ]
     if few:
