@@ -12,6 +12,7 @@ from pianta.labels import LabelConvention, LabelSet
 from pianta.relational.fact_files import save_interpretations
 from pianta.relational.facts import Fact, Interpretation
 from pianta.relational.interpretation import LABEL, ROOM, label_atom
+from pianta.relational.kernels import fit_svm
 from pianta_bench.buildings import fact_files
 from pianta_bench.buildings.fact_files import (
     CHOSEN,
@@ -124,7 +125,7 @@ def test_names_of_labels_reveal_the_type(floors):
 @pytest.mark.slow
 def test_the_chosen_setting_has_the_fewest_errors_in_training(floors, monkeypatch):
     chosen: list[float] = []
-    fit = fact_files.fit_svm
+    fit = fit_svm
 
     def fit_badly(gram, truth, *, cost):
         chosen.append(cost)
