@@ -89,8 +89,8 @@ def test_rooms_that_no_door_joins_are_explored_too():
     floor = replace(FLOOR, doors=())
     assert [[room.id for room in part.rooms] for part in list_connected_parts(floor)] == [[1], [2]]
     assert [len(part.doors) for part in list_connected_parts(FLOOR)] == [1]
-    known = limit_reach(floor, 10.0, 0)
-    assert np.unique(known.truth[known.grid.free]).tolist() == [1, 2]
+    explored = limit_reach(floor, 10.0, 0)
+    assert np.unique(explored.truth[explored.grid.free]).tolist() == [1, 2]
 
 
 @pytest.mark.parametrize(("noise_level", "drift", "reach"), [(0.0, 0.5, 0.5), (0.0, None, 0.0), (1.0, 0.0, 0.085)])
@@ -128,10 +128,10 @@ def test_labels_are_those_of_the_true_room_that_a_room_overlaps_most():
     def label(number: int, function: str) -> Room:
         return Room(number, ROOMS[0], labels={LabelSet.F_C_E_S: function})
 
-    found = [label(7, FCES.FUNCTIONAL), label(8, FCES.FUNCTIONAL), label(9, FCES.FUNCTIONAL), label(10, FCES.SERVICE)]
+    rooms = [label(7, FCES.FUNCTIONAL), label(8, FCES.FUNCTIONAL), label(9, FCES.FUNCTIONAL), label(10, FCES.SERVICE)]
     labels = np.where(TRUTH == 1, 7, np.where(TRUTH == 2, 8, 0))
     labels[:5] = 9
-    assert score_functions(Floor(tuple(found)), labels, TRUTH, FLOOR) == 25
+    assert score_functions(Floor(tuple(rooms)), labels, TRUTH, FLOOR) == 25
 
 
 def test_types_come_in_turn_and_a_building_once_before_again():

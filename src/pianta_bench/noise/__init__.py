@@ -10,13 +10,13 @@ from pianta_bench._options import Data, Methods, Seed, TimedJobs
 from pianta_bench.harness.bench import Bench
 
 # Drawn floors of the data, or made ones.
-DRAWN = "drawn"
-WORLDS = "worlds"
+DRAWN_SET = "drawn"
+WORLDS_SET = "worlds"
 FACTOR_NAMES = ("noise", "drift", "furniture", "doors", "reach")
 
 FloorSet = Annotated[
     str,
-    typer.Option("--set", metavar="NAME", help=f"{DRAWN}: of the data; {WORLDS}: made offices."),
+    typer.Option("--set", metavar="NAME", help=f"{DRAWN_SET}: of the data; {WORLDS_SET}: made offices."),
 ]
 Count = Annotated[int, typer.Option("--floors", min=1, max=1000, help="Number of floors.")]
 Factors = Annotated[
@@ -42,7 +42,7 @@ BENCH = Bench(
     ),
     options={
         "data": (Data, None),
-        "floor_set": (FloorSet, DRAWN),
+        "floor_set": (FloorSet, DRAWN_SET),
         "floors": (Count, 6),
         "factors": (Factors, None),
         "levels": (Levels, 4),

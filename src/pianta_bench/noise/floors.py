@@ -25,7 +25,7 @@ from pianta.worlds.simulated_readings import MEDIAN_ROOM, inset_room
 from pianta_bench.data.annotated_floors import KINDS, AnnotatedFloor, read_annotated_floors, set_building_type
 from pianta_bench.data.building_of import building_of
 from pianta_bench.data.folders import REMEDY, SLAM_FOLDER, SLAM_TRUTH, find_data
-from pianta_bench.noise import DRAWN
+from pianta_bench.noise import DRAWN_SET
 from pianta_bench.places.models import list_examples, train_room_model
 
 CONVENTION = LabelConvention.EXPERIMENTS
@@ -70,7 +70,7 @@ def list_floors(data: Path | None, floor_set: str, *, count: int, seed: int) -> 
     Drawn floors are those of buildings that the network of `structure` has not seen: schools and offices in turn, one
     floor of each building before the second of any.
     """
-    if floor_set != DRAWN:
+    if floor_set != DRAWN_SET:
         return [make_office(number, seed=seed + number) for number in range(count)]
     folder = find_data(data)
     floors, _ = read_annotated_floors(folder)
@@ -101,11 +101,11 @@ def order_floors(floors: Sequence[AnnotatedFloor], *, seed: int) -> list[Annotat
     """The floors at random: types in turn while both have floors, and one floor of each building before a second."""
     order = np.random.default_rng(seed).permutation(len(floors))
     counts: Counter[str] = Counter()
-    rounds: dict[str, list[tuple[int, AnnotatedFloor]]] = {kind: [] for kind in KINDS}
+    rounds: dict[str, list[tuple[int, AnnotatedFloor]]] = {name: [] for name in KINDS}
     for each in (floors[index] for index in order):
         rounds[each.kind].append((counts[each.building], each))
         counts[each.building] += 1
-    columns = [[each for _, each in sorted(rounds[kind], key=lambda pair: pair[0])] for kind in KINDS]
+    columns = [[each for _, each in sorted(rounds[name], key=lambda pair: pair[0])] for name in KINDS]
     return [each for each in chain.from_iterable(zip_longest(*columns)) if each is not None]
 
 

@@ -20,7 +20,7 @@ from pianta.layout.reconstruct import METHODS, check_method, reconstruct
 from pianta.rooms.model import RoomModel
 from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Figures, Results, Track
-from pianta_bench.noise import DRAWN, FACTOR_NAMES, WORLDS
+from pianta_bench.noise import DRAWN_SET, FACTOR_NAMES, WORLDS_SET
 from pianta_bench.noise.factors import FACTORS, WorseMap
 from pianta_bench.noise.floors import CONVENTION, NoiseFloor, list_floors
 from pianta_bench.places.models import true_labels
@@ -40,24 +40,24 @@ NO_ROOMS = {LABELS: 0.0, TYPES[RIGHT]: 0.0, TYPES[UNKNOWN]: 100.0, TYPES[WRONG]:
 class Models:
     """Models of labels and building types without the building of a floor, trained when they are first used."""
 
-    of: NoiseFloor
+    noise_floor: NoiseFloor
     seed: int
 
     @cached_property
     def rooms(self) -> RoomModel:
         """The model of labels."""
-        return self.of.train_room_model(seed=self.seed)
+        return self.noise_floor.train_room_model(seed=self.seed)
 
     @cached_property
     def types(self) -> MapTypeModel:
         """The model of building types."""
-        return self.of.train_type_model()
+        return self.noise_floor.train_type_model()
 
 
 def measure(
     data: Path | None = None,
     *,
-    floor_set: str = DRAWN,
+    floor_set: str = DRAWN_SET,
     floors: int = 6,
     factors: Sequence[str] | None = None,
     levels: int = 4,
@@ -68,13 +68,14 @@ def measure(
 ) -> Results:
     """Figures in % of each floor at each level of each factor by each method, with the fields factor, level, method.
 
-    floor_set: DRAWN or WORLDS. floors: how many. factors: of FACTOR_NAMES, all unless given. levels: how many of each
-    factor, beside the clean map. methods: of METHODS, all unless given. seed: of the choice of floors, of the maps, and
-    of the models. jobs: processes; the figures do not depend on them. track: wraps the floors, to show progress.
+    floor_set: DRAWN_SET or WORLDS_SET. floors: how many. factors: of FACTOR_NAMES, all unless given.
+    levels: how many of each factor, beside the clean map. methods: of METHODS, all unless given.
+    seed: of the choice of floors, of the maps, and of the models. jobs: processes; the figures do not depend on them.
+    track: wraps the floors, to show progress.
     Raises OptionError for the name of no set, factor or method, DataError if there are no floors.
     """
-    if floor_set not in (DRAWN, WORLDS):
-        raise OptionError(f"set is {floor_set!r}, give {DRAWN} or {WORLDS}")
+    if floor_set not in (DRAWN_SET, WORLDS_SET):
+        raise OptionError(f"set is {floor_set!r}, give {DRAWN_SET} or {WORLDS_SET}")
     factors, methods = tuple(dict.fromkeys(factors or FACTOR_NAMES)), tuple(dict.fromkeys(methods or METHODS))
     for factor in factors:
         if factor not in FACTORS:
@@ -128,8 +129,8 @@ def measure_map(
             yield score_map(simulate(), method, models)
 
         failed = {ROOMS: 0.0} | (NO_ROOMS if method in LABELLED else {})
-        fields = {"floor": models.of.item, "factor": factor, "level": level, "method": method}
-        name = f"{models.of.item}, {level}, {method}"
+        fields = {"floor": models.noise_floor.item, "factor": factor, "level": level, "method": method}
+        name = f"{models.noise_floor.item}, {level}, {method}"
         results.measure(factor, name, measure_method, failed=failed, **fields)
 
 
@@ -145,8 +146,8 @@ def score_map(worse: WorseMap, method: str, models: Models) -> Figures:
         return figures
     if not floor.rooms:
         return figures | NO_ROOMS
-    figures[LABELS] = score_functions(models.rooms.label(floor), labels, worse.truth, models.of.floor)
-    scores = score_type(models.types.predict(floor), models.of.kind)
+    figures[LABELS] = score_functions(models.rooms.label(floor), labels, worse.truth, models.noise_floor.floor)
+    scores = score_type(models.types.predict(floor), models.noise_floor.kind)
     return figures | {TYPES[name]: 100 * scores[name] for name in TYPES}
 
 
