@@ -25,7 +25,7 @@ from pianta_bench.harness.records import Results
 from pianta_bench.segmentation.measure import measure_map
 
 sys.path.append(str(Path(__file__).parents[1] / "training"))
-from annotated_lessons import FOLDS, SETS, name_building
+from annotated_lessons import FOLDS, SETS
 
 
 def main() -> None:
@@ -43,7 +43,7 @@ def main() -> None:
     for mapset, items in choose_sets(SETS, data).items():
         rows = []
         for item in items:
-            use_network(options.networks, item)
+            use_network(options.networks, mapset.building_of(data, item))
             rows.append(score_map(data, mapset, item))
             if options.items:
                 print_scores(item, rows[-1:])
@@ -66,9 +66,9 @@ def score_map(data: Path, mapset: MapSet, item: str) -> dict[str, float]:
     return {name: float(value or 0) for name, value in figures.items()}
 
 
-def use_network(networks: Path, item: str) -> None:
-    """Let reconstruct read the network that the building of a map was left out of."""
-    fold = next(fold for fold, buildings in enumerate(FOLDS) if name_building(item) in buildings)
+def use_network(networks: Path, building: str) -> None:
+    """Let reconstruct read the network that a building was left out of."""
+    fold = next(fold for fold, buildings in enumerate(FOLDS) if building in buildings)
     network = cv2.dnn.readNetFromONNX(str(networks / f"{fold}.onnx"))
     evidence._read_network = lambda: network  # type: ignore[assignment]
 
@@ -78,7 +78,7 @@ def print_calibration(data: Path, networks: Path) -> None:
     results = Results()
     for mapset, items in choose_sets(SETS, data).items():
         for item in items:
-            use_network(networks, item)
+            use_network(networks, mapset.building_of(data, item))
             results.extend(measure_apart(data, mapset.name, item))
     for regions in REGIONS:
         for part, probabilities, is_right in list_groups(results, regions):

@@ -17,6 +17,7 @@ from pianta.io._files import short_repr
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.images import read_grey
 from pianta.io.maps import read_map
+from pianta_bench.data.building_of import building_of
 from pianta_bench.data.color_truth import read_color_truth
 from pianta_bench.data.folders import REMEDY, SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, check_set, list_maps
 from pianta_bench.data.id_truth import read_id_truth
@@ -63,6 +64,10 @@ class MapSet:
     def list_items(self, data: Path) -> list[str]:
         """Names of the maps, sorted; raises DataError without maps."""
         return list_maps(data / self.folder, self.ending)
+
+    def building_of(self, data: Path, item: str) -> str:
+        """The building that a map shows."""
+        return building_of(data, f"{self.folder}/{item}{self.ending}")
 
 
 def choose_sets(names: Sequence[str], data: Path) -> dict[MapSet, list[str]]:
