@@ -7,7 +7,7 @@ corridor belongs to a functional area.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import networkx as nx
@@ -25,6 +25,7 @@ from pianta.labels import LabelConvention
 from pianta.prediction.area_plan import AreaPlan, NewArea, plan_areas, segment_known_rooms
 from pianta.prediction.explored_part import ExploredPart
 from pianta.prediction.open_ends import DoorExample, OpenEnds, find_hub
+from pianta.prediction.similar_doors import SimilarDoors
 
 # Probability that an area is of a random cluster, not of that of the similar floor. Chosen by hand.
 P_RANDOM_CLUSTER = 0.2
@@ -88,6 +89,11 @@ class FloorSampler:
         """Φ of step 4."""
         return CutPotentials(self.model)
 
+    @cached_property
+    def doors(self) -> SimilarDoors:
+        """What was behind the doors of the model."""
+        return SimilarDoors(self.ends.examples, self.model.schema)
+
     @property
     def door_counts(self) -> list[int]:
         """From which the number of doors of an edge between areas is drawn."""
@@ -107,6 +113,7 @@ class FloorSampler:
         edge_moves, door_moves: instead of those of the sampler.
         """
         generators = [np.random.default_rng((seed, number)) for number in numbers]
+        explored = self.close_dead_ends(explored)
         known_areas = segment_known_rooms(explored)
         areas = [area_subgraph(explored.graph, area) for area in known_areas]
         clusters = self.model.assign_clusters(areas)
@@ -129,6 +136,12 @@ class FloorSampler:
         connections = NodeConnections(self.references, buildings, graphs, self.potentials, generators, n_fixed=fixed)
         connect_areas(connections, moves=self.door_moves if door_moves is None else door_moves)
         return [_finish(*parts) for parts in zip(plans, buildings, opened, strict=True)]
+
+    def close_dead_ends(self, explored: ExploredPart) -> ExploredPart:
+        """The explored part without open corridors behind which nothing is expected, if other open ends remain."""
+        labels = dict(explored.graph.nodes(data="label"))
+        onward = tuple(corridor for corridor in explored.open if not self.ends.is_dead_end(labels[corridor]))
+        return replace(explored, open=onward) if onward or explored.doors else explored
 
     def plan_floors(
         self,
