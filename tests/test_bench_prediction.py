@@ -126,7 +126,8 @@ def test_a_wrong_prediction():
 def test_baselines_count_rooms():
     """Known: 7 rooms, 2 corridors of which one is explored; the model's floors have 10, 14, 14, 19, 10, 16, 11, 12.
 
-    Behind 14 open corridors of the other floors were 46 unknown rooms, 2 of them corridors (test_open_ends.py).
+    Schools a, b, c, e, f, g and h have 1, 2, 2, 1, 2, 2 and 1 open corridors with 3, 4 + 3, 3 + 2, 3, 4 + 3, 3 + 2 and
+    4 rooms. Of d, two open corridors with 5 and 2 rooms lead to the third, with 3 rooms: 46 in all behind 14.
     """
     baselines = Baselines(small_model())
     part = make_prediction("a", EXPLORED, {6}).explored

@@ -29,12 +29,7 @@ def test_stages_of_floors():
     stages = [stage for stage in ENDS.stages if stage.floor == 2]
     hubs = [find_hub(floor.graph, area, {0, 7, 11}) for area in floor.areas]
     assert hubs == [0, 7, 11]
-    assert [(len(stage.open), stage.doors, stage.areas) for stage in stages] == [
-        (2, 0, (1, 2)),
-        (1, 0, (2,)),
-        (0, 0, ()),
-    ]
-    assert stages[0].open == ("CORRIDOR", "CORRIDOR")
+    assert [(stage.open, stage.doors, stage.areas) for stage in stages] == [(2, 0, (1, 2)), (1, 0, (2,)), (0, 0, ())]
     assert [int(stage.labels.sum()) for stage in stages] == [9, 12, 14]
     columns = {label: column for column, label in enumerate(SCHOOL.by_name)}
     assert stages[0].labels[columns["CLASSROOM"]] == 5
@@ -74,7 +69,7 @@ def test_weights():
     stages = [position for position, stage in enumerate(ENDS.stages) if stage.floor == 3]
     assert len(stages) == 4
     assert weights[stages].argmax() == 0
-    complete = [position for position, stage in enumerate(ENDS.stages) if not stage.open]
+    complete = [position for position, stage in enumerate(ENDS.stages) if stage.open == 0]
     assert weights[complete].max() < weights[stages[0]]
 
 
@@ -94,49 +89,12 @@ def test_weights_as_written():
         # Only corridors are known: bits of both halves by hand.
         first = p * np.log2(p / middle) + sum(q * np.log2(2) for q in np.delete(share, corridor) if q > 0)
         divergence = (first + np.log2(1 / middle)) / 2
-        apart = np.log(1 + len(stage.open)) ** 2 + (np.log(1 + stage.doors) - np.log(3)) ** 2
+        apart = np.log(1 + stage.open) ** 2 + (np.log(1 + stage.doors) - np.log(3)) ** 2
         n_stages = sum(other.floor == stage.floor for other in ENDS.stages)
         return float(np.exp(-apart / 0.5 - divergence / 0.2) / n_stages)
 
     expected = np.array([weigh(stage) for stage in ENDS.stages])
     np.testing.assert_allclose(result, expected / expected.sum(), rtol=1e-9)
-
-
-def test_corridors_behind_open_ones():
-    """Schools a, b, c, e, f, g and h have 1, 2, 2, 1, 2, 2 and 1 open corridors, behind which are rooms alone.
-
-    Of school d two open corridors lead to the third, which is discovered when only rooms are left.
-    """
-    assert sum(example.corridors for example in ENDS.corridors) == 2
-    assert len(ENDS.corridors) == 14
-    assert sum(example.rooms for example in ENDS.corridors) == 46
-    # All have one label, so each counts as one; no open HALL is known, so it counts as any other.
-    assert ENDS.weigh_corridors(["CORRIDOR", "CORRIDOR"]) == pytest.approx(2)
-    assert ENDS.weigh_corridors(["HALL"]) == pytest.approx(1)
-    assert ENDS.weigh_corridors([]) == 0
-
-
-def add_entrance(graph: nx.Graph) -> nx.Graph:
-    """An entrance without rooms at corridor 0, and stairs at corridor 0 where exploration starts."""
-    graph.add_nodes_from([("stairs", {"label": "STAIRS"}), ("door", {"label": "LOBBY"})])
-    graph.add_edges_from([(0, "stairs"), (0, "door")])
-    return graph
-
-
-def test_dead_ends():
-    """A lobby without further doors in two schools: (2 + 1) / (2 + 2) is at least 0.75; corridors have rooms behind."""
-    schools = [add_entrance(join_wings(*WINGS[name], source=name)) for name in "ad"]
-    ends = OpenEnds(learn_type(schools, SCHOOL))
-    assert [(example.rooms, example.corridors) for example in ends.corridors if example.label == "LOBBY"] == [
-        (0, 0)
-    ] * 2
-    assert ends.is_dead_end("LOBBY")
-    assert not ends.is_dead_end("CORRIDOR")
-    # Of four open corridors two lead to another one: a mean of 1 / 3 with the lobbies.
-    assert ends.weigh_corridors(["LOBBY"]) == pytest.approx((0 + 2) / (2 + 2))
-    assert ends.weigh_corridors(["CORRIDOR"]) == pytest.approx((2 / (1 / 3) + 2) / (4 + 2))
-    # Without examples half of such corridors are dead ends.
-    assert not ends.is_dead_end("HALL")
 
 
 def test_hubs():

@@ -8,7 +8,7 @@ model at a similar stage of exploration.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Hashable, Iterable, Mapping
+from collections.abc import Collection, Hashable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,12 +24,8 @@ from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelConvention, LabelSchema
 from pianta.prediction.explored_part import ExploredPart, explore_by_corridors, read_explored_part
 
-# Width of the kernel over logarithms of the weights of open corridors and of the number of doors. Chosen by hand.
+# Width of the kernel over logarithms of the numbers of open corridors and of doors. Chosen by hand.
 OPENNESS_WIDTH = 0.5
-# Open corridors of all labels together weigh as much as this many of one label. Chosen by hand.
-PRIOR_CORRIDORS = 2.0
-# An open corridor counts as explored if at least this share of those with its label had nothing behind. Chosen by hand.
-DEAD_END_SHARE = 0.75
 # Width of the kernel over divergences of label distributions, bits. Chosen by hand.
 LABEL_WIDTH = 0.2
 
@@ -38,29 +34,15 @@ LABEL_WIDTH = 0.2
 class Stage:
     """A floor of the model, explored in part.
 
-    floor: its index in the model. open: the labels of its open corridors. doors: number of unopened doors. labels:
-    number of known rooms of each label of the schema. areas: indices of the functional areas whose corridor is
-    unexplored.
+    floor: its index in the model. open, doors: number of its open corridors and unopened doors. labels: number of known
+    rooms of each label of the schema. areas: indices of the functional areas whose corridor is unexplored.
     """
 
     floor: int
-    open: tuple[str, ...]
+    open: int
     doors: int
     labels: Floats
     areas: tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class CorridorExample:
-    """What was behind an open corridor when it was discovered.
-
-    label: of the corridor. rooms: number of unknown rooms directly behind it. corridors: how many of these are
-    corridors.
-    """
-
-    label: str
-    rooms: int
-    corridors: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +78,6 @@ class OpenEnds:
         self.model = model
         self.stages: list[Stage] = []
         self.examples: list[DoorExample] = []
-        self.corridors: list[CorridorExample] = []
         for number, floor in enumerate(model.floors):
             self._explore(number, floor)
         if not self.stages:
@@ -115,42 +96,13 @@ class OpenEnds:
         labels = count_labels_of_part(explored, self.model.schema)
         rows = np.array([stage.labels for stage in self.stages])
         divergence = measure_divergence(rows / rows.sum(axis=1, keepdims=True), labels / labels.sum())
-        openness = np.log1p([[self.weigh_corridors(stage.open), stage.doors] for stage in self.stages])
-        open_labels = [explored.graph.nodes[corridor]["label"] for corridor in explored.open]
-        gaps = openness - np.log1p([self.weigh_corridors(open_labels), len(explored.doors)])
+        openness = np.log1p([[stage.open, stage.doors] for stage in self.stages])
+        gaps = openness - np.log1p([len(explored.open), len(explored.doors)])
         stages_of_floor = Counter(stage.floor for stage in self.stages)
         exponents = -(gaps**2).sum(axis=1) / (2 * OPENNESS_WIDTH**2) - divergence / LABEL_WIDTH
         weights = np.exp(exponents - exponents.max()) / [stages_of_floor[stage.floor] for stage in self.stages]
         normalised: Floats = weights / weights.sum()
         return normalised
-
-    def weigh_corridors(self, labels: Iterable[str]) -> float:
-        """The number of open corridors with these labels, each weighted by how many corridors are behind its like.
-
-        The weight is relative to the mean of all labels: an ENTRANCE, which seldom leads on, counts less than a HALL.
-        """
-        every = float(np.mean([example.corridors for example in self.corridors] or [0.0]))
-        if not every:
-            return float(len([*labels]))
-        weights = 0.0
-        for label in labels:
-            own = self._by_corridor_label.get(label, [])
-            total = sum(example.corridors for example in own)
-            weights += (total / every + PRIOR_CORRIDORS) / (len(own) + PRIOR_CORRIDORS)
-        return weights
-
-    def is_dead_end(self, label: str) -> bool:
-        """Whether nothing is expected behind an open corridor with this label, as behind most ENTRANCEs."""
-        own = self._by_corridor_label.get(label, [])
-        # One example of each kind as prior (Laplace).
-        return (sum(not example.rooms for example in own) + 1) / (len(own) + 2) >= DEAD_END_SHARE
-
-    @cached_property
-    def _by_corridor_label(self) -> Mapping[str, list[CorridorExample]]:
-        groups: dict[str, list[CorridorExample]] = {}
-        for example in self.corridors:
-            groups.setdefault(example.label, []).append(example)
-        return groups
 
     def _explore(self, number: int, floor: TypeFloor) -> None:
         """Add the stages of a floor, explored by corridors, and the examples of its doors; number: of the floor."""
@@ -159,15 +111,12 @@ class OpenEnds:
         area_of = {node: index for index, area in enumerate(floor.areas) for node in area}
         hubs = [find_hub(floor.graph, area, corridors) for area in floor.areas]
         opened: set[str] = set()
-        discovered: set[Hashable] = set()
         for stage in explore_by_corridors(floor.graph, corridors):
             explored = read_explored_part(stage, schema)
             closed = {explored.graph.nodes[node]["room"] for node in explored.closed}
             areas = tuple(index for index, hub in enumerate(hubs) if hub not in closed)
             labels = count_labels_of_part(explored, schema)
-            open_labels = tuple(explored.graph.nodes[corridor]["label"] for corridor in explored.open)
-            self.stages.append(Stage(number, open_labels, len(explored.doors), labels, areas))
-            self._add_corridors(floor.graph, explored, corridors, discovered)
+            self.stages.append(Stage(number, len(explored.open), len(explored.doors), labels, areas))
             # A door that is unopened in several stages is one example.
             for name in [name for name in stage if isinstance(name, str) and name not in opened]:
                 opened.add(name)
@@ -176,19 +125,6 @@ class OpenEnds:
                 branch = None if is_other else extract_branch(floor.graph, floor.areas[area_of[far]] - closed, far)
                 room, behind = floor.graph.nodes[near], floor.graph.nodes[far]["label"]
                 self.examples.append(DoorExample(number, room["label"], branch, behind, room.get("area"), labels))
-
-    def _add_corridors(
-        self, graph: nx.Graph, explored: ExploredPart, corridors: Collection[Hashable], discovered: set[Hashable]
-    ) -> None:
-        """Add the open corridors of a stage as examples; discovered: those of earlier stages, gets these."""
-        names = dict(explored.graph.nodes(data="room"))
-        known = {names[node] for node in explored.known_graph}
-        for room in (names[corridor] for corridor in explored.open):
-            if room not in discovered:
-                discovered.add(room)
-                behind = [near for near in graph[room] if near not in known]
-                onward = sum(near in corridors for near in behind)
-                self.corridors.append(CorridorExample(graph.nodes[room]["label"], len(behind), onward))
 
 
 def find_hub(graph: nx.Graph, area: Area, corridors: Collection[Hashable]) -> int:

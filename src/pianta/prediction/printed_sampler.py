@@ -44,10 +44,6 @@ class PrintedSampler(FloorSampler):
         """Φ of step 4."""
         return CutPotentials(self.model, closing=False)
 
-    def close_dead_ends(self, explored: ExploredPart) -> ExploredPart:
-        """The explored part as it is: section 8.3 does not tell open corridors apart."""
-        return explored
-
     def plan_floors(
         self,
         explored: ExploredPart,

@@ -7,7 +7,7 @@ corridor belongs to a functional area.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import networkx as nx
@@ -113,7 +113,6 @@ class FloorSampler:
         edge_moves, door_moves: instead of those of the sampler.
         """
         generators = [np.random.default_rng((seed, number)) for number in numbers]
-        explored = self.close_dead_ends(explored)
         known_areas = segment_known_rooms(explored)
         areas = [area_subgraph(explored.graph, area) for area in known_areas]
         clusters = self.model.assign_clusters(areas)
@@ -136,12 +135,6 @@ class FloorSampler:
         connections = NodeConnections(self.references, buildings, graphs, self.potentials, generators, n_fixed=fixed)
         connect_areas(connections, moves=self.door_moves if door_moves is None else door_moves)
         return [_finish(*parts) for parts in zip(plans, buildings, opened, strict=True)]
-
-    def close_dead_ends(self, explored: ExploredPart) -> ExploredPart:
-        """The explored part without open corridors behind which nothing is expected, if other open ends remain."""
-        labels = dict(explored.graph.nodes(data="label"))
-        onward = tuple(corridor for corridor in explored.open if not self.ends.is_dead_end(labels[corridor]))
-        return replace(explored, open=onward) if onward or explored.doors else explored
 
     def plan_floors(
         self,
