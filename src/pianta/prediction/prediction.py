@@ -283,7 +283,7 @@ def predict(
     seed
         The same seed gives the same prediction.
     as_printed
-        Sample as section 8.3 is printed, to compare; slower and less exact.
+        Sample as section 8.3 is printed, to compare; takes some ten times as long.
 
     Returns
     -------
