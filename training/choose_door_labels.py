@@ -96,7 +96,7 @@ class Outcomes:
 def score(doors: Sequence[dict[str, Any]], data: Path) -> Outcomes:
     """Score the predictions of all doors by all constants."""
     scored, losses, right, first = [], [], [], []
-    seen: set[tuple[str, str, str]] = set()
+    earlier: set[tuple[str, str, str]] = set()
     for door, probabilities in list_predictions(doors, data):
         schema = SCHEMAS[next(building_type for building_type, part in PARTS.items() if part == door["part"])]
         true = [*schema.by_name].index(door["true"])
@@ -104,8 +104,8 @@ def score(doors: Sequence[dict[str, Any]], data: Path) -> Outcomes:
         losses.append(-np.log(probabilities[:, true]))
         right.append(probabilities.argmax(axis=1) == true)
         key = door["part"], door["item"], door["door"]
-        first.append(key not in seen)
-        seen.add(key)
+        first.append(key not in earlier)
+        earlier.add(key)
     return Outcomes(scored, np.array(losses), np.array(right), np.array(first))
 
 

@@ -90,13 +90,14 @@ def sample_further_areas(
     areas: the known ones. clusters: of each. The number of areas of a cluster is between the number of known ones and
     the most areas of any floor.
     """
-    known = np.bincount(np.array(clusters, np.intp), minlength=model.configurations.shape[1])
-    most = np.maximum(model.configurations.max(axis=0), known)
-    if (most == known).all():
-        most = known + 1
+    known_counts = np.bincount(np.array(clusters, np.intp), minlength=model.configurations.shape[1])
+    most = np.maximum(model.configurations.max(axis=0), known_counts)
+    if (most == known_counts).all():
+        most = known_counts + 1
     first = len(model.areas)
     fixed = tuple(
-        tuple(first + number for number, own in enumerate(clusters) if own == cluster) for cluster in range(len(known))
+        tuple(first + number for number, own in enumerate(clusters) if own == cluster)
+        for cluster in range(len(known_counts))
     )
     slots = Slots(model, most, fixed)
     starts = model.configurations[[int(generator.integers(len(model.floors))) for generator in generators]]

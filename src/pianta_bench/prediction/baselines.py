@@ -108,8 +108,8 @@ class Baselines:
         expected = {}
         for end, (is_door, room) in near.items():
             label = explored.graph.nodes[room]["label"]
-            kind = [behind for behind in self.behind if behind.is_door == is_door]
-            rows = [behind.labels for behind in kind if behind.near == label] or [behind.labels for behind in kind]
+            ends = [behind for behind in self.behind if behind.is_door == is_door]
+            rows = [behind.labels for behind in ends if behind.near == label] or [behind.labels for behind in ends]
             expected[end] = np.mean(rows, axis=0) if rows else np.zeros(len(self.model.schema.by_name))
         return expected
 
@@ -200,8 +200,8 @@ class Baselines:
         for stage in explore_by_corridors(floor.graph, corridors):
             explored = read_explored_part(stage, schema)
             names = dict(explored.graph.nodes(data="room"))
-            known = {names[node] for node in explored.known_graph}
-            ends = [(names[end], names[end], {*floor.graph[names[end]]} - known) for end in explored.open]
+            known_rooms = {names[node] for node in explored.known_graph}
+            ends = [(names[end], names[end], {*floor.graph[names[end]]} - known_rooms) for end in explored.open]
             for door, room in explored.doors.items():
                 ends.append((names[door], names[room], {int(str(names[door]).split("-")[1])}))
             for name, room, behind in ends:
