@@ -19,6 +19,7 @@ from pianta_bench.harness.records import Record, Results
 from pianta_bench.harness.report import save_results
 from pianta_bench.harness.tables import Cell, FilledTable
 from pianta_bench.prediction.baselines import BLIND, KNOWN_CORRIDORS, KNOWN_PART, LOCAL, SIMILAR, Baselines
+from pianta_bench.prediction.door_tables import ALL, HALF
 from pianta_bench.prediction.figures import choose_floors, save_figures
 from pianta_bench.prediction.measure import list_others, measure, read_floors
 from pianta_bench.prediction.scores import (
@@ -33,7 +34,7 @@ from pianta_bench.prediction.scores import (
     predict_doors,
     score_prediction,
 )
-from pianta_bench.prediction.tables import ALL, HALF, derive_floors, measure_gain, tabulate, tabulate_type, wrap_names
+from pianta_bench.prediction.tables import derive_floors, measure_gain, tabulate, tabulate_type, wrap_names
 from tests.bench_results import show_lines
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import WINGS, join_wings, make_wing, small_model

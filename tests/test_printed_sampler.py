@@ -25,9 +25,9 @@ def test_step_1_keeps_the_bounds_of_each_cluster():
     most = model.configurations.max(axis=0)
     full = int(most.argmax())
     clusters = [full] * int(most[full] + 1)
-    known = [model.areas[0]] * len(clusters)
+    known_areas = [model.areas[0]] * len(clusters)
     generators = [np.random.default_rng(number) for number in range(40)]
-    sampled = sample_further_areas(model, known, clusters, generators)
+    sampled = sample_further_areas(model, known_areas, clusters, generators)
     counts = np.array([np.bincount(model.clusters[areas], minlength=len(most)) for areas in sampled])
     assert (counts[:, full] == 0).all()
     others = [cluster for cluster in range(len(most)) if cluster != full]
@@ -45,11 +45,11 @@ def test_the_known_part_and_its_doors_stay():
     samples = SAMPLER.sample(explored, range(30))
     for sample in samples:
         nodes = sample.known_nodes
-        known = explored.known_graph
-        assert {nodes[node]: label for node, label in known.nodes(data="label")} == {
+        known_graph = explored.known_graph
+        assert {nodes[node]: label for node, label in known_graph.nodes(data="label")} == {
             node: sample.graph.nodes[node]["label"] for node in nodes.values()
         }
-        edges = {frozenset((nodes[one], nodes[other])) for one, other in known.edges}
+        edges = {frozenset((nodes[one], nodes[other])) for one, other in known_graph.edges}
         assert all(sample.graph.has_edge(*edge) for edge in edges)
         # Sampled doors may lead to discovered corridors, not from one explored room to another.
         explored_rooms = [nodes[node] for node in explored.closed]
@@ -59,7 +59,7 @@ def test_the_known_part_and_its_doors_stay():
 
 
 def test_known_rooms_may_get_further_doors():
-    """Only known connections are fixed: in some samples an explored room has a door that nobody saw."""
+    """Only known connections are fixed: in some samples an explored room has a further door."""
     explored = read_explored_part(explore("d", 0), SCHOOL)
     further = {True: 0, False: 0}
     for sampler in (SAMPLER, FloorSampler(small_model())):

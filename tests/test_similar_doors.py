@@ -11,12 +11,10 @@ from pianta.prediction.similar_doors import LEAST_DOORS, DoorWeights, SimilarDoo
 from tests.generated_types import SCHOOL
 
 NAMES = [*SCHOOL.by_name]
-# Floors on which only this label is known, so that no divergence is between them.
-KNOWN = np.array([float(name == "CLASSROOM") for name in NAMES])
 
 
-def make_example(near: str, far: str, *, area: float | None = None, known: str = "CLASSROOM") -> DoorExample:
-    return DoorExample(0, near, None, far, area, np.array([float(name == known) for name in NAMES]))
+def make_example(near: str, far: str, *, area: float | None = None, known_label: str = "CLASSROOM") -> DoorExample:
+    return DoorExample(0, near, None, far, area, np.array([float(name == known_label) for name in NAMES]))
 
 
 def make_part(label: str = "CLASSROOM", area: float | None = None) -> ExploredPart:
@@ -64,7 +62,7 @@ def test_rooms_of_another_size_count_less():
 
 def test_floors_with_other_labels_count_less():
     """Labels of which none is common diverge by one bit: exp(-1 / 0.2)."""
-    examples = [make_example("CLASSROOM", "CLOSET"), make_example("CLASSROOM", "LAB", known="GYM")]
+    examples = [make_example("CLASSROOM", "CLOSET"), make_example("CLASSROOM", "LAB", known_label="GYM")]
     weights = DoorWeights(any_doors=1e-9, function_doors=1e-9)
     predicted = SimilarDoors(examples, SCHOOL, weights).predict(make_part())[1]
     assert predicted["LAB"] / predicted["CLOSET"] == pytest.approx(np.exp(-5))
