@@ -152,7 +152,7 @@ SKELETONS = StageTable(
         "WL, NSPDK: sqrt(2 - 2k) of the normalised kernel, which hardly depends on sizes.",
         "edits: upper bound, nodes, edges, labels; of skeletons of 30 corridors at most.",
         "predicted, blind: mean over samples, floors; typical, medoid: the most typical one.",
-        "local: a corridor more where one is expected directly behind; known corridors: none more.",
+        "local: a corridor more where one is expected; known corridors: no more than these.",
     ),
 )
 TIME = Table(
