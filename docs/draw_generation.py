@@ -76,7 +76,7 @@ def draw_steps(model: TypeModel) -> None:
     generators = [np.random.default_rng(SEED)]
     chosen = sampler.sample_areas(model.configurations[[largest(model)]], generators)
     (functional,) = sampler.join_areas(chosen, generators)
-    (building,) = sampler.connect_rooms(chosen, [functional], generators)
+    (building,) = sampler.connect_rooms([[sampler.areas[area] for area in chosen[0]]], [functional], generators)
     clusters = model.clusters[chosen[0]].tolist()
     sizes = [len(model.areas[area]) for area in chosen[0]]
     figure = Figure(figsize=(16, 4.4), layout="constrained")

@@ -10,7 +10,7 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
-from pianta._types import Floats
+from pianta._types import Floats, Indices
 from pianta.errors import OptionError
 from pianta.generation.cluster_configuration import (
     EMPTY,
@@ -26,6 +26,7 @@ from pianta.generation.cut_potentials import CutPotentials
 from pianta.generation.functional_graph import FunctionalGraphs, draw_door_counts, draw_start, sample_functional_graphs
 from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, connect_areas
+from pianta.generation.recombined_areas import AreaParts, build_area, recombine_areas, split_area
 from pianta.generation.type_model import Counts, TypeFloor, TypeModel, count_labels
 
 MAX_BUILDINGS = 100_000
@@ -39,6 +40,9 @@ MAX_FEATURES = 4_000_000
 STEPS = ("functional areas", "functional graphs", "doors")
 # Buildings are at most this share smaller than the smallest example floor, or larger than the largest. Chosen by hand.
 SIZE_MARGIN = 0.2
+# New areas of a building that are drawn until one set meets the constraints; else it keeps areas of real floors. Chosen
+# by hand.
+RECOMBINE_TRIES = 50
 
 
 class Costs(StrEnum):
@@ -59,7 +63,8 @@ class BuildingSampler:
     constraints: on the rooms of each building. Without limits of all rooms, SIZE_MARGIN applies where areas of the
     model allow. similar_to: a floor that replaces those of the model as example. fixed: a floor whose rooms and doors
     each building contains, besides at least one more functional area; rooms without a door are left out. costs: see
-    Costs.
+    Costs. recombines: whether areas change inside, as in `renew_areas`;
+    never with the costs of the thesis.
 
     Raises OptionError that lists constraints that no building can meet.
     """
@@ -69,6 +74,7 @@ class BuildingSampler:
     similar_to: TypeFloor | None = None
     fixed: TypeFloor | None = None
     costs: Costs = Costs.DENSITY
+    recombines: bool = True
 
     def __post_init__(self) -> None:
         counts = self.label_counts
@@ -124,39 +130,72 @@ class BuildingSampler:
         """
         generators = [np.random.default_rng((seed, number)) for number in numbers]
         steps = iter(track([f"buildings {numbers[0] + 1} to {numbers[-1] + 1}: {step}" for step in STEPS]))
-        # Step 1: the number of functional areas of each cluster; and step 3: the areas.
+        # Step 1: the number of functional areas of each cluster; and step 3: the areas, which then change inside.
         next(steps)
-        chosen = self.sample_areas(self._choose_starts(numbers, seed), generators)
+        floors = self._choose_floors(numbers, seed)
+        starts = np.array([self.model.count_clusters(self._examples[floor]) for floor in floors])
+        examples = floors if self._has_own_floors else None
+        chosen = self.sample_areas(starts, generators, examples=examples)
+        areas = self.renew_areas(chosen, generators, examples=examples)
         # Step 2: the edges between areas.
         next(steps)
         functional_graphs = self.join_areas(chosen, generators)
         # Step 4: the doors of these edges.
         next(steps)
-        buildings = self.connect_rooms(chosen, functional_graphs, generators)
+        buildings = self.connect_rooms(areas, functional_graphs, generators)
         next(steps, None)
         return buildings
 
     def sample_areas(
-        self, starts: Counts, generators: Sequence[np.random.Generator], *, traces: list[Floats] | None = None
+        self,
+        starts: Counts,
+        generators: Sequence[np.random.Generator],
+        *,
+        examples: Indices | None = None,
+        traces: list[Floats] | None = None,
     ) -> list[list[int]]:
         """Steps 1 and 3: the areas of each building, the fixed ones first.
 
-        starts: the configuration from which each chain starts. traces: receives the costs after each sweep.
+        starts: the configuration from which each chain starts. examples: see DensityCost. traces: receives the costs
+        after each sweep.
         """
-        slots, constraints = self.slots, self.constraints
-        if not constraints.rooms and self.costs is not Costs.THESIS:
-            constraints = replace(constraints, rooms=self._bound_size())
+        slots = self.slots
         cost: ConfigurationCost = (
-            DistanceCost(slots, similar_to=self.similar_to)
-            if self.costs is Costs.THESIS
-            else DensityCost(slots, similar_to=self.similar_to, rooms=self.constraints.rooms)
+            DistanceCost(slots, similar_to=self.similar_to) if self.costs is Costs.THESIS else self._measure_density(examples)
         )
         uniforms = np.stack([generator.random(len(slots.clusters)) for generator in generators])
         filled = slots.fill(starts, uniforms)
-        chains = AreaChains(slots, cost, filled, constraints=constraints, label_counts=self.label_counts)
+        chains = AreaChains(slots, cost, filled, constraints=self._limits, label_counts=self.label_counts)
         filled = sample_areas(chains, generators, needed=self.constraints, traces=traces)
         fixed = range(len(self.model.areas), len(self.areas))
         return [[*fixed, *(area for area in row if area not in fixed and area != EMPTY)] for row in filled.tolist()]
+
+    def renew_areas(
+        self,
+        chosen: Sequence[Sequence[int]],
+        generators: Sequence[np.random.Generator],
+        *,
+        examples: Indices | None = None,
+    ) -> list[list[nx.Graph]]:
+        """The areas of each building, changed inside: first taken from one floor where possible, then recombined.
+
+        chosen: the areas of each building, the fixed ones first. Fixed areas stay as they are. examples: see
+        DensityCost.
+        """
+        real = [[self.areas[area] for area in areas] for areas in chosen]
+        if not self.recombines or self.costs is Costs.THESIS:
+            return real
+        counts = self.label_counts
+        rooms = np.array([counts[[*areas]].sum() for areas in chosen])
+        clusters = [*self.model.clusters.tolist(), *(self.fixed.clusters if self.fixed else ())]
+        configurations = np.array(
+            [np.bincount([clusters[area] for area in areas], minlength=len(self.slots.areas)) for areas in chosen]
+        )
+        shares = self._measure_density(examples).weigh_floors(configurations, rooms)
+        return [
+            self._renew(areas, graphs, weights, generator)
+            for areas, graphs, weights, generator in zip(chosen, real, shares, generators, strict=True)
+        ]
 
     def join_areas(
         self,
@@ -180,14 +219,14 @@ class BuildingSampler:
 
     def connect_rooms(
         self,
-        chosen: Sequence[Sequence[int]],
+        areas: Sequence[Sequence[nx.Graph]],
         functional_graphs: Sequence[nx.Graph],
         generators: Sequence[np.random.Generator],
         *,
         traces: list[Floats] | None = None,
     ) -> list[nx.Graph]:
         """Step 4: the buildings, from their areas and functional graphs. traces: receives the costs after each move."""
-        buildings = [ConnectedBuilding([self.areas[area] for area in areas]) for areas in chosen]
+        buildings = [ConnectedBuilding(graphs) for graphs in areas]
         if self.fixed:
             for building in buildings:
                 building.add_fixed_doors(self.fixed)
@@ -202,6 +241,76 @@ class BuildingSampler:
                 nx.set_node_attributes(graph, dict(enumerate(rooms)), "room")
         return graphs
 
+    @property
+    def _has_own_floors(self) -> bool:
+        """Whether each building follows one floor. With constraints the chains find the floors that can meet them."""
+        return self.recombines and self.costs is not Costs.THESIS and not (self.similar_to or self.fixed or self.constraints)
+
+    def _measure_density(self, examples: Indices | None) -> DensityCost:
+        return DensityCost(self.slots, similar_to=self.similar_to, rooms=self.constraints.rooms, examples=examples)
+
+    @cached_property
+    def _limits(self) -> Constraints:
+        """The constraints, with limits of all rooms unless the costs are those of the thesis."""
+        if self.constraints.rooms or self.costs is Costs.THESIS:
+            return self.constraints
+        return replace(self.constraints, rooms=self._bound_size())
+
+    @cached_property
+    def _parts(self) -> tuple[AreaParts, ...]:
+        """The parts of each of `areas`."""
+        return tuple(split_area(area, self.model.schema) for area in self.areas)
+
+    @cached_property
+    def _floor_areas(self) -> list[dict[int, list[int]]]:
+        """By floor of the model, its areas of each cluster."""
+        floors: list[dict[int, list[int]]] = []
+        first = 0
+        for floor in self.model.floors:
+            floors.append({})
+            for area, cluster in enumerate(floor.clusters, first):
+                floors[-1].setdefault(cluster, []).append(area)
+            first += len(floor.clusters)
+        return floors
+
+    def _renew(
+        self, areas: Sequence[int], graphs: list[nx.Graph], shares: Floats, generator: np.random.Generator
+    ) -> list[nx.Graph]:
+        """The new areas of a building; its own graphs if none of RECOMBINE_TRIES meets the constraints as well.
+
+        shares: of each floor in the density of the building, shape (floors,).
+        """
+        names, schema = [*self.model.schema.by_name], self.model.schema
+        n_fixed = len(self.fixed.areas) if self.fixed else 0
+        fixed = graphs[:n_fixed]
+        limit = self._limits.count_violations(count_labels(graphs, schema).sum(axis=0, keepdims=True), names)
+        for _ in range(RECOMBINE_TRIES):
+            own = areas[n_fixed:]
+            if not self.similar_to:
+                floor = self._floor_areas[int(generator.choice(len(shares), p=shares))]
+                own = self._take_from_floor(own, floor, generator)
+            others = [self._parts[area] for area in areas[:n_fixed]]
+            new = recombine_areas([self._parts[area] for area in own], generator, others=others)
+            result = [*fixed, *map(build_area, new)]
+            counts = count_labels(result, schema).sum(axis=0, keepdims=True)
+            if (self._limits.count_violations(counts, names) <= limit).all():
+                return result
+        return graphs
+
+    def _take_from_floor(
+        self, areas: Sequence[int], floor: dict[int, list[int]], generator: np.random.Generator
+    ) -> list[int]:
+        """Replace areas of the model by those of a floor in the same cluster, each at most once.
+
+        floor: its areas by cluster.
+        """
+        unused = {cluster: generator.permutation(own).tolist() for cluster, own in floor.items()}
+        clusters = [int(self.model.clusters[area]) for area in areas]
+        return [
+            unused[cluster].pop() if unused.get(cluster) else area
+            for area, cluster in zip(areas, clusters, strict=True)
+        ]
+
     def _bound_size(self) -> tuple[int, int]:
         """The minimum and maximum rooms of a building without constraints on them."""
         sizes = [len(floor.graph) for floor in self._examples]
@@ -215,15 +324,14 @@ class BuildingSampler:
         """The floors that buildings should resemble."""
         return [self.similar_to] if self.similar_to else self.model.floors
 
-    def _choose_starts(self, numbers: Sequence[int], seed: int) -> Counts:
-        """The configuration of a floor for each building; no floor is used again before all others."""
+    def _choose_floors(self, numbers: Sequence[int], seed: int) -> Indices:
+        """The index of an example for each building; no floor is used again before all others."""
         examples = self._examples
         orders = {
             turn: np.random.default_rng((seed, turn, len(examples))).permutation(len(examples))
             for turn in {number // len(examples) for number in numbers}
         }
-        chosen = [orders[number // len(examples)][number % len(examples)] for number in numbers]
-        return np.array([self.model.count_clusters(examples[index]) for index in chosen])
+        return np.array([orders[number // len(examples)][number % len(examples)] for number in numbers])
 
 
 def generate_buildings(
@@ -235,12 +343,13 @@ def generate_buildings(
     similar_to: TypeFloor | None = None,
     fixed: TypeFloor | None = None,
     costs: Costs = Costs.DENSITY,
+    recombines: bool = True,
     jobs: int = 1,
     track: Callable[[Sequence[str]], Iterable[str]] = iter,
 ) -> list[nx.Graph]:
     """Generate buildings: graphs with nodes 0 … n - 1, each with a `label`; the first nodes are the rooms of `fixed`.
 
-    constraints, similar_to, fixed, costs: see BuildingSampler. jobs: processes; the result does not depend on them.
+    constraints, similar_to, fixed, costs, recombines: see BuildingSampler. jobs: processes; the result does not depend on them.
     track: wraps the names of the steps, to show progress.
 
     Raises OptionError for a count, seed or jobs out of range and for constraints that no building can meet, ModelError
@@ -252,7 +361,7 @@ def generate_buildings(
         raise OptionError(f"seed is {seed}, give 0 or more")
     if not 1 <= jobs <= MAX_JOBS:
         raise OptionError(f"jobs is {jobs}, give 1 to {MAX_JOBS}")
-    sampler = BuildingSampler(model, constraints or Constraints(), similar_to, fixed, costs)
+    sampler = BuildingSampler(model, constraints or Constraints(), similar_to, fixed, costs, recombines)
     rooms = max(len(floor.graph) for floor in (*model.floors, *([fixed] if fixed else ())))
     batches = split_batches(
         count, max(rooms, sampler.constraints.rooms[1] if sampler.constraints.rooms else 0), jobs=jobs
