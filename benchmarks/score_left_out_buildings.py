@@ -3,7 +3,8 @@
 Run: OMP_NUM_THREADS=1 python benchmarks/score_left_out_buildings.py NETWORKS [--data DIR] [--items] [--calibration]
 
 NETWORKS is a folder with 0.onnx … 3.onnx: training/fit_map_regions.py with --annotated and --leave-out, for each group
-of FOLDS of training/annotated_lessons.py. Scores and counts are those of `pianta bench segmentation --count`;
+of FOLDS of training/annotated_lessons.py. Scores and counts are those of `pianta bench segmentation --count`, on the
+survey also by the counts of Table 3.1b;
 --calibration prints the figures of `pianta bench calibration` instead.
 """
 
@@ -22,10 +23,11 @@ from pianta_bench.calibration.tables import REAL, describe_bins, describe_set, l
 from pianta_bench.data.folders import find_data
 from pianta_bench.data.map_sets import MapSet, choose_sets
 from pianta_bench.harness.records import Results
-from pianta_bench.segmentation.measure import measure_map
+from pianta_bench.segmentation.measure import COUNT_SCORES, measure_map
+from pianta_bench.segmentation.tables import PUBLISHED_SETS
 
 sys.path.append(str(Path(__file__).parents[1] / "training"))
-from annotated_lessons import FOLDS, SETS, name_building
+from annotated_lessons import FOLDS, SETS
 
 
 def main() -> None:
@@ -43,11 +45,13 @@ def main() -> None:
     for mapset, items in choose_sets(SETS, data).items():
         rows = []
         for item in items:
-            use_network(options.networks, item)
+            use_network(options.networks, mapset.building_of(data, item))
             rows.append(score_map(data, mapset, item))
             if options.items:
                 print_scores(item, rows[-1:])
         print_scores(mapset.name, rows)
+        if mapset.name in PUBLISHED_SETS:
+            print_counts(mapset.name, rows)
 
 
 def score_map(data: Path, mapset: MapSet, item: str) -> dict[str, float]:
@@ -66,9 +70,9 @@ def score_map(data: Path, mapset: MapSet, item: str) -> dict[str, float]:
     return {name: float(value or 0) for name, value in figures.items()}
 
 
-def use_network(networks: Path, item: str) -> None:
-    """Let reconstruct read the network that the building of a map was left out of."""
-    fold = next(fold for fold, buildings in enumerate(FOLDS) if name_building(item) in buildings)
+def use_network(networks: Path, building: str) -> None:
+    """Let reconstruct read the network that a building was left out of."""
+    fold = next(fold for fold, buildings in enumerate(FOLDS) if building in buildings)
     network = cv2.dnn.readNetFromONNX(str(networks / f"{fold}.onnx"))
     evidence._read_network = lambda: network  # type: ignore[assignment]
 
@@ -78,7 +82,7 @@ def print_calibration(data: Path, networks: Path) -> None:
     results = Results()
     for mapset, items in choose_sets(SETS, data).items():
         for item in items:
-            use_network(networks, item)
+            use_network(networks, mapset.building_of(data, item))
             results.extend(measure_apart(data, mapset.name, item))
     for regions in REGIONS:
         for part, probabilities, is_right in list_groups(results, regions):
@@ -104,6 +108,18 @@ def print_scores(name: str, rows: list[dict[str, float]]) -> None:
         f"splits {total('splits') / len(rows):.1f}, merges {total('merges') / len(rows):.1f} a map, "
         f"wrong doors {100 * total('within', 'nowhere') / max(total('doors'), 1):.1f} %\n"
     )
+    sys.stdout.flush()
+
+
+def print_counts(name: str, rows: list[dict[str, float]]) -> None:
+    """Print mean ± sd of precision and recall by the counts of Table 3.1b, and of IoU and F1 where they have them."""
+    for count, scores in COUNT_SCORES.items():
+        shown = [score for score in ("precision", "recall", "mean_iou", "f1") if score in scores]
+        values = [np.array([row[f"{score}_{count}"] for row in rows]) for score in shown]
+        text = ", ".join(
+            f"{score} {each.mean():.1f} ± {each.std(ddof=1):.1f}" for score, each in zip(shown, values, strict=True)
+        )
+        sys.stdout.write(f"{name}, count {count}: {text}\n")
     sys.stdout.flush()
 
 

@@ -70,7 +70,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 
 SCHOOLS = "KKKW-KKC-LLW", "KKKC-KKW", "LLW-KKKK-KKS", "KKKW-LLS-KKC", "KKC-KKKK", "LLC-KKKW-KKK"
 REPEATS = Repeats(trials=3, draws=1, forest_draws=1, trees=3, models=2, multiple=2, subsamples=3)
-MIXING = ModelMixing(Mixing(5, 1.0), Mixing(20, inf), Mixing(5, 1.25))
+MIXING = ModelMixing(Mixing(5, (1.0,)), Mixing(20, (1.0, inf)), Mixing(5, (1.05, 1.25, 1.0)))
 PARTS = [REAL, CORR, NCUT, PUBLISHED_COSTS, THESIS]
 
 
@@ -325,10 +325,19 @@ def test_tables(measured):
         (proposal,) = measured.values(part=NCUT, metric=ITERATION, work=step)
         (seconds,) = measured.values(part=NCUT, metric=GRAM_ROW, work=row)
         assert proposals[f"{step} / {row}"][1] == pytest.approx(proposal / seconds)
+    # For corr and ncut, steps 1, 2 and 4.
     chains = list_means(measured, "Section 7.4.2")
-    assert chains["step 2: moves"] == [20, 20]
-    assert chains["step 2: R̂"] == [None, None]
-    assert chains["step 4: R̂"] == [1.25, 1.25]
+    assert chains["iterations"] == [5, 20, 5] * 2
+    assert chains["highest R̂"] == [1, None, 1.25] * 2
+    assert chains["R̂ of target 1"] == [1, 1, 1.05] * 2
+    assert chains["R̂ of target 2"] == [None, None, 1.25] * 2
+    assert chains["R̂ of target 3"] == [None, None, 1] * 2
+    stopped = [
+        f"Stopped there: step {step}, {part}; 1 of {targets} targets at R̂ 1.1 or above."
+        for part in (CORR, NCUT)
+        for step, targets in ((2, 2), (4, 3))
+    ]
+    assert find_table(measured, "Section 7.4.2").notes[-1].splitlines() == stopped
 
 
 def test_copies_of_half_a_are_no_nearer_than_half_a():

@@ -58,6 +58,8 @@ def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
             (folder / f"{name}.xml").write_text(text)
     write = data / "buildings" / "school"
     (write / "elm2.xml").write_text(write_school(["KKK", "KKW"]))
+    elms = [{"path": f"buildings/school/{name}.xml", "building": "elm"} for name in ("elm", "elm2")]
+    (data / "manifest.json").write_text(json.dumps(elms))
     (write / "broken.xml").write_text("<building/>")
     return data
 

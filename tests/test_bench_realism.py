@@ -11,7 +11,8 @@ import pytest
 from pianta.errors import DataError, MapError
 from pianta.floor import Floor
 from pianta.labels import LabelSet
-from pianta_bench.harness.records import Results
+from pianta_bench.harness.error_rates import ALL_FLOORS, CLASS_MEAN, STATISTICS
+from pianta_bench.harness.records import Results, select_records
 from pianta_bench.harness.tables import Cell
 from pianta_bench.places.models import CENTRAL, LOCAL
 from pianta_bench.realism import measure as realism
@@ -109,9 +110,11 @@ def test_every_floor_is_scored_by_all_models(measured):
 
 def test_table_8_2(measured):
     table, one_class, _, floors = tabulate(measured)
-    assert [table.rows[LOCAL][column].published_mean for column in table.columns] == [16.67, 8.33]
-    assert [table.rows[KLOG][column].published_mean for column in table.columns] == [0, 0]
-    assert [*table.rows[TWO].values()] == [Cell(0.0, digits=2)] * 2
+    assert [*table.columns] == [f"{labels}, {name}" for labels in ("R/C", "F/C/E/S") for name in STATISTICS]
+    # 2 and 1 of 6 worlds as means over classes; no number of 26 floors is a share of 16.67 or 8.33 %.
+    assert [table.rows[LOCAL][column].published_mean for column in table.columns] == [None, 16.67, None, 8.33]
+    assert [table.rows[KLOG][column].published_mean for column in table.columns] == [0, 0, 0, 0]
+    assert [*table.rows[TWO].values()] == [Cell(0.0, digits=2)] * 4
     assert "5 real offices and 4 simulated (thesis: 20 and 6)" in table.notes[0]
     means = {name: [cell.mean for cell in cells.values()] for name, cells in one_class.rows.items()}
     assert means["worlds less like offices than the median office"] == [1, 1]
@@ -138,10 +141,9 @@ def test_views(measured):
     assert errors["worlds called simulated by one class", UNLABELLED, "R/C"] == 100 * sum(atypical) / 4
 
 
-def error_of(results: Results, model: str) -> float:
-    (error,) = [
-        each["value"] for each in derive_errors(results) if (each["model"], each["label_set"]) == (model, "R/C")
-    ]
+def error_of(results: Results, model: str, statistic: str = ALL_FLOORS) -> float:
+    fields = {"model": model, "label_set": "R/C", "statistic": statistic}
+    (error,) = [each["value"] for each in select_records(derive_errors(results), fields)]
     return float(error)
 
 
@@ -153,6 +155,8 @@ def test_errors_by_hand(measured, monkeypatch):
     results.records += [{**record, "metric": "score", "model": ONE} for record in likeness]
     monkeypatch.setattr(realism, "THRESHOLDS", MappingProxyType({ONE: scores[2]}))
     assert error_of(results, ONE) == pytest.approx(100 * 3 / 9)
+    # Three of five offices, none of four worlds.
+    assert error_of(results, ONE, CLASS_MEAN) == pytest.approx(100 * (3 / 5 + 0 / 4) / 2)
 
 
 def test_a_probability_of_one_half_is_realistic(measured):
@@ -166,6 +170,7 @@ def test_a_probability_of_one_half_is_realistic(measured):
     results = Results()
     results.records += halves
     assert error_of(results, TWO) == pytest.approx(100 * 4 / 9)
+    assert error_of(results, TWO, CLASS_MEAN) == 50
     (error,) = [
         each["value"]
         for each in derive_views(floors)

@@ -130,11 +130,26 @@ def test_an_open_contour_and_rooms_below_a_building_are_read(path):
     assert room.polygon.area == pytest.approx(200 * FOOT**2)
 
 
+@pytest.mark.parametrize("corners", [[], [(-9, -9)], [(-9, -9), (-9, 30)], [(-9, "nan"), (-9, 30), (-30, 30)]])
+def test_a_room_that_cannot_be_read_is_left_out_and_the_frame_is_that_of_the_others(path, corners):
+    text = TWO_ROOMS.replace("</floor>", space("1-S", "STAIR", corners, TO_OFFICE) + "</floor>")
+    with pytest.warns(BuildingWarning, match=r"without some of its rooms: room 3 \(STAIR\)"):
+        floor = read(path, text)
+    expected = read(path, TWO_ROOMS)
+    assert [room.id for room in floor] == [1, 2]
+    assert all(room.polygon.equals_exact(expected[room.id].polygon, 1e-5) for room in floor)
+    assert floor.doors[0].line.equals_exact(expected.doors[0].line, 1e-5)
+
+
+def test_rooms_of_one_name_both_stay(path):
+    with pytest.warns(BuildingWarning, match=r"2 rooms have the name '1-A'"):
+        assert [room.id for room in read(path, TWO_ROOMS.replace("1-C", "1-A"))] == [1, 2]
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         (mit_xml(), "rooms"),
-        (TWO_ROOMS.replace("1-C", "1-A"), "1-A"),
         (TWO_ROOMS.replace("</space><space", "</space></floor><floor><space"), "floors"),
         (mit_xml(space("1-A", "OFF", [*OFFICE, ("nan", 0)])), "nan"),
         (mit_xml(space("1-A", "OFF", [*OFFICE, ("1e9", 0)])), "1e9"),
@@ -172,5 +187,5 @@ def test_any_outline_and_place_is_read_or_refused(path, corners, edges, type_):
     with suppress(BuildingError), warnings.catch_warnings():
         warnings.simplefilter("ignore", BuildingWarning)
         floor = read(path, text)
-        assert [door.rooms for door in floor.doors] == [(1, 2)]
-        assert floor.doors[0].width > 0
+        assert [door.rooms for door in floor.doors] == ([(1, 2)] if len(floor) == 2 else [])
+        assert all(door.width > 0 for door in floor.doors)

@@ -62,6 +62,23 @@ def test_chains_that_never_mix_take_four_times_as_many(monkeypatch):
     assert result.door_moves.convergence > 2
 
 
+def test_one_target_that_has_not_mixed_is_enough(monkeypatch):
+    requested: list[int] = []
+
+    def run(sampler: BuildingSampler, seed: int) -> Floats:
+        requested.append(sampler.model.sweeps)
+        noise = np.random.default_rng(seed).normal(size=(3, CHAINS, sampler.model.sweeps))
+        noise[2] += 5 * np.arange(CHAINS)[:, None]
+        return noise
+
+    use_runners(monkeypatch, run)
+    result = count_mixing_iterations(replace(QUICK, sweeps=200, edge_moves=200, door_moves=200))
+    assert requested == [200, 400, 800] * 3
+    first, second, third = result.sweeps.targets
+    assert max(first, second) < 1.1 < third == result.sweeps.convergence
+    assert not result.sweeps.has_mixed
+
+
 def test_only_the_second_half_counts(monkeypatch):
     def run(sampler: BuildingSampler, seed: int) -> Floats:
         noise = np.random.default_rng(seed).normal(size=(2, CHAINS, sampler.model.sweeps))
@@ -108,20 +125,20 @@ def test_floors_of_one_area_have_nothing_to_join():
         SCHOOL, Segmentation.CORR, (build_floor(("CC",), (), (0,)), build_floor(("AA",), (), (0,))), 5, 20, 10
     )
     result = count_mixing_iterations(model)
-    assert (result.edge_moves, result.door_moves) == (Mixing(20, 1.0), Mixing(10, 1.0))
+    assert (result.edge_moves, result.door_moves) == (Mixing(20), Mixing(10))
 
 
 def test_a_type_is_trained_with_what_was_found(monkeypatch):
     monkeypatch.setattr(
         train,
         "count_mixing_iterations",
-        lambda model, *, seed, track: ModelMixing(Mixing(seed, 1.0), Mixing(8, 1.2), Mixing(9, 1.3)),
+        lambda model, *, seed, track: ModelMixing(Mixing(seed, (1.0,)), Mixing(8, (1.0, 1.2)), Mixing(9, (1.3,))),
     )
     model = train_type(make_schools(), schema=SCHOOL, areas="ncut", seed=7)
     result = model.mixing
     assert result is not None
     assert (model.sweeps, model.edge_moves, model.door_moves) == (7, 8, 9)
-    assert result.edge_moves == Mixing(8, 1.2)
+    assert result.edge_moves == Mixing(8, (1.0, 1.2))
     assert result.sweeps.has_mixed
     assert not result.edge_moves.has_mixed
     assert (model.segmentation, len(model.floors)) == (Segmentation.NCUT, 8)

@@ -19,6 +19,7 @@ from numpydoc.validate import validate
 import pianta
 from pianta import errors, plot
 from pianta.building_types.model import BuildingTypeModel
+from pianta.evacuation.evacuation import DoorUse, Evacuation, WayOut
 from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
 from pianta.layout.explanation import Border, Explanation
@@ -35,6 +36,8 @@ SOURCE = Path(pianta.__file__)
 RESULTS = (
     Border,
     BuildingTypeModel,
+    DoorUse,
+    Evacuation,
     Explanation,
     Exploration,
     OpenEnd,
@@ -46,6 +49,7 @@ RESULTS = (
     SampleInterval,
     StoreyReading,
     TypeModel,
+    WayOut,
 )
 CHECKS = {
     *("GL01", "GL02", "GL03", "GL05", "GL06", "GL07", "GL08", "GL09", "GL10"),

@@ -77,8 +77,9 @@ class TestRead:
             (["--type", "school"], {"building_type": "school"}),
             (["--no-labels", "--method", "voronoi"], {"labels": False, "method": "voronoi"}),
             (["--no-predictions"], {"predict_partial": False}),
+            (["--method", "thesis", "--as-printed"], {"method": "thesis", "as_printed": True}),
         ],
-        ids=["plain", "type", "method", "predictions"],
+        ids=["plain", "type", "method", "predictions", "as printed"],
     )
     def test_gives_the_files_of_the_command(self, small, tmp_path, flags, options):
         assert run_pianta("read", small, "-o", tmp_path / "command", *flags, "-q") == (0, "", "")

@@ -26,35 +26,18 @@ from pianta_bench.data.folders import find_data
 from pianta_bench.data.map_sets import TrueMap, choose_sets
 
 SETS = ("clutter", "vacuum", "survey", "furniture")
-# Maps of one building have different names; the README of the data has the rule for most. The last two of the vacuums
-# show the same home.
-BUILDINGS = {
-    "freiburg79": ("freiburg79", "freiburg_building79"),
-    "freiburg101": ("freiburg101", "freiburg_building101"),
-    "g4s": ("g4s",),
-    "home1058": ("l10su_1058", "z10_1056"),
-}
 # The buildings that are left out together where figures are reported (benchmarks/score_left_out_buildings.py): each
 # group has maps of several sets, chosen by hand.
 FOLDS = (
-    ("freiburg79", "d91093huge", "officea", "officei"),
+    ("freiburg79", "d9_1093_huge", "officea", "officei"),
     ("freiburg101", "home1058", "labc", "officeb"),
-    ("g4s", "converted3790", "s5fw2020withsegments", "officec", "labf"),
-    ("umicfirstfloorphoto20200108", "miscmonasterywithcutoff", "nlb", "officed", "officef"),
+    ("g4s", "converted_3790", "S5_FW2020_with_segments", "officec", "labf"),
+    ("umicfirstfloor", "misc_monastery_with_cutoff", "nlb", "officed", "officef"),
 )
 # Cells nearer than this to another room may be in a door; cells (chosen by hand).
 DOOR_REACH = 4
 # Cells beyond the annotated rooms and free cells; cells (chosen by hand).
 BORDER_CELLS = 12
-
-
-def name_building(item: str) -> str:
-    """The building of a map."""
-    name = item.lower()
-    for building, starts in BUILDINGS.items():
-        if name.startswith(starts):
-            return building
-    return name.removesuffix("_scan").replace("_", "")
 
 
 def to_lesson(true: TrueMap) -> Lesson:
@@ -102,7 +85,7 @@ def main() -> None:
     for mapset, items in choose_sets(SETS, data).items():
         for item in items:
             lesson = to_lesson(mapset.read(data / mapset.folder, item))
-            write_lesson(options.folder / f"{name_building(item)}__{mapset.name}_{item}.npz", lesson)
+            write_lesson(options.folder / f"{mapset.building_of(data, item)}__{mapset.name}_{item}.npz", lesson)
 
 
 if __name__ == "__main__":

@@ -41,7 +41,7 @@ from pianta.io.images import read_picture
 from pianta.plan.walls.segmentation import DOOR, DOOR_CELLS, INSIDE, OUTSIDE, WALL, input_layers
 from pianta.worlds.plans.drawing import draw_plan
 from pianta.worlds.plans.look import PlanLook
-from pianta_bench.data.annotated_floors import read_buildings_of_files
+from pianta_bench.data.building_of import building_of
 from pianta_bench.data.folders import find_data
 from pianta_bench.plans.plan_sets import find_image, list_plans, read_true_plan
 
@@ -110,27 +110,27 @@ def make_lesson(colors: NDArray[np.uint8], floors: list[Floor], grid: GridMap) -
 
 def read_lessons(data: Path, fold: int) -> tuple[list[Lesson], list[Lesson], list[str]]:
     """Lessons of real and of synthetic plans, without the buildings of a fold, and the buildings that they show."""
-    building_name = {Path(file).stem: building for file, building in read_buildings_of_files(data).items()}
     drawings = sorted((data / "buildings").glob("[so]*/*.xml"))
-    files = [*list_plans(data), *(file.stem for file in drawings)]
-    buildings = sorted({building_name.get(name, name) for name in files})
+    files = [*(find_image(data, name) for name in list_plans(data)), *drawings]
+    building = {file: building_of(data, file.relative_to(data).as_posix()) for file in files}
+    buildings = sorted(set(building.values()))
     chosen = [name for name in buildings if fold_of(name, buildings) != fold]
     real, used_buildings = [], set[str]()
     images: dict[bytes, list[Any]] = {}
     for name in list_plans(data):
         plan = read_true_plan(data, name)
-        if building_name.get(name, name) in chosen and plan.kind != SCREENSHOT:
+        if building[find_image(data, name)] in chosen and plan.kind != SCREENSHOT:
             # Two floors of a building can be on the same image; the truth of each has one of them.
             images.setdefault(find_image(data, name).read_bytes(), []).append((name, plan))
     for plans in images.values():
         name, plan = plans[0]
         real.append(make_lesson(read_picture(find_image(data, name)), [other.truth for _, other in plans], plan.grid))
-        used_buildings.add(building_name.get(name, name))
+        used_buildings.add(building[find_image(data, name)])
     rng = np.random.default_rng(5)
     synthetic = []
     for file in drawings:
-        if building_name.get(file.stem, file.stem) in chosen:
-            used_buildings.add(building_name.get(file.stem, file.stem))
+        if building[file] in chosen:
+            used_buildings.add(building[file])
             synthetic += [lesson for _ in range(DRAWINGS) if (lesson := draw_lesson(read_building_xml(file), rng))]
     return real, synthetic, sorted(used_buildings)
 

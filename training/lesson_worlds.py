@@ -25,7 +25,7 @@ from pianta.layout.structure.evidence import DOOR, FLOOR, FURNITURE, OUTSIDE, WA
 from pianta.worlds.dense_furniture import furnish_densely
 from pianta.worlds.door_leaves import draw_door_leaves
 from pianta.worlds.floors import make_floor
-from pianta_bench.data.annotated_floors import read_buildings_of_files
+from pianta_bench.data.building_of import building_of
 
 # Side of the cells of a simulated map; metres.
 FINE = 0.05
@@ -125,14 +125,14 @@ class World:
 
 def list_annotated_floors(data: Path) -> list[Floor]:
     """Annotated floors of the buildings that no bench of maps measures on."""
-    building_name = {Path(file).stem: building for file, building in read_buildings_of_files(data).items()}
-    measured = {path.stem.removesuffix("_gt") for path in (data / "slam").glob("*_gt.xml")}
-    measured |= {path.stem.removesuffix("_GT") for path in (data / "doors").glob("*_GT.png")}
-    buildings = {building_name.get(name, name) for name in (*measured, OTHER_BENCH_FLOOR)}
     files = sorted((data / "buildings").glob("*/*.xml"))
+    measured = [*(data / "slam").glob("*_gt.xml"), *(data / "doors").glob("*_GT.png")]
+    measured += [file for file in files if file.stem == OTHER_BENCH_FLOOR]
+    building = {file: building_of(data, file.relative_to(data).as_posix()) for file in (*measured, *files)}
+    buildings = {building[file] for file in measured}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return [read_building_xml(file) for file in files if building_name.get(file.stem, file.stem) not in buildings]
+        return [read_building_xml(file) for file in files if building[file] not in buildings]
 
 
 def draw_floor(annotated: list[Floor], rng: np.random.Generator) -> tuple[Floor, float]:

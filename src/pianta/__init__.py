@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from pianta.building_types.classify import classify_building
     from pianta.building_types.model import train_building_types
     from pianta.errors import PiantaError
+    from pianta.evacuation.evacuate import evacuate
     from pianta.exploration.explore import explore
     from pianta.floor import Door, Floor, Furniture, Room
     from pianta.generation.generate import generate
@@ -55,6 +56,7 @@ __all__ = [
     "classify_building",
     "clean_map",
     "errors",
+    "evacuate",
     "explain",
     "explore",
     "generate",
@@ -92,6 +94,7 @@ _MODULES = {
     "classify_building": "building_types.classify",
     "clean_map": "layout.clean_map",
     "errors": "errors",
+    "evacuate": "evacuation.evacuate",
     "explain": "layout.explanation",
     "explore": "exploration.explore",
     "generate": "generation.generate",

@@ -36,10 +36,20 @@ LayoutSets = Annotated[
         metavar="NAME",
     ),
 ]
+DepartureSets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", help="Which maps, may be repeated: schools, survey, furniture; all three unless given.", metavar="NAME"
+    ),
+]
 Items = Annotated[
     list[str] | None,
     typer.Option("--item", help="Only the map of this name, may be repeated.", metavar="NAME"),
 ]
+AsPrinted = Annotated[
+    bool, typer.Option("--as-printed", help="Method thesis as the thesis prints it, without our departures.")
+]
+WithAsPrinted = Annotated[bool, typer.Option("--as-printed", help="Measure Algorithm 1 as the thesis prints it, too.")]
 LayoutMaps = Annotated[bool, typer.Option("--maps", help="Print the doors and edges of each map too.")]
 Maps = Annotated[bool, typer.Option("--maps", help="Print the rows of the maps; always done for a single method.")]
 TypeMaps = Annotated[bool, typer.Option("--maps", help="Predict the building types of robots' maps instead.")]

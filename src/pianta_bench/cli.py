@@ -10,8 +10,8 @@ from pianta.cli.terminal import show_examples
 
 # In the order of the help. Each is a folder with a BENCH.
 BENCHES = (
-    *("layout", "segmentation", "cost", "graphs", "types", "places", "buildings", "generation", "prediction"),
-    *("realism", "partial", "exploration", "plans", "robustness", "calibration"),
+    *("layout", "segmentation", "departures", "cost", "graphs", "types", "places", "buildings", "generation"),
+    *("prediction", "realism", "partial", "exploration", "plans", "robustness", "calibration", "evacuation"),
 )
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")

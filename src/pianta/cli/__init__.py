@@ -22,6 +22,7 @@ VERBS = {
     "generate": "generate",
     "predict": "predict_floor",
     "explore": "explore_world",
+    "evacuate": "evacuate_floor",
     "world": "make_world",
     "train": None,
 }

@@ -59,6 +59,9 @@ Earlier = Annotated[
     ),
 ]
 Method = Annotated[str, typer.Option(help=f"How rooms are found: {', '.join(METHODS)}.")]
+AsPrinted = Annotated[
+    bool, typer.Option("--as-printed", help="Method thesis as the thesis prints it, without our departures.")
+]
 As = Annotated[
     Literal["map", "plan"] | None,
     typer.Option("--as", help="Whether it is a robot's map or a plan; detected unless given."),
@@ -115,6 +118,7 @@ def read_maps(
     previous: Previous = None,
     earlier: Earlier = None,
     method: Method = DEFAULT_METHOD,
+    as_printed: AsPrinted = False,
     as_kind: As = None,
     resolution: Resolution = None,
     trust_thresholds: TrustThresholds = False,
@@ -157,6 +161,7 @@ def read_maps(
         "previous": previous,
         "earlier": earlier or (),
         "method": method,
+        "as_printed": as_printed,
         "input_kind": as_kind,
         "resolution": resolution,
         "trust_thresholds": trust_thresholds,

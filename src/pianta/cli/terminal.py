@@ -30,12 +30,17 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but wa
 OWN_WARNINGS = (MapWarning, BuildingWarning, PlanWarning)
 
 # Arguments of functions whose flags have the same names.
-SAME_NAMES = "building_model earlier jobs max_cells method page previous resolution symbols trust_thresholds words"
+SAME_NAMES = (
+    "building_model density earlier jobs max_cells method page people previous resolution shut symbols "
+    "trust_thresholds words"
+)
 # Messages of the library name arguments of functions; these are their flags.
 FLAGS = {
     "labels=False": "--no-labels",
     "label_unknown=True": "--label-unknown",
     "predict_partial=False": "--no-predictions",
+    "as_printed=True": "--as-printed",
+    "method='thesis'": "--method thesis",
     "input_kind='map'": "--as map",
     "input_kind='plan'": "--as plan",
     "trust_thresholds=True": "--trust-thresholds",
@@ -43,6 +48,7 @@ FLAGS = {
     "building_type=": "--type",
     "room_model=": "--model",
     "schema=": "--labels",
+    "exits=": "--exit",
     **{f"{name}=": f"--{name.replace('_', '-')}" for name in SAME_NAMES.split()},
 }
 # Quoted text, such as the name of a file, is left as it is.

@@ -272,9 +272,9 @@ def _print_type_model(model: TypeModel, out: Path) -> None:
     if mixing := model.mixing:
         chains = {"sweeps": mixing.sweeps, "moves of edges": mixing.edge_moves, "moves of doors": mixing.door_moves}
         lengths = ", ".join(f"{chain.iterations} {name} ({chain.convergence:.2f})" for name, chain in chains.items())
-        print_result(f"iterations of the chains, and their R-hat: {lengths}")
+        print_result(f"iterations of the chains, and the highest R-hat of their targets: {lengths}")
         if unmixed := ", ".join(name for name, chain in chains.items() if not chain.has_mixed):
-            print_result(f"the chains of {unmixed} did not mix, R-hat is 1.1 or above: give more buildings")
+            print_result(f"the chains of {unmixed} did not mix, R-hat stays at 1.1 or above: give more buildings")
     _print_file(out)
     print_result(f"next: pianta generate {quote(str(out))} -n 24 -o {quote(str(out.with_suffix('')) + '-buildings')}")
 

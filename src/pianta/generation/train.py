@@ -14,7 +14,7 @@ from pianta.floor import Floor
 from pianta.generation.buildings import STEPS, BuildingSampler
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.metropolis_hastings import measure_convergence
-from pianta.generation.type_model import MIXED_BELOW, Mixing, ModelMixing, TypeModel, learn_type
+from pianta.generation.type_model import Mixing, ModelMixing, TypeModel, learn_type
 from pianta.io._files import short_repr
 from pianta.labels import SCHEMAS, LabelSchema
 
@@ -122,7 +122,7 @@ def count_mixing_iterations(
     """Count the iterations until the chains of a model have mixed, from those of the authors on (section 7.4.2).
 
     Chains with the same target start from different floors or graphs. The iterations are doubled, at most twice, while
-    R̂ of the second half of the iterations is 1.1 or more.
+    R̂ of the second half of the iterations is 1.1 or more for any target.
     track: wraps the names of the steps, to show progress.
     """
     runs = (_run_sweeps, model.sweeps), (_run_edge_moves, model.edge_moves), (_run_door_moves, model.door_moves)
@@ -131,16 +131,14 @@ def count_mixing_iterations(
 
 
 def _double(runner: Callable[[BuildingSampler, int], Floats], iterations: int, model: TypeModel, seed: int) -> Mixing:
-    """Double the iterations until chains have mixed, or the limit is reached."""
+    """Double the iterations until the chains of all targets have mixed, or the limit is reached."""
     most = MAX_FACTOR * iterations
     while True:
         longer = replace(model, sweeps=iterations, edge_moves=iterations, door_moves=iterations)
         traces = runner(BuildingSampler(longer), seed)
-        values = [measure_convergence(chains[:, iterations // 2 :]) for chains in traces]
-        # Without targets, chains count as mixed.
-        convergence = float(np.median(values)) if values else 1.0
-        if convergence < MIXED_BELOW or iterations >= most:
-            return Mixing(iterations, convergence)
+        mixing = Mixing(iterations, tuple(measure_convergence(chains[:, iterations // 2 :]) for chains in traces))
+        if mixing.has_mixed or iterations >= most:
+            return mixing
         iterations *= 2
 
 

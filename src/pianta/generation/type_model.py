@@ -48,14 +48,22 @@ MIXED_BELOW = 1.1
 
 @dataclass(frozen=True)
 class Mixing:
-    """Iterations of one step, and R̂ of the median target in their second half."""
+    """Iterations of one step, and R̂ of each target in their second half.
+
+    targets: R̂ of each; empty for a step that has no target, because no floor has two areas.
+    """
 
     iterations: int
-    convergence: float
+    targets: tuple[float, ...] = ()
+
+    @property
+    def convergence(self) -> float:
+        """The highest R̂ of a target; 1 without targets."""
+        return max(self.targets, default=1.0)
 
     @property
     def has_mixed(self) -> bool:
-        """Whether R̂ is below 1.1; otherwise the limit of iterations was reached."""
+        """Whether R̂ of all targets is below 1.1; otherwise the limit of iterations was reached."""
         return self.convergence < MIXED_BELOW
 
 

@@ -108,13 +108,15 @@ def remove_clutter(free: Mask, *, size_px: float) -> Mask:
     return np.asarray(free | small[labels[1:-1, 1:-1]])
 
 
-def to_working_grid(grid: GridMap, free: Mask, *, resolution: float, coarsest: float | None = None) -> WorkingGrid:
+def to_working_grid(
+    grid: GridMap, free: Mask, *, resolution: float, coarsest: float | None = None, normal_pose: bool = True
+) -> WorkingGrid:
     """Working grid of the free cells of a grid map, with cells of about the resolution, in metres.
 
     Smaller cells are joined; a joined cell is free when all its parts are, so that no wall is lost. Larger cells are
     repeated, those up to coarsest (metres; None: the resolution) stay. A map that was enlarged, so that its
-    cells come in equal blocks, is taken as one of larger cells. Raises MapError when no cell is free, or the cells are
-    too small or too large to show rooms.
+    cells come in equal blocks, is taken as one of larger cells. normal_pose: False to keep the pose of the map.
+    Raises MapError when no cell is free, or the cells are too small or too large to show rooms.
     """
     if not free.any():
         raise MapError(NO_FREE_CELL)
@@ -128,7 +130,7 @@ def to_working_grid(grid: GridMap, free: Mask, *, resolution: float, coarsest: f
         if grid.resolution > coarsest:
             resolution = coarsest
     # The pose comes first, so that the same cells are joined in every pose of the map.
-    cells, pose = _turn_to_canonical_pose(window)
+    cells, pose = _turn_to_canonical_pose(window) if normal_pose else (window, np.eye(3))
     cells, step = _resample_cells(cells, grid.resolution, resolution)
     to_grid = _shift(row_span[0], col_span[0]) @ pose @ np.diag([step, step, 1.0]) @ _shift(-MARGIN_PX, -MARGIN_PX)
     return WorkingGrid(np.pad(cells, MARGIN_PX), grid.resolution * step, to_grid, grid)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from math import isfinite
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pianta.errors import OptionError
 
@@ -14,6 +15,23 @@ P = TypeVar("P", bound="Parameters")
 @dataclass(frozen=True, kw_only=True)
 class Parameters:
     """The thresholds of a method of layout reconstruction; each method has its own class."""
+
+
+# Our departures from Algorithm 1 as the thesis prints it, in the order of the algorithm; each with the values that undo
+# it: those of the text, else those of the experiments of its authors (pixels of 0.05 m).
+CLUTTER = "small groups removed from bare maps too"
+DEPARTURES: Mapping[str, Mapping[str, Any]] = {
+    CLUTTER: {"remove_clutter": False},
+    "a normal pose": {"normal_pose": False},
+    "shorter segments": {"hough_votes": 1.0, "segment_length": 0.35},
+    "three Hough passes": {"hough_passes": 1},
+    "clusters of lines by their means": {"chain_lines": True},
+    "weak lines dropped": {"drop_weak_lines": False},
+    "door gaps filled": {"fill_gaps": False},
+    "σ = 0.15": {"sigma": 0.1},
+    "small clusters dropped": {"drop_small_rooms": False},
+    "partial faces need an open edge": {"need_open_edge": False},
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,11 +81,25 @@ class ThesisParameters(Parameters):
         Wider passages are openings; metres.
     passage_width
         Narrower passages are ignored; metres.
+    remove_clutter
+        Whether groups below clutter_size become free. The thesis does so on maps with furniture only.
+    normal_pose
+        Whether the map is turned so that it gives the same rooms in every pose. The thesis does not say so.
+    chain_lines
+        Whether any two segments nearer than line_distance are on one line, as [1] prints; else lines whose means are.
+    drop_weak_lines
+        Whether clusters below line_support give no line. The thesis does not say so.
+    fill_gaps
+        Whether gaps up to filled_gap count as wall. The thesis does so on floor plans only (section 3.3).
+    drop_small_rooms
+        Whether clusters of faces below room_area are left out. The thesis does not say so.
+    need_open_edge
+        Whether a partial face needs free space along its open edge. The thesis does not say so.
 
     Raises
     ------
     OptionError
-        Values are not positive finite numbers; the message names all of them.
+        Values are not positive finite numbers, or switches not True or False; the message names all of them.
 
     References
     ----------
@@ -78,6 +110,9 @@ class ThesisParameters(Parameters):
     >>> import pianta
     >>> pianta.ThesisParameters(door_width=1.6).line_distance
     0.9
+    >>> printed = pianta.ThesisParameters.as_printed()
+    >>> printed.sigma, printed.fill_gaps
+    (0.1, False)
     """
 
     working_resolution: float = 0.05
@@ -101,9 +136,41 @@ class ThesisParameters(Parameters):
     room_area: float = 1.0
     door_width: float = 2.0
     passage_width: float = 0.3
+    remove_clutter: bool = True
+    normal_pose: bool = True
+    chain_lines: bool = False
+    drop_weak_lines: bool = True
+    fill_gaps: bool = True
+    drop_small_rooms: bool = True
+    need_open_edge: bool = True
 
     def __post_init__(self) -> None:
-        _check_positive(self)
+        _check_values(self)
+
+    @classmethod
+    def as_printed(cls, *, furnished: bool = True) -> ThesisParameters:
+        """Algorithm 1 as the thesis prints it, without any of our departures.
+
+        Parameters
+        ----------
+        furnished
+            Whether small groups of cells are removed, as the thesis does on maps with furniture (section 3.2).
+
+        Returns
+        -------
+        ThesisParameters
+            Where the thesis gives no value, that of the experiments of its authors.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> pianta.ThesisParameters.as_printed(furnished=False).remove_clutter
+        False
+        """
+        printed: dict[str, Any] = {}
+        for name, values in DEPARTURES.items():
+            printed |= {} if furnished and name == CLUTTER else values
+        return cls(**printed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,14 +254,21 @@ class StructureParameters(Parameters):
     line_reach: float = 12.0
 
     def __post_init__(self) -> None:
-        _check_positive(self)
+        _check_values(self)
 
 
-def _check_positive(parameters: ThesisParameters | StructureParameters) -> None:
-    values = {field.name: getattr(parameters, field.name) for field in fields(parameters)}
-    faults = [f"{name} is {value}" for name, value in values.items() if not (isfinite(value) and value > 0)]
+def _check_values(parameters: ThesisParameters | StructureParameters) -> None:
+    switches, numbers = [], []
+    for field in fields(parameters):
+        value = getattr(parameters, field.name)
+        if isinstance(field.default, bool):
+            switches += [f"{field.name} is {value}"] * (not isinstance(value, bool))
+        elif not (isfinite(value) and value > 0):
+            numbers.append(f"{field.name} is {value}")
+    remedies = [("give True or False", switches), ("give positive numbers", numbers)]
+    faults = [f"{'; '.join(faults)}; {remedy}" for remedy, faults in remedies if faults]
     if faults:
-        raise OptionError("; ".join(faults) + "; give positive numbers")
+        raise OptionError("; ".join(faults))
 
 
 def check_parameters(parameters: Parameters | None, parameter_class: type[P]) -> P:

@@ -18,6 +18,7 @@ def reconstruct(
     *,
     method: str = DEFAULT_METHOD,
     parameters: Parameters | None = None,
+    as_printed: bool = False,
     predict_partial: bool = True,
 ) -> Floor:
     """Reconstruct the floor that a grid map shows: its rooms and doors, and its walls by some methods.
@@ -36,6 +37,9 @@ def reconstruct(
     parameters
         The thresholds of the method, in metres; None for the default values. `StructureParameters` for
         "structure", `ThesisParameters` for "thesis", and the class beside each method of the survey.
+    as_printed
+        Whether the method "thesis" is Algorithm 1 as the thesis prints it, without our departures:
+        `ThesisParameters.as_printed()` for `parameters`.
     predict_partial
         Whether to predict the whole shape of partial rooms; without it the floor is found faster.
 
@@ -48,7 +52,7 @@ def reconstruct(
     Raises
     ------
     OptionError
-        The method is unknown, or the parameters belong to another method.
+        The method is unknown, or the parameters or `as_printed` belong to another method.
     MapError
         The map shows no room.
 
@@ -68,6 +72,9 @@ def reconstruct(
     19
     """
     check_argument(grid, GridMap, "grid", "a GridMap of read_map")
+    if as_printed:
+        check_as_printed(method, parameters)
+        parameters = ThesisParameters.as_printed()
     floor = find_rooms(grid, method=method, parameters=parameters)
     if not predict_partial or not any(room.partial for room in floor.rooms):
         return floor
@@ -91,6 +98,14 @@ def find_rooms(grid: GridMap, *, method: str, parameters: Parameters | None = No
     from pianta.layout.structure.reconstruct import reconstruct_structure
 
     return reconstruct_structure(grid, parameters=check_parameters(parameters, StructureParameters))
+
+
+def check_as_printed(method: str, parameters: Parameters | None = None) -> None:
+    """Raise OptionError if as_printed=True is given for another method, or with parameters."""
+    if method != "thesis":
+        raise OptionError(f"as_printed=True is for method thesis and method is {method}, give method='thesis'")
+    if parameters is not None:
+        raise OptionError("as_printed=True and parameters= are given, leave either out")
 
 
 def check_method(method: str) -> None:

@@ -1,4 +1,4 @@
-"""Pictures of grids, floors, graphs, predictions and explorations, on a matplotlib ax.
+"""Pictures of grids, floors, graphs, predictions, explorations and evacuations, on a matplotlib ax.
 
 Each plot_ function has an option `ax`, draws in metres if positions are known, and returns the ax; none shows it.
 """
@@ -8,6 +8,7 @@ from importlib import import_module
 _MODULES = {
     "plot_area": "exploration",
     "plot_doors": "floor_parts",
+    "plot_evacuation": "evacuation",
     "plot_exploration": "exploration",
     "plot_explanation": "explanation",
     "plot_explored": "prediction",

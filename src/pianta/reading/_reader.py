@@ -16,7 +16,7 @@ from pianta.floor import Floor
 from pianta.io._files import check_input_file, short_repr
 from pianta.labels import SCHEMAS
 from pianta.layout.parameters import Parameters
-from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
+from pianta.layout.reconstruct import DEFAULT_METHOD, check_as_printed, check_method
 from pianta.reading._labelling import Labelling
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 
@@ -42,6 +42,7 @@ class ReadOptions(TypedDict, total=False):
     words: str | Path | None
     method: str
     parameters: Parameters | None
+    as_printed: bool
     predict_partial: bool
     building_type: str | None
     room_model: RoomModel | str | Path | None
@@ -154,7 +155,7 @@ class Reader:
             raise OptionError(f"map {short_repr(path)} is no plan, leave out {useless} or give input_kind='plan'")
         grid = read_map(image or path, **self._choose("resolution", "trust_thresholds", "max_cells"))
         try:
-            floor = reconstruct(grid, **self._choose("method", "parameters", "predict_partial"))
+            floor = reconstruct(grid, **self._choose("method", "parameters", "as_printed", "predict_partial"))
         except PiantaError as error:
             reasons = "; ".join([str(error), *describe_inverted_greys(grid)])
             raise type(error)(f"map {short_repr(path)}: {reasons}") from error
@@ -168,6 +169,7 @@ class Reader:
         useless = {
             "trust_thresholds=True": self.options.get("trust_thresholds"),
             "parameters=": self.options.get("parameters") is not None,
+            "as_printed=True": self.options.get("as_printed"),
             "predict_partial=False": not self.options.get("predict_partial", True),
         }
         for option in (name for name, is_given in useless.items() if is_given):
@@ -212,7 +214,10 @@ def _check_options(options: ReadOptions) -> None:
     resolution = options.get("resolution")
     if resolution is not None and not (isfinite(resolution) and resolution > 0):
         raise OptionError(f"resolution is {resolution}, give positive metres per cell, or per pixel of a plan")
-    check_method(options.get("method", DEFAULT_METHOD))
+    method = options.get("method", DEFAULT_METHOD)
+    check_method(method)
+    if options.get("as_printed"):
+        check_as_printed(method, options.get("parameters"))
     earlier = options.get("earlier", ())
     if isinstance(earlier, str | Path | Floor):
         raise OptionError(f"earlier is {short_repr(earlier)}, give a list of floors or of their files")

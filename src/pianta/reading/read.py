@@ -53,6 +53,7 @@ def read(
     words: str | Path | None = None,
     method: str = DEFAULT_METHOD,
     parameters: Parameters | None = None,
+    as_printed: bool = False,
     predict_partial: bool = True,
     building_type: str | None = None,
     room_model: RoomModel | str | Path | None = None,
@@ -90,6 +91,8 @@ def read(
         How rooms are found, one of `METHODS`.
     parameters
         The thresholds of the method; None for those that fit most buildings. Not for plans.
+    as_printed
+        True for the method "thesis" as the thesis prints it, without our departures. Not for plans.
     predict_partial
         False to leave out the predicted shapes of rooms that were seen in part, which is faster. Not for plans.
     building_type
@@ -149,6 +152,7 @@ def read(
         words=words,
         method=method,
         parameters=parameters,
+        as_printed=as_printed,
         predict_partial=predict_partial,
         building_type=building_type,
         room_model=room_model,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -11,13 +10,14 @@ from pathlib import Path
 from typing import TypeVar
 
 from pianta._types import Floats
-from pianta.errors import BuildingWarning, DataError, PiantaError
+from pianta.errors import BuildingWarning, PiantaError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.io._files import one_line_reason, short_repr
+from pianta.io._files import one_line_reason
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import LabelSet, schema_of
 from pianta.rooms.thesis_features import compute_room_features
+from pianta_bench.data.building_of import building_of
 from pianta_bench.data.folders import list_maps
 from pianta_bench.harness.records import Item
 
@@ -76,10 +76,10 @@ def read_annotated_buildings(
     prepare: raises PiantaError for a drawing that fails.
     Raises DataError if there are no drawings, or if manifest.json of the data cannot be used.
     """
-    folder, buildings = data / "buildings" / building_type, read_buildings_of_files(data)
+    folder = data / "buildings" / building_type
     prepared, failed = [], []
     for item in list_maps(folder, ".xml"):
-        building = buildings.get(f"buildings/{building_type}/{item}.xml", item)
+        building = building_of(data, f"buildings/{building_type}/{item}.xml")
         try:
             floor = read_drawing(folder / f"{item}.xml")
             prepared.append(prepare(AnnotatedFloor(item, building_type, f"{building_type}/{building}", floor)))
@@ -105,19 +105,3 @@ def read_drawing(file: Path, *, grid: GridMap | None = None) -> Floor:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", BuildingWarning)
         return read_building_xml(file, grid=grid)
-
-
-def read_buildings_of_files(data: Path) -> dict[str, str]:
-    """The building of each file that manifest.json of the data lists; empty without it: each file is then a building.
-
-    Raises DataError if manifest.json is not such a list.
-    """
-    file = data / "manifest.json"
-    if not file.is_file():
-        return {}
-    try:
-        return {record["path"]: record["building"] for record in json.loads(file.read_text(encoding="utf-8"))}
-    except (OSError, ValueError, KeyError, TypeError):
-        raise DataError(
-            f"{short_repr(file)} is no list of files with `path` and `building`, repair or remove it"
-        ) from None

@@ -14,9 +14,8 @@ from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.maps import read_map
 from pianta.worlds.make import make_world
 from pianta_bench.data.folders import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, check_set, choose_items, list_maps
-from pianta_bench.data.map_sets import RESOLUTION, SETS
+from pianta_bench.data.map_sets import RESOLUTION, SETS, SURVEY_LAYOUT
 
-SURVEY_TRUTH = "_layout_gt.xml"
 WORLDS = ("home", "office", "ward", "corridor", "l", "ring", "hall")
 WORLD_SEEDS = range(5)
 # 0 empty … 1 a busy office; half of it, chosen by hand.
@@ -52,14 +51,14 @@ def read_school_layout(data: Path, name: str) -> tuple[GridMap, Floor]:
 
 def list_survey(data: Path) -> list[str]:
     """Names of the survey's maps with a layout."""
-    return list_maps(data / "survey", SURVEY_TRUTH)
+    return list_maps(data / "survey", SURVEY_LAYOUT)
 
 
 def read_survey_layout(data: Path, name: str, *, ending: str) -> tuple[GridMap, Floor]:
     """A map of the survey, and the layout XML that the thesis' author drew of it; its doors are points."""
     folder = data / "survey"
     grid = read_map(folder / f"{name}{ending}", resolution=RESOLUTION)
-    return grid, read_building_xml(folder / f"{name}{SURVEY_TRUTH}", grid=grid)
+    return grid, read_building_xml(folder / f"{name}{SURVEY_LAYOUT}", grid=grid)
 
 
 def list_worlds(_: Path) -> list[str]:

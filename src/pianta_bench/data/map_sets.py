@@ -17,12 +17,14 @@ from pianta.io._files import short_repr
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.images import read_grey
 from pianta.io.maps import read_map
+from pianta_bench.data.building_of import building_of
 from pianta_bench.data.color_truth import read_color_truth
 from pianta_bench.data.folders import REMEDY, SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, check_set, list_maps
 from pianta_bench.data.id_truth import read_id_truth
 from pianta_bench.data.survey_truth import ROOM_ABOVE_GREY, label_free_rooms, label_patches
 
 RESOLUTION = 0.05  # m per pixel, that of the survey (Bormann et al., ICRA 2016)
+SURVEY_LAYOUT = "_layout_gt.xml"  # ending of the layout that the thesis' author drew of a map of the survey
 CLOSED = "_[0-9][0-9]_IN.png"  # ending of maps with closed doors, after their number
 
 
@@ -33,12 +35,14 @@ class TrueMap:
     spaces: shape (H, W), 0 no room, n a true room, with all its pixels.
     rooms: the same for the counts on free cells, where the survey's rooms begin at 1 m².
     free: shape (H, W), the free cells of the map, or of the truth where it is a map itself.
+    layout: the file of the layout that the thesis' author drew of the map, where there is one.
     """
 
     grid: GridMap
     spaces: NDArray[np.int32]
     rooms: NDArray[np.int32]
     free: NDArray[np.bool_]
+    layout: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,10 @@ class MapSet:
         """Names of the maps, sorted; raises DataError without maps."""
         return list_maps(data / self.folder, self.ending)
 
+    def building_of(self, data: Path, item: str) -> str:
+        """The building that a map shows."""
+        return building_of(data, f"{self.folder}/{item}{self.ending}")
+
 
 def choose_sets(names: Sequence[str], data: Path) -> dict[MapSet, list[str]]:
     """The named sets with their maps; without names all sets that are in the data.
@@ -88,10 +96,12 @@ def choose_sets(names: Sequence[str], data: Path) -> dict[MapSet, list[str]]:
 
 
 def read_survey_map(folder: Path, name: str, *, ending: str) -> TrueMap:
-    """A map of the survey; its truth is an image of the empty rooms, with and without furniture."""
+    """A map of the survey; its truth is an image of the empty rooms, with and without furniture, and a layout."""
     grey, _ = read_grey(folder / f"{name}_gt_segmentation.png")
     grid = read_map(folder / f"{name}{ending}", resolution=RESOLUTION)
-    return TrueMap(grid, label_patches(grey), label_free_rooms(grey), grey > ROOM_ABOVE_GREY)
+    layout = folder / f"{name}{SURVEY_LAYOUT}"
+    true_rooms = label_patches(grey), label_free_rooms(grey)
+    return TrueMap(grid, *true_rooms, grey > ROOM_ABOVE_GREY, layout if layout.exists() else None)
 
 
 def read_colored_map(folder: Path, name: str) -> TrueMap:

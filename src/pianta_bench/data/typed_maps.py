@@ -12,7 +12,7 @@ from pianta.errors import DataError
 from pianta.gridmap import GridMap
 from pianta.io._files import short_repr
 from pianta.io.maps import read_map
-from pianta_bench.data.annotated_floors import read_buildings_of_files
+from pianta_bench.data.building_of import building_of
 from pianta_bench.data.folders import REMEDY, SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, list_maps
 from pianta_bench.data.map_sets import RESOLUTION
 
@@ -27,8 +27,6 @@ SETS_WITH_TRUTH = (
     ("kth", "kth", "_rooms.png", ".png", RESOLUTION, OFFICE),
     ("vacuum", "vacuum", "_gt.png", ".yaml", None, OTHER),
 )
-# Digits of the name of a map of the campus (kth) that are those of its building.
-KTH_BUILDING_DIGITS = 7
 # Maps of data/clutter by the type of their building, which is not known of the others.
 CLUTTER: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -68,12 +66,10 @@ class TypedMap:
 
 def list_typed_maps(data: Path) -> list[TypedMap]:
     """All maps of the sets that are in the data; raises DataError without maps."""
-    buildings = read_buildings_of_files(data)
     typed_maps = []
     for part, item, path, resolution, building_type in _list_files(data):
-        own = item[:KTH_BUILDING_DIGITS] if part == "kth" else item
-        building = buildings.get(path, own)
-        typed_maps.append(TypedMap(part, item, data / path, resolution, building_type, f"{building_type}/{building}"))
+        building = f"{building_type}/{building_of(data, path)}"
+        typed_maps.append(TypedMap(part, item, data / path, resolution, building_type, building))
     if not typed_maps:
         raise DataError(f"no maps of buildings of a known type in {short_repr(data)}, {REMEDY}")
     return typed_maps

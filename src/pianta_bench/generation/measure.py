@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -17,7 +17,7 @@ from pianta.generation.area_clusters import AreaKernel, compare_areas
 from pianta.generation.buildings import Costs, generate_buildings
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.train import train_type
-from pianta.generation.type_model import Mixing, TypeModel, learn_type, prepare_room_graph
+from pianta.generation.type_model import TypeModel, learn_type, prepare_room_graph
 from pianta.graphs.metrics import find_corridors, measure_graph
 from pianta.io._files import short_repr
 from pianta.io.buildings.thesis_xml import read_building_xml
@@ -25,7 +25,8 @@ from pianta.io.graphs import read_room_graphs
 from pianta.labels import SCHOOL
 from pianta_bench.data.folders import find_data, list_maps
 from pianta_bench.generation import COUNT
-from pianta_bench.generation.clusters import add_cluster_scores, keep_finite, score_gram
+from pianta_bench.generation.clusters import add_cluster_scores, score_gram
+from pianta_bench.generation.convergence import add_mixing
 from pianta_bench.generation.costs import SECONDS, time_sampling
 from pianta_bench.generation.scores import Repeats, SetScorer, draw_halves
 from pianta_bench.harness.records import Figures, Results, Track
@@ -46,11 +47,6 @@ MIN_FLOORS = 4  # each half of the real floors is as many as a model needs
 MODEL = "model"
 TRAINING = "training"
 LEARNING = "areas and clusters"
-# By field of ModelMixing, what its iterations are called.
-ITERATIONS: Mapping[str, str] = MappingProxyType(
-    {"sweeps": "step 1: sweeps", "edge_moves": "step 2: moves", "door_moves": "step 4: moves"}
-)
-CONVERGENCE: Mapping[str, str] = MappingProxyType({name: f"{text[:6]}: R̂" for name, text in ITERATIONS.items()})
 
 
 def measure(
@@ -141,10 +137,8 @@ def _measure_model(scorer: SetScorer, part: str, real: Sequence[nx.Graph], count
     add_cluster_scores(results, part, MODEL, clusters, by_wl=by_wl.configurations.shape[1])
     seconds = {(SECONDS, TRAINING): training, (SECONDS, LEARNING): learning}
     results.add(part, MODEL, seconds | costs, names=("metric", "work"))
-    for step in ITERATIONS if model.mixing else ():
-        mixing: Mixing = getattr(model.mixing, step)
-        figures = {ITERATIONS[step]: mixing.iterations, CONVERGENCE[step]: keep_finite(mixing.convergence)}
-        results.add(part, MODEL, figures)
+    if model.mixing:
+        add_mixing(results, part, MODEL, model.mixing)
     for name, value in (("models", model), ("clusters", clusters), ("halves", halves)):
         results.objects[name][part] = value
     results.details["models"][part] = {"similarity": clusters.similarity.tolist(), "areas": _list_areas(model)}

@@ -8,12 +8,10 @@ from statistics import fmean
 from types import MappingProxyType
 
 from pianta.evaluation.graph_sets import STATISTICS, DiscrepancyRatio
-from pianta_bench.generation import costs, scores
+from pianta_bench.generation import convergence, costs, scores
 from pianta_bench.generation.clusters import keep_finite
 from pianta_bench.generation.measure import (
-    CONVERGENCE,
     CORR,
-    ITERATIONS,
     LEARNING,
     METRICS,
     NCUT,
@@ -223,16 +221,7 @@ TABLES = (
             "once, side by side too: of the first alone.",
         ),
     ),
-    Table(
-        title="Section 7.4.2, convergence of chains",
-        where={
-            "metric": [text for step in ITERATIONS for text in (ITERATIONS[step], CONVERGENCE[step])],
-            "part": MODELS,
-        },
-        summarise=Cell.only,
-        digits=3,
-        notes=("R̂: of the median target, in the second half; near 1 where chains have mixed.",),
-    ),
+    convergence.TABLE,
 )
 
 
@@ -246,6 +235,9 @@ def tabulate(results: Results) -> list[FilledTable]:
         "floors": len(results.objects["graphs"][REAL]),
         "batch": results.values(metric=costs.BATCH)[0],
         "samples": _describe_samples(results),
+        "stopped": convergence.describe_stops(
+            {part: model.mixing for part, model in results.objects["models"].items()}
+        ),
         "failed": "\n".join(_list_failed(gaps)),
     }
     return [table.fill(records, **names) for table in TABLES]

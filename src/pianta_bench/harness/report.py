@@ -112,11 +112,11 @@ def _column_pair(table: FilledTable, column: str) -> list[tuple[str, list[str]]]
     measured = [_show_cell(cell.mean, cell.sd, cell.digits) for cell in cells]
     if not _has_published(cell for columns in table.rows.values() for cell in columns.values()):
         return [(column, measured)]
-    pair = [(f"{column}\nhere", measured)]
-    if _has_published(cells):
-        published = [_show_cell(cell.published_mean, cell.published_sd, cell.digits) for cell in cells]
-        pair.append((f"{column}\nthesis", published))
-    return pair
+    if not _has_published(cells):
+        return [(f"{column}\nhere", measured)]
+    published = [_show_cell(cell.published_mean, cell.published_sd, cell.digits) for cell in cells]
+    own = [(f"{column}\nhere", measured)] * any(cell.mean is not None for cell in cells)
+    return [*own, (f"{column}\nthesis", published)]
 
 
 def _has_published(cells: Iterable[Cell]) -> bool:

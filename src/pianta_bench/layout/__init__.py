@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pianta_bench._options import Data, Items, LayoutMaps, LayoutSets, Method
+from pianta_bench._options import AsPrinted, Data, Items, LayoutMaps, LayoutSets, Method
 from pianta_bench.harness.bench import Bench
 
 BENCH = Bench(
@@ -17,6 +17,7 @@ BENCH = Bench(
     examples=(
         "pianta bench layout",
         "pianta bench layout --pictures layouts",
+        "pianta bench layout --method thesis --as-printed",
         "pianta bench layout --method structure --set schools --set survey --set worlds --maps",
     ),
     options={
@@ -25,6 +26,7 @@ BENCH = Bench(
         "sets": (LayoutSets, None),
         "items": (Items, None),
         "maps": (LayoutMaps, False),
+        "as_printed": (AsPrinted, False),
     },
     pictures="a picture of every floor that was reconstructed",
 )

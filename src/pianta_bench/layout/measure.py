@@ -9,12 +9,13 @@ from pathlib import Path
 from pianta.evaluation.coverage import Scores, score_layout
 from pianta.evaluation.doors import score_connections
 from pianta.evaluation.segmentation import score_labels
-from pianta.layout.reconstruct import check_method
+from pianta.layout.reconstruct import check_as_printed, check_method
 from pianta.plot.figure import save_figure
 from pianta.plot.floor import draw_floor
 from pianta_bench.data.folders import LAYOUT_SET_NAMES, check_set, choose_items, find_data
 from pianta_bench.data.layout_sets import LAYOUT_SETS, LayoutSet
 from pianta_bench.harness.records import Figures, Results, Track
+from pianta_bench.layout.as_printed import AS_PRINTED, choose_method
 from pianta_bench.layout.graph_scores import FAILED_GRAPH, count_true, score_graph
 from pianta_bench.layout.timing import NO_TIME, time_reconstruction
 
@@ -38,6 +39,7 @@ def measure(
     sets: Sequence[str] | None = None,
     items: Sequence[str] | None = None,
     maps: bool = False,
+    as_printed: bool = False,
     pictures: Path | None = None,
     track: Track = iter,
 ) -> Results:
@@ -47,11 +49,15 @@ def measure(
     Precision and recall of doors are those of the pairs of rooms that they join; F1 of doors is by their positions, F1
     of edges by rooms that match. A map that fails counts as 0.
     method: one of METHODS. sets: of LAYOUT_SET_NAMES, the schools unless given. items: only maps of these names.
-    maps: whether doors and edges of each map are printed. pictures: folder for NAME.png, the reconstructed floor, or
-    for SET/NAME.png where several sets are measured. track: wraps the names of the maps, to show progress.
+    maps: whether doors and edges of each map are printed. as_printed: as of reconstruct. pictures: folder for NAME.png,
+    the reconstructed floor, or for SET/NAME.png where several sets are measured. track: wraps the names of the maps,
+    to show progress.
     Raises OptionError for the name of no method, set or map, DataError if there are no maps.
     """
     check_method(method)
+    if as_printed:
+        check_as_printed(method)
+        method = AS_PRINTED
     for name in sets or ():
         check_set(name, LAYOUT_SET_NAMES)
     folder = find_data(data)
@@ -71,7 +77,8 @@ def measure_map(
     """Scores of the layout of one map, %, rooms, and time; then its picture."""
     grid, truth = layout_set.read(data, name)
     yield {"true": len(truth.rooms), **count_true(truth)}
-    floor, time = time_reconstruction(grid, method=method)
+    name_of_method, parameters = choose_method(method, layout_set.name)
+    floor, time = time_reconstruction(grid, method=name_of_method, parameters=parameters)
     free = score_labels(floor.label_image(grid), truth.label_image(grid), counted=grid.free)
     walls = score_layout([room.polygon for room in floor.rooms], [room.polygon for room in truth.rooms])
     doors = score_connections(floor, truth)

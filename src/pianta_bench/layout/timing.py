@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits  # scikit-learn requires it
 
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
+from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import reconstruct
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import simulate_map
@@ -29,7 +30,7 @@ TIME_NOTE = (
 FAILED_NOTE = "A map that failed counts as 0."
 
 
-def time_reconstruction(grid: GridMap, *, method: str) -> tuple[Floor, Figures]:
+def time_reconstruction(grid: GridMap, *, method: str, parameters: Parameters | None = None) -> tuple[Floor, Figures]:
     """The floor of a map, and the time of its reconstruction, in seconds and in exact distance transforms of the map.
 
     The time of a distance transform is the median of five runs of cv2.distanceTransform on the free cells with the
@@ -39,7 +40,7 @@ def time_reconstruction(grid: GridMap, *, method: str) -> tuple[Floor, Figures]:
     free = grid.free.astype(np.uint8)
     with _one_thread():
         start = perf_counter()
-        floor = reconstruct(grid, method=method)
+        floor = reconstruct(grid, method=method, parameters=parameters)
         seconds = perf_counter() - start
         transform = median(_time_transform(free) for _ in range(TRANSFORMS))
     return floor, {"seconds": seconds, "transforms": seconds / transform}

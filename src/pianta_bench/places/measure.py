@@ -26,10 +26,10 @@ from pianta.worlds.simulated_readings import simulate_and_reconstruct
 from pianta_bench.data.annotated_floors import (
     AnnotatedFloor,
     read_annotated_floors,
-    read_buildings_of_files,
     read_drawing,
     set_building_type,
 )
+from pianta_bench.data.building_of import building_of
 from pianta_bench.data.folders import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, find_data, list_maps
 from pianta_bench.harness.folds import list_folds
 from pianta_bench.harness.parallel import run_steps
@@ -141,10 +141,9 @@ def measure(
 
 def _list_map_items(data: Path, floors: Sequence[AnnotatedFloor]) -> list[MapItem]:
     """All maps with their buildings, and the areas of the annotated floors of the same names, None without one."""
-    buildings = read_buildings_of_files(data)
     areas = {floor.item: _measure_rooms(floor.floor) for floor in floors if floor.kind == MAPS_TYPE}
     return [
-        MapItem(item, f"{MAPS_TYPE}/{buildings.get(f'{SLAM_FOLDER}/{item}.png', item)}", areas.get(item))
+        MapItem(item, f"{MAPS_TYPE}/{building_of(data, f'{SLAM_FOLDER}/{item}.png')}", areas.get(item))
         for item in list_maps(data / SLAM_FOLDER, SLAM_TRUTH)
     ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -17,7 +17,7 @@ from pianta.errors import OptionError, PiantaError, PlanWarning
 from pianta.io._files import one_line_reason
 from pianta.plan.read_plan import PlanReading, read_plan
 from pianta.plan.walls.segmentation import networks_without
-from pianta_bench.data.annotated_floors import read_buildings_of_files
+from pianta_bench.data.building_of import building_of
 from pianta_bench.data.folders import find_data
 from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Figures, Item, Results, Track
@@ -140,12 +140,12 @@ def _measure_reading(
         save_plan_picture(plan, match_floors(sheet.floors, plan)[0], figures, pictures / f"{plan.name}.png")
 
 
-def _read_unseen(path: Path, *, with_symbols: bool, with_text: bool, buildings: Mapping[str, str]) -> PlanReading:
-    """A plan read by the networks that were not fitted on its building."""
-    networks = networks_without(buildings.get(path.stem, path.stem))
+def _read_unseen(path: Path, *, with_symbols: bool, with_text: bool, data: Path) -> PlanReading:
+    """A plan of the data, or a drawn one, read by the networks that were not fitted on its building."""
+    inside = path.relative_to(data) if path.is_relative_to(data) else Path(path.name)
+    networks = networks_without(building_of(data, inside.as_posix()))
     return read_plan(path, with_symbols=with_symbols, with_text=with_text, networks=networks)
 
 
 def _default_reader(data: Path | None) -> PlanReader:
-    files = read_buildings_of_files(data) if data else {}
-    return partial(_read_unseen, buildings={Path(file).stem: building for file, building in files.items()})
+    return partial(_read_unseen, data=data or Path())

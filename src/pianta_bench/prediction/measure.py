@@ -18,7 +18,7 @@ from pianta.labels import SCHEMAS, LabelConvention
 from pianta.prediction.explored_part import explore_by_corridors
 from pianta.prediction.prediction import predict
 from pianta.prediction.unexplored_part import FloorSampler
-from pianta.rooms.training import building_name
+from pianta_bench.data.building_of import building_of
 from pianta_bench.data.folders import find_data, list_maps
 from pianta_bench.graphs.measure import PARTS
 from pianta_bench.harness.records import Figures, Results, Track
@@ -56,6 +56,7 @@ def read_floors(results: Results, data: Path, building_type: str) -> dict[str, n
         graph = read_building_xml(folder / f"{name}.xml").graph()
         graph.graph["source"] = name
         graphs[name] = prepare_room_graph(graph, SCHEMAS[building_type])
+        graphs[name].graph["building"] = building_of(data, f"buildings/{building_type}/{name}.xml")
         corridors = find_corridors(graphs[name], SCHEMAS[building_type], convention=LabelConvention.GRAPHS)
         yield {"rooms": len(graphs[name]), "corridors": len(corridors)}
 
@@ -71,7 +72,8 @@ def read_floors(results: Results, data: Path, building_type: str) -> dict[str, n
 
 def list_others(graphs: Mapping[str, nx.Graph], name: str) -> list[nx.Graph]:
     """The floors of all other buildings."""
-    return [graph for other, graph in graphs.items() if building_name(other) != building_name(name)]
+    building = graphs[name].graph["building"]
+    return [graph for graph in graphs.values() if graph.graph["building"] != building]
 
 
 def measure_floor(results: Results, building_type: str, name: str) -> None:

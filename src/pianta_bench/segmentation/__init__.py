@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pianta_bench._options import Count, Data, Maps, Methods, Sets
+from pianta_bench._options import Count, Data, Maps, Methods, Sets, WithAsPrinted
 from pianta_bench.harness.bench import Bench
 
 BENCH = Bench(
@@ -11,12 +11,15 @@ BENCH = Bench(
 
     Reads the sets of maps that are in the data: the survey without and with
     furniture, real clutter, homes, closed doors, schools, and a map that
-    grows. A map that fails counts as 0; the exit code is then 1.
+    grows. The survey is counted in three ways: on free cells, with the rest
+    as one room, and as polygons against the layouts that were drawn of it.
+    A map that fails counts as 0; the exit code is then 1.
     """,
     examples=(
         "pianta bench segmentation --json figures.json",
         "pianta bench segmentation --method thesis --set survey --set clutter --pictures errors",
         "pianta bench segmentation --method structure --set clutter --set vacuum --count",
+        "pianta bench segmentation --set survey --set furniture --as-printed",
     ),
     options={
         "data": (Data, None),
@@ -24,6 +27,7 @@ BENCH = Bench(
         "sets": (Sets, None),
         "maps": (Maps, False),
         "count": (Count, False),
+        "as_printed": (WithAsPrinted, False),
     },
     pictures="METHOD/SET/NAME.png, true rooms beside reconstructed ones, with errors marked",
 )

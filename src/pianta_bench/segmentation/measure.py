@@ -10,24 +10,33 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.evaluation.coverage import Scores
+from pianta.evaluation.coverage import Scores, score_layout
 from pianta.evaluation.persistence import score_persistence
 from pianta.evaluation.segmentation import drop_small_rooms, keep_rooms_at, label_rest, score_labels
 from pianta.floor import Floor
+from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.layout.reconstruct import METHODS, check_method
 from pianta.layout.room_ids import keep_room_ids
 from pianta_bench.data.folders import find_data
 from pianta_bench.data.map_sets import MapSet, TrueMap, choose_sets
 from pianta_bench.harness.records import Figures, Results, Track
+from pianta_bench.layout.as_printed import AS_PRINTED, choose_method
 from pianta_bench.layout.timing import NO_TIME, time_reconstruction
 from pianta_bench.segmentation.counts import FAILED_COUNTS, count_map, count_true_rooms
 from pianta_bench.segmentation.figures import save_comparison
 
 SCORES = ("precision", "recall", "a_fc", "mean_iou", "f1")
-# Scores of the two counts that are only in the JSON file and in the comparison with the thesis.
-FREE_SCORES = SCORES
-REST_SCORES = ("precision", "recall")
-PERCENT = (*SCORES, *(f"{score}_free" for score in FREE_SCORES), *(f"{score}_rest" for score in REST_SCORES))
+# Scores of the counts that are only in the JSON file and in the comparison with the thesis, by the ending of a metric.
+COUNT_SCORES = {
+    "free": SCORES,
+    "rest": ("precision", "recall"),
+    "polygons": SCORES,
+    "drawn_free": SCORES,
+}
+# Those of the layouts that were drawn of the survey.
+DRAWN_COUNTS = ("polygons", "drawn_free")
+DRAWN_METRICS = tuple(f"{score}_{count}" for count in DRAWN_COUNTS for score in COUNT_SCORES[count])
+PERCENT = (*SCORES, *(f"{score}_{count}" for count, scores in COUNT_SCORES.items() for score in scores))
 LASTING = ("rooms_before", "still_there", "kept_id")
 FAILED = {
     **dict.fromkeys(PERCENT, 0.0),
@@ -44,26 +53,29 @@ def measure(
     sets: Sequence[str] | None = None,
     maps: bool = False,
     count: bool = False,
+    as_printed: bool = False,
     pictures: Path | None = None,
     track: Track = iter,
 ) -> Results:
     """Scores of reconstructed rooms on the survey, real clutter, homes, closed doors, schools, and growing maps.
 
-    Three counts. The main one counts each pixel of a room, and drops rooms of up to 0.25 m² on both sides; where the
+    Several counts. The main one counts each pixel of a room, and drops rooms of up to 0.25 m² on both sides; where the
     truth includes walls (schools), or only has free cells (vacuum) or those behind closed doors (doors), both sides are
     cut to free cells first. _free: all rooms on free cells alone. _rest: like _free, with the free cells in
-    no room as one more, which is the count of Table 3.1b. Where maps grow, rooms keep the ids of the floor
-    before, and the persisting rooms and ids are counted.
+    no room as one more. _polygons: the whole polygons, against those that the thesis' author drew of the survey, and
+    _drawn_free: these two on free cells alone. Where maps grow, rooms keep the ids of the floor before, and the
+    persisting rooms and ids are counted.
 
     methods: of METHODS, all unless given. sets: of SET_NAMES, all that are in the data unless given.
     maps: whether the figures of each map are printed. count: whether right, split and merged rooms and wrong doors are
-    counted, where all true rooms are known. pictures: folder for METHOD/SET/NAME.png.
-    track: wraps what is measured, to show progress.
+    counted, where all true rooms are known. as_printed: whether AS_PRINTED is measured too.
+    pictures: folder for METHOD/SET/NAME.png. track: wraps what is measured, to show progress.
     Raises OptionError for the name of no method or set, DataError if there are no maps.
     """
     methods = tuple(dict.fromkeys(methods or METHODS))
     for method in methods:
         check_method(method)
+    methods += (AS_PRINTED,) * as_printed
     folder = find_data(data)
     chosen = choose_sets(sets or (), folder)
     results = Results({"methods": methods, "sets": [mapset.name for mapset in chosen], "maps": maps, "count": count})
@@ -100,14 +112,14 @@ def measure_map(
 ) -> Iterator[Figures]:
     """Scores of the rooms of one map, %, rooms, and time; then counts, the persistence of rooms, and its picture."""
     true_map = read(mapset, item)
-    truth = _cut_spaces(true_map.spaces, true_map, mapset)
+    truth = cut_spaces(true_map.spaces, true_map, mapset)
     yield {"true": len(np.unique(truth[truth > 0])), **(count_true_rooms(truth, true_map) if count else {})}
-    floor, time = time_reconstruction(true_map.grid, method=method)
-    labels = floor.label_image(true_map.grid).astype(np.int32)
-    spaces = _cut_spaces(labels, true_map, mapset)
-    if mapset.in_places:
-        labels, spaces = keep_rooms_at(labels, truth), keep_rooms_at(spaces, truth)
-    yield {**_describe(score_labels(spaces, truth)), **_describe_free_counts(labels, true_map, mapset), **time}
+    if true_map.layout is None:
+        yield dict.fromkeys(DRAWN_METRICS)
+    name, parameters = choose_method(method, mapset.name)
+    floor, time = time_reconstruction(true_map.grid, method=name, parameters=parameters)
+    spaces = find_spaces(floor, true_map, mapset)
+    yield {**score_floor(floor, true_map, mapset), **time}
     if count:
         yield count_map(floor, spaces, truth, true_map)
     if earlier is not None:
@@ -118,7 +130,26 @@ def measure_map(
         save_comparison(spaces, truth, true_map.grid, pictures / f"{item}.png")
 
 
-def _cut_spaces(labels: NDArray[np.int32], true_map: TrueMap, mapset: MapSet) -> NDArray[np.int32]:
+def score_floor(floor: Floor, true_map: TrueMap, mapset: MapSet) -> Figures:
+    """The scores of a floor by all counts, %, and numbers of rooms."""
+    truth = cut_spaces(true_map.spaces, true_map, mapset)
+    labels = floor.label_image(true_map.grid).astype(np.int32)
+    if mapset.in_places:
+        labels = keep_rooms_at(labels, truth)
+    scores = score_labels(find_spaces(floor, true_map, mapset), truth)
+    return {**_describe(scores), **_describe_free_counts(labels, true_map, mapset), **_describe_drawn(floor, true_map)}
+
+
+def find_spaces(floor: Floor, true_map: TrueMap, mapset: MapSet) -> NDArray[np.int32]:
+    """The rooms of a floor that count, shape (H, W), by the main count."""
+    spaces = cut_spaces(floor.label_image(true_map.grid).astype(np.int32), true_map, mapset)
+    if not mapset.in_places:
+        return spaces
+    return keep_rooms_at(spaces, cut_spaces(true_map.spaces, true_map, mapset))
+
+
+def cut_spaces(labels: NDArray[np.int32], true_map: TrueMap, mapset: MapSet) -> NDArray[np.int32]:
+    """The rooms that count, shape (H, W): on free cells where the set says so, and without the smallest."""
     counted = np.where(true_map.free, labels, 0) if mapset.free_only else labels
     return drop_small_rooms(counted, resolution=true_map.grid.resolution)
 
@@ -132,11 +163,26 @@ def _describe(scores: Scores) -> Figures:
 def _describe_free_counts(labels: NDArray[np.int32], true_map: TrueMap, mapset: MapSet) -> Figures:
     """The scores on free cells, without and with the cells in no room as one more room."""
     free = score_labels(labels, true_map.rooms, counted=true_map.free)
-    figures = {f"{key}_free": 100 * getattr(free, key) for key in FREE_SCORES}
+    figures = _name_scores(free, "free")
     if mapset.in_places:  # most free cells are in rooms that are not in the truth
-        return figures | dict.fromkeys((f"{key}_rest" for key in REST_SCORES), None)
+        return figures | dict.fromkeys((f"{key}_rest" for key in COUNT_SCORES["rest"]), None)
     rest = score_labels(label_rest(labels, counted=true_map.free), true_map.rooms, counted=true_map.free)
-    return figures | {f"{key}_rest": 100 * getattr(rest, key) for key in REST_SCORES}
+    return figures | _name_scores(rest, "rest")
+
+
+def _describe_drawn(floor: Floor, true_map: TrueMap) -> Figures:
+    """The scores against the drawn layout of the map: whole polygons, and free cells alone; None without a layout."""
+    if true_map.layout is None:
+        return dict.fromkeys(DRAWN_METRICS)
+    drawn = read_building_xml(true_map.layout, grid=true_map.grid)
+    polygons = score_layout([room.polygon for room in floor], [room.polygon for room in drawn])
+    labels = (each.label_image(true_map.grid) for each in (floor, drawn))
+    free = score_labels(*labels, counted=true_map.grid.free)
+    return _name_scores(polygons, "polygons") | _name_scores(free, "drawn_free")
+
+
+def _name_scores(scores: Scores, count: str) -> dict[str, float | None]:
+    return {f"{key}_{count}": 100 * getattr(scores, key) for key in COUNT_SCORES[count]}
 
 
 def _describe_persistence(floors: Sequence[Floor]) -> Figures:

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
+from statistics import fmean
 
+from pianta.layout.rivals.methods import SEGMENTATIONS
 from pianta_bench.harness.records import Record, Results, name_parts
-from pianta_bench.harness.tables import Cell, FilledTable, Table
+from pianta_bench.harness.tables import Cell, FilledTable, Table, read_published
+from pianta_bench.layout.as_printed import AS_PRINTED
 from pianta_bench.layout.timing import FAILED_NOTE, TIME_NOTE
 from pianta_bench.segmentation.counts import pool_counts
 from pianta_bench.segmentation.measure import FAILED, SCORES
 
 SCORE_LABELS = {"precision": "prec.", "recall": "recall", "a_fc": "A_FC", "mean_iou": "mean\nIoU", "f1": "\nF1"}
 TIME_LABELS = {"seconds": "time\ns", "transforms": "time\nDT"}
+PUBLISHED_SETS = ("survey", "furniture")
 PUBLISHED_MAPS = 20  # thesis, Table 3.1b
 # Ratios of sums over all maps: by metric the numerator and the denominator.
 RATIOS = {
@@ -24,7 +29,12 @@ COUNT_NOTE = (
     "survey and furniture: all pixels of a room count, also under furniture; the others: free cells only. Rooms of up "
     "to 0.25 m² are dropped on both sides. doors: only rooms at the known ones, which are behind one closed door each."
 )
-REST_NOTE = "On free cells, where cells in no room are one more room, as in Table 3.1b. Its rooms have at least 1 m²."
+COUNTS_NOTE = (
+    "Three counts of the same rooms; the thesis does not say which its rows are. free: the free cells of the map, "
+    "against the survey's image of true rooms of at least 1 m². rest: the same, with the free cells in no room as one "
+    "more found room. polygons: the whole polygons, against the layout that the thesis' author drew of the map, in "
+    "which corridors that turn are several rooms. drawn, free: that layout on free cells alone."
+)
 
 SCORES_OF_SET = Table(
     title="Room segmentation, {part}",
@@ -52,13 +62,35 @@ MAPS = Table(
     digits={"seconds": 2},
     summaries=("mean", "sd", "median"),
 )
+# The three counts of which one may be that of the thesis, and their names in the tables.
+COUNTS = {"free": "free", "rest": "rest", "polygons": "polygons"}
+# In place of a count: what the thesis prints.
+PRINTED = "printed"
+# Counts with mean IoU and F1; those of the rest as a room would say little.
+OTHER_COUNTS = {"free": "free", "polygons": "polygons", "drawn_free": "drawn, free"}
 TABLE_3_1B = Table(
-    title="Table 3.1b, accuracy of room segmentation",
+    title="Table 3.1b, accuracy of room segmentation by three counts, {part}",
     rows=("method",),
-    columns=("part", "metric"),
-    where={"part": ["survey", "furniture"], "metric": ["precision_rest", "recall_rest"]},
-    labels={"precision_rest": "prec.", "recall_rest": "recall"},
+    columns=("metric",),
+    where={"metric": [f"{score}_{count}" for count in (*COUNTS, PRINTED) for score in ("precision", "recall")]},
+    labels={
+        f"{score}_{count}": f"{name}\n{label}"
+        for count, name in (COUNTS | {PRINTED: ""}).items()
+        for score, label in (("precision", "prec."), ("recall", "recall"))
+    },
     published="table_3_1b.csv",
+    unit="%",
+)
+OTHER_SCORES = Table(
+    title="Mean IoU and F1 by the same counts, {part}",
+    rows=("method",),
+    columns=("metric",),
+    where={"metric": [f"{score}_{count}" for count in OTHER_COUNTS for score in ("mean_iou", "f1")]},
+    labels={
+        f"{score}_{count}": f"{name}\n{label}"
+        for count, name in OTHER_COUNTS.items()
+        for score, label in (("mean_iou", "IoU"), ("f1", "F1"))
+    },
     unit="%",
 )
 COUNT_LABELS = {
@@ -135,14 +167,37 @@ def tabulate(results: Results) -> list[FilledTable]:
         if maps or len(methods) == 1:
             tables += [MAPS.fill(results.select(part=part, method=each), part=part, method=each) for each in methods]
         tables += tabulate_counts(results, part)
-    published = [part for part in TABLE_3_1B.where["part"] if part in name_parts(results.items)]
-    if published:
-        count = len({item.item for item in results.items if item.part in published})
-        note = f"The thesis' figures are over {PUBLISHED_MAPS} maps; here are {count}."
-        tables.append(TABLE_3_1B.narrow(part=published).fill(results.records, notes=(note, REST_NOTE)))
+        if part in PUBLISHED_SETS:
+            tables += compare_counts(results, part)
     notes = [COUNT_NOTE, TIME_NOTE, *[FAILED_NOTE] * results.failed]
     tables[-1] = replace(tables[-1], notes=(*tables[-1].notes, *notes))
     return [*tables, MEANS.fill(results.records), MEDIANS.fill(results.records)]
+
+
+def compare_counts(results: Results, part: str) -> Iterator[FilledTable]:
+    """Table 3.1b of a set by three counts; and other scores by them."""
+    count = len({item.item for item in results.items if item.part == part})
+    note = f"The thesis' figures are over {PUBLISHED_MAPS} maps; here are {count}."
+    # Rows that nothing was measured for are those of the thesis
+    shown = [*results.options["methods"], *(row["method"] for row in read_published(TABLE_3_1B.published))]
+    shown = [*dict.fromkeys(each for each in shown if each in results.options["methods"] or each != AS_PRINTED)]
+    table = TABLE_3_1B.narrow(part=part, method=shown)
+    yield table.fill(results.records, notes=(note, *compare_with_rivals(results, part)), part=part)
+    yield OTHER_SCORES.fill(results.select(part=part), notes=(COUNTS_NOTE,), part=part)
+
+
+def compare_with_rivals(results: Results, part: str) -> Iterator[str]:
+    """How far the rows of the rivals are from the published ones by each count: which count is the thesis' own."""
+    distances: dict[str, list[float]] = {count: [] for count in COUNTS}
+    rows = [row for row in read_published(TABLE_3_1B.published) if row["part"] == part]
+    for row, count in product(rows, COUNTS):
+        metric = row["metric"].replace(PRINTED, count)
+        values = results.values(part=part, method=row["method"], metric=metric)
+        if values and row["method"] in SEGMENTATIONS:
+            distances[count].append(abs(fmean(values) - float(row["mean"])))
+    if all(distances.values()):
+        text = ", ".join(f"{COUNTS[count]} {fmean(each):.1f}" for count, each in distances.items())
+        yield f"Mean distance of the other authors' rows from those of the thesis, in points: {text}."
 
 
 def tabulate_counts(results: Results, part: str) -> Iterator[FilledTable]:

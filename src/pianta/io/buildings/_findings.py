@@ -1,15 +1,14 @@
-"""Shared by the readers of drawn buildings: findings (faults, repairs, remarks), valid outlines, doors of portals."""
+"""Shared by the readers of drawn buildings: findings (faults, lost rooms, repairs, remarks), outlines, doors."""
 
 from __future__ import annotations
 
 import warnings
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from math import isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 import networkx as nx
 import numpy as np
@@ -39,11 +38,15 @@ MAX_WALL = 1.0  # metres between the two portals of a door; chosen by hand
 
 @dataclass(frozen=True)
 class DrawnRoom:
-    """A room of a file; the outline is in metres, and empty if the file has none with an area."""
+    """A room of a file; the outline is in metres, and empty if the file has none that can be read.
+
+    name: of the room in the file, to which doors lead; empty if it has none.
+    """
 
     number: int
     label: str | None
     outline: Polygon
+    name: str
 
     def __str__(self) -> str:
         return describe_room(self.number, self.label)
@@ -51,26 +54,32 @@ class DrawnRoom:
 
 @dataclass
 class Findings:
-    """Defects of a file: faults prevent a floor, repairs have been made, remarks are defects that stay.
+    """Defects of a file: faults prevent a floor, lost rooms are left out, repairs have been made, remarks stay.
 
     Repairs are keys of a dict, because both rooms list a door and its defect counts once.
     """
 
     faults: list[str] = field(default_factory=list)
+    lost_rooms: list[str] = field(default_factory=list)
     repairs: dict[str, None] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
 
     def raise_faults(self, file: Path) -> None:
         """Raise BuildingError, with all faults in one message, if there are any."""
         if self.faults:
-            raise BuildingError(f"cannot read the building {short_repr(file)}: {join_faults(self.faults)}")
+            faults = join_faults([*self.faults, *self.lost_rooms])
+            raise BuildingError(f"cannot read the building {short_repr(file)}: {faults}")
 
     def warn(self, file: Path) -> None:
-        """Give one BuildingWarning for all repairs and remarks, at the caller of the reader."""
-        parts = [f"was repaired: {join_faults(list(self.repairs))}"] if self.repairs else []
+        """Give one BuildingWarning for all lost rooms, repairs and remarks, at the caller of the reader."""
+        parts = [f"is read without some of its rooms: {join_faults(self.lost_rooms)}"] if self.lost_rooms else []
+        parts += [f"was repaired: {join_faults(list(self.repairs))}"] if self.repairs else []
         parts += [f"has defects that stay: {join_faults(self.remarks)}"] if self.remarks else []
         if parts:
             warnings.warn(f"building {short_repr(file)} {', and '.join(parts)}", BuildingWarning, stacklevel=3)
+
+
+AnyRoom = TypeVar("AnyRoom", bound=DrawnRoom)
 
 
 def describe_room(number: int, label: str | None) -> str:
@@ -90,45 +99,83 @@ def check_portal_count(count: int, findings: Findings) -> None:
         findings.faults.append(f"it has {count} portals, give at most {MAX_PORTALS}")
 
 
-def check_unique(names: Iterable[str | None], what: str, findings: Findings) -> None:
-    """Add a fault for each name that several rooms have; what: the noun for the names. Rooms may have no name."""
-    repeated = [(name, count) for name, count in Counter(names).items() if name and count > 1]
-    findings.faults += [f"{count} rooms have the {what} {short_repr(name)}" for name, count in repeated]
+def keep_rooms(rooms: Iterable[AnyRoom], findings: Findings) -> list[AnyRoom]:
+    """The rooms that have an outline, each once: of copies with one name and outline the first stays.
+
+    A fault is added if no room remains.
+    """
+    remaining: list[AnyRoom] = []
+    for room in rooms:
+        originals = (other for other in remaining if room.name and other.name == room.name)
+        original = next((other for other in originals if other.outline.equals(room.outline)), None)
+        if original:
+            findings.lost_rooms.append(f"{room} is a copy of {original}")
+        elif not room.outline.is_empty:
+            remaining.append(room)
+    if findings.lost_rooms and not remaining:
+        findings.faults.append("none of its rooms can be read")
+    return remaining
 
 
-def read_points(points: Iterable[Element], *, limit: float, name: str, findings: Findings) -> Floats:
-    """The x, y attributes of elements, shape (N, 2); faulty ones become faults of the room called name."""
+def rooms_by_name(rooms: Iterable[AnyRoom], what: str, findings: Findings) -> dict[str, AnyRoom]:
+    """The rooms whose name no other room has; what: the noun for the names.
+
+    A name of several rooms names none: both stay, with the doors that they list themselves.
+    """
+    by_name: dict[str, list[AnyRoom]] = {}
+    for room in rooms:
+        by_name.setdefault(room.name, []).append(room)
+    by_name.pop("", None)
+    for name, same in by_name.items():
+        if len(same) > 1:
+            text = f"{len(same)} rooms have the {what} {short_repr(name)}"
+            findings.repairs[f"{text}, the doors that other rooms list to it are left out"] = None
+    return {name: same[0] for name, same in by_name.items() if len(same) == 1}
+
+
+def find_target(room: AnyRoom, name: str, by_name: Mapping[str, AnyRoom], findings: Findings) -> AnyRoom | None:
+    """The room behind a door; None, and a repair, if it is this one or was not read."""
+    target = None if name == room.name else by_name.get(name)
+    if target is None:
+        findings.repairs[f"a door of {room} does not join two rooms, left out"] = None
+    return target
+
+
+def read_points(points: Iterable[Element], *, limit: float, name: str, defects: list[str]) -> Floats:
+    """The x, y attributes of elements, shape (N, 2); faulty ones are nan, and defects of the room called name."""
     numbers = []
     for point in points:
         x, y = (parse_number(point.get(axis), limit=limit) for axis in "xy")
         if isnan(x) or isnan(y):
             text = f"x={short_repr(point.get('x'))}, y={short_repr(point.get('y'))}"
-            findings.faults.append(f"{name} has a point {text}, give two numbers up to {limit:.0f}")
-        else:
-            numbers.append((x, y))
+            defects.append(f"{name} has a point {text}, give two numbers up to {limit:.0f}")
+        numbers.append((x, y))
     return np.array(numbers).reshape(-1, 2)
 
 
-def polygon_of_corners(corners: Floats, name: str, findings: Findings) -> Polygon:
-    """The outline through corners, shape (N, 2), as a valid polygon; empty after a fault.
+def polygon_of_corners(corners: Floats, name: str, findings: Findings, *, defects: list[str]) -> Polygon:
+    """The outline through corners, shape (N, 2), as a valid polygon; empty if it has no area.
 
-    An outline that meets itself is reduced to its largest part. Faults are an outline without area, one of more than
+    An outline that meets itself is reduced to its largest part. Defects are an outline without area, one of more than
     MAX_CORNERS, and one that meets itself and has more than MAX_REPAIRED_CORNERS.
+    defects: the list to which they are added. Corners that are nan have been added already.
     """
     if len(corners) > MAX_CORNERS:
-        findings.faults.append(f"{name} has an outline of {len(corners)} corners, give at most {MAX_CORNERS}")
+        defects.append(f"{name} has an outline of {len(corners)} corners, give at most {MAX_CORNERS}")
+        return Polygon()
+    if np.isnan(corners).any():
         return Polygon()
     outline = Polygon(corners) if len(corners) >= 3 else Polygon()
     if outline.is_valid and outline.area > 0:
         return outline
     if len(corners) > MAX_REPAIRED_CORNERS:
         text = f"{name} has an outline of {len(corners)} corners that meets itself"
-        findings.faults.append(f"{text}, too many to repair it, draw it without crossings")
+        defects.append(f"{text}, too many to repair it, draw it without crossings")
         return Polygon()
     parts = shapely.get_parts(shapely.make_valid(outline, method="structure", keep_collapsed=False))
     areas = shapely.area(parts)
     if not areas.any():
-        findings.faults.append(f"{name} has an outline without area, give at least 3 corners")
+        defects.append(f"{name} has an outline without area, give at least 3 corners")
         return Polygon()
     share = areas.max() / areas.sum()
     findings.repairs[f"the outline of {name} meets itself, kept the largest part ({share:.1%})"] = None

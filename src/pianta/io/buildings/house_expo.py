@@ -51,7 +51,7 @@ def read_house_expo(path: str | Path) -> Floor:
         raise BuildingError(f"cannot read the building {short_repr(file)}: {describe_validation(exception)}") from None
     findings = Findings()
     boxes = _read_boxes(house, findings)
-    outline = polygon_of_corners(np.array(house.verts), "the house", findings)
+    outline = polygon_of_corners(np.array(house.verts), "the house", findings, defects=findings.faults)
     findings.raise_faults(file)
     shapes, free = _divide_outline(outline, boxes, findings)
     labelled = [(shapes[bounds], label) for bounds, label in boxes.items() if bounds in shapes]

@@ -6,9 +6,8 @@ thickness: rooms next to each other do not touch, and a door is drawn in both.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isnan
+from math import isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,10 +23,12 @@ from pianta.io.buildings._findings import (
     Findings,
     check_portal_count,
     check_room_count,
-    check_unique,
     describe_room,
+    find_target,
     floor_of_portals,
+    keep_rooms,
     polygon_of_corners,
+    rooms_by_name,
 )
 from pianta.io.buildings._formats import BuildingFormat, open_building
 from pianta.labels import normalize_label
@@ -55,19 +56,19 @@ def read_kth_xml(path: str | Path) -> Floor:
     """
     file, root = open_building(path, BuildingFormat.KTH)
     findings = Findings()
-    spaces = _read_spaces(root, _read_scale(root, findings), findings)
-    by_name = {space.name: space for space in spaces if space.name}
+    spaces = keep_rooms(_read_spaces(root, _read_scale(root, findings), findings), findings)
+    by_name = rooms_by_name(spaces, "name", findings)
     portals = [
         DrawnPortal(space, target, ends)
         for space in spaces
         for name, ends in space.segments
-        if (target := _find_target(space, name, by_name, findings))
+        if (target := find_target(space, name, by_name, findings))
     ]
     listed = [
         (space, target)
         for space in spaces
         for name in space.targets
-        if (target := _find_target(space, name, by_name, findings))
+        if (target := find_target(space, name, by_name, findings))
     ]
     floor = floor_of_portals(file, spaces, portals, listed, findings)
     findings.warn(file)
@@ -76,9 +77,8 @@ def read_kth_xml(path: str | Path) -> Floor:
 
 @dataclass(frozen=True)
 class _Space(DrawnRoom):
-    """A room with its name, its portal segments (target and ends, shape (2, 2), metres), and the targets it lists."""
+    """A room with its portal segments (target and ends, shape (2, 2), metres), and the targets it lists."""
 
-    name: str
     segments: tuple[tuple[str, Floats], ...]
     targets: tuple[str, ...]
 
@@ -99,7 +99,6 @@ def _read_spaces(root: Element, scale: float, findings: Findings) -> list[_Space
     """The rooms of the file, numbered from 1; scale: metres per unit of the drawing. Faults are added to findings."""
     elements = root.findall("space")
     check_room_count(len(elements), "floor/space", findings)
-    check_unique((element.get("name") for element in elements), "name", findings)
     spaces = [_read_space(number, element, scale, findings) for number, element in enumerate(elements, start=1)]
     check_portal_count(sum(len(space.segments) + len(space.targets) for space in spaces), findings)
     return spaces
@@ -116,26 +115,17 @@ def _read_space(number: int, element: Element, scale: float, findings: Findings)
         if segment.get("type", "").lower() == "portal":
             segments.append((segment.get("target", ""), ends))
     # The end of a segment should be the start of the next; otherwise a straight line bridges the gap.
-    outline = polygon_of_corners(np.array(corners).reshape(-1, 2), name, findings)
+    outline = polygon_of_corners(np.array(corners).reshape(-1, 2), name, findings, defects=findings.lost_rooms)
     targets = tuple(portal.get("target", "") for portal in element.iterfind("portal"))
     return _Space(number, label, outline, element.get("name", ""), tuple(segments), targets)
 
 
 def _read_ends(segment: Element, scale: float, name: str, findings: Findings) -> Floats:
-    """The two ends in metres, shape (2, 2); zeros after a fault."""
+    """The two ends in metres, shape (2, 2); nan, and the room is lost, if one is invalid."""
     texts = {axis: segment.get(axis) for axis in ("x1", "y1", "x2", "y2")}
     numbers = [parse_number(text, limit=MAX_COORDINATE) for text in texts.values()]
     if any(map(isnan, numbers)):
         values = ", ".join(f"{axis}={short_repr(text)}" for axis, text in texts.items())
-        findings.faults.append(f"{name} has a segment {values}, give four numbers up to {MAX_COORDINATE:.0f}")
-        return np.zeros((2, 2))
+        findings.lost_rooms.append(f"{name} has a segment {values}, give four numbers up to {MAX_COORDINATE:.0f}")
+        return np.full((2, 2), nan)
     return np.array(numbers).reshape(2, 2) * (scale, -scale)
-
-
-def _find_target(space: _Space, name: str, by_name: Mapping[str, _Space], findings: Findings) -> _Space | None:
-    """The space behind a portal; None, and a repair, if it is this one or none of the file's."""
-    target = by_name.get(name)
-    if target is None or target is space:
-        findings.repairs[f"a door of {space} does not join two rooms, left out"] = None
-        return None
-    return target

@@ -7,11 +7,12 @@ at a position along an edge of the contour.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from shapely.affinity import translate
 
 from pianta._types import Floats
 from pianta.errors import OptionError
@@ -24,11 +25,13 @@ from pianta.io.buildings._findings import (
     Findings,
     check_portal_count,
     check_room_count,
-    check_unique,
     describe_room,
+    find_target,
     floor_of_portals,
+    keep_rooms,
     polygon_of_corners,
     read_points,
+    rooms_by_name,
 )
 from pianta.io.buildings._formats import BuildingFormat, open_building
 from pianta.labels import normalize_label
@@ -63,7 +66,7 @@ def read_mit_xml(path: str | Path, *, unit: Literal["foot", "metre"] = "foot") -
     file, root = open_building(path, BuildingFormat.MIT)
     findings = Findings()
     spaces = _read_spaces(root, METRES[unit], findings)
-    by_name = {space.name: space for space in spaces if space.name}
+    by_name = rooms_by_name(spaces, "name", findings)
     portals, listed = _read_portals(spaces, by_name, findings)
     floor = floor_of_portals(file, spaces, portals, listed, findings)
     findings.warn(file)
@@ -72,9 +75,8 @@ def read_mit_xml(path: str | Path, *, unit: Literal["foot", "metre"] = "foot") -
 
 @dataclass(frozen=True)
 class _Space(DrawnRoom):
-    """A room with its name, the corners that number its edges, shape (N, 2), metres, and its portals."""
+    """A room with the corners that number its edges, shape (N, 2), metres, and its portals."""
 
-    name: str
     corners: Floats
     portals: tuple[Element, ...]
 
@@ -86,28 +88,38 @@ def _read_spaces(root: Element, metres: float, findings: Findings) -> list[_Spac
     if len(floors) > 1:
         findings.faults.append(f"it has rooms on {len(floors)} floors, give one floor")
     check_room_count(len(elements), "space", findings)
-    check_unique((element.get("name") for element in elements), "name", findings)
     contours = [_read_points(number, element, findings) for number, element in enumerate(elements, start=1)]
     # Moved to the origin before any geometry: large coordinates leave few digits for small distances.
-    origin = np.concatenate([np.full((1, 2), MAX_COORDINATE), *contours]).min(axis=0)
+    origin = np.nanmin(np.concatenate([np.full((1, 2), MAX_COORDINATE), *contours]), axis=0)
     spaces = [
         _read_space(number, element, (corners - origin) * metres, findings)
         for number, (element, corners) in enumerate(zip(elements, contours, strict=True), start=1)
     ]
     check_portal_count(sum(len(space.portals) for space in spaces), findings)
-    return spaces
+    return _to_origin(keep_rooms(spaces, findings))
+
+
+def _to_origin(spaces: list[_Space]) -> list[_Space]:
+    """The rooms with the origin in the lower left corner of their contours; those that were left out moved it."""
+    low = np.concatenate([space.corners for space in spaces]).min(axis=0) if spaces else np.zeros(2)
+    if not low.any():
+        return spaces
+    return [
+        replace(space, corners=space.corners - low, outline=translate(space.outline, *-low.astype(float)))
+        for space in spaces
+    ]
 
 
 def _read_space(number: int, element: Element, corners: Floats, findings: Findings) -> _Space:
     label = normalize_label(element.get("type"))
-    outline = polygon_of_corners(corners, describe_room(number, label), findings)
+    outline = polygon_of_corners(corners, describe_room(number, label), findings, defects=findings.lost_rooms)
     return _Space(number, label, outline, element.get("name", ""), corners, tuple(element.iterfind("portal")))
 
 
 def _read_points(number: int, element: Element, findings: Findings) -> Floats:
-    """The points of a contour in units of the file, shape (N, 2), without faulty ones."""
+    """The points of a contour in units of the file, shape (N, 2); faulty ones are nan, and the room is lost."""
     name = describe_room(number, normalize_label(element.get("type")))
-    return read_points(element.iterfind("contour/point"), limit=MAX_COORDINATE, name=name, findings=findings)
+    return read_points(element.iterfind("contour/point"), limit=MAX_COORDINATE, name=name, defects=findings.lost_rooms)
 
 
 def _read_portals(
@@ -135,10 +147,7 @@ def _horizontal_portals(
                 continue
             # Either end may be this room.
             others = {portal.get("source", space.name), portal.get("target", "")} - {space.name}
-            target = by_name.get(others.pop()) if len(others) == 1 else None
-            if target is None:
-                findings.repairs[f"a door of {space} does not join two rooms, left out"] = None
-            else:
+            if target := find_target(space, others.pop() if len(others) == 1 else space.name, by_name, findings):
                 yield space, target, portal
 
 

@@ -27,12 +27,13 @@ from pianta.io.buildings._findings import (
     check_portal_count,
     check_room_count,
     check_rooms,
-    check_unique,
     describe_room,
+    keep_rooms,
     line_along_wall,
     line_in_middle,
     polygon_of_corners,
     read_points,
+    rooms_by_name,
 )
 from pianta.io.buildings._formats import BuildingFormat, open_building
 from pianta.labels import normalize_label, standard_building_type
@@ -58,8 +59,9 @@ def read_building_xml(path: str | Path, *, grid: GridMap | None = None) -> Floor
 
     One BuildingWarning lists all defects. Defects with one sensible repair are repaired: an outline that crosses itself
     keeps its largest part, a door without a position is put in the middle of the wall between its rooms, a door that
-    joins a room to itself or to nothing is left out. The others stay: rooms that overlap by more than a tenth of the
-    smaller one or are smaller than a door is wide, corners outside the map, and, if the floor has any door, rooms
+    joins a room to itself or to nothing is left out. A room whose outline has no area or an invalid number is left out
+    with its doors; the others keep their numbers. What else is wrong stays: rooms that overlap by more than a tenth of
+    the smaller one or are smaller than a door is wide, corners outside the map, and, if the floor has any door, rooms
     without a door and groups of rooms without a door from one to another.
     Raises BuildingError, with every fault in one message, for what cannot be repaired.
     """
@@ -67,13 +69,13 @@ def read_building_xml(path: str | Path, *, grid: GridMap | None = None) -> Floor
     findings = Findings()
     metres_per_px, door_px = _read_scale(root, findings.faults)
     frame = grid or GridMap(np.array([[UNKNOWN]]), metres_per_px, (0.0, -metres_per_px, 0.0))
-    spaces = _read_spaces(root, frame, findings)
+    spaces = keep_rooms(_read_spaces(root, frame, findings), findings)
     building_type = _read_type(root, findings.faults)
     findings.raise_faults(file)
     door_width = door_px * frame.resolution
-    rooms = tuple(Room(space.number, space.outline, space.label) for space in spaces.values())
+    rooms = tuple(Room(space.number, space.outline, space.label) for space in spaces)
     floor = Floor(rooms, _read_doors(spaces, door_width, findings), building_type=building_type, source=file.name)
-    check_rooms(list(spaces.values()), door_width=door_width, findings=findings)
+    check_rooms(spaces, door_width=door_width, findings=findings)
     if grid:
         _check_corners(floor, grid, findings)
     check_doors(floor, findings)
@@ -110,42 +112,41 @@ def _read_type(root: Element, faults: list[str]) -> dict[str, float]:
         return {}
 
 
-def _read_spaces(root: Element, frame: GridMap, findings: Findings) -> dict[str, _Space]:
-    """The rooms by their ids in the file."""
+def _read_spaces(root: Element, frame: GridMap, findings: Findings) -> list[_Space]:
+    """The rooms of the file, numbered from 1."""
     elements = root.findall("floor/spaces/space")
-    ids = [element.get("id") or f"room {number}" for number, element in enumerate(elements, start=1)]
     floors = len(root.findall("floor"))
     if floors != 1:
         findings.faults.append(f"it has {floors} floors, give one")
     check_room_count(len(elements), "floor/spaces/space", findings)
-    check_unique(ids, "id", findings)
     spaces = [_read_space(number, element, frame, findings) for number, element in enumerate(elements, start=1)]
     check_portal_count(sum(len(space.portals) for space in spaces), findings)
     listed = [element.find("portals") is not None for element in elements]
     if any(listed):
         without = (space for space, has_list in zip(spaces, listed, strict=True) if not has_list)
         findings.remarks += [f"{space} has no list of portals" for space in without]
-    return dict(zip(ids, spaces, strict=True))
+    return spaces
 
 
 def _read_space(number: int, element: Element, frame: GridMap, findings: Findings) -> _Space:
     """A room with its portals, metres; number: of the room. frame: the map in whose pixels the file has its points."""
     label = normalize_label(element.findtext("labels/label"))
     name = describe_room(number, label)
-    corners = _read_points(element.iterfind("bounding_polygon[1]/point"), frame, name, findings)
+    corners = _read_points(element.iterfind("bounding_polygon[1]/point"), frame, name, findings.lost_rooms)
     segments = {
         segment.get("id"): ends[[0, -1]]
         for segment in element.iterfind("space_representation/linesegment")
         if segment.findtext("class") == "PORTAL"
-        and len(ends := _read_points(segment.iterfind("point"), frame, name, findings))
+        and len(ends := _read_points(segment.iterfind("point"), frame, name, findings.remarks))
+        and not np.isnan(ends).any()
     }
-    outline = polygon_of_corners(corners, name, findings)
-    return _Space(number, label, outline, segments, element.findall("portals/portal"))
+    outline = polygon_of_corners(corners, name, findings, defects=findings.lost_rooms)
+    return _Space(number, label, outline, element.get("id", ""), segments, element.findall("portals/portal"))
 
 
-def _read_points(points: Iterable[Element], frame: GridMap, name: str, findings: Findings) -> Floats:
-    """Points in metres, shape (N, 2), without faulty ones."""
-    cols, rows = read_points(points, limit=MAX_COORDINATE_PX, name=name, findings=findings).T
+def _read_points(points: Iterable[Element], frame: GridMap, name: str, defects: list[str]) -> Floats:
+    """Points in metres, shape (N, 2); faulty ones are nan, and added to the defects."""
+    cols, rows = read_points(points, limit=MAX_COORDINATE_PX, name=name, defects=defects).T
     return np.column_stack(frame.pixel_to_map(rows, cols))
 
 
@@ -159,14 +160,17 @@ def _check_corners(floor: Floor, grid: GridMap, findings: Findings) -> None:
         findings.remarks.append(f"corners outside the map: {len(outside)}, by up to {beyond.max():.0f} pixels")
 
 
-def _read_doors(spaces: Mapping[str, _Space], width: float, findings: Findings) -> tuple[Door, ...]:
+def _read_doors(spaces: Sequence[_Space], width: float, findings: Findings) -> tuple[Door, ...]:
     """The doors between two rooms, each once; other portals are repairs. width: of a door without segment, metres."""
     doors: dict[tuple[str | None, int, int], Door] = {}
-    for space in spaces.values():
+    by_id = rooms_by_name(spaces, "id", findings)
+    for space in spaces:
         for portal in space.portals:
-            ends = {end.text: spaces.get(end.text or "") for end in portal.findall("target/id")}
-            joined = sorted((end for end in ends.values() if end), key=lambda end: end.number)
-            if len(ends) != 2 or len(joined) != 2:
+            ids = {end.text or "" for end in portal.findall("target/id")}
+            others = ids - {space.name}
+            ends = [by_id.get(id_) for id_ in ids] if len(others) == 2 else [space, *map(by_id.get, others)]
+            joined = sorted((end for end in ends if end), key=lambda end: end.number)
+            if len(ids) != 2 or len(joined) != 2:
                 findings.repairs[f"a door of {space} does not join two rooms, left out"] = None
                 continue
             first, second = joined

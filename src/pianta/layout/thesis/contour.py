@@ -22,7 +22,7 @@ def compute_map_contour(working_grid: WorkingGrid, parameters: ThesisParameters)
     contours, hierarchy = cv2.findContours(working_grid.free.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
     parents = np.asarray(hierarchy).reshape(-1, 4)[:, 3]
     areas = np.array([cv2.contourArea(contour) for contour in contours]) * cell_area
-    is_patch = (parents < 0) & (areas >= parameters.room_area)
+    is_patch = (parents < 0) & (areas >= (parameters.room_area if parameters.drop_small_rooms else 0.0))
     is_courtyard = (parents >= 0) & (areas >= parameters.courtyard_area)
     inner, holes = (_fill_contours(contours, chosen, working_grid.free.shape) for chosen in (is_patch, is_courtyard))
     return inner & ~(holes & ~working_grid.free)

@@ -77,11 +77,23 @@ def cluster_angles(segments: Segments, parameters: ThesisParameters) -> tuple[In
     return labels[which.ravel()], np.angle(sums) / 2 % np.pi
 
 
+def chain_spatially(offsets: Floats, line_distance: float) -> Indices:
+    """C' ← spatialClustering(C, line_distance) as printed: any two segments less than line_distance apart; shape (N,).
+
+    Offsets in metres. Clusters are those of a single linkage: a chain of near segments is one of them.
+    """
+    order = np.argsort(offsets, kind="stable")
+    labels = np.empty(len(offsets), np.intp)
+    labels[order] = np.append(0, np.cumsum(np.diff(offsets[order]) >= line_distance))
+    return labels
+
+
 def cluster_spatially(offsets: Floats, line_distance: float) -> Indices:
     """C' ← spatialClustering(C, line_distance): clusters of parallel lines, given their offsets in metres; shape (N,).
 
     Neighbouring clusters are joined, nearest first, while their mean lines are less than line_distance apart. (The
-    thesis joins any two segments at such a distance; in a map with drift that rule chains walls of different rooms.)
+    thesis joins any two segments at such a distance, as chain_spatially does; in a map with drift that rule chains
+    walls of different rooms.)
     """
     values, which, sizes = np.unique(offsets, return_inverse=True, return_counts=True)
     means, weights = values, sizes.astype(float)
@@ -109,23 +121,21 @@ def get_representative_lines(segments: Segments, parameters: ThesisParameters) -
     middles = (segments[:, :2] + segments[:, 2:]) / 2
     lengths = np.hypot(*(segments[:, 2:] - segments[:, :2]).T)
     angular, angles = cluster_angles(segments, parameters)
+    cluster = chain_spatially if parameters.chain_lines else cluster_spatially
+    gap = parameters.filled_gap if parameters.fill_gaps else 0.0
     lines = []
     for label, angle in enumerate(angles):
         members = np.flatnonzero(angular == label)
         direction, normal = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
         offsets = middles[members] @ normal
-        spatial = cluster_spatially(offsets, parameters.line_distance)
-        for cluster in range(spatial.max() + 1):
-            chosen = members[spatial == cluster]
-            if lengths[chosen].sum() < parameters.line_support:
+        spatial = cluster(offsets, parameters.line_distance)
+        for number in range(spatial.max() + 1):
+            chosen = members[spatial == number]
+            if parameters.drop_weak_lines and lengths[chosen].sum() < parameters.line_support:
                 continue
             ends = np.column_stack([segments[chosen, :2] @ direction, segments[chosen, 2:] @ direction])
-            median = float(np.median(offsets[spatial == cluster]))
-            lines.append(
-                RepresentativeLine(
-                    float(angle), median, join_intervals(np.sort(ends, axis=1), gap=parameters.filled_gap)
-                )
-            )
+            median = float(np.median(offsets[spatial == number]))
+            lines.append(RepresentativeLine(float(angle), median, join_intervals(np.sort(ends, axis=1), gap=gap)))
     return lines
 
 

@@ -23,15 +23,19 @@ from pianta.layout.thesis.lines import get_representative_lines
 from pianta.layout.thesis.segments import detect_edges, detect_segments
 
 
-def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters) -> Floor:
+def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters, with_doors: bool = True) -> Floor:
     """Layout of a grid map by Algorithm 1, with the doors of the topological map; metres in the map frame.
 
-    Rooms are numbered in reading order of the map image. Raises MapError when the map shows no room.
+    Rooms are numbered in reading order of the map image. with_doors: False to leave out the doors, which cost most of
+    the time. Raises MapError when the map shows no room.
     """
     check_shows_rooms(grid)
     # M: free space, without the small groups of cells that are furniture (section 3.2)
-    free = remove_clutter(grid.free, size_px=parameters.clutter_size / grid.resolution)
-    working_grid = to_working_grid(grid, free, resolution=parameters.working_resolution)
+    size_px = parameters.clutter_size / grid.resolution
+    free = remove_clutter(grid.free, size_px=size_px) if parameters.remove_clutter else grid.free
+    working_grid = to_working_grid(
+        grid, free, resolution=parameters.working_resolution, normal_pose=parameters.normal_pose
+    )
     # Compute features from the map
     edges = detect_edges(working_grid, parameters)
     segments = detect_segments(edges, working_grid.resolution, parameters)
@@ -46,7 +50,7 @@ def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters) -> Floor:
     # Remove faces outside the border
     face_of_cell = label_faces(faces, working_grid)
     internal = share_inside(face_of_cell, inner, len(faces.polygons)) >= parameters.inside_share
-    free_share = share_free(faces, working_grid)
+    free_share = share_free(faces, working_grid) if parameters.need_open_edge else np.ones(len(faces.weight))
     partial = find_partial_faces(faces, internal, free_share, partial_weight=parameters.partial_weight)
     # Cluster faces together into rooms
     room_of_face = _cluster_internal_faces(local_affinity, internal, parameters)
@@ -55,7 +59,8 @@ def reconstruct_layout(grid: GridMap, *, parameters: ThesisParameters) -> Floor:
     if not rooms:
         raise MapError(NO_ROOM)
     # Find the connections between rooms
-    doors = find_doors(working_grid, np.append(room_of_face, -1)[face_of_cell], parameters)
+    room_of_cell = np.append(room_of_face, -1)[face_of_cell]
+    doors = find_doors(working_grid, room_of_cell, parameters) if with_doors else []
     # A line along the outer wall may run just outside the rooms.
     extent = shapely.box(*shapely.total_bounds(faces.polygons[room_of_face >= 0])).buffer(FRINGE, join_style="mitre")
     walls = cut_lines(lines, extent)
@@ -73,10 +78,13 @@ def _cluster_internal_faces(local_affinity: csr_array, internal: Mask, parameter
 def _drop_small_rooms(
     cluster_of_face: Indices, face_of_cell: LabelImage, working_grid: WorkingGrid, parameters: ThesisParameters
 ) -> Indices:
-    """Room 0 … R - 1 of each face, shape (F,): clusters with at least the free area of a room; -1 for other faces."""
+    """Room 0 … R - 1 of each face, shape (F,): clusters with at least the free area of a room; -1 for other faces.
+
+    As printed (drop_small_rooms is False) every cluster is a room.
+    """
     clusters = np.append(cluster_of_face, -1)[face_of_cell[working_grid.free]]
     free_area = np.bincount(clusters + 1, minlength=cluster_of_face.max(initial=-1) + 2) * working_grid.resolution**2
-    is_room = free_area >= parameters.room_area
+    is_room = free_area >= (parameters.room_area if parameters.drop_small_rooms else 0.0)
     is_room[0] = False
     return np.where(is_room, np.cumsum(is_room) - 1, -1)[cluster_of_face + 1]
 
