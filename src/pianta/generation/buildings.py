@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
+from types import MappingProxyType
 
 import networkx as nx
 import numpy as np
 
 from pianta._types import Floats, Indices
 from pianta.errors import OptionError
+from pianta.generation.area_clusters import AreaKernel
 from pianta.generation.cluster_configuration import (
     EMPTY,
     AreaChains,
@@ -24,9 +26,10 @@ from pianta.generation.cluster_configuration import (
 from pianta.generation.constraints import Constraints
 from pianta.generation.cut_potentials import CutPotentials
 from pianta.generation.functional_graph import FunctionalGraphs, draw_door_counts, draw_start, sample_functional_graphs
+from pianta.generation.hopper_gram import HopperReferences
 from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, connect_areas
-from pianta.generation.recombined_areas import AreaParts, build_area, recombine_areas, split_area
+from pianta.generation.recombined_areas import AreaRecombiner
 from pianta.generation.type_model import Counts, TypeFloor, TypeModel, count_labels
 
 MAX_BUILDINGS = 100_000
@@ -40,9 +43,6 @@ MAX_FEATURES = 4_000_000
 STEPS = ("functional areas", "functional graphs", "doors")
 # Buildings are at most this share smaller than the smallest example floor, or larger than the largest. Chosen by hand.
 SIZE_MARGIN = 0.2
-# New areas of a building that are drawn until one set meets the constraints; else it keeps areas of real floors. Chosen
-# by hand.
-RECOMBINE_TRIES = 50
 
 
 class Costs(StrEnum):
@@ -56,6 +56,12 @@ class Costs(StrEnum):
     THESIS = "thesis"
 
 
+# By kernel, the references of Γ2 and Γ4.
+REFERENCES: Mapping[AreaKernel, type[ReferenceGraphs | HopperReferences]] = MappingProxyType(
+    {AreaKernel.WEISFEILER_LEHMAN: ReferenceGraphs, AreaKernel.GRAPH_HOPPER: HopperReferences}
+)
+
+
 @dataclass(frozen=True, eq=False)
 class BuildingSampler:
     """Samples buildings of a type; the data of the model is computed once.
@@ -64,7 +70,7 @@ class BuildingSampler:
     model allow. similar_to: a floor that replaces those of the model as example. fixed: a floor whose rooms and doors
     each building contains, besides at least one more functional area; rooms without a door are left out. costs: see
     Costs. recombines: whether areas change inside, as in `renew_areas`;
-    never with the costs of the thesis.
+    never with the costs of the thesis. kernel: of Γ2 and Γ4.
 
     Raises OptionError that lists constraints that no building can meet.
     """
@@ -75,6 +81,7 @@ class BuildingSampler:
     fixed: TypeFloor | None = None
     costs: Costs = Costs.DENSITY
     recombines: bool = True
+    kernel: AreaKernel = AreaKernel.WEISFEILER_LEHMAN
 
     def __post_init__(self) -> None:
         counts = self.label_counts
@@ -106,14 +113,14 @@ class BuildingSampler:
         return Slots(self.model, most, tuple(fixed))
 
     @cached_property
-    def functional_references(self) -> ReferenceGraphs:
+    def functional_references(self) -> ReferenceGraphs | HopperReferences:
         """The references of Γ2: functional graphs."""
-        return ReferenceGraphs([floor.functional_graph for floor in _thin(self._examples)])
+        return REFERENCES[self.kernel]([floor.functional_graph for floor in _thin(self._examples)])
 
     @cached_property
-    def references(self) -> ReferenceGraphs:
+    def references(self) -> ReferenceGraphs | HopperReferences:
         """The references of Γ4: graphs of floors."""
-        return ReferenceGraphs([floor.graph for floor in _thin(self._examples)])
+        return REFERENCES[self.kernel]([floor.graph for floor in _thin(self._examples)])
 
     @cached_property
     def potentials(self) -> CutPotentials:
@@ -161,7 +168,9 @@ class BuildingSampler:
         """
         slots = self.slots
         cost: ConfigurationCost = (
-            DistanceCost(slots, similar_to=self.similar_to) if self.costs is Costs.THESIS else self._measure_density(examples)
+            DistanceCost(slots, similar_to=self.similar_to)
+            if self.costs is Costs.THESIS
+            else self._measure_density(examples)
         )
         uniforms = np.stack([generator.random(len(slots.clusters)) for generator in generators])
         filled = slots.fill(starts, uniforms)
@@ -185,16 +194,15 @@ class BuildingSampler:
         real = [[self.areas[area] for area in areas] for areas in chosen]
         if not self.recombines or self.costs is Costs.THESIS:
             return real
-        counts = self.label_counts
-        rooms = np.array([counts[[*areas]].sum() for areas in chosen])
+        rooms = np.array([sum(map(len, graphs)) for graphs in real])
         clusters = [*self.model.clusters.tolist(), *(self.fixed.clusters if self.fixed else ())]
         configurations = np.array(
             [np.bincount([clusters[area] for area in areas], minlength=len(self.slots.areas)) for areas in chosen]
         )
         shares = self._measure_density(examples).weigh_floors(configurations, rooms)
         return [
-            self._renew(areas, graphs, weights, generator)
-            for areas, graphs, weights, generator in zip(chosen, real, shares, generators, strict=True)
+            self._recombiner.renew(areas, weights, generator)
+            for areas, weights, generator in zip(chosen, shares, generators, strict=True)
         ]
 
     def join_areas(
@@ -244,7 +252,11 @@ class BuildingSampler:
     @property
     def _has_own_floors(self) -> bool:
         """Whether each building follows one floor. With constraints the chains find the floors that can meet them."""
-        return self.recombines and self.costs is not Costs.THESIS and not (self.similar_to or self.fixed or self.constraints)
+        return (
+            self.recombines
+            and self.costs is not Costs.THESIS
+            and not (self.similar_to or self.fixed or self.constraints)
+        )
 
     def _measure_density(self, examples: Indices | None) -> DensityCost:
         return DensityCost(self.slots, similar_to=self.similar_to, rooms=self.constraints.rooms, examples=examples)
@@ -257,59 +269,9 @@ class BuildingSampler:
         return replace(self.constraints, rooms=self._bound_size())
 
     @cached_property
-    def _parts(self) -> tuple[AreaParts, ...]:
-        """The parts of each of `areas`."""
-        return tuple(split_area(area, self.model.schema) for area in self.areas)
-
-    @cached_property
-    def _floor_areas(self) -> list[dict[int, list[int]]]:
-        """By floor of the model, its areas of each cluster."""
-        floors: list[dict[int, list[int]]] = []
-        first = 0
-        for floor in self.model.floors:
-            floors.append({})
-            for area, cluster in enumerate(floor.clusters, first):
-                floors[-1].setdefault(cluster, []).append(area)
-            first += len(floor.clusters)
-        return floors
-
-    def _renew(
-        self, areas: Sequence[int], graphs: list[nx.Graph], shares: Floats, generator: np.random.Generator
-    ) -> list[nx.Graph]:
-        """The new areas of a building; its own graphs if none of RECOMBINE_TRIES meets the constraints as well.
-
-        shares: of each floor in the density of the building, shape (floors,).
-        """
-        names, schema = [*self.model.schema.by_name], self.model.schema
+    def _recombiner(self) -> AreaRecombiner:
         n_fixed = len(self.fixed.areas) if self.fixed else 0
-        fixed = graphs[:n_fixed]
-        limit = self._limits.count_violations(count_labels(graphs, schema).sum(axis=0, keepdims=True), names)
-        for _ in range(RECOMBINE_TRIES):
-            own = areas[n_fixed:]
-            if not self.similar_to:
-                floor = self._floor_areas[int(generator.choice(len(shares), p=shares))]
-                own = self._take_from_floor(own, floor, generator)
-            others = [self._parts[area] for area in areas[:n_fixed]]
-            new = recombine_areas([self._parts[area] for area in own], generator, others=others)
-            result = [*fixed, *map(build_area, new)]
-            counts = count_labels(result, schema).sum(axis=0, keepdims=True)
-            if (self._limits.count_violations(counts, names) <= limit).all():
-                return result
-        return graphs
-
-    def _take_from_floor(
-        self, areas: Sequence[int], floor: dict[int, list[int]], generator: np.random.Generator
-    ) -> list[int]:
-        """Replace areas of the model by those of a floor in the same cluster, each at most once.
-
-        floor: its areas by cluster.
-        """
-        unused = {cluster: generator.permutation(own).tolist() for cluster, own in floor.items()}
-        clusters = [int(self.model.clusters[area]) for area in areas]
-        return [
-            unused[cluster].pop() if unused.get(cluster) else area
-            for area, cluster in zip(areas, clusters, strict=True)
-        ]
+        return AreaRecombiner(self.model, self.areas, n_fixed, self._limits, mixes_floors=bool(self.similar_to))
 
     def _bound_size(self) -> tuple[int, int]:
         """The minimum and maximum rooms of a building without constraints on them."""
@@ -344,12 +306,14 @@ def generate_buildings(
     fixed: TypeFloor | None = None,
     costs: Costs = Costs.DENSITY,
     recombines: bool = True,
+    kernel: AreaKernel = AreaKernel.WEISFEILER_LEHMAN,
     jobs: int = 1,
     track: Callable[[Sequence[str]], Iterable[str]] = iter,
 ) -> list[nx.Graph]:
     """Generate buildings: graphs with nodes 0 … n - 1, each with a `label`; the first nodes are the rooms of `fixed`.
 
-    constraints, similar_to, fixed, costs, recombines: see BuildingSampler. jobs: processes; the result does not depend on them.
+    constraints, similar_to, fixed, costs, recombines, kernel: see BuildingSampler. jobs: processes; the result does not
+    depend on them.
     track: wraps the names of the steps, to show progress.
 
     Raises OptionError for a count, seed or jobs out of range and for constraints that no building can meet, ModelError
@@ -361,7 +325,7 @@ def generate_buildings(
         raise OptionError(f"seed is {seed}, give 0 or more")
     if not 1 <= jobs <= MAX_JOBS:
         raise OptionError(f"jobs is {jobs}, give 1 to {MAX_JOBS}")
-    sampler = BuildingSampler(model, constraints or Constraints(), similar_to, fixed, costs, recombines)
+    sampler = BuildingSampler(model, constraints or Constraints(), similar_to, fixed, costs, recombines, kernel)
     rooms = max(len(floor.graph) for floor in (*model.floors, *([fixed] if fixed else ())))
     batches = split_batches(
         count, max(rooms, sampler.constraints.rooms[1] if sampler.constraints.rooms else 0), jobs=jobs

@@ -145,7 +145,8 @@ class DensityCost:
     of a floor is multiplied by exp(-ln²(n / n^G) / 2 s²), where n are the rooms of the building, n^G those of the
     floor, and s = 0.15; otherwise sizes of buildings would vary more than those of floors.
     similar_to: a floor that replaces those of the model; then x = 0.05. rooms: the required minimum and maximum, to
-    which n^G is clipped. examples: for each building the index of its floor, whose term is then the only one; shape (n,).
+    which n^G is clipped. examples: for each building the index of its floor, whose term is then the only one, shape
+    (n,).
     """
 
     def __init__(
@@ -190,23 +191,28 @@ class DensityCost:
 
     def combine_terms(self, terms: Floats, rooms: Counts) -> Floats:
         """See ConfigurationCost."""
-        costs: Floats = -logsumexp(self._add_sizes(terms, rooms), axis=1)
-        return costs
+        return -self._sum_floors(self._add_sizes(terms, rooms))
 
     def weigh_floors(self, configurations: Counts, rooms: Counts) -> Floats:
         """The share of each floor in the density of each building, shape (n, floors).
 
         configurations: shape (n, clusters). rooms: of each building, shape (n,).
         """
+        if self._examples is not None:
+            return np.eye(len(self._near))[self._examples]
         shares: Floats = softmax(self._add_sizes(self._sum_densities(configurations), rooms), axis=1)
         return shares
 
     def _sum_densities(self, configurations: Counts) -> Floats:
-        """Logarithms of the terms of the mixture, shape (n, floors); -inf for all but the floor of a building."""
+        """Logarithms of the terms of the mixture, shape (n, floors)."""
         terms: Floats = self._densities[np.arange(configurations.shape[1]), configurations].sum(axis=1)
-        if self._examples is not None:
-            terms[np.arange(len(self._near)) != self._examples[:, None]] = -np.inf
         return terms
+
+    def _sum_floors(self, logs: Floats) -> Floats:
+        """Logarithms of the sums of terms, shape (n,): of all floors, or of the floor of each building."""
+        if self._examples is None:
+            return np.asarray(logsumexp(logs, axis=1))
+        return np.asarray(logs[np.arange(len(logs)), self._examples])
 
     def _add_sizes(self, terms: Floats, rooms: Counts) -> Floats:
         """Logarithms of the terms of the mixture with the factors of sizes, shape (n, floors)."""
@@ -227,7 +233,7 @@ class DensityCost:
 
     def room_costs(self, terms: Floats, rooms: Counts) -> Floats:
         """See ConfigurationCost."""
-        costs: Floats = self.combine_terms(terms, rooms) + logsumexp(terms, axis=1)
+        costs: Floats = self.combine_terms(terms, rooms) + self._sum_floors(terms)
         return costs
 
 

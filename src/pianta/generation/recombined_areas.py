@@ -9,13 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import networkx as nx
 import numpy as np
 
+from pianta._types import Floats
+from pianta.generation.constraints import Constraints
+from pianta.generation.type_model import TypeModel, count_labels
 from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelSchema
 
+# New areas of a building are drawn this often until they meet the constraints, else it keeps areas of real floors.
+# Chosen by hand.
+TRIES = 50
 # P(a branch of an area is removed), and the expected number of branches added for each of its branches: the numbers of
 # rooms of a building then vary by some 8 %. Chosen by hand on halves of the schools.
 P_REMOVED = 0.25
@@ -35,7 +42,10 @@ class Branch:
 
 @dataclass(frozen=True)
 class AreaParts:
-    """A functional area. hub: the label of its hub, the room with most doors. is_corridor: whether that is a CORRIDOR."""
+    """A functional area.
+
+    hub: the label of its hub, the room with most doors. is_corridor: whether that is a CORRIDOR.
+    """
 
     hub: str
     is_corridor: bool
@@ -93,3 +103,68 @@ def recombine_areas(
         branches = tuple(pool[index] for index in generator.integers(len(pool), size=count)) if pool else ()
         new.append(AreaParts(area.hub, area.is_corridor, branches))
     return new
+
+
+@dataclass(frozen=True, eq=False)
+class AreaRecombiner:
+    """Makes new areas for buildings of a model.
+
+    areas: those of the model, then n_fixed fixed ones, which stay as they are. limits: constraints on each building.
+    mixes_floors: whether the areas of a building remain those of different floors.
+    """
+
+    model: TypeModel
+    areas: Sequence[nx.Graph]
+    n_fixed: int
+    limits: Constraints
+    mixes_floors: bool = False
+
+    def renew(self, chosen: Sequence[int], shares: Floats, generator: np.random.Generator) -> list[nx.Graph]:
+        """The new areas of a building; the chosen ones if no new ones meet the constraints as well.
+
+        chosen: the fixed areas, then others, as indices of `areas`. shares: the probability that the building follows
+        a floor of the model, shape (floors,).
+        """
+        real = [self.areas[area] for area in chosen]
+        fixed, free = chosen[: self.n_fixed], chosen[self.n_fixed :]
+        others = [self._parts[area] for area in fixed]
+        allowed = self._count_violations(real)
+        for _ in range(TRIES):
+            own = free
+            if not self.mixes_floors:
+                own = self._take_from_floor(free, int(generator.choice(len(shares), p=shares)), generator)
+            new = recombine_areas([self._parts[area] for area in own], generator, others=others)
+            result = [*real[: self.n_fixed], *map(build_area, new)]
+            if self._count_violations(result) <= allowed:
+                return result
+        return real
+
+    @cached_property
+    def _parts(self) -> tuple[AreaParts, ...]:
+        """The parts of each of `areas`."""
+        return tuple(split_area(area, self.model.schema) for area in self.areas)
+
+    @cached_property
+    def _floor_areas(self) -> list[dict[int, list[int]]]:
+        """By floor of the model, its areas of each cluster."""
+        floors: list[dict[int, list[int]]] = []
+        first = 0
+        for floor in self.model.floors:
+            floors.append({})
+            for area, cluster in enumerate(floor.clusters, first):
+                floors[-1].setdefault(cluster, []).append(area)
+            first += len(floor.clusters)
+        return floors
+
+    def _take_from_floor(self, areas: Sequence[int], floor: int, generator: np.random.Generator) -> list[int]:
+        """Replace areas of the model by those of a floor in the same cluster, each of these at most once."""
+        unused = {cluster: generator.permutation(own).tolist() for cluster, own in self._floor_areas[floor].items()}
+        clusters = [int(self.model.clusters[area]) for area in areas]
+        return [
+            unused[cluster].pop() if unused.get(cluster) else area
+            for area, cluster in zip(areas, clusters, strict=True)
+        ]
+
+    def _count_violations(self, areas: Sequence[nx.Graph]) -> int:
+        counts = count_labels(areas, self.model.schema).sum(axis=0, keepdims=True)
+        return int(self.limits.count_violations(counts, [*self.model.schema.by_name])[0])
