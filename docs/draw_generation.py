@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 import networkx as nx
 import numpy as np
-from draw_pictures import ACCENT, IMAGES, LINE, SHADE, frame, save
+from draw_pictures import ACCENT, IMAGES, SHADE, WALL, frame, save
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
@@ -129,7 +129,7 @@ def plot_functional_graph(graph: nx.Graph, clusters: list[int], *, ax: Axes) -> 
     """Plot the areas of a new building, with the numbers of their clusters."""
     positions = place_nodes(graph)
     for one, other in graph.edges:
-        ax.plot(*zip(positions[one], positions[other], strict=True), color=LINE, linewidth=2, zorder=0)
+        ax.plot(*zip(positions[one], positions[other], strict=True), color=WALL, linewidth=2, zorder=0)
     for area, (x, y) in positions.items():
         ax.scatter(x, y, s=900, color=COLORS[clusters[area] % len(COLORS)], edgecolors="black", zorder=1)
         ax.annotate(str(clusters[area]), (x, y), ha="center", va="center", fontsize=14)

@@ -107,8 +107,8 @@ def test_areas_change_inside_unless_they_are_those_of_floors():
         chosen = sampler.sample_areas(model.configurations[[3] * 12], generators)
         areas = sampler.renew_areas(chosen, generators)
         assert [len(graphs) for graphs in areas] == [len(row) for row in chosen]
-        known = [label_star(area) in wings for graphs in areas for area in graphs]
-        assert all(known) is not recombines
+        are_real = [label_star(area) in wings for graphs in areas for area in graphs]
+        assert all(are_real) is not recombines
     printed = BuildingSampler(model, costs=Costs.THESIS)
     chosen = [[0, 1]]
     assert [list(map(label_star, graphs)) for graphs in printed.renew_areas(chosen, generators[:1])] == [

@@ -4,6 +4,7 @@ import networkx as nx
 import numpy as np
 import pytest
 
+from pianta._types import Floats
 from pianta.generation.hopper_gram import HopperReferences
 from pianta.generation.incremental_gram import ALPHA, PUBLISHED_FLOORS
 from pianta.graphs.graph_hopper import GraphHopper
@@ -40,7 +41,12 @@ def test_a_rejected_move_needs_no_new_row(monkeypatch):
     before = gram.measure_similarity()
     compared: list[int] = []
     compare = gram._kernel.compare
-    monkeypatch.setattr(gram._kernel, "compare", lambda graphs: compared.append(len(graphs)) or compare(graphs))
+
+    def count_and_compare(graphs: list[nx.Graph]) -> Floats:
+        compared.append(len(graphs))
+        return compare(graphs)
+
+    monkeypatch.setattr(gram._kernel, "compare", count_and_compare)
     edge = np.array([0]), np.array([0]), np.array([3])
     gram.change_edges(*edge, present=True)
     assert (gram.measure_similarity()[0] != before[0]).any()

@@ -62,17 +62,17 @@ def test_branches_are_those_of_the_building_and_of_the_same_kind_of_hub():
     ]
     fixed = [AreaParts("CORRIDOR", True, (single("LIBRARY"),))]
     random = np.random.default_rng(0)
-    drawn: dict[str, Counter[str]] = {area.hub: Counter() for area in areas}
+    counts: dict[str, Counter[str]] = {area.hub: Counter() for area in areas}
     for _ in range(4000):
         new = recombine_areas(areas, random, others=fixed)
         assert [(area.hub, area.is_corridor) for area in new] == [(area.hub, area.is_corridor) for area in areas]
         for area in new:
-            drawn[area.hub].update(label for branch in area.branches for label in branch.labels)
-    assert drawn["CLASSROOM"].keys() == {"LAB"}
+            counts[area.hub].update(label for branch in area.branches for label in branch.labels)
+    assert counts["CLASSROOM"].keys() == {"LAB"}
     # Branches are drawn alike from all four, and their number stays the same on average.
     for hub, count in (("CORRIDOR", 2), ("HALL", 1)):
-        assert drawn[hub].keys() == {"CLASSROOM", "CLOSET", "GYM", "LIBRARY"}
-        for number in drawn[hub].values():
+        assert counts[hub].keys() == {"CLASSROOM", "CLOSET", "GYM", "LIBRARY"}
+        for number in counts[hub].values():
             assert number == pytest.approx(4000 * count / 4, rel=0.08)
 
 

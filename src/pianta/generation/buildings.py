@@ -199,7 +199,7 @@ class BuildingSampler:
         configurations = np.array(
             [np.bincount([clusters[area] for area in areas], minlength=len(self.slots.areas)) for areas in chosen]
         )
-        shares = self._measure_density(examples).weigh_floors(configurations, rooms)
+        shares = self._measure_density(examples).share_floors(configurations, rooms)
         return [
             self._recombiner.renew(areas, weights, generator)
             for areas, weights, generator in zip(chosen, shares, generators, strict=True)

@@ -193,7 +193,7 @@ class DensityCost:
         """See ConfigurationCost."""
         return -self._sum_floors(self._add_sizes(terms, rooms))
 
-    def weigh_floors(self, configurations: Counts, rooms: Counts) -> Floats:
+    def share_floors(self, configurations: Counts, rooms: Counts) -> Floats:
         """The share of each floor in the density of each building, shape (n, floors).
 
         configurations: shape (n, clusters). rooms: of each building, shape (n,).

@@ -86,7 +86,7 @@ def recombine_areas(
 
     Each branch of an area is replaced by a random one of all areas with the same kind of hub, removed with probability
     P_REMOVED, and as many are added on average. Rooms of one building thus stay together: those of different floors
-    have little in common, and a building of a mixture of them is easy to tell from real ones.
+    have little in common, and a classifier separates buildings of a mixture of them from real ones.
     others: areas of the building that stay as they are, and whose branches are drawn as well.
     """
     pools = {
@@ -97,8 +97,8 @@ def recombine_areas(
     }
     new = []
     for area in areas:
-        kept = int((generator.random(len(area.branches)) >= P_REMOVED).sum())
-        count = kept + int(generator.poisson(P_REMOVED * len(area.branches)))
+        n_kept = int((generator.random(len(area.branches)) >= P_REMOVED).sum())
+        count = n_kept + int(generator.poisson(P_REMOVED * len(area.branches)))
         pool = pools[area.is_corridor]
         branches = tuple(pool[index] for index in generator.integers(len(pool), size=count)) if pool else ()
         new.append(AreaParts(area.hub, area.is_corridor, branches))
@@ -132,7 +132,7 @@ class AreaRecombiner:
         for _ in range(TRIES):
             own = free
             if not self.mixes_floors:
-                own = self._take_from_floor(free, int(generator.choice(len(shares), p=shares)), generator)
+                own = self._use_floor(free, int(generator.choice(len(shares), p=shares)), generator)
             new = recombine_areas([self._parts[area] for area in own], generator, others=others)
             result = [*real[: self.n_fixed], *map(build_area, new)]
             if self._count_violations(result) <= allowed:
@@ -156,7 +156,7 @@ class AreaRecombiner:
             first += len(floor.clusters)
         return floors
 
-    def _take_from_floor(self, areas: Sequence[int], floor: int, generator: np.random.Generator) -> list[int]:
+    def _use_floor(self, areas: Sequence[int], floor: int, generator: np.random.Generator) -> list[int]:
         """Replace areas of the model by those of a floor in the same cluster, each of these at most once."""
         unused = {cluster: generator.permutation(own).tolist() for cluster, own in self._floor_areas[floor].items()}
         clusters = [int(self.model.clusters[area]) for area in areas]

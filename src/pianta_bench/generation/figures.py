@@ -39,7 +39,7 @@ def save_figures(results: Results, folder: Path) -> None:
 
     Raises PiantaError if one cannot be written.
     """
-    clusters, kind = results.objects["clusters"], results.options["type"]
+    clusters, type_ = results.objects["clusters"], results.options["type"]
     save_chart(draw_stability(results), folder / "clusters.png", dpi=DPI)
     save_chart(draw_clusters(clusters), folder / "heatmap.png", dpi=DPI)
     save_chart(draw_areas(clusters, seed=results.options["seed"]), folder / "areas.png", dpi=DPI)
@@ -47,7 +47,7 @@ def save_figures(results: Results, folder: Path) -> None:
     for part, heading in SHEETS.items():
         graphs = results.objects["graphs"][part]
         titles = [graph.graph["source"] for graph in graphs] if part == REAL else None
-        sheet = draw_contact_sheet(graphs, schema=TYPES[kind], titles=titles, heading=heading.format(kind))
+        sheet = draw_contact_sheet(graphs, schema=TYPES[type_], titles=titles, heading=heading.format(type_))
         save_figure(sheet, folder / f"{part}.png")
 
 

@@ -224,7 +224,8 @@ def _check_counts(type: str, buildings: Sequence[str], count: int) -> None:  # n
         )
     if len(set(buildings)) < MIN_BUILDINGS:
         raise DataError(
-            f"all {floors} floors of {type}s are of building {short_repr(buildings[0])}, give those of others as well"
+            f"all {floors} floors of {type}s are of building {short_repr(buildings[0])}, give floors of two buildings "
+            "at least"
         )
     if count < floors:
         raise OptionError(f"{count} buildings are to be generated beside {floors} real ones, give as many at least")

@@ -293,7 +293,7 @@ def tabulate(results: Results) -> list[FilledTable]:
         ),
         "failed": "\n".join(_list_failed(gaps)),
     }
-    tables = TABLES
+    tables: tuple[Table, ...] = TABLES
     if results.options["type"] != PUBLISHED_TYPE:
         # The thesis prints figures of schools only.
         tables = tuple(replace(table, published="") for table in TABLES if table.title != ROWS)
