@@ -469,6 +469,22 @@ def test_too_few_buildings_or_types_are_refused(folders, tiny, tmp_path):
         measure(tiny)
 
 
+def test_types_that_cannot_be_compared_are_one_line(folders):
+    """One type alone; labels of another schema; one building."""
+    (folders[1] / "office2.xml").write_text(write_labelled("school", stretch=1))
+    for number in (1, 2):
+        (folders[2] / f"house{number}.xml").unlink()
+    for chosen, message in (
+        (folders[:1], "all buildings are of type 'school', give folders of two types"),
+        (folders[:2], "CLASSROOM"),
+        (folders[::2], "house has 1 building, give 3"),
+    ):
+        arguments = [argument for folder in chosen for argument in ("--types", folder)]
+        outcome = run_pianta("bench", "buildings", *arguments)
+        assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+        assert message in outcome.err
+
+
 @pytest.mark.slow
 def test_floors_of_one_building_stay_together(folders):
     """hall-1 and hall-2 are one building; school0 … school2 would all be one, so each becomes a building."""

@@ -207,3 +207,21 @@ def measure_by_networkx(graph: nx.Graph, corridors: set[int]) -> dict[str, float
         measured[f"{name} C"] = fmean(values[node] for node in corridors)
         measured[f"{name} R"] = fmean(values[node] for node in graph if node not in corridors)
     return measured
+
+
+STRAY = SPACE.format(id=99, label="STAIRS", x0=5, x1=5, y0=0, y1=9, segments="", portals=PORTAL.format(99))
+
+
+def test_a_building_with_a_stray_room_counts_without_it(tmp_path):
+    """As in a drawing in which a click left a room of two points behind."""
+    for building_type in ("school", "office"):
+        write_comb(tmp_path / "buildings" / building_type / "a.xml", "CLOSET", "CLOSET")
+    path = tmp_path / "buildings" / "school" / "a.xml"
+    expected = measure(tmp_path)
+    path.write_text(path.read_text().replace("</spaces>", f"{STRAY}</spaces>"))
+    results = measure(tmp_path)
+    assert results.records == expected.records
+    assert [item.failure for item in results.items] == [None, None]
+    assert (
+        "is read without some of its rooms: room 5 (STAIRS) has an outline without area" in results.items[0].warnings[0]
+    )

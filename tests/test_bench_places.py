@@ -13,7 +13,9 @@ from shapely import box
 from pianta.errors import DataError, MapError
 from pianta.evaluation.semantics import LabelPair
 from pianta.floor import Floor, Room
+from pianta.gridmap import GridMap
 from pianta.labels import FCES, SCHEMAS, LabelConvention, LabelSet
+from pianta.layout.reconstruct import reconstruct
 from pianta.rooms.extra_trees import TreeParameters
 from pianta.rooms.features import RoomContext, describe_rooms
 from pianta.rooms.training import TrainingFloor, prepare_floors
@@ -23,7 +25,7 @@ from pianta_bench.harness.records import Results
 from pianta_bench.harness.tables import Cell
 from pianta_bench.places import measure as places
 from pianta_bench.places import models as place_models
-from pianta_bench.places.evaluated import BACKWARD, LAYOUTS, TRUE_LAYOUTS, EvaluatedFloor, measure_curve
+from pianta_bench.places.evaluated import BACKWARD, LAYOUTS, THESIS_LAYOUTS, TRUE_LAYOUTS, EvaluatedFloor, measure_curve
 from pianta_bench.places.models import (
     CENTRAL,
     LOCAL,
@@ -151,15 +153,21 @@ def test_table_6_1_by_hand(tiny, trainings):
 def test_tables_of_a_map_by_hand(tiny, trainings):
     results = measure(tiny)
     accuracies = cells_of(results, 1)
-    assert [cell.mean for cell in accuracies["map, pianta"]] == [50] * 4
-    assert [cell.mean for cell in accuracies["true layout, pianta"]] == [50] * 4
-    assert [cell.mean for cell in accuracies["map, pianta: first pass"]] == [50, 50, 0, 0]
-    assert accuracies[f"map, {CENTRAL}"][0].published_mean == 97.1
-    forward, backward = cells_of(results, 2), cells_of(results, 3)
-    assert [cell.mean for cell in forward["pianta, F"]] == [100, 0, 0, 0, 0]
-    assert [cell.mean for cell in backward["pianta, C"]] == [100, 0, 0, 0, 0]
-    assert [cell.mean for cell in backward["pianta, E"]] == [None] * 5
-    cells = backward[f"{CENTRAL}, S"][0], forward[f"{CENTRAL}, S"][0]
+    # Both methods find the two rooms of the map.
+    for layouts in ("structure", "Algorithm 1", "true layout"):
+        assert [cell.mean for cell in accuracies[f"{layouts}, pianta"]] == [50] * 4
+    assert [cell.mean for cell in accuracies["structure, pianta: first pass"]] == [50, 50, 0, 0]
+    assert "Algorithm 1, pianta: first pass" not in accuracies
+    # The thesis' layouts are those of its Algorithm 1.
+    assert [cell.published_mean for cell in accuracies[f"Algorithm 1, {CENTRAL}"]] == [97.1, 96.5, 76.1, 77.5]
+    assert [cell.published_mean for cell in accuracies[f"structure, {CENTRAL}"]] == [None] * 4
+    titles = [table.title for table in tabulate(results)[2:6]]
+    assert [title.rsplit(", ", 1)[1] for title in titles] == ["structure", "Algorithm 1"] * 2
+    for forward, backward in ((2, 4), (3, 5)):
+        assert [cell.mean for cell in cells_of(results, forward)["pianta, F"]] == [100, 0, 0, 0, 0]
+        assert [cell.mean for cell in cells_of(results, backward)["pianta, C"]] == [100, 0, 0, 0, 0]
+    assert [cell.mean for cell in cells_of(results, 4)["pianta, E"]] == [None] * 5
+    cells = cells_of(results, 5)[f"{CENTRAL}, S"][0], cells_of(results, 3)[f"{CENTRAL}, S"][0]
     assert (cells[0].published_mean, cells[1].published_sd) == (33.9, 8.1)
     assert error_of(results, "school1", part=LAYOUTS, model=PIANTA, labels="R/C", way="FC") == 50
 
@@ -170,11 +178,11 @@ def test_calibration_and_cost(tiny, trainings, monkeypatch):
     lasting = [1, 2, *(3, 4, 9), *(0.5, 0.25, 7)]
     monkeypatch.setattr(timing, "process_time", iter([time for end in lasting for time in (0, end)]).__next__)
     results = measure(tiny)
-    errors = [cell.mean for cell in cells_of(results, 4)[PIANTA]]
+    errors = [cell.mean for cell in cells_of(results, 6)[PIANTA]]
     errors_of_drawings = [100 * abs(0.9 - 12 / 14), 100 * abs(0.7 - 6 / 14)]
     assert errors == pytest.approx([*errors_of_drawings, *errors_of_drawings, 40, 20])
     assert results.values(part="cost", item="school1", metric=["floors", "rooms", "map rooms"]) == [5, 70, 2]
-    assert [cells[0].mean for cells in cells_of(results, 5).values()] == [1, 2, 4, 0.5, 0.125]
+    assert [cells[0].mean for cells in cells_of(results, 7).values()] == [1, 2, 4, 0.5, 0.125]
 
 
 @pytest.mark.slow
@@ -201,7 +209,7 @@ def test_a_room_that_overlaps_no_true_room_is_wrong_and_left_out_of_the_calibrat
     curve = measure_curve([floor], PIANTA, F_C_E_S)
     assert curve.counts.sum() == 1
     assert curve.error == pytest.approx(0.4)
-    service = fill_confusion([floor], BACKWARD).rows["pianta, S"]
+    service = fill_confusion([floor], BACKWARD, LAYOUTS).rows["pianta, S"]
     assert [cell.mean for cell in service.values()] == [0, 0, 0, 0, 100]
     assert floor.as_json()["true"] == ["FUNCTIONAL", None]
     # The same rooms as a true layout are paired by order, however they overlap.
@@ -286,7 +294,27 @@ def test_command(tiny, trainings, tmp_path):
     assert layout["probabilities"][PIANTA] == [[0.7, 0.1, 0.1, 0.1]] * 2
     # In the figure's split STAIRS are CORRIDOR, and no room is a certain corridor.
     cells = content["tables"][1]["cells"]
-    assert next(cell["mean"] for cell in cells if (cell["row"], cell["column"]) == ("map, pianta", "R/C, BC")) == 50
+    assert (
+        next(cell["mean"] for cell in cells if (cell["row"], cell["column"]) == ("structure, pianta", "R/C, BC")) == 50
+    )
+
+
+def test_a_map_that_one_method_cannot_read_counts_for_the_other(tiny, trainings, monkeypatch):
+    def read(grid: GridMap, *, method: str = "structure") -> Floor:
+        if method == "thesis":
+            raise MapError("the map shows no wall")
+        return reconstruct(grid, method=method)
+
+    monkeypatch.setattr(places, "reconstruct", read)
+    results = measure(tiny)
+    assert [(item.part, item.item) for item in results.items if item.failure and item.part != "simulated"] == [
+        (THESIS_LAYOUTS, "school1")
+    ]
+    assert {floor.part for floor in results.objects["floors"] if floor.item == "school1"} == {
+        "schools",
+        LAYOUTS,
+        TRUE_LAYOUTS,
+    }
 
 
 def test_a_floor_that_cannot_be_described_does_not_stop_the_others(tiny, trainings, monkeypatch):
@@ -318,6 +346,15 @@ def test_an_unknown_split_is_refused(tiny):
     (line,) = outcome.err.splitlines()
     assert line.startswith("error: ")
     assert "graphs" in line
+
+
+def test_one_building_of_a_type_is_refused(tiny, trainings):
+    """Its rooms could only be labelled by models of no building."""
+    (tiny / "buildings" / "school" / "school2.xml").unlink()
+    outcome = run_pianta("bench", "places", "--data", tiny)
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert outcome.err.startswith("error: 1 building of type school can be read, give 2")
+    assert not trainings
 
 
 def test_without_maps(tiny, trainings):

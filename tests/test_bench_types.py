@@ -1,12 +1,14 @@
 """`pianta bench types` as a user runs it, and its tables."""
 
 import json
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from pianta import __version__
+from pianta.errors import DataError, OptionError
 from pianta_bench.types.figures import PICTURES
 from pianta_bench.types.measure import describe_labels, measure, size_bounds
 from pianta_bench.types.room_sets import RoomSet, read_room_sets
@@ -187,3 +189,158 @@ def test_every_classification_is_tracked(tmp_path):
     measure(tmp_path, track=track)
     # Two features, two divisions, and once by area.
     assert len(names) == 2 * 2 + 1
+
+
+# m: an office of 4 m by 5 m with a door, a corridor beside it of 12 m by 2 m; file and floor in metres.
+MIT_FLOOR = """<?xml version="1.0"?><MITquest><floor name="FLOORCONTOUR">{}</floor></MITquest>"""
+
+
+def write_mit_floor(offices: int, *, size: float) -> str:
+    """MIT XML in feet: a corridor of 20 by 6 ft a room, with offices of size by 10 ft above, each with a door."""
+    spaces = []
+    for number in range(offices):
+        left = 20 * number
+        corners = [(left, 6), (left + size, 6), (left + size, 16), (left, 16)]
+        to_corridor = '<portal class="horizontal" type="explicit" target="C"><edge index="0" param="0.5"/></portal>'
+        spaces.append(_write_mit_space(f"O{number}", "OFF", corners, to_corridor))
+    hall = [(0, 0), (20 * offices, 0), (20 * offices, 6), (0, 6)]
+    spaces.append(_write_mit_space("C", "CORR", hall, ""))
+    return MIT_FLOOR.format("".join(spaces))
+
+
+def _write_mit_space(name: str, label: str, corners: Sequence[tuple[float, float]], portals: str) -> str:
+    points = "".join(f'<point x="{700_000 + x}" y="{500_000 + y}"/>' for x, y in [*corners, corners[0]])
+    return f'<space name="{name}" type="{label}"><contour>{points}</contour>{portals}</space>'
+
+
+@pytest.fixture(scope="module")
+def campus(tmp_path_factory):
+    """Two floors of building 1, one of building 2: 5 + 5 + 6 offices and a corridor each."""
+    folder = tmp_path_factory.mktemp("mit")
+    for name, offices, size in (("1_0", 5, 10), ("1_1", 5, 10), ("2_0", 6, 12)):
+        (folder / f"{name}.xml").write_text(write_mit_floor(offices, size=size))
+    return folder
+
+
+FOOT = 1200 / 3937
+
+
+@pytest.fixture
+def no_data(tmp_path, monkeypatch):
+    monkeypatch.setenv("PIANTA_DATA", str(tmp_path / "missing"))
+
+
+@pytest.mark.usefixtures("no_data")
+def test_rows_of_table_4_2_of_mit_by_hand(campus):
+    results = measure(mit=campus)
+    figures = {(r["label"], r["metric"]): r["value"] for r in results.records if "label" in r}
+    # 10 offices of 10 ft by 10 ft, 6 of 12 ft by 10 ft, and corridors of 100, 100 and 120 ft by 6 ft.
+    assert figures["OFF", "rooms"] == 16
+    assert figures["OFF", "share"] == 16 / 19
+    assert figures["OFF", "area"] == pytest.approx((10 * 100 + 6 * 120) / 16 * FOOT**2, rel=1e-6)
+    assert figures["OFF", "doorways"] == 1
+    assert figures["OFF", "axes ratio"] == pytest.approx((10 + 6 * 1.2) / 16)
+    assert figures["CORR", "doorways"] == pytest.approx(16 / 3)
+    assert figures["CORR", "axes ratio"] == pytest.approx((100 / 6 + 100 / 6 + 20) / 3)
+    campus_details = results.details["campus"]
+    assert (campus_details["rooms"], campus_details["buildings"]) == (19, 2)
+    assert campus_details["labels"] == {"CORR": 3, "OFF": 16}
+    assert campus_details["frequent"] == ["OFF", "CORR"]
+    # With the areas in m² and ε 3 all offices, 9.3 and 11.1 m², are one cluster; three corridors are too few for one.
+    clusters = {r["metric"]: r["value"] for r in results.select(part="MIT", features="a (m²), d, rt")}
+    assert (clusters["clusters"], clusters["outliers"], clusters["corridors_in_outliers"]) == (1, 3 / 19, 1)
+    assert (clusters["homogeneity"], clusters["completeness"]) == pytest.approx((1, 1))
+
+
+@pytest.mark.usefixtures("no_data")
+def test_mit_without_other_data(campus, tmp_path):
+    code, out, err = run_pianta("bench", "types", "--mit", campus, "--pictures", tmp_path / "pictures")
+    assert (code, err) == (0, "")
+    assert "Table 4.2, rooms of each label: MIT, 19 rooms" in out
+    assert "Fig. 4.4e" in out
+    assert set(list_files(tmp_path / "pictures")) == {"clusters_mit.png"}
+    code, _, err = run_pianta("bench", "types", "--data", tmp_path / "missing", "--mit", campus)
+    assert code == 2
+    assert len(err.splitlines()) == 1
+
+
+@pytest.mark.usefixtures("no_data")
+def test_a_floor_of_mit_that_cannot_be_read_is_listed(campus, tmp_path):
+    for file in campus.iterdir():
+        (tmp_path / file.name).write_text(file.read_text())
+    (tmp_path / "3_0.xml").write_text("<MITquest")
+    results = measure(mit=tmp_path)
+    assert [(item.part, item.item) for item in results.items] == [("MIT", "3_0.xml")]
+    (tmp_path / "few").mkdir()
+    (tmp_path / "few" / "1_0.xml").write_text(write_mit_floor(2, size=10))
+    with pytest.raises(DataError, match=r"3 rooms.*at least 6"):
+        measure(mit=tmp_path / "few")
+    with pytest.raises(OptionError, match="no folder"):
+        measure(mit=tmp_path / "nowhere")
+    with pytest.raises(OptionError, match="leave --maps out"):
+        measure(mit=tmp_path, maps=True)
+
+
+def write_house(number: int) -> str:
+    """A HouseExpo JSON: a living room, six bedrooms, six bathrooms, a hallway, and a strip that no box covers."""
+    width = 4 + number / 10
+    bedrooms = [[width * n, 0, width * (n + 1), 4] for n in range(6)]
+    bathrooms = [[width * n, 6, width * n + 2, 8.5] for n in range(6)]
+    content = {
+        "id": f"house{number}",
+        "room_num": 14,
+        "bbox": {"min": [0, 0], "max": [width * 6, 14]},
+        "verts": [[0, 0], [width * 6, 0], [width * 6, 14], [0, 14]],
+        "room_category": {
+            "Bedroom": bedrooms,
+            "Bathroom": bathrooms,
+            "Hallway": [[0, 4, width * 6, 6]],
+            "Living_Room": [[0, 9, width * 6, 14]],
+        },
+    }
+    return json.dumps(content)
+
+
+def test_houses_of_house_expo(tmp_path):
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    for number in range(3):
+        (folder / f"house{number}.json").write_text(write_house(number))
+    (house,), failed = read_room_sets(None, houses=folder)
+    assert failed == []
+    # 14 labelled rooms a house; the uncovered strip has no label and is left out.
+    assert (len(house.labels), set(house.buildings)) == (3 * 14, {f"house/house{number}.json" for number in range(3)})
+    assert house.names == {
+        ("M", "BEDROOM"): 18,
+        ("S", "BATHROOM"): 18,
+        ("C", "HALLWAY"): 3,
+        ("B", "LIVING ROOM"): 3,
+    }
+    figures = describe_labels(house)
+    assert figures["M", "area"] == pytest.approx(4 * 4.1)
+    assert figures["S", "area"] == pytest.approx(5)
+    assert figures["C", "axes ratio"] == pytest.approx((12 + 12.3 + 12.6) / 3)
+    assert figures["C", "doorways"] == 0
+
+
+def test_houses_with_labels_that_their_schema_does_not_have(tmp_path):
+    for number in range(3):
+        text = write_house(number)
+        (tmp_path / f"house{number}.json").write_text(text.replace("Bedroom", "Sauna") if number == 1 else text)
+    (house,), failed = read_room_sets(None, houses=tmp_path)
+    assert len(set(house.buildings)) == 2
+    (item,) = failed
+    assert (item.part, item.item) == ("houses", "house1.json")
+    assert "SAUNA" in str(item.failure)
+    with pytest.raises(OptionError, match="--houses"):
+        read_room_sets(None, houses=tmp_path / "nowhere")
+
+
+@pytest.mark.slow
+def test_houses_beside_schools(tiny, tmp_path):
+    for number in range(3):
+        (tmp_path / f"house{number}.json").write_text(write_house(number))
+    code, out, err = run_pianta("bench", "types", "--data", tiny, "--houses", tmp_path)
+    assert (code, err) == (0, "")
+    assert "Table 4.2, rooms of each label: House, 42 rooms" in out
+    assert "H+S+O" in out

@@ -19,6 +19,7 @@ from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import simulate_map
 from tests.command_line import list_files, run_pianta
 from tests.labelled_floors import labelled_floors, small_model
+from tests.test_bench_graphs import STRAY, write_comb
 
 HOSPITAL = """
 format: pianta labels
@@ -63,6 +64,20 @@ def test_train_on_a_folder(buildings, tmp_path):
     assert "wrong labels on buildings left out:" in out
     assert read_room_model(tmp_path / "m.npz").building_types == ("school",)
     assert list(tmp_path.iterdir()) == [tmp_path / "m.npz"]
+
+
+def test_a_stray_room_costs_neither_its_building_nor_the_training(tmp_path):
+    """The second of three drawings has a room of two points; its other rooms train."""
+    for number in range(3):
+        path = tmp_path / f"{'abc'[number]}.xml"
+        write_comb(path, *["CLASSROOM", "LAB", "CLOSET"][: number + 1], "STAIRS")
+        stray = STRAY if number == 1 else ""
+        text = path.read_text().replace("SMALL SERVICE", "CLOSET")
+        path.write_text(text.replace("</spaces>", f"{stray}</spaces>"))
+    code, out, err = run_pianta("train", "places", tmp_path, "-o", tmp_path / "m.npz")
+    assert code == 0
+    assert "trained on 3 floors" in out
+    assert "b.xml' is read without some of its rooms: room 6 (STAIRS) has an outline without area" in err
 
 
 @pytest.mark.slow

@@ -221,6 +221,23 @@ class TestShutDoors:
         assert by_number[4].time_if_shut == pytest.approx(pianta.evacuate(SCHOOL, shut=[4]).time)
         assert [door.number for door in evacuation.rank_doors()][:2] == [1, 2]
 
+    def test_a_door_that_only_empty_rooms_use_is_tried_too(self):
+        evacuation = pianta.evacuate(SCHOOL, people={1: 0, 2: 0, 3: 0, 4: 0})
+        assert evacuation.doors[3].longest_if_shut > evacuation.longest.longest
+        assert evacuation.doors[3].longest_if_shut == pytest.approx(pianta.evacuate(SCHOOL, shut=[4]).longest.longest)
+
+    @given(st.data())
+    @settings(max_examples=25, deadline=None)
+    def test_each_door_is_tried_as_if_it_were_shut(self, data):
+        floor = data.draw(random_floors())
+        door = data.draw(st.sampled_from(evacuate_quietly(floor, density=0.5).doors))
+        try:
+            after = evacuate_quietly(floor, density=0.5, shut=[door.number])
+        except OptionError:
+            return
+        assert door.time_if_shut == pytest.approx(after.time)
+        assert door.longest_if_shut == pytest.approx(after.longest.longest)
+
     @given(st.data())
     @settings(max_examples=25, deadline=None)
     def test_it_never_shortens_a_way(self, data):
@@ -253,6 +270,14 @@ class TestPeople:
         assert count_people(floor, density=0.5) == {1: 9, 2: 70, 3: 50, 4: 70, 5: 5}
         options: Any = {"densities": {"Office": 0.1, "CORRIDOR": 0.01}, "people": {5: 7}, "exit_rooms": {1}}
         assert count_people(floor, **options) == {1: 0, 2: 14, 3: 1, 4: 10, 5: 7}
+
+    @pytest.mark.parametrize(
+        ("building_type", "people"), [({"school": 0.7, "office": 0.2}, 50), ({"office": 0.9}, 7), ({}, 7)]
+    )
+    def test_functional_rooms_are_classrooms_in_schools(self, building_type, people):
+        """93 m² are 1000 square feet."""
+        floor = Floor((Room(1, box(0, 0, 10, 9.29), "FUNCTIONAL"),), building_type=building_type)
+        assert count_people(floor) == {1: people}
 
     def test_every_label_of_the_thesis_has_a_number(self):
         names = {name for schema in SCHEMAS.values() for name in schema.by_name}
@@ -331,6 +356,23 @@ class TestTimes:
     def test_a_queue_serves_in_order(self):
         assert pass_queue(np.array([1.0, 1.0, 1.5, 20.0]), 0.5).tolist() == [1, 3, 5, 20]
         assert pass_queue(np.zeros(0), 0.5).tolist() == []
+
+    def test_a_person_walks_along_a_corridor(self):
+        """IMO MSC.1/Circ.1238 (2007), annex 3, test 1: 40 m, here with the speed of the handbook."""
+        floor = Floor((Room(1, box(0, 0, 40, 2)),), (upright((1, None), 40, 1),))
+        assert pianta.evacuate(floor, people={1: 1}).time == pytest.approx(hypot(40, 1) / 1.199, rel=1e-3)
+
+    def test_the_flow_through_an_exit_is_limited(self):
+        """IMO, test 4: 100 persons, 8 m by 5 m, an exit of 1 m: at most 1.33 persons per second."""
+        floor = Floor((Room(1, box(0, 0, 8, 5)),), (upright((1, None), 8, 2.5),))
+        assert 0.8 < 100 / pianta.evacuate(floor, people={1: 100}).time < 1.33
+
+    def test_half_of_the_exits_take_twice_as_long(self):
+        """IMO, test 9: 1000 persons in a hall of 30 m by 20 m with four exits of 1 m, then with two."""
+        exits = tuple(level((1, None), x, y) for y in (0, 20) for x in (5, 25))
+        hall = Floor((Room(1, box(0, 0, 30, 20)),), exits)
+        four, two = (pianta.evacuate(hall, people={1: 1000}, shut=shut).time for shut in ((), (1, 2)))
+        assert two / four == pytest.approx(2, abs=0.1)
 
     @given(st.data())
     @settings(max_examples=25, deadline=None)

@@ -24,6 +24,7 @@ LEVELS = (
     ("realism",),
     ("building_types",),
     ("relational",),
+    ("patterns",),
     ("rooms",),
     ("worlds",),
     ("plan",),

@@ -11,11 +11,14 @@ import numpy as np
 import pytest
 from defusedxml import ElementTree
 
+from pianta import make_world
 from pianta.errors import LabelError
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import (
     FCES,
     FCES_COLORS,
+    HOSPITAL,
+    HOUSE,
     OFFICE,
     RC,
     SCHEMAS,
@@ -218,8 +221,9 @@ def test_an_entrance_may_be_a_hall_or_a_room():
 def test_schemas_are_found_by_building_type():
     assert schema_of("SCHOOL") is SCHOOL
     assert schema_of(" office ") is OFFICE
-    with pytest.raises(LabelError, match="house"):
-        schema_of("house")
+    assert (schema_of("House"), schema_of("hospital")) == (HOUSE, HOSPITAL)
+    with pytest.raises(LabelError, match=r"inn.*school, office, house, hospital"):
+        schema_of("inn")
 
 
 def test_schemas_can_be_copied_and_sent_to_other_processes():
@@ -338,6 +342,50 @@ def table_of_labels(schema: LabelSchema) -> str:
 @pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
 def test_tables_of_the_page_are_those_of_the_code(schema):
     assert f"\n\n{table_of_labels(schema)}\n\n" in PAGE.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("schema", [HOUSE, HOSPITAL], ids=["house", "hospital"])
+def test_tables_of_schemas_that_the_thesis_does_not_have(schema):
+    rows = ["| label | F/C/E/S | R/C | general | graphs |", "|" + " --- |" * 5]
+    for label in schema.labels:
+        figure, graphs = (
+            label.room_or_corridor(convention) for convention in (LabelConvention.FIGURE, LabelConvention.GRAPHS)
+        )
+        differs = (
+            "" if label.function in {FCES.FUNCTIONAL, FCES.SERVICE, FCES.CONNECTION} or graphs is figure else graphs
+        )
+        row = f"| {label.name} | {label.function} | {figure} | {label.general} | {differs} |"
+        rows.append(row.replace("  ", " "))
+    assert "\n\n{}\n\n".format("\n".join(rows)) in PAGE.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("schema", [HOUSE, HOSPITAL], ids=["house", "hospital"])
+def test_schemas_that_the_thesis_does_not_have_are_divided_as_its_own(schema):
+    assert {label.function for label in schema.labels} == {*FCES}
+    assert {label.general for label in schema.labels} == {*GeneralLabel}
+    for name in ("CORRIDOR", "LOBBY", "HALL", "ENTRANCE", "ELEVATOR", "STAIRS"):
+        own, school = schema.by_name[name], SCHOOL.by_name[name]
+        assert own == school
+    assert len({label.color for label in schema.labels}) == len(schema.labels)
+
+
+@pytest.mark.parametrize(("world", "schema"), [("home", HOUSE), ("ward", HOSPITAL)])
+def test_worlds_have_labels_of_their_schemas(world, schema):
+    labels = {room.label for seed in range(8) for room in make_world(world, seed=seed)[0]}
+    assert len(labels) > 4
+    assert labels <= {*schema.by_name}
+
+
+def test_houses_have_the_labels_of_house_expo():
+    names = (
+        "Living_Room Kitchen Bedroom Child_Room Dining_Room Bathroom Toilet Hall Hallway Office Guest_Room Wardrobe "
+        "Room Garage Balcony Storage Gym Terrace Loggia Aeration Lobby Passenger_elevator Freight_elevator "
+        "Boiler_room Entryway"
+    )
+    functions = HOUSE.map_labels(names.replace("_", "\t").split(" "), LabelSet.F_C_E_S)
+    assert len(functions) == 25
+    assert functions[:2] == [FCES.FUNCTIONAL, FCES.SERVICE]
+    assert functions[7:9] == [FCES.CONNECTION] * 2
 
 
 # Table 4.2: share of the rooms in percent, mean area in square metres, mean number of doorways.

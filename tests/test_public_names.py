@@ -23,6 +23,7 @@ from pianta.evacuation.evacuation import DoorUse, Evacuation, WayOut
 from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
 from pianta.layout.explanation import Border, Explanation
+from pianta.patterns.model_floor_plan import Chance, Motion, Occurrence, Pattern
 from pianta.plan.read_plan import PlanFloor, PlanReading
 from pianta.plan.sheets.sheet import PlanScale
 from pianta.prediction.prediction import OpenEnd, SampleInterval
@@ -36,11 +37,15 @@ SOURCE = Path(pianta.__file__)
 RESULTS = (
     Border,
     BuildingTypeModel,
+    Chance,
     DoorUse,
     Evacuation,
     Explanation,
     Exploration,
+    Motion,
+    Occurrence,
     OpenEnd,
+    Pattern,
     RoomModel,
     PlanFloor,
     PlanReading,

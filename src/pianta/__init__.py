@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from pianta.layout.parameters import StructureParameters, ThesisParameters
     from pianta.layout.reconstruct import METHODS, reconstruct
     from pianta.model_files import load_model
+    from pianta.patterns.model_floor_plan import ModelFloorPlan, find_model_floor_plan
     from pianta.plan.read_plan import read_plan
     from pianta.prediction.prediction import Prediction, predict
     from pianta.reading.read import Failure, read, read_all
@@ -46,6 +47,7 @@ __all__ = [
     "Furniture",
     "GridMap",
     "LabelSchema",
+    "ModelFloorPlan",
     "PiantaError",
     "Prediction",
     "Reading",
@@ -59,6 +61,7 @@ __all__ = [
     "evacuate",
     "explain",
     "explore",
+    "find_model_floor_plan",
     "generate",
     "label_rooms",
     "load_model",
@@ -85,6 +88,7 @@ _MODULES = {
     "Furniture": "floor",
     "GridMap": "gridmap",
     "LabelSchema": "labels",
+    "ModelFloorPlan": "patterns.model_floor_plan",
     "PiantaError": "errors",
     "Prediction": "prediction.prediction",
     "Reading": "reading.reading",
@@ -97,6 +101,7 @@ _MODULES = {
     "evacuate": "evacuation.evacuate",
     "explain": "layout.explanation",
     "explore": "exploration.explore",
+    "find_model_floor_plan": "patterns.model_floor_plan",
     "generate": "generation.generate",
     "assess_realism": "realism.assess",
     "label_rooms": "rooms.label",

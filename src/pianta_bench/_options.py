@@ -53,6 +53,7 @@ WithAsPrinted = Annotated[bool, typer.Option("--as-printed", help="Measure Algor
 LayoutMaps = Annotated[bool, typer.Option("--maps", help="Print the doors and edges of each map too.")]
 Maps = Annotated[bool, typer.Option("--maps", help="Print the rows of the maps; always done for a single method.")]
 TypeMaps = Annotated[bool, typer.Option("--maps", help="Predict the building types of robots' maps instead.")]
+EvacuationMaps = Annotated[bool, typer.Option("--maps", help="Read robots' maps, and compare with their drawn floors.")]
 Count = Annotated[bool, typer.Option("--count", help="Count right, split and merged rooms and wrong doors (IoU 0.6).")]
 PlaceSplit = Annotated[
     str,

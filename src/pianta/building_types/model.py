@@ -22,7 +22,7 @@ from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
-from pianta.labels import SCHEMAS, LabelConvention, LabelSchema, LabelSet
+from pianta.labels import ALL_SCHEMAS, LabelConvention, LabelSchema, LabelSet
 from pianta.rooms.completion import map_labels_upwards
 from pianta.rooms.training import building_name, check_labels, most_probable_type
 
@@ -189,7 +189,7 @@ def train_building_types(
     floors: Sequence[Floor],
     *,
     buildings: Sequence[str] | None = None,
-    schemas: Mapping[str, LabelSchema] = SCHEMAS,
+    schemas: Mapping[str, LabelSchema] = ALL_SCHEMAS,
     label_set: LabelSet = LabelSet.F_C_E_S,
     convention: LabelConvention = LabelConvention.EXPERIMENTS,
 ) -> BuildingTypeModel:

@@ -19,6 +19,7 @@ from pianta.errors import OptionError, PiantaError
 VERBS = {
     "read": "read_maps",
     "realism": "assess_floors",
+    "patterns": "find_patterns",
     "generate": "generate",
     "predict": "predict_floor",
     "explore": "explore_world",

@@ -68,13 +68,13 @@ def evacuate_floor(
 ) -> None:
     """Evacuate a floor: ways to the exits, rooms with one way out, and times with queues.
 
-    Prints for each room the people in it, the metres to the nearest exit and the time until
-    all are out, and for the doors what it costs if one is shut. With -o writes
-    evacuation.json and picture.png.
+    Prints for each room the people in it, the metres to the nearest exit and
+    the time until all are out, and for the doors what it costs if one is
+    shut. With -o writes evacuation.json and picture.png.
 
-    People follow from labels and areas, as building codes count them. This is an estimate for
-    comparing floors and doors, not a certified simulation: all people start at once and walk
-    the shortest way as healthy adults.
+    People follow from labels and areas, as building codes count them. This is
+    an estimate for comparing floors and doors, not a certified simulation:
+    all people start at once and walk the shortest way as healthy adults.
     """
     from pianta.evacuation.evacuate import evacuate
 

@@ -18,7 +18,7 @@ from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.io._files import count_noun, one_line_reason, short_repr
 from pianta.io._folders import check_output_file
-from pianta.labels import SCHEMAS, LabelSchema
+from pianta.labels import ALL_SCHEMAS, LabelSchema
 from pianta.reading._labelling import check_type_name
 
 if TYPE_CHECKING:
@@ -193,7 +193,7 @@ def _read_schemas(paths: Iterable[Path]) -> Mapping[str, LabelSchema]:
         if schema.building_type in schemas:
             raise LabelError(f"two schemas of building type {schema.building_type!r} are given, leave one out")
         schemas[schema.building_type] = schema
-    return {**SCHEMAS, **schemas}
+    return {**ALL_SCHEMAS, **schemas}
 
 
 def _simulate_readings(floors: Sequence[Floor], *, maps: int, seed: int, quiet: bool) -> list[Floor]:

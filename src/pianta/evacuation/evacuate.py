@@ -127,10 +127,11 @@ def _check_ways_out(floor: Floor, exits: Exits, cut_off: frozenset[int]) -> None
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """Ways and movement with some doors shut."""
+    """Ways and movement with some doors shut; longest: the longest way of each room, metres, inf without a way."""
 
     ways: Ways
     movement: Movement
+    longest: Mapping[int, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,22 +149,20 @@ class _Scene:
         inside = np.flatnonzero(np.isin(self.graph.node_rooms, sorted(self.exits.rooms))).tolist()
         ways = self.graph.find_ways([*outside, *inside], shut)
         moving = {room: 0 if room in self.exits.rooms else count for room, count in self.people.items()}
-        return _Run(ways, move_people(self.floor, self.graph, ways, moving))
+        return _Run(ways, move_people(self.floor, self.graph, ways, moving), self._find_longest(ways))
 
-    def longest(self, ways: Ways) -> dict[int, float]:
-        """The longest way of each room, metres; inf without a way."""
-        spots, rooms = ways.spot_distances, self.graph.spot_rooms
+    def _find_longest(self, ways: Ways) -> dict[int, float]:
+        parts = self.graph.room_spots.items()
         return {
-            room.id: 0.0 if room.id in self.exits.rooms else float(spots[rooms == room.id].max())
-            for room in self.floor.rooms
+            room: 0.0 if room in self.exits.rooms else float(ways.spot_distances[part].max()) for room, part in parts
         }
 
     def describe_door(self, index: int, current: _Run, shut: frozenset[int], cut_off: frozenset[int]) -> DoorUse:
         """The use of a door, and what it costs if it is shut too."""
         door, moved = self.floor.doors[index], current.movement
         passed = moved.passed.get(index)
-        if_shut = current if index in shut or passed is None else self.run(shut | {index})
-        reachable = [length for length in self.longest(if_shut.ways).values() if length < inf]
+        if_shut = self.run(shut | {index}) if current.ways.uses_door(index) else current
+        reachable = [length for length in if_shut.longest.values() if length < inf]
         return DoorUse(
             number=index + 1,
             rooms=door.rooms,
@@ -186,11 +185,11 @@ class _Scene:
         shared_rooms: Mapping[int, frozenset[int]],
     ) -> WayOut:
         """The way out of a room; shared: the rooms that each door, and each room, cuts off."""
-        ways, spot = current.ways, self.graph.centres[room]
+        ways, spot = current.ways, self.graph.room_spots[room].start
         is_exit, node = room in self.exits.rooms, int(ways.first[spot])
         has_way = node >= 0 and not is_exit
         doors = [index for index, cut_off in shared.items() if room in cut_off]
-        longest = self.longest(ways)[room]
+        longest = current.longest[room]
         times = current.movement.times[current.movement.rooms == room]
         return WayOut(
             room=room,

@@ -45,16 +45,17 @@ def place_people(graph: WalkingGraph, ways: Ways, people: Mapping[int, int]) -> 
     """
     placed = [np.zeros(0, int)]
     for room, count in people.items():
-        spots = np.flatnonzero(graph.spot_rooms == room)
-        spots = spots[np.isfinite(ways.spot_distances[spots])]
-        if not (count and len(spots)):
+        part = graph.room_spots[room]
+        distances = ways.spot_distances[part]
+        if not (count and np.isfinite(distances).any()):
             continue
-        furthest = spots[np.argmax(ways.spot_distances[spots])]
-        spread = np.flatnonzero(graph.spots_inside & (graph.spot_rooms == room))
-        order = np.argsort(np.arange(1, len(spread) + 1) * GOLDEN % 1, kind="stable")
+        furthest = int(np.argmax(np.where(np.isfinite(distances), distances, -1)))
+        inside = np.flatnonzero(graph.spots_inside[part])
+        order = np.argsort(np.arange(1, len(inside) + 1) * GOLDEN % 1, kind="stable")
         # A spot that no door can be reached from has no way; its people take the way of the longest.
-        usable = np.where(np.isfinite(ways.spot_distances[spread]), spread, furthest)[order]
-        placed.append(np.concatenate([[furthest], usable[np.arange(count - 1) % len(usable)]]))
+        usable = np.where(np.isfinite(distances[inside]), inside, furthest)[order]
+        own = np.concatenate([[furthest], usable[np.arange(count - 1) % len(usable)]])
+        placed.append(part.start + own)
     return np.concatenate(placed)
 
 
@@ -72,8 +73,10 @@ def move_people(floor: Floor, graph: WalkingGraph, ways: Ways, people: Mapping[i
     clock = to_door / np.array([speeds[room] for room in rooms.tolist()]) if len(spots) else np.zeros(0)
     waits, passed, longest = np.zeros(len(spots)), {}, {}
     queues: defaultdict[int, list[Indices]] = defaultdict(list)
-    for side in np.unique(near_sides).tolist():
-        queues[side].append(np.flatnonzero(near_sides == side))
+    by_side = np.argsort(near_sides, kind="stable")
+    sides, starts = np.unique(near_sides[by_side], return_index=True)
+    for side, queue in zip(sides.tolist(), np.split(by_side, starts)[1:], strict=True):
+        queues[side].append(queue)
     for side in _sort_sides(ways):
         if side not in queues:
             continue

@@ -47,6 +47,8 @@ SQUARE_FEET_PER_PERSON: Mapping[str, int] = MappingProxyType(
         "WARD": SLEEPING,
     }
 )
+# Of FUNCTIONAL rooms, the rooms for which a building was built, by its type.
+FUNCTIONAL_SQUARE_FEET: Mapping[str, int] = MappingProxyType({"school": CLASSROOM, "office": BUSINESS})
 # People in these are counted in the rooms that they come from, as for net areas of the code.
 EMPTY_LABELS = frozenset(
     (
@@ -95,14 +97,14 @@ def count_people(
         if count is not None and not 0 <= count <= max(limit, 1):
             raise OptionError(f"people= has {count} for room {room.id}, give 0 to {max(int(limit), 1)}")
         if count is None:
-            per_area = _find_density(room, by_label, density)
+            per_area = _find_density(floor, room, by_label, density)
             count = 0 if room.id in exit_rooms else int(per_area * room.polygon.area + 0.5)
         counts[room.id] = count
     return counts
 
 
-def _find_density(room: Room, by_label: Mapping[str | None, float], density: float | None) -> float:
-    """People per m² of a room: given for its label, given for all rooms, or by the code."""
+def _find_density(floor: Floor, room: Room, by_label: Mapping[str | None, float], density: float | None) -> float:
+    """People per m² of a room of a floor: given for its label, given for all rooms, or by the code."""
     label = normalize_label(room.label)
     if label in by_label:
         return by_label[label]
@@ -111,4 +113,6 @@ def _find_density(room: Room, by_label: Mapping[str | None, float], density: flo
     if label in EMPTY_LABELS or (label not in SQUARE_FEET_PER_PERSON and room.labels.get(LabelSet.R_C) == "CORRIDOR"):
         return 0.0
     feet = SQUARE_FEET_PER_PERSON.get(label or "")
+    if label == FCES.FUNCTIONAL and floor.building_types:
+        feet = FUNCTIONAL_SQUARE_FEET.get(floor.building_types[0])
     return 1 / (feet * SQUARE_FOOT) if feet else DEFAULT_DENSITY

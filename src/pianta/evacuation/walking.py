@@ -34,8 +34,8 @@ class WalkingGraph:
         outside; further nodes are corners. node_rooms: id of the room of each, 0 outside.
     starts, ends, lengths: ways within rooms, in both directions. crossings: metres from one side of each door to the
         other, shape (doors,).
-    spots: x, y, shape (S, 2). spot_rooms: id of the room of each. spots_inside: which are spread over the floor;
-        centres: the spot in the middle of each room, by its id.
+    spots: x, y, shape (S, 2), room by room. spot_rooms: id of the room of each. spots_inside: which are spread over
+        the floor. room_spots: the spots of each room by its id; the first is in the middle.
     sights: pairs of a spot and a node that it sees, shape (P, 2); sight_lengths: metres between them.
     """
 
@@ -48,7 +48,7 @@ class WalkingGraph:
     spots: Floats
     spot_rooms: Indices
     spots_inside: Mask
-    centres: dict[int, int]
+    room_spots: dict[int, slice]
     sights: Indices
     sight_lengths: Floats
 
@@ -95,6 +95,11 @@ class Ways:
     spot_distances: Floats
     first: Indices
 
+    def uses_door(self, door: int) -> bool:
+        """Whether any of the ways leads through the door of an index; without it the others are as they are."""
+        first, second = 2 * door, 2 * door + 1
+        return bool(self.following[first] == second or self.following[second] == first)
+
     def list_nodes(self, node: int) -> list[int]:
         """The nodes of the way from one, itself included."""
         nodes = [node]
@@ -127,7 +132,7 @@ def build_walking_graph(floor: Floor) -> WalkingGraph:
     shapes = {room.id: _simplify(room.polygon) for room in floor.rooms}
     sides, side_rooms, crossings = _place_doors(floor, shapes)
     parts, nodes, spots = [], [*range(len(sides))], 0
-    ways, sights, centres = [], [], {}
+    ways, sights, room_spots = [], [], {}
     for room_id, shape in shapes.items():
         own = np.flatnonzero(side_rooms == room_id)
         part = _measure_room(shape, sides[own])
@@ -135,7 +140,7 @@ def build_walking_graph(floor: Floor) -> WalkingGraph:
         nodes += [*range(len(nodes), len(nodes) + len(part.corners))]
         ways.append(own[part.ways])
         sights.append(np.column_stack([part.sights[:, 0] + spots, own[part.sights[:, 1]]]))
-        centres[room_id] = spots
+        room_spots[room_id] = slice(spots, spots + len(part.spots))
         spots += len(part.spots)
         parts.append(part)
     xy, spot_xy = np.concatenate([sides, *(part.corners for part in parts)]), np.concatenate([p.spots for p in parts])
@@ -151,7 +156,7 @@ def build_walking_graph(floor: Floor) -> WalkingGraph:
         spots=spot_xy,
         spot_rooms=np.repeat(room_ids, [len(part.spots) for part in parts]),
         spots_inside=np.concatenate([part.inside for part in parts]),
-        centres=centres,
+        room_spots=room_spots,
         sights=pairs,
         sight_lengths=np.hypot(*(spot_xy[pairs[:, 0]] - xy[pairs[:, 1]]).T),
     )

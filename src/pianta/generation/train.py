@@ -16,7 +16,7 @@ from pianta.generation.functional_areas import Segmentation
 from pianta.generation.metropolis_hastings import measure_convergence
 from pianta.generation.type_model import Mixing, ModelMixing, TypeModel, learn_type
 from pianta.io._files import short_repr
-from pianta.labels import SCHEMAS, LabelSchema
+from pianta.labels import ALL_SCHEMAS, LabelSchema
 
 # Chains for each target. All three values were chosen by hand.
 CHAINS = 4
@@ -95,7 +95,7 @@ def train_type(
     )
 
 
-def choose_schema(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = SCHEMAS) -> LabelSchema:
+def choose_schema(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = ALL_SCHEMAS) -> LabelSchema:
     """Return the schema of the building type of all floors.
 
     schemas: by building type.

@@ -16,6 +16,7 @@ _MODULES = {
     "plot_furniture": "floor_parts",
     "plot_graph": "room_marks",
     "plot_grid": "grid",
+    "plot_model_floor_plan": "model_floor_plan",
     "plot_room_graph": "graphs",
     "plot_rooms": "floor_parts",
     "plot_skeleton": "prediction",

@@ -14,7 +14,7 @@ from pianta._types import Floats, Indices
 from pianta.errors import LabelError, ModelError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
-from pianta.labels import FCES, SCHEMAS, LabelSchema, LabelSet
+from pianta.labels import ALL_SCHEMAS, FCES, LabelSchema, LabelSet
 from pianta.rooms.extra_trees import ExtraTrees, TreeParameters, grow_extra_trees
 from pianta.rooms.features import RoomContext, describe_rooms
 from pianta.rooms.forest import Forest
@@ -59,7 +59,7 @@ def train_rooms(
     floors: Sequence[Floor],
     *,
     simulated: Sequence[Floor] = (),
-    schemas: Mapping[str, LabelSchema] = SCHEMAS,
+    schemas: Mapping[str, LabelSchema] = ALL_SCHEMAS,
     seed: int = 0,
 ) -> RoomModel:
     """Train a model of what rooms are for.
@@ -113,7 +113,7 @@ def train_rooms(
 
 
 def train_on_prepared(
-    examples: Sequence[TrainingFloor], *, schemas: Mapping[str, LabelSchema] = SCHEMAS, seed: int = 0
+    examples: Sequence[TrainingFloor], *, schemas: Mapping[str, LabelSchema] = ALL_SCHEMAS, seed: int = 0
 ) -> RoomModel:
     """Train a model as `train_rooms`, on floors that `prepare_floors` has described; annotated ones come first."""
     folds = _assign_folds(examples, np.random.default_rng(seed))
@@ -152,7 +152,7 @@ def most_probable_type(floor: Floor) -> str:
     return next(iter(floor.building_types), "")
 
 
-def check_labels(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = SCHEMAS) -> None:
+def check_labels(floors: Sequence[Floor], schemas: Mapping[str, LabelSchema] = ALL_SCHEMAS) -> None:
     """Check that floors can be trained on: each has a building type with a schema, and each room a label of it.
 
     Raises LabelError, with every fault in one message.

@@ -7,17 +7,18 @@ from dataclasses import asdict
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 from pianta._types import Floats
 from pianta.errors import OptionError
 from pianta.labels import LabelConvention, LabelSet
 from pianta.rooms.completion import LABELS
+from pianta_bench.buildings.fact_files import FACT_TASK, FactScores, list_fact_steps, read_fact_floors
 from pianta_bench.buildings.floors import BuildingFloor, read_building_floors, read_type_folders
 from pianta_bench.buildings.models import (
     KLOG,
     FloorScores,
     Folds,
+    Outcomes,
     classify_floors_by_pianta,
     classify_floors_by_relations,
     classify_floors_by_trees,
@@ -47,9 +48,6 @@ SECONDS = "processor seconds"  # part of the records with times; their metric is
 WRONG_ROOMS = "wrong rooms, %"
 WRONG_TYPE = "wrong type"
 
-# What a step returns: for each timed task its name, the model, seconds, and scores by their key in Scores.
-Outcomes = list[tuple[str, str, float, Mapping[Any, Any]]]
-
 
 def measure(
     data: Path | None = None,
@@ -65,14 +63,15 @@ def measure(
     """Classify the rooms and the floors of data/buildings by models that were not trained on the building.
 
     Records of each floor: wrong rooms in %, and whether its type is wrong, by model and label set. If manifest.json of
-    the data has several floors of one building, they are left out together.
+    the data has several floors of one building, they are left out together. The floors of data/klog are classified as
+    well if they are there.
     types: folders of buildings of one type each, instead of data; then only the floors are classified, as section
     6.2.2 does with three types of MIT.
     convention: EXPERIMENTS or FIGURE, by which labels become R/C and F/C/E/S. trees: of each forest of Extra-Trees.
     jobs: number of processes, None for one for each core; figures do not depend on it.
     track: wraps the steps, to show progress.
-    Raises OptionError for another convention and for pictures of types, and the errors of read_building_floors and
-    read_type_folders.
+    Raises OptionError for another convention and for pictures of types, and the errors of read_building_floors,
+    read_type_folders and read_fact_floors.
     """
     labels = check_convention(convention)
     if types and pictures:
@@ -81,19 +80,23 @@ def measure(
     floors, failed = read(convention=labels)
     results = Results(options={"convention": str(labels), "trees": trees, "seed": seed}, items=failed)
     scores = Scores(floors)
+    facts = FactScores([] if types else read_fact_floors(find_data(data)))
     steps = {} if types else dict(_list_room_steps(floors, labels, trees, seed))
-    steps |= _list_floor_steps(floors, trees, seed, one_floor=not types)
+    steps |= dict(_list_floor_steps(floors, trees, seed, one_floor=not types)) | dict(list_fact_steps(facts.floors))
     for outcomes in run_steps(steps, jobs=jobs, track=track):
         for task, model, seconds, values in outcomes:
             results.add(SECONDS, model, {task: seconds})
             for key, value in values.items():
-                if task == ROOM_TASK:
+                if task == FACT_TASK:
+                    facts.types[key] = value
+                elif task == ROOM_TASK:
                     scores.rooms.setdefault(key, {}).update(value)
                 else:
                     scores.types[key] = value
     list_errors(results, scores)
-    results.objects |= {"scores": scores, "is_table_6_1": not types}
+    results.objects |= {"scores": scores, "facts": facts, "is_table_6_1": not types}
     results.details["floors"] = scores.as_json()
+    results.details["fact_files"] = facts.as_json()
     results.details["curves"] = [
         {**asdict(curve), "part": part, "model": model, "curve": name, "x": x.tolist(), "y": y.tolist()}
         for part, model, name, curve in ([] if types else scores.measure_curves())

@@ -5,10 +5,10 @@ Extra-Trees on single rooms and the relational kernel are those of Table 6.1; th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,6 +32,9 @@ from pianta_bench.places.models import (
 )
 
 Folds = Sequence[tuple[Indices, Indices]]
+
+# What a step returns: for each timed task its name, the model, seconds, and scores by their key in Scores.
+Outcomes = list[tuple[str, str, float, Mapping[Any, Any]]]
 
 KLOG = "kLog-style"
 MODELS = (LOCAL, CENTRAL, KLOG, PIANTA)

@@ -12,17 +12,20 @@ from pianta.evacuation.evacuate import evacuate
 from pianta.evacuation.evacuation import Evacuation
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta_bench.data.folders import find_data, list_maps
+from pianta_bench.evacuation.maps import measure_maps
 from pianta_bench.graphs.measure import PARTS
 from pianta_bench.harness.records import Figures, Results, Track
 
 
-def measure(data: Path | None = None, *, track: Track = iter) -> Results:
+def measure(data: Path | None = None, *, maps: bool = False, track: Track = iter) -> Results:
     """Evacuate each floor of data/buildings/school/*.xml and office/*.xml; one record for each figure.
 
     A floor without a known exit, or that cannot be read, has no records.
-    track: wraps the names of the floors, to show progress.
-    Raises DataError if there are no buildings of a type.
+    maps: measure robots' maps instead, against their drawn floors. track: wraps the names, to show progress.
+    Raises DataError if there are no buildings of a type, or no maps.
     """
+    if maps:
+        return measure_maps(data, track=track)
     folder = find_data(data) / "buildings"
     names = [(building_type, name) for building_type in PARTS for name in list_maps(folder / building_type, ".xml")]
     results = Results()

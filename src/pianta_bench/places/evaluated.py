@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -17,7 +18,10 @@ from pianta_bench.places.models import ClassProbabilities, true_labels
 SCHOOLS = "schools"
 OFFICES = "offices"
 LAYOUTS = "layouts"
+THESIS_LAYOUTS = "layouts, Algorithm 1"
 TRUE_LAYOUTS = "true layouts"
+# By part of reconstructed floors the method.
+METHODS: Mapping[str, str] = MappingProxyType({LAYOUTS: "structure", THESIS_LAYOUTS: "thesis"})
 # Each reconstructed room is paired with a true one (eq. 5.1), or each true room with a reconstructed one (eq. 5.2).
 FORWARD = "FC"
 BACKWARD = "BC"
@@ -28,7 +32,8 @@ DIGITS = 4  # of probabilities in the JSON file
 class EvaluatedFloor:
     """A floor with the predictions of models, and its truth.
 
-    part: SCHOOLS and OFFICES are annotated floors, LAYOUTS reconstructed ones, TRUE_LAYOUTS the truth of these.
+    part: SCHOOLS and OFFICES are annotated floors, LAYOUTS and THESIS_LAYOUTS reconstructed ones, TRUE_LAYOUTS the
+        truth of these.
     floor: its rooms were classified. truth: with labels; the same rooms unless the floor was reconstructed.
     probabilities: by model and label set.
     """
@@ -45,7 +50,7 @@ class EvaluatedFloor:
         """Predicted and true labels: FORWARD of all classified rooms, BACKWARD of all true rooms."""
         predicted = [LABELS[label_set][column] for column in self.probabilities[model][label_set].argmax(axis=1)]
         truth = true_labels(self.truth, label_set, convention=self.convention)
-        if self.part != LAYOUTS:
+        if self.part not in METHODS:
             return [LabelPair(one, other) for one, other in zip(predicted, truth, strict=True)]
         rooms, true_rooms = ([room.polygon for room in floor.rooms] for floor in (self.floor, self.truth))
         return (pair_backward if way == BACKWARD else pair_forward)(rooms, predicted, true_rooms, truth)

@@ -16,9 +16,19 @@ from pianta_bench.harness.charts import save_chart, start_chart
 from pianta_bench.harness.records import Results
 from pianta_bench.harness.report import show_figure
 from pianta_bench.harness.tables import Cell, FilledTable
-from pianta_bench.places.evaluated import BACKWARD, FORWARD, LAYOUTS, OFFICES, SCHOOLS, EvaluatedFloor, measure_curve
+from pianta_bench.places.evaluated import (
+    BACKWARD,
+    FORWARD,
+    LAYOUTS,
+    METHODS,
+    OFFICES,
+    SCHOOLS,
+    THESIS_LAYOUTS,
+    EvaluatedFloor,
+    measure_curve,
+)
 from pianta_bench.places.models import CENTRAL, PIANTA
-from pianta_bench.places.tables import fill_confusion
+from pianta_bench.places.tables import TABLE_5_2, fill_confusion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,6 +37,8 @@ if TYPE_CHECKING:
 # Paul Tol's "bright" scheme, for colour-blind readers.
 COLORS = MappingProxyType({SCHOOLS: "#4477aa", OFFICES: "#cc6633", LAYOUTS: "#228833"})
 SHAPES = MappingProxyType({SCHOOLS: "o", OFFICES: "s", LAYOUTS: "^"})
+# Layouts and models below those of the thesis.
+MODELS_OF_LAYOUTS = ((THESIS_LAYOUTS, CENTRAL), (LAYOUTS, CENTRAL), (LAYOUTS, PIANTA))
 DPI = 130
 
 
@@ -58,16 +70,17 @@ def draw_reliability(floors: list[EvaluatedFloor]) -> Figure:
 
 
 def draw_confusions(floors: list[EvaluatedFloor]) -> Figure:
-    """Tables 5.3 (left) and 5.4 (right) as heat maps: the thesis, Extra-Trees here, pianta."""
-    figure = start_chart(7.4, 9.6)
-    layouts = [floor for floor in floors if floor.part == LAYOUTS]
-    for column, way in zip(figure.subplots(3, 2).T, (FORWARD, BACKWARD), strict=True):
-        table = fill_confusion(layouts, way)
-        rooms = "found rooms, FC" if way == FORWARD else "true rooms, BC"
+    """Tables 5.3 (left) and 5.4 (right) as heat maps: the thesis, and models on layouts by two methods."""
+    figure = start_chart(7.4, 12.6)
+    for column, way in zip(figure.subplots(4, 2).T, (FORWARD, BACKWARD), strict=True):
+        tables = {
+            part: fill_confusion([floor for floor in floors if floor.part == part], way, part) for part in METHODS
+        }
         number = "5.3" if way == FORWARD else "5.4"
-        plot_confusion(_to_array(table, CENTRAL, published=True), f"thesis, Table {number}", ax=column[0])
-        for ax, model in zip(column[1:], (CENTRAL, PIANTA), strict=True):
-            plot_confusion(_to_array(table, model), f"{model}, {rooms}", ax=ax)
+        published = _to_array(tables[THESIS_LAYOUTS], CENTRAL, published=True)
+        plot_confusion(published, f"thesis, Table {number}, {way}", ax=column[0])
+        for ax, (part, model) in zip(column[1:], MODELS_OF_LAYOUTS, strict=True):
+            plot_confusion(_to_array(tables[part], model), f"{model}, {TABLE_5_2.labels[part]}, {way}", ax=ax)
     return figure
 
 

@@ -10,9 +10,11 @@ from pathlib import Path
 from statistics import median
 from types import MappingProxyType
 
+from pianta.errors import DataError
 from pianta.evaluation.semantics import semantic_accuracy
 from pianta.floor import Floor, scale_floor
 from pianta.gridmap import GridMap
+from pianta.io._faults import join_faults
 from pianta.io.maps import read_map
 from pianta.labels import LabelConvention, LabelSet
 from pianta.layout.reconstruct import reconstruct
@@ -39,6 +41,7 @@ from pianta_bench.places.evaluated import (
     BACKWARD,
     FORWARD,
     LAYOUTS,
+    METHODS,
     OFFICES,
     SCHOOLS,
     TRUE_LAYOUTS,
@@ -62,6 +65,7 @@ COST = "processor s"  # part of the records with times
 COUNTS = "cost"  # part of the records with the numbers of floors and rooms that were timed
 WRONG_ROOMS = "wrong rooms, %"
 MAPS_TYPE = "school"  # building type of the maps
+MIN_BUILDINGS = 2  # of each type: one is left out, and one is trained on
 TIMED_ROOMS = 60  # labelling is timed on the map whose number of reconstructed rooms is nearest to this
 RUNS = 3  # of reading and labelling, of whose times the median is taken
 
@@ -92,6 +96,8 @@ def measure(
 ) -> Results:
     """Label the floors of data/buildings and the maps of data/slam by models that were not trained on their building.
 
+    Maps are reconstructed by `structure` and, for Tables 5.2 to 5.4 of the thesis, by its Algorithm 1.
+
     Records of floors and maps: wrong rooms in %, by model, label set and, for maps, direction of pairing. If
     manifest.json of the data has several floors of one building, they are left out together. A floor that fails has no
     records.
@@ -100,11 +106,12 @@ def measure(
     jobs: number of processes, None for one for each core; figures do not depend on it.
     pictures: folder for NAME.png of each map, with predicted labels, and NAME_true.png.
     track: wraps the steps, to show progress.
-    Raises OptionError for another convention, DataError if there are no buildings of a type, or no maps.
+    Raises OptionError for another convention, DataError for fewer than two buildings of a type, or no maps.
     """
     labels = check_convention(convention)
     folder = find_data(data)
     floors, failed = read_annotated_floors(folder)
+    _check_buildings(floors)
     maps = _list_map_items(folder, floors)
     if pictures:
         pictures.mkdir(parents=True, exist_ok=True)
@@ -137,6 +144,20 @@ def measure(
     results.details["rooms"] = [floor.as_json() for floor in evaluated]
     _measure_cost(results, prepared, folder, seed=seed)
     return results
+
+
+def _check_buildings(floors: Sequence[AnnotatedFloor]) -> None:
+    """Raise DataError if a type has fewer than MIN_BUILDINGS buildings."""
+    counts = {name: len({floor.building for floor in floors if floor.kind == name}) for name in PARTS}
+    few = [
+        f"{count} building{'s' * (count != 1)} of type {name}"
+        for name, count in counts.items()
+        if count < MIN_BUILDINGS
+    ]
+    if few:
+        raise DataError(
+            f"{join_faults(few)} can be read, give {MIN_BUILDINGS} of each type at least, as one is left out"
+        )
 
 
 def _list_map_items(data: Path, floors: Sequence[AnnotatedFloor]) -> list[MapItem]:
@@ -194,22 +215,24 @@ def _evaluate(
         yield list_errors(floor)
         evaluated.append(floor)
 
-    def classify_map(item: MapItem) -> Iterator[Figures]:
+    def classify_map(item: MapItem, part: str) -> Iterator[Figures]:
         grid, truth = item.read(data)
         _ = classifiers.room_models  # trained first, so that no map is read if the training fails
-        floor = reconstruct(replace(grid, source=item.item))
+        floor = reconstruct(replace(grid, source=item.item), method=METHODS[part])
         # Length in the annotated floor over the same length in the map.
         scale = 1.0 if item.drawn_area is None else sqrt(item.drawn_area / _measure_rooms(truth))
-        unlabelled = AnnotatedFloor(item.item, MAPS_TYPE, item.building, truth).unlabelled
+        layouts = {part: floor}
+        if part == LAYOUTS:
+            layouts[TRUE_LAYOUTS] = AnnotatedFloor(item.item, MAPS_TYPE, item.building, truth).unlabelled
         floors = []
-        for part, each in ((LAYOUTS, floor), (TRUE_LAYOUTS, unlabelled)):
+        for name, each in layouts.items():
             features, scaled = map(compute_room_features, (each, scale_floor(each, scale, scale)))
             probabilities = classifiers.predict(MAPS_TYPE, features, describe_rooms(each))
             probabilities[IN_DRAWINGS_SCALE] = classifiers.predict_local(CENTRAL, MAPS_TYPE, scaled)
-            floors.append(EvaluatedFloor(part, item.item, item.building, each, truth, probabilities, convention))
+            floors.append(EvaluatedFloor(name, item.item, item.building, each, truth, probabilities, convention))
         yield list_errors(floors[0])
-        results.add(LAYOUTS, item.item, {"rooms": len(floor.rooms), "true": len(truth.rooms), "scale": scale})
-        if pictures:
+        results.add(part, item.item, {"rooms": len(floor.rooms), "true": len(truth.rooms), "scale": scale})
+        if pictures and part == LAYOUTS:
             labelled = classifiers.room_models[PIANTA].label(floor)
             save_figure(draw_floor(labelled, grid), pictures / f"{item.item}.png")
             save_figure(draw_floor(_label_functions(truth, convention), grid), pictures / f"{item.item}_true.png")
@@ -217,19 +240,20 @@ def _evaluate(
 
     for each in held_out:
         if isinstance(each, MapItem):
-            part, item, classify_one = LAYOUTS, each.item, partial(classify_map, each)
+            item, steps = each.item, {part: partial(classify_map, each, part) for part in METHODS}
         else:
-            part, item = PARTS[each.annotated.kind], each.annotated.item
-            classify_one = partial(classify_annotated, each)
-        results.measure(part, item, classify_one, names=("model", "labels", "way"), metric=WRONG_ROOMS)
+            item, steps = each.annotated.item, {PARTS[each.annotated.kind]: partial(classify_annotated, each)}
+        for part, classify_one in steps.items():
+            results.measure(part, item, classify_one, names=("model", "labels", "way"), metric=WRONG_ROOMS)
     return results, evaluated
 
 
 def list_errors(floor: EvaluatedFloor) -> Figures:
     """Wrong rooms, %, by model, label set and, for a reconstructed floor, direction of pairing."""
-    ways = (FORWARD, BACKWARD) if floor.part == LAYOUTS else (FORWARD,)
+    is_reconstructed = floor.part in METHODS
+    ways = (FORWARD, BACKWARD) if is_reconstructed else (FORWARD,)
     return {
-        (model, str(label_set), way if floor.part == LAYOUTS else None): 100
+        (model, str(label_set), way if is_reconstructed else None): 100
         - 100 * semantic_accuracy(floor.pair_labels(model, label_set, way))
         for model in floor.probabilities
         for label_set in LABELS

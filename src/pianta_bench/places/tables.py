@@ -17,8 +17,10 @@ from pianta_bench.places.evaluated import (
     BACKWARD,
     FORWARD,
     LAYOUTS,
+    METHODS,
     OFFICES,
     SCHOOLS,
+    THESIS_LAYOUTS,
     TRUE_LAYOUTS,
     EvaluatedFloor,
     measure_curve,
@@ -29,6 +31,8 @@ from pianta_bench.places.models import CENTRAL, IN_DRAWINGS_SCALE, LOCAL, MAPPED
 KLOG = "kLog"
 NOTHING = "nothing"
 FUNCTIONS = LABELS[LabelSet.F_C_E_S]
+# The models without those after one of their steps.
+FINAL_MODELS = (CENTRAL, IN_DRAWINGS_SCALE, PIANTA, MAPPED)
 SHORT_PARTS = {SCHOOLS: "S", OFFICES: "O", LAYOUTS: "L"}
 
 
@@ -66,16 +70,16 @@ TABLE_5_2 = Table(
     rows=("part", "model"),
     columns=("labels", "way"),
     where={
-        "part": [LAYOUTS, TRUE_LAYOUTS],
+        "part": [LAYOUTS, THESIS_LAYOUTS, TRUE_LAYOUTS],
         "model": [CENTRAL, IN_DRAWINGS_SCALE, *with_steps(PIANTA), *with_steps(MAPPED)],
         "labels": list(LABELS),
         "way": [FORWARD, BACKWARD],
     },
-    labels={LAYOUTS: "map", TRUE_LAYOUTS: "true layout"},
+    labels={LAYOUTS: "structure", THESIS_LAYOUTS: "Algorithm 1", TRUE_LAYOUTS: "true layout"},
     published="table_5_2.csv",
 )
 CONFUSION = Table(
-    title="Table {table}, confusion of {rooms}",
+    title="Table {table}, confusion of {rooms}, {layouts}",
     unit="%",
     rows=("model", "true"),
     columns=("predicted",),
@@ -108,12 +112,11 @@ def tabulate(results: Results) -> list[FilledTable]:
     """Table 6.1 (places), Tables 5.2 to 5.4, calibration, and cost if it was measured."""
     floors: list[EvaluatedFloor] = results.objects["floors"]
     convention = f"Labels are divided as in the thesis' {results.objects['convention']} (docs/methods/labels.md)."
-    layouts = [floor for floor in floors if floor.part == LAYOUTS]
+    layouts = {part: [floor for floor in floors if floor.part == part] for part in METHODS}
     tables = [
         TABLE_6_1.fill(_pair_labels(floors), notes=(*_note_counts(floors), convention)),
-        TABLE_5_2.fill(_list_accuracies(results, floors), notes=(*_note_maps(layouts), convention)),
-        fill_confusion(layouts, FORWARD),
-        fill_confusion(layouts, BACKWARD),
+        TABLE_5_2.fill(_list_accuracies(results, floors), notes=(*_note_maps(layouts[LAYOUTS]), convention)),
+        *(fill_confusion(layouts[part], way, part) for way, part in product((FORWARD, BACKWARD), METHODS)),
         CALIBRATION.fill(_measure_calibration(floors)),
     ]
     counts = {record["metric"]: record for record in results.select(part=COUNTS)}
@@ -125,13 +128,17 @@ def tabulate(results: Results) -> list[FilledTable]:
     return tables
 
 
-def fill_confusion(layouts: Sequence[EvaluatedFloor], way: str) -> FilledTable:
-    """Confusion in F/C/E/S, % of the rooms with a true label, means over the maps that have the label."""
+def fill_confusion(layouts: Sequence[EvaluatedFloor], way: str, part: str) -> FilledTable:
+    """Confusion in F/C/E/S, % of the rooms with a true label, means over the maps that have the label.
+
+    part: of the layouts; the thesis' figures stand beside those of its Algorithm 1.
+    """
     forward = way == FORWARD
     title = {"table": "5.3", "rooms": "found rooms (FC)"} if forward else {"table": "5.4", "rooms": "true rooms (BC)"}
     left_out = "Rooms that overlap no true room are left out." if forward else f"{NOTHING}: no found room overlaps it."
-    table = replace(CONFUSION, published="table_5_3.csv" if forward else "table_5_4.csv")
-    return table.fill(_list_confusions(layouts, way), notes=(left_out,), **title)
+    published = "table_5_3.csv" if forward else "table_5_4.csv"
+    table = replace(CONFUSION, published=published if part == THESIS_LAYOUTS else "")
+    return table.fill(_list_confusions(layouts, way), notes=(left_out,), **title, layouts=TABLE_5_2.labels[part])
 
 
 def _pair_labels(floors: Sequence[EvaluatedFloor]) -> Iterator[Record]:
@@ -145,11 +152,12 @@ def _pair_labels(floors: Sequence[EvaluatedFloor]) -> Iterator[Record]:
 
 def _list_accuracies(results: Results, floors: Sequence[EvaluatedFloor]) -> Iterator[Record]:
     """Right rooms, %, of each reconstructed floor; and of its true rooms, where FC and BC are equal."""
-    for record in results.select(part=LAYOUTS, metric=WRONG_ROOMS):
-        yield {**record, "value": 100 - record["value"]}
+    for record in results.select(part=list(METHODS), metric=WRONG_ROOMS):
+        if record["part"] == LAYOUTS or record["model"] in FINAL_MODELS:
+            yield {**record, "value": 100 - record["value"]}
     for floor, label_set, way in product(floors, LABELS, (FORWARD, BACKWARD)):
         if floor.part == TRUE_LAYOUTS:
-            for model in (CENTRAL, IN_DRAWINGS_SCALE, PIANTA, MAPPED):
+            for model in FINAL_MODELS:
                 accuracy = 100 * semantic_accuracy(floor.pair_labels(model, label_set))
                 yield {"part": floor.part, "model": model, "labels": label_set, "way": way, "value": accuracy}
 
@@ -185,5 +193,6 @@ def _note_maps(layouts: Sequence[EvaluatedFloor]) -> tuple[str, ...]:
     return (
         f"Means over {len(layouts)} maps (thesis: 20), labelled by models without their building.",
         f"Ex-T: 11 features, trained on schools. {IN_DRAWINGS_SCALE}: of maps enlarged to the scale of their drawings.",
+        "structure: the method of `pianta read`. Algorithm 1: that of `--method thesis`, and of the thesis.",
         "true layout: the same models on the true rooms, where FC is BC.",
     )

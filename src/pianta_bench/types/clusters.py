@@ -22,6 +22,8 @@ from pianta_bench.types.room_sets import RoomSet
 MIN_POINTS = 6  # rooms, MinPts of DBSCAN (section 4.2.4)
 EPSILON = 3.0  # ε of DBSCAN (section 4.2.4), in the units of the scaled features
 OUTLIER = -1
+# C of L_general, and the labels of corridors in the files of MIT and KTH.
+CORRIDOR_LABELS = (str(GeneralLabel.CORRIDOR), "CORR", "P CIRC", "CORRIDOR")
 # "CORRIDORS have usually more than four doors", ROOMs one or two (section 4.3.1); four is best on the data.
 CORRIDOR_DOORWAYS = 4
 # The K-distances of the last rooms, which are far from all others, are left out when the bend is sought.
@@ -88,8 +90,8 @@ def measure_clusters(rooms: RoomSet, clusters: Clusters) -> dict[str, float | No
     """Agreement of labels and clusters; shares from 0 to 1.
 
     clusters: their number. outliers: the share of rooms in no cluster. corridors_in_outliers: the share of them that
-    is C. homogeneity, completeness: over L_general. homogeneity_r_c: over ROOM and CORRIDOR.
-    homogeneity_r_c_clustered: the same without the outliers, which otherwise are one cluster.
+    is C, or a corridor of a campus. homogeneity, completeness: over the labels of the set. homogeneity_r_c: over ROOM
+    and CORRIDOR. homogeneity_r_c_clustered: the same without the outliers, which otherwise are one cluster.
     accuracy_clustered: of the naive rule on rooms in clusters. accuracy_outliers_together: on all, outliers being one
     cluster. accuracy_outliers_majority: on all, every outlier with the commonest class of the set. always_majority: the
     accuracy of the commonest class for all rooms. four_doorways: of CORRIDOR for all rooms with four doorways or more.
@@ -98,7 +100,7 @@ def measure_clusters(rooms: RoomSet, clusters: Clusters) -> dict[str, float | No
     named = name_by_majority(corridors, clusters)
     majority_for_outliers = np.where(inside, named, corridors.mean() > 0.5)
     some_outside, some_inside = bool((~inside).any()), bool(inside.any())
-    is_c = rooms.labels == str(GeneralLabel.CORRIDOR)
+    is_c = np.isin(rooms.labels, CORRIDOR_LABELS)
     doorways = rooms.geometry[:, GENERAL_FEATURES.index("doors")]
     return {
         "clusters": len(np.unique(clusters[inside])),

@@ -33,11 +33,13 @@ SHOWN_SHARE = 0.98
 
 
 def save_figures(results: Results, folder: Path) -> None:
-    """Write accuracy.png, k_distance.png, clusters.png and cluster_scores.png into a folder.
+    """Write accuracy.png, k_distance.png, clusters.png and cluster_scores.png into a folder; clusters_mit.png of MIT.
 
     Raises PiantaError when one cannot be written.
     """
-    for name, draw in PICTURES.items():
+    pictures = PICTURES if results.details["sets"] else {}
+    pictures = {**pictures, **({"clusters_mit.png": draw_campus} if "campus" in results.objects else {})}
+    for name, draw in pictures.items():
         save_chart(draw(results), folder / name, dpi=DPI)
 
 
@@ -81,6 +83,16 @@ def draw_clusters(results: Results) -> Figure:
             _plot_clusters(each, ax=ax)
         axes[0].set_ylabel(scale, fontsize=11)
     figure.supxlabel("first principal component (down: the second), without the farthest rooms", fontsize=9)
+    return figure
+
+
+def draw_campus(results: Results) -> Figure:
+    """Clusters of the rooms of MIT on two principal components, one column per scale; outliers black (Fig. 4.4e)."""
+    clusters = results.objects["campus"]
+    figure = start_chart(4.5 * len(clusters), 4)
+    for ax, each in zip(figure.subplots(1, len(clusters), squeeze=False)[0], clusters, strict=True):
+        _plot_clusters(each, ax=ax)
+        ax.set_xlabel(each.scale, fontsize=10)
     return figure
 
 

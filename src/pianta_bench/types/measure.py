@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import permutations, product
 from math import isfinite
@@ -10,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from pianta.errors import OptionError
+from pianta.errors import DataError, OptionError
 from pianta_bench.data.folders import find_data
 from pianta_bench.harness.records import Figures, Results, Track
 from pianta_bench.harness.tables import read_published
+from pianta_bench.types.campus import CAMPUS_SCALES, list_frequent_labels, read_campus
 from pianta_bench.types.classifiers import DIVISIONS, REPRESENTATIONS, cross_validate, measure_transfer
 from pianta_bench.types.clusters import SCALES, find_room_clusters
 from pianta_bench.types.room_sets import GENERAL_LABELS, RoomSet, join_room_sets, name_sizes_by_area, read_room_sets
@@ -30,6 +32,8 @@ GEOMETRY = ("area", "doorways", "axes ratio")
 def measure(
     data: Path | None = None,
     *,
+    houses: Path | None = None,
+    mit: Path | None = None,
     maps: bool = False,
     seed: int = 0,
     pictures: Path | None = None,
@@ -38,19 +42,23 @@ def measure(
     """Measure Tables 4.2, 4.3, 4.4 and Figs. 4.3, 4.4 on the buildings of the data; shares from 0 to 1, areas in m².
 
     A floor that fails does not count. The union of all types comes last, if there are several.
-    maps: measure building types of robots' maps instead, as measure_maps does; pictures are then refused.
+    houses: folder of houses, instead of data/buildings/house. mit: folder of the campus of MIT, of which Table 4.2 and
+    Fig. 4.4e are measured; with either of them the data may be missing.
+    maps: measure building types of robots' maps instead, as measure_maps does; pictures, houses and mit are refused.
     seed: of folds and of algorithms. track: wraps the classifications, to show progress.
-    Raises what read_room_sets or measure_maps raises, and OptionError.
+    Raises what read_room_sets, read_campus or measure_maps raises, and OptionError.
     """
     if maps:
-        if pictures:
-            raise OptionError("--pictures are of the rooms of drawn floors, leave it out with --maps")
+        if pictures or houses or mit:
+            raise OptionError("--pictures, --houses and --mit are of the rooms of drawn floors, leave --maps out")
         from pianta_bench.types.maps import measure_maps
 
         return measure_maps(data, track=track)
-    read, failed = read_room_sets(find_data(data))
+    campus, lost = read_campus(mit) if mit else (None, [])
+    folder = _find_data(data, is_needed=houses is None and mit is None)
+    read, failed = read_room_sets(folder, houses=houses) if folder or houses else ((), [])
     sets = {BY_NAME: read, BY_AREA: name_all_by_area(read)}
-    results = Results({"seed": seed}, items=failed)
+    results = Results({"seed": seed}, items=[*failed, *lost])
     for rooms in read:
         results.add(rooms.name, "", describe_labels(rooms), names=("label", "metric"))
     trials = [(BY_NAME, *trial) for trial in product(read, REPRESENTATIONS, DIVISIONS)]
@@ -61,11 +69,39 @@ def measure(
     for sizes, representations in ((BY_NAME, tuple(REPRESENTATIONS)), (BY_AREA, (REPRESENTATION_OF_THESIS,))):
         add_transfers(results, without_union(sets[sizes]), sizes=sizes, representations=representations)
     clusters = [find_room_clusters(rooms, scale=scale) for rooms, scale in product(read, SCALES)]
+    if campus:
+        add_campus(results, campus)
     for each in clusters:
         results.add(each.rooms, "", {"bend": each.bend, **each.figures}, features=each.scale)
     results.details["sets"] = [describe_set(rooms) for rooms in read]
     results.objects["clusters"] = clusters
     return results
+
+
+def _find_data(data: Path | None, *, is_needed: bool) -> Path | None:
+    """The folder of the data; None if it is missing and not needed."""
+    try:
+        return find_data(data)
+    except DataError:
+        if is_needed or data is not None:
+            raise
+        return None
+
+
+def add_campus(results: Results, campus: RoomSet) -> None:
+    """Append Table 4.2 of the frequent labels of a campus, and its clusters (Fig. 4.4e)."""
+    frequent = list_frequent_labels(campus)
+    results.add(campus.name, "", describe_labels(campus, frequent), names=("label", "metric"))
+    clusters = [find_room_clusters(campus, scale=scale) for scale in CAMPUS_SCALES]
+    for each in clusters:
+        results.add(each.rooms, "", {"bend": each.bend, **each.figures}, features=each.scale)
+    results.details["campus"] = {
+        "rooms": len(campus.labels),
+        "buildings": len(set(campus.buildings.tolist())),
+        "labels": dict(sorted(Counter(campus.labels.tolist()).items())),
+        "frequent": frequent,
+    }
+    results.objects["campus"] = clusters
 
 
 def add_validation(results: Results, rooms: RoomSet, *, sizes: str, representation: str, divided: str) -> None:
@@ -99,14 +135,14 @@ def add_transfers(results: Results, sets: Sequence[RoomSet], *, sizes: str, repr
                 )
 
 
-def describe_labels(rooms: RoomSet) -> Figures:
+def describe_labels(rooms: RoomSet, labels: Sequence[str] = GENERAL_LABELS) -> Figures:
     """Rooms, their share, and means and standard deviations (n - 1) of geometry, for each label (Table 4.2)."""
-    return dict(_describe_labels(rooms))
+    return dict(_describe_labels(rooms, labels))
 
 
-def _describe_labels(rooms: RoomSet) -> Iterator[tuple[tuple[str, str], float | None]]:
+def _describe_labels(rooms: RoomSet, labels: Sequence[str]) -> Iterator[tuple[tuple[str, str], float | None]]:
     """Keys (label, figure) and values: rooms, their share, and mean and standard deviation of geometry."""
-    for label in GENERAL_LABELS:
+    for label in labels:
         geometry = rooms.geometry[rooms.labels == label]
         yield (label, "rooms"), len(geometry)
         yield (label, "share"), len(geometry) / len(rooms.labels)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta._types import Floats
-from pianta.errors import DataError, LabelError
+from pianta.errors import BuildingWarning, DataError, LabelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
-from pianta.io._files import short_repr
+from pianta.io._files import one_line_reason, short_repr
+from pianta.io.buildings.read import list_buildings, read_building
 from pianta.io.label_schemas import read_label_schema
-from pianta.labels import GeneralLabel, LabelSchema, LabelSet, schema_of
+from pianta.labels import HOUSE, GeneralLabel, LabelSchema, LabelSet, schema_of
 from pianta.rooms.thesis_features import GENERAL_FEATURES, compute_general_features
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
 from pianta_bench.data.folders import REMEDY
@@ -60,34 +62,65 @@ class RoomSet:
         return np.hstack([self.geometry, self.neighbours])
 
 
-def read_room_sets(data: Path) -> tuple[tuple[RoomSet, ...], list[Item]]:
+def read_room_sets(data: Path | None, *, houses: Path | None = None) -> tuple[tuple[RoomSet, ...], list[Item]]:
     """The sets of types that data/buildings has, and their union when there are several (section 4.2.3).
 
     Then the floors that failed, because they cannot be read or have labels that the schema does not have; their rooms
     are in no set.
 
-    A house set is the user's: data/buildings/house with layout XMLs, and their schema in labels.yaml unless the
-    labels are already those of L_general.
+    A house set is the user's: the folder `houses` with files of any format of read_building, or else
+    data/buildings/house with layout XMLs. Labels are those of L_general, or of the schema labels.yaml in the folder, or
+    of HOUSE. Rooms of `houses` without a label, such as the uncovered parts of HouseExpo's plans, are in no set.
+    data: None for no other sets than houses.
 
-    Raises DataError if there are no sets, or if one is too small to learn from; LabelError for an invalid schema.
+    Raises DataError if there are no sets, or if one is too small to learn from; LabelError for an invalid schema;
+    OptionError for houses that are no folder, and BuildingError for a folder without buildings.
     """
-    folder = data / "buildings"
-    types = [name for name in BUILDING_TYPES if (folder / name).is_dir()]
-    if not types:
-        folders = ", ".join(short_repr(folder / name) for name in BUILDING_TYPES)
-        raise DataError(f"no buildings in any of {folders}, {REMEDY}")
     sets: list[RoomSet] = []
     failed: list[Item] = []
-    for name in types:
-        represent = partial(_represent, _schema_of_folder(folder / name))
-        floors, rows = read_annotated_buildings(data, name, represent)
+    for name, folder in _list_type_folders(data, houses).items():
+        represent = partial(_represent, _schema_of_folder(folder, name))
+        rows: Sequence[Item]
+        if folder == houses:
+            floors, rows = _read_houses(folder, represent)
+        elif data:
+            floors, rows = read_annotated_buildings(data, name, represent)
         faults = [Item(f"{name}s", row.item, row.failure) for row in rows]
-        _check_size(floors, faults, folder / name)
+        _check_size(floors, faults, folder)
         failed += faults
         sets.append(join_room_sets(name.capitalize(), floors))
     if len(sets) > 1:
         sets.append(join_room_sets("+".join(rooms.name[0] for rooms in sets), sets))
     return tuple(sets), failed
+
+
+def _list_type_folders(data: Path | None, houses: Path | None) -> dict[str, Path]:
+    """The folder of each type; DataError without any."""
+    if houses and not houses.is_dir():
+        raise OptionError(f"--houses is {short_repr(houses)}, which is no folder, give a folder of houses")
+    inside = {name: data / "buildings" / name for name in BUILDING_TYPES} if data else {}
+    folders = inside | ({"house": houses} if houses else {})
+    there = {name: folders[name] for name in BUILDING_TYPES if name in folders and folders[name].is_dir()}
+    if not there:
+        raise DataError(f"no buildings in any of {', '.join(map(short_repr, inside.values()))}, {REMEDY}")
+    return there
+
+
+def _read_houses(folder: Path, represent: Callable[[AnnotatedFloor], RoomSet]) -> tuple[list[RoomSet], list[Item]]:
+    """The rooms of each house of a folder, and the houses that failed; floors in one subfolder are of one house."""
+    floors, failed = [], []
+    for file in list_buildings([folder]):
+        parts = file.relative_to(folder).parts
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", BuildingWarning)
+                floor = read_building(file)
+            if not any(room.label for room in floor.rooms):
+                raise LabelError("none of its rooms has a label, give labels")
+            floors.append(represent(AnnotatedFloor(file.stem, "house", f"house/{parts[0]}", floor)))
+        except PiantaError as error:
+            failed.append(Item("house", "/".join(parts), one_line_reason(error)))
+    return floors, failed
 
 
 def join_room_sets(name: str, sets: Sequence[RoomSet]) -> RoomSet:
@@ -113,24 +146,30 @@ def name_sizes_by_area(rooms: RoomSet, bounds: tuple[float, float]) -> RoomSet:
 
 
 def represent_floor(floor: Floor, labels: Sequence[str]) -> tuple[Floats, Floats]:
-    """Geometry and neighbours of the rooms of a floor, with labels of L_general, as in a RoomSet."""
+    """Geometry and neighbours of the rooms of a floor, with labels of L_general, "" for none, as in a RoomSet."""
     label_of = {room.id: label for room, label in zip(floor.rooms, labels, strict=True)}
     row_of = {room.id: row for row, room in enumerate(floor.rooms)}
     neighbours = np.zeros((len(labels), len(GENERAL_LABELS)))
     for door in floor.doors:
         if not door.is_entrance:
             for one, other in (door.room_ids, door.room_ids[::-1]):
-                neighbours[row_of[one], GENERAL_LABELS.index(label_of[other])] += 1
+                if label_of[other]:
+                    neighbours[row_of[one], GENERAL_LABELS.index(label_of[other])] += 1
     return compute_general_features(floor), neighbours
 
 
 def _represent(generalise: Callable[[Sequence[str | None]], list[str]], annotated: AnnotatedFloor) -> RoomSet:
-    """The rooms of one floor."""
+    """The rooms of one floor; those of a house without a label are left out."""
     floor = annotated.floor
-    labels = generalise([room.label for room in floor.rooms])
-    names = Counter(zip(labels, (str(room.label) for room in floor.rooms), strict=True))
-    buildings = np.full(len(labels), annotated.building)
-    return RoomSet(annotated.item, *represent_floor(floor, labels), np.array(labels, str), buildings, names)
+    is_labelled = np.array([room.label is not None or annotated.kind != "house" for room in floor.rooms], bool)
+    labelled = [room for room, chosen in zip(floor.rooms, is_labelled, strict=True) if chosen]
+    general = generalise([room.label for room in labelled])
+    label_of = {room.id: label for room, label in zip(labelled, general, strict=True)}
+    geometry, neighbours = represent_floor(floor, [label_of.get(room.id, "") for room in floor.rooms])
+    names = Counter(zip(general, (str(room.label) for room in labelled), strict=True))
+    buildings = np.full(len(general), annotated.building)
+    rooms = geometry[is_labelled], neighbours[is_labelled], np.array(general, str)
+    return RoomSet(annotated.item, *rooms, buildings, names)
 
 
 def _check_size(floors: Sequence[RoomSet], failed: Sequence[Item], folder: Path) -> None:
@@ -144,15 +183,22 @@ def _check_size(floors: Sequence[RoomSet], failed: Sequence[Item], folder: Path)
         raise DataError(f"{short_repr(folder)} has {size}, too few to learn from{faults}, give {need}")
 
 
-def _schema_of_folder(folder: Path) -> Callable[[Sequence[str | None]], list[str]]:
-    """Maps labels of files to L_general by the user's schema, else that of the type; houses already have these."""
+def _schema_of_folder(folder: Path, building_type: str) -> Callable[[Sequence[str | None]], list[str]]:
+    """Maps labels of files to L_general by the user's schema, else that of the type; houses may already have these."""
     if (folder / USER_SCHEMA).is_file():
         return _by_schema(read_label_schema(folder / USER_SCHEMA))
-    return _check_general if folder.name == "house" else _by_schema(schema_of(folder.name))
+    return _generalise_house if building_type == "house" else _by_schema(schema_of(building_type))
 
 
 def _by_schema(schema: LabelSchema) -> Callable[[Sequence[str | None]], list[str]]:
     return lambda names: [str(label) for label in schema.map_labels(names, LabelSet.GENERAL)]
+
+
+def _generalise_house(names: Sequence[str | None]) -> list[str]:
+    """Labels of HOUSE mapped to L_general; those of L_general unchanged; LabelError for any other, or both."""
+    is_general = {name in GENERAL_LABELS for name in names}
+    has_type_label = any(name in HOUSE.by_name for name in names)
+    return _by_schema(HOUSE)(names) if has_type_label and is_general == {False} else _check_general(names)
 
 
 def _check_general(names: Sequence[str | None]) -> list[str]:

@@ -54,7 +54,7 @@ def read_building(path: str | Path) -> Floor:
     Warns
     -----
     BuildingWarning
-        Defects of the drawing were repaired.
+        Defects of the drawing were repaired, or rooms without an outline left out.
 
     References
     ----------

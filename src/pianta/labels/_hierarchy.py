@@ -1,8 +1,7 @@
-"""Labels of rooms: the hierarchical label schema of the thesis, section 4.3, and L_general of section 4.2.
+"""Labels of rooms in the label sets of the thesis, and the schema that lists those of a building type (section 4.3).
 
-A schema lists the labels of a building type (Fig. 4.5). Each maps upwards to F/C/E/S, and that to R/C. The thesis
-maps them in three ways (LabelConvention), because its experiments and its graphs depart from its figure. The tables
-are in docs/methods/labels.md; io/label_schemas.py reads the schemas of other building types.
+Each label maps upwards to F/C/E/S, and that to R/C. The thesis maps them in three ways (LabelConvention), because its
+experiments and its graphs depart from its figure.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from types import MappingProxyType
 
 from pianta.errors import LabelError
 
@@ -266,83 +264,3 @@ class LabelSchema:
 
     def _find(self, name: str | None) -> Label | None:
         return None if name is None else self.by_name.get(_one_spaced(name).upper())
-
-
-_F, _C, _E, _S = FCES
-
-SCHOOL = LabelSchema(
-    "school",
-    (
-        Label("CLASSROOM", _F, GeneralLabel.MEDIUM, "#1bddf2"),
-        Label("SMALL", _F, GeneralLabel.SMALL, "#3fbf04"),
-        Label("MEDIUM", _F, GeneralLabel.MEDIUM, "#2a90f2"),
-        Label("LAB", _F, GeneralLabel.BIG, "#2267f2"),
-        Label("SMALL ADMINISTRATIVE", _S, GeneralLabel.SMALL, "#beb94e"),
-        Label("MEDIUM ADMINISTRATIVE", _S, GeneralLabel.MEDIUM, "#beb615"),
-        Label("BIG ADMINISTRATIVE", _S, GeneralLabel.BIG, "#716d0d"),
-        Label("GYM", _S, GeneralLabel.BIG, "#a81e1e", in_experiments=_F),
-        Label("KITCHEN", _S, GeneralLabel.BIG, "#b27abe"),
-        Label("CLOSET", _S, GeneralLabel.SMALL, "#bdbdbd"),
-        Label("CONFERENCE", _S, GeneralLabel.BIG, "#a81e1e", in_experiments=_F),
-        Label("MEDIUM SERVICE", _S, GeneralLabel.MEDIUM, "#8c8c8b"),
-        Label("BIG SERVICE", _S, GeneralLabel.BIG, "#585859"),
-        Label("LIBRARY", _S, GeneralLabel.BIG, "#3c3c3c"),
-        Label("BATHROOM", _S, GeneralLabel.SMALL, "#fff87d"),
-        Label("WASHROOM", _S, GeneralLabel.SMALL, "#e8caa7"),
-        Label("CANTEEN", _S, GeneralLabel.BIG, "#282828"),
-        Label("CORRIDOR", _C, GeneralLabel.CORRIDOR, "#f28705"),
-        Label("LOBBY", _C, GeneralLabel.HALL, "#f24738"),
-        Label("HALL", _C, GeneralLabel.HALL, "#bf5719"),
-        Label("ENTRANCE", _E, GeneralLabel.SMALL, "#268080", corridor_in_graphs=True),
-        Label("ELEVATOR", _E, GeneralLabel.SMALL, "#147171"),
-        Label("STAIRS", _E, GeneralLabel.SMALL, "#5bbebe"),
-    ),
-)
-
-OFFICE = LabelSchema(
-    "office",
-    (
-        Label("CUBICULE", _F, GeneralLabel.SMALL, "#2e7880"),
-        Label("CONFERENCE ROOM", _F, GeneralLabel.MEDIUM, "#3fbf04"),
-        Label("EXECUTIVE OFFICE", _F, GeneralLabel.BIG, "#324872"),
-        Label("OPENSPACE", _F, GeneralLabel.BIG, "#43bf89", corridor_in_graphs=True),
-        Label("CONFERENCE HALL", _F, GeneralLabel.BIG, "#43bf89"),
-        Label("OFFICE", _F, GeneralLabel.MEDIUM, "#1bddf2"),
-        Label("SHARED OFFICE", _F, GeneralLabel.BIG, "#2267f2"),
-        Label("SMALL ADMINISTRATIVE", _S, GeneralLabel.SMALL, "#beb94e"),
-        Label("MEDIUM ADMINISTRATIVE", _S, GeneralLabel.MEDIUM, "#beb615"),
-        Label("BIG ADMINISTRATIVE", _S, GeneralLabel.BIG, "#716d0d"),
-        Label("RECEPTION", _S, GeneralLabel.MEDIUM, "#5f1978"),
-        Label("KITCHEN", _S, GeneralLabel.BIG, "#b27abe"),
-        Label("CLOSET", _S, GeneralLabel.SMALL, "#bdbdbd"),
-        Label("CONVENIENCE STORE", _S, GeneralLabel.MEDIUM, "#a5a5be"),
-        Label("MEDIUM SERVICE", _S, GeneralLabel.MEDIUM, "#8c8c8b"),
-        Label("BIG SERVICE", _S, GeneralLabel.BIG, "#585859"),
-        Label("COLLECTIVE SERVICE ROOM", _S, GeneralLabel.BIG, "#3c3c3c"),
-        Label("BATHROOM", _S, GeneralLabel.SMALL, "#fff87d"),
-        Label("WASHROOM", _S, GeneralLabel.SMALL, "#e8caa7"),
-        Label("CAFETERIA", _S, GeneralLabel.BIG, "#282828"),
-        Label("CORRIDOR", _C, GeneralLabel.CORRIDOR, "#f28705"),
-        Label("LOBBY", _C, GeneralLabel.HALL, "#f24738"),
-        Label("HALL", _C, GeneralLabel.HALL, "#bf5719"),
-        Label("ENTRANCE", _E, GeneralLabel.SMALL, "#268080", corridor_in_graphs=True),
-        Label("ELEVATOR", _E, GeneralLabel.SMALL, "#147171"),
-        Label("STAIRS", _E, GeneralLabel.SMALL, "#5bbebe"),
-    ),
-)
-
-# The colour of the most common label of each function.
-FCES_COLORS = MappingProxyType({_F: "#1bddf2", _C: "#f28705", _E: "#268080", _S: "#8c8c8b"})
-
-SCHEMAS = MappingProxyType({schema.building_type: schema for schema in (SCHOOL, OFFICE)})
-
-
-def schema_of(building_type: str) -> LabelSchema:
-    """The schema of a building type of the thesis, in any case; LabelError for other types."""
-    schema = SCHEMAS.get(_one_spaced(building_type).lower())
-    if schema is None:
-        raise LabelError(
-            f"there is no schema of building type {building_type[:50]!r}, "
-            f"give one of {', '.join(SCHEMAS)} or a schema of your own"
-        )
-    return schema
