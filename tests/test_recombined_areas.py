@@ -132,3 +132,14 @@ def test_constraints_are_met_or_the_areas_stay():
     closets = AreaRecombiner(MODEL, MODEL.areas, 0, Constraints(at_least={"closet": 3}))
     result = closets.renew([0, 3], np.eye(2)[0], random)
     assert [area is real for area, real in zip(result, (MODEL.areas[0], MODEL.areas[3]), strict=True)] == [True, True]
+
+
+def test_no_more_rooms_of_a_label_than_a_floor_has():
+    # Floor 0 has two gyms and two classrooms.
+    recombiner = AreaRecombiner(MODEL, MODEL.areas, 0, Constraints())
+    random = np.random.default_rng(5)
+    for _ in range(40):
+        counts = count_labels(recombiner.renew([0, 1], np.eye(2)[0], random), SCHOOL).sum(axis=0)
+        columns = dict(zip(SCHOOL.by_name, counts.tolist(), strict=True))
+        assert columns["GYM"] <= 2
+        assert columns["CLASSROOM"] <= 2
