@@ -1,6 +1,7 @@
 """What the relations `aligned` and `symmetric` add to the classification of rooms and of buildings.
 
 Run: OMP_NUM_THREADS=1 python benchmarks/compare_room_relations.py [--data DIR] [--part rooms|trees|floors] ...
+    [--variant "and symmetric"] ...
 
 Models learn on the schools and offices of the data, with whole buildings left out as in `pianta bench buildings`:
 the relational kernel with the facts of the relations beside those of Table 6.1, and Extra-Trees on V_n with, for each
@@ -91,13 +92,15 @@ def count_wrong_rooms(
 
 def print_rooms(
     part: str,
+    variants: Sequence[str],
     floors: Sequence[BuildingFloor],
     classify: Callable[[list[BuildingFloor]], Mapping[LabelSet, list[float]]],
 ) -> None:
     """Print a line for each type and variant: wrong rooms in %, mean ± sd over floors."""
     for building_type in models.list_types(floors):
         typed = [floor for floor in floors if floor.annotated.kind == building_type]
-        for variant, relations in VARIANTS.items():
+        for variant in variants:
+            relations = VARIANTS[variant]
             start = time.process_time()
             prepare = add_facts if part == "rooms" else add_features
             wrong = classify([prepare(floor, relations) for floor in typed])
@@ -121,13 +124,13 @@ def classify_by_relations(floors: list[BuildingFloor]) -> dict[LabelSet, list[fl
     return count_wrong_rooms(floors, models.classify_rooms_by_relations(floors))
 
 
-def print_floors(floors: Sequence[BuildingFloor]) -> None:
+def print_floors(floors: Sequence[BuildingFloor], variants: Sequence[str]) -> None:
     """Print for each variant and label set the wrong types of floors by the relational kernel."""
     types = models.list_types(floors)
     truth = np.array([types.index(floor.annotated.kind) for floor in floors])
     folds = list_folds(models.list_buildings(floors))
-    for variant, relations in VARIANTS.items():
-        related = [add_facts(floor, relations) for floor in floors]
+    for variant in variants:
+        related = [add_facts(floor, VARIANTS[variant]) for floor in floors]
         for label_set in LABELS:
             compare = models.compare_floors(related, label_set)
             scores = models.classify_floors_by_relations(related, folds, compare)
@@ -140,15 +143,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path)
     parser.add_argument("--part", action="append", choices=PARTS)
+    parser.add_argument("--variant", action="append", choices=[*VARIANTS])
     arguments = parser.parse_args()
     floors, _ = read_building_floors(find_data(arguments.data), convention=LabelConvention.EXPERIMENTS)
-    parts = arguments.part or PARTS
+    parts, variants = arguments.part or PARTS, arguments.variant or [*VARIANTS]
     if "trees" in parts:
-        print_rooms("trees", floors, classify_by_trees)
+        print_rooms("trees", variants, floors, classify_by_trees)
     if "rooms" in parts:
-        print_rooms("rooms", floors, classify_by_relations)
+        print_rooms("rooms", variants, floors, classify_by_relations)
     if "floors" in parts:
-        print_floors(floors)
+        print_floors(floors, variants)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pianta.errors import DataError
-from pianta.generation.type_model import TypeModel
+from pianta.generation.type_model import TypeModel, learn_type
 from pianta.labels import SCHOOL, LabelSet
 from pianta.prediction.explored_part import hide_rooms, read_explored_part
 from pianta.prediction.prediction import Prediction
@@ -18,7 +18,8 @@ from pianta.prediction.unexplored_part import SampledFloor
 from pianta_bench.harness.records import Record, Results
 from pianta_bench.harness.report import save_results
 from pianta_bench.harness.tables import Cell, FilledTable
-from pianta_bench.prediction.baselines import BLIND, KNOWN_PART, LOCAL, Baselines
+from pianta_bench.prediction.baselines import BLIND, KNOWN_CORRIDORS, KNOWN_PART, LOCAL, SIMILAR, Baselines
+from pianta_bench.prediction.door_tables import ALL, HALF
 from pianta_bench.prediction.figures import choose_floors, save_figures
 from pianta_bench.prediction.measure import list_others, measure, read_floors
 from pianta_bench.prediction.scores import (
@@ -33,10 +34,10 @@ from pianta_bench.prediction.scores import (
     predict_doors,
     score_prediction,
 )
-from pianta_bench.prediction.tables import ALL, HALF, derive_floors, measure_gain, tabulate, tabulate_type, wrap_names
+from pianta_bench.prediction.tables import derive_floors, measure_gain, tabulate, tabulate_type, wrap_names
 from tests.bench_results import show_lines
 from tests.command_line import list_files, run_pianta
-from tests.generated_types import WINGS, join_wings, small_model
+from tests.generated_types import WINGS, join_wings, make_wing, small_model
 from tests.tiny_data import write_school, write_schools
 
 pytestmark = pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
@@ -124,50 +125,109 @@ def test_a_wrong_prediction():
 
 
 def test_baselines_count_rooms():
-    """Known: 7 rooms, 2 corridors of which one is explored; the model's floors have 10, 14, 14, 19, 10, 16, 11, 12."""
+    """Known: 7 rooms, 2 corridors of which one is explored; the model's floors have 10, 14, 14, 19, 10, 16, 11, 12.
+
+    Schools a, b, c, e, f, g and h have 1, 2, 2, 1, 2, 2 and 1 open corridors with 3, 4 + 3, 3 + 2, 3, 4 + 3, 3 + 2 and
+    4 rooms. Of d, two open corridors with 5 and 2 rooms lead to the third, with 3 rooms: 46 in all behind 14.
+    """
     baselines = Baselines(small_model())
     part = make_prediction("a", EXPLORED, {6}).explored
     sizes = [len(graph.graph) for graph in small_model().floors]
     corridors = [len(wings) for wings, _ in WINGS.values()]
-    assert baselines.count_rooms(part) == {BLIND: (fmean(sizes), fmean(corridors)), KNOWN_PART: (14, 4), LOCAL: (8, 2)}
+    counts = baselines.count_rooms(part)
+    assert (counts[BLIND], counts[KNOWN_PART]) == ((fmean(sizes), fmean(corridors)), (14, 4))
+    assert counts[LOCAL] == pytest.approx((7 + 46 / 14, 2 + 2 / 14))
     large = join_wings(("C" * 30, "G"), ((0, 1),), source="large")
     part = read_explored_part(hide_rooms(large, {*range(31)}, {31}), SCHOOL)
     assert baselines.count_rooms(part)[BLIND] == (32, fmean(corridors))
 
 
-def test_baselines_predict_labels():
+def test_what_is_left_at_similar_stages():
+    """School a twice: after corridor 0 two offices and a closet are left, after corridor 6 nothing."""
+    baselines = Baselines(learn_type([join_wings(*WINGS["a"], source=name) for name in "xy"], SCHOOL))
+    part = make_prediction("a", EXPLORED, {6}).explored
+    first = sum(
+        weight
+        for weight, stage in zip(baselines.ends.stage_weights(part), baselines.ends.stages, strict=True)
+        if stage.open
+    )
+    assert 0.5 < first < 1
+    assert baselines.count_rooms(part)[SIMILAR] == pytest.approx((7 + 3 * first, 2))
+    shares = dict(zip(SCHOOL.by_name, baselines.predict_shares(part)[SIMILAR], strict=True))
+    assert shares["SMALL ADMINISTRATIVE"] == pytest.approx(2 / 3, abs=1e-6)
+    assert shares["CLOSET"] == pytest.approx(1 / 3, abs=1e-6)
+
+
+def add_back_rooms(wing: str, *back_rooms: tuple[int, str], source: str) -> nx.Graph:
+    """A corridor, 0, with rooms 1, 2, …; each back room is behind the room with this number."""
+    graph = make_wing(wing)
+    for room, label in back_rooms:
+        graph.add_edge(room, len(graph))
+        graph.nodes[len(graph) - 1]["label"] = label
+    graph.graph["source"] = source
+    return graph
+
+
+def test_baselines_predict_doors():
+    """Behind classrooms two closets and a bathroom, behind gyms two bathrooms, behind an office one of each."""
+    one = add_back_rooms("CCG", (1, "CLOSET"), (2, "CLOSET"), (3, "BATHROOM"), source="one")
+    other = add_back_rooms("CGA", (1, "BATHROOM"), (2, "BATHROOM"), (3, "CLOSET"), (3, "BATHROOM"), source="other")
+    baselines = Baselines(learn_type([one, other], SCHOOL))
+    graph = nx.path_graph(2)
+    predicted, expected = {}, {}
+    for label in ("CLASSROOM", "GYM", "SMALL ADMINISTRATIVE", "LIBRARY"):
+        nx.set_node_attributes(graph, {0: {"label": label}, 1: {"label": None, "partial": True}})
+        part = read_explored_part(graph, SCHOOL)
+        ((predicted[label],), (rooms,)) = (
+            [*values.values()] for values in (baselines.predict_doors(part), baselines.expect_behind(part))
+        )
+        columns = [*SCHOOL.by_name]
+        expected[label] = rooms[columns.index("CLOSET")], rooms[columns.index("BATHROOM")]
+    # Of the office's labels, equally frequent, bathrooms are more frequent behind any door; so they are for libraries.
+    assert predicted == {
+        "CLASSROOM": ("CLOSET", "BATHROOM"),
+        "GYM": ("BATHROOM", "BATHROOM"),
+        "SMALL ADMINISTRATIVE": ("BATHROOM", "BATHROOM"),
+        "LIBRARY": ("BATHROOM", "BATHROOM"),
+    }
+    assert expected["CLASSROOM"] == pytest.approx((2 / 3, 1 / 3))
+    assert expected["GYM"] == (0, 1)
+    assert expected["SMALL ADMINISTRATIVE"] == (0.5, 0.5)
+    assert expected["LIBRARY"] == pytest.approx((3 / 7, 4 / 7))
+    assert dict(zip(columns, baselines.predict_shares(part)[LOCAL], strict=True))["BATHROOM"] == pytest.approx(4 / 7)
+
+
+def test_baselines_predict_shares():
     baselines = Baselines(small_model())
-    assert baselines.neighbours["CLASSROOM"] == "CORRIDOR"
-    assert baselines.neighbours["CORRIDOR"] == "CLASSROOM"
-    assert "LAB" not in baselines.neighbours
     part = make_prediction("a", {0, 1, 2}, set()).explored
-    assert [*baselines.predict_ends(part).values()] == ["CLASSROOM"] * 4
-    columns = [*SCHOOL.by_name]
+    # No other floor has an unopened door.
+    assert {*baselines.predict_doors(part).values()} == {(None, None)}
     shares = baselines.predict_shares(part)
-    assert dict(zip(columns, shares[LOCAL], strict=True))["CLASSROOM"] == 1
-    known_shares = dict(zip(columns, shares[KNOWN_PART], strict=True))
+    known_shares = dict(zip(SCHOOL.by_name, shares[KNOWN_PART], strict=True))
     assert (known_shares["CORRIDOR"], known_shares["CLASSROOM"]) == (pytest.approx(1 / 3), pytest.approx(2 / 3))
     assert shares[BLIND].sum() == pytest.approx(1)
-    # Nothing follows from a label that no other floor has, so local is blind.
-    graph = nx.path_graph(2)
-    nx.set_node_attributes(graph, {0: {"label": "LAB"}, 1: {"label": None, "partial": True}})
-    part = read_explored_part(graph, SCHOOL)
-    assert baselines.predict_ends(part) == {}
-    np.testing.assert_array_equal(baselines.predict_shares(part)[LOCAL], shares[BLIND])
+    # Nothing was directly behind such doors, so local is blind.
+    np.testing.assert_array_equal(shares[LOCAL], shares[BLIND])
 
 
 def test_baselines_predict_skeletons():
     baselines = Baselines(small_model())
     part = make_prediction("d", {0, 1, 2, 3, 4, 5}, {6, 16}).explored
-    (twice,), (local,) = (baselines.predict_skeletons(part)[baseline] for baseline in (KNOWN_PART, LOCAL))
-    # Corridor 0 between two open ones, twice, joined at both.
+    predicted = baselines.predict_skeletons(part)
+    (twice,), (local,), (explored,) = (predicted[baseline] for baseline in (KNOWN_PART, LOCAL, KNOWN_CORRIDORS))
+    # Corridor 0 between two open ones, twice, joined at both; one corridor is behind seven open ones.
     assert nx.is_isomorphic(twice, nx.cycle_graph(6))
     assert nx.is_isomorphic(local, nx.path_graph(3))
-    # A classroom with an unopened door leads to a corridor, that is next to no known one.
+    assert nx.is_isomorphic(explored, nx.path_graph(3))
+    # A classroom with an unopened door leads to a corridor, as every second one, that is next to no known one.
+    back_rooms = [add_back_rooms("CC", (1, "CORRIDOR"), (2, "CLOSET"), source=name) for name in "xy"]
+    for graph in back_rooms:
+        graph.add_edge(3, 5)
+        graph.nodes[5]["label"] = "GYM"
     graph = join_wings(*WINGS["a"], source="a")
     graph.add_edge(1, 9)
     part = read_explored_part(hide_rooms(graph, {*range(6)}, {6}), SCHOOL)
-    (local,) = baselines.predict_skeletons(part)[LOCAL]
+    (local,) = Baselines(learn_type(back_rooms, SCHOOL)).predict_skeletons(part)[LOCAL]
     assert sorted(dict(local.degree).values()) == [0, 1, 1]
     # Nothing is repeated where no corridor is open.
     part = read_explored_part(hide_rooms(graph, {*range(1, 6), 0}), SCHOOL)
@@ -206,8 +266,8 @@ def make_results(*floors: tuple[Stage, ...]) -> Results:
 
 
 def make_door(door: str, labels: Mapping[str, float], true: str, local: str | None, explored: int) -> Record:
-    fields = {"part": "schools", "item": "floor 0", "explored": explored, "half": explored == 2}
-    return {**fields, "door": door, "labels": labels, "true": true, "local": local}
+    fields = {"part": "schools", "item": "floor 0", "building": door, "explored": explored, "half": explored == 2}
+    return {**fields, "door": door, PREDICTED: labels, "true": true, LOCAL: {} if local is None else {local: 1.0}}
 
 
 def find_table(results: Results, title: str) -> FilledTable:
@@ -263,20 +323,28 @@ def test_comparison_with_baselines():
 def test_doors():
     """Three doors; the first is predicted again later, when the prediction is right."""
     results = make_results(({}, {}))
-    assert list_means(find_table(results, "What is behind")) == {"half": [0, *[None] * 5], "all": [0, *[None] * 5]}
+    assert list_means(find_table(results, "What is behind")) == {"half, predicted": [0], "all, predicted": [0]}
     results.details["doors"] = [
         make_door("1-2", {"CLASSROOM": 0.75, "LAB": 0.25}, "LAB", "LAB", 1),
         make_door("1-2", {"LAB": 1.0}, "LAB", "LAB", 2),
         make_door("1-3", {"GYM": 1.0}, "GYM", "LAB", 2),
         make_door("1-4", {"GYM": 0.55, "LAB": 0.45}, "GYM", None, 2),
     ]
-    rows = list_means(find_table(results, "What is behind"))
-    assert rows["half"][:3] == pytest.approx([3, 100, 100 / 3])
-    assert rows["half"][3] == pytest.approx(100 * 0.45 / 3)
-    assert rows["all"][:2] == pytest.approx([3, 200 / 3])
-    assert rows["all"][3] == pytest.approx(100 * (0.75 + 0.45 + 0) / 3)
+    table = find_table(results, "What is behind")
+    assert table.columns[:3] == ("doors", "right, %", "squared error")
+    rows = list_means(table)
+    assert rows["half, predicted"][:2] == [3, 100]
+    # (1 - 0.55)² + 0.45² of one of three.
+    assert rows["half, predicted"][2] == pytest.approx(2 * 0.45**2 / 3)
+    assert rows["half, predicted"][3] == pytest.approx(100 * 0.45 / 3)
+    assert rows["half, local"] == [3, pytest.approx(100 / 3), None, None, None, None]
+    assert rows["all, predicted"][:2] == pytest.approx([3, 200 / 3])
+    assert rows["all, predicted"][3] == pytest.approx(100 * (0.75 + 0.45 + 0) / 3)
     # Each label: 0.75 and 0.25 of the first; 1; 0.55 and 0.45.
-    assert rows["all"][5] == pytest.approx(100 * (0.75 + 0.75 + 0 + 0.45 + 0.45) / 5)
+    assert rows["all, predicted"][5] == pytest.approx(100 * (0.75 + 0.75 + 0 + 0.45 + 0.45) / 5)
+    # Right instead of local at two of three doors, each of its own building.
+    (note,) = [note for note in table.notes if "right, points, minus local" in note]
+    assert "+66.7 (+0.0 to +100.0)" in note
     assert list_means(find_table(results, "Reliability")) == {
         "50 to 60 %": [1, pytest.approx(55), 100],
         "70 to 80 %": [1, 75, 0],
@@ -328,7 +396,8 @@ def test_what_is_measured(measured):
         assert stage["value"] + other["value"] == len(graphs["school"][stage["item"]])
         assert other["value"] > 0
     edits = measured.select(part="schools", metric="edits")
-    assert len(edits) == 6 * len(stages)
+    # Two more by the printed sampler.
+    assert len(edits) == 7 * len(stages) + 2 * sum(stage["half"] for stage in stages)
     assert all((record["value"] is not None) == record["half"] for record in edits)
 
 
@@ -355,7 +424,7 @@ def test_tables(measured):
     assert text.count("Jensen-Shannon divergence of the labels of unseen rooms") == 2
     assert "5 of 5 schools have rooms unseen with half of their corridors explored." in text
     assert "broken failed (schools): " in text
-    assert len(tables) == 16
+    assert len(tables) == 18
     assert [note for table in tables for note in table.notes if len(note) > 85] == []
     rows = list_means(find_table(measured, "Jensen-Shannon"))
     assert [*rows][:3] == ["half, labels", "half, F/C/E/S", "half, R/C"]

@@ -138,6 +138,16 @@ class TestPredict:
         assert one == two
         assert one != other
 
+    def test_as_printed(self, explored, model, tmp_path):
+        for name, options in (("default", ()), ("printed", ("--as-printed",))):
+            outcome = run_pianta("predict", explored, model, "-n", 5, "-q", "-o", tmp_path / name, *options)
+            assert outcome.code == 0, outcome.err
+        default, printed = (
+            json.loads((tmp_path / name / "prediction.json").read_text()) for name in ("default", "printed")
+        )
+        assert printed["known"] == default["known"]
+        assert printed["rooms"] != default["rooms"]
+
     def test_quiet_prints_nothing(self, explored, model):
         assert run_pianta("predict", explored, model, "-n", 2, "-q") == (0, "", "")
 
@@ -251,6 +261,28 @@ class TestRefusals:
         graph.nodes[1]["label"] = label
         outcome = run_pianta("predict", write_floor(graph, tmp_path / "explored.json"), model)
         assert_one_error(outcome, "--type")
+
+    def test_labels_of_another_schema(self, model, tmp_path):
+        """An office's labels, in a file that does not say its type."""
+        graph = EXPLORED.copy()
+        graph.nodes[1]["label"] = "CUBICULE"
+        outcome = run_pianta("predict", write_floor(graph, tmp_path / "explored.json"), model)
+        assert_one_error(outcome, "CUBICULE")
+
+    def test_a_model_of_one_building(self, explored, model, tmp_path):
+        content = json.loads(model.read_text())
+        content["floors"] = content["floors"][:1]
+        (tmp_path / "one.json").write_text(json.dumps(content))
+        assert_one_error(run_pianta("predict", explored, tmp_path / "one.json"), "one.json")
+
+    def test_a_model_without_corridors(self, explored, tmp_path):
+        rooms = [nx.path_graph(count) for count in (3, 4)]
+        for graph in rooms:
+            nx.set_node_attributes(graph, "CLASSROOM", "label")
+        save_type_model(learn_type(rooms, SCHOOL), tmp_path / "rooms.json")
+        for options in ((), ("--as-printed",)):
+            outcome = run_pianta("predict", explored, tmp_path / "rooms.json", *options)
+            assert_one_error(outcome, "no floor of the model")
 
     def test_refuses_a_missing_floor(self, model):
         assert_one_error(run_pianta("predict", "nowhere.geojson", model), "nowhere.geojson")

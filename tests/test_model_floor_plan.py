@@ -271,6 +271,12 @@ def test_a_floor_without_rooms_is_refused():
     assert empty_storey.patterns[0].occurrences[0].storey == 1
 
 
+@pytest.mark.parametrize("floor", ["floor.geojson", 5, [make_wing([SMALL]), None]])
+def test_what_is_no_floor_is_refused(floor):
+    with pytest.raises(OptionError, match=r"floor= is a (str|int|NoneType), give a Floor"):
+        find_model_floor_plan(floor)
+
+
 def test_negative_shuffles_are_refused():
     with pytest.raises(OptionError, match="shuffles is -1"):
         find_model_floor_plan(make_wing([SMALL]), shuffles=-1)

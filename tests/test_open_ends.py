@@ -46,6 +46,10 @@ def test_examples_of_doors():
     assert dict(branch.nodes(data="label")) == {3: "CLOSET"}
     assert [len(examples) for examples in ends.by_label["CLASSROOM"]] == [2, 2]
     assert [*ends.by_label] == ["CLASSROOM"]
+    assert sorted((example.far, example.area, int(example.labels.sum())) for example in own) == [
+        ("CLOSET", None, 3),
+        ("CORRIDOR", None, 3),
+    ]
 
 
 def test_floors_without_doors_to_other_rooms_have_no_examples():

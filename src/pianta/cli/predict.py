@@ -43,6 +43,9 @@ Explored = Annotated[
     int | None,
     typer.Option(metavar="K", help="For a whole FLOOR: explore K corridors, predict the rest, and compare.", min=1),
 ]
+Printed = Annotated[
+    bool, typer.Option("--as-printed", help="Sample as section 8.3 of the thesis is printed, to compare.")
+]
 
 
 def predict_floor(
@@ -53,6 +56,7 @@ def predict_floor(
     out: Out = None,
     seed: Seed = 0,
     explored: Explored = None,
+    as_printed: Printed = False,
     quiet: Quiet = False,
 ) -> None:
     """Predict what lies behind unopened doors and along open corridors of a floor.
@@ -74,7 +78,9 @@ def predict_floor(
     try:
         truth = None if explored is None else _explore(graph, type_model, explored)
         with nullcontext() if quiet else stderr.status(f"sampling {count} floors"):
-            prediction = predict(truth.part if truth else graph, type_model, count=count, seed=seed)
+            prediction = predict(
+                truth.part if truth else graph, type_model, count=count, seed=seed, as_printed=as_printed
+            )
     except PiantaError as error:
         remedy = _find_remedy(error, type_model, explored)
         raise type(error)(f"floor {short_repr(floor)}: {error}{remedy}") from error

@@ -17,7 +17,7 @@ import shapely
 from pianta._types import Floats, Indices, Mask
 from pianta.patterns._room_table import RoomTable, measure_extents, measure_rectangles, move_shapes
 from pianta.rooms._outlines import Geometries
-from pianta.rooms._shapes import Rectangles, fit_rectangles
+from pianta.rooms._shapes import fit_rectangles
 from pianta.rooms._surroundings import find_alike
 
 # Least number of rooms of a pattern: one room alone is no sequence; and of one that is rotations by its order alone, as
@@ -85,7 +85,7 @@ def overlap_shapes(one: Geometries, other: Geometries) -> Floats:
 
 def _find_motions(table: RoomTable) -> Iterator[Indices]:
     """The image of each room by every motion that maps at least MIN_ROOMS rooms onto others."""
-    alike = find_alike(table.shapes, _rectangles(table)) & _have_one_label(table)
+    alike = find_alike(table.shapes, fit_rectangles(table.shapes)) & _have_one_label(table)
     length, width, direction = measure_rectangles(table.shapes)
     is_square = length < SQUARE_RATIO * width
     rotations: defaultdict[tuple[int, int, bool], list[float]] = defaultdict(list)
@@ -167,10 +167,6 @@ def _have_one_label(table: RoomTable) -> Mask:
     """Which rooms have the same label, or not both a label, shape (n, n)."""
     labels = table.labels
     return np.asarray((labels[:, None] == labels) | (labels[:, None] < 0) | (labels < 0))
-
-
-def _rectangles(table: RoomTable) -> Rectangles:
-    return fit_rectangles(table.shapes)
 
 
 def _pairs(image: Indices) -> tuple[Indices, Indices]:

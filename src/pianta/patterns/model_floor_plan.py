@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 import shapely
 
+from pianta._arguments import check_argument
 from pianta._types import Floats, Indices
 from pianta.errors import FloorError, OptionError
 from pianta.floor import Floor
@@ -234,7 +235,7 @@ def find_model_floor_plan(
     FloorError
         No storey has rooms.
     OptionError
-        The number of shuffles is negative.
+        The number of shuffles is negative, or a storey is no Floor.
 
     References
     ----------
@@ -254,7 +255,9 @@ def find_model_floor_plan(
     """
     if shuffles < 0:
         raise OptionError(f"shuffles is {shuffles}, give 0 or more")
-    storeys = [floor] if isinstance(floor, Floor) else [*floor]
+    storeys = [*floor] if isinstance(floor, Sequence) else [floor]
+    for storey in storeys:
+        check_argument(storey, Floor, "floor", "a Floor, or a list of them")
     if not any(storey.rooms for storey in storeys):
         raise FloorError("the floor has no rooms, give one with rooms")
     table = build_room_table(storeys, labels=labels)

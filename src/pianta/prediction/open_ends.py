@@ -50,12 +50,17 @@ class DoorExample:
     """What was behind an unopened door of a room.
 
     near: the label of that room. branch: the rooms behind the door, the one at the door first, if they belong to the
-    area of an explored corridor; None if the door leads to another area.
+    area of an explored corridor; None if the door leads to another area. far: the label of the room behind the door.
+    area: of the room with the door, m², None if unknown. labels: number of known rooms of each label of the schema when
+    the door was first seen.
     """
 
     floor: int
     near: str
     branch: nx.Graph | None
+    far: str
+    area: float | None
+    labels: Floats
 
 
 class OpenEnds:
@@ -118,7 +123,8 @@ class OpenEnds:
                 near, far = map(int, name.split("-"))
                 is_other = area_of[far] in areas
                 branch = None if is_other else extract_branch(floor.graph, floor.areas[area_of[far]] - closed, far)
-                self.examples.append(DoorExample(number, floor.graph.nodes[near]["label"], branch))
+                room, behind = floor.graph.nodes[near], floor.graph.nodes[far]["label"]
+                self.examples.append(DoorExample(number, room["label"], branch, behind, room.get("area"), labels))
 
 
 def find_hub(graph: nx.Graph, area: Area, corridors: Collection[Hashable]) -> int:

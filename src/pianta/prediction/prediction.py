@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import networkx as nx
@@ -20,17 +20,14 @@ from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.io._files import short_repr
 from pianta.labels import LabelConvention, LabelSchema
 from pianta.prediction.explored_part import ExploredPart, read_explored_part
+from pianta.prediction.label_distributions import MIN_SHARE, find_nearest_distribution, mix_labels
+from pianta.prediction.printed_sampler import PrintedSampler
 from pianta.prediction.unexplored_part import FloorSampler, SampledFloor
 
 MAX_SAMPLES = 10_000
 # Quantiles of a SampleInterval.
 LOW_QUANTILE = 0.1
 HIGH_QUANTILE = 0.9
-# Steps and rate of the exponentiated gradient descent of find_nearest_distribution; chosen by hand, it has converged.
-GRADIENT_STEPS = 200
-GRADIENT_RATE = 2.0
-# Smaller shares count as 0.
-MIN_SHARE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -78,8 +75,10 @@ class OpenEnd:
     near
         The room with the door; the corridor itself at its open end.
     labels
-        Label -> probability, the most probable first, of the room behind the door; at a corridor, of the unknown rooms
-        with a door to it.
+        Label -> probability, the most probable first. Of the room behind the door: the mean of its share of samples
+        and of its frequency behind similar doors. At a corridor, of the unknown rooms with a door to it.
+    sampled
+        As `labels`, from the samples alone.
     leads_on
         The probability that an unexplored corridor is nearer to this end than to others.
     rooms
@@ -91,6 +90,7 @@ class OpenEnd:
     room: Hashable
     near: Hashable
     labels: Mapping[str, float]
+    sampled: Mapping[str, float]
     leads_on: float
     rooms: SampleInterval
     area: SampleInterval | None
@@ -115,12 +115,16 @@ class Prediction:
         The labels of the model.
     average
         Label -> mean share of the rooms of a floor of the model: the baseline.
+    similar_doors
+        Unknown room behind a door -> label -> its frequency behind similar doors of the model; empty for samples as
+        printed.
     """
 
     explored: ExploredPart
     samples: tuple[SampledFloor, ...]
     schema: LabelSchema
     average: Mapping[str, float]
+    similar_doors: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
 
     @cached_property
     def rooms(self) -> SampleInterval:
@@ -242,17 +246,26 @@ class Prediction:
             for sample, rooms in zip(self.samples, behind, strict=True)
         ]
         room = explored.graph.nodes[end]["room"]
+        sampled = {label: count / labels.total() for label, count in labels.most_common()}
         return OpenEnd(
             room,
             explored.graph.nodes[explored.doors.get(end, end)]["room"],
-            {label: count / labels.total() for label, count in labels.most_common()},
+            mix_labels(sampled, self.similar_doors.get(end, {})),
+            sampled,
             float(np.mean(has_corridor)),
             SampleInterval.from_values([len(rooms) for rooms in behind]),
             None if any(None in areas for areas in sizes) else SampleInterval.from_values([*map(sum, sizes)]),
         )
 
 
-def predict(floor: Floor | nx.Graph, model: TypeModel | FloorSampler, *, count: int = 100, seed: int = 0) -> Prediction:
+def predict(
+    floor: Floor | nx.Graph,
+    model: TypeModel | FloorSampler,
+    *,
+    count: int = 100,
+    seed: int = 0,
+    as_printed: bool = False,
+) -> Prediction:
     """Predict the unexplored part of a floor (thesis, section 8.3).
 
     The command `pianta predict` calls this function.
@@ -269,6 +282,8 @@ def predict(floor: Floor | nx.Graph, model: TypeModel | FloorSampler, *, count: 
         Number of sampled floors.
     seed
         The same seed gives the same prediction.
+    as_printed
+        Sample as section 8.3 is printed, to compare; takes some ten times as long.
 
     Returns
     -------
@@ -303,7 +318,7 @@ def predict(floor: Floor | nx.Graph, model: TypeModel | FloorSampler, *, count: 
         raise OptionError(f"{count} samples are wanted, give 1 to {MAX_SAMPLES}")
     if seed < 0:
         raise OptionError(f"seed is {seed}, give 0 or more")
-    sampler = model if isinstance(model, FloorSampler) else FloorSampler(model)
+    sampler = _choose_sampler(model, as_printed=as_printed)
     if isinstance(floor, Floor):
         check_model_type(floor.given_type, sampler.model, f"floor {short_repr(floor.source)}")
     graph = floor.graph() if isinstance(floor, Floor) else floor
@@ -311,7 +326,16 @@ def predict(floor: Floor | nx.Graph, model: TypeModel | FloorSampler, *, count: 
     if not explored.open_ends:
         raise GraphError("no door of it is unopened and no corridor goes on, so there is nothing to predict")
     samples = tuple(sampler.sample(explored, range(count), seed=seed))
-    return Prediction(explored, samples, sampler.model.schema, sampler.label_shares)
+    similar = {} if isinstance(sampler, PrintedSampler) else sampler.doors.predict(explored)
+    return Prediction(explored, samples, sampler.model.schema, sampler.label_shares, similar)
+
+
+def _choose_sampler(model: TypeModel | FloorSampler, *, as_printed: bool) -> FloorSampler:
+    """The sampler of a model, or the given one; the printed one if wanted."""
+    if isinstance(model, PrintedSampler) or (isinstance(model, FloorSampler) and not as_printed):
+        return model
+    type_model = model.model if isinstance(model, FloorSampler) else model
+    return PrintedSampler(type_model) if as_printed else FloorSampler(type_model)
 
 
 def check_model_type(building_type: str | None, model: TypeModel, name: str) -> None:
@@ -344,23 +368,6 @@ def assign_unseen_rooms(sample: SampledFloor, explored: ExploredPart) -> dict[in
         if node in unseen:
             assigned[end].append(node)
     return assigned
-
-
-def find_nearest_distribution(counts: Floats) -> Floats:
-    """The distribution, shape (labels,), with the least mean Jensen-Shannon divergence from the rows of counts.
-
-    counts: shape (n, labels), rows weighted by their sums, which are above 0. By exponentiated gradient descent.
-    """
-    weights = counts.sum(axis=1)
-    rows = counts / weights[:, None]
-    weights = weights / weights.sum()
-    nearest: Floats = weights @ rows + MIN_SHARE
-    nearest /= nearest.sum()
-    for _ in range(GRADIENT_STEPS):
-        gradient = weights @ np.log2(nearest / ((rows + nearest) / 2)) / 2
-        nearest = np.maximum(nearest * np.exp(-GRADIENT_RATE * (gradient - nearest @ gradient)), MIN_SHARE)
-        nearest /= nearest.sum()
-    return nearest
 
 
 def _list_skeleton_edges(

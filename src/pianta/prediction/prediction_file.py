@@ -75,7 +75,7 @@ def _describe_end(end: OpenEnd) -> dict[str, Any]:
         "kind": "door" if end.is_door else "corridor",
         "room": end.room,
         "near": end.near,
-        "labels": _round(end.labels),
+        "labels": {label: share for label, share in _round(end.labels).items() if share},
         "leads_on": round(end.leads_on, DIGITS),
         "rooms": _describe_interval(end.rooms),
         "area": _describe_interval(end.area),

@@ -25,6 +25,7 @@ from pianta.labels import LabelConvention
 from pianta.prediction.area_plan import AreaPlan, NewArea, plan_areas, segment_known_rooms
 from pianta.prediction.explored_part import ExploredPart
 from pianta.prediction.open_ends import DoorExample, OpenEnds, find_hub
+from pianta.prediction.similar_doors import SimilarDoors
 
 # Probability that an area is of a random cluster, not of that of the similar floor. Chosen by hand.
 P_RANDOM_CLUSTER = 0.2
@@ -58,14 +59,18 @@ class SampledFloor:
 class FloorSampler:
     """Samples floors around explored parts; the data of the model is computed once.
 
-    label_shares: label -> mean share of the rooms of a floor of the model.
+    label_shares: label -> mean share of the rooms of a floor of the model. edge_moves, door_moves: of steps 2 and 4.
+    closed: known rooms have no doors but those of the explored part.
     Raises OptionError for a model by `ncut`, ModelError for one without corridors.
     """
+
+    edge_moves = EDGE_MOVES
+    door_moves = DOOR_MOVES
+    closed = True
 
     def __init__(self, model: TypeModel) -> None:
         self.model = model
         self.ends = OpenEnds(model)
-        self.potentials = CutPotentials(model)
         self.functional_references = ReferenceGraphs([floor.functional_graph for floor in model.floors])
         self.references = ReferenceGraphs([floor.graph for floor in model.floors])
         self.new_areas = [
@@ -79,38 +84,72 @@ class FloorSampler:
         shares /= shares.sum(axis=1, keepdims=True)
         self.label_shares = dict(zip(model.schema.by_name, shares.mean(axis=0).tolist(), strict=True))
 
+    @cached_property
+    def potentials(self) -> CutPotentials:
+        """Φ of step 4."""
+        return CutPotentials(self.model)
+
+    @cached_property
+    def doors(self) -> SimilarDoors:
+        """What was behind the doors of the model."""
+        return SimilarDoors(self.ends.examples, self.model.schema)
+
+    @property
+    def door_counts(self) -> list[int]:
+        """From which the number of doors of an edge between areas is drawn."""
+        return self.model.door_counts
+
     def sample(
         self,
         explored: ExploredPart,
         numbers: Sequence[int],
         *,
         seed: int = 0,
-        edge_moves: int = EDGE_MOVES,
-        door_moves: int = DOOR_MOVES,
+        edge_moves: int | None = None,
+        door_moves: int | None = None,
     ) -> list[SampledFloor]:
-        """Sample the floors with these numbers, from 0; a floor depends only on its number and the seed."""
+        """Sample the floors with these numbers, from 0; a floor depends only on its number and the seed.
+
+        edge_moves, door_moves: instead of those of the sampler.
+        """
         generators = [np.random.default_rng((seed, number)) for number in numbers]
         known_areas = segment_known_rooms(explored)
         areas = [area_subgraph(explored.graph, area) for area in known_areas]
-        clusters = [str(cluster) for cluster in self.model.assign_clusters(areas)]
+        clusters = self.model.assign_clusters(areas)
         # Steps 1 and 3: the number of unexplored functional areas, their clusters, and the areas.
-        weights = self.ends.stage_weights(explored)
-        plans = [self._plan(explored, known_areas, clusters, weights, generator) for generator in generators]
+        plans = self.plan_floors(explored, known_areas, clusters, generators)
         # Step 2: the edges between areas; those between known areas are fixed.
         starts = [plan.start(generator) for plan, generator in zip(plans, generators, strict=True)]
-        chains = FunctionalGraphs(self.functional_references, starts, n_fixed=len(known_areas), closed=True)
-        graphs = sample_functional_graphs(chains, generators, moves=edge_moves)
+        chains = FunctionalGraphs(self.functional_references, starts, n_fixed=len(known_areas), closed=self.closed)
+        moves = self.edge_moves if edge_moves is None else edge_moves
+        graphs = sample_functional_graphs(chains, generators, moves=moves)
         # Step 4: the doors of these edges; known doors are fixed, unopened ones at one end.
         buildings, opened = [], []
         for plan, start, graph, generator in zip(plans, starts, graphs, generators, strict=True):
+            self.restore_edges(plan, graph, generator)
             graph.add_edges_from((edge for edge in start.edges if start.edges[edge].get("known")), cuts=0)
-            building, doors = plan.build(graph, self.model.door_counts, generator)
+            building, doors = plan.build(graph, self.door_counts, generator)
             buildings.append(building)
             opened.append(doors)
         fixed = len(known_areas)
         connections = NodeConnections(self.references, buildings, graphs, self.potentials, generators, n_fixed=fixed)
-        connect_areas(connections, moves=door_moves)
+        connect_areas(connections, moves=self.door_moves if door_moves is None else door_moves)
         return [_finish(*parts) for parts in zip(plans, buildings, opened, strict=True)]
+
+    def plan_floors(
+        self,
+        explored: ExploredPart,
+        known_areas: Sequence[Area],
+        clusters: Sequence[int],
+        generators: Sequence[np.random.Generator],
+    ) -> list[AreaPlan]:
+        """Steps 1 and 3 of each floor. clusters: of the known areas."""
+        weights = self.ends.stage_weights(explored)
+        names = [*map(str, clusters)]
+        return [self._plan(explored, known_areas, names, weights, generator) for generator in generators]
+
+    def restore_edges(self, plan: AreaPlan, graph: nx.Graph, generator: np.random.Generator) -> None:
+        """Restore edges between areas that step 2 may not lose; none here, because step 2 loses none of them."""
 
     def _plan(
         self,

@@ -34,7 +34,8 @@ def measure(data: Path | None = None, *, count: int = COUNT, seed: int = 0, trac
     that has unknown labels or that is in several parts does not count. count: samples of a prediction. track: wraps the
     names of the floors, to show progress.
     Records of a stage have the fields `explored`, its explored corridors, and `half`, whether these are half of all;
-    scores also `predictor`. details["doors"] are the predictions of what is behind doors.
+    scores also `predictor`. details["doors"] are the predictions of what is behind doors. With half of the corridors
+    each floor is predicted by the printed sampler as well, which takes longer.
     Raises DataError if there are no floors of a type, or too few buildings.
     """
     folder = find_data(data)
@@ -95,11 +96,17 @@ def measure_floor(results: Results, building_type: str, name: str) -> None:
         start = process_time()
         prediction = predict(part_graph, sampler, count=count, seed=seed)
         seconds = process_time() - start
-        stage: dict[str, Any] = {"explored": explored, "half": explored == half}
-        scores = score_prediction(graph, prediction, baselines, edited=explored == half, seed=seed)
+        stage: dict[str, Any] = {"explored": explored, "half": explored == half, "building": graph.graph["building"]}
         results.add(part, name, {"seconds": seconds}, work="prediction", **stage)
+        printed = None
+        if explored == half:
+            start = process_time()
+            printed = predict(part_graph, sampler, count=count, seed=seed, as_printed=True)
+            results.add(part, name, {"seconds": process_time() - start}, work="as printed", **stage)
+        scores = score_prediction(graph, prediction, baselines, printed=printed, edited=explored == half, seed=seed)
         results.add(part, name, describe_stage(graph, prediction, baselines), **stage)
         results.add(part, name, scores, names=("metric", "predictor"), **stage)
         results.details["doors"] += [
-            {"part": part, "item": name, **stage, **door} for door in predict_doors(graph, prediction, baselines)
+            {"part": part, "item": name, **stage, **door}
+            for door in predict_doors(graph, prediction, baselines, printed)
         ]

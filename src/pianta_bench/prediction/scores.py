@@ -21,7 +21,7 @@ from pianta.graphs.nspdk import NeighborhoodPairs
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.labels import LabelConvention, LabelSchema, LabelSet
 from pianta.prediction.prediction import Prediction
-from pianta_bench.prediction.baselines import Baselines, corridor_graph
+from pianta_bench.prediction.baselines import ANY_DOOR, LOCAL, Baselines, corridor_graph
 
 # Predictors beside the baselines: by the distribution nearest to the samples', the mean of the samples, a sample each.
 PREDICTED = "predicted"
@@ -30,6 +30,10 @@ SAMPLE = "one sample"
 TYPICAL = "typical"  # the most typical sample
 MEDOID = "medoid"  # the most typical floor of the model
 ORACLE = "oracle"  # as many labels as are unseen, drawn from this floor's own
+PRINTED = "as printed"  # by the sampler of section 8.3 as it is printed
+PRINTED_TYPICAL = "as printed, typical"
+SAMPLED = "samples alone"  # behind doors
+SIMILAR_DOORS = "similar doors alone"
 LABEL_SETS: Mapping[LabelSet, str] = MappingProxyType(
     {LabelSet.TYPE: "labels", LabelSet.F_C_E_S: "F/C/E/S", LabelSet.R_C: "R/C"}
 )
@@ -45,13 +49,22 @@ Scores: TypeAlias = dict[tuple[str, str], float | None]
 
 
 def score_prediction(
-    graph: nx.Graph, prediction: Prediction, baselines: Baselines, *, edited: bool = True, seed: int = 0
+    graph: nx.Graph,
+    prediction: Prediction,
+    baselines: Baselines,
+    *,
+    printed: Prediction | None = None,
+    edited: bool = True,
+    seed: int = 0,
 ) -> Scores:
-    """Scores of a prediction and of the baselines by the whole floor. edited: whether edits are counted."""
+    """Scores of a prediction and of the baselines by the whole floor.
+
+    printed: the prediction by the printed sampler, if there is one. edited: whether edits are counted.
+    """
     return {
-        **score_labels(graph, prediction, baselines, seed=seed),
-        **score_sizes(graph, prediction, baselines),
-        **score_skeletons(graph, prediction, baselines, edited=edited),
+        **score_labels(graph, prediction, baselines, printed, seed=seed),
+        **score_sizes(graph, prediction, baselines, printed),
+        **score_skeletons(graph, prediction, baselines, printed, edited=edited),
     }
 
 
@@ -65,21 +78,29 @@ def describe_stage(graph: nx.Graph, prediction: Prediction, baselines: Baselines
         "known rooms": len(graph) - unseen,
         "unseen rooms": unseen,
         "interval holds": float(prediction.rooms.low <= len(graph) <= prediction.rooms.high),
-        "no local labels": float(not baselines.predict_ends(prediction.explored)),
+        "no local labels": float(not any(row.any() for row in baselines.expect_behind(prediction.explored).values())),
     }
 
 
-def score_labels(graph: nx.Graph, prediction: Prediction, baselines: Baselines, *, seed: int) -> Scores:
+def score_labels(
+    graph: nx.Graph, prediction: Prediction, baselines: Baselines, printed: Prediction | None = None, *, seed: int
+) -> Scores:
     """Divergence of the predicted labels from those of the unseen rooms, bits, by label set."""
     schema = prediction.schema
     unseen = graph.subgraph(_list_unseen(graph, prediction))
     true, total = count_labels([unseen, graph], schema).astype(float)
-    shares, means = (
+    shares, means, printed_shares = (
         np.array([[float(figures.get(name, 0.0)) for name in schema.by_name]])
-        for figures in (prediction.shares, {name: interval.mean for name, interval in prediction.counts.items()})
+        for figures in (
+            prediction.shares,
+            {name: interval.mean for name, interval in prediction.counts.items()},
+            printed.shares if printed else {},
+        )
     )
     samples = count_labels([sample.graph.subgraph(sample.unseen) for sample in prediction.samples], schema)
     predicted = {PREDICTED: shares, MEAN: means, SAMPLE: samples.astype(float)}
+    if printed:
+        predicted[PRINTED] = printed_shares
     predicted |= {name: row[None] for name, row in baselines.predict_shares(prediction.explored).items()}
     scores: Scores = {}
     for label_set, name in LABEL_SETS.items():
@@ -102,14 +123,14 @@ def merge_labels(schema: LabelSchema, label_set: LabelSet) -> Floats:
     return np.array([[float(label == name) for name in names] for label in coarse])
 
 
-def score_sizes(graph: nx.Graph, prediction: Prediction, baselines: Baselines) -> Scores:
+def score_sizes(
+    graph: nx.Graph, prediction: Prediction, baselines: Baselines, printed: Prediction | None = None
+) -> Scores:
     """Error and bias of the predicted rooms, and of the corridors among them, of the whole floor."""
     true = len(graph), len(corridor_graph(graph, prediction.schema))
-    corridors = [len(prediction.corridor_graph(sample)) for sample in prediction.samples]
-    sizes = {
-        PREDICTED: (prediction.rooms.mean, float(np.mean(corridors))),
-        **baselines.count_rooms(prediction.explored),
-    }
+    sizes = {PREDICTED: _count_sampled(prediction), **baselines.count_rooms(prediction.explored)}
+    if printed:
+        sizes[PRINTED] = _count_sampled(printed)
     scores: Scores = {}
     for predictor, numbers in sizes.items():
         for name, number, right in zip(("rooms", "corridors"), numbers, true, strict=True):
@@ -118,7 +139,14 @@ def score_sizes(graph: nx.Graph, prediction: Prediction, baselines: Baselines) -
     return scores
 
 
-def score_skeletons(graph: nx.Graph, prediction: Prediction, baselines: Baselines, *, edited: bool) -> Scores:
+def score_skeletons(
+    graph: nx.Graph,
+    prediction: Prediction,
+    baselines: Baselines,
+    printed: Prediction | None = None,
+    *,
+    edited: bool,
+) -> Scores:
     """Distances of the predicted skeletons from the true one; the mean of a predictor with several."""
     truth = corridor_graph(graph, prediction.schema)
     predicted: dict[str, Sequence[nx.Graph]] = {
@@ -127,6 +155,9 @@ def score_skeletons(graph: nx.Graph, prediction: Prediction, baselines: Baseline
         MEDOID: [baselines.medoid],
         **baselines.predict_skeletons(prediction.explored),
     }
+    if printed:
+        predicted[PRINTED] = [printed.corridor_graph(sample) for sample in printed.samples]
+        predicted[PRINTED_TYPICAL] = [printed.corridor_graph(printed.typical)]
     skeletons = [skeleton for several in predicted.values() for skeleton in several]
     distances = {
         WL: measure_kernel_distances(truth, skeletons, WeisfeilerLehman()),
@@ -142,24 +173,40 @@ def score_skeletons(graph: nx.Graph, prediction: Prediction, baselines: Baseline
     return scores
 
 
-def predict_doors(graph: nx.Graph, prediction: Prediction, baselines: Baselines) -> list[dict[str, Any]]:
+def predict_doors(
+    graph: nx.Graph, prediction: Prediction, baselines: Baselines, printed: Prediction | None = None
+) -> list[dict[str, Any]]:
     """What is behind each unopened door whose name gives the rooms that it joins.
 
-    labels: the probability of each. true: the label of the room behind. local: that of the baseline, None without one.
+    true: the label of the room behind. By predictor the probability of each label; of a baseline its only label, with
+    probability 1. Empty without a prediction.
     """
     explored = prediction.explored
-    local = baselines.predict_ends(explored)
+    baseline = baselines.predict_doors(explored)
     doors = {explored.graph.nodes[door]["room"]: door for door in explored.doors}
+    by_printed = {end.room: dict(end.labels) for end in printed.ends} if printed else {}
     return [
         {
             "door": str(end.room),
-            "labels": dict(end.labels),
             "true": graph.nodes[int(str(end.room).split("-")[1])]["label"],
-            "local": local.get(doors[end.room]),
+            PREDICTED: dict(end.labels),
+            SAMPLED: dict(end.sampled),
+            SIMILAR_DOORS: dict(prediction.similar_doors.get(doors[end.room], {})),
+            **{
+                name: {} if label is None else {label: 1.0}
+                for name, label in zip((LOCAL, ANY_DOOR), baseline[doors[end.room]], strict=True)
+            },
+            **({PRINTED: by_printed[end.room]} if printed else {}),
         }
         for end in prediction.ends
         if end.is_door
     ]
+
+
+def _count_sampled(prediction: Prediction) -> tuple[float, float]:
+    """The mean rooms of the samples, and the mean corridors among them."""
+    corridors = [len(prediction.corridor_graph(sample)) for sample in prediction.samples]
+    return prediction.rooms.mean, float(np.mean(corridors))
 
 
 def _list_unseen(graph: nx.Graph, prediction: Prediction) -> list[int]:

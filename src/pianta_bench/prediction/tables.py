@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from statistics import fmean
 from textwrap import wrap
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-import numpy as np
-
-from pianta._types import Floats
-from pianta.evaluation.prediction import expect_calibration_error, measure_label_reliability
-from pianta.evaluation.semantics import Reliability, measure_reliability
-from pianta.labels import SCHEMAS, LabelSchema
+from pianta.labels import SCHEMAS
 from pianta_bench.graphs.measure import PARTS
 from pianta_bench.harness.records import Record, Results, select_records
 from pianta_bench.harness.tables import Cell, FilledTable, Table
-from pianta_bench.prediction.baselines import BASELINES, BLIND, KNOWN_PART, LOCAL
+from pianta_bench.prediction.baselines import BASELINES, BLIND, KNOWN_CORRIDORS, KNOWN_PART, LOCAL, SIMILAR
+from pianta_bench.prediction.door_tables import (
+    ALL,
+    DOORS,
+    HALF,
+    RELIABILITY,
+    compare_doors,
+    derive_doors,
+    derive_reliability,
+)
+from pianta_bench.prediction.intervals import resample_buildings
 from pianta_bench.prediction.scores import (
     DISTANCES,
     EDITS,
@@ -26,6 +31,8 @@ from pianta_bench.prediction.scores import (
     MEDOID,
     ORACLE,
     PREDICTED,
+    PRINTED,
+    PRINTED_TYPICAL,
     SAMPLE,
     TYPICAL,
 )
@@ -33,20 +40,24 @@ from pianta_bench.prediction.scores import (
 # A figure of a predictor and of a baseline, None if it does not exist.
 Pair: TypeAlias = tuple[float | None, float | None]
 
-HALF = "half"
-ALL = "all"
 STAGES = [HALF, ALL]
 MIN_TIMED = 35  # rooms of the floors whose prediction is timed
 MAX_TIMED = 45
 NOTE_WIDTH = 80  # characters
-CHANCE_DRAWS = 200  # whose mean is the calibration error by chance; chosen by hand
-# By metric and predictor what stands in the column of each baseline: skeletons of samples are compared by the mean
-# distance, with all floors of the model; the most typical one with the most typical floor.
-COMPARED = {
-    ("labels", PREDICTED): BASELINES,
-    ("labels", ORACLE): (BLIND,),
-    **{(metric, PREDICTED): (BLIND, KNOWN_PART, LOCAL) for metric in DISTANCES},
-    **{(metric, TYPICAL): (MEDOID, KNOWN_PART, LOCAL) for metric in DISTANCES},
+SIZES_COMPARED = ("rooms, error", "corridors, error")
+# By metric and predictor the baseline in each column: skeletons of samples are compared by the mean distance, with all
+# floors of the model; the most typical one with the most typical floor.
+COMPARED: Mapping[tuple[str, str], Mapping[str, str]] = {
+    ("labels", ORACLE): {BLIND: BLIND},
+    **{
+        (metric, PREDICTED): {name: name for name in (BLIND, KNOWN_PART, LOCAL, SIMILAR)}
+        for metric in ("labels", *SIZES_COMPARED)
+    },
+    **{
+        (metric, predictor): {BLIND: blind, KNOWN_PART: KNOWN_PART, LOCAL: LOCAL, KNOWN_CORRIDORS: KNOWN_CORRIDORS}
+        for metric in DISTANCES
+        for predictor, blind in ((PREDICTED, BLIND), (TYPICAL, MEDOID))
+    },
 }
 
 
@@ -65,7 +76,11 @@ BETTER = Table(
     title="Section 8.3, {part}, half of the corridors: better than baselines in",
     rows=("metric", "predictor"),
     columns=("baseline",),
-    where={"metric": ["labels", *DISTANCES], "predictor": [PREDICTED, TYPICAL], "baseline": list(BASELINES)},
+    where={
+        "metric": ["labels", *SIZES_COMPARED, *DISTANCES],
+        "predictor": [PREDICTED, TYPICAL],
+        "baseline": list(BASELINES),
+    },
     summarise=share_better,
     unit="% of floors",
     notes=("{halves} of {floors} {part} have rooms unseen with half of their corridors explored.",),
@@ -79,20 +94,34 @@ LOWER = Table(
     unit="%",
     notes=("blind: the mean over skeletons of other floors; beside typical the most typical.",),
 )
+DIFFERENCES = Table(
+    title="Differences from baselines with half of the corridors, {part}",
+    rows=("metric", "predictor", "baseline"),
+    columns=("end",),
+    where=BETTER.where,
+    summarise=Cell.only,
+    digits=3,
+    notes=(
+        "Of the means over floors, with a bootstrap interval of 95 % over buildings;",
+        "below 0 the prediction is nearer to the truth.",
+    ),
+)
 StageTable = partial(Table, rows=("stage", "metric"), columns=("predictor",))
 LABELS = StageTable(
     title="Jensen-Shannon divergence of the labels of unseen rooms, {part}",
     where={
         "stage": STAGES,
         "metric": [*LABEL_SETS.values()],
-        "predictor": [PREDICTED, MEAN, SAMPLE, *BASELINES, ORACLE],
+        "predictor": [PREDICTED, MEAN, SAMPLE, PRINTED, BLIND, KNOWN_PART, LOCAL, SIMILAR, ORACLE],
     },
     digits=3,
     unit="bits",
     notes=(
         "predicted: the distribution nearest to the samples'; mean: of the samples.",
         "oracle: as many labels as are unseen, of this floor's own; not known in practice.",
-        "local: blind where it predicts nothing, on {silent:.0f} floors with half of the corridors.",
+        "local: what was directly behind open ends of rooms with the same label on other",
+        "floors; blind if nothing was, on {silent:.0f} floors with half of the corridors.",
+        "similar stages: nearest to what was left of other floors, weighted as by the sampler.",
         "half: of the corridors are explored; all: the mean over stages of a floor first.",
     ),
 )
@@ -101,12 +130,13 @@ SIZES = StageTable(
     where={
         "stage": STAGES,
         "metric": ["rooms, error", "rooms, bias", "corridors, error", "corridors, bias"],
-        "predictor": [PREDICTED, *BASELINES],
+        "predictor": [PREDICTED, PRINTED, BLIND, KNOWN_PART, LOCAL, SIMILAR],
     },
     unit="rooms",
     notes=(
-        "blind: the mean of other floors, at least the known rooms; local: a room more for",
-        "each open end; known part: times known corridors over explored ones.",
+        "blind: the mean of other floors, at least the known rooms; known part: times known",
+        "corridors over explored ones; local: known rooms and those directly behind open ends;",
+        "similar stages: the known rooms and the mean of those left at similar stages.",
         "Rooms in the interval of four of five samples: {half} (half), {all} (all).",
     ),
 )
@@ -115,37 +145,21 @@ SKELETONS = StageTable(
     where={
         "stage": STAGES,
         "metric": list(DISTANCES),
-        "predictor": [PREDICTED, TYPICAL, BLIND, MEDOID, KNOWN_PART, LOCAL],
+        "predictor": [PREDICTED, TYPICAL, PRINTED, PRINTED_TYPICAL, BLIND, MEDOID, KNOWN_PART, LOCAL, KNOWN_CORRIDORS],
     },
     digits=2,
     notes=(
         "WL, NSPDK: sqrt(2 - 2k) of the normalised kernel, which hardly depends on sizes.",
         "edits: upper bound, nodes, edges, labels; of skeletons of 30 corridors at most.",
-        "predicted: mean over samples; typical: of one; medoid: one of the other floors.",
+        "predicted, blind: mean over samples, floors; typical, medoid: the most typical one.",
+        "local: a corridor more where one is expected; known corridors: no more than these.",
     ),
-)
-DOORS = Table(
-    title="What is behind unopened doors, {part}",
-    rows=("stage",),
-    columns=("metric",),
-    summarise=Cell.only,
-    unit="%",
-    notes=(
-        "Expected calibration errors; by chance alone: if all probabilities were exact.",
-        "all: each door once, at the first stage at which it is unopened.",
-    ),
-)
-RELIABILITY = Table(
-    title="Reliability of predictions of doors, all stages, {part}",
-    rows=("probability",),
-    columns=("metric",),
-    summarise=Cell.only,
 )
 TIME = Table(
     title=f"Time of {{count}} samples on floors of {MIN_TIMED} to {MAX_TIMED} rooms, {{part}}",
     rows=("work",),
     columns=("metric",),
-    where={"work": [f"prediction, {HALF}", f"prediction, {ALL}", "sampler, once", "model, once"]},
+    where={"work": [f"prediction, {HALF}", f"prediction, {ALL}", "as printed, half", "sampler, once", "model, once"]},
     labels={"seconds": "median"},
     summarise=Cell.median,
     digits=2,
@@ -171,10 +185,11 @@ def tabulate_type(results: Results, building_type: str) -> list[FilledTable]:
     return [
         BETTER.fill(pairs, part=part, halves=len(holds[0]), floors=count, notes=_compare_labels(pairs)),
         LOWER.fill(pairs, part=part),
+        DIFFERENCES.fill(derive_differences(pairs), part=part),
         LABELS.fill(floors, part=part, silent=silent),
         SIZES.fill(floors, part=part, half=half, all=every),
         SKELETONS.fill([each for each in floors if (each["metric"], each["stage"]) != (EDITS, ALL)], part=part),
-        DOORS.fill(derive_doors(doors, schema), part=part),
+        DOORS.fill(derive_doors(doors, schema), part=part, notes=compare_doors(doors, schema)),
         RELIABILITY.fill(derive_reliability(doors, schema), part=part),
         TIME.fill(derive_times(results, part), part=part, count=results.options["count"]),
     ]
@@ -189,6 +204,7 @@ def derive_floors(records: Iterable[Record]) -> Iterator[Record]:
             floors.setdefault(key, []).append(record)
     for (item, metric, predictor), stages in floors.items():
         fields = {"item": item, "metric": metric, "predictor": predictor}
+        fields["building"] = stages[0].get("building", item)
         values = [record["value"] for record in stages if record["value"] is not None]
         for record in stages:
             if record["half"]:
@@ -199,52 +215,41 @@ def derive_floors(records: Iterable[Record]) -> Iterator[Record]:
 def derive_pairs(floors: Iterable[Record]) -> Iterator[Record]:
     """The figures of predictors and baselines with half of the corridors, two of a floor each."""
     halves = {
-        (record["metric"], record["predictor"], record["item"]): record["value"]
-        for record in floors
-        if record["stage"] == HALF
+        (record["metric"], record["predictor"], record["item"]): record for record in floors if record["stage"] == HALF
     }
-    for (metric, predictor, item), value in halves.items():
-        for column, baseline in zip(BASELINES, COMPARED.get((metric, predictor), ()), strict=False):
-            pair = value, halves.get((metric, baseline, item))
-            yield {"metric": metric, "predictor": predictor, "baseline": column, "item": item, "value": pair}
+    for (metric, predictor, item), record in halves.items():
+        for column, baseline in COMPARED.get((metric, predictor), {}).items():
+            other = halves.get((metric, baseline, item), {"value": None})
+            fields = {"metric": metric, "predictor": predictor, "baseline": column}
+            pair = record["value"], other["value"]
+            yield {**fields, "item": item, "building": record["building"], "value": pair}
 
 
-def derive_doors(doors: Sequence[Record], schema: LabelSchema) -> Iterator[Record]:
-    """How often predictions of what is behind a door are right, and how exact their probabilities are."""
-    for stage, chosen in ((HALF, [door for door in doors if door["half"]]), (ALL, list_first(doors))):
-        figures: dict[str, float | None] = dict.fromkeys(
-            ("right", "local right", "error of\ntop label", "by chance\nalone", "error of\nevery label")
-        )
-        if chosen:
-            top, every = find_reliability(chosen, schema)
-            chance = expect_calibration_error(list_probabilities(chosen, schema), draws=CHANCE_DRAWS, seed=0)
-            right = fmean(top_label(door) == door["true"] for door in chosen)
-            local = fmean(door["local"] == door["true"] for door in chosen)
-            shares = (right, local, top.error, chance, every.error)
-            figures = {name: 100 * float(share) for name, share in zip(figures, shares, strict=True)}
-        for metric, value in ({"doors": len(chosen)} | figures).items():
-            yield {"stage": stage, "metric": metric, "value": value}
-
-
-def derive_reliability(doors: Sequence[Record], schema: LabelSchema) -> Iterator[Record]:
-    """How often the top label of a door is right, by its probability; doors of all stages."""
-    top, _ = find_reliability(list_first(doors), schema)
-    for low, count, mean, right in zip(top.edges, top.counts, top.confidence, top.accuracy, strict=False):
-        figures = {"doors": int(count), "probability, %": 100 * float(mean), "right, %": 100 * float(right)}
-        for metric, value in figures.items() if count else ():
-            yield {"probability": f"{100 * low:.0f} to {100 * low + 10:.0f} %", "metric": metric, "value": value}
+def derive_differences(pairs: Iterable[Record]) -> Iterator[Record]:
+    """The mean difference of each predictor from each baseline, and its bootstrap interval over buildings."""
+    groups: dict[tuple[str, str, str], list[Record]] = {}
+    for pair in pairs:
+        if None not in pair["value"]:
+            groups.setdefault((pair["metric"], pair["predictor"], pair["baseline"]), []).append(pair)
+    for (metric, predictor, baseline), own in groups.items():
+        interval = resample_buildings((pair["building"], pair["value"][0] - pair["value"][1]) for pair in own)
+        fields = {"metric": metric, "predictor": predictor, "baseline": baseline}
+        for end in ("difference", "from", "to"):
+            value = {"difference": interval.mean, "from": interval.low, "to": interval.high}[end]
+            yield {**fields, "end": end, "value": value}
 
 
 def derive_times(results: Results, part: str) -> Iterator[Record]:
     """Seconds of the processor for a prediction of floors of a usual size, a sampler, and a model."""
     rooms = {record["item"]: record["value"] for record in results.select(part=part, metric="rooms")}
     for record in results.select(part=part, metric="seconds"):
-        if record["work"] != "prediction":
+        if record["work"] not in ("prediction", PRINTED):
             yield record
             continue
         timed = MIN_TIMED <= rooms[record["item"]] <= MAX_TIMED
-        for stage in (HALF, ALL) if record["half"] else (ALL,):
-            yield {**record, "work": f"prediction, {stage}", "value": record["value"] if timed else None}
+        stages = (HALF,) if record["work"] == PRINTED else (HALF, ALL) if record["half"] else (ALL,)
+        for stage in stages:
+            yield {**record, "work": f"{record['work']}, {stage}", "value": record["value"] if timed else None}
 
 
 def drop_absent(pairs: Iterable[Pair]) -> list[tuple[float, float]]:
@@ -257,33 +262,6 @@ def measure_gain(pairs: Iterable[Pair]) -> float | None:
     present = drop_absent(pairs)
     total = sum(other for _, other in present)
     return 100 * (1 - sum(value for value, _ in present) / total) if total else None
-
-
-def list_first(doors: Sequence[Record]) -> list[Record]:
-    """Each door at the first stage at which it is unopened; floor by floor, the last stage first."""
-    items = [*dict.fromkeys(door["item"] for door in doors)]
-    ordered = sorted(doors, key=lambda door: (items.index(door["item"]), -door["explored"]))
-    return [*{(door["item"], door["door"]): door for door in ordered}.values()]
-
-
-def find_reliability(doors: Sequence[Record], schema: LabelSchema) -> tuple[Reliability, Reliability]:
-    """Reliability of the top labels, and of all labels, of the predictions of doors."""
-    probabilities = list_probabilities(doors, schema)
-    names = [*schema.by_name]
-    truth = np.array([names.index(door["true"]) for door in doors], int)
-    return measure_reliability(probabilities, truth), measure_label_reliability(probabilities, truth)
-
-
-def list_probabilities(doors: Sequence[Record], schema: LabelSchema) -> Floats:
-    """The probabilities of all labels, shape (doors, labels)."""
-    rows = [[door["labels"].get(name, 0.0) for name in schema.by_name] for door in doors]
-    return np.array(rows, float).reshape(-1, len(schema.by_name))
-
-
-def top_label(door: Record) -> str | None:
-    """The most probable label, the first of several; None without probabilities."""
-    labels: dict[str, Any] = door["labels"]
-    return max(labels, key=lambda label: labels[label]) if labels else None
 
 
 def wrap_names(names: Sequence[str]) -> list[str]:
