@@ -136,7 +136,7 @@ class AreaRecombiner:
                 own = self._use_floor(free, int(generator.choice(len(shares), p=shares)), generator)
             new = recombine_areas([self._parts[area] for area in own], generator, others=others)
             result = [*real[: self.n_fixed], *map(build_area, new)]
-            if self._count_violations(result) <= allowed:
+            if (self._count_violations(result) <= allowed).all():
                 return result
         return real
 
@@ -172,8 +172,8 @@ class AreaRecombiner:
         most: Counts = count_labels([floor.graph for floor in self.model.floors], self.model.schema).max(axis=0)
         return most
 
-    def _count_violations(self, areas: Sequence[nx.Graph]) -> int:
-        """Rooms too many or too few by the constraints, and rooms of labels that no floor has so often."""
+    def _count_violations(self, areas: Sequence[nx.Graph]) -> Counts:
+        """Rooms too many or too few by the constraints, and rooms of labels that no floor has so often, shape (2,)."""
         counts = count_labels(areas, self.model.schema).sum(axis=0, keepdims=True)
         violations = self.limits.count_violations(counts, [*self.model.schema.by_name])
-        return int(violations[0] + np.maximum(counts[0] - self._most, 0).sum())
+        return np.array([violations[0], np.maximum(counts[0] - self._most, 0).sum()])
