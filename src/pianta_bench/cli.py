@@ -12,7 +12,7 @@ from pianta.cli.terminal import show_examples
 BENCHES = (
     *("layout", "segmentation", "departures", "cost", "graphs", "types", "places", "buildings", "generation"),
     *("prediction", "realism", "partial", "exploration", "plans", "robustness", "calibration", "evacuation"),
-    "patterns",
+    *("patterns", "noise"),
 )
 
 app = typer.Typer(no_args_is_help=True, help="Measure the tables of the thesis again, on the maps that you have.")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from shapely import LineString, Polygon, unary_union
 from shapely.geometry.base import BaseGeometry
 
-from pianta._types import Floats, Mask
+from pianta._types import Floats, LabelImage, Mask
 from pianta.errors import OptionError
 from pianta.floor import Floor, cells_of_polygon
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -29,6 +29,7 @@ LIMITS = {
     "margin": (0, 1000, "metres"),
     "wall_thickness": (0.01, 10, "metres"),
     "noise": (0, 1, ""),
+    "drift": (0, 10, "metres"),
     "furniture": (0, 10, ""),
     "yaw": (-2 * pi, 2 * pi, "radians"),
 }
@@ -71,6 +72,7 @@ def simulate_map(
     wall_thickness: float = OUTER_WALL,
     solid_walls: bool = False,
     noise: float = 0.0,
+    drift: float | None = None,
     furniture: float = 0.0,
     dense_furniture: bool = False,
     door_leaves: bool = False,
@@ -85,6 +87,7 @@ def simulate_map(
     wall_thickness: of the outer walls, metres; inner walls are the gaps between the rooms.
     solid_walls: whether walls and furniture are occupied in full depth, as on a plan, not only their faces.
     noise: 0 clean … 1 a bad map: drifting walls, rough faces, gaps in walls, specks in free space.
+    drift: greatest displacement of walls by the slow drift, metres; None for that of the noise.
     furniture: 0 empty … 1 a busy office; corridors stay empty, and no piece closes a door or a passage.
     dense_furniture: furniture by the labels of rooms, also in corridors, which may nearly close passages.
     door_leaves: doors are open, half open or shut; otherwise all are gaps.
@@ -94,7 +97,7 @@ def simulate_map(
     """
     margin = margin if margin is not None else RAY_REACH if glass_spray else 1.0
     lengths = {"resolution": resolution, "margin": margin, "wall_thickness": wall_thickness}
-    _check_options(floor, **lengths, noise=noise, furniture=furniture, yaw=yaw)
+    _check_options(floor, **lengths, noise=noise, drift=drift or 0, furniture=furniture, yaw=yaw)
     rng = np.random.default_rng(seed)
     furniture_rng, noise_rng, ray_rng = rng.spawn(3)
     blank = _make_blank_grid(floor, resolution, margin + wall_thickness, yaw)
@@ -105,7 +108,7 @@ def simulate_map(
     if door_leaves:
         obstacles += _widen(draw_door_leaves(floor, rng=rng.spawn(1)[0])[0], resolution)
     inside, blocked = _fill_floor(floor, blank), _fill_polygons(obstacles, blank)
-    sources = _draw_sources(blank.shape, noise, resolution, noise_rng)
+    sources = _draw_sources(blank.shape, noise, drift, resolution, noise_rng)
     inside, free = inside[sources], (inside & ~blocked)[sources]
     solid = _grow(inside, wall_thickness / resolution) if solid_walls else _grow(free, FACE_DEPTH / resolution)
     cells = np.select([free, solid], [FREE, OCCUPIED], UNKNOWN).astype(np.int8)
@@ -118,6 +121,16 @@ def simulate_map(
 def list_shut_doors(floor: Floor, *, seed: int) -> list[int]:
     """Indices of the doors of a floor that are shut on its map by `simulate_map` with door_leaves and this seed."""
     return draw_door_leaves(floor, rng=np.random.default_rng(seed).spawn(4)[3])[1]
+
+
+def label_displaced_rooms(floor: Floor, grid: GridMap, *, noise: float, drift: float | None, seed: Seed) -> LabelImage:
+    """Ids of the rooms of a floor, shape (H, W), displaced like the walls of its map; 0 elsewhere.
+
+    grid: made by `simulate_map` with this noise, drift and seed, without yaw.
+    """
+    noise_rng = np.random.default_rng(seed).spawn(3)[1]
+    sources = _draw_sources(grid.shape, noise, drift, grid.resolution, noise_rng)
+    return np.asarray(floor.label_image(grid)[sources], np.int32)
 
 
 def make_sample() -> tuple[Floor, GridMap]:
@@ -186,13 +199,14 @@ def _grow(mask: Mask, radius_px: float) -> Mask:
 
 
 def _draw_sources(
-    shape: tuple[int, int], noise: float, resolution: float, rng: np.random.Generator
+    shape: tuple[int, int], noise: float, drift: float | None, resolution: float, rng: np.random.Generator
 ) -> tuple[NDArray[np.int_], ...]:
     """For each cell the row and col that a bad scan match shows there instead: slow drift, waves and grain."""
     sources = []
     for positions in np.ogrid[: shape[0], : shape[1]]:
-        shift = sum(reach * _draw_field(shape, wavelength / resolution, rng) for reach, wavelength in DISPLACEMENTS)
-        shifted = np.floor(positions + noise * shift / resolution + 0.5).astype(int)
+        slow, *rough = (reach * _draw_field(shape, wavelength / resolution, rng) for reach, wavelength in DISPLACEMENTS)
+        shift = noise * sum(rough, slow) if drift is None else drift / DISPLACEMENTS[0][0] * slow + noise * sum(rough)
+        shifted = np.floor(positions + shift / resolution + 0.5).astype(int)
         sources.append(np.clip(shifted, 0, positions.size - 1))
     return tuple(sources)
 
