@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 import networkx as nx
 import numpy as np
-from draw_pictures import ACCENT, IMAGES, LINE, SHADE, frame, save
+from draw_pictures import ACCENT, IMAGES, SHADE, WALL, frame, save
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
@@ -76,7 +76,7 @@ def draw_steps(model: TypeModel) -> None:
     generators = [np.random.default_rng(SEED)]
     chosen = sampler.sample_areas(model.configurations[[largest(model)]], generators)
     (functional,) = sampler.join_areas(chosen, generators)
-    (building,) = sampler.connect_rooms(chosen, [functional], generators)
+    (building,) = sampler.connect_rooms([[sampler.areas[area] for area in chosen[0]]], [functional], generators)
     clusters = model.clusters[chosen[0]].tolist()
     sizes = [len(model.areas[area]) for area in chosen[0]]
     figure = Figure(figsize=(16, 4.4), layout="constrained")
@@ -129,7 +129,7 @@ def plot_functional_graph(graph: nx.Graph, clusters: list[int], *, ax: Axes) -> 
     """Plot the areas of a new building, with the numbers of their clusters."""
     positions = place_nodes(graph)
     for one, other in graph.edges:
-        ax.plot(*zip(positions[one], positions[other], strict=True), color=LINE, linewidth=2, zorder=0)
+        ax.plot(*zip(positions[one], positions[other], strict=True), color=WALL, linewidth=2, zorder=0)
     for area, (x, y) in positions.items():
         ax.scatter(x, y, s=900, color=COLORS[clusters[area] % len(COLORS)], edgecolors="black", zorder=1)
         ax.annotate(str(clusters[area]), (x, y), ha="center", va="center", fontsize=14)

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from itertools import pairwise
 
 import networkx as nx
-from draw_pictures import ACCENT, IMAGES, LINE, SHADE, frame, save
+from draw_pictures import ACCENT, IMAGES, SHADE, WALL, frame, save
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -59,7 +59,7 @@ def draw_path(graph: nx.Graph, *, ax: Axes) -> None:
 def draw_pair(graph: nx.Graph, *, ax: Axes) -> None:
     """Draw two neighbourhoods whose roots are apart."""
     fills, marked = {}, []
-    for root, color in (("d", ACCENT), ("h", LINE)):
+    for root, color in (("d", ACCENT), ("h", WALL)):
         neighbourhood = nx.ego_graph(graph, root, radius=1)
         fills |= dict.fromkeys(neighbourhood, color)
         marked += [(*edge, color) for edge in neighbourhood.edges]

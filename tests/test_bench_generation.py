@@ -16,7 +16,7 @@ from pianta.evaluation.graph_sets import STATISTICS, DiscrepancyRatio, Trial
 from pianta.generation.buildings import generate_buildings
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import Mixing, ModelMixing, TypeModel, learn_type
-from pianta.labels import LabelSchema
+from pianta.labels import SCHOOL, LabelSchema
 from pianta_bench.generation import measure as generation
 from pianta_bench.generation import tables as generation_tables
 from pianta_bench.generation.clusters import score_gram
@@ -33,6 +33,17 @@ from pianta_bench.generation.costs import (
     Clock,
     time_sampling,
 )
+from pianta_bench.generation.distances import (
+    DISTANCES,
+    EDITS,
+    ONE_STEP,
+    SAME,
+    WL_DISTANCE,
+    add_distances,
+    measure_edits,
+    measure_wl_distances,
+)
+from pianta_bench.generation.distances import STEPS as CONFIGURATION_STEPS
 from pianta_bench.generation.figures import draw_areas, draw_buildings, draw_clusters, embed_in_plane
 from pianta_bench.generation.measure import (
     CORR,
@@ -40,6 +51,7 @@ from pianta_bench.generation.measure import (
     NCUT,
     PUBLISHED_COSTS,
     REAL,
+    REAL_AREAS,
     REAL_HALF,
     SAMPLED,
     THESIS,
@@ -58,12 +70,14 @@ from pianta_bench.generation.scores import (
     measure_ratio_error,
     pool_ratios,
 )
+from pianta_bench.generation.stability import CLUSTERS, add_stability
 from pianta_bench.generation.tables import ALIKE, GAPS, NEARER, PUBLISHED_MEANS, compare_figures, derive_gaps, tabulate
 from pianta_bench.harness.records import Results
 from pianta_bench.harness.report import save_results
 from pianta_bench.harness.tables import FilledTable
 from tests.bench_results import show_lines
 from tests.command_line import list_files, run_pianta
+from tests.generated_types import build_floor, make_wing
 from tests.tiny_data import write_schools
 
 pytestmark = pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
@@ -71,7 +85,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 SCHOOLS = "KKKW-KKC-LLW", "KKKC-KKW", "LLW-KKKK-KKS", "KKKW-LLS-KKC", "KKC-KKKK", "LLC-KKKW-KKK"
 REPEATS = Repeats(trials=3, draws=1, forest_draws=1, trees=3, models=2, multiple=2, subsamples=3)
 MIXING = ModelMixing(Mixing(5, (1.0,)), Mixing(20, (1.0, inf)), Mixing(5, (1.05, 1.25, 1.0)))
-PARTS = [REAL, CORR, NCUT, PUBLISHED_COSTS, THESIS]
+PARTS = [REAL, CORR, NCUT, REAL_AREAS, PUBLISHED_COSTS, THESIS]
 
 
 def train_quickly(graphs: Sequence[nx.Graph], *, schema: LabelSchema, areas: Segmentation, seed: int) -> TypeModel:
@@ -228,7 +242,7 @@ def test_held_out_scores():
     cycles = [label(nx.cycle_graph(3 + number), "CORRIDOR") for number in range(8)]
     results = Results()
     for part, generated in (("same", paths[::2]), ("other", cycles)):
-        SetScorer(results, REPEATS).score_held_out(part, [Trial(generated, paths[::2], paths[1::2])])
+        SetScorer(results, REPEATS, SCHOOL).score_held_out(part, [Trial(generated, paths[::2], paths[1::2])])
     ratios = {"metric": HELD_OUT_DISCREPANCY, "side": "ratio"}
     same = {record["statistic"]: record["value"] for record in results.select(part="same", **ratios)}
     assert same == dict.fromkeys(STATISTICS, 1)
@@ -255,8 +269,13 @@ def test_all_parts(measured):
     graphs = measured.objects["graphs"]
     assert [*graphs] == PARTS
     assert [part for part in PARTS if measured.select(part=part, metric="novel")] == PARTS[1:]
-    assert [len(graphs[part]) for part in PARTS] == [6, 8, 8, 8, 8]
-    assert {record["metric"] for record in measured.select(part=CORR, item="corr 1")} == {*METRICS}
+    assert [len(graphs[part]) for part in PARTS] == [6, 8, 8, 8, 8, 8]
+    assert {record["metric"] for record in measured.select(part=CORR, item="corr 1")} == {
+        *METRICS,
+        *DISTANCES,
+        SAME,
+        ONE_STEP,
+    }
     # Corridors without rooms around them are rooms of the type all the same.
     assert measured.values(part=REAL, metric="nodes_c") == [3, 2, 3, 3, 2, 3]
     assert [item.item for item in measured.items if item.part == REAL and item.failure] == ["broken"]
@@ -346,7 +365,7 @@ def test_copies_of_half_a_are_no_nearer_than_half_a():
         nx.set_node_attributes(graph, ("CLASSROOM", "CORRIDOR")[number % 2], "label")
     results = Results()
     halves = [Trial([], graphs[::2], graphs[1::2])]
-    SetScorer(results, Repeats(draws=1, trees=5)).score_real_halves(REAL_HALF, halves)
+    SetScorer(results, Repeats(draws=1, trees=5), SCHOOL).score_real_halves(REAL_HALF, halves)
     ratios = results.select(metric=HELD_OUT_DISCREPANCY, side="ratio")
     assert {record["statistic"] for record in ratios} == {*STATISTICS}
     # All graphs of half A have another number of nodes; drawn again, some are missing and some are there twice.
@@ -388,7 +407,7 @@ def test_the_same_seed_gives_the_same_figures(tiny, measured, tmp_path):
         ]
         contents.append(content)
     assert contents[0] == contents[1]
-    assert len(contents[0]["tables"]) == 11
+    assert len(contents[0]["tables"]) == 15
 
 
 def test_what_cannot_be_measured(tmp_path):
@@ -403,6 +422,56 @@ def test_what_cannot_be_measured(tmp_path):
     results = Results()
     assert len(read_samples(results, tmp_path, 3)) == 3
     assert [item.item for item in results.items] == ["sample0", "sample1", "sample2"]
+
+
+def test_edits():
+    """A star of a corridor and rooms: a room relabelled, and a room with its door added."""
+    one, relabelled, larger = (make_wing(rooms) for rooms in ("CCG", "CCS", "CCGS"))
+    # 4 rooms and 3 doors each; the larger has 5 and 4.
+    assert measure_edits([one], [one, relabelled, larger]) == pytest.approx(np.array([[0, 1 / 14, 2 / 16]]))
+    assert measure_edits([larger], [one]) == pytest.approx(np.array([[2 / 16]]))
+    alone = nx.Graph()
+    alone.add_node(0, label="LIBRARY")
+    # All 7 rooms and doors of the star go, and one room comes; or its corridor is relabelled.
+    assert measure_edits([one], [alone]) == pytest.approx(np.array([[7 / 8]]))
+
+
+def test_distances_to_the_nearest_floor():
+    floors = build_floor(("CCG", "AA"), ((0, 1),), (0, 1)), build_floor(("CCS",), (), (0,))
+    model = TypeModel(SCHOOL, Segmentation.CORR, floors)
+    graphs = [nx.Graph(floors[0].graph, source="copy"), nx.Graph(floors[1].graph, source="other")]
+    results = Results()
+    add_distances(results, CORR, graphs, model)
+    add_distances(results, REAL, graphs, model, buildings=["one", "two"])
+    add_distances(results, "same building", [*graphs], model, buildings=["one", "one"])
+    assert results.values(part=CORR, metric=[EDITS, WL_DISTANCE, CONFIGURATION_STEPS]) == [0] * 6
+    assert results.values(part=CORR, metric=[SAME, ONE_STEP]) == [1] * 4
+    # A floor is not compared with itself. Its configuration has one area more, or one less.
+    far = measure_edits(graphs, graphs)[0, 1], measure_wl_distances(graphs, graphs)[0, 1]
+    assert results.values(part=REAL, item="copy") == pytest.approx([*far, 1, 0, 1])
+    assert results.values(part="same building", metric=EDITS) == [inf, inf]
+
+
+def test_clusters_of_fewer_floors():
+    """Each of eight floors has a wing of classrooms and a wing of offices: two clusters in any set of them."""
+    floors = tuple(build_floor(("CCCC", "AAA"), ((0, 1),), (0, 1)) for _ in range(8))
+    results = Results()
+    add_stability(results, CORR, TypeModel(SCHOOL, Segmentation.CORR, floors), seed=0, draws=3)
+    assert {record["floors"] for record in results.records} == {"5 floors"}
+    assert results.values(metric=CLUSTERS) == [2, 2, 2]
+
+
+def test_bad_sets(tiny, tmp_path):
+    with pytest.raises(OptionError, match="castle"):
+        measure(tiny, type="castle")
+    with pytest.raises(DataError, match="office"):
+        measure(tiny, type="office")
+    write_schools(tmp_path, *SCHOOLS[:5])
+    files = sorted((tmp_path / "buildings" / "school").glob("*.xml"))
+    listed = [{"path": file.relative_to(tmp_path).as_posix(), "building": "one"} for file in files]
+    (tmp_path / "manifest.json").write_text(json.dumps(listed))
+    with pytest.raises(DataError, match=r"^all 5 floors of schools are of building 'one'[^\n]*$"):
+        measure(tmp_path, count=8, repeats=REPEATS)
 
 
 def test_too_few_buildings(tiny):
@@ -445,19 +514,28 @@ def test_command(tiny, tmp_path, monkeypatch):
     assert (outcome.code, outcome.err) == (1, "")
     assert "Table 7.1, metrics of schools: real, and generated by corr" in outcome.out
     assert "broken failed (real): " in outcome.out
-    names = {"heatmap.png", "areas.png", "buildings.png", "real.png", "corr.png", "ncut.png"}
+    names = {f"{name}.png" for name in ("heatmap", "areas", "buildings", "clusters", "real", "corr", "ncut")}
     assert {*list_files(pictures)} == names
     content = json.loads(file.read_text())
     assert content["bench"] == "generation"
     assert (content["options"]["seed"], content["options"]["count"]) == (3, 7)
     parts = [item["part"] for item in content["items"]]
-    assert [parts.count(part) for part in PARTS] == [7, 7, 7, 7, 8]
+    assert [parts.count(part) for part in PARTS] == [7, 7, 7, 7, 7, 8]
     records = content["records"]
-    assert {record["metric"] for record in records if record["item"] == "school0"} == {*METRICS}
+    assert {record["metric"] for record in records if record["item"] == "school0"} == {
+        *METRICS,
+        *DISTANCES,
+        SAME,
+        ONE_STEP,
+    }
     assert [part for part in PARTS if any((r["part"], r["metric"]) == (part, "novel") for r in records)] == PARTS[1:]
     (gaps,) = (table for table in content["tables"] if table["title"].startswith("Table 7.1, distances"))
     figures = ("distance", "published distance", "p-value")
-    columns = [f"{part}, {figure}" for part in ("corr", "ncut", "as printed", "thesis' own") for figure in figures]
+    columns = [
+        f"{part}, {figure}"
+        for part in ("corr", "ncut", "real areas", "as printed", "thesis' own")
+        for figure in figures
+    ]
     assert [cell["column"] for cell in gaps["cells"]][: len(columns)] == columns
     model = content["models"][CORR]
     assert len(model["areas"]) == 16

@@ -232,6 +232,35 @@ class TestGenerate:
         assert_one_error(outcome, "'low'")
 
     @pytest.mark.slow
+    def test_areas_of_real_floors_and_graph_hopper(self, model, tmp_path):
+        for name, options in (("new", ()), ("real", ("--no-recombine",)), ("hopper", ("--kernel", "graph-hopper"))):
+            assert run_pianta("generate", model, "-n", 2, "-q", *options, "-o", tmp_path / name).code == 0
+        files = [list_files(tmp_path / name) for name in ("new", "real", "hopper")]
+        assert files[0] != files[1]
+        assert files[0] != files[2]
+
+    def test_refuses_an_unknown_kernel(self, model, tmp_path):
+        outcome = run_pianta("generate", model, "--kernel", "linear", "-o", tmp_path / "made")
+        assert_one_error(outcome, "'linear', give one of weisfeiler-lehman, graph-hopper")
+
+    @pytest.mark.parametrize(
+        ("change", "options", "fragment"),
+        [
+            (part_floor, (), "2 parts"),
+            (lambda floor: replace(floor, doors=()), (), "door"),
+            (lambda floor: replace(floor, rooms=(replace(floor.rooms[0], label=None), *floor.rooms[1:])), (), "label"),
+            # The wings have six and four rooms, and one more area has two at least.
+            (lambda floor: floor, ("--rooms", "10"), "at most 10 rooms in all are allowed"),
+            (lambda floor: floor, ("--at-most", "CORRIDOR=1"), "each building has 3 or more"),
+        ],
+    )
+    def test_refuses_a_floor_that_it_cannot_continue(self, model, change, options, fragment, tmp_path):
+        save_floor(change(draw_floor(make_schools()[0])), tmp_path / "seen.geojson")
+        outcome = run_pianta("generate", model, "--keep", tmp_path / "seen.geojson", *options, "-o", tmp_path / "made")
+        assert_one_error(outcome, fragment)
+        assert not (tmp_path / "made").exists()
+
+    @pytest.mark.slow
     def test_reads_its_own_output(self, model, tmp_path):
         assert run_pianta("generate", model, "-n", 1, "-q", "-o", tmp_path / "made").code == 0
         for suffix in ("json", "graphml"):

@@ -10,11 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import networkx as nx
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pianta.errors import ModelError, OptionError
+from pianta.generation.area_clusters import AreaKernel
 from pianta.generation.buildings import MAX_BUILDINGS, BuildingSampler, Costs, generate_buildings
 from pianta.generation.constraints import Constraints
 from pianta.generation.functional_areas import Segmentation
@@ -93,6 +95,50 @@ def test_batches_are_the_same_as_all_at_once(given_floor):
     parts = [*sampler.sample(range(3), seed=2), *sampler.sample(range(3, 6), seed=2)]
     complete = BuildingSampler(quick_model(), similar_to=template, fixed=fixed_floor).sample(range(6), seed=2)
     assert list(map(list_rooms, parts)) == list(map(list_rooms, complete))
+
+
+def test_areas_change_inside_unless_they_are_those_of_floors():
+    """Areas of real floors are stars with the rooms of a wing; new ones have other rooms."""
+    model = quick_model()
+    wings = {label_star(area) for area in model.areas}
+    for recombines in (True, False):
+        sampler = BuildingSampler(model, recombines=recombines)
+        generators = [np.random.default_rng(number) for number in range(12)]
+        chosen = sampler.sample_areas(model.configurations[[3] * 12], generators)
+        areas = sampler.renew_areas(chosen, generators)
+        assert [len(graphs) for graphs in areas] == [len(row) for row in chosen]
+        are_real = [label_star(area) in wings for graphs in areas for area in graphs]
+        assert all(are_real) is not recombines
+    printed = BuildingSampler(model, costs=Costs.THESIS)
+    chosen = [[0, 1]]
+    assert [list(map(label_star, graphs)) for graphs in printed.renew_areas(chosen, generators[:1])] == [
+        [label_star(model.areas[0]), label_star(model.areas[1])]
+    ]
+
+
+def label_star(area: nx.Graph) -> tuple[str, ...]:
+    return tuple(sorted(label for _, label in area.nodes(data="label")))
+
+
+def test_each_building_follows_a_floor():
+    """Without constraints no floor is followed again before all others, so all labels of a building are of one."""
+    model = learn_type([make_wing("CCCCC"), make_wing("AAAAA"), make_wing("GGGGG")], SCHOOL)
+    buildings = generate_buildings(replace(model, sweeps=5, edge_moves=20, door_moves=5), 9)
+    rooms = [{label for _, label in building.nodes(data="label")} - {"CORRIDOR"} for building in buildings]
+    for turn in (rooms[:3], rooms[3:6], rooms[6:]):
+        assert sorted(map(sorted, turn)) == [["CLASSROOM"], ["GYM"], ["SMALL ADMINISTRATIVE"]]
+
+
+def test_graph_hopper_follows_the_same_floors():
+    model = quick_model()
+    one, other = (generate_buildings(model, 3, kernel=kernel) for kernel in AreaKernel)
+    # Steps 1 and 3 do not compare graphs.
+    assert [list(building.nodes(data="label")) for building in one] == [
+        list(building.nodes(data="label")) for building in other
+    ]
+    assert list(map(list_rooms, one)) != list(map(list_rooms, other))
+    for building in one:
+        assert_building(building, model)
 
 
 def test_jobs_make_the_same_buildings():

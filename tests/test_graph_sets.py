@@ -192,6 +192,20 @@ def test_trials_split_the_real_graphs(count):
     assert other != trials
 
 
+def test_floors_of_a_building_are_in_one_half():
+    real = [nx.path_graph(2 + number) for number in range(10)]
+    buildings = [*"aaabbcdefg"]
+    trials = draw_trials(real, real, repeats=30, seed=0, buildings=buildings)
+    building = {id(graph): name for graph, name in zip(real, buildings, strict=True)}
+    for trial in trials:
+        halves = [{building[id(graph)] for graph in half} for half in (trial.half_a, trial.half_b)]
+        assert not halves[0] & halves[1]
+        assert len(trial.half_a) == len(trial.half_b) == len(trial.generated) >= 4
+    assert len({tuple(map(id, trial.half_a)) for trial in trials}) > 20
+    with pytest.raises(GraphError, match="building a"):
+        draw_trials(real, real, repeats=1, seed=0, buildings=["a"] * 10)
+
+
 def test_trials_of_a_generator():
     real = [make_path("A" * size) for size in range(1, 9)]
     queries = []

@@ -52,6 +52,17 @@ Keep = Annotated[
 ChosenCosts = Annotated[
     str, typer.Option("--costs", help="What the steps follow: density, or thesis, as in section 7.4.3.", metavar="NAME")
 ]
+Recombine = Annotated[
+    bool,
+    typer.Option(
+        "--recombine/--no-recombine",
+        help="Whether rooms of functional areas change; or areas of real floors as they are.",
+    ),
+]
+Kernel = Annotated[
+    str,
+    typer.Option(help="Compares graphs in steps 2 and 4: weisfeiler-lehman, or graph-hopper, slower.", metavar="NAME"),
+]
 
 
 def generate(
@@ -67,6 +78,8 @@ def generate(
     similar_to: SimilarTo = None,
     keep: Keep = None,
     costs: ChosenCosts = "density",
+    recombine: Recombine = True,
+    kernel: Kernel = "weisfeiler-lehman",
     quiet: Quiet = False,
 ) -> None:
     """Generate new buildings of a type, as graphs of labelled rooms joined by doors.
@@ -94,6 +107,8 @@ def generate(
         similar_to=None if similar_to is None else read_floor_graph(similar_to),
         keep=None if keep is None else read_floor_graph(keep),
         costs=costs,
+        recombine=recombine,
+        kernel=kernel,
         seed=seed,
         jobs=jobs,
         track=partial(track_items, quiet=quiet),

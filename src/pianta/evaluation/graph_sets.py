@@ -121,27 +121,51 @@ def measure_discrepancy(one: Sequence[nx.Graph], other: Sequence[nx.Graph], *, s
 
 
 def draw_trials(
-    generated: Sequence[nx.Graph] | GraphMaker, real: Sequence[nx.Graph], *, repeats: int, seed: int
+    generated: Sequence[nx.Graph] | GraphMaker,
+    real: Sequence[nx.Graph],
+    *,
+    repeats: int,
+    seed: int,
+    buildings: Sequence[str] | None = None,
 ) -> list[Trial]:
     """Random splits of real graphs into halves A and B (of an odd number one is left out), with generated graphs.
 
     generated: a set from which graphs are sampled, each at most once in a trial; if their model was trained on all real
     graphs, half B included, they may be nearer to B than A is. Or a function of half A and a random generator, which
     generates graphs by a model of half A alone.
+    buildings: of each real graph; those of one building are in the same half. Halves may then be smaller.
+    Raises GraphError for fewer than two real graphs or buildings, and for too few generated graphs.
     """
     if len(real) < 2:
         raise GraphError(f"real has {len(real)} graphs, give 2 at least to have two halves")
+    if buildings is not None and len(set(buildings)) < 2:
+        raise GraphError(f"all {len(real)} real graphs are of building {buildings[0]}, give those of 2 at least")
     random = np.random.default_rng(seed)
     size = len(real) // 2
     trials = []
     for _ in range(repeats):
         order = random.permutation(len(real))
-        half_a, half_b = ([real[i] for i in indices] for indices in (order[:size], order[size : 2 * size]))
+        one, other = (order[:size], order[size : 2 * size]) if buildings is None else _split(order, buildings)
+        half_a, half_b = [real[i] for i in one], [real[i] for i in other]
         graphs = generated(half_a, random) if callable(generated) else generated
-        if len(graphs) < size:
-            raise GraphError(f"generated has {len(graphs)} graphs beside a half of {size}, give as many at least")
-        trials.append(Trial([graphs[i] for i in random.permutation(len(graphs))[:size]], half_a, half_b))
+        if len(graphs) < len(half_a):
+            raise GraphError(
+                f"generated has {len(graphs)} graphs beside a half of {len(half_a)}, give as many at least"
+            )
+        trials.append(Trial([graphs[i] for i in random.permutation(len(graphs))[: len(half_a)]], half_a, half_b))
     return trials
+
+
+def _split(order: Indices, buildings: Sequence[str]) -> tuple[list[int], list[int]]:
+    """Halves of equal size of shuffled graphs, those of one building in the same half."""
+    groups: dict[str, list[int]] = {}
+    for index in order.tolist():
+        groups.setdefault(buildings[index], []).append(index)
+    halves: tuple[list[int], list[int]] = ([], [])
+    for group in groups.values():
+        min(halves, key=len).extend(group)
+    size = min(map(len, halves))
+    return halves[0][:size], halves[1][:size]
 
 
 def compare_discrepancy(trials: Iterable[Trial], *, statistic: str) -> DiscrepancyRatio:

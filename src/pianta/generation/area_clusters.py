@@ -32,7 +32,7 @@ TOLERANCE = 1e-9
 class AreaKernel(StrEnum):
     """The kernel that compares areas; section 7.3.3 prefers Graph Hopper."""
 
-    GRAPH_HOPPER = "graph hopper"
+    GRAPH_HOPPER = "graph-hopper"
     WEISFEILER_LEHMAN = "weisfeiler-lehman"
 
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
+from types import MappingProxyType
 
 import networkx as nx
 import numpy as np
 
-from pianta._types import Floats
+from pianta._types import Floats, Indices
 from pianta.errors import OptionError
+from pianta.generation.area_clusters import AreaKernel
 from pianta.generation.cluster_configuration import (
     EMPTY,
     AreaChains,
@@ -24,8 +26,10 @@ from pianta.generation.cluster_configuration import (
 from pianta.generation.constraints import Constraints
 from pianta.generation.cut_potentials import CutPotentials
 from pianta.generation.functional_graph import FunctionalGraphs, draw_door_counts, draw_start, sample_functional_graphs
+from pianta.generation.hopper_gram import HopperReferences
 from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, connect_areas
+from pianta.generation.recombined_areas import AreaRecombiner
 from pianta.generation.type_model import Counts, TypeFloor, TypeModel, count_labels
 
 MAX_BUILDINGS = 100_000
@@ -52,6 +56,12 @@ class Costs(StrEnum):
     THESIS = "thesis"
 
 
+# By kernel, the references of Γ2 and Γ4.
+REFERENCES: Mapping[AreaKernel, type[ReferenceGraphs | HopperReferences]] = MappingProxyType(
+    {AreaKernel.WEISFEILER_LEHMAN: ReferenceGraphs, AreaKernel.GRAPH_HOPPER: HopperReferences}
+)
+
+
 @dataclass(frozen=True, eq=False)
 class BuildingSampler:
     """Samples buildings of a type; the data of the model is computed once.
@@ -59,7 +69,8 @@ class BuildingSampler:
     constraints: on the rooms of each building. Without limits of all rooms, SIZE_MARGIN applies where areas of the
     model allow. similar_to: a floor that replaces those of the model as example. fixed: a floor whose rooms and doors
     each building contains, besides at least one more functional area; rooms without a door are left out. costs: see
-    Costs.
+    Costs. recombines: whether areas change inside, as in `renew_areas`;
+    never with the costs of the thesis. kernel: of Γ2 and Γ4.
 
     Raises OptionError that lists constraints that no building can meet.
     """
@@ -69,6 +80,8 @@ class BuildingSampler:
     similar_to: TypeFloor | None = None
     fixed: TypeFloor | None = None
     costs: Costs = Costs.DENSITY
+    recombines: bool = True
+    kernel: AreaKernel = AreaKernel.WEISFEILER_LEHMAN
 
     def __post_init__(self) -> None:
         counts = self.label_counts
@@ -100,14 +113,14 @@ class BuildingSampler:
         return Slots(self.model, most, tuple(fixed))
 
     @cached_property
-    def functional_references(self) -> ReferenceGraphs:
+    def functional_references(self) -> ReferenceGraphs | HopperReferences:
         """The references of Γ2: functional graphs."""
-        return ReferenceGraphs([floor.functional_graph for floor in _thin(self._examples)])
+        return REFERENCES[self.kernel]([floor.functional_graph for floor in _thin(self._examples)])
 
     @cached_property
-    def references(self) -> ReferenceGraphs:
+    def references(self) -> ReferenceGraphs | HopperReferences:
         """The references of Γ4: graphs of floors."""
-        return ReferenceGraphs([floor.graph for floor in _thin(self._examples)])
+        return REFERENCES[self.kernel]([floor.graph for floor in _thin(self._examples)])
 
     @cached_property
     def potentials(self) -> CutPotentials:
@@ -124,39 +137,73 @@ class BuildingSampler:
         """
         generators = [np.random.default_rng((seed, number)) for number in numbers]
         steps = iter(track([f"buildings {numbers[0] + 1} to {numbers[-1] + 1}: {step}" for step in STEPS]))
-        # Step 1: the number of functional areas of each cluster; and step 3: the areas.
+        # Step 1: the number of functional areas of each cluster; and step 3: the areas, which then change inside.
         next(steps)
-        chosen = self.sample_areas(self._choose_starts(numbers, seed), generators)
+        floors = self._choose_floors(numbers, seed)
+        starts = np.array([self.model.count_clusters(self._examples[floor]) for floor in floors])
+        examples = floors if self._has_own_floors else None
+        chosen = self.sample_areas(starts, generators, examples=examples)
+        areas = self.renew_areas(chosen, generators, examples=examples)
         # Step 2: the edges between areas.
         next(steps)
         functional_graphs = self.join_areas(chosen, generators)
         # Step 4: the doors of these edges.
         next(steps)
-        buildings = self.connect_rooms(chosen, functional_graphs, generators)
+        buildings = self.connect_rooms(areas, functional_graphs, generators)
         next(steps, None)
         return buildings
 
     def sample_areas(
-        self, starts: Counts, generators: Sequence[np.random.Generator], *, traces: list[Floats] | None = None
+        self,
+        starts: Counts,
+        generators: Sequence[np.random.Generator],
+        *,
+        examples: Indices | None = None,
+        traces: list[Floats] | None = None,
     ) -> list[list[int]]:
         """Steps 1 and 3: the areas of each building, the fixed ones first.
 
-        starts: the configuration from which each chain starts. traces: receives the costs after each sweep.
+        starts: the configuration from which each chain starts. examples: see DensityCost. traces: receives the costs
+        after each sweep.
         """
-        slots, constraints = self.slots, self.constraints
-        if not constraints.rooms and self.costs is not Costs.THESIS:
-            constraints = replace(constraints, rooms=self._bound_size())
+        slots = self.slots
         cost: ConfigurationCost = (
             DistanceCost(slots, similar_to=self.similar_to)
             if self.costs is Costs.THESIS
-            else DensityCost(slots, similar_to=self.similar_to, rooms=self.constraints.rooms)
+            else self._measure_density(examples)
         )
         uniforms = np.stack([generator.random(len(slots.clusters)) for generator in generators])
         filled = slots.fill(starts, uniforms)
-        chains = AreaChains(slots, cost, filled, constraints=constraints, label_counts=self.label_counts)
+        chains = AreaChains(slots, cost, filled, constraints=self._limits, label_counts=self.label_counts)
         filled = sample_areas(chains, generators, needed=self.constraints, traces=traces)
         fixed = range(len(self.model.areas), len(self.areas))
         return [[*fixed, *(area for area in row if area not in fixed and area != EMPTY)] for row in filled.tolist()]
+
+    def renew_areas(
+        self,
+        chosen: Sequence[Sequence[int]],
+        generators: Sequence[np.random.Generator],
+        *,
+        examples: Indices | None = None,
+    ) -> list[list[nx.Graph]]:
+        """The areas of each building, changed inside: first taken from one floor where possible, then recombined.
+
+        chosen: the areas of each building, the fixed ones first. Fixed areas stay as they are. examples: see
+        DensityCost.
+        """
+        real = [[self.areas[area] for area in areas] for areas in chosen]
+        if not self.recombines or self.costs is Costs.THESIS:
+            return real
+        rooms = np.array([sum(map(len, graphs)) for graphs in real])
+        clusters = [*self.model.clusters.tolist(), *(self.fixed.clusters if self.fixed else ())]
+        configurations = np.array(
+            [np.bincount([clusters[area] for area in areas], minlength=len(self.slots.areas)) for areas in chosen]
+        )
+        shares = self._measure_density(examples).share_floors(configurations, rooms)
+        return [
+            self._recombiner.renew(areas, weights, generator)
+            for areas, weights, generator in zip(chosen, shares, generators, strict=True)
+        ]
 
     def join_areas(
         self,
@@ -180,14 +227,14 @@ class BuildingSampler:
 
     def connect_rooms(
         self,
-        chosen: Sequence[Sequence[int]],
+        areas: Sequence[Sequence[nx.Graph]],
         functional_graphs: Sequence[nx.Graph],
         generators: Sequence[np.random.Generator],
         *,
         traces: list[Floats] | None = None,
     ) -> list[nx.Graph]:
         """Step 4: the buildings, from their areas and functional graphs. traces: receives the costs after each move."""
-        buildings = [ConnectedBuilding([self.areas[area] for area in areas]) for areas in chosen]
+        buildings = [ConnectedBuilding(graphs) for graphs in areas]
         if self.fixed:
             for building in buildings:
                 building.add_fixed_doors(self.fixed)
@@ -202,6 +249,30 @@ class BuildingSampler:
                 nx.set_node_attributes(graph, dict(enumerate(rooms)), "room")
         return graphs
 
+    @property
+    def _has_own_floors(self) -> bool:
+        """Whether each building follows one floor. With constraints the chains find the floors that can meet them."""
+        return (
+            self.recombines
+            and self.costs is not Costs.THESIS
+            and not (self.similar_to or self.fixed or self.constraints)
+        )
+
+    def _measure_density(self, examples: Indices | None) -> DensityCost:
+        return DensityCost(self.slots, similar_to=self.similar_to, rooms=self.constraints.rooms, examples=examples)
+
+    @cached_property
+    def _limits(self) -> Constraints:
+        """The constraints, with limits of all rooms unless the costs are those of the thesis."""
+        if self.constraints.rooms or self.costs is Costs.THESIS:
+            return self.constraints
+        return replace(self.constraints, rooms=self._bound_size())
+
+    @cached_property
+    def _recombiner(self) -> AreaRecombiner:
+        n_fixed = len(self.fixed.areas) if self.fixed else 0
+        return AreaRecombiner(self.model, self.areas, n_fixed, self._limits, mixes_floors=bool(self.similar_to))
+
     def _bound_size(self) -> tuple[int, int]:
         """The minimum and maximum rooms of a building without constraints on them."""
         sizes = [len(floor.graph) for floor in self._examples]
@@ -215,15 +286,14 @@ class BuildingSampler:
         """The floors that buildings should resemble."""
         return [self.similar_to] if self.similar_to else self.model.floors
 
-    def _choose_starts(self, numbers: Sequence[int], seed: int) -> Counts:
-        """The configuration of a floor for each building; no floor is used again before all others."""
+    def _choose_floors(self, numbers: Sequence[int], seed: int) -> Indices:
+        """The index of an example for each building; no floor is used again before all others."""
         examples = self._examples
         orders = {
             turn: np.random.default_rng((seed, turn, len(examples))).permutation(len(examples))
             for turn in {number // len(examples) for number in numbers}
         }
-        chosen = [orders[number // len(examples)][number % len(examples)] for number in numbers]
-        return np.array([self.model.count_clusters(examples[index]) for index in chosen])
+        return np.array([orders[number // len(examples)][number % len(examples)] for number in numbers])
 
 
 def generate_buildings(
@@ -235,12 +305,15 @@ def generate_buildings(
     similar_to: TypeFloor | None = None,
     fixed: TypeFloor | None = None,
     costs: Costs = Costs.DENSITY,
+    recombines: bool = True,
+    kernel: AreaKernel = AreaKernel.WEISFEILER_LEHMAN,
     jobs: int = 1,
     track: Callable[[Sequence[str]], Iterable[str]] = iter,
 ) -> list[nx.Graph]:
     """Generate buildings: graphs with nodes 0 … n - 1, each with a `label`; the first nodes are the rooms of `fixed`.
 
-    constraints, similar_to, fixed, costs: see BuildingSampler. jobs: processes; the result does not depend on them.
+    constraints, similar_to, fixed, costs, recombines, kernel: see BuildingSampler. jobs: processes; the result does not
+    depend on them.
     track: wraps the names of the steps, to show progress.
 
     Raises OptionError for a count, seed or jobs out of range and for constraints that no building can meet, ModelError
@@ -252,7 +325,7 @@ def generate_buildings(
         raise OptionError(f"seed is {seed}, give 0 or more")
     if not 1 <= jobs <= MAX_JOBS:
         raise OptionError(f"jobs is {jobs}, give 1 to {MAX_JOBS}")
-    sampler = BuildingSampler(model, constraints or Constraints(), similar_to, fixed, costs)
+    sampler = BuildingSampler(model, constraints or Constraints(), similar_to, fixed, costs, recombines, kernel)
     rooms = max(len(floor.graph) for floor in (*model.floors, *([fixed] if fixed else ())))
     batches = split_batches(
         count, max(rooms, sampler.constraints.rooms[1] if sampler.constraints.rooms else 0), jobs=jobs

@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
-from scipy.special import gammaln, logsumexp
+from scipy.special import gammaln, logsumexp, softmax
 
 from pianta._types import Floats, Indices, Mask
 from pianta.errors import ModelError
@@ -145,12 +145,19 @@ class DensityCost:
     of a floor is multiplied by exp(-ln²(n / n^G) / 2 s²), where n are the rooms of the building, n^G those of the
     floor, and s = 0.15; otherwise sizes of buildings would vary more than those of floors.
     similar_to: a floor that replaces those of the model; then x = 0.05. rooms: the required minimum and maximum, to
-    which n^G is clipped.
+    which n^G is clipped. examples: for each building the index of its floor, whose term is then the only one, shape
+    (n,).
     """
 
     def __init__(
-        self, slots: Slots, *, similar_to: TypeFloor | None = None, rooms: tuple[int, int] | None = None
+        self,
+        slots: Slots,
+        *,
+        similar_to: TypeFloor | None = None,
+        rooms: tuple[int, int] | None = None,
+        examples: Indices | None = None,
     ) -> None:
+        self._examples = examples
         configurations = slots.model.configurations
         floors = slots.model.floors if similar_to is None else [similar_to]
         near = np.array([slots.model.count_clusters(floor) for floor in floors])
@@ -174,8 +181,7 @@ class DensityCost:
     def compute_terms(self, slots: Slots, filled: Indices) -> Floats:
         """Logarithms of the terms of the mixture, shape (n, floors)."""
         configurations = slots.count_areas(filled)
-        terms: Floats = self._densities[np.arange(configurations.shape[1]), configurations].sum(axis=1)
-        return terms
+        return self._sum_densities(configurations)
 
     def compute_changes(self, slots: Indices, before: Counts, after: Counts) -> Floats:
         """See ConfigurationCost."""
@@ -185,21 +191,49 @@ class DensityCost:
 
     def combine_terms(self, terms: Floats, rooms: Counts) -> Floats:
         """See ConfigurationCost."""
+        return -self._sum_floors(self._add_sizes(terms, rooms))
+
+    def share_floors(self, configurations: Counts, rooms: Counts) -> Floats:
+        """The share of each floor in the density of each building, shape (n, floors).
+
+        configurations: shape (n, clusters). rooms: of each building, shape (n,).
+        """
+        if self._examples is not None:
+            return np.eye(len(self._near))[self._examples]
+        shares: Floats = softmax(self._add_sizes(self._sum_densities(configurations), rooms), axis=1)
+        return shares
+
+    def _sum_densities(self, configurations: Counts) -> Floats:
+        """Logarithms of the terms of the mixture, shape (n, floors)."""
+        terms: Floats = self._densities[np.arange(configurations.shape[1]), configurations].sum(axis=1)
+        return terms
+
+    def _sum_floors(self, logs: Floats) -> Floats:
+        """Logarithms of the sums of terms, shape (n,): of all floors, or of the floor of each building."""
+        if self._examples is None:
+            return np.asarray(logsumexp(logs, axis=1))
+        return np.asarray(logs[np.arange(len(logs)), self._examples])
+
+    def _add_sizes(self, terms: Floats, rooms: Counts) -> Floats:
+        """Logarithms of the terms of the mixture with the factors of sizes, shape (n, floors)."""
         log_ratios = np.log(np.maximum(rooms, 1))[:, None] - self._sizes
-        costs: Floats = -logsumexp(terms - log_ratios**2 / (2 * SIZE_DEVIATION**2), axis=1)
-        return costs
+        logs: Floats = terms - log_ratios**2 / (2 * SIZE_DEVIATION**2)
+        return logs
 
     def draw_configurations(self, uniforms: Floats) -> Counts | None:
         """See ConfigurationCost."""
         clusters = self._near.shape[1]
-        similar = self._near[choose(uniforms[:, 0], np.full(len(uniforms), len(self._near)))]
+        examples = self._examples
+        if examples is None:
+            examples = choose(uniforms[:, 0], np.full(len(uniforms), len(self._near)))
+        similar = self._near[examples]
         bounds = np.cumsum(self._frequencies, axis=1)[:, :-1]
         random = (uniforms[:, 1 + clusters : 1 + 2 * clusters, None] >= bounds).sum(axis=2)
         return np.where(uniforms[:, 1 : 1 + clusters] < self._p_any, random, similar)
 
     def room_costs(self, terms: Floats, rooms: Counts) -> Floats:
         """See ConfigurationCost."""
-        costs: Floats = self.combine_terms(terms, rooms) + logsumexp(terms, axis=1)
+        costs: Floats = self.combine_terms(terms, rooms) + self._sum_floors(terms)
         return costs
 
 

@@ -59,7 +59,8 @@ class Constraints:
             if label in labels and number > most[columns[label]]
         ]
         faults += [
-            f"at most {number} rooms of label {label} are allowed, but {fewest[columns[label]]} are fixed, give more"
+            f"at most {number} rooms of label {label} are allowed, but each building has {fewest[columns[label]]} or "
+            "more, give as many"
             for label, number in self.at_most.items()
             if label in columns and number < fewest[columns[label]]
         ]

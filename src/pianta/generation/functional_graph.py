@@ -9,7 +9,8 @@ import numpy as np
 import rustworkx as rx
 
 from pianta._types import Floats, Indices, Mask
-from pianta.generation.incremental_gram import IncrementalGram, ReferenceGraphs
+from pianta.generation.hopper_gram import HopperReferences
+from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.metropolis_hastings import accept, choose, draw_uniforms
 
 # λ1 and λ2 of the moves: the authors' values (method-notes.md).
@@ -30,9 +31,14 @@ class FunctionalGraphs:
     """
 
     def __init__(
-        self, references: ReferenceGraphs, graphs: Sequence[nx.Graph], *, n_fixed: int = 0, closed: bool = False
+        self,
+        references: ReferenceGraphs | HopperReferences,
+        graphs: Sequence[nx.Graph],
+        *,
+        n_fixed: int = 0,
+        closed: bool = False,
     ) -> None:
-        self.batch = IncrementalGram(references, graphs)
+        self.batch = references.start(graphs)
         self.sizes = self.batch.present.sum(axis=1)
         self.n_fixed, self.n_closed = n_fixed, n_fixed if closed else 0
         self.costs = self.batch.measure_costs()

@@ -11,6 +11,7 @@ import numpy as np
 from pianta._arguments import check_argument
 from pianta.errors import BuildingWarning, GraphError, LabelError, OptionError
 from pianta.floor import Floor
+from pianta.generation.area_clusters import AreaKernel
 from pianta.generation.buildings import Costs, generate_buildings
 from pianta.generation.constraints import Constraints
 from pianta.generation.type_model import TypeFloor, TypeModel, assign_area_clusters
@@ -28,6 +29,8 @@ def generate(
     similar_to: Floor | nx.Graph | None = None,
     keep: Floor | nx.Graph | None = None,
     costs: str = "density",
+    recombine: bool = True,
+    kernel: str = "weisfeiler-lehman",
     seed: int = 0,
     jobs: int = 1,
     track: Callable[[Sequence[str]], Iterable[str]] = iter,
@@ -53,6 +56,12 @@ def generate(
         Rooms without a door are left out, with a warning.
     costs
         Costs of the sampler: "density", or "thesis" for those of section 7.4.3.
+    recombine
+        Whether the functional areas change inside: rooms of a building are exchanged between its areas, left out and
+        added. False for areas of real floors as they are; always so with the costs of the thesis.
+    kernel
+        What compares graphs in steps 2 and 4: "weisfeiler-lehman", or "graph-hopper", which takes far longer (Table
+        7.2).
     seed
         The same seed gives the same buildings.
     jobs
@@ -92,6 +101,8 @@ def generate(
     check_argument(model, TypeModel, "model", "a model of train_type or load_model")
     if costs not in [*Costs]:
         raise OptionError(f"costs is {short_repr(costs)}, give one of {', '.join(Costs)}")
+    if kernel not in [*AreaKernel]:
+        raise OptionError(f"kernel is {short_repr(kernel)}, give one of {', '.join(sorted(AreaKernel, reverse=True))}")
     return generate_buildings(
         model,
         count,
@@ -105,6 +116,8 @@ def generate(
         similar_to=_assign_clusters(similar_to, model),
         fixed=_assign_clusters(keep, model),
         costs=Costs(costs),
+        recombines=recombine,
+        kernel=AreaKernel(kernel),
         jobs=jobs,
         track=track,
     )

@@ -39,6 +39,10 @@ class ReferenceGraphs:
     def __len__(self) -> int:
         return self.counts.shape[1]
 
+    def start(self, graphs: Sequence[nx.Graph]) -> IncrementalGram:
+        """The rows of graphs whose edges can change."""
+        return IncrementalGram(self, graphs)
+
     def find_rows(self, codes: Codes) -> Indices:
         """The row of `counts` of each feature, shape of the codes."""
         rows = np.searchsorted(self.codes, codes)
@@ -86,14 +90,8 @@ class IncrementalGram:
         return similarity
 
     def measure_costs(self) -> Floats:
-        """Γ2 and Γ4 times α, shape (b,): mean distances sqrt(2 - 2 K) from the references, K normalised.
-
-        The thesis sums similarities, but a cost must fall as similarity rises (method-notes.md). The mean, times 50,
-        makes α independent of the number of floors.
-        """
-        distances = np.sqrt(np.maximum(2 - 2 * self.measure_similarity(), 0))
-        costs: Floats = ALPHA * PUBLISHED_FLOORS * distances.mean(axis=1)
-        return costs
+        """Γ2 and Γ4 times α, shape (b,)."""
+        return sum_distances(self.measure_similarity())
 
     def change_edges(self, batch: Indices, ones: Indices, others: Indices, *, present: bool | Mask) -> None:
         """Add edges, or remove them where `present` is False, and update the rows.
@@ -147,3 +145,15 @@ class IncrementalGram:
         lengths = np.diff(firsts, append=starts.size).astype(np.float64)
         squares = np.bincount(firsts // ordered.shape[1], lengths**2, minlength=len(graphs))
         return np.asarray(squares - absent.sum(axis=1) * (self.references.iterations + 1))
+
+
+def sum_distances(similarity: Floats) -> Floats:
+    """Γ2 and Γ4 times α, shape (b,): mean distances sqrt(2 - 2 K) from the references, times 50.
+
+    The thesis sums similarities, but a cost must fall as similarity rises (method-notes.md). The mean, times 50,
+    makes α independent of the number of floors.
+    similarity: K, the normalised kernel, shape (b, references).
+    """
+    distances = np.sqrt(np.maximum(2 - 2 * similarity, 0))
+    costs: Floats = ALPHA * PUBLISHED_FLOORS * distances.mean(axis=1)
+    return costs

@@ -11,7 +11,8 @@ import numpy as np
 from pianta._types import Floats
 from pianta.generation.cut_potentials import CutPotentials, Neighborhood, describe_neighborhood
 from pianta.generation.functional_graph import is_planar
-from pianta.generation.incremental_gram import IncrementalGram, ReferenceGraphs
+from pianta.generation.hopper_gram import HopperReferences
+from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.metropolis_hastings import accept
 from pianta.generation.type_model import TypeFloor
 
@@ -147,7 +148,7 @@ class NodeConnections:
 
     def __init__(
         self,
-        references: ReferenceGraphs,
+        references: ReferenceGraphs | HopperReferences,
         buildings: Sequence[ConnectedBuilding],
         functional_graphs: Sequence[nx.Graph],
         potentials: CutPotentials,
@@ -163,7 +164,7 @@ class NodeConnections:
                     self._draw_start(building, edge, functional.edges[edge]["cuts"], generator)
         # Buildings that start non-planar may stay so.
         self._non_planar = {chain for chain, building in enumerate(buildings) if not building.is_planar()}
-        self.batch = IncrementalGram(references, [building.to_graph() for building in buildings])
+        self.batch = references.start([building.to_graph() for building in buildings])
         self.costs = self.batch.measure_costs()
 
     def move(self) -> None:

@@ -168,7 +168,8 @@ def _run_door_moves(sampler: BuildingSampler, seed: int) -> Floats:
     if not chosen:
         return np.zeros((0, CHAINS, 0))
     graphs = [sampler.model.floors[floor].functional_graph for _, floor in chosen]
-    sampler.connect_rooms([areas for areas, _ in chosen], graphs, _generators(seed, len(chosen)), traces=traces)
+    areas = [[sampler.areas[area] for area in own] for own, _ in chosen]
+    sampler.connect_rooms(areas, graphs, _generators(seed, len(chosen)), traces=traces)
     return np.array(traces).T.reshape(-1, CHAINS, len(traces))
 
 

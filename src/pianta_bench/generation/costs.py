@@ -14,12 +14,14 @@ import networkx as nx
 import numpy as np
 
 from pianta._types import Floats
+from pianta.generation.area_clusters import AreaKernel
 from pianta.generation.buildings import BuildingSampler, split_batches
 from pianta.generation.type_model import TypeModel
 
 # Metrics.
 SECONDS = "seconds"
 ITERATION = "seconds of an iteration"
+HOPPER_ITERATION = "seconds of an iteration by Graph Hopper"
 GRAM_ROW = "seconds of a Gram row"
 BATCH = "buildings side by side"
 # The work that they are of.
@@ -36,6 +38,7 @@ FUNCTIONAL_AT_ONCE = "row of functional graphs, all at once"
 
 WL_ITERATIONS = 5  # of the Weisfeiler-Lehman kernel; its default in pianta
 ROW_RUNS = 51  # whose median is the time of a row; chosen by hand
+HOPPER_BUILDINGS = 10  # sampled by Graph Hopper, which takes long; chosen by hand
 BATCH_RUNS = 5  # the same of rows that are computed at once
 
 
@@ -59,10 +62,10 @@ def _time_step(step: str, method: Callable[..., Any]) -> Any:
     """The method of a TimedSampler that keeps the times of a step. method: takes the generators of buildings last."""
 
     @wraps(method)
-    def timed(self: TimedSampler, *arguments: Any) -> Any:
+    def timed(self: TimedSampler, *arguments: Any, **options: Any) -> Any:
         clock = Clock()
         start = perf_counter()
-        result = method(self, *arguments, traces=clock)
+        result = method(self, *arguments, **options, traces=clock)
         self.steps[step] += perf_counter() - start
         self.iterations[step] += [seconds / len(arguments[-1]) for seconds in clock.list_seconds()]
         return result
@@ -84,6 +87,13 @@ class TimedSampler(BuildingSampler):
     sample_areas = _time_step(STEP_1_3, BuildingSampler.sample_areas)
     join_areas = _time_step(STEP_2, BuildingSampler.join_areas)
     connect_rooms = _time_step(STEP_4, BuildingSampler.connect_rooms)
+
+    def renew_areas(self, *arguments: Any, **options: Any) -> list[list[nx.Graph]]:
+        """Step 3 goes on; its time counts as that of steps 1 and 3."""
+        start = perf_counter()
+        areas = super().renew_areas(*arguments, **options)
+        self.steps[STEP_1_3] += perf_counter() - start
+        return areas
 
 
 def time_sampling(model: TypeModel, count: int, *, seed: int) -> tuple[list[nx.Graph], dict[tuple[str, str], Any]]:
@@ -111,6 +121,15 @@ def time_sampling(model: TypeModel, count: int, *, seed: int) -> tuple[list[nx.G
         (GRAM_ROW, FLOORS_AT_ONCE): time_rows(floors, graphs, runs=BATCH_RUNS),
         (GRAM_ROW, FUNCTIONAL_AT_ONCE): time_rows(functional, as_many, runs=BATCH_RUNS),
         (BATCH, ALL_STEPS): len(batches[0]),
+    }
+
+
+def time_hopper_sampling(model: TypeModel, *, seed: int) -> dict[tuple[str, str], float | None]:
+    """HOPPER_ITERATION by step: as ITERATION of `time_sampling`, with the Graph Hopper kernel in steps 2 and 4."""
+    sampler = TimedSampler(model, kernel=AreaKernel.GRAPH_HOPPER)
+    sampler.sample(range(HOPPER_BUILDINGS), seed=seed)
+    return {
+        (HOPPER_ITERATION, step): median(seconds) if seconds else None for step, seconds in sampler.iterations.items()
     }
 
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pianta._types import Floats, Indices
-from pianta.labels import SCHOOL
 from pianta.plot.figure import save_figure
 from pianta.plot.graphs import draw_contact_sheet
 from pianta_bench.generation.clusters import ClusterScores
-from pianta_bench.generation.measure import CORR, NCUT, REAL
+from pianta_bench.generation.measure import CORR, NCUT, REAL, TYPES
+from pianta_bench.generation.stability import CLUSTERS, SIZES
 from pianta_bench.harness.charts import save_chart, start_chart
 from pianta_bench.harness.records import Results
 
@@ -31,22 +31,23 @@ REAL_COLOR = "#4477aa"
 GENERATED_COLOR = "#ee7733"
 # Clusters of a colour have marks of their own.
 MARKS = "osD^v"
-SHEETS = MappingProxyType({REAL: "Real schools", CORR: "Generated schools, corr", NCUT: "Generated schools, ncut"})
+SHEETS = MappingProxyType({REAL: "Real {}s", CORR: "Generated {}s, corr", NCUT: "Generated {}s, ncut"})
 
 
 def save_figures(results: Results, folder: Path) -> None:
-    """Write heatmap, areas, buildings, real, corr and ncut, as .png, into a folder.
+    """Write heatmap, areas, buildings, clusters, real, corr and ncut, as .png, into a folder.
 
     Raises PiantaError if one cannot be written.
     """
-    clusters = results.objects["clusters"]
+    clusters, type_ = results.objects["clusters"], results.options["type"]
+    save_chart(draw_stability(results), folder / "clusters.png", dpi=DPI)
     save_chart(draw_clusters(clusters), folder / "heatmap.png", dpi=DPI)
     save_chart(draw_areas(clusters, seed=results.options["seed"]), folder / "areas.png", dpi=DPI)
     save_chart(draw_buildings(results), folder / "buildings.png", dpi=DPI)
     for part, heading in SHEETS.items():
         graphs = results.objects["graphs"][part]
         titles = [graph.graph["source"] for graph in graphs] if part == REAL else None
-        sheet = draw_contact_sheet(graphs, schema=SCHOOL, titles=titles, heading=heading)
+        sheet = draw_contact_sheet(graphs, schema=TYPES[type_], titles=titles, heading=heading.format(type_))
         save_figure(sheet, folder / f"{part}.png")
 
 
@@ -108,9 +109,27 @@ def draw_buildings(results: Results) -> Figure:
         xy = embed_in_plane(gram, perplexity=BUILDING_PERPLEXITY, seed=results.options["seed"])
         ax.scatter(*xy[real:].T, s=22, color=GENERATED_COLOR, alpha=0.75, label="generated", **style)
         ax.scatter(*xy[:real].T, s=34, color=REAL_COLOR, marker="D", label="real", **style)
-        ax.set_title(f"{part}: schools")
+        ax.set_title(f"{part}: {results.options['type']}s")
         _frame(ax)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
+    return figure
+
+
+def draw_stability(results: Results) -> Figure:
+    """The number of clusters by the number of floors, mean and standard deviation over draws (section 7.3.3)."""
+    figure = start_chart(5, 3.6)
+    ax = figure.subplots()
+    for part, color in zip(results.objects["models"], (REAL_COLOR, GENERATED_COLOR), strict=True):
+        counts = {
+            size: [float(value) for value in results.values(part=part, metric=CLUSTERS, floors=name) if value]
+            for size, name in ((size, f"{size} floors") for size in SIZES)
+        }
+        counts = {size: values for size, values in counts.items() if values}
+        means, deviations = ([f(values) for values in counts.values()] for f in (np.mean, np.std))
+        ax.errorbar([*counts], means, deviations, color=color, marker="o", capsize=3, label=part)
+    ax.set(xlabel="floors", ylabel="clusters", ylim=(0, None))
+    ax.legend(frameon=False)
+    ax.spines[["top", "right"]].set_visible(False)
     return figure
 
 

@@ -26,7 +26,7 @@ from pianta.evaluation.two_sample import (
     kernel_two_sample_test,
 )
 from pianta.graphs.metrics import find_corridors
-from pianta.labels import SCHOOL
+from pianta.labels import LabelSchema
 from pianta_bench.generation.clusters import keep_finite
 from pianta_bench.harness.records import Results
 
@@ -67,16 +67,20 @@ class Repeats:
 
 @dataclass(frozen=True)
 class SetScorer:
-    """Appends the scores of sets of graphs of schools to the results of a bench. seed: of all that is random."""
+    """Appends the scores of sets of graphs of a building type to the results of a bench.
+
+    schema: the labels of the type. seed: of all that is random.
+    """
 
     results: Results
     repeats: Repeats
+    schema: LabelSchema
     seed: int = 0
 
     def score_set(self, part: str, generated: Sequence[nx.Graph], real: Sequence[nx.Graph]) -> None:
         """Scores of a set of graphs beside all real ones, which are as many or fewer."""
         item = "all graphs"
-        self.results.add(part, item, asdict(measure_validity(generated, SCHOOL.by_name)))
+        self.results.add(part, item, asdict(measure_validity(generated, self.schema.by_name)))
         copies, repeated = float(np.mean(find_copies(generated, real))), float(np.mean(find_repeats(generated)))
         self.results.add(part, item, {"novel": 1 - copies, "unique": 1 - repeated})
         trials = draw_trials(generated, real, repeats=self.repeats.trials, seed=self.seed)
@@ -125,7 +129,7 @@ class SetScorer:
             for name, kernel in kernels.items()
         }
         features = (
-            np.array([describe_structure(graph, find_corridors(graph, SCHOOL)) for graph in graphs])
+            np.array([describe_structure(graph, find_corridors(graph, self.schema)) for graph in graphs])
             for graphs in (real, generated)
         )
         scores[FOREST] = forest_two_sample_test(*features, seed=seed, repeats=forest_draws, trees=repeats.trees)
@@ -148,7 +152,14 @@ class SetScorer:
             self.results.add(part, item, figures, names=("side",), metric=metric, statistic=statistic)
 
 
-def draw_halves(make: GraphMaker, real: Sequence[nx.Graph], *, models: int, seed: int) -> list[Trial]:
+def draw_halves(
+    make: GraphMaker,
+    real: Sequence[nx.Graph],
+    *,
+    models: int,
+    seed: int,
+    buildings: Sequence[str] | None = None,
+) -> list[Trial]:
     """As `draw_trials`, but with all graphs that are made, and not only as many as half A has."""
     sets: list[Sequence[nx.Graph]] = []
 
@@ -156,7 +167,7 @@ def draw_halves(make: GraphMaker, real: Sequence[nx.Graph], *, models: int, seed
         sets.append(make(half, random))
         return sets[-1]
 
-    trials = draw_trials(remember, real, repeats=models, seed=seed)
+    trials = draw_trials(remember, real, repeats=models, seed=seed, buildings=buildings)
     return [trial._replace(generated=graphs) for trial, graphs in zip(trials, sets, strict=True)]
 
 
