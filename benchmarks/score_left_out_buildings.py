@@ -114,10 +114,10 @@ def print_scores(name: str, rows: list[dict[str, float]]) -> None:
 def print_counts(name: str, rows: list[dict[str, float]]) -> None:
     """Print mean ± sd of precision and recall by the counts of Table 3.1b, and of IoU and F1 where they have them."""
     for count, scores in COUNT_SCORES.items():
-        shown = [score for score in ("precision", "recall", "mean_iou", "f1") if score in scores]
-        values = [np.array([row[f"{score}_{count}"] for row in rows]) for score in shown]
+        printed = [score for score in ("precision", "recall", "mean_iou", "f1") if score in scores]
+        values = [np.array([row[f"{score}_{count}"] for row in rows]) for score in printed]
         text = ", ".join(
-            f"{score} {each.mean():.1f} ± {each.std(ddof=1):.1f}" for score, each in zip(shown, values, strict=True)
+            f"{score} {each.mean():.1f} ± {each.std(ddof=1):.1f}" for score, each in zip(printed, values, strict=True)
         )
         sys.stdout.write(f"{name}, count {count}: {text}\n")
     sys.stdout.flush()

@@ -160,8 +160,8 @@ class Memory:
             parameters = next((each for each in arguments if isinstance(each, StructureParameters)), None)
             key = (step, *(getattr(parameters, name) for name in STEPS[step]))
             if key not in self.results:
-                kept = self.evidence.get(self.name) if step == "evaluate_map" else None
-                self.results[key] = self.own[step](*arguments, **options) if kept is None else kept
+                evidence = self.evidence.get(self.name) if step == "evaluate_map" else None
+                self.results[key] = self.own[step](*arguments, **options) if evidence is None else evidence
             return self.results[key]
 
         return run

@@ -20,18 +20,18 @@ from pianta.layout.thesis.segments import detect_segments
 from tests.command_line import run_pianta
 from tests.drawn_maps import carve, make_grid, make_working_grid
 
-OURS, PRINTED = ThesisParameters(), ThesisParameters.as_printed(furnished=False)
+DEFAULT, PRINTED = ThesisParameters(), ThesisParameters.as_printed(furnished=False)
 # Two rooms above a corridor, one cell of 5 cm, and a door from each to the corridor.
 SUITE = carve((143, 200), (10, 90, 10, 90), (10, 90, 93, 190), (93, 133, 10, 190), (90, 93, 40, 58), (90, 93, 130, 150))
 
 
 def switch(name: str) -> tuple[ThesisParameters, ThesisParameters]:
     """Ours, and ours with one departure undone."""
-    return OURS, replace(OURS, **DEPARTURES[name])
+    return DEFAULT, replace(DEFAULT, **DEPARTURES[name])
 
 
 def test_as_printed_undoes_every_departure():
-    changed = {key: value for key, value in asdict(PRINTED).items() if value != asdict(OURS)[key]}
+    changed = {key: value for key, value in asdict(PRINTED).items() if value != asdict(DEFAULT)[key]}
     assert changed == {
         "sigma": 0.1,
         "hough_passes": 1,
@@ -65,8 +65,8 @@ def test_a_chain_of_near_segments_is_one_cluster_as_printed(offsets, chains):
 def test_lines_are_those_of_chains_as_printed():
     """Means 0.25 and 1.25 are 1 m apart, yet each segment is 0.5 m from the next; the median of all is 0.75."""
     segments = np.array([[0, y, 3, y] for y in (0, 0.5, 1.0, 1.5)])
-    ours, printed = (get_representative_lines(segments, each) for each in switch("clusters of lines by their means"))
-    assert [line.offset for line in ours] == pytest.approx([0.25, 1.25])
+    default, printed = (get_representative_lines(segments, each) for each in switch("clusters of lines by their means"))
+    assert [line.offset for line in default] == pytest.approx([0.25, 1.25])
     assert [line.offset for line in printed] == pytest.approx([0.75])
 
 
@@ -93,31 +93,31 @@ def test_an_edge_with_a_quarter_of_wall_divides_as_printed():
     assert counts == [1, 2]
 
 
-@pytest.mark.parametrize(("length_px", "found"), [(14, [True, False]), (40, [True, True]), (4, [False, False])])
-def test_a_wall_of_less_than_a_metre_is_no_segment_as_printed(length_px, found):
+@pytest.mark.parametrize(("length_px", "is_segment"), [(14, [True, False]), (40, [True, True]), (4, [False, False])])
+def test_a_wall_of_less_than_a_metre_is_no_segment_as_printed(length_px, is_segment):
     """20 votes of 0.05 m; ours are 10."""
     edges = np.zeros((60, 60), np.uint8)
     edges[30, 5 : 5 + length_px] = 255
-    assert [len(detect_segments(edges, 0.05, each)) > 0 for each in switch("shorter segments")] == found
+    assert [len(detect_segments(edges, 0.05, each)) > 0 for each in switch("shorter segments")] == is_segment
 
 
 def test_the_map_keeps_its_pose_as_printed():
     free = carve((60, 30), (5, 50, 5, 20))
-    ours, printed = (
+    default, printed = (
         to_working_grid(make_grid(free), free, resolution=0.05, normal_pose=each.normal_pose)
         for each in switch("a normal pose")
     )
     # Cropped to 45 × 15 cells, with a margin of 4 on each side; ours is wider than high.
-    assert (ours.free.shape, printed.free.shape) == ((23, 53), (53, 23))
+    assert (default.free.shape, printed.free.shape) == ((23, 53), (53, 23))
     room = shapely.box(0.2, 0.2, 0.95, 2.45)
-    assert printed.to_map(room).bounds == pytest.approx(ours.to_map(shapely.box(0.2, 0.2, 2.45, 0.95)).bounds)
+    assert printed.to_map(room).bounds == pytest.approx(default.to_map(shapely.box(0.2, 0.2, 2.45, 0.95)).bounds)
 
 
 def test_a_closet_is_inside_as_printed():
     """0.81 m², less than the 1 m² of a room."""
     free = carve((100, 140), (10, 90, 10, 90), (10, 28, 100, 118))
-    ours, printed = (compute_map_contour(make_working_grid(free), each) for each in switch("small clusters dropped"))
-    assert (ours.sum(), printed.sum()) == (80 * 80, free.sum())
+    default, printed = (compute_map_contour(make_working_grid(free), each) for each in switch("small clusters dropped"))
+    assert (default.sum(), printed.sum()) == (80 * 80, free.sum())
 
 
 def test_a_closet_is_a_room_as_printed():
@@ -134,20 +134,22 @@ def test_a_closet_is_a_room_as_printed():
 def test_a_cupboard_in_a_room_draws_a_wall_as_printed():
     """1.3 m × 0.5 m, less than 1.5 m across; its two long sides are one line of 2.6 m."""
     free = SUITE & ~carve(SUITE.shape, (45, 55, 130, 156))
-    ours, printed = (pianta.reconstruct(make_grid(free), method="thesis", parameters=each) for each in switch(CLUTTER))
-    assert (len(ours.walls), len(printed.walls)) == (6, 7)
+    default, printed = (
+        pianta.reconstruct(make_grid(free), method="thesis", parameters=each) for each in switch(CLUTTER)
+    )
+    assert (len(default.walls), len(printed.walls)) == (6, 7)
 
 
 def test_a_face_with_a_wall_beside_its_line_may_be_partial_as_printed():
     """Where the wall of a made world stands beside its line."""
     _, grid = pianta.make_world("office", seed=1, noise=0.5, furniture=0.3)
-    ours, printed = (
+    default, printed = (
         [room.partial for room in find_rooms(grid, method="thesis", parameters=each)]
         for each in switch("partial faces need an open edge")
     )
-    assert len(ours) == len(printed)
-    assert all(more or not less for less, more in zip(ours, printed, strict=True))
-    assert sum(printed) > sum(ours)
+    assert len(default) == len(printed)
+    assert all(more or not less for less, more in zip(default, printed, strict=True))
+    assert sum(printed) > sum(default)
 
 
 def test_as_printed_is_an_option_of_reconstruct():
@@ -162,7 +164,7 @@ def test_as_printed_is_an_option_of_reconstruct():
     [
         ({}, "as_printed=True is for method thesis and method is structure, give method='thesis'"),
         ({"method": "voronoi"}, "method is voronoi"),
-        ({"method": "thesis", "parameters": OURS}, "as_printed=True and parameters= are given, leave either out"),
+        ({"method": "thesis", "parameters": DEFAULT}, "as_printed=True and parameters= are given, leave either out"),
     ],
 )
 def test_as_printed_is_for_the_method_of_the_thesis_alone(tmp_path, options, message):
@@ -181,7 +183,7 @@ def test_the_command_names_its_own_flags(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_rooms_do_not_depend_on_whether_doors_are_looked_for():
+def test_rooms_do_not_depend_on_a_search_for_doors():
     grid = make_grid(SUITE)
-    floor, rooms = (reconstruct_layout(grid, parameters=OURS, with_doors=each) for each in (True, False))
+    floor, rooms = (reconstruct_layout(grid, parameters=DEFAULT, with_doors=each) for each in (True, False))
     assert (floor.rooms, len(floor.doors), rooms.doors) == (rooms.rooms, 2, ())

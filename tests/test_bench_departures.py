@@ -29,16 +29,16 @@ def write_layouts(data, *names: str) -> None:
 @pytest.fixture
 def find(monkeypatch):
     """Replaces reconstruct by a function that returns a floor, and keeps the parameters that it got."""
-    given: list[tuple[str, object]] = []
+    calls: list[tuple[str, object]] = []
 
     def replace(floor: Floor) -> list[tuple[str, object]]:
         def reconstruct(*_: object, method: str, parameters: object) -> Floor:
-            given.append((method, parameters))
+            calls.append((method, parameters))
             return floor
 
         monkeypatch.setattr(timing, "_load_method", lambda _: None)
         monkeypatch.setattr(timing, "reconstruct", reconstruct)
-        return given
+        return calls
 
     return replace
 
@@ -123,11 +123,11 @@ def test_the_rivals_show_which_count_is_that_of_the_thesis(tmp_path, find):
 
 def test_as_printed_is_a_method_beside_the_others(tmp_path, find):
     write_layouts(tmp_path, "a")
-    given = find(TRUE_FLOOR)
+    calls = find(TRUE_FLOOR)
     results = measure_segmentation(tmp_path, methods=("thesis",), sets=("survey", "furniture"), as_printed=True)
     assert results.options["methods"] == ("thesis", AS_PRINTED)
     bare, furnished = (ThesisParameters.as_printed(furnished=each) for each in (False, True))
-    assert given == [("thesis", None), ("thesis", bare), ("thesis", None), ("thesis", furnished)]
+    assert calls == [("thesis", None), ("thesis", bare), ("thesis", None), ("thesis", furnished)]
     tables = {table.title: table for table in tabulate_segmentation(results)}
     rows = tables["Table 3.1b, accuracy of room segmentation by three counts, survey"].rows
     assert rows[AS_PRINTED]["free\nprec."].mean == 100
@@ -137,9 +137,9 @@ def test_as_printed_is_a_method_beside_the_others(tmp_path, find):
 
 def test_layouts_are_measured_as_printed(tmp_path, find):
     write_slam(tmp_path, "a")
-    given = find(TRUE_FLOOR)
+    calls = find(TRUE_FLOOR)
     results = layout_measure.measure(tmp_path, as_printed=True)
-    assert given == [("thesis", ThesisParameters.as_printed(furnished=False))]
+    assert calls == [("thesis", ThesisParameters.as_printed(furnished=False))]
     assert results.options["method"] == AS_PRINTED
     with pytest.raises(OptionError, match="method is structure"):
         layout_measure.measure(tmp_path, method="structure", as_printed=True)

@@ -5,17 +5,26 @@ import json
 import cv2
 import numpy as np
 import pytest
-from shapely import box
+from shapely import STRtree, box
 
 from pianta.errors import DataError, MapError
 from pianta.floor import Floor, Room
 from pianta.gridmap import FREE, UNKNOWN, GridMap
 from pianta.worlds.floors import make_corridor_floor
 from pianta_bench.partial import measure as bench
+from pianta_bench.partial.guesses import (
+    FACES,
+    GUESSES,
+    PREDICTED,
+    RECTANGLE,
+    SEEN_PART,
+    Guesser,
+    complete_by_faces,
+    draw_rectangle,
+)
 from pianta_bench.partial.maps import PartialMap, list_real_maps, simulate_drawing, simulate_world
 from pianta_bench.partial.measure import (
     EvaluatedRoom,
-    draw_rectangle,
     evaluate_rooms,
     measure,
     measure_iou,
@@ -66,9 +75,11 @@ def test_the_layout_is_moved_by_the_affine_map(tiny):
 
 def test_a_room_is_compared_with_the_true_one(tiny):
     (room,) = measure(tiny, simulated=0).objects["rooms"]["here a"]
-    assert (room.seen_iou, room.rectangle_iou, room.predicted_iou, room.confidence) == pytest.approx(
-        (0.5, 0.5, 1, 0.75)
-    )
+    # Half a wall is 0.08 m: the 2 m x 3 m that were seen become 2.16 m x 3.16 m, of which 2.08 m x 3 m are in the true
+    # 4 m x 3 m.
+    grown = 6.24 / (12 + 6.8256 - 6.24)
+    assert (room.ious[SEEN_PART], room.ious[RECTANGLE], room.confidence) == pytest.approx((grown, grown, 0.75))
+    assert room.ious[PREDICTED] == pytest.approx(12 / (12 + 6.8256 - 6.24))
     assert (room.seen_share, room.unseen_share) == pytest.approx((0.5, 0.5))
     assert room.truly_partial
 
@@ -79,12 +90,28 @@ def test_the_rectangle_goes_along_the_walls():
     assert draw_rectangle(room, np.pi / 4).area > 12
 
 
+def test_no_guess_covers_another_room():
+    floor = Floor((Room(1, box(0, 0, 4, 1).union(box(0, 0, 1, 3)), partial=True), Room(2, box(2, 1.1, 4, 3))))
+    guesses = Guesser.make(floor, GridMap(np.full((100, 100), UNKNOWN, np.int8), 0.1)).guess(floor.rooms[0])
+    assert {name: guess.intersection(floor.rooms[1].polygon).area for name, guess in guesses.items()} == pytest.approx(
+        dict.fromkeys((SEEN_PART, RECTANGLE, FACES, PREDICTED), 0)
+    )
+    assert guesses[RECTANGLE].area > guesses[SEEN_PART].area
+
+
+def test_a_face_belongs_to_a_room_that_has_enough_of_it():
+    faces = STRtree([box(0, 0, 6, 3), box(6, 0, 9, 3), box(0, 3, 4, 13)])
+    room = Room(1, box(0, 0, 4, 4), partial=True)
+    assert complete_by_faces(room, faces, inside_share=0.5).equals(box(0, 0, 6, 3).union(box(0, 3, 4, 4)))
+    assert complete_by_faces(room, faces, inside_share=0.1).equals(box(0, 0, 6, 3).union(box(0, 3, 4, 13)))
+
+
 def test_a_whole_room_is_evaluated_where_part_of_it_was_not_seen():
     cells = np.full((100, 100), UNKNOWN, np.int8)
     cells[30:60, 15:35] = FREE
     partial_map = PartialMap("here", GridMap(cells, 0.1), [TRUE])
     (room,) = evaluate_rooms(Floor((Room(1, VISIBLE),)), partial_map)
-    assert (room.called_partial, room.predicted_iou, room.confidence) == (False, room.seen_iou, None)
+    assert (room.called_partial, room.ious[PREDICTED], room.confidence) == (False, room.ious[SEEN_PART], None)
 
 
 def test_a_wall_is_no_unseen_space():
@@ -105,7 +132,8 @@ def test_bench_prints_and_saves_what_it_measures(tiny, tmp_path, monkeypatch):
     code, out, err = run_pianta("bench", "partial", "--data", tiny, "--json", tmp_path / "figures.json")
     assert (code, err) == (0, "")
     row = next(line.split() for line in out.splitlines() if line.startswith("here a (1)"))
-    assert row == ["here", "a", "(1)", "50.0", "50.0", "100.0", "50.0", "50.0"]
+    # The thesis draws no lines along sides of 2 m, so a face is 5 m long: 6 of 10 m² are in the room.
+    assert row == ["here", "a", "(1)", "49.6", "49.6", "37.3", "95.3", "45.8"]
     records = json.loads((tmp_path / "figures.json").read_text())["records"]
     (confidence,) = [record for record in records if record["metric"] == "confidence" and record["part"] == "here a"]
     assert (confidence["item"], confidence["value"]) == ("here/a_001 room 1", 75)
@@ -148,5 +176,5 @@ def test_simulated_maps_show_part_of_their_rooms_and_are_repeated():
 
 
 def test_a_room_is_truly_partial_from_a_tenth_on():
-    room = EvaluatedRoom("", 1, True, 0.9, 0.05, 0.9, 0.9, 0.9, None)
+    room = EvaluatedRoom("", 1, True, 0.9, 0.05, dict.fromkeys(GUESSES, 0.9), None)
     assert not room.truly_partial

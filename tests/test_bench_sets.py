@@ -195,7 +195,7 @@ def test_several_methods_are_summarised_and_their_maps_printed_on_request(tmp_pa
     assert rows[0] == ["thesis", "82.3±25.1", "100.0±0.0", "82.3±25.1", "74.2±36.5", "83.3±23.6"]
     assert rows[1] == ["morphological", "64.5±0.0", "100.0±0.0", "64.5±0.0", "48.4±0.0", "66.7±0.0"]
     assert [row[1] for row in rows[2:4]] == ["0.75", "0.50"]
-    # Free cells; the same with the rest, of which there is none; no layout was drawn; then what the thesis prints
+    # Free cells; the same with the rest, which is empty; no layout was drawn; then what the thesis prints
     counts = [f"{share}±0.0" for share in ("66.7", "100.0", "66.7", "100.0")]
     assert ["morphological", *counts, "–", "–"] in rows
     assert ["morphological", "88.5±9.2", "98.1±2.4"] in rows

@@ -24,16 +24,16 @@ def scorer(monkeypatch) -> Any:
     candidates = {"a": (0.0, 1.0, 2.0), "b": (0.0, 5.0), "c": (7.0, 8.0)}
     monkeypatch.setattr(nested, "CANDIDATES", candidates)
     monkeypatch.setattr(nested, "START", (0.0, 0.0, 7.0))
-    made = nested.Scorer(Path(), Path(), {}, {name: name[1] for name in NAMES}, {}, None)
+    scorer = nested.Scorer(Path(), Path(), {}, {name: name[1] for name in NAMES}, {}, None)
 
     def fill(wanted: Iterable[tuple[Any, Any]]) -> None:
         for name, setting in wanted:
             best = (1, 5) if name[1] == "office_b" else (2, 0)
             score = 100 - sum(abs(value - other) for value, other in zip(setting, best, strict=False))
-            made.scores[name, setting] = score, score
+            scorer.scores[name, setting] = score, score
 
-    monkeypatch.setattr(made, "fill", fill)
-    return made
+    monkeypatch.setattr(scorer, "fill", fill)
+    return scorer
 
 
 def test_each_group_has_the_thresholds_that_are_best_on_its_own_maps(scorer):
@@ -76,8 +76,8 @@ def test_a_step_runs_once_for_settings_that_do_not_change_it(monkeypatch):
     monkeypatch.setattr(nested.reconstruct, "find_floor_space", lambda *_: next(runs))
     values = [(size, width) for size in (1, 2) for width in (1, 2)]
     parameters = [nested.StructureParameters(clutter_size=size, room_width=width) for size, width in values]
-    kept: dict[Any, Any] = {}
-    with nested.Memory(NAMES[0], kept):
+    memory: dict[Any, Any] = {}
+    with nested.Memory(NAMES[0], memory):
         assert [nested.reconstruct.find_floor_space(None, each) for each in parameters] == [1, 1, 2, 2]
     assert nested.reconstruct.find_floor_space(None, parameters[0]) == 3
 

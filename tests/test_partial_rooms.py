@@ -9,21 +9,29 @@ from hypothesis import strategies as st
 from shapely import Point, Polygon, box
 from shapely.affinity import rotate, translate
 
+from pianta._types import Mask
 from pianta.cli.read import tabulate_rooms
 from pianta.errors import FloorError, OptionError
 from pianta.floor import Door, Floor, Room, scale_floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.layout.partial import predict
-from pianta.layout.partial.hypotheses import FEATURES
-from pianta.layout.partial.predict import (
-    DOUBLE_EVIDENCE,
-    MAX_GROWTH,
-    STRONG_EVIDENCE,
-    PartialModel,
-    measure_half_wall,
-    predict_partial_rooms,
+from pianta.layout.partial.consensus import (
+    NETWORK_WEIGHT,
+    TEMPERATURE,
+    choose_shape,
+    expect_iou,
+    find_probable_cells,
+    mix_cells,
 )
-from pianta.layout.partial.scene import MAX_COMPARED_ROOMS, FloorIndex, View, find_main_direction
+from pianta.layout.partial.hypotheses import FEATURES, Hypothesis
+from pianta.layout.partial.predict import measure_half_wall, predict_partial_rooms
+from pianta.layout.partial.scene import (
+    MAX_COMPARED_ROOMS,
+    FloorIndex,
+    RoomScene,
+    View,
+    find_bounds,
+    find_main_direction,
+)
 from pianta.layout.reconstruct import reconstruct
 from pianta.layout.room_ids import keep_room_ids
 from pianta.worlds.floors import make_corridor_floor
@@ -106,83 +114,78 @@ def test_a_room_thinner_than_a_cell_is_predicted_too(row):
     assert predicted.buffer(1e-6).contains(thin)
 
 
-def model_of_large_rooms(most: float) -> PartialModel:
-    """A model that expects more of a hypothesis the larger it is: an IoU of most · (1 - seen share / 10)."""
-    hidden = np.zeros((len(FEATURES), 1))
-    hidden[FEATURES.index("seen share")] = -most / 10
-    zeros, ones = np.zeros(len(FEATURES)), np.ones(len(FEATURES))
-    return PartialModel(zeros, ones, hidden, np.array([most]), np.ones(1), 0.0)
+def make_scene(observed: Mask, others: Mask | None = None) -> RoomScene:
+    """A scene of cells of 0.1 m without walls, lines and other extents."""
+    none = np.zeros_like(observed)
+    view = View(0.0, np.zeros(2), observed.shape, 0.1)
+    others = none if others is None else others
+    return RoomScene(view, observed, others, others, none, none, none, none, np.zeros((0, 2)), np.zeros((0, 2, 2)), 1)
 
 
-def crop_to(row: tuple[Floor, GridMap], observed: Polygon) -> tuple[Floor, GridMap]:
-    """The row, of whose third room only this part was observed."""
-    floor, grid = row
-    cells = grid.cells.copy()
-    x, y = grid.pixel_to_map(*(np.indices(grid.shape) + 0.5))
-    cells[shapely.contains_xy(OBSERVED, x, y) & ~shapely.contains_xy(observed, x, y)] = UNKNOWN
-    return replace(floor, rooms=(*floor.rooms[:-1], replace(floor.rooms[-1], polygon=observed))), replace_cells(
-        grid, cells
-    )
+def fill_cells(top: int, left: int, bottom: int, right: int) -> Mask:
+    """Cells of a rectangle, of 40 x 60."""
+    cells = np.zeros((40, 60), bool)
+    cells[top:bottom, left:right] = True
+    return cells
 
 
-@pytest.fixture
-def any_gain(monkeypatch):
-    """Neither the frontier nor the gain limits a prediction."""
-    monkeypatch.setattr(predict, "MAX_FRONTIER_GROWTH", np.inf)
-    monkeypatch.setattr(predict, "MIN_GAIN", 0.0)
+def as_hypothesis(cells: Mask) -> Hypothesis:
+    return Hypothesis(cells, (slice(0, 40), slice(0, 60)), find_bounds(cells), np.zeros(len(FEATURES)))
 
 
-@pytest.mark.usefixtures("any_gain")
-def test_a_prediction_of_more_than_three_times_the_observed_area_needs_strong_evidence(row):
-    # Two of five metres were observed, so rooms as deep as the others are 2.5 times as large.
-    floor, grid = crop_to(row, box(8.4, 2.2, 12.4, 4.2))
-    weak = predict_partial_rooms(floor, grid, model=model_of_large_rooms(STRONG_EVIDENCE - 0.01)).rooms[-1]
-    strong = predict_partial_rooms(floor, grid, model=model_of_large_rooms(STRONG_EVIDENCE + 0.1)).rooms[-1]
-    assert weak.predicted
-    assert strong.predicted
-    assert 2.5 * 8 < weak.predicted.area <= MAX_GROWTH * 8
-    assert strong.predicted.area > MAX_GROWTH * 8
-    assert (weak.confidence or 0) < STRONG_EVIDENCE <= (strong.confidence or 0)
+def test_expected_iou_is_what_is_common_of_all():
+    # 100 cells, of which 40 are surely in the room, which has 60 more with a probability of a half.
+    probability = np.zeros((40, 60))
+    probability[:10, :4], probability[20:30, :6] = 1, 0.5
+    window = (slice(0, 10), slice(0, 10))
+    assert expect_iou(probability, np.ones((10, 10), bool), window) == pytest.approx(40 / (100 + 70 - 40))
 
 
-@pytest.mark.usefixtures("any_gain")
-@pytest.mark.parametrize(("evidence", "doubled"), [(DOUBLE_EVIDENCE - 0.01, False), (DOUBLE_EVIDENCE + 0.1, True)])
-def test_a_prediction_of_more_than_twice_the_observed_area_needs_evidence(row, evidence, doubled):
-    floor, grid = crop_to(row, box(8.4, 2.2, 12.4, 4.2))
-    assert (
-        last_prediction(predict_partial_rooms(floor, grid, model=model_of_large_rooms(evidence))).area > 16
-    ) == doubled
+def test_the_probability_of_a_cell_is_a_mean_of_network_and_hypotheses():
+    scene = make_scene(fill_cells(10, 10, 20, 20), others=fill_cells(0, 45, 40, 60))
+    hypotheses = [as_hypothesis(scene.observed), as_hypothesis(fill_cells(10, 10, 20, 50))]
+    mixed = mix_cells(scene, np.full((40, 60), 0.5), hypotheses, np.array([0.5, 0.5 + TEMPERATURE]))
+    share = np.e / (1 + np.e)
+    assert mixed[15, [15, 30, 50]] == pytest.approx([1, NETWORK_WEIGHT / 2 + (1 - NETWORK_WEIGHT) * share, 0])
+    # Beside the longer hypothesis, in the wall, and further away.
+    assert mixed[[20, 21], 30] == pytest.approx([mixed[15, 30], NETWORK_WEIGHT / 2])
 
 
-@pytest.mark.usefixtures("any_gain")
-def test_a_prediction_without_enough_gain_is_the_observed_part(row, monkeypatch):
-    """The model expects an IoU of 0.9 · 0.69 = 0.621 of the room as it is, and of 0.681 of one eight times as large."""
-    model = model_of_large_rooms(0.69)
-    monkeypatch.setattr(predict, "MIN_GAIN", 0.055)
-    assert last_prediction(predict_partial_rooms(*row, model=model)).area > MAX_GROWTH * OBSERVED.area
-    monkeypatch.setattr(predict, "MIN_GAIN", 0.065)
-    room = predict_partial_rooms(*row, model=model).rooms[-1]
-    assert last_prediction(Floor((room,))).equals(OBSERVED)
-    assert room.confidence == pytest.approx(0.621)
+def test_a_straight_hypothesis_is_taken_if_it_is_nearly_as_good_as_the_probable_cells():
+    scene = make_scene(fill_cells(10, 10, 20, 20))
+    hypotheses = [as_hypothesis(scene.observed), as_hypothesis(fill_cells(10, 10, 20, 40))]
+    probable = fill_cells(9, 9, 21, 41).astype(float)
+    shape = choose_shape(scene, hypotheses, probable)
+    assert (shape.cells == hypotheses[1].cells).all()
+    assert (shape.expected_iou, shape.reaches_walls) == (1, False)
+    probable[9:21, 41:50] = 1
+    shape = choose_shape(scene, hypotheses, probable)
+    assert (int(np.count_nonzero(shape.cells)), shape.expected_iou, shape.reaches_walls) == (12 * 41, 1.0, True)
 
 
-@pytest.mark.usefixtures("any_gain")
-@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
-def test_a_prediction_adds_a_share_of_the_square_over_the_frontier(row, share, monkeypatch):
-    """The room is open along 4 m. The walls around the prediction are as thick as those that were measured."""
-    monkeypatch.setattr(predict, "MAX_FRONTIER_GROWTH", share)
-    predicted = last_prediction(predict_partial_rooms(*row, model=model_of_large_rooms(0.69)))
-    walls = measure_half_wall(row[0]) * predicted.length
-    assert predicted.area <= OBSERVED.area + share * 4**2 + walls
-    # The room behind is 2 m deep, a half of the square
-    assert (predicted.area > OBSERVED.area + 4 * 2) == (share > 0.5)
+def test_the_observed_part_is_taken_if_nothing_else_is_better():
+    scene = make_scene(fill_cells(10, 10, 20, 20))
+    hypotheses = [as_hypothesis(scene.observed), as_hypothesis(fill_cells(10, 10, 20, 40))]
+    shape = choose_shape(scene, hypotheses, fill_cells(9, 9, 21, 21).astype(float))
+    assert (shape.cells == scene.observed).all()
 
 
-def test_a_sliver_whose_walls_are_larger_than_itself_is_predicted_as_it_is(row):
+def test_probable_cells_are_joined_to_the_observed_part_and_no_slivers():
+    scene = make_scene(fill_cells(10, 10, 20, 20))
+    probability = fill_cells(10, 10, 20, 30) * 0.6 + fill_cells(30, 10, 40, 30) * 0.9
+    probability[14:17, 30:50] = 0.9
+    shape = find_probable_cells(scene, probability)
+    cells = np.zeros_like(scene.observed)
+    cells[shape.window] = shape.cells
+    assert (cells == fill_cells(10, 10, 20, 30)).all()
+
+
+def test_a_sliver_whose_walls_are_larger_than_itself_is_predicted_too(row):
     sliver = box(8.41, 6, 12.39, 6.02)
     floor = Floor((*row[0].rooms[:-1], Room(5, sliver, partial=True)))
-    model = model_of_large_rooms(STRONG_EVIDENCE - 0.01)
-    assert last_prediction(predict_partial_rooms(floor, row[1], model=model)).equals(sliver)
+    predicted = last_prediction(predict_partial_rooms(floor, row[1]))
+    assert predicted.buffer(1e-6).contains(sliver)
+    assert all(predicted.intersection(other.polygon).area < 1e-6 for other in floor.rooms[:-1])
 
 
 def test_the_index_of_a_floor_finds_what_is_near_a_room():

@@ -11,12 +11,12 @@ from pianta.evaluation.prediction import measure_divergence
 from pianta.generation.functional_areas import Segmentation
 from pianta.labels import SCHOOL as SCHEMA
 from pianta.prediction.explored_part import ExploredPart, explore_by_corridors, hide_rooms, read_explored_part
+from pianta.prediction.label_distributions import find_nearest_distribution
 from pianta.prediction.prediction import (
     MAX_SAMPLES,
     Prediction,
     SampleInterval,
     assign_unseen_rooms,
-    find_nearest_distribution,
     predict,
 )
 from pianta.prediction.unexplored_part import FloorSampler, SampledFloor

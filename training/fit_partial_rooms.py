@@ -1,11 +1,10 @@
-"""Fit the model that predicts the IoU of a hypothesis for a partial room, with cross-validation by floor.
+"""Fit the model that predicts the IoU of a hypothesis for a partial room, with cross-validation by building.
 
-Run: python training/fit_partial_rooms.py [--data DIR] [--rounds N].
+Run: python training/fit_partial_rooms.py [--data DIR] [--jobs N].
 
-The model learns from simulated robots that have explored a part of drawn schools and offices, and of synthetic floors:
-from every hypothesis for each partial room, and its IoU with the true room. Schools of data/partial are left out, so
-that `pianta bench partial` measures the model on unknown buildings. The folds are by floor: the floors of one building
-can be in different folds.
+The model learns from the maps of partial_maps.py: from every hypothesis for each partial room, and its IoU with the
+true room. Buildings of data/partial are not among them, so that `pianta bench partial` measures the model on unknown
+buildings; all maps and floors of one building are in one fold.
 """
 
 from __future__ import annotations
@@ -15,35 +14,32 @@ import json
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import Pool
 from pathlib import Path
 from statistics import fmean
-from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
+from partial_maps import Job, add_data_option, list_jobs
 from shapely import Polygon, intersection
 from shapely import area as area_of
 from sklearn.neural_network import MLPRegressor
 
 from pianta.errors import PiantaError
+from pianta.evaluation.folds import leave_buildings_out
 from pianta.floor import Floor
 from pianta.layout._label_images import grow_mask
 from pianta.layout.partial.hypotheses import FEATURES, list_hypotheses
 from pianta.layout.partial.predict import MODEL_FILE, PartialModel
 from pianta.layout.partial.scene import FloorIndex, ObservedCells, build_scene, find_main_direction, make_view
 from pianta.layout.reconstruct import find_rooms
-from pianta_bench.data.annotated_floors import read_drawing
 from pianta_bench.data.folders import find_data
-from pianta_bench.partial.maps import PartialMap, simulate_drawing, simulate_world
+from pianta_bench.partial.maps import PartialMap
 
 # The constants were chosen by hand.
 # Folds of the cross-validation.
 FOLDS = 4
-# Simulated maps of each drawing.
-ROUNDS = 3
-# Synthetic floors in each round.
-WORLDS = 16
 # Perceptrons that are averaged.
 NETS = 4
 # Units in the hidden layer of each.
@@ -74,44 +70,19 @@ class Example:
     observed_iou: float
     share: float
 
-    @property
-    def fold(self) -> int:
-        """Number of the fold of the building."""
-        return crc32(self.building.encode()) % FOLDS
 
-
-@dataclass(frozen=True)
-class Job:
-    """A map to simulate: of a drawing, or of a synthetic floor if there is no drawing."""
-
-    drawing: Path | None
-    seed: int
-
-
-def list_jobs(data: Path, rounds: int) -> list[Job]:
-    """Maps of each drawing and of synthetic floors in a number of rounds."""
-    benchmark = {folder.name for folder in (data / "partial").iterdir()}
-    files = [file for folder in ("school", "office") for file in sorted((data / "buildings" / folder).glob("*.xml"))]
-    drawings = [file for file in files if file.stem not in benchmark]
-    jobs = [Job(file, 1000 * i + j) for i in range(rounds) for j, file in enumerate(drawings)]
-    return jobs + [Job(None, i) for i in range(WORLDS * rounds)]
-
-
-def do_job(job: Job) -> list[Example]:
-    """The examples of a map; empty if it cannot be simulated or reconstructed."""
+def read_examples(job: Job, data: Path) -> list[Example]:
+    """The examples of a map; empty if it cannot be made or reconstructed."""
     try:
-        if job.drawing:
-            partial_map, name = simulate_drawing(read_drawing(job.drawing), seed=job.seed), job.drawing.stem
-        else:
-            partial_map, name = simulate_world(job.seed, first_seed=0), f"world {job.seed}"
+        partial_map = job.read(data)
         methods = ("structure", "thesis") if job.seed % THESIS_EVERY == 0 else ("structure",)
         floors = [find_rooms(partial_map.grid, method=method) for method in methods]
-        return [example for floor in floors for example in list_examples(name, floor, partial_map)]
+        return [example for floor in floors for example in list_examples(job.building, floor, partial_map)]
     except PiantaError:
         return []
 
 
-def list_examples(name: str, floor: Floor, partial_map: PartialMap) -> Iterator[Example]:
+def list_examples(building: str, floor: Floor, partial_map: PartialMap) -> Iterator[Example]:
     """An example for each partial room that overlaps a true one."""
     true_rooms, observed_cells = np.array(partial_map.rooms, dtype=object), ObservedCells.from_grid(partial_map.grid)
     index = FloorIndex.from_floor(floor)
@@ -133,7 +104,7 @@ def list_examples(name: str, floor: Floor, partial_map: PartialMap) -> Iterator[
             iou.append((with_walls & truth).sum() / max(1, (with_walls | truth).sum()))
         observed_iou = (scene.observed & truth).sum() / max(1, (scene.observed | truth).sum())
         features = np.array([hypothesis.features for hypothesis in hypotheses])
-        yield Example(name, features, np.array(iou), float(observed_iou), float(shared.max() / best.area))
+        yield Example(building, features, np.array(iou), float(observed_iou), float(shared.max() / best.area))
 
 
 def fit_model(examples: Sequence[Example]) -> PartialModel:
@@ -163,16 +134,18 @@ def fit_model(examples: Sequence[Example]) -> PartialModel:
     return PartialModel(means, spreads, hidden, bias, output, float(np.mean([net.intercepts_[1][0] for net in nets])))
 
 
-def score_models(examples: Sequence[Example], models: Sequence[PartialModel]) -> dict[str, float]:
-    """Means over rooms of which a third was observed, predicted by the model that was not fitted to their floor; %."""
-    chosen = [example for example in examples if example.share >= MIN_OBSERVED_SHARE]
-    expected = [models[example.fold].predict_iou(example.features) for example in chosen]
-    best = [example.iou[iou.argmax()] for example, iou in zip(chosen, expected, strict=True)]
+def cross_validate(examples: Sequence[Example]) -> dict[str, float]:
+    """Means over rooms of which a third was observed, by the model that was not fitted to their building; %."""
+    chosen: list[tuple[Example, NDArray[np.float64]]] = []
+    for others, own in leave_buildings_out([example.building for example in examples], parts=FOLDS):
+        model = fit_model([examples[i] for i in others])
+        tested = [examples[i] for i in own if examples[i].share >= MIN_OBSERVED_SHARE]
+        chosen += [(example, model.predict_iou(example.features)) for example in tested]
     means = {
-        "seen": fmean(example.observed_iou for example in chosen),
-        "predicted": fmean(best),
-        "best hypothesis": fmean(example.iou.max() for example in chosen),
-        "confidence": fmean(iou.max() for iou in expected),
+        "seen": fmean(example.observed_iou for example, _ in chosen),
+        "predicted": fmean(example.iou[expected.argmax()] for example, expected in chosen),
+        "best hypothesis": fmean(example.iou.max() for example, _ in chosen),
+        "confidence": fmean(expected.max() for _, expected in chosen),
     }
     return {"rooms": len(chosen)} | {name: round(100 * float(mean), 1) for name, mean in means.items()}
 
@@ -190,16 +163,16 @@ def write_model(model: PartialModel, left_out: dict[str, float], path: Path = MO
 
 
 def main() -> None:
-    """Cross-validate the model by floor, then fit it to all floors and write it."""
+    """Cross-validate the model by building, then fit it to all buildings and write it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, help="folder of the data; $PIANTA_DATA, or ../shared/data, unless given")
-    parser.add_argument("--rounds", type=int, default=ROUNDS, help="number of simulated maps of each drawing")
+    add_data_option(parser)
+    parser.add_argument("--jobs", type=int, help="number of processes, one for each core unless given")
     options = parser.parse_args()
-    jobs = list_jobs(find_data(options.data), options.rounds)
-    with Pool() as pool:
-        examples = [example for map_examples in pool.imap(do_job, jobs) for example in map_examples]
-    folds = [fit_model([example for example in examples if example.fold != fold]) for fold in range(FOLDS)]
-    left_out = score_models(examples, folds)
+    data = find_data(options.data)
+    with Pool(options.jobs) as pool:
+        read = partial(read_examples, data=data)
+        examples = [example for map_examples in pool.imap(read, list_jobs(data)) for example in map_examples]
+    left_out = cross_validate(examples)
     sys.stdout.write(f"on buildings left out: {json.dumps(left_out, indent=1)}\n")
     write_model(fit_model(examples), left_out)
 

@@ -22,7 +22,7 @@ from pianta_bench.layout.as_printed import AS_PRINTED, BARE_SETS
 from pianta_bench.segmentation.measure import score_floor
 
 DEPARTURE_SETS = ("schools", "survey", "furniture")
-OURS = "ours"
+DEFAULT = "ours"
 # Departures that do not change rooms, only which of them are partial.
 NO_ROOMS = ("partial faces need an open edge",)
 SCORES = ("a_fc_walls", "a_bc_walls", "precision_rest", "recall_rest", "mean_iou", "f1")
@@ -32,11 +32,11 @@ FAILED: Figures = {**dict.fromkeys(SCORES, 0.0), "rooms": 0.0}
 
 
 def measure(data: Path | None = None, *, sets: Sequence[str] | None = None, track: Track = iter) -> Results:
-    """Scores of all variants of Algorithm 1, and their differences from AS_PRINTED or OURS, map by map.
+    """Scores of all variants of Algorithm 1, and their differences from AS_PRINTED or DEFAULT, map by map.
 
-    Variants: AS_PRINTED, the same with each departure alone ("+ …"), OURS, and ours without each ("− …"). Doors are
+    Variants: AS_PRINTED, the same with each departure alone ("+ …"), DEFAULT, and ours without each ("− …"). Doors are
     not looked for and partial rooms not predicted, which changes no score. Small groups of cells stay in empty maps as
-    printed, and go in furnished ones, so that this departure is none there.
+    printed, and go in furnished ones, so that this departure changes nothing there.
     sets: of DEPARTURE_SETS, all unless given. track: wraps the names of the maps, to show progress.
     Raises OptionError for the name of no set, DataError if there are no maps.
     """
@@ -73,7 +73,7 @@ def list_variants(part: str) -> dict[str, ThesisParameters]:
     return {
         AS_PRINTED: without({}),
         **{f"+ {name}": without(values) for name, values in departures.items()},
-        OURS: ThesisParameters(),
+        DEFAULT: ThesisParameters(),
         **{f"− {name}": ThesisParameters(**values) for name, values in departures.items()},
     }
 
@@ -98,13 +98,13 @@ def measure_variant(read: Any, part: str, parameters: ThesisParameters) -> Itera
 
 
 def add_changes(results: Results) -> None:
-    """Add for each map the differences of the variants from AS_PRINTED or OURS."""
+    """Add for each map the differences of the variants from AS_PRINTED or DEFAULT."""
     values = {
         (record["part"], record["item"], record["variant"], record["metric"]): record["value"]
         for record in results.select(metric=CHANGES)
     }
     for (part, item, variant, metric), value in values.items():
-        base = AS_PRINTED if variant.startswith("+") or variant == OURS else OURS
+        base = AS_PRINTED if variant.startswith("+") or variant == DEFAULT else DEFAULT
         if variant != AS_PRINTED:
             change = value - values[part, item, base, metric]
             results.add(part, item, {f"{metric}_change": change}, variant=variant)

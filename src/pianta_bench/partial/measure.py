@@ -1,8 +1,8 @@
-"""Predicted shapes of partly explored rooms (section 8.2), against the true ones and two simple guesses."""
+"""Predicted shapes of partly explored rooms (section 8.2), against the true ones and simpler guesses."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -11,23 +11,21 @@ import cv2
 import numpy as np
 import shapely
 from shapely import Polygon
-from shapely.affinity import rotate
 
-from pianta.floor import Floor, Room, cells_of_polygon
+from pianta.floor import Floor, cells_of_polygon
 from pianta.gridmap import GridMap
 from pianta.layout._label_images import SNAP_DISTANCE
-from pianta.layout.partial.scene import find_main_direction
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method, reconstruct
 from pianta.plot.figure import save_figure
 from pianta.plot.floor import draw_floor
 from pianta_bench.data.folders import find_data
 from pianta_bench.harness.records import Figures, Results, Track
+from pianta_bench.partial.guesses import GUESSES, Guesser
 from pianta_bench.partial.maps import SIMULATED, SIMULATED_COUNT, PartialMap, list_real_maps, simulate_world
 
 MIN_UNSEEN = 0.1  # share of a true room; a room with a larger unexplored share is truly partial
 WALL = 1.0  # m; unknown space thinner than this is in walls
 MIN_SHARED = 0.02  # share of a true room, below which a reconstructed room is not compared with it
-GUESSES = ("seen", "rectangle", "predicted")
 
 
 @dataclass(frozen=True)
@@ -35,8 +33,7 @@ class EvaluatedRoom:
     """A room that is reconstructed as partial, or whose true room is partly explored.
 
     called_partial: whether it is reconstructed as partial. seen_share: of the true room, the share in this room.
-    unseen_share: of the true room, the unexplored share. seen_iou, rectangle_iou, predicted_iou: of each of GUESSES
-    with the true room.
+    unseen_share: of the true room, the unexplored share. ious: of each of GUESSES with the true room.
     confidence: None if nothing is predicted.
     """
 
@@ -45,9 +42,7 @@ class EvaluatedRoom:
     called_partial: bool
     seen_share: float
     unseen_share: float
-    seen_iou: float
-    rectangle_iou: float
-    predicted_iou: float
+    ious: Mapping[str, float]
     confidence: float | None
 
     @property
@@ -55,15 +50,11 @@ class EvaluatedRoom:
         """Whether more than MIN_UNSEEN of the true room is unexplored."""
         return self.unseen_share > MIN_UNSEEN
 
-    def iou(self, guess: str) -> float:
-        """IoU of one of GUESSES with the true room."""
-        return float(getattr(self, f"{guess}_iou"))
-
     @property
     def figures(self) -> Figures:
         """All figures, in %."""
         shares = {name: 100 * getattr(self, name) for name in ("seen_share", "unseen_share")}
-        shares |= {guess: 100 * self.iou(guess) for guess in GUESSES}
+        shares |= {guess: 100 * self.ious[guess] for guess in GUESSES}
         confidence = None if self.confidence is None else 100 * self.confidence
         return {"called_partial": float(self.called_partial), **shares, "confidence": confidence}
 
@@ -111,23 +102,15 @@ def evaluate_rooms(floor: Floor, partial_map: PartialMap) -> Iterator[EvaluatedR
     """The rooms of a floor that are reconstructed as partial, or whose true room is partly explored."""
     true = np.array(partial_map.rooms, dtype=object)
     unseen = [measure_unseen(polygon, partial_map.grid) for polygon in partial_map.rooms]
+    guesser = Guesser.make(floor, partial_map.grid)
     for room in floor.rooms:
         shared = shapely.area(shapely.intersection(true, room.polygon, grid_size=SNAP_DISTANCE))
         index = int(shared.argmax())
         best, seen_share = true[index], float(shared[index]) / true[index].area
         if room.partial or (unseen[index] > MIN_UNSEEN and seen_share > MIN_SHARED):
-            rectangle = draw_rectangle(room, find_main_direction(floor, room))
-            guesses = (room.polygon, rectangle, room.predicted or room.polygon)
-            seen_iou, rectangle_iou, predicted_iou = (measure_iou(guess, best) for guess in guesses)
-            ious = seen_iou, rectangle_iou, predicted_iou
+            ious = {name: measure_iou(guess, best) for name, guess in guesser.guess(room).items()}
             shares = seen_share, unseen[index]
-            yield EvaluatedRoom(partial_map.item, room.id, room.partial, *shares, *ious, room.confidence)
-
-
-def draw_rectangle(room: Room, direction: float) -> Polygon:
-    """The rectangle around the explored part of a room, along a direction, radians."""
-    upright = rotate(room.polygon, -direction, origin=(0, 0), use_radians=True)
-    return rotate(shapely.box(*upright.bounds), direction, origin=(0, 0), use_radians=True)
+            yield EvaluatedRoom(partial_map.item, room.id, room.partial, *shares, ious, room.confidence)
 
 
 def measure_iou(one: Polygon, other: Polygon) -> float:

@@ -7,14 +7,18 @@ from statistics import fmean
 
 from pianta_bench.harness.records import Record, Results
 from pianta_bench.harness.tables import Cell, FilledTable, Table
+from pianta_bench.partial.guesses import GUESSES, PREDICTED
 from pianta_bench.partial.maps import SIMULATED
-from pianta_bench.partial.measure import GUESSES, MIN_UNSEEN, WALL, EvaluatedRoom
+from pianta_bench.partial.measure import MIN_UNSEEN, WALL, EvaluatedRoom
 
 # Least explored share of a true room for the main table; section 8.2 leaves it open, chosen before measuring.
 A_THIRD = 1 / 3
 CONFIDENCE_BINS = ((0.0, 0.4), (0.4, 0.6), (0.6, 0.75), (0.75, 1.0))
 NOTES = (
-    "seen: the explored part of a room; rectangle: the one around it, along the walls nearby.",
+    (
+        "seen: the explored part of a room; rectangle: the one around it, along the walls nearby; faces: all faces of "
+        "Algorithm 1 in which it has a part (section 8.2). All of them, and the true rooms, end in the middle of walls."
+    ),
     (
         f"A room is truly partial if more than {100 * MIN_UNSEEN:.0f} % of the true room is unknown; strips "
         f"thinner than {WALL:g} m do not count. Each room is compared with the true one that it overlaps most."
@@ -73,11 +77,11 @@ def compare_guesses(
         rooms = [room for room in evaluated if is_chosen(room)]
         name = f"{run} ({len(rooms)})"
         for guess in GUESSES:
-            ious: list[float | None] = [100 * room.iou(guess) for room in rooms]
+            ious: list[float | None] = [100 * room.ious[guess] for room in rooms]
             for value in ious or [None]:
                 yield {"run": name, "metric": guess, "value": value}
-        for guess in GUESSES[:2]:
-            gains: list[float | None] = [100 * (room.predicted_iou - room.iou(guess)) for room in rooms]
+        for guess in GUESSES[:-1]:
+            gains: list[float | None] = [100 * (room.ious[PREDICTED] - room.ious[guess]) for room in rooms]
             for value in gains or [None]:
                 yield {"run": name, "metric": f"over {guess}", "value": value}
 
@@ -89,7 +93,7 @@ def compare_confidence(runs: Mapping[str, Sequence[EvaluatedRoom]]) -> Iterator[
             # The last bin has its upper end.
             end = high + (high == 1)
             pairs: list[tuple[float | None, float | None]] = [
-                (100 * room.confidence, 100 * room.predicted_iou)
+                (100 * room.confidence, 100 * room.ious[PREDICTED])
                 for room in rooms
                 if room.confidence is not None and low <= room.confidence < end
             ]

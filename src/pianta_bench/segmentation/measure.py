@@ -174,9 +174,9 @@ def _describe_drawn(floor: Floor, true_map: TrueMap) -> Figures:
     """The scores against the drawn layout of the map: whole polygons, and free cells alone; None without a layout."""
     if true_map.layout is None:
         return dict.fromkeys(DRAWN_METRICS)
-    drawn = read_building_xml(true_map.layout, grid=true_map.grid)
-    polygons = score_layout([room.polygon for room in floor], [room.polygon for room in drawn])
-    labels = (each.label_image(true_map.grid) for each in (floor, drawn))
+    layout = read_building_xml(true_map.layout, grid=true_map.grid)
+    polygons = score_layout([room.polygon for room in floor], [room.polygon for room in layout])
+    labels = (each.label_image(true_map.grid) for each in (floor, layout))
     free = score_labels(*labels, counted=true_map.grid.free)
     return _name_scores(polygons, "polygons") | _name_scores(free, "drawn_free")
 

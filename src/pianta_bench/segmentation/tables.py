@@ -179,9 +179,9 @@ def compare_counts(results: Results, part: str) -> Iterator[FilledTable]:
     count = len({item.item for item in results.items if item.part == part})
     note = f"The thesis' figures are over {PUBLISHED_MAPS} maps; here are {count}."
     # Rows that nothing was measured for are those of the thesis
-    shown = [*results.options["methods"], *(row["method"] for row in read_published(TABLE_3_1B.published))]
-    shown = [*dict.fromkeys(each for each in shown if each in results.options["methods"] or each != AS_PRINTED)]
-    table = TABLE_3_1B.narrow(part=part, method=shown)
+    methods = [*results.options["methods"], *(row["method"] for row in read_published(TABLE_3_1B.published))]
+    methods = [*dict.fromkeys(each for each in methods if each in results.options["methods"] or each != AS_PRINTED)]
+    table = TABLE_3_1B.narrow(part=part, method=methods)
     yield table.fill(results.records, notes=(note, *compare_with_rivals(results, part)), part=part)
     yield OTHER_SCORES.fill(results.select(part=part), notes=(COUNTS_NOTE,), part=part)
 

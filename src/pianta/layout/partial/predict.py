@@ -1,15 +1,14 @@
 """Prediction of the whole shape of partial rooms from the rest of the building.
 
 Section 8.2 of the thesis uses the faces between the representative lines of the building that a partial room overlaps.
-Here the frontiers of the room are moved to such lines, to the obstacles that stop them, and to the size of other rooms;
-of all these hypotheses a model chooses the one with the largest expected overlap with the true room.
+Here the frontiers of the room are moved to such lines, to the obstacles that stop them, and to the size of other rooms.
+A model says how well each of these hypotheses fits, and a network which cells are probable; both together choose.
 """
 
 from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field, replace
-from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +19,17 @@ from pianta._types import Floats
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout._label_images import SNAP_DISTANCE, largest_part, outline_labels
-from pianta.layout.partial.hypotheses import FEATURES, Hypothesis, list_hypotheses
-from pianta.layout.partial.scene import FloorIndex, ObservedCells, View, build_scene, find_main_direction, make_view
+from pianta.layout.partial.consensus import Shape, choose_shape, mix_cells
+from pianta.layout.partial.hypotheses import FEATURES, list_hypotheses
+from pianta.layout.partial.scene import (
+    FloorIndex,
+    ObservedCells,
+    View,
+    build_scene,
+    find_main_direction,
+    make_view,
+)
+from pianta.layout.partial.shape_network import expect_cells
 from pianta.models import MODELS
 
 MODEL_FILE = MODELS / "partial_rooms.json"
@@ -44,19 +52,13 @@ OUTLINE_TOLERANCE = 0.75
 MIN_HOLE = 1.0
 # Share of a prediction that may overlap others before the room is predicted again without their area.
 MAX_OVERLAP = 0.01
-# The constants of the choice were set on the maps of `pianta bench partial` with the whole rooms of three buildings, so
-# that in none of these the predictions are worse than the observed parts. A prediction is at most this many times as
-# large as the observed part, ...
-MAX_GROWTH = 3.0
-# ... unless its expected IoU is at least this, ...
-STRONG_EVIDENCE = 0.6
-# ... and it is at most twice as large, unless its expected IoU is at least this.
-DOUBLE_EVIDENCE = 0.5
-# What is added to a room is at most this share of the square over its frontier: on real maps a short frontier is
-# often a shadow of furniture, or a gap between rays.
-MAX_FRONTIER_GROWTH = 0.6
-# A room is predicted to be larger than observed if that raises the expected IoU by at least this.
-MIN_GAIN = 0.05
+# OpenCV draws the cells on the outline of a polygon too, so that drawn rooms, from which shapes are made and learned,
+# are larger by this on each side; cells.
+DRAWN_EXCESS = 0.5
+# The confidence is this line of the expected IoU, which is too high on maps that the network did not learn from:
+# fitted, with rounding, to the IoU of 155 rooms of the buildings of VALIDATION in training/partial_maps.py.
+CONFIDENCE_OFFSET = 0.14
+CONFIDENCE_SLOPE = 0.75
 # Other rooms are cut off this far from a prediction; metres.
 CLIP_MARGIN = 0.5
 # Digits of a confidence after the point.
@@ -184,32 +186,25 @@ class _Predictor:
         return cls(index, cells, model or read_partial_model(), measure_half_wall(floor))
 
     def predict(self, room: Room, predictions: _Predictions | None = None) -> tuple[Polygon, float]:
-        """The best hypothesis for a room, to the middle of its walls, map frame; and its expected IoU.
+        """The probable shape of a room, to the middle of its walls, map frame; and its expected IoU.
 
-        It is the observed part, if no larger hypothesis has an expected IoU that is higher by MIN_GAIN. A hypothesis of
-        more than twice or MAX_GROWTH times the observed area needs more evidence, and none adds more than its frontier
-        allows.
+        It is the observed part, if the expected IoU of larger shapes is hardly higher.
         predictions: for other rooms; None to ignore them.
         """
         view = self._find_view(room)
         others = predictions.find_near(view.window) if predictions else []
         scene = build_scene(self.index, room, self.cells, view, predictions=others)
+        # Hypotheses: the frontiers moved to walls in line, obstacles, and extents of other rooms (section 8.2)
         hypotheses = list_hypotheses(scene)
-        expected = self.model.predict_iou(np.array([hypothesis.features for hypothesis in hypotheses]))
-        max_count = scene.observed_count + MAX_FRONTIER_GROWTH * scene.frontier_count**2
-        # Of equal ones the first, which adds least
-        for best in np.argsort(-expected.round(9), kind="stable"):
-            if expected[best] < expected[0] + MIN_GAIN:
-                break
-            growth = _choose_growth(expected[best])
-            count = np.count_nonzero(hypotheses[best].cells)
-            # Most of those that are too large need no outline
-            if count > min(max_count, growth * scene.observed_count):
-                continue
-            shape = self._finish(hypotheses[best], view, room, predictions)
-            if shape.area <= growth * room.polygon.area:
-                return shape, round(float(expected[best]), DIGITS)
-        return room.polygon, round(float(expected[0]), DIGITS)
+        by_features = self.model.predict_iou(np.array([hypothesis.features for hypothesis in hypotheses]))
+        # What the network expects of each cell, and what the hypotheses do, weighted by their expected IoU
+        probability = mix_cells(scene, expect_cells(scene), hypotheses, by_features)
+        # The simplest shape that is nearly as good as the best
+        shape = choose_shape(scene, hypotheses, probability)
+        confidence = round(CONFIDENCE_OFFSET + CONFIDENCE_SLOPE * shape.expected_iou, DIGITS)
+        if np.array_equal(shape.cells, hypotheses[0].cells):
+            return room.polygon, confidence
+        return self._finish(shape, view, room, predictions), confidence
 
     def _find_view(self, room: Room) -> View:
         """The view around a room, which is found once."""
@@ -217,9 +212,10 @@ class _Predictor:
             self.views[room.id] = make_view(room, find_main_direction(self.index, room), self.cells.grid)
         return self.views[room.id]
 
-    def _finish(self, hypothesis: Hypothesis, view: View, room: Room, predictions: _Predictions | None) -> Polygon:
-        """The shape of a hypothesis to the middle of its walls, without other rooms and their predictions."""
-        shape = _outline(hypothesis, view, room).buffer(self.half_wall, join_style="mitre", mitre_limit=2)
+    def _finish(self, cells: Shape, view: View, room: Room, predictions: _Predictions | None) -> Polygon:
+        """The outline of cells to the middle of its walls, without other rooms and their predictions."""
+        reach = (0.0 if cells.reaches_walls else self.half_wall) - DRAWN_EXCESS * view.cell
+        shape = _outline(cells, view, room).buffer(reach, join_style="mitre", mitre_limit=2)
         near = [self.index.rooms[i] for i in np.sort(self.index.tree.query(shape, predicate="intersects"))]
         obstacles = [other.polygon for other in near if other.id != room.id]
         obstacles += predictions.find_near(shape) if predictions else []
@@ -228,17 +224,10 @@ class _Predictor:
         return _subtract(shape, shapely.union_all(obstacles, grid_size=SNAP_DISTANCE), room)
 
 
-def _choose_growth(expected: float) -> float:
-    """How many times as large as the observed part a prediction may be, by its expected IoU."""
-    if expected >= STRONG_EVIDENCE:
-        return inf
-    return MAX_GROWTH if expected >= DOUBLE_EVIDENCE else 2.0
-
-
-def _outline(hypothesis: Hypothesis, view: View, room: Room) -> Polygon:
-    """The cells of a hypothesis as a polygon of the map frame that contains the room."""
-    outlines, _ = outline_labels(hypothesis.cells.astype(np.int32))
-    corner = np.array([hypothesis.window[1].start, hypothesis.window[0].start], float)
+def _outline(shape: Shape, view: View, room: Room) -> Polygon:
+    """Cells as a polygon of the map frame that contains the room."""
+    outlines, _ = outline_labels(shape.cells.astype(np.int32))
+    corner = np.array([shape.window[1].start, shape.window[0].start], float)
     smooth = shapely.simplify(outlines[0], OUTLINE_TOLERANCE)
     cells = shapely.transform(largest_part(smooth), lambda pixels: view.to_map(pixels + corner))
     part = _subtract(cells, Polygon(), room)

@@ -118,8 +118,9 @@ class View:
 class RoomScene:
     """A partial room and its surroundings; masks have the shape (H, W) of the view.
 
-    observed: the room as it was observed. others: other rooms, and predictions for them. walls: obstacles without
-    furniture. frontier: cells of the room beside unknown space. extents: shape (N, 2), of the complete rooms, along the
+    observed: the room as it was observed. others: other rooms, and predictions for them. complete: those of them that
+    were seen whole. occupied: obstacles. walls: those of them that are no furniture. unknown: cells that were not seen.
+    frontier: cells of the room beside unknown space. extents: shape (N, 2), of the complete rooms, along the
     columns and along the rows of the view, metres. lines: shape (L, 2, 2), walls of the building: end, then col, row.
     doors: number of doors of the room.
     """
@@ -127,7 +128,10 @@ class RoomScene:
     view: View
     observed: Mask
     others: Mask
+    complete: Mask
+    occupied: Mask
     walls: Mask
+    unknown: Mask
     frontier: Mask
     extents: Floats
     lines: Floats
@@ -313,12 +317,14 @@ def build_scene(
     observed = view.draw([room.polygon])
     near = [index.rooms[i] for i in np.sort(index.tree.query(view.window, predicate="intersects"))]
     others = view.draw([*(other.polygon for other in near if other.id != room.id), *predictions]) & ~observed
+    complete = view.draw([other.polygon for other in near if other.id != room.id and not other.partial])
     occupied, walls, unknown = cells.sample(view)
     frontier = _find_frontier(observed, others, occupied, unknown, view.cell)
     ends = index.sides[index.find_sides(room, LINES_REACH)]
     lines = view.from_map(ends.reshape(-1, 2)).reshape(-1, 2, 2)
     extents = index.measure_extents(room, view)
-    return RoomScene(view, observed, others, walls, frontier, extents, lines, index.doors[room.id])
+    masks = (observed, others, complete, occupied, walls, unknown, frontier)
+    return RoomScene(view, *masks, extents, lines, index.doors[room.id])
 
 
 def _find_frontier(observed: Mask, others: Mask, occupied: Mask, unknown: Mask, cell: float) -> Mask:
