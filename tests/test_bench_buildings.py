@@ -280,7 +280,7 @@ def test_wrong_floors_are_named(measured):
         measured_scores,
         types={**measured_scores.types, (BUILDING, KLOG, R_C): FloorScores(floor_scores, np.ones(7, bool))},
     )
-    results = Results(options=measured[0].options, objects={"scores": scores, "is_table_6_1": True})
+    results = Results(options=measured[0].options, objects={**measured[0].objects, "scores": scores})
     list_errors(results, scores)
     assert scores.wrong_floors(BUILDING, KLOG, R_C).tolist() == [False] * 4 + [True] * 3
     table = tabulate(results)[1]
