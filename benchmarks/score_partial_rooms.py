@@ -3,7 +3,8 @@
 Run: OMP_NUM_THREADS=1 python benchmarks/score_partial_rooms.py [--data DIR]
 
 The buildings are VALIDATION of training/partial_maps.py; a simulated robot explores a part of their maps in slam
-and survey. Guesses and scores are those of `pianta bench partial`.
+and survey. The perceptron of hypotheses has learned from other
+explorations of these buildings. Guesses and scores are those of `pianta bench partial`.
 """
 
 from __future__ import annotations

@@ -188,7 +188,7 @@ class _Predictor:
     def predict(self, room: Room, predictions: _Predictions | None = None) -> tuple[Polygon, float]:
         """The probable shape of a room, to the middle of its walls, map frame; and its expected IoU.
 
-        It is the observed part, if the expected IoU of larger shapes is hardly higher.
+        It is the observed part, if the probable cells are nearly the same.
         predictions: for other rooms; None to ignore them.
         """
         view = self._find_view(room)
@@ -199,7 +199,7 @@ class _Predictor:
         by_features = self.model.predict_iou(np.array([hypothesis.features for hypothesis in hypotheses]))
         # What the network expects of each cell, and what the hypotheses do, weighted by their expected IoU
         probability = mix_cells(scene, expect_cells(scene), hypotheses, by_features)
-        # The simplest shape that is nearly as good as the best
+        # The probable cells, or a straight shape that is nearly the same
         shape = choose_shape(scene, hypotheses, probability)
         confidence = round(CONFIDENCE_OFFSET + CONFIDENCE_SLOPE * shape.expected_iou, DIGITS)
         if np.array_equal(shape.cells, hypotheses[0].cells):
