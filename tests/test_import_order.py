@@ -25,6 +25,7 @@ LEVELS = (
     ("building_types",),
     ("relational",),
     ("patterns",),
+    ("corrections",),
     ("rooms",),
     ("worlds",),
     ("plan",),

@@ -25,6 +25,10 @@ class FloorError(PiantaError):
     """A floor (rooms, doors, walls) is inconsistent, or its file cannot be read."""
 
 
+class CorrectionError(PiantaError):
+    """A correction does not fit a floor, or a file of corrections cannot be read."""
+
+
 class BuildingError(PiantaError):
     """A file of a building cannot be read."""
 

@@ -1,0 +1,1 @@
+"""What people mend on a floor, as data that holds for every later reading of the building."""

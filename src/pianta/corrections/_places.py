@@ -1,0 +1,102 @@
+"""Rooms and doors at places, and places for rooms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import shapely
+from shapely import LineString, Point, Polygon
+
+from pianta.corrections.kinds import XY, Path
+from pianta.errors import CorrectionError
+from pianta.floor import Door, Floor, Room
+
+# The constants were chosen by hand.
+# A place that is in no room is in the nearest one, if that is nearer than this: half a wall and the error of a map.
+NEAR_ROOM = 0.3  # metres
+# A door is at a place if its line is nearer than this: the width of a door.
+NEAR_DOOR = 0.9  # metres
+# Precision of a place in a room.
+PLACE_TOLERANCE = 0.05  # metres
+# Digits of coordinates after the point: millimetres.
+DIGITS = 3
+
+
+def describe_place(place: XY) -> str:
+    """A place in a message."""
+    return f"({place[0]:.2f}, {place[1]:.2f})"
+
+
+def find_room(floor: Floor, place: XY) -> Room:
+    """The room at a place.
+
+    Raises CorrectionError if there is none.
+    """
+    room = look_for_room(floor.rooms, place)
+    if room is None:
+        raise CorrectionError(f"there is no room at {describe_place(place)}, give a place inside a room")
+    return room
+
+
+def look_for_room(rooms: Iterable[Room], place: XY, *, reach: float = NEAR_ROOM) -> Room | None:
+    """The room nearest to a place, if it is within reach, metres."""
+    point = Point(place)
+    candidates = [(room.polygon.distance(point), room.id, room) for room in rooms]
+    distance, _, room = min(candidates, key=lambda candidate: candidate[:2], default=(np.inf, 0, None))
+    return room if distance <= reach else None
+
+
+def find_door(floor: Floor, place: XY) -> Door:
+    """The door or opening at a place.
+
+    Raises CorrectionError if there is none.
+    """
+    point = Point(place)
+    nearest = min(floor.doors, key=lambda door: (door.line.distance(point), middle_of(door.line)), default=None)
+    if nearest is None or nearest.line.distance(point) > NEAR_DOOR:
+        raise CorrectionError(f"there is no door at {describe_place(place)}, give a place within {NEAR_DOOR} m of one")
+    return nearest
+
+
+def place_in(polygon: Polygon) -> XY:
+    """A place deep inside a room: the centre of a largest circle in it."""
+    centre = shapely.get_coordinates(shapely.maximum_inscribed_circle(polygon, PLACE_TOLERANCE))[0]
+    x, y = (round(float(value), DIGITS) for value in centre)
+    return x, y
+
+
+def middle_of(line: LineString) -> XY:
+    """The middle of a door."""
+    point = line.interpolate(0.5, normalized=True)
+    return round(point.x, DIGITS), round(point.y, DIGITS)
+
+
+def draw_line(points: Path) -> LineString:
+    """A line of a correction.
+
+    Raises CorrectionError for one without length.
+    """
+    line = LineString(points) if len(points) >= 2 else LineString()
+    if line.length < PLACE_TOLERANCE:
+        raise CorrectionError(f"the line {describe_path(points)} has no length, give two points or more")
+    return line
+
+
+def draw_outline(points: Path) -> Polygon:
+    """An outline of a correction.
+
+    Raises CorrectionError for one that crosses itself or has no area.
+    """
+    outline = Polygon(points) if len(points) >= 3 else Polygon()
+    if not outline.is_valid or outline.area < PLACE_TOLERANCE:
+        raise CorrectionError(
+            f"the outline {describe_path(points)} crosses itself or has no area, give its corners in order"
+        )
+    return outline
+
+
+def describe_path(points: Sequence[XY]) -> str:
+    """The first points of a line or an outline in a message."""
+    shown = " ".join(map(describe_place, points[:3]))
+    return f"{shown} …" if len(points) > 3 else shown

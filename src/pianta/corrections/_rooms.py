@@ -1,0 +1,186 @@
+"""Corrections of rooms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import shapely
+from shapely import Polygon
+
+from pianta.corrections._places import (
+    NEAR_ROOM,
+    describe_place,
+    draw_line,
+    draw_outline,
+    find_room,
+    look_for_room,
+    middle_of,
+)
+from pianta.corrections._shapes import MAX_GAP, MIN_ROOM, join_shapes, measure_gap, split_shape
+from pianta.corrections.kinds import DeleteRoom, DrawRoom, LabelRoom, MarkOutside, MergeRooms, NameRoom, SplitRoom
+from pianta.errors import CorrectionError
+from pianta.floor import Door, Floor, Room
+
+# The constants were chosen by hand.
+# A room that is drawn must have this share outside of other rooms.
+MIN_FREE_SHARE = 0.5
+# A room with this IoU is the one that is drawn.
+SAME_IOU = 0.8
+
+
+def merge_rooms(floor: Floor, correction: MergeRooms) -> Floor:
+    """The rooms at the places as one, with the oldest id, and the label of the largest."""
+    found = {room.id: room for room in (find_room(floor, place) for place in correction.places)}
+    if len(correction.places) < 2:
+        raise CorrectionError("one place alone names no rooms to merge, give two or more")
+    if len(found) == 1:
+        return floor
+    rooms = sorted(found.values(), key=lambda room: (-room.polygon.area, room.id))
+    gap = measure_gap([room.polygon for room in rooms])
+    if gap > MAX_GAP:
+        ids = " and ".join(map(str, sorted(found)))
+        raise CorrectionError(f"rooms {ids} are {gap:.1f} m apart, rooms to merge must be neighbours")
+    others = [room.polygon for room in floor if room.id not in found]
+    merged = replace(
+        rooms[0],
+        id=min(found),
+        polygon=join_shapes([room.polygon for room in rooms], others),
+        name=next((room.name for room in rooms if room.name), None),
+        partial=any(room.partial for room in rooms),
+        predicted=None,
+        confidence=None,
+        probability=1.0,
+    )
+    new_ids = {room.id: merged.id if room.id in found else room.id for room in floor}
+
+    def lead_elsewhere(doors: Sequence[Door]) -> tuple[Door, ...]:
+        return tuple(door.renumber_rooms(new_ids) for door in doors if not found.keys() >= {*door.rooms})
+
+    kept = [merged if room.id == merged.id else room for room in floor if room.id == merged.id or room.id not in found]
+    return replace(
+        floor,
+        rooms=tuple(kept),
+        doors=lead_elsewhere(floor.doors),
+        possible_doors=lead_elsewhere(floor.possible_doors),
+    )
+
+
+def split_room(floor: Floor, correction: SplitRoom) -> Floor:
+    """The parts of a room on both sides of a line; the largest keeps id and name. Between them is an opening."""
+    line = draw_line(correction.line)
+    one, other = (look_for_room(floor.rooms, side) for side in correction.sides)
+    if one is not None and other is not None and one.id != other.id:
+        return floor
+    room = one or other or find_room(floor, middle_of(line))
+    parts, border = split_shape(room.polygon, line)
+    if len(parts) < 2:
+        raise CorrectionError(f"the line does not divide room {room.id}, draw it from wall to wall")
+    divided = _divide(floor, room, parts)
+    new = [each for each in divided if each.id == room.id or each.id > floor.last_id]
+    openings = []
+    for piece in border:
+        first, second, *_ = sorted(new, key=lambda each: each.polygon.distance(piece.centroid))
+        openings.append(Door((first.id, second.id), piece, piece.length, kind="opening"))
+    return replace(divided, doors=(*divided.doors, *openings))
+
+
+def draw_room(floor: Floor, correction: DrawRoom) -> Floor:
+    """A new room, as far as no other room is there; entrances beside it become doors to it."""
+    outline = draw_outline(correction.outline)
+    for room in floor:
+        shared = shapely.intersection(room.polygon, outline).area
+        if shared >= SAME_IOU * (room.polygon.area + outline.area - shared):
+            return floor
+    others = shapely.union_all([room.polygon for room in floor])
+    parts = [part for part in shapely.get_parts(shapely.difference(outline, others)) if isinstance(part, Polygon)]
+    polygon = max(parts, key=lambda part: part.area, default=Polygon())
+    if polygon.area < max(MIN_ROOM, MIN_FREE_SHARE * outline.area):
+        place = describe_place((outline.centroid.x, outline.centroid.y))
+        raise CorrectionError(f"other rooms are where the room at {place} is drawn, split or delete these first")
+    new = Room(floor.last_id + 1, polygon, probability=1.0)
+    doors = [
+        replace(door, rooms=(door.rooms[0], new.id))
+        if door.is_entrance and door.line.distance(polygon) <= NEAR_ROOM
+        else door
+        for door in floor.doors
+    ]
+    return replace(floor, rooms=(*floor.rooms, new), doors=tuple(doors), last_id=new.id)
+
+
+def delete_room(floor: Floor, correction: DeleteRoom) -> Floor:
+    """The floor without a room and without its doors."""
+    room = look_for_room(floor.rooms, correction.place, reach=0)
+    if room is None:
+        return floor
+    return _replace_room(floor, room, [], lambda doors: [door for door in doors if room.id not in door.room_ids])
+
+
+def mark_outside(floor: Floor, correction: MarkOutside) -> Floor:
+    """The rooms without an area; doors to rooms that lay in it are entrances."""
+    outline = draw_outline(correction.outline)
+    for room in floor:
+        rest = shapely.difference(room.polygon, outline)
+        if room.polygon.area - rest.area >= MIN_ROOM:
+            parts = [part for part in shapely.get_parts(rest) if isinstance(part, Polygon) and part.area >= MIN_ROOM]
+            floor = _divide(floor, room, sorted(parts, key=lambda part: -part.area))
+    return floor
+
+
+def name_room(floor: Floor, correction: NameRoom) -> Floor:
+    """The floor with another name of a room."""
+    room = find_room(floor, correction.place)
+    return _change_room(floor, replace(room, name=correction.name or None))
+
+
+def label_room(floor: Floor, correction: LabelRoom) -> Floor:
+    """The floor with another label of a room, without the probabilities of the labels that were predicted."""
+    room = find_room(floor, correction.place)
+    if room.label == correction.label and not room.label_probabilities:
+        return floor
+    return _change_room(floor, replace(room, label=correction.label, labels={}, label_probabilities={}))
+
+
+def _change_room(floor: Floor, changed: Room) -> Floor:
+    """The floor with other properties of a room; the same floor if they are equal."""
+    if floor[changed.id] == changed:
+        return floor
+    return replace(floor, rooms=tuple(changed if room.id == changed.id else room for room in floor))
+
+
+def _divide(floor: Floor, room: Room, parts: Sequence[Polygon]) -> Floor:
+    """The floor with the parts of a room, the first of which keeps its id; without parts its doors are entrances."""
+    first = replace(room, predicted=None, confidence=None, probability=1.0)
+    rooms = [
+        replace(first, polygon=part)
+        if number == 0
+        else replace(first, id=floor.last_id + number, polygon=part, name=None)
+        for number, part in enumerate(parts)
+    ]
+
+    def give_to_parts(doors: Sequence[Door]) -> Iterator[Door]:
+        for door in doors:
+            others = [room_id for room_id in door.room_ids if room_id != room.id]
+            if len(others) == len(door.room_ids):
+                yield door
+            elif rooms:
+                nearest = min(rooms, key=lambda each: (each.polygon.distance(door.line), each.id))
+                yield replace(door, rooms=(nearest.id, others[0] if others else None))
+            elif others:
+                yield replace(door, rooms=(others[0], None))
+
+    return _replace_room(floor, room, rooms, give_to_parts)
+
+
+def _replace_room(
+    floor: Floor, old: Room, new: Sequence[Room], change_doors: Callable[[Sequence[Door]], Iterable[Door]]
+) -> Floor:
+    """The floor with other rooms in the place of one, and with the doors that `change_doors` makes of all doors."""
+    rooms = [each for room in floor for each in (new if room.id == old.id else (room,))]
+    return replace(
+        floor,
+        rooms=tuple(rooms),
+        doors=tuple(change_doors(floor.doors)),
+        possible_doors=tuple(change_doors(floor.possible_doors)),
+        last_id=max(floor.last_id, *(room.id for room in new)) if new else floor.last_id,
+    )

@@ -1,0 +1,51 @@
+"""Corrections of rooms that are named by their ids on a floor, as a person sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pianta.corrections._places import draw_line, draw_outline, place_in
+from pianta.corrections._shapes import split_shape
+from pianta.corrections.kinds import XY, MergeRooms, Path, SplitRoom
+from pianta.errors import CorrectionError
+from pianta.floor import Floor, Room
+
+
+def find_by_id(floor: Floor, room_id: int) -> Room:
+    """The room with an id.
+
+    Raises CorrectionError if there is none.
+    """
+    if room_id not in floor:
+        known = f"1 … {max(room.id for room in floor)}" if len(floor) else "none"
+        raise CorrectionError(f"there is no room {room_id}, the ids of the floor are {known}")
+    return floor[room_id]
+
+
+def place_of(floor: Floor, room_id: int) -> XY:
+    """A place deep inside a room."""
+    return place_in(find_by_id(floor, room_id).polygon)
+
+
+def merge_by_id(floor: Floor, room_ids: Iterable[int]) -> MergeRooms:
+    """The correction that merges rooms with these ids."""
+    ids = [*dict.fromkeys(room_ids)]
+    if len(ids) < 2:
+        raise CorrectionError("one room alone cannot be merged, give the ids of two or more")
+    return MergeRooms(tuple(place_of(floor, room_id) for room_id in ids))
+
+
+def split_by_id(floor: Floor, room_id: int, line: Path) -> SplitRoom:
+    """The correction that divides a room along a line."""
+    parts, _ = split_shape(find_by_id(floor, room_id).polygon, draw_line(line))
+    if len(parts) < 2:
+        raise CorrectionError(f"the line does not divide room {room_id}, draw it from wall to wall")
+    return SplitRoom(line, (place_in(parts[0]), place_in(parts[1])))
+
+
+def outline_of(floor: Floor, room_id: int) -> Path:
+    """The outline of a room, without its holes."""
+    corners = find_by_id(floor, room_id).polygon.exterior.coords[:-1]
+    outline: Path = tuple((float(x), float(y)) for x, y in corners)
+    draw_outline(outline)
+    return outline

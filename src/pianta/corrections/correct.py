@@ -1,0 +1,146 @@
+"""Corrections applied to floors, undone, and applied again to floors that were read anew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, fields, replace
+from math import isclose, isfinite, sqrt
+from types import MappingProxyType
+from typing import Any
+
+from pianta.corrections import _doors, _rooms
+from pianta.corrections._places import draw_line, find_room
+from pianta.corrections.kinds import (
+    ChangeDoor,
+    Correction,
+    DeleteDoor,
+    DeleteRoom,
+    DrawDoor,
+    DrawRoom,
+    LabelRoom,
+    MarkOutside,
+    MergeRooms,
+    MoveDoor,
+    NameRoom,
+    ScaleToArea,
+    ScaleToLength,
+    SetType,
+    SplitRoom,
+)
+from pianta.errors import CorrectionError, PiantaError
+from pianta.floor import Floor, scale_floor
+
+# A floor whose scale differs by less has the right one (chosen by hand).
+SAME_SCALE = 1e-4
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a correction. problem: why it does not fit the floor; None if it does.
+
+    changed: whether the floor is another one; it is not if it was as the correction says already.
+    """
+
+    correction: Correction
+    changed: bool
+    problem: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Inverse:
+    """What takes a correction back. changes: member of the floor -> its value after the correction, and before it."""
+
+    changes: Mapping[str, tuple[Any, Any]]
+
+    def apply(self, floor: Floor) -> Floor:
+        """The floor as it was before the correction.
+
+        Raises CorrectionError if the floor has changed since.
+        """
+        changed = [name for name, (after, _) in self.changes.items() if getattr(floor, name) != after]
+        if changed:
+            raise CorrectionError(f"{' and '.join(changed)} have changed since, take back the later corrections first")
+        return replace(floor, **{name: before for name, (_, before) in self.changes.items()})
+
+
+def correct(floor: Floor, correction: Correction) -> Floor:
+    """The floor with a correction; the same object if it is as the correction says already.
+
+    Raises CorrectionError, in one line, if the correction does not fit the floor.
+    """
+    try:
+        return _APPLY[type(correction)](floor, correction)
+    except CorrectionError:
+        raise
+    except PiantaError as error:
+        raise CorrectionError(str(error)) from error
+
+
+def invert(floor: Floor, correction: Correction) -> Inverse:
+    """What takes a correction of a floor back: `invert(floor, c).apply(correct(floor, c)) == floor`.
+
+    Raises CorrectionError if the correction does not fit the floor.
+    """
+    after = correct(floor, correction)
+    names = [member.name for member in fields(floor) if getattr(floor, member.name) != getattr(after, member.name)]
+    return Inverse(MappingProxyType({name: (getattr(after, name), getattr(floor, name)) for name in names}))
+
+
+def correct_all(floor: Floor, corrections: Iterable[Correction]) -> tuple[Floor, list[Outcome]]:
+    """The floor with all corrections that fit, in their order, and what became of each."""
+    outcomes = []
+    for correction in corrections:
+        try:
+            corrected = correct(floor, correction)
+        except CorrectionError as error:
+            outcomes.append(Outcome(correction, changed=False, problem=str(error)))
+        else:
+            outcomes.append(Outcome(correction, changed=corrected is not floor))
+            floor = corrected
+    return floor, outcomes
+
+
+def _set_type(floor: Floor, correction: SetType) -> Floor:
+    types = {correction.building_type: 1.0} if correction.building_type else {}
+    changed = replace(floor, building_type=types)
+    return floor if changed.building_type == floor.building_type else changed
+
+
+def _scale_to_length(floor: Floor, correction: ScaleToLength) -> Floor:
+    return _scale(floor, correction.length / draw_line(correction.line).length, f"a length of {correction.length} m")
+
+
+def _scale_to_area(floor: Floor, correction: ScaleToArea) -> Floor:
+    _check_positive(correction.area, f"an area of {correction.area} m²")
+    room = find_room(floor, correction.place)
+    return _scale(floor, sqrt(correction.area / room.polygon.area), f"an area of {correction.area} m²")
+
+
+def _scale(floor: Floor, factor: float, what: str) -> Floor:
+    _check_positive(factor, what)
+    return floor if isclose(factor, 1, rel_tol=SAME_SCALE) else scale_floor(floor, factor, factor)
+
+
+def _check_positive(value: float, what: str) -> None:
+    if not (isfinite(value) and value > 0):
+        raise CorrectionError(f"{what} is no size, give a positive number")
+
+
+_APPLY: Mapping[type, Callable[[Floor, Any], Floor]] = MappingProxyType(
+    {
+        MergeRooms: _rooms.merge_rooms,
+        SplitRoom: _rooms.split_room,
+        DrawRoom: _rooms.draw_room,
+        DeleteRoom: _rooms.delete_room,
+        MarkOutside: _rooms.mark_outside,
+        DrawDoor: _doors.draw_door,
+        MoveDoor: _doors.move_door,
+        DeleteDoor: _doors.delete_door,
+        ChangeDoor: _doors.change_door,
+        NameRoom: _rooms.name_room,
+        LabelRoom: _rooms.label_room,
+        SetType: _set_type,
+        ScaleToLength: _scale_to_length,
+        ScaleToArea: _scale_to_area,
+    }
+)

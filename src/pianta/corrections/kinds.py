@@ -1,0 +1,189 @@
+"""Corrections as data: what a person says about a floor, at places of the map frame and not by ids.
+
+A place is a point deep inside a room, or the middle of a door. So a correction still holds when the map is read again
+and rooms have other outlines or ids. All coordinates are metres of the map frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from types import MappingProxyType
+from typing import Literal, TypeAlias, TypeVar
+
+import numpy as np
+
+from pianta._types import Floats
+
+XY: TypeAlias = tuple[float, float]
+Path: TypeAlias = tuple[XY, ...]
+DoorKind: TypeAlias = Literal["door", "opening"]
+
+
+@dataclass(frozen=True)
+class MergeRooms:
+    """The rooms at these places are one room."""
+
+    places: Path
+
+
+@dataclass(frozen=True)
+class SplitRoom:
+    """A border divides a room; the two sides are places in different rooms. line: from wall to wall."""
+
+    line: Path
+    sides: tuple[XY, XY]
+
+
+@dataclass(frozen=True)
+class DrawRoom:
+    """There is a room with this outline, whose last corner is not the first one again."""
+
+    outline: Path
+
+
+@dataclass(frozen=True)
+class DeleteRoom:
+    """There is no room at this place, and no door to it."""
+
+    place: XY
+
+
+@dataclass(frozen=True)
+class MarkOutside:
+    """The area in this outline is outside of the building; doors to rooms in it are entrances."""
+
+    outline: Path
+
+
+@dataclass(frozen=True)
+class DrawDoor:
+    """There is a door or an opening. line: from jamb to jamb."""
+
+    line: Path
+    door: DoorKind = "door"
+
+
+@dataclass(frozen=True)
+class MoveDoor:
+    """The door at a place is elsewhere. line: from jamb to jamb."""
+
+    place: XY
+    line: Path
+
+
+@dataclass(frozen=True)
+class DeleteDoor:
+    """There is no door or opening at this place."""
+
+    place: XY
+
+
+@dataclass(frozen=True)
+class ChangeDoor:
+    """What is at this place is a door, or an opening."""
+
+    place: XY
+    door: DoorKind
+
+
+@dataclass(frozen=True)
+class NameRoom:
+    """The room at a place has this name; None for no name."""
+
+    place: XY
+    name: str | None
+
+
+@dataclass(frozen=True)
+class LabelRoom:
+    """The room at a place is for this purpose; None for an unknown one."""
+
+    place: XY
+    label: str | None
+
+
+@dataclass(frozen=True)
+class SetType:
+    """The building is of this type; None for an unknown one."""
+
+    building_type: str | None
+
+
+@dataclass(frozen=True)
+class ScaleToLength:
+    """A line on the floor is so long, metres. All later corrections are in the new metres."""
+
+    line: Path
+    length: float
+
+
+@dataclass(frozen=True)
+class ScaleToArea:
+    """The room at a place has this area, m². All later corrections are in the new metres."""
+
+    place: XY
+    area: float
+
+
+Correction: TypeAlias = (
+    MergeRooms
+    | SplitRoom
+    | DrawRoom
+    | DeleteRoom
+    | MarkOutside
+    | DrawDoor
+    | MoveDoor
+    | DeleteDoor
+    | ChangeDoor
+    | NameRoom
+    | LabelRoom
+    | SetType
+    | ScaleToLength
+    | ScaleToArea
+)
+AnyCorrection = TypeVar("AnyCorrection", bound=Correction)
+
+# The name of each kind in corrections.json and on the page.
+KINDS = MappingProxyType(
+    {
+        "merge": MergeRooms,
+        "split": SplitRoom,
+        "draw room": DrawRoom,
+        "delete room": DeleteRoom,
+        "outside": MarkOutside,
+        "draw door": DrawDoor,
+        "move door": MoveDoor,
+        "delete door": DeleteDoor,
+        "change door": ChangeDoor,
+        "name": NameRoom,
+        "label": LabelRoom,
+        "type": SetType,
+        "length": ScaleToLength,
+        "area": ScaleToArea,
+    }
+)
+# Members that are a point, and members that are several points.
+_POINTS = ("place",)
+_PATHS = ("places", "line", "sides", "outline")
+
+
+def name_kind(correction: Correction) -> str:
+    """The name of the kind of a correction, as in KINDS."""
+    return next(name for name, kind in KINDS.items() if kind is type(correction))
+
+
+def move_correction(correction: AnyCorrection, move: Callable[[Floats], Floats]) -> AnyCorrection:
+    """The correction with all its points moved. move: takes and gives points of shape (N, 2)."""
+
+    def move_points(points: Path) -> Path:
+        return tuple((float(x), float(y)) for x, y in move(np.array(points, float).reshape(-1, 2)))
+
+    changes: dict[str, XY | Path] = {}
+    for member in fields(correction):
+        value = getattr(correction, member.name)
+        if member.name in _POINTS:
+            changes[member.name] = move_points((value,))[0]
+        elif member.name in _PATHS:
+            changes[member.name] = move_points(value)
+    return replace(correction, **changes)
