@@ -71,7 +71,7 @@ def split_shape(shape: Polygon, line: LineString) -> tuple[list[Polygon], list[L
         nearest = max(range(len(rooms)), key=lambda i: shapely.intersection(small, rooms[i]).length, default=None)
         if nearest is not None:
             rooms[nearest] = shapely.union(rooms[nearest], small)
-    return rooms or [shape], [LineString(piece.coords) for piece in pieces]
+    return rooms or [shape], [shapely.simplify(piece, 0) for piece in pieces]
 
 
 def extend_line(line: LineString) -> LineString:

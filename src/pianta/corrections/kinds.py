@@ -9,26 +9,42 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
-from typing import Literal, TypeAlias, TypeVar
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
+from pydantic import ConfigDict, Field
 
 from pianta._types import Floats
 
-XY: TypeAlias = tuple[float, float]
-Path: TypeAlias = tuple[XY, ...]
+# Beyond any map frame; metres.
+MAX_COORDINATE = 1e8
+# Points of a line or an outline, at most; a limit of time.
+MAX_POINTS = 1000
+# Characters of a name, a label or a type, as in floor.geojson.
+MAX_TEXT = 200
+Metres = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf_nan=False)]
+Size = Annotated[float, Field(gt=0, le=MAX_COORDINATE**2, allow_inf_nan=False)]
+Text = Annotated[str, Field(min_length=1, max_length=MAX_TEXT)]
+XY: TypeAlias = tuple[Metres, Metres]
+Path = Annotated[tuple[XY, ...], Field(min_length=2, max_length=MAX_POINTS)]
 DoorKind: TypeAlias = Literal["door", "opening"]
 
 
+class _Checked:
+    """How pydantic checks a correction in a file: types as they are, and no further members."""
+
+    __pydantic_config__ = ConfigDict(extra="forbid", strict=True)
+
+
 @dataclass(frozen=True)
-class MergeRooms:
+class MergeRooms(_Checked):
     """The rooms at these places are one room."""
 
     places: Path
 
 
 @dataclass(frozen=True)
-class SplitRoom:
+class SplitRoom(_Checked):
     """A border divides a room; the two sides are places in different rooms. line: from wall to wall."""
 
     line: Path
@@ -36,28 +52,28 @@ class SplitRoom:
 
 
 @dataclass(frozen=True)
-class DrawRoom:
+class DrawRoom(_Checked):
     """There is a room with this outline, whose last corner is not the first one again."""
 
     outline: Path
 
 
 @dataclass(frozen=True)
-class DeleteRoom:
+class DeleteRoom(_Checked):
     """There is no room at this place, and no door to it."""
 
     place: XY
 
 
 @dataclass(frozen=True)
-class MarkOutside:
+class MarkOutside(_Checked):
     """The area in this outline is outside of the building; doors to rooms in it are entrances."""
 
     outline: Path
 
 
 @dataclass(frozen=True)
-class DrawDoor:
+class DrawDoor(_Checked):
     """There is a door or an opening. line: from jamb to jamb."""
 
     line: Path
@@ -65,7 +81,7 @@ class DrawDoor:
 
 
 @dataclass(frozen=True)
-class MoveDoor:
+class MoveDoor(_Checked):
     """The door at a place is elsewhere. line: from jamb to jamb."""
 
     place: XY
@@ -73,14 +89,14 @@ class MoveDoor:
 
 
 @dataclass(frozen=True)
-class DeleteDoor:
+class DeleteDoor(_Checked):
     """There is no door or opening at this place."""
 
     place: XY
 
 
 @dataclass(frozen=True)
-class ChangeDoor:
+class ChangeDoor(_Checked):
     """What is at this place is a door, or an opening."""
 
     place: XY
@@ -88,42 +104,42 @@ class ChangeDoor:
 
 
 @dataclass(frozen=True)
-class NameRoom:
+class NameRoom(_Checked):
     """The room at a place has this name; None for no name."""
 
     place: XY
-    name: str | None
+    name: Text | None
 
 
 @dataclass(frozen=True)
-class LabelRoom:
+class LabelRoom(_Checked):
     """The room at a place is for this purpose; None for an unknown one."""
 
     place: XY
-    label: str | None
+    label: Text | None
 
 
 @dataclass(frozen=True)
-class SetType:
+class SetType(_Checked):
     """The building is of this type; None for an unknown one."""
 
-    building_type: str | None
+    building_type: Text | None
 
 
 @dataclass(frozen=True)
-class ScaleToLength:
+class ScaleToLength(_Checked):
     """A line on the floor is so long, metres. All later corrections are in the new metres."""
 
     line: Path
-    length: float
+    length: Size
 
 
 @dataclass(frozen=True)
-class ScaleToArea:
+class ScaleToArea(_Checked):
     """The room at a place has this area, m². All later corrections are in the new metres."""
 
     place: XY
-    area: float
+    area: Size
 
 
 Correction: TypeAlias = (
@@ -179,7 +195,7 @@ def move_correction(correction: AnyCorrection, move: Callable[[Floats], Floats])
     def move_points(points: Path) -> Path:
         return tuple((float(x), float(y)) for x, y in move(np.array(points, float).reshape(-1, 2)))
 
-    changes: dict[str, XY | Path] = {}
+    changes: dict[str, Any] = {}
     for member in fields(correction):
         value = getattr(correction, member.name)
         if member.name in _POINTS:
