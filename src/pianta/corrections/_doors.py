@@ -9,7 +9,7 @@ import shapely
 from shapely import LineString, Point
 
 from pianta.corrections._places import describe_path, draw_line, find_door, look_for_room
-from pianta.corrections.kinds import ChangeDoor, DeleteDoor, DoorKind, DrawDoor, MoveDoor, Path
+from pianta.corrections.kinds import ChangeDoor, DeleteDoor, DoorKind, DrawDoor, MoveDoor, Points
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor
 
@@ -48,7 +48,7 @@ def change_door(floor: Floor, correction: ChangeDoor) -> Floor:
     return replace(floor, doors=tuple(changed if each is door else each for each in floor.doors))
 
 
-def _add_door(floor: Floor, points: Path, kind: DoorKind) -> Floor:
+def _add_door(floor: Floor, points: Points, kind: DoorKind) -> Floor:
     line = draw_line(points)
     one, other = (_look_beside(floor, line, side) for side in (1, -1))
     if one is None and other is None:

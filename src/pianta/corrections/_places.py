@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely import LineString, Point, Polygon
 
-from pianta.corrections.kinds import XY, Path
+from pianta.corrections.kinds import XY, Points
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor, Room
 
@@ -72,7 +72,7 @@ def middle_of(line: LineString) -> XY:
     return round(point.x, DIGITS), round(point.y, DIGITS)
 
 
-def draw_line(points: Path) -> LineString:
+def draw_line(points: Points) -> LineString:
     """A line of a correction.
 
     Raises CorrectionError for one without length.
@@ -83,7 +83,7 @@ def draw_line(points: Path) -> LineString:
     return line
 
 
-def draw_outline(points: Path) -> Polygon:
+def draw_outline(points: Points) -> Polygon:
     """An outline of a correction.
 
     Raises CorrectionError for one that crosses itself or has no area.

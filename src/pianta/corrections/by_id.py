@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from pianta.corrections._places import draw_line, draw_outline, place_in
 from pianta.corrections._shapes import split_shape
-from pianta.corrections.kinds import XY, MergeRooms, Path, SplitRoom
+from pianta.corrections.kinds import XY, MergeRooms, Points, SplitRoom
 from pianta.errors import CorrectionError
 from pianta.floor import Floor, Room
 
@@ -35,7 +35,7 @@ def merge_by_id(floor: Floor, room_ids: Iterable[int]) -> MergeRooms:
     return MergeRooms(tuple(place_of(floor, room_id) for room_id in ids))
 
 
-def split_by_id(floor: Floor, room_id: int, line: Path) -> SplitRoom:
+def split_by_id(floor: Floor, room_id: int, line: Points) -> SplitRoom:
     """The correction that divides a room along a line."""
     parts, _ = split_shape(find_by_id(floor, room_id).polygon, draw_line(line))
     if len(parts) < 2:
@@ -43,9 +43,9 @@ def split_by_id(floor: Floor, room_id: int, line: Path) -> SplitRoom:
     return SplitRoom(line, (place_in(parts[0]), place_in(parts[1])))
 
 
-def outline_of(floor: Floor, room_id: int) -> Path:
+def outline_of(floor: Floor, room_id: int) -> Points:
     """The outline of a room, without its holes."""
     corners = find_by_id(floor, room_id).polygon.exterior.coords[:-1]
-    outline: Path = tuple((float(x), float(y)) for x, y in corners)
+    outline: Points = tuple((float(x), float(y)) for x, y in corners)
     draw_outline(outline)
     return outline

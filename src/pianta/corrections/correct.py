@@ -38,12 +38,14 @@ SAME_SCALE = 1e-4
 class Outcome:
     """What became of a correction. problem: why it does not fit the floor; None if it does.
 
-    changed: whether the floor is another one; it is not if it was as the correction says already.
+    changed: whether the floor is another one; it is not if it was as the correction says already. factor: by which all
+    lengths were multiplied.
     """
 
     correction: Correction
     changed: bool
     problem: str | None = None
+    factor: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +97,8 @@ def correct_all(floor: Floor, corrections: Iterable[Correction]) -> tuple[Floor,
         except CorrectionError as error:
             outcomes.append(Outcome(correction, changed=False, problem=str(error)))
         else:
-            outcomes.append(Outcome(correction, changed=corrected is not floor))
+            factor = _measure_factor(floor, corrected) if isinstance(correction, ScaleToLength | ScaleToArea) else 1.0
+            outcomes.append(Outcome(correction, changed=corrected is not floor, factor=factor))
             floor = corrected
     return floor, outcomes
 
@@ -119,6 +122,12 @@ def _scale_to_area(floor: Floor, correction: ScaleToArea) -> Floor:
 def _scale(floor: Floor, factor: float, what: str) -> Floor:
     _check_positive(factor, what)
     return floor if isclose(factor, 1, rel_tol=SAME_SCALE) else scale_floor(floor, factor, factor)
+
+
+def _measure_factor(floor: Floor, scaled: Floor) -> float:
+    """By how much the lengths of a floor were multiplied; 1 for a floor without rooms."""
+    area, scaled_area = (sum(room.polygon.area for room in each) for each in (floor, scaled))
+    return sqrt(scaled_area / area) if area else 1.0
 
 
 def _check_positive(value: float, what: str) -> None:

@@ -38,7 +38,8 @@ def read_corrections(path: str | Path) -> list[Correction]:
 def save_corrections(corrections: Sequence[Correction], path: str | Path) -> None:
     """Write corrections, a line each; read_corrections returns equal ones.
 
-    Raises CorrectionError for corrections that read_corrections would refuse, PiantaError if the file cannot be written.
+    Raises CorrectionError for corrections that read_corrections would refuse, and PiantaError if the file cannot be
+    written.
     """
     save_checked(path, "corrections", CorrectionError, lambda: _dump(corrections))
 

@@ -26,7 +26,7 @@ Metres = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE, allow_inf
 Size = Annotated[float, Field(gt=0, le=MAX_COORDINATE**2, allow_inf_nan=False)]
 Text = Annotated[str, Field(min_length=1, max_length=MAX_TEXT)]
 XY: TypeAlias = tuple[Metres, Metres]
-Path = Annotated[tuple[XY, ...], Field(min_length=2, max_length=MAX_POINTS)]
+Points = Annotated[tuple[XY, ...], Field(min_length=2, max_length=MAX_POINTS)]
 DoorKind: TypeAlias = Literal["door", "opening"]
 
 
@@ -40,14 +40,14 @@ class _Checked:
 class MergeRooms(_Checked):
     """The rooms at these places are one room."""
 
-    places: Path
+    places: Points
 
 
 @dataclass(frozen=True)
 class SplitRoom(_Checked):
     """A border divides a room; the two sides are places in different rooms. line: from wall to wall."""
 
-    line: Path
+    line: Points
     sides: tuple[XY, XY]
 
 
@@ -55,7 +55,7 @@ class SplitRoom(_Checked):
 class DrawRoom(_Checked):
     """There is a room with this outline, whose last corner is not the first one again."""
 
-    outline: Path
+    outline: Points
 
 
 @dataclass(frozen=True)
@@ -69,14 +69,14 @@ class DeleteRoom(_Checked):
 class MarkOutside(_Checked):
     """The area in this outline is outside of the building; doors to rooms in it are entrances."""
 
-    outline: Path
+    outline: Points
 
 
 @dataclass(frozen=True)
 class DrawDoor(_Checked):
     """There is a door or an opening. line: from jamb to jamb."""
 
-    line: Path
+    line: Points
     door: DoorKind = "door"
 
 
@@ -85,7 +85,7 @@ class MoveDoor(_Checked):
     """The door at a place is elsewhere. line: from jamb to jamb."""
 
     place: XY
-    line: Path
+    line: Points
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class SetType(_Checked):
 class ScaleToLength(_Checked):
     """A line on the floor is so long, metres. All later corrections are in the new metres."""
 
-    line: Path
+    line: Points
     length: Size
 
 
@@ -192,7 +192,7 @@ def name_kind(correction: Correction) -> str:
 def move_correction(correction: AnyCorrection, move: Callable[[Floats], Floats]) -> AnyCorrection:
     """The correction with all its points moved. move: takes and gives points of shape (N, 2)."""
 
-    def move_points(points: Path) -> Path:
+    def move_points(points: Points) -> Points:
         return tuple((float(x), float(y)) for x, y in move(np.array(points, float).reshape(-1, 2)))
 
     changes: dict[str, Any] = {}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from pianta.errors import OptionError
 from pianta.floor import Floor
@@ -25,7 +26,9 @@ if TYPE_CHECKING:
     from pianta.plan.sheets.sheet import PlanScale
 
 
-OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png")
+OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png", "grid.npz")
+# The sheet of a plan, on the cells of the grid, beside them.
+PAPER = "paper.png"
 # The picture of an explanation, beside them.
 EXPLANATION = "explain.png"
 
@@ -220,19 +223,35 @@ class Reading:
         return explain(self.grid, self.floor)
 
     def _write(self, storey: StoreyReading, folder: Path, *, walls: bool, graph: bool) -> None:
-        """Write the four result files of a storey; walls, graph: whether picture.png shows them."""
-        from pianta.io.floors import save_floor, save_label_image
-        from pianta.io.graphs import save_graph
-        from pianta.plot.figure import save_figure
-        from pianta.plot.floor import draw_floor
+        """Write the result files of a storey; walls, graph: whether picture.png shows them."""
+        grid_file = folder / OUTPUTS[-1]
+        storey.grid.save(grid_file)
+        if storey.paper is not None:
+            Image.fromarray(storey.paper).save(folder / PAPER)
+        write_floor(storey.floor, storey.grid, folder, self.schemas, paper=storey.paper, walls=walls, graph=graph)
 
-        floor, grid = storey.floor, storey.grid
-        geojson, labels, node_link, picture = (folder / name for name in OUTPUTS)
-        save_floor(floor, geojson)
-        save_label_image(floor.label_image(grid), labels)
-        save_graph(floor.graph(), node_link)
-        figure = draw_floor(floor, grid, walls=walls, graph=graph, schemas=self.schemas, paper=storey.paper)
-        save_figure(figure, picture)
+
+def write_floor(
+    floor: Floor,
+    grid: GridMap,
+    folder: Path,
+    schemas: Mapping[str, LabelSchema],
+    *,
+    paper: NDArray[np.uint8] | None = None,
+    walls: bool = False,
+    graph: bool = False,
+) -> None:
+    """Write floor.geojson, rooms.png, graph.json and picture.png; walls, graph: whether picture.png shows them."""
+    from pianta.io.floors import save_floor, save_label_image
+    from pianta.io.graphs import save_graph
+    from pianta.plot.figure import save_figure
+    from pianta.plot.floor import draw_floor
+
+    geojson, labels, node_link, picture = (folder / name for name in OUTPUTS[:4])
+    save_floor(floor, geojson)
+    save_label_image(floor.label_image(grid), labels)
+    save_graph(floor.graph(), node_link)
+    save_figure(draw_floor(floor, grid, walls=walls, graph=graph, schemas=schemas, paper=paper), picture)
 
 
 def check_clean_map(path: str | Path, target: str | Path, folder: str | Path | None = None) -> None:
