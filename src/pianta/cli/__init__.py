@@ -18,6 +18,7 @@ from pianta.errors import OptionError, PiantaError
 # Verb -> the function of its module that runs it; None for a verb with sub-verbs.
 VERBS = {
     "read": "read_maps",
+    "correct": "correct_floor",
     "realism": "assess_floors",
     "patterns": "find_patterns",
     "generate": "generate",
@@ -45,7 +46,10 @@ def build_app(verbs: Iterable[str] = VERBS, plugins: Iterable[EntryPoint] = ()) 
         if function is None:
             app.add_typer(module.app, name=verb)
         else:
-            app.command(verb, epilog=show_examples(module.EXAMPLES))(getattr(module, function))
+            settings = getattr(module, "SETTINGS", None)
+            app.command(verb, epilog=show_examples(module.EXAMPLES), context_settings=settings)(
+                getattr(module, function)
+            )
     for plugin in plugins:
         app.add_typer(plugin.load(), name=plugin.name)
     return app

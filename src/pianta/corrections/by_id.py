@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from difflib import get_close_matches
 
 from pianta.corrections._places import draw_line, draw_outline, place_in
 from pianta.corrections._shapes import split_shape
-from pianta.corrections.kinds import XY, MergeRooms, Points, SplitRoom
+from pianta.corrections.kinds import XY, LabelRoom, MergeRooms, Points, SplitRoom
 from pianta.errors import CorrectionError
 from pianta.floor import Floor, Room
+from pianta.labels import ALL_SCHEMAS, FCES, RC, normalize_label
 
 
 def find_by_id(floor: Floor, room_id: int) -> Room:
@@ -49,3 +51,14 @@ def outline_of(floor: Floor, room_id: int) -> Points:
     outline: Points = tuple((float(x), float(y)) for x, y in corners)
     draw_outline(outline)
     return outline
+
+
+def label_by_id(floor: Floor, room_id: int, label: str | None) -> LabelRoom:
+    """The correction that gives a room a label, in any case, of a schema or of another room of the floor."""
+    name = normalize_label(label)
+    own = {room.label for room in floor if room.label}
+    known = {*own, *RC, *FCES, *(name for schema in ALL_SCHEMAS.values() for name in schema.by_name)}
+    if name is not None and name not in known:
+        similar = get_close_matches(name, sorted(known)) or sorted(known)[:5]
+        raise CorrectionError(f"label {name[:50]!r} is in no schema, give one such as {', '.join(similar)}")
+    return LabelRoom(place_of(floor, room_id), name)

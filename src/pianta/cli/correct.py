@@ -1,0 +1,214 @@
+"""The verb correct: mend a floor that was read, so that every later reading is mended too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated
+
+import typer
+
+from pianta.cli.terminal import Quiet, describe_floor, print_result
+from pianta.corrections.by_id import label_by_id, merge_by_id, outline_of, place_of, split_by_id
+from pianta.corrections.correct import correct
+from pianta.corrections.describe import describe
+from pianta.corrections.kinds import (
+    XY,
+    ChangeDoor,
+    Correction,
+    DeleteDoor,
+    DeleteRoom,
+    DrawDoor,
+    DrawRoom,
+    MarkOutside,
+    MoveDoor,
+    NameRoom,
+    Points,
+    ScaleToArea,
+    ScaleToLength,
+    SetType,
+)
+from pianta.errors import CorrectionError, OptionError
+from pianta.floor import Floor
+from pianta.io._files import count_noun, short_repr
+from pianta.reading.saved_reading import SavedReading
+
+EXAMPLES = (
+    "pianta correct building --merge 4 5 --name 4 Kitchen",
+    'pianta correct building --split 7 "2.5,1 2.5,4" --label 7 OFFICE',
+    'pianta correct building --door "3,0 3.9,0" --delete-door 8,2.5',
+    "pianta correct building --undo 1",
+    "pianta correct building --list",
+)
+# Corrections are parsed here, in their order, which typer does not keep.
+SETTINGS = {"allow_extra_args": True, "ignore_unknown_options": True}
+
+Out = Annotated[Path, typer.Argument(metavar="OUT", help="A folder that `pianta read` has written.")]
+Undo = Annotated[int, typer.Option(min=0, metavar="N", help="First take the last N corrections back.")]
+List = Annotated[bool, typer.Option("--list", help="Print the corrections of the floor.")]
+
+
+def correct_floor(
+    context: typer.Context, out: Out, *, undo: Undo = 0, list_them: List = False, quiet: Quiet = False
+) -> None:
+    """Correct a floor: merge, split, draw and name rooms, mend doors.
+
+    The corrections are written into corrections.json, and all other files are
+    made again. `pianta read --previous OUT` applies them to a newer map. They
+    follow OUT in the order in which they are made; points are "x,y" in metres:
+
+    --merge ID ID …   --split ID LINE   --room OUTLINE   --delete ID
+
+    --name ID TEXT   --label ID LABEL   --outside ID|OUTLINE
+
+    --door LINE   --opening LINE   --delete-door POINT   --move-door POINT LINE
+
+    --to-door POINT   --to-opening POINT
+
+    --type NAME   --length LINE METRES   --area ID M²
+
+    A LINE is "x,y x,y" from wall to wall or from jamb to jamb, an OUTLINE has
+    all corners. An empty name or label, "", takes it away.
+    """
+    saved = SavedReading.open(out)
+    kept = saved.corrections[: len(saved.corrections) - undo]
+    if undo > len(saved.corrections):
+        raise OptionError(f"--undo is {undo} and the floor has {count_noun(len(saved.corrections), 'correction')}")
+    floor, outcomes = saved.with_corrections(kept).apply()
+    edits = [*_split_edits(context.args)]
+    new = []
+    for edit in edits:
+        correction = edit.read(floor)
+        corrected = correct(floor, correction)
+        if corrected is floor:
+            raise CorrectionError(f"{edit} changes nothing, leave it out")
+        floor = corrected
+        new.append(correction)
+    if undo or new:
+        saved = saved.with_corrections([*kept, *new])
+        saved.save()
+    if quiet:
+        return
+    if list_them:
+        for number, outcome in enumerate(saved.apply()[1], start=1):
+            problem = f" (does not fit: {outcome.problem})" if outcome.problem else ""
+            print_result(f"{number}. {describe(outcome.correction)}{problem}")
+    elif not (undo or new):
+        raise OptionError("no correction is given, such as --merge 4 5; --list prints those of the floor")
+    print_result(f"{describe_floor(floor)}, {count_noun(len(saved.corrections), 'correction')}, in {out}")
+
+
+@dataclass(frozen=True)
+class _Edit:
+    """An edit as it was typed: its flag, and the words behind it."""
+
+    flag: str
+    words: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return " ".join([self.flag, *map(short_repr, self.words)])
+
+    def read(self, floor: Floor) -> Correction:
+        """The correction of a floor; raises OptionError or CorrectionError, which name the edit."""
+        form = _FORMS[self.flag]
+        if len(self.words) < form.count or (len(self.words) > form.count and not form.repeats):
+            raise OptionError(f"{self} does not have the form {self.flag} {form.words}")
+        try:
+            return form.make(floor, *self.words)
+        except (CorrectionError, OptionError) as error:
+            raise type(error)(f"{self}: {error}") from error
+
+
+@dataclass(frozen=True)
+class _Form:
+    """What follows a flag. count: words, at least; repeats: or more."""
+
+    words: str
+    make: Callable[..., Correction]
+    repeats: bool = False
+
+    @property
+    def count(self) -> int:
+        return len(self.words.replace(" …", "").split())
+
+
+def _split_edits(arguments: Sequence[str]) -> Iterator[_Edit]:
+    """The edits of a command line, in their order."""
+    words: list[str] = []
+    flag = ""
+    for argument in (*arguments, "--"):
+        if argument in _FORMS or argument.startswith("--"):
+            if flag:
+                yield _Edit(flag, tuple(words))
+            elif words:
+                raise OptionError(
+                    f"{short_repr(words[0])} belongs to no correction, give the folder and then --merge, …"
+                )
+            if argument != "--" and argument not in _FORMS:
+                raise OptionError(f"there is no correction {short_repr(argument)}, give one of {', '.join(_FORMS)}")
+            flag, words = argument, []
+        else:
+            words.append(argument)
+
+
+def _read_id(word: str) -> int:
+    try:
+        return int(word)
+    except ValueError:
+        raise OptionError(f"{short_repr(word)} is no id, give that of a room, such as 7") from None
+
+
+def _read_number(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        raise OptionError(f"{short_repr(word)} is no number, give metres, or m² of an area") from None
+
+
+def _read_points(text: str, *, least: int = 2) -> Points:
+    """The points of "x,y x,y"."""
+    try:
+        points = tuple((float(x), float(y)) for x, y in (point.split(",") for point in text.split()))
+    except ValueError:
+        points = ()
+    if len(points) < least:
+        raise OptionError(f'{short_repr(text)} are no {least} points or more, give "x,y x,y" in metres')
+    return points
+
+
+def _read_point(text: str) -> XY:
+    points = _read_points(text, least=1)
+    if len(points) > 1:
+        raise OptionError(f"{short_repr(text)} is more than one point, give x,y in metres")
+    return points[0]
+
+
+def _read_area(floor: Floor, text: str) -> Points:
+    """The outline of a room with an id, or an outline as it is typed."""
+    return outline_of(floor, int(text)) if text.isdecimal() else _read_points(text, least=3)
+
+
+_FORMS: Mapping[str, _Form] = MappingProxyType(
+    {
+        "--merge": _Form("ID ID …", lambda floor, *ids: merge_by_id(floor, map(_read_id, ids)), repeats=True),
+        "--split": _Form("ID LINE", lambda floor, room, line: split_by_id(floor, _read_id(room), _read_points(line))),
+        "--room": _Form("OUTLINE", lambda _, outline: DrawRoom(_read_points(outline, least=3))),
+        "--delete": _Form("ID", lambda floor, room: DeleteRoom(place_of(floor, _read_id(room)))),
+        "--outside": _Form("ID|OUTLINE", lambda floor, area: MarkOutside(_read_area(floor, area))),
+        "--name": _Form("ID TEXT", lambda floor, room, name: NameRoom(place_of(floor, _read_id(room)), name or None)),
+        "--label": _Form("ID LABEL", lambda floor, room, label: label_by_id(floor, _read_id(room), label)),
+        "--door": _Form("LINE", lambda _, line: DrawDoor(_read_points(line))),
+        "--opening": _Form("LINE", lambda _, line: DrawDoor(_read_points(line), "opening")),
+        "--delete-door": _Form("POINT", lambda _, place: DeleteDoor(_read_point(place))),
+        "--move-door": _Form("POINT LINE", lambda _, place, line: MoveDoor(_read_point(place), _read_points(line))),
+        "--to-door": _Form("POINT", lambda _, place: ChangeDoor(_read_point(place), "door")),
+        "--to-opening": _Form("POINT", lambda _, place: ChangeDoor(_read_point(place), "opening")),
+        "--type": _Form("NAME", lambda _, name: SetType(name or None)),
+        "--length": _Form("LINE METRES", lambda _, line, size: ScaleToLength(_read_points(line), _read_number(size))),
+        "--area": _Form(
+            "ID M²", lambda floor, room, size: ScaleToArea(place_of(floor, _read_id(room)), _read_number(size))
+        ),
+    }
+)
