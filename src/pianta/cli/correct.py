@@ -13,7 +13,6 @@ import typer
 from pianta.cli.terminal import Quiet, describe_floor, print_result
 from pianta.corrections.by_id import label_by_id, merge_by_id, outline_of, place_of, split_by_id
 from pianta.corrections.correct import correct
-from pianta.corrections.describe import describe
 from pianta.corrections.kinds import (
     XY,
     ChangeDoor,
@@ -76,7 +75,7 @@ def correct_floor(
     kept = saved.corrections[: len(saved.corrections) - undo]
     if undo > len(saved.corrections):
         raise OptionError(f"--undo is {undo} and the floor has {count_noun(len(saved.corrections), 'correction')}")
-    floor, outcomes = saved.with_corrections(kept).apply()
+    floor = saved.with_corrections(kept).apply()[0]
     edits = [*_split_edits(context.args)]
     new = []
     for edit in edits:
@@ -94,7 +93,7 @@ def correct_floor(
     if list_them:
         for number, outcome in enumerate(saved.apply()[1], start=1):
             problem = f" (does not fit: {outcome.problem})" if outcome.problem else ""
-            print_result(f"{number}. {describe(outcome.correction)}{problem}")
+            print_result(f"{number}. {outcome.correction}{problem}")
     elif not (undo or new):
         raise OptionError("no correction is given, such as --merge 4 5; --list prints those of the floor")
     print_result(f"{describe_floor(floor)}, {count_noun(len(saved.corrections), 'correction')}, in {out}")
@@ -190,6 +189,10 @@ def _read_area(floor: Floor, text: str) -> Points:
     return outline_of(floor, int(text)) if text.isdecimal() else _read_points(text, least=3)
 
 
+def _read_room_area(floor: Floor, room: str, size: str) -> ScaleToArea:
+    return ScaleToArea(place_of(floor, _read_id(room)), _read_number(size))
+
+
 _FORMS: Mapping[str, _Form] = MappingProxyType(
     {
         "--merge": _Form("ID ID …", lambda floor, *ids: merge_by_id(floor, map(_read_id, ids)), repeats=True),
@@ -207,8 +210,6 @@ _FORMS: Mapping[str, _Form] = MappingProxyType(
         "--to-opening": _Form("POINT", lambda _, place: ChangeDoor(_read_point(place), "opening")),
         "--type": _Form("NAME", lambda _, name: SetType(name or None)),
         "--length": _Form("LINE METRES", lambda _, line, size: ScaleToLength(_read_points(line), _read_number(size))),
-        "--area": _Form(
-            "ID M²", lambda floor, room, size: ScaleToArea(place_of(floor, _read_id(room)), _read_number(size))
-        ),
+        "--area": _Form("ID M²", _read_room_area),
     }
 )

@@ -8,8 +8,8 @@ import numpy as np
 import shapely
 from shapely import LineString, Point
 
-from pianta.corrections._places import describe_path, draw_line, find_door, look_for_room
-from pianta.corrections.kinds import ChangeDoor, DeleteDoor, DoorKind, DrawDoor, MoveDoor, Points
+from pianta.corrections._places import draw_line, find_door, look_for_room
+from pianta.corrections.kinds import ChangeDoor, DeleteDoor, DoorKind, DrawDoor, MoveDoor, Points, describe_points
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor
 
@@ -52,9 +52,9 @@ def _add_door(floor: Floor, points: Points, kind: DoorKind) -> Floor:
     line = draw_line(points)
     one, other = (_look_beside(floor, line, side) for side in (1, -1))
     if one is None and other is None:
-        raise CorrectionError(f"there is no room beside the door {describe_path(points)}, draw it in a wall of a room")
+        raise CorrectionError(f"no room is beside the door {describe_points(*points)}, draw it in a wall of a room")
     if one == other:
-        raise CorrectionError(f"room {one} is on both sides of the door {describe_path(points)}, split the room first")
+        raise CorrectionError(f"room {one} is on both sides of the door {describe_points(*points)}, split it first")
     rooms = (one, other) if one is not None else (other, None)
     door = Door(rooms, line, line.length, kind, 1.0)  # type: ignore[arg-type]
     if any(_is_same(each, door) for each in floor.doors):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 import shapely
 from shapely import LineString, Point, Polygon
 
-from pianta.corrections.kinds import XY, Points
+from pianta.corrections.kinds import XY, Points, describe_points
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor, Room
 
@@ -23,11 +23,6 @@ PLACE_TOLERANCE = 0.05  # metres
 DIGITS = 3
 
 
-def describe_place(place: XY) -> str:
-    """A place in a message."""
-    return f"({place[0]:.2f}, {place[1]:.2f})"
-
-
 def find_room(floor: Floor, place: XY) -> Room:
     """The room at a place.
 
@@ -35,7 +30,7 @@ def find_room(floor: Floor, place: XY) -> Room:
     """
     room = look_for_room(floor.rooms, place)
     if room is None:
-        raise CorrectionError(f"there is no room at {describe_place(place)}, give a place inside a room")
+        raise CorrectionError(f"there is no room at {describe_points(place)}, give a place inside a room")
     return room
 
 
@@ -55,7 +50,7 @@ def find_door(floor: Floor, place: XY) -> Door:
     point = Point(place)
     nearest = min(floor.doors, key=lambda door: (door.line.distance(point), middle_of(door.line)), default=None)
     if nearest is None or nearest.line.distance(point) > NEAR_DOOR:
-        raise CorrectionError(f"there is no door at {describe_place(place)}, give a place within {NEAR_DOOR} m of one")
+        raise CorrectionError(f"no door is within {NEAR_DOOR} m of {describe_points(place)}, give a place on one")
     return nearest
 
 
@@ -79,7 +74,7 @@ def draw_line(points: Points) -> LineString:
     """
     line = LineString(points) if len(points) >= 2 else LineString()
     if line.length < PLACE_TOLERANCE:
-        raise CorrectionError(f"the line {describe_path(points)} has no length, give two points or more")
+        raise CorrectionError(f"the line {describe_points(*points)} has no length, give two points or more")
     return line
 
 
@@ -91,12 +86,6 @@ def draw_outline(points: Points) -> Polygon:
     outline = Polygon(points) if len(points) >= 3 else Polygon()
     if not outline.is_valid or outline.area < PLACE_TOLERANCE:
         raise CorrectionError(
-            f"the outline {describe_path(points)} crosses itself or has no area, give its corners in order"
+            f"the outline {describe_points(*points)} crosses itself or has no area, give its corners in order"
         )
     return outline
-
-
-def describe_path(points: Sequence[XY]) -> str:
-    """The first points of a line or an outline in a message."""
-    shown = " ".join(map(describe_place, points[:3]))
-    return f"{shown} …" if len(points) > 3 else shown

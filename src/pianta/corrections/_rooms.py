@@ -10,7 +10,6 @@ from shapely import Polygon
 
 from pianta.corrections._places import (
     NEAR_ROOM,
-    describe_place,
     draw_line,
     draw_outline,
     find_room,
@@ -18,7 +17,16 @@ from pianta.corrections._places import (
     middle_of,
 )
 from pianta.corrections._shapes import MAX_GAP, MIN_ROOM, join_shapes, measure_gap, split_shape
-from pianta.corrections.kinds import DeleteRoom, DrawRoom, LabelRoom, MarkOutside, MergeRooms, NameRoom, SplitRoom
+from pianta.corrections.kinds import (
+    DeleteRoom,
+    DrawRoom,
+    LabelRoom,
+    MarkOutside,
+    MergeRooms,
+    NameRoom,
+    SplitRoom,
+    describe_points,
+)
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor, Room
 
@@ -96,7 +104,7 @@ def draw_room(floor: Floor, correction: DrawRoom) -> Floor:
     parts = [part for part in shapely.get_parts(shapely.difference(outline, others)) if isinstance(part, Polygon)]
     polygon = max(parts, key=lambda part: part.area, default=Polygon())
     if polygon.area < max(MIN_ROOM, MIN_FREE_SHARE * outline.area):
-        place = describe_place((outline.centroid.x, outline.centroid.y))
+        place = describe_points((outline.centroid.x, outline.centroid.y))
         raise CorrectionError(f"other rooms are where the room at {place} is drawn, split or delete these first")
     new = Room(floor.last_id + 1, polygon, probability=1.0)
     doors = [

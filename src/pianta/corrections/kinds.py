@@ -36,11 +36,24 @@ class _Checked:
     __pydantic_config__ = ConfigDict(extra="forbid", strict=True)
 
 
+def describe_points(*points: XY) -> str:
+    """The first points of a correction in a message."""
+    shown = " ".join(f"({x:.2f}, {y:.2f})" for x, y in points[:3])
+    return f"{shown} …" if len(points) > 3 else shown
+
+
+def _with_article(kind: DoorKind) -> str:
+    return "an opening" if kind == "opening" else "a door"
+
+
 @dataclass(frozen=True)
 class MergeRooms(_Checked):
     """The rooms at these places are one room."""
 
     places: Points
+
+    def __str__(self) -> str:
+        return f"merge the rooms at {describe_points(*self.places)}"
 
 
 @dataclass(frozen=True)
@@ -50,12 +63,18 @@ class SplitRoom(_Checked):
     line: Points
     sides: tuple[XY, XY]
 
+    def __str__(self) -> str:
+        return f"split the room along {describe_points(*self.line)}"
+
 
 @dataclass(frozen=True)
 class DrawRoom(_Checked):
     """There is a room with this outline, whose last corner is not the first one again."""
 
     outline: Points
+
+    def __str__(self) -> str:
+        return f"a room with the corners {describe_points(*self.outline)}"
 
 
 @dataclass(frozen=True)
@@ -64,12 +83,18 @@ class DeleteRoom(_Checked):
 
     place: XY
 
+    def __str__(self) -> str:
+        return f"no room at {describe_points(self.place)}"
+
 
 @dataclass(frozen=True)
 class MarkOutside(_Checked):
     """The area in this outline is outside of the building; doors to rooms in it are entrances."""
 
     outline: Points
+
+    def __str__(self) -> str:
+        return f"outside within {describe_points(*self.outline)}"
 
 
 @dataclass(frozen=True)
@@ -79,6 +104,9 @@ class DrawDoor(_Checked):
     line: Points
     door: DoorKind = "door"
 
+    def __str__(self) -> str:
+        return f"{_with_article(self.door)} at {describe_points(*self.line)}"
+
 
 @dataclass(frozen=True)
 class MoveDoor(_Checked):
@@ -87,12 +115,18 @@ class MoveDoor(_Checked):
     place: XY
     line: Points
 
+    def __str__(self) -> str:
+        return f"the door at {describe_points(self.place)} is at {describe_points(*self.line)}"
+
 
 @dataclass(frozen=True)
 class DeleteDoor(_Checked):
     """There is no door or opening at this place."""
 
     place: XY
+
+    def __str__(self) -> str:
+        return f"no door at {describe_points(self.place)}"
 
 
 @dataclass(frozen=True)
@@ -102,6 +136,9 @@ class ChangeDoor(_Checked):
     place: XY
     door: DoorKind
 
+    def __str__(self) -> str:
+        return f"what is at {describe_points(self.place)} is {_with_article(self.door)}"
+
 
 @dataclass(frozen=True)
 class NameRoom(_Checked):
@@ -109,6 +146,9 @@ class NameRoom(_Checked):
 
     place: XY
     name: Text | None
+
+    def __str__(self) -> str:
+        return f"the room at {describe_points(self.place)} has {f'the name {self.name!r}' if self.name else 'no name'}"
 
 
 @dataclass(frozen=True)
@@ -118,12 +158,20 @@ class LabelRoom(_Checked):
     place: XY
     label: Text | None
 
+    def __str__(self) -> str:
+        return (
+            f"the room at {describe_points(self.place)} has {f'the label {self.label}' if self.label else 'no label'}"
+        )
+
 
 @dataclass(frozen=True)
 class SetType(_Checked):
     """The building is of this type; None for an unknown one."""
 
     building_type: Text | None
+
+    def __str__(self) -> str:
+        return f"the building is of {f'the type {self.building_type}' if self.building_type else 'no known type'}"
 
 
 @dataclass(frozen=True)
@@ -133,6 +181,9 @@ class ScaleToLength(_Checked):
     line: Points
     length: Size
 
+    def __str__(self) -> str:
+        return f"the line {describe_points(*self.line)} is {self.length:g} m long"
+
 
 @dataclass(frozen=True)
 class ScaleToArea(_Checked):
@@ -140,6 +191,9 @@ class ScaleToArea(_Checked):
 
     place: XY
     area: Size
+
+    def __str__(self) -> str:
+        return f"the room at {describe_points(self.place)} has {self.area:g} m²"
 
 
 Correction: TypeAlias = (
