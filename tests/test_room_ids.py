@@ -11,11 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely import LineString, Polygon, box
 
+from pianta.errors import FloorError
 from pianta.evaluation.persistence import Persistence, score_persistence
 from pianta.floor import Door, Floor, Room
 from pianta.io.maps import read_map
+from pianta.layout.frames import Motion, find_motion, find_shift, measure_share
 from pianta.layout.reconstruct import reconstruct
-from pianta.layout.room_ids import find_shift, keep_room_ids, match_rooms
+from pianta.layout.room_ids import find_frame_motion, keep_room_ids, match_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 
 LEFT, MIDDLE, RIGHT = box(0, 0, 4, 3), box(4, 0, 9, 3), box(9, 0, 12, 3)
@@ -132,13 +134,42 @@ def test_ids_stay_when_the_map_has_grown_and_its_frame_has_moved():
     assert same_ids == list(range(30, 41)) + list(range(41, 30 + len(complete.rooms)))
 
 
-def test_a_shift_is_estimated_to_one_cell_with_its_gain():
+def test_a_shift_is_estimated_to_one_cell_with_its_share():
     polygons = np.array([LEFT, MIDDLE, RIGHT], dtype=object)
-    shift, gain = find_shift(np.array([shapely.affinity.translate(room, -7, 50) for room in polygons]), polygons)
-    assert shift == pytest.approx((-7, 50))
-    assert gain == pytest.approx(1)
-    shift, gain = find_shift(polygons, polygons)
-    assert (shift.tolist(), gain) == ([0, 0], 0)
+    shifted = np.array([shapely.affinity.translate(room, -7, 50) for room in polygons])
+    motion, share = find_shift(shifted, polygons)
+    assert motion.shift == pytest.approx((-7, 50))
+    assert share == pytest.approx(1)
+    assert measure_share(shifted, polygons) == 0
+    motion, share = find_shift(polygons, polygons)
+    assert (motion, share, measure_share(polygons, polygons)) == (Motion(), 1, 1)
+
+
+@pytest.mark.parametrize("degrees", [15, 90, 171, 233])
+def test_a_rotation_is_found_with_its_shift(degrees):
+    previous = np.array([room.polygon for room in make_floor("l", seed=3).rooms])
+    true = Motion(np.radians(degrees), (8.0, -3.0))
+    motion, share = find_motion(true.move(previous), previous)
+    corners = np.array([[0, 0], [40, 0], [40, 30]], float)
+    assert motion.apply(corners) == pytest.approx(true.apply(corners), abs=0.3)
+    assert share > 0.8
+
+
+@pytest.mark.parametrize("degrees", [15, 90])
+def test_ids_stay_when_the_robot_stood_in_another_direction(degrees):
+    previous = make_floor("l", seed=3)
+    turn = Motion(np.radians(degrees), (5.0, 2.0))
+    turned = Floor(
+        tuple(replace(room, id=99 - room.id, polygon=shapely.transform(room.polygon, turn.apply)) for room in previous)
+    )
+    assert ids_of(keep_room_ids(turned, previous)) == ids_of(previous)
+
+
+def test_a_floor_of_another_building_is_refused():
+    one, other = make_floor("l", seed=3), make_floor("ring", seed=8)
+    assert find_frame_motion(one, one) == Motion()
+    with pytest.raises(FloorError, match=r"of another building: \d+ % of its rooms"):
+        find_frame_motion(one, other)
 
 
 def test_a_frame_with_rooms_at_their_old_positions_is_not_shifted():
@@ -151,9 +182,10 @@ def test_a_frame_is_not_shifted_for_one_more_common_wall():
     """Rooms observed to a third of their depth; shifted by a room, the end of the last would lie on a closet's wall."""
     previous = floor_of(*(box(left, 0, right, 1) for left, right in ((4, 8), (8, 12), (12, 15.2))))
     row = [box(left, 0, right, 3) for left, right in pairwise((0, 4, 8, 11.2, 12, 16))]
-    shift, gain = find_shift(*(np.array([room.polygon for room in each.rooms]) for each in (floor_of(*row), previous)))
-    assert shift[0] == pytest.approx(-4)
-    assert 0 < gain < 0.1
+    polygons, old = (np.array([room.polygon for room in each.rooms]) for each in (floor_of(*row), previous))
+    motion, share = find_shift(polygons, old)
+    assert motion.shift[0] == pytest.approx(-4)
+    assert 0 < share - measure_share(polygons, old) < 0.1
     assert ids_of(keep_room_ids(floor_of(*row), previous)) == [4, 1, 2, 5, 3]
 
 

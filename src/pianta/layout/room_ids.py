@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 import shapely
-from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
-from scipy.signal import fftconvolve
 
-from pianta._types import Floats, Indices, Mask
+from pianta._types import Floats, Indices
+from pianta.errors import FloorError
 from pianta.evaluation.coverage import overlap_areas
 from pianta.floor import Floor, Room
+from pianta.layout.frames import Motion, Polygons, find_motion, measure_share
 
 # The constants were chosen by hand.
 # Two rooms are the same if they share more than this part of the smaller polygon.
@@ -24,16 +22,15 @@ MIN_COMMON_SHARE = 0.5
 SAME_FRAME_SHARE = 0.5
 # ... are matched with at least this IoU, with which a room has its old outline.
 SAME_OUTLINE_IOU = 0.8
-# Cell size at which outlines are compared; metres.
-OUTLINE_CELL = 0.2
-# Cells along the longest side, at most; a limit of memory.
-MAX_OUTLINE_CELLS = 2000
-# A shift must bring this share of the previous outlines onto the new ones, more than without it, ...
-MIN_SHIFT_GAIN = 0.1
+# A motion must bring this share of the outlines of one map onto those of the other, more than without it, ...
+MIN_MOTION_GAIN = 0.1
 # ... and must match this number of rooms, since every building has a room similar to any single room.
-MIN_SHIFT_ROOMS = 2
-
-Polygons = NDArray[np.object_]
+MIN_MOVED_ROOMS = 2
+# Maps are of one building if rooms with this share of the smaller area are the same on both, ...
+SAME_BUILDING_SHARE = 0.4
+# ... with this IoU. Growing maps of data/partial have 49 % or more from the first to the last one, and of 16 pairs of
+# different buildings of data/slam and data/survey none had more than 35 %.
+SAME_ROOM_IOU = 0.5
 
 
 class IdMatches(NamedTuple):
@@ -57,8 +54,9 @@ def keep_room_ids(floor: Floor, previous: Floor, *, earlier: Sequence[Floor] = (
     the newest such floor; then rooms keep ids of the previous floor, then those ids of earlier floors that are left.
 
     All floors are in metres of the map frame. If few rooms are where they were, because SLAM has anchored the frame
-    anew or an image without map.yaml has grown, the shift between the two frames is estimated first; a rotation is not.
-    A shift by exactly one room in a row of equal rooms cannot be detected.
+    anew, an image without map.yaml has grown, or the robot stood in another direction, the motion between the frames is
+    estimated first. A shift by exactly one room in a row of equal rooms cannot be detected, nor can a rotation of a
+    building that is the same after it.
     """
     # Sorted, so that equal overlaps are resolved in the same way for any order of the rooms.
     rooms = sorted(floor.rooms, key=lambda room: (room.polygon.bounds, room.id))
@@ -81,7 +79,7 @@ def _assign_rooms(rooms: list[Room], floors: Sequence[Floor]) -> dict[int, Room]
     polygons, pairs = _list_polygons(rooms), []
     for old_floor in floors:
         old_rooms = sorted(old_floor.rooms, key=lambda room: room.id)
-        matches = _match_after_shift(polygons, _list_polygons(old_rooms))
+        _, matches = _find_motion(polygons, _list_polygons(old_rooms))
         candidates = zip(matches.room.tolist(), matches.iou.tolist(), old_rooms, strict=True)
         pairs += [(iou < SAME_OUTLINE_IOU, rooms[room].id, old) for room, iou, old in candidates if room >= 0]
     assigned: dict[int, Room] = {}
@@ -113,36 +111,40 @@ def match_rooms(polygons: Polygons, previous: Polygons) -> IdMatches:
     return IdMatches(np.where(stays, match, -1), np.where(stays, shared / (old_area + area - shared), 0))
 
 
-def find_shift(polygons: Polygons, previous: Polygons) -> tuple[Floats, float]:
-    """The shift x, y (metres) that brings most of the previous outlines onto the new ones, to one cell; and its gain.
+def find_frame_motion(floor: Floor, previous: Floor) -> Motion:
+    """The motion from the frame of a previous floor to that of a floor of the same building.
 
-    The gain is the share of the previous outlines on new ones with the shift, less that without it. Outlines locate
-    better than areas, which overlap for every shift between two floors.
+    Raises FloorError if the floors have too little in common to be of the same building.
     """
-    cell = max(OUTLINE_CELL, *(_measure_extent(floor) / MAX_OUTLINE_CELLS for floor in (polygons, previous)))
-    new, new_low = _draw_outlines(polygons, cell)
-    old, old_low = _draw_outlines(previous, cell)
-    # A cell on an outline counts twice and one beside it once, because no wall is measured twice at the same position.
-    near = np.pad(new, 1).astype(float) + binary_dilation(np.pad(new, 1), np.ones((3, 3)))
-    # For every shift in cells the count of the previous outlines; rounded, because counts are integers.
-    counts = np.rint(fftconvolve(near, old[::-1, ::-1].astype(float)))
-    first = new_low - 1 - old_low - (np.array(old.shape) - 1)
-    best = np.array(np.unravel_index(counts.argmax(), counts.shape))
-    unshifted = counts[tuple(-first)] if ((first <= 0) & (-first < counts.shape)).all() else 0
-    return (best + first) * cell, float(counts.max() - unshifted) / (2 * np.count_nonzero(old))
+    polygons, old = (_list_polygons(sorted(each.rooms, key=lambda room: room.id)) for each in (floor, previous))
+    if not (len(polygons) and len(old)):
+        return Motion()
+    motion, matches = _find_motion(polygons, old)
+    area = shapely.area(old)
+    share = area[matches.iou >= SAME_ROOM_IOU].sum() / min(area.sum(), shapely.area(polygons).sum())
+    if share < SAME_BUILDING_SHARE:
+        raise FloorError(
+            f"the previous floor is of another building: {100 * share:.0f} % of its rooms are on this one, "
+            f"{100 * SAME_BUILDING_SHARE:.0f} % are needed; leave it out"
+        )
+    return motion
 
 
-def _match_after_shift(polygons: Polygons, previous: Polygons) -> IdMatches:
-    """Match rooms in the same frame, or, if that matches few rooms, after a shift that matches more."""
+def _find_motion(polygons: Polygons, previous: Polygons) -> tuple[Motion, IdMatches]:
+    """The motion from the frame of the previous rooms to that of the others, and the matches after it.
+
+    It is none if most rooms are where they were, or no motion is clearly better.
+    """
     matches = match_rooms(polygons, previous)
     area = shapely.area(previous)
     same_frame = area[matches.iou >= SAME_OUTLINE_IOU].sum() >= SAME_FRAME_SHARE * area.sum()
     if same_frame or not (len(polygons) and len(previous)):
-        return matches
-    shift, gain = find_shift(polygons, previous)
-    shifted = match_rooms(polygons, np.asarray(shapely.transform(previous, lambda xy: xy + shift), dtype=object))
-    clear = gain >= MIN_SHIFT_GAIN and np.count_nonzero(shifted.room >= 0) >= MIN_SHIFT_ROOMS
-    return shifted if clear else matches
+        return Motion(), matches
+    motion, share = find_motion(polygons, previous)
+    moved = match_rooms(polygons, motion.move(previous))
+    gain = share - measure_share(polygons, previous)
+    clear = gain >= MIN_MOTION_GAIN and np.count_nonzero(moved.room >= 0) >= MIN_MOVED_ROOMS
+    return (motion, moved) if clear else (Motion(), matches)
 
 
 def _inherit(room: Room, room_id: int, old: Room | None) -> Room:
@@ -156,20 +158,3 @@ def _inherit(room: Room, room_id: int, old: Room | None) -> Room:
 
 def _list_polygons(rooms: list[Room]) -> Polygons:
     return np.array([room.polygon for room in rooms], dtype=object)
-
-
-def _measure_extent(polygons: Polygons) -> float:
-    """The longer side of the box around all polygons, in their unit."""
-    left, bottom, right, top = shapely.total_bounds(polygons)
-    return float(max(right - left, top - bottom))
-
-
-def _draw_outlines(polygons: Polygons, cell: float) -> tuple[Mask, NDArray[np.int64]]:
-    """Cells on the outlines, indexed by x and y, and the x, y in whole cells of the first one."""
-    rings = [np.rint(shapely.get_coordinates(ring) / cell).astype(np.int64) for ring in shapely.get_rings(polygons)]
-    corners = np.concatenate(rings)
-    low = corners.min(axis=0)
-    image = np.zeros(corners.max(axis=0) - low + 1, np.uint8)
-    # OpenCV's x runs along the second axis.
-    cv2.polylines(image, [(ring - low)[:, ::-1].astype(np.int32) for ring in rings], isClosed=True, color=1)
-    return image.astype(bool), low
