@@ -75,3 +75,19 @@ def test_a_floor_without_rooms(wing, tmp_path):
     assert code == 1
     assert err.strip() == "error: empty.geojson: the floor has no rooms, give one with rooms"
     assert out.startswith("wing.geojson: ")
+
+
+def test_a_link_to_itself_is_refused_in_one_line_and_does_not_stop_the_others(wing, tmp_path):
+    loop = tmp_path / "loop.xml"
+    loop.symlink_to(loop.name)
+    code, out, err = run_pianta("patterns", loop)
+    assert (code, out, len(err.splitlines())) == (2, "", 1)
+    assert "cannot be opened: Too many levels of symbolic links" in err
+    code, out, err = run_pianta("patterns", loop, wing, "--shuffles", 0)
+    assert (code, len(err.splitlines())) == (1, 1)
+    assert out.startswith("wing.geojson: 86 %")
+
+
+def test_the_name_of_a_file_is_not_obeyed_by_the_terminal(wing):
+    hostile = wing.rename(wing.with_name("a\x1b[31m\nb.geojson"))
+    assert run_pianta("patterns", hostile, "--shuffles", 0).out.startswith(r"a\x1b[31m\nb.geojson: 86 %")

@@ -167,8 +167,8 @@ def _make_policy(
 
     if model is None:
         return make_policy(policy, find=find, enough=enough)
+    from pianta.generation.type_model import check_model_type
     from pianta.generation.type_model_file import read_type_model
-    from pianta.prediction.prediction import check_model_type
     from pianta.prediction.unexplored_part import FloorSampler
 
     type_model, quoted = read_type_model(model), short_repr(name)

@@ -68,9 +68,10 @@ def predict_floor(
     With -o writes prediction.json, picture.png, and each sampled floor, sample-001.json
     (networkx node-link) and so on, in which known rooms have their ids as `room`.
     """
+    from pianta.generation.type_model import check_model_type
     from pianta.generation.type_model_file import read_type_model
     from pianta.io.graphs import read_floor_graph
-    from pianta.prediction.prediction import check_model_type, predict
+    from pianta.prediction.prediction import predict
 
     names = number_outputs("sample", count, out)
     type_model, graph = read_type_model(model), read_floor_graph(floor)

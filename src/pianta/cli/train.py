@@ -103,6 +103,7 @@ def train_places(
     training.check_labels(floors, schemas)
     simulated = _simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
     model = training.train_rooms(floors, simulated=simulated, schemas=schemas, seed=seed)
+    _make_folder(out)
     save_room_model(model, out)
     if not quiet:
         _print_room_model(model, out)
@@ -134,6 +135,7 @@ def train_buildings(
     schemas = _read_schemas(labels or ())
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     model = building_types.train_building_types(floors, schemas=schemas)
+    _make_folder(out)
     save_building_type_model(model, out)
     if not quiet:
         _print_building_model(model, building_types.predict_held_out(model), out)
@@ -173,6 +175,7 @@ def train_type(
     usable, all_usable = _list_usable(floors, schema)
     track = partial(track_items, quiet=quiet)
     model = training.train_type(usable, schema=schema, areas=areas, seed=seed, track=track)
+    _make_folder(out)
     model.save(out)
     if not quiet:
         _print_type_model(model, out)
@@ -217,6 +220,13 @@ def _check_options(out: Path, building_type: str | None) -> None:
     if building_type is not None:
         check_type_name(building_type)
     check_output_file(out, "model file")
+
+
+def _make_folder(out: Path) -> None:
+    """Make the folder of the model file, once there is a model: bad buildings must not leave an empty folder.
+
+    Raises OptionError, in one line.
+    """
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as exception:
