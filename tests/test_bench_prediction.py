@@ -357,7 +357,7 @@ def test_doors_of_the_printed_sampler_are_compared_only_where_all_have_its_predi
     results = make_results(({}, {}))
     results.details["doors"] = [
         make_door("1-2", {"LAB": 1.0}, "LAB", "LAB", 1),
-        make_door("1-3", {"GYM": 1.0}, "GYM", "LAB", 2) | {PRINTED: {"GYM": 1.0}},
+        {**make_door("1-3", {"GYM": 1.0}, "GYM", "LAB", 2), PRINTED: {"GYM": 1.0}},
     ]
     rows = list_means(find_table(results, "What is behind"))
     assert rows["half, as printed"][:2] == [1, 100]

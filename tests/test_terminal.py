@@ -79,12 +79,13 @@ def test_letters_of_any_language_and_spaces_stay():
 
 
 def test_messages_and_cells_are_one_line_without_controls():
-    console = Console(file=StringIO(), width=200)
+    stream = StringIO()
+    console = Console(file=stream, width=200)
     with patch("pianta.cli.terminal.stderr", console), print_warnings():
         print_error(PiantaError(f"floor {HOSTILE}"))
         warnings.warn(BuildingWarning(f"floor {HOSTILE}"), stacklevel=1)
     console.print(make_table({"label": [HOSTILE]}))
-    shown = console.file.getvalue()
+    shown = stream.getvalue()
     assert shown.splitlines()[:2] == [f"error: floor {SHOWN}", f"warning: floor {SHOWN}"]
     assert sum(SHOWN in line for line in shown.splitlines()) == 3
     assert not {*HOSTILE} & {*shown} - {*SHOWN, "\n"}
