@@ -63,7 +63,7 @@ def test_options_reach_the_library(path):
 
 
 def test_the_tables_fit_a_narrow_terminal(path, monkeypatch):
-    """With 80 columns labels and headings are whole; a door that cuts all people off leaves nobody to be out."""
+    """With 80 columns labels and headings are whole; a door that cuts all people off has no time of the others."""
     monkeypatch.setenv("COLUMNS", "80")
     code, out, _ = run_pianta("evacuate", path)
     assert code == 0

@@ -216,7 +216,7 @@ def _describe_ways(evacuation: Evacuation, way: WayOut) -> str:
 def tabulate_doors(doors: Sequence[DoorUse], people: int) -> Table:
     """Table of doors: who passes, and rooms and people cut off and time of the others if one is shut.
 
-    people: on the floor; where a door cuts off all of them, nobody is left to be out.
+    people: on the floor; where a door cuts off all of them, the last column has no time.
     """
     columns = {
         "door": [str(door.number) for door in doors],

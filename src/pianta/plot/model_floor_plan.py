@@ -29,6 +29,7 @@ HATCHES = ("////", "\\\\\\\\", "....", "xxxx")  # of patterns within a pattern, 
 MODEL_WIDTH = 2.0  # points, of the outline of the first occurrence
 NAME_SIZE = 8  # points
 ID_SIZE = 5  # points
+WIDE = 3.0  # width over height of a room, from which its id is to the right of a name and not below; chosen by hand
 # Units of the floor: outlines of rooms that are nearer are one.
 JOIN_SHARE = 0.01
 
@@ -125,7 +126,7 @@ def _find_largest(floor: Floor, occurrence: Occurrence) -> int:
 
 
 def _plot_ids(floor: Floor, plan: ModelFloorPlan, storey: int, ax: Axes) -> None:
-    """The id of each room inside it, below the name of an occurrence where there is one."""
+    """The id of each room inside it, beside the name of an occurrence where there is one."""
     named = {
         _find_largest(floor, occurrence)
         for pattern in plan.patterns
@@ -134,10 +135,12 @@ def _plot_ids(floor: Floor, plan: ModelFloorPlan, storey: int, ax: Axes) -> None
     }
     for room in floor.rooms:
         middle = room.polygon.representative_point()
+        left, bottom, right, top = room.polygon.bounds
+        beside = (2 * NAME_SIZE, 0) if right - left > WIDE * (top - bottom) else (0, -NAME_SIZE)
         ax.annotate(
             str(room.id),
             (middle.x, middle.y),
-            xytext=(0, -NAME_SIZE if room.id in named else 0),
+            xytext=beside if room.id in named else (0, 0),
             textcoords="offset points",
             ha="center",
             va="center",
