@@ -102,7 +102,8 @@ def explore_world(
     """Let simulated robots with lidars explore an unknown building.
 
     With -o writes area.csv (explored area over metres driven), picture.png and
-    exploration.gif. Entrances are closed; rooms too narrow for the robots are left out.
+    exploration.gif. Entrances are closed; rooms too narrow for the robots are
+    left out.
     """
     from pianta.exploration.explore import explore
     from pianta.exploration.lidar import Lidar

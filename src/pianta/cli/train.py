@@ -86,11 +86,12 @@ def train_places(
 ) -> None:
     """Train a model of room labels, for `pianta read --model`.
 
-    Reads layout XML, KTH XML, MIT XML and floor.geojson whose rooms have labels of the
-    schema of their building type: school and office, and those given by --labels.
+    Reads layout XML, KTH XML, MIT XML and floor.geojson whose rooms have labels
+    of the schema of their building type: school, office, house and hospital, and
+    those given by --labels.
 
-    Prints the error rate on buildings that were left out of the training. If a building
-    cannot be read, the others are still used; the exit code is then 1.
+    Prints the error rate on buildings that were left out of the training. If a
+    building cannot be read, the others are still used; the exit code is then 1.
     """
     from pianta.rooms import training
     from pianta.rooms.model_file import check_model_path, save_room_model
@@ -122,11 +123,11 @@ def train_buildings(
 ) -> None:
     """Train a model of building types, for `pianta read --building-model`.
 
-    Reads the same files as `pianta train places`, of two types of buildings or more,
-    and at least two buildings of each type; dozens are better.
+    Reads the same files as `pianta train places`, of two types of buildings or
+    more, and at least two buildings of each type; dozens are better.
 
-    Prints the error rate on buildings that were left out of the training. If a building
-    cannot be read, the others are still used; the exit code is then 1.
+    Prints the error rate on buildings that were left out of the training. If a
+    building cannot be read, the others are still used; the exit code is then 1.
     """
     from pianta.building_types import model as building_types
     from pianta.building_types.model_file import save_building_type_model
@@ -156,9 +157,9 @@ def train_type(
 ) -> None:
     """Train a model of one type of buildings, for `pianta generate`.
 
-    Reads the same files as `pianta train places`, all of one type. Learns which groups
-    of rooms the floors have, which groups are similar, and how they are joined.
-    Two floors are the minimum; dozens are better.
+    Reads the same files as `pianta train places`, all of one type. Learns which
+    groups of rooms the floors have, which groups are similar, and how they are
+    joined. Two floors are the minimum; dozens are better.
 
     Rooms without a door do not count. A floor that cannot be read, that has rooms
     without a label, or whose doors do not connect all rooms is left out; the exit
@@ -293,7 +294,7 @@ def _print_room_model(model: RoomModel, out: Path) -> None:
     errors = ", ".join(f"{error:.1%} in {labels}" for labels, error in model.training.errors.items())
     print_result(f"trained on {model.training}")
     print_result(f"wrong labels on buildings left out: {errors}")
-    print_result(f"in {out}, {out.stat().st_size / 2**20:.1f} MB")
+    _print_file(out)
 
 
 def _print_building_model(model: BuildingTypeModel, held_out: Sequence[TypePrediction], out: Path) -> None:
