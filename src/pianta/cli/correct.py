@@ -12,7 +12,6 @@ import typer
 
 from pianta.cli.terminal import Quiet, describe_floor, print_result
 from pianta.corrections.by_id import label_by_id, merge_by_id, outline_of, place_of, split_by_id
-from pianta.corrections.correct import correct
 from pianta.corrections.kinds import (
     XY,
     ChangeDoor,
@@ -72,31 +71,22 @@ def correct_floor(
     all corners. An empty name or label, "", takes it away.
     """
     saved = SavedReading.open(out)
-    kept = saved.corrections[: len(saved.corrections) - undo]
     if undo > len(saved.corrections):
         raise OptionError(f"--undo is {undo} and the floor has {count_noun(len(saved.corrections), 'correction')}")
-    floor = saved.with_corrections(kept).apply()[0]
     edits = [*_split_edits(context.args)]
-    new = []
+    if not (undo or edits or list_them):
+        raise OptionError("no correction is given, such as --merge 4 5; --list prints those of the floor")
+    changed = saved.keep(saved.corrections[:-undo]) if undo else saved
     for edit in edits:
-        correction = edit.read(floor)
-        corrected = correct(floor, correction)
-        if corrected is floor:
-            raise CorrectionError(f"{edit} changes nothing, leave it out")
-        floor = corrected
-        new.append(correction)
-    if undo or new:
-        saved = saved.with_corrections([*kept, *new])
-        saved.save()
+        changed = edit.apply(changed)
+    if changed is not saved:
+        changed.save()
     if quiet:
         return
-    if list_them:
-        for number, outcome in enumerate(saved.apply()[1], start=1):
-            problem = f" (does not fit: {outcome.problem})" if outcome.problem else ""
-            print_result(f"{number}. {outcome.correction}{problem}")
-    elif not (undo or new):
-        raise OptionError("no correction is given, such as --merge 4 5; --list prints those of the floor")
-    print_result(f"{describe_floor(floor)}, {count_noun(len(saved.corrections), 'correction')}, in {out}")
+    for number, outcome in enumerate(changed.outcomes if list_them else (), start=1):
+        problem = f" (does not fit: {outcome.problem})" if outcome.problem else ""
+        print_result(f"{number}. {outcome.correction}{problem}")
+    print_result(f"{describe_floor(changed.floor)}, {count_noun(len(changed.corrections), 'correction')}, in {out}")
 
 
 @dataclass(frozen=True)
@@ -109,15 +99,18 @@ class _Edit:
     def __str__(self) -> str:
         return " ".join([self.flag, *map(short_repr, self.words)])
 
-    def read(self, floor: Floor) -> Correction:
-        """The correction of a floor; raises OptionError or CorrectionError, which name the edit."""
+    def apply(self, saved: SavedReading) -> SavedReading:
+        """The reading with the correction; raises OptionError or CorrectionError, which name the edit."""
         form = _FORMS[self.flag]
         if len(self.words) < form.count or (len(self.words) > form.count and not form.repeats):
             raise OptionError(f"{self} does not have the form {self.flag} {form.words}")
         try:
-            return form.make(floor, *self.words)
+            corrected = saved.add(form.make(saved.floor, *self.words))
         except (CorrectionError, OptionError) as error:
             raise type(error)(f"{self}: {error}") from error
+        if corrected is saved:
+            raise CorrectionError(f"{self} changes nothing, leave it out")
+        return corrected
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from pianta.io._folders import atomic_folder
 from pianta.io.floors import read_floor, save_floor
 from pianta.io.maps import read_npz_map
 from pianta.labels import ALL_SCHEMAS, LabelSchema
+from pianta.layout.room_ids import keep_room_ids
 from pianta.reading.reading import OUTPUTS, PAPER, write_floor
 
 # The floor as it was read, without corrections.
@@ -34,13 +35,16 @@ FLOOR, GRID = OUTPUTS[0], OUTPUTS[-1]
 class SavedReading:
     """A folder that `pianta read` has written, and what people have corrected in it.
 
-    uncorrected: the floor as it was read. corrections: in their order. grid: the map, as it was read; None in a folder
-    of an older pianta. paper: the sheet of a plan, RGB of shape (H, W, 3) on the cells of the grid; None for a map.
+    uncorrected: the floor as it was read. floor: with the corrections. corrections: in their order. outcomes: what
+    became of each on this floor. grid: the map, as it was read; None in a folder of an older pianta. paper: the sheet of
+    a plan, RGB of shape (H, W, 3) on the cells of the grid; None for a map.
     """
 
     folder: Path
     uncorrected: Floor
+    floor: Floor
     corrections: tuple[Correction, ...] = ()
+    outcomes: tuple[Outcome, ...] = ()
     grid: GridMap | None = None
     paper: NDArray[np.uint8] | None = None
 
@@ -53,43 +57,58 @@ class SavedReading:
         path = Path(folder)
         if not (path / FLOOR).is_file():
             raise FloorError(f"folder {short_repr(folder)} has no {FLOOR}, give a folder of `pianta read`")
-        file = path / FILE_NAME
-        corrections = tuple(read_corrections(file)) if file.exists() else ()
-        uncorrected = read_floor(path / (UNCORRECTED if corrections else FLOOR))
+        floor = read_floor(path / FLOOR)
+        corrections = tuple(read_corrections(path / FILE_NAME)) if (path / FILE_NAME).exists() else ()
+        uncorrected = read_floor(path / UNCORRECTED) if corrections else floor
+        _, outcomes = correct_all(uncorrected, corrections)
         grid = read_npz_map(path / GRID) if (path / GRID).exists() else None
-        return cls(path, uncorrected, corrections, grid, _read_paper(path / PAPER))
+        return cls(path, uncorrected, floor, corrections, tuple(outcomes), grid, _read_paper(path / PAPER))
 
-    def apply(self) -> tuple[Floor, list[Outcome]]:
-        """The floor with its corrections, and what became of each."""
-        return correct_all(self.uncorrected, self.corrections)
+    @property
+    def factor(self) -> float:
+        """By how much the corrections multiply all lengths."""
+        return prod(outcome.factor for outcome in self.outcomes)
 
     def scaled_grid(self) -> GridMap | None:
         """The map in the metres of the corrected floor."""
-        factor = prod(outcome.factor for outcome in self.apply()[1])
-        if self.grid is None or factor == 1:
+        if self.grid is None or self.factor == 1:
             return self.grid
         x, y, yaw = self.grid.origin
-        return GridMap(self.grid.cells, self.grid.resolution * factor, (x * factor, y * factor, yaw), self.grid.source)
+        origin = x * self.factor, y * self.factor, yaw
+        return GridMap(self.grid.cells, self.grid.resolution * self.factor, origin, self.grid.source)
 
-    def with_corrections(self, corrections: Sequence[Correction]) -> SavedReading:
-        """The same reading with other corrections."""
-        return replace(self, corrections=tuple(corrections))
+    def add(self, correction: Correction) -> SavedReading:
+        """The reading with one more correction; the same object if the floor is as it says already.
 
-    def save(self, *, schemas: Mapping[str, LabelSchema] = ALL_SCHEMAS) -> Floor:
+        Raises CorrectionError, in one line, if the correction does not fit the floor.
+        """
+        corrected, (outcome,) = correct_all(self.floor, [correction])
+        if outcome.problem:
+            raise CorrectionError(outcome.problem)
+        if not outcome.changed:
+            return self
+        corrections, outcomes = (*self.corrections, correction), (*self.outcomes, outcome)
+        return replace(self, floor=corrected, corrections=corrections, outcomes=outcomes)
+
+    def keep(self, corrections: Sequence[Correction]) -> SavedReading:
+        """The reading with these corrections alone; rooms that were there before have their ids."""
+        corrected, outcomes = correct_all(self.uncorrected, corrections)
+        floor = keep_room_ids(corrected, self.floor, earlier=[self.uncorrected])
+        return replace(self, floor=floor, corrections=tuple(corrections), outcomes=tuple(outcomes))
+
+    def save(self, *, schemas: Mapping[str, LabelSchema] = ALL_SCHEMAS) -> None:
         """Write the corrected floor with its picture, and the corrections; all files or none.
 
-        Returns the corrected floor. Raises PiantaError, in one line, if a file cannot be written, and MapError if the
-        folder has no map, without which rooms.png cannot be drawn.
+        Raises PiantaError, in one line, if a file cannot be written, and MapError if the folder has no map, without
+        which rooms.png cannot be drawn.
         """
         grid = self.scaled_grid()
         if grid is None:
             raise MapError(f"folder {short_repr(self.folder)} has no {GRID}, read the map again with this pianta")
-        floor, _ = self.apply()
         with atomic_folder(self.folder) as temporary:
-            write_floor(floor, grid, temporary, schemas, paper=self.paper)
+            write_floor(self.floor, grid, temporary, schemas, paper=self.paper)
             save_floor(self.uncorrected, temporary / UNCORRECTED)
             save_corrections(self.corrections, temporary / FILE_NAME)
-        return floor
 
 
 def _read_paper(file: Path) -> NDArray[np.uint8] | None:
