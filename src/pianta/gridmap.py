@@ -136,6 +136,34 @@ class GridMap:
 
         return render_grid(self)
 
+    def scaled(self, factor: float) -> GridMap:
+        """Make the same map with all lengths multiplied.
+
+        Parameters
+        ----------
+        factor
+            A positive number.
+
+        Returns
+        -------
+        GridMap
+            The cells with another resolution and origin; the angle of the origin is the same.
+
+        Raises
+        ------
+        MapError
+            The factor is not positive.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> grid = pianta.make_world("corridor")[1]
+        >>> grid.resolution, grid.scaled(2).resolution
+        (0.05, 0.1)
+        """
+        x, y, yaw = self.origin
+        return GridMap(self.cells, self.resolution * factor, (x * factor, y * factor, yaw), self.source)
+
     def save(self, path: str | Path) -> None:
         """Write the map: as a ROS map.yaml with a PNG beside it, or as a NumPy archive; `read_map` reads both.
 

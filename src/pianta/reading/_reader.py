@@ -11,14 +11,19 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, get_args
 
-from pianta.errors import MapError, MapWarning, OptionError, PiantaError
+from pianta.corrections.correct import Outcome, correct_all
+from pianta.corrections.corrections_file import FILE_NAME
+from pianta.corrections.kinds import Correction
+from pianta.errors import FloorError, MapError, MapWarning, OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.io._files import check_input_file, short_repr
+from pianta.io._files import check_input_file, count_noun, short_repr
 from pianta.labels import SCHEMAS
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_as_printed, check_method
+from pianta.layout.room_ids import find_frame_motion, keep_room_ids
 from pianta.reading._labelling import Labelling
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
+from pianta.reading.saved_reading import SavedReading, measure_factor
 
 if TYPE_CHECKING:
     from pianta.building_types.model import BuildingTypeModel
@@ -58,13 +63,14 @@ class Reader:
     """Checked options of `read`.
 
     labelling: None for no labels. previous: the floor whose room ids and user labels are kept. earlier: floors before
-    it, the newest first.
+    it, the newest first. corrected: the folder of the previous floor, if it has corrections.
     """
 
     options: ReadOptions
     labelling: Labelling | None
     previous: Floor | None
     earlier: tuple[Floor, ...]
+    corrected: SavedReading | None = None
 
     @classmethod
     def make(cls, **options: Unpack[ReadOptions]) -> Reader:
@@ -83,7 +89,8 @@ class Reader:
         previous, *earlier = (
             each if each is None or isinstance(each, Floor) else read_previous(each) for each in floors
         )
-        return cls(options, labelling, previous, tuple(floor for floor in earlier if floor))
+        corrected = None if isinstance(floors[0], Floor | None) else open_corrected(floors[0])
+        return cls(options, labelling, previous, tuple(floor for floor in earlier if floor), corrected)
 
     def read(self, path: str | Path) -> Reading:
         """The building of a file.
@@ -99,7 +106,15 @@ class Reader:
 
     def _finish(self, storey: StoreyReading, path: str | Path) -> StoreyReading:
         """The storey with the ids of the previous floor, labels, and the type of its building."""
-        floor, messages = storey.floor, []
+        floor, messages, grid = storey.floor, [], storey.grid
+        uncorrected, corrections = None, ()
+        # What people have corrected in the previous floor is corrected here too
+        if self.corrected is not None:
+            uncorrected, corrections = self._correct(floor, self.corrected, path)
+            floor, outcomes = correct_all(uncorrected, corrections)
+            grid = grid.scaled(measure_factor(outcomes))
+            messages += describe_outcomes(outcomes)
+            uncorrected = self._label(uncorrected)
         # Rooms of the previous floor keep their ids
         if self.previous is not None:
             floor = _keep_ids(floor, self.previous, self.earlier, path)
@@ -107,7 +122,23 @@ class Reader:
         # What each room is for (chapters 4 and 5), and what kind of building it is (chapter 6)
         floor = self._label(floor)
         types = self.labelling.predicted_types if self.labelling and floor.rooms else ()
-        return replace(storey, floor=floor, candidate_types=types, messages=(*messages, *storey.messages))
+        return replace(
+            storey,
+            floor=floor,
+            grid=grid,
+            candidate_types=types,
+            messages=(*messages, *storey.messages),
+            uncorrected=uncorrected,
+            corrections=corrections,
+        )
+
+    def _correct(self, floor: Floor, corrected: SavedReading, path: str | Path) -> tuple[Floor, tuple[Correction, ...]]:
+        """The floor with the ids of the previous one, uncorrected; and the corrections of that in the new frame."""
+        try:
+            motion = find_frame_motion(floor, corrected.uncorrected)
+        except FloorError as error:
+            raise FloorError(f"map {short_repr(path)}: {error}") from error
+        return keep_room_ids(floor, corrected.uncorrected), tuple(corrected.move_corrections(motion))
 
     def _label(self, floor: Floor) -> Floor:
         """The floor with its building type and labels; a user's label of a room, or previous type, stays.
@@ -238,6 +269,26 @@ def read_previous(path: str | Path) -> Floor:
     return read_floor(Path(path) / OUTPUTS[0] if is_folder else path)
 
 
+def open_corrected(path: str | Path) -> SavedReading | None:
+    """The folder of a floor with corrections; None if it has none.
+
+    path: of the folder, or of the floor.geojson in it. Raises PiantaError, in one line, if a file of it is damaged.
+    """
+    folder = Path(path) if Path(path).is_dir() else Path(path).parent
+    is_whole = Path(path).is_dir() or Path(path).name == OUTPUTS[0]
+    return SavedReading.open(folder) if is_whole and (folder / FILE_NAME).exists() else None
+
+
+def describe_outcomes(outcomes: Sequence[Outcome]) -> list[str]:
+    """How many corrections were applied, and which no longer fit."""
+    unfit = [(number, outcome) for number, outcome in enumerate(outcomes, start=1) if outcome.problem]
+    line = f"{len(outcomes) - len(unfit)} of {count_noun(len(outcomes), 'correction')} applied"
+    return [
+        line,
+        *(f"correction {number}, {each.correction}, no longer fits: {each.problem}" for number, each in unfit),
+    ]
+
+
 def describe_ids(floor: Floor, previous: Floor, earlier: Sequence[Floor] = ()) -> str:
     """How many rooms kept their ids, have them back from earlier floors, are new; and which are gone."""
     ids, old_ids = ({room.id for room in each.rooms} for each in (floor, previous))
@@ -253,8 +304,6 @@ def describe_ids(floor: Floor, previous: Floor, earlier: Sequence[Floor] = ()) -
 
 def _keep_ids(floor: Floor, previous: Floor, earlier: Sequence[Floor], path: str | Path) -> Floor:
     """The floor with the ids of the previous ones; warns if they have no room in common."""
-    from pianta.layout.room_ids import keep_room_ids
-
     floor = keep_room_ids(floor, previous, earlier=earlier)
     old_ids = {room.id for each in (previous, *earlier) for room in each.rooms}
     if old_ids.isdisjoint(room.id for room in floor.rooms):

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from pianta.corrections.corrections_file import FILE_NAME, save_corrections
+from pianta.corrections.kinds import Correction
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png", "grid.npz")
 # The sheet of a plan, on the cells of the grid, beside them.
 PAPER = "paper.png"
+# The floor as it was read, if it has corrections.
+UNCORRECTED = "uncorrected.geojson"
 # The picture of an explanation, beside them.
 EXPLANATION = "explain.png"
 
@@ -53,6 +57,10 @@ class StoreyReading:
         The building types among which the model chose the floor's; empty if a user has given the type.
     messages
         Notes for the user, a line each.
+    uncorrected
+        The floor without the corrections of the previous one; None if that has none.
+    corrections
+        The corrections of the previous floor, in the frame of this one.
     """
 
     floor: Floor
@@ -62,6 +70,8 @@ class StoreyReading:
     paper: NDArray[np.uint8] | None = None
     candidate_types: tuple[str, ...] = ()
     messages: tuple[str, ...] = ()
+    uncorrected: Floor | None = None
+    corrections: tuple[Correction, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,11 +234,15 @@ class Reading:
 
     def _write(self, storey: StoreyReading, folder: Path, *, walls: bool, graph: bool) -> None:
         """Write the result files of a storey; walls, graph: whether picture.png shows them."""
-        grid_file = folder / OUTPUTS[-1]
-        storey.grid.save(grid_file)
+        from pianta.io.floors import save_floor
+
+        storey.grid.save(folder / OUTPUTS[-1])
         if storey.paper is not None:
             Image.fromarray(storey.paper).save(folder / PAPER)
         write_floor(storey.floor, storey.grid, folder, self.schemas, paper=storey.paper, walls=walls, graph=graph)
+        if storey.uncorrected is not None:
+            save_floor(storey.uncorrected, folder / UNCORRECTED)
+            save_corrections(storey.corrections, folder / FILE_NAME)
 
 
 def write_floor(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import prod
@@ -14,7 +14,7 @@ from PIL import Image
 
 from pianta.corrections.correct import Outcome, correct_all
 from pianta.corrections.corrections_file import FILE_NAME, read_corrections, save_corrections
-from pianta.corrections.kinds import Correction
+from pianta.corrections.kinds import Correction, move_correction
 from pianta.errors import CorrectionError, FloorError, MapError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
@@ -23,11 +23,10 @@ from pianta.io._folders import atomic_folder
 from pianta.io.floors import read_floor, save_floor
 from pianta.io.maps import read_npz_map
 from pianta.labels import ALL_SCHEMAS, LabelSchema
+from pianta.layout.frames import Motion
 from pianta.layout.room_ids import keep_room_ids
-from pianta.reading.reading import OUTPUTS, PAPER, write_floor
+from pianta.reading.reading import OUTPUTS, PAPER, UNCORRECTED, write_floor
 
-# The floor as it was read, without corrections.
-UNCORRECTED = "uncorrected.geojson"
 FLOOR, GRID = OUTPUTS[0], OUTPUTS[-1]
 
 
@@ -36,8 +35,8 @@ class SavedReading:
     """A folder that `pianta read` has written, and what people have corrected in it.
 
     uncorrected: the floor as it was read. floor: with the corrections. corrections: in their order. outcomes: what
-    became of each on this floor. grid: the map, as it was read; None in a folder of an older pianta. paper: the sheet of
-    a plan, RGB of shape (H, W, 3) on the cells of the grid; None for a map.
+    became of each on this floor. grid: the map, in the metres of the floor; None in a folder of an older pianta. paper:
+    the sheet of a plan, RGB of shape (H, W, 3) on the cells of the grid; None for a map.
     """
 
     folder: Path
@@ -64,19 +63,6 @@ class SavedReading:
         grid = read_npz_map(path / GRID) if (path / GRID).exists() else None
         return cls(path, uncorrected, floor, corrections, tuple(outcomes), grid, _read_paper(path / PAPER))
 
-    @property
-    def factor(self) -> float:
-        """By how much the corrections multiply all lengths."""
-        return prod(outcome.factor for outcome in self.outcomes)
-
-    def scaled_grid(self) -> GridMap | None:
-        """The map in the metres of the corrected floor."""
-        if self.grid is None or self.factor == 1:
-            return self.grid
-        x, y, yaw = self.grid.origin
-        origin = x * self.factor, y * self.factor, yaw
-        return GridMap(self.grid.cells, self.grid.resolution * self.factor, origin, self.grid.source)
-
     def add(self, correction: Correction) -> SavedReading:
         """The reading with one more correction; the same object if the floor is as it says already.
 
@@ -88,13 +74,25 @@ class SavedReading:
         if not outcome.changed:
             return self
         corrections, outcomes = (*self.corrections, correction), (*self.outcomes, outcome)
-        return replace(self, floor=corrected, corrections=corrections, outcomes=outcomes)
+        grid = self._scale_grid(outcome.factor)
+        return replace(self, floor=corrected, corrections=corrections, outcomes=outcomes, grid=grid)
 
     def keep(self, corrections: Sequence[Correction]) -> SavedReading:
         """The reading with these corrections alone; rooms that were there before have their ids."""
         corrected, outcomes = correct_all(self.uncorrected, corrections)
         floor = keep_room_ids(corrected, self.floor, earlier=[self.uncorrected])
-        return replace(self, floor=floor, corrections=tuple(corrections), outcomes=tuple(outcomes))
+        grid = self._scale_grid(measure_factor(outcomes) / measure_factor(self.outcomes))
+        return replace(self, floor=floor, corrections=tuple(corrections), outcomes=tuple(outcomes), grid=grid)
+
+    def move_corrections(self, motion: Motion) -> list[Correction]:
+        """The corrections in another frame. motion: from the frame of the uncorrected floor."""
+        moved, factor = [], 1.0
+        for correction, outcome in zip(self.corrections, self.outcomes, strict=True):
+            x, y = motion.shift
+            # After a correction of the scale all places are in other metres
+            moved.append(move_correction(correction, Motion(motion.angle, (x * factor, y * factor)).apply))
+            factor *= outcome.factor
+        return moved
 
     def save(self, *, schemas: Mapping[str, LabelSchema] = ALL_SCHEMAS) -> None:
         """Write the corrected floor with its picture, and the corrections; all files or none.
@@ -102,13 +100,21 @@ class SavedReading:
         Raises PiantaError, in one line, if a file cannot be written, and MapError if the folder has no map, without
         which rooms.png cannot be drawn.
         """
-        grid = self.scaled_grid()
-        if grid is None:
+        if self.grid is None:
             raise MapError(f"folder {short_repr(self.folder)} has no {GRID}, read the map again with this pianta")
         with atomic_folder(self.folder) as temporary:
-            write_floor(self.floor, grid, temporary, schemas, paper=self.paper)
+            write_floor(self.floor, self.grid, temporary, schemas, paper=self.paper)
+            self.grid.save(temporary / GRID)
             save_floor(self.uncorrected, temporary / UNCORRECTED)
             save_corrections(self.corrections, temporary / FILE_NAME)
+
+    def _scale_grid(self, factor: float) -> GridMap | None:
+        return self.grid if self.grid is None or factor == 1 else self.grid.scaled(factor)
+
+
+def measure_factor(outcomes: Iterable[Outcome]) -> float:
+    """By how much corrections multiply all lengths."""
+    return prod(outcome.factor for outcome in outcomes)
 
 
 def _read_paper(file: Path) -> NDArray[np.uint8] | None:
