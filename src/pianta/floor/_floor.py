@@ -16,6 +16,7 @@ from shapely import LineString
 
 from pianta.errors import FloorError, LabelError
 from pianta.floor._cells import cells_of_polygon
+from pianta.floor._corrected import Correctable
 from pianta.floor._parts import Door, Furniture, Room, copy_probabilities
 from pianta.gridmap import GridMap
 from pianta.labels import standard_building_type
@@ -28,7 +29,7 @@ MAX_LABEL_IMAGE_ID = np.iinfo(np.uint16).max
 
 
 @dataclass(frozen=True)
-class Floor:
+class Floor(Correctable):
     """One floor of a building, in metres of the map frame.
 
     `floor[3]` is the room with the id 3, `len(floor)` the number of rooms, `for room in floor` iterates over the rooms,
