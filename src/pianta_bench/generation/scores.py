@@ -166,8 +166,8 @@ class SetScorer:
 
 def _find_groups(real: Sequence[nx.Graph], generated: Sequence[nx.Graph]) -> Groups | None:
     """The buildings of real and of generated graphs; None if some have none, or if those of a set are of one."""
-    groups = tuple([graph.graph.get(BUILDING) for graph in graphs] for graphs in (real, generated))
-    return None if any(None in each or len({*each}) < 2 for each in groups) else groups
+    one, other = ([graph.graph.get(BUILDING) for graph in graphs] for graphs in (real, generated))
+    return None if any(None in each or len({*each}) < 2 for each in (one, other)) else (one, other)
 
 
 def draw_halves(

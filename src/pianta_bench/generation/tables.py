@@ -108,8 +108,8 @@ TABLES = (
             "A graph of each side is left out; mean ± sd over models. Siblings: all floors of",
             "the building of the real one, and all that follow floors of the building of the",
             "other; as many of both sides remain. Buildings of real areas follow no floor.",
-            f"{REAL_HALF}: its floors as they are; {REAL_COPIES}: each of them {{multiple}} times, as often",
-            "as a model makes a building that follows it.",
+            f"{REAL_HALF}: its floors as they are; {REAL_COPIES}: each {{multiple}} times, as often as",
+            "a model makes a building that follows it.",
         ),
     ),
     SetTable(
