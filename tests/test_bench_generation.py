@@ -259,7 +259,7 @@ def test_held_out_scores():
 
 
 def test_siblings_are_left_out():
-    """Buildings that follow one floor are equal; without them nothing tells them from real ones."""
+    """Buildings that follow one floor are equal; without them nothing separates them from real ones."""
     graphs = [nx.path_graph(3) for _ in range(16)]
     for number, graph in enumerate(graphs):
         nx.set_node_attributes(graph, [*SCHOOL.by_name][number // 2], "label")

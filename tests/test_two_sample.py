@@ -74,12 +74,12 @@ def test_a_kernel_always_separates_other_labels(kernel):
 
 
 def test_siblings_are_recognised_unless_their_group_is_left_out():
-    # Graphs of a group are equal, those of others have no label in common.
+    # Graphs of a group are equal; two groups have no label in common.
     real, generated = ([make_path(label * 3) for label in labels for _ in range(2)] for labels in ("ABCD", "EFGH"))
     groups = list("aabbccdd"), list("eeffgghh")
     assert kernel_two_sample_test(real, generated, KERNELS[0], repeats=2, seed=0).group_out == ()
     scores = kernel_two_sample_test(real, generated, KERNELS[0], repeats=2, seed=0, groups=groups)
-    # Without its sibling each graph is as far from all others: both of a pair are said to be of the same set.
+    # Without its sibling each graph is as far from all others: both of a pair are predicted to be of one set.
     assert (scores.pair_out, scores.group_out) == ((1, 1), (0.5, 0.5))
 
 
