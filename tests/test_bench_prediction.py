@@ -26,6 +26,7 @@ from pianta_bench.prediction.scores import (
     MEAN,
     ORACLE,
     PREDICTED,
+    PRINTED,
     SAMPLE,
     TYPICAL,
     Scores,
@@ -350,6 +351,18 @@ def test_doors():
         "70 to 80 %": [1, 75, 0],
         "90 to 100 %": [1, 100, 100],
     }
+
+
+def test_doors_of_the_printed_sampler_are_compared_only_where_all_have_its_prediction():
+    results = make_results(({}, {}))
+    results.details["doors"] = [
+        make_door("1-2", {"LAB": 1.0}, "LAB", "LAB", 1),
+        {**make_door("1-3", {"GYM": 1.0}, "GYM", "LAB", 2), PRINTED: {"GYM": 1.0}},
+    ]
+    rows = list_means(find_table(results, "What is behind"))
+    assert rows["half, as printed"][:2] == [1, 100]
+    assert rows["all, predicted"][0] == 2
+    assert "all, as printed" not in rows
 
 
 def test_time():

@@ -62,6 +62,24 @@ def test_options_reach_the_library(path):
     assert f"all out after {expected.time:.0f} s" in out
 
 
+def test_the_tables_fit_a_narrow_terminal(path, monkeypatch):
+    """With 80 columns labels and headings are whole; a door that cuts all people off has no time of the others."""
+    monkeypatch.setenv("COLUMNS", "80")
+    code, out, _ = run_pianta("evacuate", path)
+    assert code == 0
+    assert "CLASSROOM" in out
+    assert "end m" in out
+    (worst,) = (line for line in out.splitlines() if line.split()[:2] == ["2", "2-3"])
+    assert worst.split()[-1] == "–"
+
+
+def test_a_density_for_a_label_that_no_room_has_is_a_warning(path):
+    code, out, err = run_pianta("evacuate", path, "--density", "clasroom=2")
+    assert (code, err.count("\n")) == (0, 1)
+    assert "no room has the label CLASROOM of --density, the floor's labels are: CLASSROOM, CORRIDOR, STAIRS" in err
+    assert "32 people" in out
+
+
 def test_doors_are_shut_by_their_rooms(path):
     code, _, err = run_pianta("evacuate", path, "--shut", "2-1", "-q")
     assert code == 0

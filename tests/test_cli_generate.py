@@ -296,6 +296,13 @@ class TestGenerate:
         assert_one_error(outcome, "DUNGEON")
         assert "castle.geojson" in outcome.err
 
+    @pytest.mark.parametrize("option", ["--keep", "--like"])
+    def test_refuses_a_floor_of_another_type(self, model, option, tmp_path):
+        save_floor(draw_floor(make_schools()[0], building_type="office"), tmp_path / "office.geojson")
+        outcome = run_pianta("generate", model, option, tmp_path / "office.geojson", "-o", tmp_path / "made")
+        assert_one_error(outcome, "is of type 'office' and the model of 'school', give a model of type 'office'")
+        assert not (tmp_path / "made").exists()
+
     @pytest.mark.parametrize(
         ("change", "fragment"),
         [

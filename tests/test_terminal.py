@@ -1,10 +1,24 @@
 """Messages of the library become messages of the command: arguments are called by their flags."""
 
+import warnings
+from io import StringIO
+from unittest.mock import patch
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 
-from pianta.cli.terminal import FLAGS, name_flags
+from pianta.cli.terminal import (
+    FLAGS,
+    escape_controls,
+    make_table,
+    name_flags,
+    print_error,
+    print_result,
+    print_warnings,
+)
+from pianta.errors import BuildingWarning, PiantaError
 from pianta.io._files import short_repr
 
 NAMES = st.text(max_size=40) | st.lists(st.sampled_from([*FLAGS, " ", "'", '"', "\\", "a"]), max_size=8).map("".join)
@@ -48,3 +62,30 @@ def test_what_stands_beside_quoted_names_does_not(one, other):
 @given(st.text())
 def test_messages_without_arguments_stay(message):
     assert "=" in message or name_flags(message) == message
+
+
+# Escape, the one-byte escape of C1, a line's end, an override of the direction of text, a byte that is not UTF-8.
+HOSTILE = "a\x1b[31m\x9b31m\n\u202e\udcffb"
+SHOWN = r"a\x1b[31m\x9b31m\n\u202e\udcffb"
+
+
+def test_controls_are_shown_and_not_obeyed(capsys):
+    print_result(HOSTILE)
+    assert capsys.readouterr().out == f"{SHOWN}\n"
+
+
+def test_letters_of_any_language_and_spaces_stay():
+    assert escape_controls("Büro\u00a0中文 – é") == "Büro\u00a0中文 – é"
+
+
+def test_messages_and_cells_are_one_line_without_controls():
+    stream = StringIO()
+    console = Console(file=stream, width=200)
+    with patch("pianta.cli.terminal.stderr", console), print_warnings():
+        print_error(PiantaError(f"floor {HOSTILE}"))
+        warnings.warn(BuildingWarning(f"floor {HOSTILE}"), stacklevel=1)
+    console.print(make_table({"label": [HOSTILE]}))
+    shown = stream.getvalue()
+    assert shown.splitlines()[:2] == [f"error: floor {SHOWN}", f"warning: floor {SHOWN}"]
+    assert sum(SHOWN in line for line in shown.splitlines()) == 3
+    assert not {*HOSTILE} & {*shown} - {*SHOWN, "\n"}

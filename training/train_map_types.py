@@ -33,7 +33,8 @@ from pianta_bench.data.typed_maps import TypedMap, list_typed_maps
 
 # Sets of maps that are trained on; those of vacuums and of strangers' robots are only measured on.
 TRAINING_SETS = ("schools", "survey", "furniture", "kth", "clutter")
-# Two floors of one school, although the data give each a building of its own.
+# Schools whose names differ by one number only. The data give each a building of its own, and their drawings differ;
+# they are kept together for caution.
 SAME_BUILDING = {"school/scuolasconosciuta2": "school/scuolasconosciuta"}
 
 

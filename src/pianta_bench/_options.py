@@ -66,7 +66,7 @@ Jobs = Annotated[
 TimedJobs = Annotated[
     int, typer.Option("--jobs", min=1, help="Processes; the figures, except times, do not depend on them.")
 ]
-Seed = Annotated[int, typer.Option(help="Of folds, of classifiers, and of simulated maps.", min=0, max=2**31)]
+Seed = Annotated[int, typer.Option(help="The same seed gives the same figures.", min=0, max=2**31)]
 
 BuildingTypes = Annotated[
     list[Path] | None,

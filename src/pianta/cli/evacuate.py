@@ -168,10 +168,11 @@ def _print_evacuation(evacuation: Evacuation) -> None:
     queues = f"without queues {_describe_time(evacuation.time_without_queues)}"
     print_result(f"all out after {_describe_time(evacuation.time)}, {queues}")
     print_result(f"longest way {longest.longest:.1f} m, from room {longest.room}")
-    dead_ends = f"{len(evacuation.dead_ends)} of them dead ends behind their own door"
+    dead_ends = f"{len(evacuation.dead_ends)} of them dead ends (behind their own door there is still one way)"
     print_result(f"one way out: {len(evacuation.one_way)} of {rooms} rooms, {dead_ends}")
     stdout.print(tabulate_ways(evacuation))
-    stdout.print(tabulate_doors(evacuation.rank_doors()[:MAX_DOORS]))
+    print_result("shared doors: on every way out of the room; dead end: from the farthest point until ways divide")
+    stdout.print(tabulate_doors(evacuation.rank_doors()[:MAX_DOORS], evacuation.people))
 
 
 def _describe_exits(evacuation: Evacuation) -> str:
@@ -194,14 +195,14 @@ def tabulate_ways(evacuation: Evacuation) -> Table:
         "room": [str(way.room) for way in ways],
         "label": [labels[way.room] for way in ways],
         "people": [str(way.people) for way in ways],
-        "middle m": [f"{way.distance:.1f}" if ok else "" for way, ok in zip(ways, has_way, strict=True)],
-        "farthest m": [f"{way.longest:.1f}" if ok else "" for way, ok in zip(ways, has_way, strict=True)],
-        "out after s": ["" if way.time is None else f"{way.time:.0f}" for way in ways],
-        "ways out": [_describe_ways(evacuation, way) for way in ways],
-        "by door": [" ".join(map(str, way.shared_doors)) for way in ways],
-        "dead end m": ["" if way.dead_end is None else f"{way.dead_end:.1f}" for way in ways],
+        "middle\nm": [f"{way.distance:.1f}" if ok else "" for way, ok in zip(ways, has_way, strict=True)],
+        "farthest\nm": [f"{way.longest:.1f}" if ok else "" for way, ok in zip(ways, has_way, strict=True)],
+        "out\nafter\ns": ["" if way.time is None else f"{way.time:.0f}" for way in ways],
+        "ways\nout": [_describe_ways(evacuation, way) for way in ways],
+        "shared\ndoors": [" ".join(map(str, way.shared_doors)) for way in ways],
+        "dead\nend m": ["" if way.dead_end is None else f"{way.dead_end:.1f}" for way in ways],
     }
-    return make_table(columns, left=("label", "ways out"), wrapped=("label",))
+    return make_table(columns, left=("label", "ways\nout"), wrapped=("label", "shared\ndoors"))
 
 
 def _describe_ways(evacuation: Evacuation, way: WayOut) -> str:
@@ -212,8 +213,11 @@ def _describe_ways(evacuation: Evacuation, way: WayOut) -> str:
     return "one" if way.has_one_way else "several"
 
 
-def tabulate_doors(doors: Sequence[DoorUse]) -> Table:
-    """Table of doors: who passes, and rooms and people cut off and time of the others if one is shut."""
+def tabulate_doors(doors: Sequence[DoorUse], people: int) -> Table:
+    """Table of doors: who passes, and rooms and people cut off and time of the others if one is shut.
+
+    people: on the floor; where a door cuts off all of them, the last column has no time.
+    """
     columns = {
         "door": [str(door.number) for door in doors],
         "rooms": ["-".join(OUTSIDE if room is None else str(room) for room in door.rooms) for door in doors],
@@ -221,6 +225,6 @@ def tabulate_doors(doors: Sequence[DoorUse]) -> Table:
         "waiting s": [f"{door.wait:.0f}" for door in doors],
         "if shut: rooms cut off": [str(len(door.cut_off)) for door in doors],
         "people cut off": [str(door.people_cut_off) for door in doors],
-        "others out after s": [f"{door.time_if_shut:.0f}" for door in doors],
+        "others out after s": ["–" if door.people_cut_off == people else f"{door.time_if_shut:.0f}" for door in doors],
     }
     return make_table(columns, left=("rooms",), wrapped=("if shut: rooms cut off", "others out after s"))

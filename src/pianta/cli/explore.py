@@ -102,7 +102,8 @@ def explore_world(
     """Let simulated robots with lidars explore an unknown building.
 
     With -o writes area.csv (explored area over metres driven), picture.png and
-    exploration.gif. Entrances are closed; rooms too narrow for the robots are left out.
+    exploration.gif. Entrances are closed; rooms too narrow for the robots are
+    left out.
     """
     from pianta.exploration.explore import explore
     from pianta.exploration.lidar import Lidar
@@ -167,8 +168,8 @@ def _make_policy(
 
     if model is None:
         return make_policy(policy, find=find, enough=enough)
+    from pianta.generation.type_model import check_model_type
     from pianta.generation.type_model_file import read_type_model
-    from pianta.prediction.prediction import check_model_type
     from pianta.prediction.unexplored_part import FloorSampler
 
     type_model, quoted = read_type_model(model), short_repr(name)

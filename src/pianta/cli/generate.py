@@ -86,9 +86,10 @@ def generate(
 
     Writes building-001.json (networkx node-link), .graphml and so on, and sheet.png.
 
-    FLOOR is a folder of `pianta read --type`, or a floor.geojson, layout XML, graph.json or
-    GraphML whose rooms have labels of the type. With --keep its rooms have their ids
-    as `room` in the new graphs; rooms without a door are left out.
+    FLOOR is a folder of `pianta read --type`, or a floor.geojson, layout XML,
+    graph.json or GraphML whose rooms have labels of the type. With --keep its
+    rooms have their ids as `room` in the new graphs; rooms without a door are
+    left out.
     """
     from pianta.generation import generate as generation
     from pianta.generation.type_model_file import read_type_model

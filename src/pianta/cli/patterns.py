@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -17,7 +16,7 @@ from pianta.errors import OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._folders import atomic_folder, check_output_folder, choose_names
 from pianta.io.buildings.read import list_buildings, read_buildings
-from pianta.patterns.model_floor_plan import SHUFFLES, ModelFloorPlan, Pattern, find_model_floor_plan
+from pianta.patterns.model_floor_plan import SHUFFLES, ModelFloorPlan, Occurrence, Pattern, find_model_floor_plan
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,7 +26,8 @@ EXAMPLES = (
     "pianta patterns building/floor.geojson --no-labels",
     "pianta patterns ground.xml first.xml second.xml --storeys -o patterns",
 )
-MAX_ROOMS_SHOWN = 8  # ids of a pattern in a line
+MAX_ROOMS_SHOWN = 8  # ids of an occurrence in a line
+MAX_COPIES_SHOWN = 6  # occurrences in a line, without the first
 
 Floors = Annotated[list[str], typer.Argument(metavar="FLOOR", help="Files of floors, or folders of them.")]
 Out = Annotated[
@@ -120,20 +120,26 @@ def _print_plan(name: str, plan: ModelFloorPlan, storeys: Sequence[Floor]) -> No
 def _print_pattern(pattern: Pattern, storeys: Sequence[Floor], indent: int) -> None:
     """Print a line for a pattern, and one for each within it."""
     first, *others = pattern.occurrences
-    listed = ", ".join(map(str, first.rooms[:MAX_ROOMS_SHOWN])) + ", …" * (len(first.rooms) > MAX_ROOMS_SHOWN)
-    rooms = f"{len(first.rooms)} rooms ({listed})"
-    motions = Counter(
-        each.motion.name + (f" on {storeys[each.storey].source}" if len(storeys) > 1 else "")
-        for each in others
+    rooms = f"{len(first.rooms)} rooms {_list_rooms(first)}"
+    copies = [
+        each.motion.name + (f" on {storeys[each.storey].source}" if len(storeys) > 1 else "") + f" {_list_rooms(each)}"
+        for each in others[:MAX_COPIES_SHOWN]
         if each.motion
-    )
-    copies = [motion if count == 1 else f"{count} × {motion}" for motion, count in motions.items()]
+    ]
+    if len(others) > MAX_COPIES_SHOWN:
+        copies.append(f"and {len(others) - MAX_COPIES_SHOWN} more")
     if len(storeys) > 1:
         rooms += f" of {storeys[first.storey].source}"
     where = "in a row" if pattern.kind == "row" else "in a part"
     print_result(f"{' ' * indent}{pattern.name}: {rooms} {where}, {len(others) + 1} times: {', '.join(copies)}")
     for inner in pattern.inner:
         _print_pattern(inner, storeys, indent + 2)
+
+
+def _list_rooms(occurrence: Occurrence) -> str:
+    """Ids of the rooms of an occurrence, in the order in which they correspond to those of the others."""
+    listed = ", ".join(map(str, occurrence.rooms[:MAX_ROOMS_SHOWN]))
+    return f"({listed}{', …' if len(occurrence.rooms) > MAX_ROOMS_SHOWN else ''})"
 
 
 def _save(plans: Sequence[tuple[list[Floor], ModelFloorPlan]], out: Path) -> None:

@@ -61,16 +61,19 @@ def predict_floor(
 ) -> None:
     """Predict what lies behind unopened doors and along open corridors of a floor.
 
-    FLOOR is a folder of `pianta read --type`, or a floor.geojson, layout XML, graph.json or
-    GraphML whose rooms have labels of the type. It continues at its partial rooms: a partial
-    corridor is open; another partial room, if little of it was seen, has an unknown label.
+    FLOOR is a folder of `pianta read --type`, or a floor.geojson, layout XML,
+    graph.json or GraphML whose rooms have labels of the type. It continues at its
+    partial rooms: a partial corridor is open; another partial room, if little of
+    it was seen, has an unknown label.
 
-    With -o writes prediction.json, picture.png, and each sampled floor, sample-001.json
-    (networkx node-link) and so on, in which known rooms have their ids as `room`.
+    With -o writes prediction.json, picture.png, and each sampled floor,
+    sample-001.json (networkx node-link) and so on, in which known rooms have
+    their ids as `room`.
     """
+    from pianta.generation.type_model import check_model_type
     from pianta.generation.type_model_file import read_type_model
     from pianta.io.graphs import read_floor_graph
-    from pianta.prediction.prediction import check_model_type, predict
+    from pianta.prediction.prediction import predict
 
     names = number_outputs("sample", count, out)
     type_model, graph = read_type_model(model), read_floor_graph(floor)
@@ -155,6 +158,7 @@ def _print_prediction(prediction: Prediction, truth: RevealedFloor | None) -> No
     print_result(size)
     stdout.print(tabulate_ends(prediction, truth))
     stdout.print(tabulate_unknown(prediction, truth))
+    print_result("8 (2–15): mean, and the interval of four of five samples; leads on: to unknown corridors")
 
 
 def tabulate_ends(prediction: Prediction, truth: RevealedFloor | None = None) -> Table:

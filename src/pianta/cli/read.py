@@ -154,8 +154,8 @@ def read_maps(
     SERVICE; and with --type by the labels of that building type. In a building
     of no known type they are ROOM or CORRIDOR where that is certain.
 
-    With --previous rooms keep their ids, and manual labels and a manual type stay;
-    the map may have grown, and its origin may have moved.
+    With --previous rooms keep their ids, and manual labels and a manual type
+    stay; the map may have grown, and its origin may have moved.
     """
     options: ReadOptions = {
         "previous": previous,

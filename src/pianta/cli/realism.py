@@ -17,7 +17,7 @@ from pianta.cli.terminal import Quiet, print_error, print_result, track_items
 from pianta.errors import BuildingWarning, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
-from pianta.io._files import short_repr
+from pianta.io._files import real_path, short_repr
 from pianta.io._folders import atomic_folder, check_output_file, check_output_folder, choose_names
 from pianta.io.buildings.read import list_buildings, read_buildings
 from pianta.labels import LabelSet, standard_building_type
@@ -87,7 +87,7 @@ class Reference:
         coarse = fill_missing_labels(floor, self.model.label_set)
         try:
             description = describe_building(coarse.floor, self.model.label_set)
-            building = self.buildings.get(path.resolve()) or self.model.find_building(description)
+            building = self.buildings.get(real_path(path)) or self.model.find_building(description)
             model = self.model if building is None else self.model.leave_out(building)
             realism = model.assess_description(description, [room.id for room in coarse.floor.rooms])
         except PiantaError as error:
@@ -264,8 +264,8 @@ def _map_files_to_buildings(
 
 def _check_classes(reference: Sequence[str], unrealistic: Sequence[str]) -> None:
     """Raise OptionError for files that are given both as realistic and as unrealistic."""
-    real = {file.resolve() for file in list_buildings(reference)}
-    both = [short_repr(file) for file in list_buildings(unrealistic) if file.resolve() in real]
+    real = {real_path(file) for file in list_buildings(reference)}
+    both = [short_repr(file) for file in list_buildings(unrealistic) if real_path(file) in real]
     if both:
         raise OptionError(f"--reference and --unrealistic both give {join_faults(both)}, leave each out of either")
 
@@ -317,7 +317,7 @@ def _read_floors(files: Sequence[Path], label_set: LabelSet, *, quiet: bool) -> 
             if isinstance(result, PiantaError):
                 print_error(result)
             else:
-                floors.append(ReferenceFloor(path.resolve(), fill_missing_labels(result, label_set), has_defects))
+                floors.append(ReferenceFloor(real_path(path), fill_missing_labels(result, label_set), has_defects))
             caught.clear()
     if files and not floors:
         raise ModelError(f"none of {len(files)} reference buildings could be read, so there is nothing to compare with")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+import unicodedata
 import warnings
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -55,6 +56,10 @@ FLAGS = {
 _QUOTED = r"""(?<!\w)'(?:[^'\\]|\\.)*'(?!\w)|(?<!\w)"(?:[^"\\]|\\.)*"(?!\w)"""
 _ARGUMENT = re.compile(rf"(?<![\w'\"-])({'|'.join(map(re.escape, FLAGS))})(\w?)|{_QUOTED}", re.DOTALL)
 
+# Categories of Unicode that terminals obey, or that hide or move the text beside them: controls, formats such as the
+# override of the direction of text, surrogates of names that are not UTF-8, ends of lines and paragraphs.
+NOT_SHOWN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+
 stdout = Console()
 stderr = Console(stderr=True)
 
@@ -62,8 +67,19 @@ stderr = Console(stderr=True)
 def print_result(line: str) -> None:
     """Print a line on stdout; above the progress bar, if there is one in the same terminal."""
     # typer.echo keeps the first stream that it used, and would write into the bar.
-    sys.stdout.write(f"{line}\n")
+    sys.stdout.write(f"{escape_controls(line)}\n")
     sys.stdout.flush()
+
+
+def escape_controls(text: str) -> str:
+    r"""A text on one line, without what a terminal obeys; names of files and labels may have any characters.
+
+    >>> print(escape_controls("a" + chr(27) + "[31m" + chr(10) + "b"))
+    a\x1b[31m\nb
+    """
+    return "".join(
+        sign if unicodedata.category(sign) not in NOT_SHOWN else sign.encode("unicode_escape").decode() for sign in text
+    )
 
 
 def name_flags(message: str) -> str:
@@ -83,7 +99,11 @@ def name_flags(message: str) -> str:
 
 def print_error(error: Exception) -> None:
     """Print an error as one line on stderr."""
-    stderr.print(Text.assemble(("error: ", "bold red"), name_flags(str(error))), soft_wrap=True)
+    _print_message("error", "bold red", str(error))
+
+
+def _print_message(kind: str, style: str, message: str) -> None:
+    stderr.print(Text.assemble((f"{kind}: ", style), escape_controls(name_flags(message))), soft_wrap=True)
 
 
 def show_examples(commands: Sequence[str]) -> str:
@@ -106,7 +126,7 @@ def print_warnings() -> Iterator[None]:
             line: str | None = None,
         ) -> None:
             if issubclass(category, OWN_WARNINGS):
-                stderr.print(Text.assemble(("warning: ", "bold yellow"), name_flags(str(message))), soft_wrap=True)
+                _print_message("warning", "bold yellow", str(message))
             else:
                 show_other(message, category, filename, lineno, file, line)
 
@@ -169,7 +189,7 @@ def make_table(
         table.add_column(heading, justify=justify, no_wrap=heading not in wrapped, overflow="fold")
     for row in zip(*filled.values(), strict=True):
         # Names come from files, and are no markup.
-        table.add_row(*map(escape, row))
+        table.add_row(*(escape(escape_controls(cell)) for cell in row))
     return table
 
 

@@ -86,11 +86,12 @@ def train_places(
 ) -> None:
     """Train a model of room labels, for `pianta read --model`.
 
-    Reads layout XML, KTH XML, MIT XML and floor.geojson whose rooms have labels of the
-    schema of their building type: school and office, and those given by --labels.
+    Reads layout XML, KTH XML, MIT XML and floor.geojson whose rooms have labels
+    of the schema of their building type: school, office, house and hospital, and
+    those given by --labels.
 
-    Prints the error rate on buildings that were left out of the training. If a building
-    cannot be read, the others are still used; the exit code is then 1.
+    Prints the error rate on buildings that were left out of the training. If a
+    building cannot be read, the others are still used; the exit code is then 1.
     """
     from pianta.rooms import training
     from pianta.rooms.model_file import check_model_path, save_room_model
@@ -103,6 +104,7 @@ def train_places(
     training.check_labels(floors, schemas)
     simulated = _simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
     model = training.train_rooms(floors, simulated=simulated, schemas=schemas, seed=seed)
+    _make_folder(out)
     save_room_model(model, out)
     if not quiet:
         _print_room_model(model, out)
@@ -121,11 +123,11 @@ def train_buildings(
 ) -> None:
     """Train a model of building types, for `pianta read --building-model`.
 
-    Reads the same files as `pianta train places`, of two types of buildings or more,
-    and at least two buildings of each type; dozens are better.
+    Reads the same files as `pianta train places`, of two types of buildings or
+    more, and at least two buildings of each type; dozens are better.
 
-    Prints the error rate on buildings that were left out of the training. If a building
-    cannot be read, the others are still used; the exit code is then 1.
+    Prints the error rate on buildings that were left out of the training. If a
+    building cannot be read, the others are still used; the exit code is then 1.
     """
     from pianta.building_types import model as building_types
     from pianta.building_types.model_file import save_building_type_model
@@ -134,6 +136,7 @@ def train_buildings(
     schemas = _read_schemas(labels or ())
     floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
     model = building_types.train_building_types(floors, schemas=schemas)
+    _make_folder(out)
     save_building_type_model(model, out)
     if not quiet:
         _print_building_model(model, building_types.predict_held_out(model), out)
@@ -154,9 +157,9 @@ def train_type(
 ) -> None:
     """Train a model of one type of buildings, for `pianta generate`.
 
-    Reads the same files as `pianta train places`, all of one type. Learns which groups
-    of rooms the floors have, which groups are similar, and how they are joined.
-    Two floors are the minimum; dozens are better.
+    Reads the same files as `pianta train places`, all of one type. Learns which
+    groups of rooms the floors have, which groups are similar, and how they are
+    joined. Two floors are the minimum; dozens are better.
 
     Rooms without a door do not count. A floor that cannot be read, that has rooms
     without a label, or whose doors do not connect all rooms is left out; the exit
@@ -173,6 +176,7 @@ def train_type(
     usable, all_usable = _list_usable(floors, schema)
     track = partial(track_items, quiet=quiet)
     model = training.train_type(usable, schema=schema, areas=areas, seed=seed, track=track)
+    _make_folder(out)
     model.save(out)
     if not quiet:
         _print_type_model(model, out)
@@ -217,6 +221,13 @@ def _check_options(out: Path, building_type: str | None) -> None:
     if building_type is not None:
         check_type_name(building_type)
     check_output_file(out, "model file")
+
+
+def _make_folder(out: Path) -> None:
+    """Make the folder of the model file, once there is a model: bad buildings must not leave an empty folder.
+
+    Raises OptionError, in one line.
+    """
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as exception:
@@ -283,7 +294,7 @@ def _print_room_model(model: RoomModel, out: Path) -> None:
     errors = ", ".join(f"{error:.1%} in {labels}" for labels, error in model.training.errors.items())
     print_result(f"trained on {model.training}")
     print_result(f"wrong labels on buildings left out: {errors}")
-    print_result(f"in {out}, {out.stat().st_size / 2**20:.1f} MB")
+    _print_file(out)
 
 
 def _print_building_model(model: BuildingTypeModel, held_out: Sequence[TypePrediction], out: Path) -> None:

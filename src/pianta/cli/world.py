@@ -50,8 +50,9 @@ def make_world(
 ) -> None:
     """Make a synthetic building and the map that a robot would make of it.
 
-    Writes map.yaml and map.png in the format of ROS, and the true floor, truth.geojson.
-    The sample is always the same; the other buildings have options.
+    Writes map.yaml and map.png in the format of ROS, and the true floor,
+    truth.geojson. The sample is always the same; the other buildings have
+    options.
     """
     check_output_folder(out)
     values = {"resolution": resolution, "noise": noise, "furniture": furniture, "yaw": yaw}

@@ -68,7 +68,7 @@ def evacuate(
     Warns
     -----
     BuildingWarning
-        Rooms without a way out.
+        Rooms without a way out, and densities for labels that no room has.
 
     References
     ----------

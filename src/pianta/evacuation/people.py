@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Collection, Mapping
 from math import isfinite
 from types import MappingProxyType
 
-from pianta.errors import OptionError
+from pianta.errors import BuildingWarning, OptionError
 from pianta.evacuation.exits import check_rooms
 from pianta.floor import Floor, Room
 from pianta.labels import FCES, LabelSet, normalize_label
@@ -90,6 +91,7 @@ def count_people(
     for what, value in given_values:
         if not (isfinite(value) and 0 <= value <= MAX_DENSITY):
             raise OptionError(f"density= is {value} for {what}, give 0 to {MAX_DENSITY:g} people per m²")
+    _warn_of_labels(floor, by_label)
     counts = {}
     for room in floor.rooms:
         limit = MAX_DENSITY * room.polygon.area
@@ -101,6 +103,16 @@ def count_people(
             count = 0 if room.id in exit_rooms else int(per_area * room.polygon.area + 0.5)
         counts[room.id] = count
     return counts
+
+
+def _warn_of_labels(floor: Floor, by_label: Mapping[str | None, float]) -> None:
+    """Warn of densities for labels that no room has: a label may be mistyped, or the floor has none of the type."""
+    labels = {normalize_label(room.label) for room in floor.rooms}
+    missing = [str(label) for label in by_label if label not in labels]
+    if missing:
+        present = ", ".join(sorted(str(label) for label in labels if label)) or "none"
+        message = f"no room has the label {', '.join(missing)} of density=, the floor's labels are: {present}"
+        warnings.warn(f"floor {floor.source!r}: {message}", BuildingWarning, stacklevel=4)
 
 
 def _find_density(floor: Floor, room: Room, by_label: Mapping[str | None, float], density: float | None) -> float:

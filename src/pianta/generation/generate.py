@@ -14,7 +14,7 @@ from pianta.floor import Floor
 from pianta.generation.area_clusters import AreaKernel
 from pianta.generation.buildings import Costs, generate_buildings
 from pianta.generation.constraints import Constraints
-from pianta.generation.type_model import TypeFloor, TypeModel, assign_area_clusters
+from pianta.generation.type_model import TypeFloor, TypeModel, assign_area_clusters, check_model_type
 from pianta.graphs.labelled_graphs import name_some
 from pianta.io._files import short_repr
 
@@ -79,7 +79,7 @@ def generate(
     OptionError
         An option is out of range, or no building can have these numbers of rooms.
     ModelError
-        No sampled building had these numbers of rooms.
+        No sampled building had these numbers of rooms, or `similar_to` or `keep` is of another type.
     GraphError, LabelError
         `similar_to` or `keep` has no doors, or labels that the model does not have.
 
@@ -124,11 +124,13 @@ def generate(
 
 
 def _assign_clusters(floor: Floor | nx.Graph | None, model: TypeModel) -> TypeFloor | None:
-    """Divide a floor into functional areas of the model; warns of rooms without a door."""
+    """Divide a floor of the model's type into functional areas of the model; warns of rooms without a door."""
     if floor is None:
         return None
     graph = floor.graph() if isinstance(floor, Floor) else floor
     name = f"floor {short_repr(graph.graph.get('source', ''))}"
+    building_type = floor.given_type if isinstance(floor, Floor) else floor.graph.get("building_type")
+    check_model_type(building_type, model, name)
     try:
         type_floor = assign_area_clusters(graph, model)
     except (GraphError, LabelError) as error:

@@ -260,6 +260,13 @@ def learn_type(
     return TypeModel(schema, segmentation, tuple(floors))
 
 
+def check_model_type(building_type: str | None, model: TypeModel, name: str) -> None:
+    """Raise ModelError, with the name of the floor, if its type differs from that of the model; None is any type."""
+    if building_type is not None and building_type != model.building_type:
+        message = f"{name} is of type {short_repr(building_type)} and the model of {short_repr(model.building_type)}"
+        raise ModelError(f"{message}, give a model of type {short_repr(building_type)}")
+
+
 def assign_area_clusters(graph: nx.Graph, model: TypeModel) -> TypeFloor:
     """Divide a new floor into functional areas, and assign each to the cluster of the most similar area of a model.
 

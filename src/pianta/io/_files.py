@@ -105,6 +105,11 @@ def atomic_file(path: str | Path) -> Iterator[Path]:
             temporary.unlink()
 
 
+def real_path(path: str | Path) -> Path:
+    """The path without links, to compare files; unlike by Path.resolve, a link to itself is no error."""
+    return Path(os.path.realpath(path))
+
+
 def count_noun(number: int, noun: str) -> str:
     """A number with its noun: "1 room", "2 rooms"."""
     return f"{number} {noun}{'s' * (number != 1)}"

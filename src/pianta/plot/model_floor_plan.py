@@ -28,6 +28,8 @@ TINTS = (0.15, 0.6)
 HATCHES = ("////", "\\\\\\\\", "....", "xxxx")  # of patterns within a pattern, by their order
 MODEL_WIDTH = 2.0  # points, of the outline of the first occurrence
 NAME_SIZE = 8  # points
+ID_SIZE = 5  # points
+WIDE = 3.0  # width over height of a room, from which its id is to the right of a name and not below; chosen by hand
 # Units of the floor: outlines of rooms that are nearer are one.
 JOIN_SHARE = 0.01
 
@@ -72,6 +74,7 @@ def plot_model_floor_plan(floor: Floor, plan: ModelFloorPlan, *, storey: int = 0
             if occurrence.storey == storey:
                 _plot_occurrence(floor, occurrence, f"{pattern.name}{number}", color, ax)
         _plot_inner(floor, pattern.inner, storey, ax)
+    _plot_ids(floor, plan, storey, ax)
     show_extent(find_extent(floor, None), ax)
     return ax
 
@@ -105,7 +108,7 @@ def _tint_rooms(pattern: Pattern, color: str, storey: int) -> Iterator[tuple[int
 def _plot_occurrence(floor: Floor, occurrence: Occurrence, name: str, color: str, ax: Axes) -> None:
     """The name of an occurrence in its largest room, and the outline of the first one."""
     polygons = [floor[room].polygon for room in occurrence.rooms]
-    largest = max(polygons, key=lambda polygon: polygon.area)
+    largest = floor[_find_largest(floor, occurrence)].polygon
     middle = largest.representative_point()
     text: dict[str, Any] = {"ha": "center", "va": "center", "zorder": TEXT_LEVEL, "color": DARK_INK}
     ax.text(middle.x, middle.y, name, fontsize=NAME_SIZE, fontweight="bold", **text)
@@ -115,6 +118,36 @@ def _plot_occurrence(floor: Floor, occurrence: Occurrence, name: str, color: str
         for part in shapely.get_parts(joined):
             look = {"facecolor": "none", "edgecolor": color, "linewidth": MODEL_WIDTH}
             _add_patch(part, ax, zorder=GRAPH_LEVEL, **look)
+
+
+def _find_largest(floor: Floor, occurrence: Occurrence) -> int:
+    """The id of the largest room of an occurrence, which has its name."""
+    return max(occurrence.rooms, key=lambda room: floor[room].polygon.area)
+
+
+def _plot_ids(floor: Floor, plan: ModelFloorPlan, storey: int, ax: Axes) -> None:
+    """The id of each room inside it, beside the name of an occurrence where there is one."""
+    named = {
+        _find_largest(floor, occurrence)
+        for pattern in plan.patterns
+        for occurrence in pattern.occurrences
+        if occurrence.storey == storey
+    }
+    for room in floor.rooms:
+        middle = room.polygon.representative_point()
+        left, bottom, right, top = room.polygon.bounds
+        beside = (2 * NAME_SIZE, 0) if right - left > WIDE * (top - bottom) else (0, -NAME_SIZE)
+        ax.annotate(
+            str(room.id),
+            (middle.x, middle.y),
+            xytext=beside if room.id in named else (0, 0),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=ID_SIZE,
+            color=DARK_INK,
+            zorder=TEXT_LEVEL,
+        )
 
 
 def _plot_inner(floor: Floor, patterns: Sequence[Pattern], storey: int, ax: Axes) -> None:

@@ -12,9 +12,9 @@ import numpy as np
 
 from pianta._arguments import check_argument
 from pianta._types import Floats
-from pianta.errors import GraphError, ModelError, OptionError
+from pianta.errors import GraphError, OptionError
 from pianta.floor import Floor
-from pianta.generation.type_model import TypeModel
+from pianta.generation.type_model import TypeModel, check_model_type
 from pianta.graphs.metrics import find_corridors
 from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 from pianta.io._files import short_repr
@@ -336,13 +336,6 @@ def _choose_sampler(model: TypeModel | FloorSampler, *, as_printed: bool) -> Flo
         return model
     type_model = model.model if isinstance(model, FloorSampler) else model
     return PrintedSampler(type_model) if as_printed else FloorSampler(type_model)
-
-
-def check_model_type(building_type: str | None, model: TypeModel, name: str) -> None:
-    """Raise ModelError, with the name of the floor, if its type differs from that of the model; None is any type."""
-    if building_type is not None and building_type != model.building_type:
-        message = f"{name} is of type {short_repr(building_type)} and the model of {short_repr(model.building_type)}"
-        raise ModelError(f"{message}, give a model of type {short_repr(building_type)}")
 
 
 def assign_unseen_rooms(sample: SampledFloor, explored: ExploredPart) -> dict[int, list[int]]:

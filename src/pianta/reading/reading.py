@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.io._files import short_repr
+from pianta.io._files import real_path, short_repr
 from pianta.io._folders import atomic_folder, check_output_file
 from pianta.labels import LabelSchema
 
@@ -258,13 +258,13 @@ def _is_same_file(one: Path, other: Path) -> bool:
     try:
         return one.samefile(other)
     except OSError:
-        return one.resolve() == other.resolve()
+        return real_path(one) == real_path(other)
 
 
 def check_output(path: str | Path, folder: str | Path, *, names: Sequence[str] = OUTPUTS) -> None:
     """Raise OptionError if a result in a folder, one of the names, would replace the file that is read or its image."""
     for file in _list_inputs(path):
-        if file.name in names and file.resolve().parent == Path(folder).resolve():
+        if file.name in names and real_path(file).parent == real_path(folder):
             raise OptionError(f"map {short_repr(file)} would be replaced by a result, give another output folder")
 
 

@@ -14,6 +14,7 @@ from rich.table import Table as TextTable
 from rich.text import Text
 
 from pianta import __version__
+from pianta.cli.terminal import escape_controls
 from pianta.io._files import atomic_file
 from pianta_bench.harness.records import Results, name_parts
 from pianta_bench.harness.tables import Cell, FilledTable, read_published
@@ -33,7 +34,12 @@ def show_tables(tables: Sequence[FilledTable], results: Results) -> Group:
         if table.is_printed:
             has_sd = any(cell.sd is not None for cells in table.rows.values() for cell in cells.values())
             subtitle = ", ".join(["mean ± sd"] * has_sd + [table.unit] * bool(table.unit))
-            lines += [Text(table.title, style="bold"), *[Text(subtitle)] * bool(subtitle), Text(), _Blocks(table)]
+            lines += [
+                Text(escape_controls(table.title), style="bold"),
+                *[Text(subtitle)] * bool(subtitle),
+                Text(),
+                _Blocks(table),
+            ]
             lines += [*map(Text, table.notes), *[Text()] * bool(table.notes)]
     return Group(*lines, *_show_faults(results))
 
@@ -130,7 +136,7 @@ def _draw_block(table: FilledTable, columns: list[tuple[str, list[str]]]) -> Ren
     for heading, _ in columns:
         block.add_column(heading, justify="right", no_wrap=True)
     for name, *cells in zip(table.rows, *(cells for _, cells in columns), strict=True):
-        block.add_row(Text(name), *cells)
+        block.add_row(Text(escape_controls(name)), *cells)
     return block
 
 
@@ -144,7 +150,8 @@ def _show_faults(results: Results) -> Iterator[RenderableType]:
         items = [item for item in results.items if item.part == part]
         for item in items:
             if item.failure:
-                yield Text.assemble((f"{item.item} failed", "red"), f" ({part}): {item.failure}")
+                name, reason = escape_controls(item.item), escape_controls(f" ({part}): {item.failure}")
+                yield Text.assemble((f"{name} failed", "red"), reason)
         warned = sum(bool(item.warnings) for item in items)
         if warned:
-            yield Text(f"Warnings on {warned} of {len(items)} {part}; --json lists them.")
+            yield Text(f"Warnings on {warned} of {len(items)} {escape_controls(part)}; --json lists them.")

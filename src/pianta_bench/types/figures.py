@@ -151,7 +151,7 @@ def _plot_accuracies(records: Sequence[Record], *, ax: Axes) -> None:
         label = None if x else "thesis, mean of the four"
         ax.plot([x - 0.42, x + 0.42], [mean, mean], color=ACCENT, linewidth=2, label=label)
         union = "\n(thesis: H+S+O)" if "+" in part and part != "H+S+O" else ""
-        names.append(f"{part}{union}\n{100 * fmean(map(fmean, algorithms.values())):.1f}, thesis {mean}")
+        names.append(f"{part}{union}\n{100 * fmean(map(fmean, algorithms.values())):.1f}\nthesis {mean}")
     ax.set_xticks(range(len(names)), names, fontsize=9)
     ax.set(ylim=(0, 100))
     _clear(ax)

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from pianta.errors import BuildingError, PiantaError
 from pianta.floor import Floor
-from pianta.io._files import one_line_reason, short_repr
+from pianta.io._files import one_line_reason, real_path, short_repr
 from pianta.io.buildings._formats import BuildingFormat, detect_building_format
 from pianta.io.buildings.house_expo import read_house_expo
 from pianta.io.buildings.kth_xml import read_kth_xml
@@ -99,7 +99,7 @@ def list_buildings(paths: Iterable[str | Path]) -> list[Path]:
         if not files:
             raise BuildingError(f"folder {short_repr(path)} has no building, give one with {', '.join(SUFFIXES)} files")
         for file in files:
-            buildings.setdefault(file.resolve(), file)
+            buildings.setdefault(real_path(file), file)
     return list(buildings.values())
 
 
