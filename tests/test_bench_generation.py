@@ -52,6 +52,7 @@ from pianta_bench.generation.measure import (
     PUBLISHED_COSTS,
     REAL,
     REAL_AREAS,
+    REAL_COPIES,
     REAL_HALF,
     SAMPLED,
     THESIS,
@@ -61,9 +62,14 @@ from pianta_bench.generation.measure import (
 )
 from pianta_bench.generation.scores import (
     ACCURACY,
+    BUILDING,
     CLASSIFIERS,
     HELD_OUT_ACCURACY,
     HELD_OUT_DISCREPANCY,
+    NSPDK,
+    PAIR,
+    SIBLINGS,
+    WL,
     Repeats,
     SetScorer,
     draw_halves,
@@ -247,9 +253,22 @@ def test_held_out_scores():
     same = {record["statistic"]: record["value"] for record in results.select(part="same", **ratios)}
     assert same == dict.fromkeys(STATISTICS, 1)
     assert min(results.values(part="other", statistic=["degree", "labels"], **ratios)) > 10
-    accuracies = results.select(part="other", metric=HELD_OUT_ACCURACY)
+    accuracies = results.select(part="other", metric=HELD_OUT_ACCURACY, left_out=PAIR)
     assert [record["classifier"] for record in accuracies] == [*CLASSIFIERS]
     assert [record["value"] for record in accuracies] == [1, 1, 1]
+
+
+def test_siblings_are_left_out():
+    """Buildings that follow one floor are equal; without them nothing separates them from real ones."""
+    graphs = [nx.path_graph(3) for _ in range(16)]
+    for number, graph in enumerate(graphs):
+        nx.set_node_attributes(graph, [*SCHOOL.by_name][number // 2], "label")
+        graph.graph[BUILDING] = str(number // 2)
+    results = Results()
+    SetScorer(results, REPEATS, SCHOOL).score_held_out("part", [Trial(graphs[:8], graphs[8:], graphs[8:])])
+    kernels = {"metric": HELD_OUT_ACCURACY, "classifier": [NSPDK, WL]}
+    assert results.values(left_out=PAIR, **kernels) == [1, 1]
+    assert results.values(left_out=SIBLINGS, **kernels) == [0.5, 0.5]
 
 
 def test_ratios_are_pooled():
@@ -287,7 +306,10 @@ def test_all_parts(measured):
         assert len(halves) == 2
         assert all(len(generated) == 6 and len(a) == len(b) == 3 for generated, a, b in halves)
         for name in CLASSIFIERS:
-            assert len(measured.values(part=part, metric=HELD_OUT_ACCURACY, classifier=name)) == 2
+            # Buildings of areas of several floors have no siblings.
+            for left_out in (PAIR, *[SIBLINGS] * (part != REAL_AREAS)):
+                shares = {"metric": HELD_OUT_ACCURACY, "classifier": name, "left_out": left_out}
+                assert len(measured.values(part=part, **shares)) == 2
 
 
 @pytest.mark.slow
@@ -336,9 +358,11 @@ def test_tables(measured):
     for left_out in ("pair out", "one out"):
         (share,) = measured.values(part=CORR, metric=ACCURACY, classifier="WL SVM", left_out=left_out)
         assert accuracies[f"WL SVM, {left_out}"][0] == 100 * share
-    held_out = list_means(measured, "Held out: models of half A separated")
-    shares = measured.values(part=REAL_HALF, metric=HELD_OUT_ACCURACY, classifier="NSPDK SVM")
-    assert held_out["NSPDK SVM"][-1] == pytest.approx(100 * sum(shares) / 2)
+    held_out = find_table(measured, "Held out: models of half A separated").rows
+    for part in (REAL_HALF, REAL_COPIES):
+        for left_out in (PAIR, SIBLINGS):
+            shares = measured.values(part=part, metric=HELD_OUT_ACCURACY, classifier=NSPDK, left_out=left_out)
+            assert held_out[f"{NSPDK}, {left_out}"][part].mean == pytest.approx(100 * sum(shares) / 2)
     proposals = list_means(measured, "Proposals")
     for step, row in (("step 4", FLOORS), ("step 4", FLOORS_AT_ONCE), ("step 2", FUNCTIONAL_AT_ONCE)):
         (proposal,) = measured.values(part=NCUT, metric=ITERATION, work=step)
@@ -371,7 +395,7 @@ def test_copies_of_half_a_are_no_nearer_than_half_a():
     # All graphs of half A have another number of nodes; drawn again, some are missing and some are there twice.
     (degree_ratio,) = (record["value"] for record in ratios if record["statistic"] == "degree")
     assert degree_ratio > 1
-    assert len(results.values(metric=HELD_OUT_ACCURACY)) == len(CLASSIFIERS)
+    assert len(results.values(metric=HELD_OUT_ACCURACY, left_out=PAIR)) == len(CLASSIFIERS)
 
 
 def test_nothing_is_cut_in_80_columns(measured):

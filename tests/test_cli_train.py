@@ -107,12 +107,12 @@ def test_unknown_labels_are_listed_and_nothing_is_written(buildings, tmp_path):
     assert not (tmp_path / "m.npz").exists()
 
 
-@pytest.mark.parametrize("kind", ["places", "buildings", "type"])
-def test_no_folder_is_left_of_a_training_that_fails(kind, tmp_path):
+@pytest.mark.parametrize("verb", ["places", "buildings", "type"])
+def test_no_folder_is_left_of_a_training_that_fails(verb, tmp_path):
     unusual = labelled_floors()[0]
     rooms = tuple(replace(room, label="POOL") for room in unusual.rooms)
     save_floor(replace(unusual, rooms=rooms), tmp_path / "unusual.geojson")
-    outcome = run_pianta("train", kind, tmp_path / "unusual.geojson", "-o", tmp_path / "new" / "folder" / "m.npz")
+    outcome = run_pianta("train", verb, tmp_path / "unusual.geojson", "-o", tmp_path / "new" / "folder" / "m.npz")
     assert outcome.code == 2
     assert not (tmp_path / "new").exists()
 

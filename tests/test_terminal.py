@@ -66,12 +66,12 @@ def test_messages_without_arguments_stay(message):
 
 # Escape, the one-byte escape of C1, a line's end, an override of the direction of text, a byte that is not UTF-8.
 HOSTILE = "a\x1b[31m\x9b31m\n\u202e\udcffb"
-SHOWN = r"a\x1b[31m\x9b31m\n\u202e\udcffb"
+ESCAPED = r"a\x1b[31m\x9b31m\n\u202e\udcffb"
 
 
 def test_controls_are_shown_and_not_obeyed(capsys):
     print_result(HOSTILE)
-    assert capsys.readouterr().out == f"{SHOWN}\n"
+    assert capsys.readouterr().out == f"{ESCAPED}\n"
 
 
 def test_letters_of_any_language_and_spaces_stay():
@@ -85,7 +85,7 @@ def test_messages_and_cells_are_one_line_without_controls():
         print_error(PiantaError(f"floor {HOSTILE}"))
         warnings.warn(BuildingWarning(f"floor {HOSTILE}"), stacklevel=1)
     console.print(make_table({"label": [HOSTILE]}))
-    shown = stream.getvalue()
-    assert shown.splitlines()[:2] == [f"error: floor {SHOWN}", f"warning: floor {SHOWN}"]
-    assert sum(SHOWN in line for line in shown.splitlines()) == 3
-    assert not {*HOSTILE} & {*shown} - {*SHOWN, "\n"}
+    text = stream.getvalue()
+    assert text.splitlines()[:2] == [f"error: floor {ESCAPED}", f"warning: floor {ESCAPED}"]
+    assert sum(ESCAPED in line for line in text.splitlines()) == 3
+    assert not {*HOSTILE} & {*text} - {*ESCAPED, "\n"}

@@ -73,6 +73,22 @@ def test_a_kernel_always_separates_other_labels(kernel):
     assert not hasattr(kernel, "fitted_")
 
 
+def test_siblings_are_recognised_unless_their_group_is_left_out():
+    # Graphs of a group are equal; two groups have no label in common.
+    real, generated = ([make_path(label * 3) for label in labels for _ in range(2)] for labels in ("ABCD", "EFGH"))
+    groups = list("aabbccdd"), list("eeffgghh")
+    assert kernel_two_sample_test(real, generated, KERNELS[0], repeats=2, seed=0).group_out == ()
+    scores = kernel_two_sample_test(real, generated, KERNELS[0], repeats=2, seed=0, groups=groups)
+    # Without its sibling each graph is as far from all others: both of a pair are predicted to be of one set.
+    assert (scores.pair_out, scores.group_out) == ((1, 1), (0.5, 0.5))
+
+
+def test_a_set_of_one_group():
+    graphs = [make_path("AB"), make_path("ABA")]
+    with pytest.raises(GraphError, match="all generated graphs are of one group, give those of 2 at least"):
+        kernel_two_sample_test(graphs, graphs, KERNELS[0], seed=0, groups=("ab", "cc"))
+
+
 @pytest.mark.slow
 def test_trees_always_separate_other_features():
     real, generated = np.arange(12.0).reshape(6, 2), 100 + np.arange(20.0).reshape(10, 2)

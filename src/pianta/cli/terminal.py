@@ -102,8 +102,8 @@ def print_error(error: Exception) -> None:
     _print_message("error", "bold red", str(error))
 
 
-def _print_message(kind: str, style: str, message: str) -> None:
-    stderr.print(Text.assemble((f"{kind}: ", style), escape_controls(name_flags(message))), soft_wrap=True)
+def _print_message(heading: str, style: str, message: str) -> None:
+    stderr.print(Text.assemble((f"{heading}: ", style), escape_controls(name_flags(message))), soft_wrap=True)
 
 
 def show_examples(commands: Sequence[str]) -> str:

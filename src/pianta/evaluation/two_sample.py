@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 # From the indices of training graphs and of held-out graphs: whether each of the latter is predicted to be generated.
 Predictor: TypeAlias = Callable[[Indices, Indices], NDArray[np.bool_]]
+# The origin of each real and of each generated graph, such as the building of a floor.
+Groups: TypeAlias = tuple[Sequence[Hashable], Sequence[Hashable]]
 
 # `nodes_r` and `nodes_c` are the numbers of rooms and corridors.
 STRUCTURE_METRICS: tuple[str, ...] = (
@@ -43,10 +45,14 @@ class TwoSampleScores:
     which set is larger is always wrong: for equal sets, this is below one half.
     pair_out: a real and a generated graph are left out together, each graph once, so both sets have the same size; for
     equal sets this is one half. It is far below if generated graphs are copies of real ones.
+    group_out: as pair_out, but trained without any graph of their groups, on equally many of both sets; empty without
+    groups. Graphs of one origin resemble each other, so that by pair_out a classifier recognises the origin of a graph
+    rather than its set.
     """
 
     one_out: tuple[float, ...]
     pair_out: tuple[float, ...]
+    group_out: tuple[float, ...] = ()
 
 
 def describe_structure(graph: nx.Graph, corridors: Collection[Hashable]) -> Floats:
@@ -76,12 +82,14 @@ def kernel_two_sample_test(
     seed: int,
     repeats: int = REPEATS,
     cost: float = COST,
+    groups: Groups | None = None,
 ) -> TwoSampleScores:
     """Scores of a support vector machine on a graph kernel, such as `NeighborhoodPairs` or `WeisfeilerLehman`.
 
-    kernel: should be normalised, else sizes of graphs dominate. cost: C of the machine.
+    kernel: should be normalised, else sizes of graphs dominate. cost: C of the machine. groups: for `group_out`.
     Each repeat samples as many generated graphs as there are real ones.
-    Raises GraphError for fewer than 2 real graphs, for fewer generated than real ones, and as the kernel does.
+    Raises GraphError for fewer than 2 real graphs, for fewer generated than real ones, for a set of one group, and as
+    the kernel does.
     """
     from sklearn.base import clone
     from sklearn.svm import SVC
@@ -93,15 +101,23 @@ def kernel_two_sample_test(
         machine = SVC(kernel="precomputed", C=cost).fit(gram[np.ix_(training, training)], training >= len(real))
         return np.asarray(machine.predict(gram[np.ix_(held_out, training)]))
 
-    return _score(predict, len(real), len(generated), repeats=repeats, random=np.random.default_rng(seed))
+    random = np.random.default_rng(seed)
+    return _score(predict, len(real), len(generated), repeats=repeats, random=random, groups=groups)
 
 
 def forest_two_sample_test(
-    real: Floats, generated: Floats, *, seed: int, repeats: int = REPEATS, trees: int = TREES
+    real: Floats,
+    generated: Floats,
+    *,
+    seed: int,
+    repeats: int = REPEATS,
+    trees: int = TREES,
+    groups: Groups | None = None,
 ) -> TwoSampleScores:
     """Scores of Extra-Trees on features, shapes (real, features) and (generated, features), as `describe_structure`.
 
-    Each repeat samples as many generated graphs as there are real ones. trees: of the forest of each fold.
+    Each repeat samples as many generated graphs as there are real ones. trees: of the forest of each fold. groups: for
+    `group_out`.
     Raises OptionError for arrays of other shapes, GraphError as `kernel_two_sample_test` does.
     """
     from sklearn.ensemble import ExtraTreesClassifier
@@ -116,26 +132,59 @@ def forest_two_sample_test(
         forest = ExtraTreesClassifier(trees, random_state=int(random.integers(2**32)))
         return np.asarray(forest.fit(features[training], training >= len(real)).predict(features[held_out]))
 
-    return _score(predict, len(real), len(generated), repeats=repeats, random=random)
+    return _score(predict, len(real), len(generated), repeats=repeats, random=random, groups=groups)
 
 
 def _score(
-    predict: Predictor, real: int, generated: int, *, repeats: int, random: np.random.Generator
+    predict: Predictor,
+    real: int,
+    generated: int,
+    *,
+    repeats: int,
+    random: np.random.Generator,
+    groups: Groups | None,
 ) -> TwoSampleScores:
     """Scores over repeats; graphs 0 … real - 1 are real, the rest generated."""
     if real < 2:
         raise GraphError(f"real has {real} graphs, give 2 at least")
     if generated < real:
         raise GraphError(f"generated has {generated} graphs beside {real} real ones, give as many at least")
-    one_out, pair_out = [], []
+    numbers = None if groups is None else _number_groups(groups)
+    # Draws of its own, so that groups change no other score of a kernel machine.
+    (group_random,) = random.spawn(1)
+    one_out, pair_out, group_out = [], [], []
     for _ in range(repeats):
         pairs = np.column_stack([np.arange(real), real + random.permutation(generated)[:real]])
         one_out.append(_score_folds(predict, pairs.reshape(-1, 1), real))
         pair_out.append(_score_folds(predict, pairs, real))
-    return TwoSampleScores(tuple(one_out), tuple(pair_out))
+        if numbers is not None:
+            group_out.append(_score_groups(predict, pairs, real, numbers, group_random))
+    return TwoSampleScores(tuple(one_out), tuple(pair_out), tuple(group_out))
 
 
 def _score_folds(predict: Predictor, folds: Indices, real: int) -> float:
     """Accuracy, with each row of folds left out once."""
     is_correct = [predict(np.setdiff1d(folds, fold), fold) == (fold >= real) for fold in folds]
+    return float(np.mean(is_correct))
+
+
+def _number_groups(groups: Groups) -> Indices:
+    """A number for the group of each graph, the real ones first."""
+    for name, each in zip(("real", "generated"), groups, strict=True):
+        if len({*each}) < 2:
+            raise GraphError(f"all {name} graphs are of one group, give those of 2 at least")
+    numbers = {group: number for number, group in enumerate(dict.fromkeys([*groups[0], *groups[1]]))}
+    return np.array([numbers[group] for each in groups for group in each], np.intp)
+
+
+def _score_groups(predict: Predictor, pairs: Indices, real: int, groups: Indices, random: np.random.Generator) -> float:
+    """Accuracy, with each pair left out once, and no graph of the groups of the pair for training."""
+    graphs = np.arange(len(groups))
+    is_correct = []
+    for pair in pairs:
+        others = [side[groups[side] != groups[own]] for side, own in zip(np.split(graphs, [real]), pair, strict=True)]
+        # Sets of equal size, else a classifier prefers the larger one.
+        size = min(map(len, others))
+        training = np.concatenate([random.permutation(side)[:size] for side in others])
+        is_correct.append(predict(np.sort(training), pair) == (pair >= real))
     return float(np.mean(is_correct))

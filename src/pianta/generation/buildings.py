@@ -139,7 +139,7 @@ class BuildingSampler:
         steps = iter(track([f"buildings {numbers[0] + 1} to {numbers[-1] + 1}: {step}" for step in STEPS]))
         # Step 1: the number of functional areas of each cluster; and step 3: the areas, which then change inside.
         next(steps)
-        floors = self._choose_floors(numbers, seed)
+        floors = self.choose_floors(numbers, seed)
         starts = np.array([self.model.count_clusters(self._examples[floor]) for floor in floors])
         examples = floors if self._has_own_floors else None
         chosen = self.sample_areas(starts, generators, examples=examples)
@@ -152,6 +152,18 @@ class BuildingSampler:
         buildings = self.connect_rooms(areas, functional_graphs, generators)
         next(steps, None)
         return buildings
+
+    def choose_floors(self, numbers: Sequence[int], seed: int) -> Indices:
+        """The floor that each building follows, as an index; no floor is used again before all others.
+
+        numbers, seed: as for `sample`. With constraints, chains only start from these floors.
+        """
+        examples = self._examples
+        orders = {
+            turn: np.random.default_rng((seed, turn, len(examples))).permutation(len(examples))
+            for turn in {number // len(examples) for number in numbers}
+        }
+        return np.array([orders[number // len(examples)][number % len(examples)] for number in numbers])
 
     def sample_areas(
         self,
@@ -285,15 +297,6 @@ class BuildingSampler:
     def _examples(self) -> Sequence[TypeFloor]:
         """The floors that buildings should resemble."""
         return [self.similar_to] if self.similar_to else self.model.floors
-
-    def _choose_floors(self, numbers: Sequence[int], seed: int) -> Indices:
-        """The index of an example for each building; no floor is used again before all others."""
-        examples = self._examples
-        orders = {
-            turn: np.random.default_rng((seed, turn, len(examples))).permutation(len(examples))
-            for turn in {number // len(examples) for number in numbers}
-        }
-        return np.array([orders[number // len(examples)][number % len(examples)] for number in numbers])
 
 
 def generate_buildings(

@@ -14,7 +14,7 @@ import numpy as np
 
 from pianta.errors import DataError, OptionError
 from pianta.generation.area_clusters import AreaKernel, compare_areas
-from pianta.generation.buildings import Costs, generate_buildings
+from pianta.generation.buildings import BuildingSampler, Costs, generate_buildings
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.train import train_type
 from pianta.generation.type_model import TypeModel, learn_type, prepare_room_graph
@@ -30,7 +30,7 @@ from pianta_bench.generation.clusters import add_cluster_scores, score_gram
 from pianta_bench.generation.convergence import add_mixing
 from pianta_bench.generation.costs import SECONDS, time_hopper_sampling, time_sampling
 from pianta_bench.generation.distances import add_distances
-from pianta_bench.generation.scores import Repeats, SetScorer, draw_halves
+from pianta_bench.generation.scores import BUILDING, Repeats, SetScorer, draw_halves
 from pianta_bench.generation.stability import add_stability
 from pianta_bench.harness.records import Figures, Results, Track
 from pianta_bench.harness.tables import read_published
@@ -42,6 +42,7 @@ REAL_AREAS = "real areas"
 PUBLISHED_COSTS = "as printed"
 THESIS = "thesis"
 REAL_HALF = "real half A"
+REAL_COPIES = "copies of half A"
 SEGMENTATIONS = MappingProxyType({CORR: Segmentation.CORR, NCUT: Segmentation.NCUT})
 TYPES: Mapping[str, LabelSchema] = MappingProxyType({"school": SCHOOL, "office": OFFICE})
 SAMPLED = Path("sampled", "corr_table7_1.json")
@@ -79,14 +80,17 @@ def measure(
     real = read_real(results, folder, type)
     buildings = [building_of(folder, f"buildings/{type}/{graph.graph['source']}.xml") for graph in real]
     _check_counts(type, buildings, count)
+    for graph, building in zip(real, buildings, strict=True):
+        graph.graph[BUILDING] = building
     samples = read_samples(results, folder, len(real)) if type == "school" else []
     scorer = SetScorer(results, repeats, TYPES[type], seed)
     results.objects |= {"graphs": {REAL: real}, "buildings": buildings, "models": {}, "clusters": {}, "halves": {}}
     results.details["models"] = {}
     names = [*SEGMENTATIONS, REAL_AREAS, PUBLISHED_COSTS, *[THESIS] * bool(samples)]
-    for part in track([*names, REAL_HALF]):
-        if part == REAL_HALF:
-            scorer.score_real_halves(part, results.objects["halves"][CORR])
+    for part in track([*names, REAL_HALF, REAL_COPIES]):
+        if part in {REAL_HALF, REAL_COPIES}:
+            copies = repeats.multiple if part == REAL_COPIES else 1
+            scorer.score_real_halves(part, results.objects["halves"][CORR], copies=copies)
             continue
         graphs = samples if part == THESIS else _generate(scorer, part, count)
         results.objects["graphs"][part] = graphs
@@ -176,7 +180,12 @@ def _measure_halves(scorer: SetScorer, part: str, *, recombines: bool) -> None:
         learnt = learn_type(half, scorer.schema, segmentation=model.segmentation)
         half_model = replace(learnt, sweeps=model.sweeps, edge_moves=model.edge_moves, door_moves=model.door_moves)
         count, seed = repeats.multiple * len(half), int(random.integers(2**31))
-        return generate_buildings(half_model, count, seed=seed, recombines=recombines)
+        graphs = generate_buildings(half_model, count, seed=seed, recombines=recombines)
+        if recombines:
+            floors = BuildingSampler(half_model).choose_floors(range(count), seed)
+            for graph, floor in zip(graphs, floors, strict=True):
+                graph.graph[BUILDING] = half[floor].graph[BUILDING]
+        return graphs
 
     real, buildings = results.objects["graphs"][REAL], results.objects["buildings"]
     halves = draw_halves(make, real, models=repeats.models, seed=scorer.seed, buildings=buildings)

@@ -20,6 +20,7 @@ from pianta.evaluation.graph_sets import (
     measure_validity,
 )
 from pianta.evaluation.two_sample import (
+    Groups,
     TwoSampleScores,
     describe_structure,
     forest_two_sample_test,
@@ -43,7 +44,10 @@ VALIDITY = ("connected", "planar", "labelled", "novel", "unique")  # shares of t
 DISCREPANCY = "discrepancy"  # by `statistic` and `side`: generated, real, or their ratio
 ACCURACY = "accuracy"  # by `classifier` and `left_out`, 0 … 1
 HELD_OUT_DISCREPANCY = "held-out discrepancy"
-HELD_OUT_ACCURACY = "held-out accuracy"
+HELD_OUT_ACCURACY = "held-out accuracy"  # by `classifier` and `left_out`, 0 … 1
+PAIR = "a pair"
+SIBLINGS = "and siblings"
+BUILDING = "building"  # attribute of a graph: the building of a real floor, or of the floor that a new one follows
 
 
 @dataclass(frozen=True)
@@ -102,20 +106,24 @@ class SetScorer:
             draws = [random.permutation(len(trial.generated))[:size] for _ in range(self.repeats.subsamples)]
             self._score_half(part, f"model {number}", trial.generated, draws, trial)
 
-    def score_real_halves(self, part: str, halves: Iterable[Trial]) -> None:
+    def score_real_halves(self, part: str, halves: Iterable[Trial], *, copies: int = 1) -> None:
         """Scores of half A itself beside half B, about the best possible for a model that knows only half A.
 
+        copies: of each floor, as of a model that makes several buildings of each.
         Discrepancies are of as many floors drawn from half A with replacement, as of a model that copies its floors.
         """
         for number, trial in enumerate(halves, 1):
             random, size = np.random.default_rng(self.seed), len(trial.half_a)
             draws = random.integers(size, size=(self.repeats.subsamples, size))
-            self._score_half(part, f"model {number}", trial.half_a, draws, trial)
+            self._score_half(part, f"model {number}", [*trial.half_a] * copies, draws, trial)
 
     def compare_samples(
-        self, generated: Sequence[nx.Graph], real: Sequence[nx.Graph], forest_draws: int
+        self, generated: Sequence[nx.Graph], real: Sequence[nx.Graph], forest_draws: int, groups: Groups | None = None
     ) -> Mapping[str, TwoSampleScores]:
-        """The classifier two-sample tests: kernel machines on NSPDK and WL, Extra-Trees on thirteen metrics."""
+        """The classifier two-sample tests: kernel machines on NSPDK and WL, Extra-Trees on thirteen metrics.
+
+        groups: of real and of generated graphs, for `TwoSampleScores.group_out`.
+        """
         from pianta.graphs.nspdk import NeighborhoodPairs
         from pianta.graphs.weisfeiler_lehman import WeisfeilerLehman
 
@@ -125,14 +133,16 @@ class SetScorer:
             WL: WeisfeilerLehman(iterations=ITERATIONS),
         }
         scores = {
-            name: kernel_two_sample_test(real, generated, kernel, seed=seed, repeats=repeats.draws)
+            name: kernel_two_sample_test(real, generated, kernel, seed=seed, repeats=repeats.draws, groups=groups)
             for name, kernel in kernels.items()
         }
         features = (
             np.array([describe_structure(graph, find_corridors(graph, self.schema)) for graph in graphs])
             for graphs in (real, generated)
         )
-        scores[FOREST] = forest_two_sample_test(*features, seed=seed, repeats=forest_draws, trees=repeats.trees)
+        scores[FOREST] = forest_two_sample_test(
+            *features, seed=seed, repeats=forest_draws, trees=repeats.trees, groups=groups
+        )
         return scores
 
     def _score_half(
@@ -141,15 +151,23 @@ class SetScorer:
         """Discrepancies of draws of the graphs, and accuracies on all of them, both beside half B."""
         trials = [trial._replace(generated=[graphs[index] for index in draw]) for draw in draws]
         self._add_discrepancies(part, item, trials, HELD_OUT_DISCREPANCY)
-        for classifier, scores in self.compare_samples(graphs, trial.half_b, forest_draws=1).items():
-            share = float(np.mean(scores.pair_out))
-            self.results.add(part, item, {HELD_OUT_ACCURACY: share}, classifier=classifier)
+        groups = _find_groups(trial.half_b, graphs)
+        for classifier, scores in self.compare_samples(graphs, trial.half_b, 1, groups).items():
+            for left_out, shares in ((PAIR, scores.pair_out), (SIBLINGS, scores.group_out)):
+                figures = {HELD_OUT_ACCURACY: float(np.mean(shares))} if shares else {}
+                self.results.add(part, item, figures, classifier=classifier, left_out=left_out)
 
     def _add_discrepancies(self, part: str, item: str, trials: Sequence[Trial], metric: str) -> None:
         for statistic in STATISTICS:
             discrepancy = compare_discrepancy(trials, statistic=statistic)
             figures = {**asdict(discrepancy), "ratio": keep_finite(discrepancy.ratio)}
             self.results.add(part, item, figures, names=("side",), metric=metric, statistic=statistic)
+
+
+def _find_groups(real: Sequence[nx.Graph], generated: Sequence[nx.Graph]) -> Groups | None:
+    """The buildings of real and of generated graphs; None if some have none, or if those of a set are of one."""
+    one, other = ([graph.graph.get(BUILDING) for graph in graphs] for graphs in (real, generated))
+    return None if any(None in each or len({*each}) < 2 for each in (one, other)) else (one, other)
 
 
 def draw_halves(

@@ -20,6 +20,7 @@ from pianta_bench.generation.measure import (
     PUBLISHED_COSTS,
     REAL,
     REAL_AREAS,
+    REAL_COPIES,
     REAL_HALF,
     TABLE_7_1,
     THESIS,
@@ -99,11 +100,17 @@ TABLES = (
     ),
     Table(
         title="Held out: models of half A separated from half B",
-        rows=("classifier",),
-        where={"metric": scores.HELD_OUT_ACCURACY, "part": HELD_OUT},
+        rows=("classifier", "left_out"),
+        where={"metric": scores.HELD_OUT_ACCURACY, "part": [*HELD_OUT, REAL_COPIES]},
         factor=100,
         unit="% right",
-        notes=(f"A graph of each side is left out; mean ± sd over models. {REAL_HALF}: itself.",),
+        notes=(
+            "A graph of each side is left out; mean ± sd over models. Siblings: all floors of",
+            "the building of the real one, and all that follow floors of the building of the",
+            "other; as many of both sides remain. Buildings of real areas follow no floor.",
+            f"{REAL_HALF}: its floors as they are; {REAL_COPIES}: each {{multiple}} times, as often as",
+            "a model makes a building that follows it.",
+        ),
     ),
     SetTable(
         title="Distance to the nearest real floor",
