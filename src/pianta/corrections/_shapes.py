@@ -19,6 +19,8 @@ OVERLAP = 0.02  # metres
 MAX_EXTENSION = 0.6  # metres
 # Smaller parts of a divided room are no rooms.
 MIN_ROOM = 0.25  # m²
+# Coordinates of a merged room are rounded to this.
+SNAP_DISTANCE = 1e-6  # metres
 # A piece of a border that is nearer to the line than this belongs to it.
 TOUCH_DISTANCE = 1e-6  # metres
 
@@ -48,7 +50,9 @@ def join_shapes(shapes: Sequence[Polygon], others: Sequence[Polygon]) -> Polygon
     largest: Polygon = max(parts, key=lambda part: part.area)
     # Slits along the walls of the rooms are no holes of the new one
     whole = Polygon(largest.exterior, [hole for hole in largest.interiors if Polygon(hole).area >= MIN_ROOM])
-    return whole if whole.is_valid else largest
+    # Without the slivers and the corners that growing and shrinking leave
+    clean = shapely.simplify(shapely.set_precision(whole, SNAP_DISTANCE), SNAP_DISTANCE)
+    return clean if isinstance(clean, Polygon) and clean.is_valid else largest
 
 
 def split_shape(shape: Polygon, line: LineString) -> tuple[list[Polygon], list[LineString]]:
