@@ -300,8 +300,8 @@ class Correctable:
         return corrected
 
     @property
-    def _floor(self) -> Any:
-        """The floor itself; its module imports this one."""
+    def _floor(self) -> Any:  # noqa: ANN401 - Floor, whose module imports this one
+        """The floor itself."""
         return self
 
     def _place(self, room: int) -> XY:
