@@ -57,7 +57,11 @@ MAPS = (
     *("vacuum/converted_3790.yaml", "vacuum/l10su_1058_goto_target.yaml"),
 )
 # Steps of the runs of data/partial whose maps grow; each pair of neighbours is a map and the grown one.
-RUNS = {"freiburg79": ("r_003", "r_005", "r_008"), "bronxville": ("a_200", "a_300"), "putnamjuniorhigh": ("a_180", "a_280")}
+RUNS = {
+    "freiburg79": ("r_003", "r_005", "r_008"),
+    "bronxville": ("a_200", "a_300"),
+    "putnamjuniorhigh": ("a_180", "a_280"),
+}
 NAMES = 5
 SAME_IOU = 0.5
 # A door is at a place if its middle is nearer; metres.
@@ -132,7 +136,9 @@ def list_cases(data: Path, only: str) -> Iterator[Case]:
     """All maps with all changes."""
     for name in MAPS:
         if only in name:
-            yield from change_map(name, read_map(data / name, **({} if name.endswith(".yaml") else {"resolution": RESOLUTION})))
+            yield from change_map(
+                name, read_map(data / name, **({} if name.endswith(".yaml") else {"resolution": RESOLUTION}))
+            )
     for building, steps in RUNS.items():
         if only in building:
             for step, later in pairwise(steps):
@@ -166,7 +172,9 @@ def measure_motion(grid: GridMap, view: View) -> Move:
 
 def read_growing(folder: Path, step: str, later: str) -> Case:
     """Two maps of a run; their images have one frame, or are shifted as their steps.json says."""
-    entries = {Path(each["file"]).stem: each for each in json.loads((folder / "steps.json").read_text(encoding="utf-8"))}
+    entries = {
+        Path(each["file"]).stem: each for each in json.loads((folder / "steps.json").read_text(encoding="utf-8"))
+    }
     affines = [entries[each].get("affine") for each in (step, later)]
     resolution = SLAM_RESOLUTION if affines[0] else RESOLUTION
     first, changed = (read_map(folder / f"{each}.png", resolution=resolution) for each in (step, later))
@@ -284,7 +292,9 @@ def draw_door(floor: Floor) -> Correction:
 
 def move_floor(floor: Floor, move: Move) -> Floor:
     """The floor in another frame."""
-    rooms = tuple(replace(room, polygon=shapely.transform(room.polygon, move), predicted=None, confidence=None) for room in floor)
+    rooms = tuple(
+        replace(room, polygon=shapely.transform(room.polygon, move), predicted=None, confidence=None) for room in floor
+    )
     doors = tuple(replace(door, line=shapely.transform(door.line, move)) for door in floor.doors)
     return replace(floor, rooms=rooms, doors=doors, possible_doors=(), walls=(), furniture=())
 
