@@ -1,10 +1,10 @@
-"""Score predictions of partial rooms on real maps of four buildings that the network did not learn from.
+"""Score predictions of partial rooms on real maps of four buildings that nothing was learned from.
 
 Run: OMP_NUM_THREADS=1 python benchmarks/score_partial_rooms.py [--data DIR]
 
 The buildings are VALIDATION of training/partial_maps.py; a simulated robot explores a part of their maps in slam
-and survey. The perceptron of hypotheses has learned from other
-explorations of these buildings. Guesses and scores are those of `pianta bench partial`.
+and survey. The weights of network and hypotheses were chosen on other explorations of them. Guesses and scores are
+those of `pianta bench partial`.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from pianta_bench.data.annotated_floors import AnnotatedFloor
 from pianta_bench.noise import FACTOR_NAMES
 from pianta_bench.noise import measure as noise
 from pianta_bench.noise.factors import FACTORS, RESOLUTION, WorseMap, limit_reach, list_connected_parts, shut_doors
-from pianta_bench.noise.floors import list_floors, order_floors
+from pianta_bench.noise.floors import NoiseFloor, list_floors, order_floors
 from pianta_bench.noise.measure import LABELS, TYPES, measure, score_functions, score_rooms
 from pianta_bench.noise.tables import tabulate
 from tests.command_line import run_pianta
@@ -254,3 +254,9 @@ def test_bad_input_is_one_line(options, message):
     assert (code, out) == (2, "")
     assert message in err
     assert len(err.splitlines()) == 1
+
+
+def test_a_building_that_cannot_be_left_out_of_the_types_is_refused():
+    drawn = NoiseFloor("a", "school", "school/nowhere", Floor(()), others=[("b", ())])  # type: ignore[list-item]
+    with pytest.raises(DataError, match="'school/nowhere' is not in the model of types"):
+        drawn.train_type_model()

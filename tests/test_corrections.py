@@ -92,6 +92,11 @@ class TestRooms:
     def test_a_line_that_ends_before_the_wall_is_extended(self):
         assert FLOOR.split(1, [(2, 2.5), (2, 4.5)])[1].polygon.equals(FLOOR.split(1, [(2, 2), (2, 5)])[1].polygon)
 
+    def test_a_line_whose_ends_are_on_the_outline_but_for_rounding_divides_the_room(self):
+        slanted = Floor((Room(1, box(38.25, 12.7, 44.05, 18.2)),))
+        line = [(42.480722398340426, 12.7), (42.43643647847782, 18.2)]
+        assert len(slanted.split(1, line)) == 2
+
     def test_a_line_that_divides_nothing_is_refused(self):
         with pytest.raises(CorrectionError, match="does not divide room 1, draw it from wall to wall"):
             FLOOR.split(1, [(1, 3), (3, 3)])

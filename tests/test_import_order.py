@@ -14,6 +14,7 @@ PACKAGE = Path(pianta.__file__).parent
 LEVELS = (
     ("__init__", "__main__"),
     ("cli",),
+    ("view",),
     ("reading",),
     ("plot",),
     ("model_files",),

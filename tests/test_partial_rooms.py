@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from shapely import Point, Polygon, box
 from shapely.affinity import rotate, translate
 
-from pianta._types import Mask
 from pianta.cli.read import tabulate_rooms
 from pianta.errors import FloorError, OptionError
 from pianta.floor import Door, Floor, Room, scale_floor
@@ -27,7 +26,6 @@ from pianta.layout.partial.predict import measure_half_wall, predict_partial_roo
 from pianta.layout.partial.scene import (
     MAX_COMPARED_ROOMS,
     FloorIndex,
-    RoomScene,
     View,
     find_bounds,
     find_main_direction,
@@ -37,6 +35,7 @@ from pianta.layout.room_ids import keep_room_ids
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.partial_scan import choose_viewpoints, find_visible_cells, simulate_partial_map
 from pianta.worlds.scan import simulate_map
+from tests.partial_scenes import fill_cells, make_scene
 
 RESOLUTION = 0.05
 # A row of rooms of 4 m x 5 m north of a corridor; the third was observed to a depth of 3 m.
@@ -114,22 +113,7 @@ def test_a_room_thinner_than_a_cell_is_predicted_too(row):
     assert predicted.buffer(1e-6).contains(thin)
 
 
-def make_scene(observed: Mask, others: Mask | None = None) -> RoomScene:
-    """A scene of cells of 0.1 m without walls, lines and other extents."""
-    none = np.zeros_like(observed)
-    view = View(0.0, np.zeros(2), observed.shape, 0.1)
-    others = none if others is None else others
-    return RoomScene(view, observed, others, others, none, none, none, none, np.zeros((0, 2)), np.zeros((0, 2, 2)), 1)
-
-
-def fill_cells(top: int, left: int, bottom: int, right: int) -> Mask:
-    """Cells of a rectangle, of 40 x 60."""
-    cells = np.zeros((40, 60), bool)
-    cells[top:bottom, left:right] = True
-    return cells
-
-
-def as_hypothesis(cells: Mask) -> Hypothesis:
+def as_hypothesis(cells: np.ndarray) -> Hypothesis:
     return Hypothesis(cells, (slice(0, 40), slice(0, 60)), find_bounds(cells), np.zeros(len(FEATURES)))
 
 

@@ -3,8 +3,9 @@
 Run: python training/fit_partial_rooms.py [--data DIR] [--jobs N].
 
 The model learns from the maps of partial_maps.py: from every hypothesis for each partial room, and its IoU with the
-true room. Buildings of data/partial are not among them, so that `pianta bench partial` measures the model on unknown
-buildings; all maps and floors of one building are in one fold.
+true room. Buildings of data/partial and of VALIDATION are not among them, so that `pianta bench partial` and
+benchmarks/score_partial_rooms.py measure the model on unknown buildings; all maps and floors of one building are in
+one fold.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from statistics import fmean
 
 import numpy as np
 from numpy.typing import NDArray
-from partial_maps import Job, add_data_option, list_jobs
+from partial_maps import VALIDATION, WORLD, Job, add_data_option, list_jobs
 from shapely import Polygon, intersection
 from shapely import area as area_of
 from sklearn.neural_network import MLPRegressor
@@ -50,6 +51,10 @@ PENALTY = 0.01
 LEARNING_RATE = 0.003
 # Hypotheses of each room that the model learns from, at most.
 MAX_HYPOTHESES = 60
+# Explorations of each map that the model learns from; a limit of time.
+EXPLORATIONS = 2
+# Made floors that the model learns from.
+WORLDS = 40
 # One in this number of maps is reconstructed by the method of the thesis too.
 THESIS_EVERY = 4
 # Rooms with at least this share observed count in the scores, as in `pianta bench partial`.
@@ -80,6 +85,11 @@ def read_examples(job: Job, data: Path) -> list[Example]:
         return [example for floor in floors for example in list_examples(job.building, floor, partial_map)]
     except PiantaError:
         return []
+
+
+def is_chosen(job: Job) -> bool:
+    """Whether the model learns from a map."""
+    return job.building not in VALIDATION and job.number < (WORLDS if job.source == WORLD else EXPLORATIONS)
 
 
 def list_examples(building: str, floor: Floor, partial_map: PartialMap) -> Iterator[Example]:
@@ -171,7 +181,8 @@ def main() -> None:
     data = find_data(options.data)
     with Pool(options.jobs) as pool:
         read = partial(read_examples, data=data)
-        examples = [example for map_examples in pool.imap(read, list_jobs(data)) for example in map_examples]
+        chosen = filter(is_chosen, list_jobs(data))
+        examples = [example for map_examples in pool.imap(read, chosen) for example in map_examples]
     left_out = cross_validate(examples)
     sys.stdout.write(f"on buildings left out: {json.dumps(left_out, indent=1)}\n")
     write_model(fit_model(examples), left_out)

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from math import cos, pi
 from pathlib import Path
 
+import cv2
 import numpy as np
 import torch
 from lesson_files import read_lesson
@@ -25,7 +26,7 @@ from partial_maps import VALIDATION
 from torch import nn
 from torch.nn import functional
 
-from pianta.layout.partial.shape_network import LAYERS, PATCH_SIZE
+from pianta.layout.partial.shape_network import LAYERS, PATCH_SIZE, SYMMETRIES
 
 # All of these are chosen by hand. Channels at a half, a quarter and an eighth of the cells of a patch.
 WIDTHS = (24, 48, 64)
@@ -46,8 +47,9 @@ MIN_MEASURED = 1 / 3
 KNOWN_WEIGHT = 0.1
 # Weight of the loss by cells against 1 - IoU.
 CELL_WEIGHT = 2.0
-# Order of the layers after rows and columns are exchanged.
-TRANSPOSED = [0, 1, 2, 3, 4, 5, 6, 8, 7]
+# Standard deviation of the logarithm by which a patch is stretched along each axis, and of its shift in cells.
+STRETCH_SPREAD = 0.15
+SHIFT_SPREAD = 3.0
 SAVE_SECONDS = 150
 ONNX_OPSET = 13
 
@@ -86,7 +88,7 @@ def _block(inputs: int, outputs: int, *, dilation: int = 1) -> nn.Sequential:
 
 @dataclass(frozen=True, eq=False)
 class Lessons:
-    """Partial rooms of some maps: layers (N, 9, 80, 80), truth (N, 80, 80), shares and weights (N,)."""
+    """Partial rooms of some maps: layers (N, 11, 80, 80), truth (N, 80, 80), shares and weights (N,)."""
 
     layers: NDArray[np.uint8]
     truth: NDArray[np.uint8]
@@ -112,15 +114,27 @@ def read_lessons(folder: Path, *, validation: bool) -> Lessons:
 
 
 def draw_batch(lessons: Lessons, rng: np.random.Generator) -> tuple[torch.Tensor, torch.Tensor]:
-    """Layers and truth of some rooms, mirrored and transposed at random, 0 … 1."""
+    """Layers and truth of some rooms, mirrored, exchanged and stretched at random, 0 … 1."""
     chosen = rng.choice(len(lessons.weights), BATCH, p=lessons.weights / lessons.weights.sum())
-    layers, truth = lessons.layers[chosen], lessons.truth[chosen]
-    for axis in (-1, -2):
-        if rng.random() < 0.5:
-            layers, truth = np.flip(layers, axis), np.flip(truth, axis)
-    if rng.random() < 0.5:
-        layers, truth = layers.swapaxes(-1, -2)[:, TRANSPOSED], truth.swapaxes(-1, -2)
-    return (torch.from_numpy(np.ascontiguousarray(array)).float() / 255 for array in (layers, truth))  # type: ignore[return-value]
+    layers, truth = (
+        np.empty((BATCH, *lessons.layers.shape[1:]), np.float32),
+        np.empty((BATCH, *lessons.truth.shape[1:])),
+    )
+    for number, index in enumerate(chosen):
+        symmetry = SYMMETRIES[rng.integers(len(SYMMETRIES))]
+        planes = np.concatenate([symmetry.apply(lessons.layers[index]), symmetry.move(lessons.truth[index])[None]])
+        stretched = _stretch(planes, rng)
+        layers[number], truth[number] = stretched[:-1], stretched[-1]
+    return torch.from_numpy(layers) / 255, torch.from_numpy(truth).float() / 255
+
+
+def _stretch(planes: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.float32]:
+    """Planes of a patch, shape (N, H, W), stretched and moved at random; what was not seen repeats the border."""
+    scales, middle = np.exp(rng.normal(0, STRETCH_SPREAD, 2)), (PATCH_SIZE - 1) / 2
+    matrix = np.column_stack([np.diag(scales), middle * (1 - scales) + rng.normal(0, SHIFT_SPREAD, 2)])
+    size = (PATCH_SIZE, PATCH_SIZE)
+    moved = [cv2.warpAffine(plane, matrix, size, borderMode=cv2.BORDER_REPLICATE) for plane in planes]
+    return np.array(moved, np.float32)
 
 
 def compute_loss(scores: torch.Tensor, layers: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:

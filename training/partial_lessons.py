@@ -26,7 +26,7 @@ from pianta_bench.partial.measure import measure_unseen
 
 
 def make_lesson(partial_map: PartialMap) -> dict[str, np.ndarray]:
-    """layers, shape (N, 9, 80, 80), truth, shape (N, 80, 80), and the shares of the true rooms, (N,)."""
+    """layers, shape (N, 11, 80, 80), truth, shape (N, 80, 80), and the shares of the true rooms, (N,)."""
     floor = find_rooms(partial_map.grid, method="structure")
     index, cells = FloorIndex.from_floor(floor), ObservedCells.from_grid(partial_map.grid)
     true = np.array(partial_map.rooms, dtype=object)

@@ -37,9 +37,9 @@ SURVEY_SETS = ("survey", "furniture")
 VALIDATION = ("plans", "officeb", "labf", "sidneyriver")
 # The constants were chosen by hand.
 # Explorations of each drawing, of each map of data/slam, and of each of data/survey.
-ROUNDS = {DRAWING: 2, SLAM: 4, **dict.fromkeys(SURVEY_SETS, 2)}
+ROUNDS = {DRAWING: 4, SLAM: 8, **dict.fromkeys(SURVEY_SETS, 8)}
 # Made floors.
-WORLDS = 40
+WORLDS = 60
 # Ranges of the explorations of real maps: metres that the lidar sees, share of the doors, and probability of entering.
 REACHES = (6.0, 8.0, 12.0, 20.0, 30.0)
 SHARES = (0.1, 0.9)

@@ -32,7 +32,7 @@ OWN_WARNINGS = (MapWarning, BuildingWarning, PlanWarning)
 
 # Arguments of functions whose flags have the same names.
 SAME_NAMES = (
-    "building_model density earlier jobs max_cells method page people previous resolution shut symbols "
+    "building_model density earlier jobs max_cells method page people port previous resolution shut symbols "
     "trust_thresholds words"
 )
 # Messages of the library name arguments of functions; these are their flags.

@@ -21,6 +21,8 @@ MAX_EXTENSION = 0.6  # metres
 MIN_ROOM = 0.25  # m²
 # Coordinates of a merged room are rounded to this.
 SNAP_DISTANCE = 1e-6  # metres
+# A border crosses the outline by this, so that it divides the room in spite of rounding.
+CROSSING = 1e-4  # metres
 # A piece of a border that is nearer to the line than this belongs to it.
 TOUCH_DISTANCE = 1e-6  # metres
 
@@ -61,11 +63,12 @@ def split_shape(shape: Polygon, line: LineString) -> tuple[list[Polygon], list[L
     A line that ends just before the outline is extended. Parts that are too small to be rooms stay with the part that
     they border on. One part alone means that the line does not divide the shape.
     """
-    inside = shapely.get_parts(shapely.intersection(shape, extend_line(line)))
+    inside = shapely.get_parts(shapely.intersection(shape, extend_line(line, MAX_EXTENSION)))
     pieces = [piece for piece in inside if isinstance(piece, LineString) and piece.distance(line) < TOUCH_DISTANCE]
     if not pieces:
         return [shape], []
-    border = linemerge(pieces) if len(pieces) > 1 else pieces[0]
+    # The ends of the pieces are on the outline but for rounding
+    border = linemerge([extend_line(piece, CROSSING) for piece in pieces])
     parts = sorted(
         (part for part in shapely.get_parts(split(shape, border)) if isinstance(part, Polygon)),
         key=lambda part: -part.area,
@@ -78,10 +81,10 @@ def split_shape(shape: Polygon, line: LineString) -> tuple[list[Polygon], list[L
     return rooms or [shape], [shapely.simplify(piece, 0) for piece in pieces]
 
 
-def extend_line(line: LineString) -> LineString:
-    """The line, straight on beyond both its ends."""
+def extend_line(line: LineString, distance: float) -> LineString:
+    """The line, straight on beyond both its ends by a distance, metres."""
     points = shapely.get_coordinates(line)
     first, last = points[0] - points[1], points[-1] - points[-2]
-    start = points[0] + first / np.hypot(*first) * MAX_EXTENSION
-    end = points[-1] + last / np.hypot(*last) * MAX_EXTENSION
+    start = points[0] + first / np.hypot(*first) * distance
+    end = points[-1] + last / np.hypot(*last) * distance
     return LineString([start, *points, end])

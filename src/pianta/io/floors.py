@@ -92,9 +92,9 @@ def read_floor(path: str | Path) -> Floor:
     return read_checked(path, "floor", FloorError, _parse_floor, max_bytes=MAX_FILE_BYTES)
 
 
-def _dump_floor(floor: Floor) -> bytes:
-    """The content of floor.geojson; FloorError if it would not be read as the same floor."""
-    header = {
+def describe_floor(floor: Floor) -> dict[str, Any]:
+    """A floor as the GeoJSON object of floor.geojson."""
+    return {
         "type": "FeatureCollection",
         **FORMAT.header,
         "frame": "map",
@@ -102,8 +102,14 @@ def _dump_floor(floor: Floor) -> bytes:
         "source": floor.source,
         "building_type": _sort_probabilities(floor.building_type),
         "last_id": int(floor.last_id),
+        "features": [*_features_of_floor(floor)],
     }
-    features = ",\n".join(map(_dump_strictly, _features_of_floor(floor)))
+
+
+def _dump_floor(floor: Floor) -> bytes:
+    """The content of floor.geojson; FloorError if it would not be read as the same floor."""
+    header = describe_floor(floor)
+    features = ",\n".join(map(_dump_strictly, header.pop("features")))
     content = f'{_dump_strictly(header)[:-1]}, "features": [\n{features}\n]}}\n'.encode()
     if _parse_floor(content) != floor:
         raise FloorError("it has shapes in three dimensions, give it in two (shapely.force_2d)")

@@ -59,9 +59,13 @@ class NoiseFloor:
         return train_room_model(self.others, convention=CONVENTION, seed=seed)
 
     def train_type_model(self) -> MapTypeModel:
-        """The model of building types, without this building."""
+        """The model of building types, without this building; DataError if it cannot be left out."""
         model = read_default_map_type_model()
-        return model.leave_out(self.building) if self.building in model.examples.buildings else model
+        if not self.others:
+            return model
+        if self.building not in model.examples.buildings:
+            raise DataError(f"building {short_repr(self.building)} is not in the model of types, train the model again")
+        return model.leave_out(self.building)
 
 
 def list_floors(data: Path | None, floor_set: str, *, count: int, seed: int) -> list[NoiseFloor]:

@@ -14,11 +14,10 @@ from pianta.layout.partial.hypotheses import Hypothesis
 from pianta.layout.partial.scene import RoomScene, Window, find_bounds
 
 # Both were chosen on real maps of four buildings (VALIDATION of training/partial_maps.py), of which a simulated
-# robot explored a part; of the weights from 0.5 to 0.95, which differ by less than a point of IoU there, the one that
-# is best on data/partial. Weight of the network against the hypotheses.
-NETWORK_WEIGHT = 0.5
+# robot explored a part. Weight of the network against the hypotheses.
+NETWORK_WEIGHT = 0.8
 # Difference of the expected IoU by which a hypothesis has e times the weight of another.
-TEMPERATURE = 0.03
+TEMPERATURE = 0.06
 # Hypotheses with a smaller share of the weight are left out; a limit of time.
 MIN_WEIGHT = 1e-3
 # Cells belong to the room if they are more probable than this.

@@ -57,8 +57,8 @@ MAX_OVERLAP = 0.01
 DRAWN_EXCESS = 0.5
 # The confidence is this line of the expected IoU, which is too high on maps that the network did not learn from:
 # fitted, with rounding, to the IoU of 155 rooms of the buildings of VALIDATION in training/partial_maps.py.
-CONFIDENCE_OFFSET = 0.14
-CONFIDENCE_SLOPE = 0.75
+CONFIDENCE_OFFSET = -0.04
+CONFIDENCE_SLOPE = 0.96
 # Other rooms are cut off this far from a prediction; metres.
 CLIP_MARGIN = 0.5
 # Digits of a confidence after the point.
@@ -201,7 +201,7 @@ class _Predictor:
         probability = mix_cells(scene, expect_cells(scene), hypotheses, by_features)
         # The probable cells, or a straight shape that is nearly the same
         shape = choose_shape(scene, hypotheses, probability)
-        confidence = round(CONFIDENCE_OFFSET + CONFIDENCE_SLOPE * shape.expected_iou, DIGITS)
+        confidence = round(max(0.0, CONFIDENCE_OFFSET + CONFIDENCE_SLOPE * shape.expected_iou), DIGITS)
         if np.array_equal(shape.cells, hypotheses[0].cells):
             return room.polygon, confidence
         return self._finish(shape, view, room, predictions), confidence

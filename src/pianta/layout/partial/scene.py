@@ -122,7 +122,7 @@ class RoomScene:
     were seen whole. occupied: obstacles. walls: those of them that are no furniture. unknown: cells that were not seen.
     frontier: cells of the room beside unknown space. extents: shape (N, 2), of the complete rooms, along the
     columns and along the rows of the view, metres. lines: shape (L, 2, 2), walls of the building: end, then col, row.
-    doors: number of doors of the room.
+    doors: number of doors of the room. door_lines: shape (D, 2, 2), passages of the building, as lines.
     """
 
     view: View
@@ -136,6 +136,7 @@ class RoomScene:
     extents: Floats
     lines: Floats
     doors: int
+    door_lines: Floats
 
     @cached_property
     def blocked(self) -> Mask:
@@ -208,7 +209,8 @@ class FloorIndex:
 
     rooms: indexed by `tree`. sides: shape (L, 2, 2), both ends of each segment of the walls and of the outlines of
     complete rooms; `side_tree` has them as lines. hulls: coordinates of the convex hull of each complete room.
-    centers: shape (N, 2), of the complete rooms. doors: number of doors by room id.
+    centers: shape (N, 2), of the complete rooms. doors: number of doors by room id. passages: shape (D, 2, 2), both
+    ends of each segment of the doors; `passage_tree` has them as lines.
     """
 
     rooms: tuple[Room, ...]
@@ -218,6 +220,8 @@ class FloorIndex:
     hulls: tuple[Floats, ...]
     centers: Floats
     doors: Counter[int]
+    passages: Floats
+    passage_tree: STRtree
 
     @classmethod
     def from_floor(cls, floor: Floor) -> FloorIndex:
@@ -228,7 +232,9 @@ class FloorIndex:
         centers = np.reshape([np.mean(np.reshape(polygon.bounds, (2, 2)), axis=0) for polygon in complete], (-1, 2))
         doors = Counter(room_id for door in floor.doors for room_id in door.room_ids)
         tree = STRtree([room.polygon for room in floor.rooms])
-        return cls(floor.rooms, tree, sides, STRtree(shapely.linestrings(sides)), hulls, centers, doors)
+        passages = _list_sides([door.line for door in floor.doors])
+        trees = [STRtree(shapely.linestrings(each)) for each in (sides, passages)]
+        return cls(floor.rooms, tree, sides, trees[0], hulls, centers, doors, passages, trees[1])
 
     def find_sides(self, room: Room, reach: float) -> Indices:
         """Which sides of walls and of complete rooms are within reach of a room, metres; shape (N,)."""
@@ -323,8 +329,10 @@ def build_scene(
     ends = index.sides[index.find_sides(room, LINES_REACH)]
     lines = view.from_map(ends.reshape(-1, 2)).reshape(-1, 2, 2)
     extents = index.measure_extents(room, view)
+    passages = index.passages[np.sort(index.passage_tree.query(view.window))]
+    door_lines = view.from_map(passages.reshape(-1, 2)).reshape(-1, 2, 2)
     masks = (observed, others, complete, occupied, walls, unknown, frontier)
-    return RoomScene(view, *masks, extents, lines, index.doors[room.id])
+    return RoomScene(view, *masks, extents, lines, index.doors[room.id], door_lines)
 
 
 def _find_frontier(observed: Mask, others: Mask, occupied: Mask, unknown: Mask, cell: float) -> Mask:

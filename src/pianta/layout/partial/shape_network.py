@@ -6,10 +6,13 @@ part, other rooms, walls, unknown space, and where walls of the whole building a
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import cv2
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from pianta._types import Floats, Mask
@@ -42,7 +45,15 @@ LAYERS = (
     "frontier",
     "walls in line with columns",
     "walls in line with rows",
+    "lines of walls",
+    "doors",
 )
+# Layers that the exchange of rows and columns exchanges.
+COLUMNS_LAYER, ROWS_LAYER = (LAYERS.index(f"walls in line with {name}") for name in ("columns", "rows"))
+# Sub-pixel bits of the coordinates of lines that are drawn with OpenCV.
+SHIFT = 4
+# Lines are cut off this far from a patch, so that their coordinates are small; cells.
+LINE_MARGIN = 4.0
 
 
 def expect_cells(scene: RoomScene) -> Floats:
@@ -51,18 +62,54 @@ def expect_cells(scene: RoomScene) -> Floats:
     It is 1 in the seen part, 0 in other rooms and beyond the patch, and estimated by the network elsewhere.
     """
     layers, matrix = draw_patch(scene)
-    network = _read_network()
-    network.setInput((layers.astype(np.float32) / 255)[None])
-    logits = np.asarray(network.forward(), np.float32)[0, 0]
-    probability = 1 / (1 + np.exp(-logits))
+    # A building is the same in a mirror, so that eight answers of the network can be averaged
+    answers = [symmetry.undo(_score_cells(symmetry.apply(layers))) for symmetry in SYMMETRIES]
+    probability = 1 / (1 + np.exp(-np.mean(answers, axis=0)))
     height, width = scene.observed.shape
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     cells = cv2.warpAffine(probability, matrix, (width, height), flags=flags)
     return np.where(scene.observed, 1.0, np.where(scene.others, 0.0, cells))
 
 
+@dataclass(frozen=True)
+class Symmetry:
+    """A symmetry of a square: the exchange of rows and columns, then mirrors. mirrored: axes, of rows and columns."""
+
+    exchanged: bool
+    mirrored: tuple[int, ...]
+
+    def apply(self, layers: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """The layers of a patch, shape (..., H, W), of which those that know the axes are exchanged too."""
+        if self.exchanged:
+            order = np.arange(len(LAYERS))
+            order[[COLUMNS_LAYER, ROWS_LAYER]] = ROWS_LAYER, COLUMNS_LAYER
+            layers = layers[..., order, :, :]
+        return self.move(layers)
+
+    def move(self, cells: NDArray[Any]) -> NDArray[Any]:
+        """Cells of a patch, shape (..., H, W)."""
+        return np.flip(cells.swapaxes(-1, -2) if self.exchanged else cells, self.mirrored)
+
+    def undo(self, cells: NDArray[np.float32]) -> NDArray[np.float32]:
+        """The cells of a patch, shape (H, W), as they were before."""
+        mirrored = np.flip(cells, self.mirrored)
+        return mirrored.T if self.exchanged else mirrored
+
+
+SYMMETRIES = tuple(
+    Symmetry(exchanged, mirrored) for exchanged in (False, True) for mirrored in ((), (-1,), (-2,), (-2, -1))
+)
+
+
+def _score_cells(layers: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """The scores of the network for the cells of a patch, shape (80, 80)."""
+    network = _read_network()
+    network.setInput((layers.astype(np.float32) / 255)[None])
+    return np.asarray(network.forward(), np.float32)[0, 0]
+
+
 def draw_patch(scene: RoomScene) -> tuple[NDArray[np.uint8], Floats]:
-    """What the network sees, shape (9, 80, 80), in the order of LAYERS; and the matrix to it from cells of the scene.
+    """What the network sees, shape (11, 80, 80), in the order of LAYERS; and the matrix to it from cells of the scene.
 
     The matrix, shape (2, 3), takes col and row of a cell to those of the patch.
     """
@@ -78,6 +125,7 @@ def draw_patch(scene: RoomScene) -> tuple[NDArray[np.uint8], Floats]:
     layers += [shrink_mask(scene.unknown, matrix, beyond=255), shrink_mask(scene.frontier, matrix)]
     support = [_measure_support(scene, axis, corner[axis], scale, middle[1 - axis]) for axis in (0, 1)]
     layers += [np.broadcast_to(support[0], layers[0].shape), np.broadcast_to(support[1][:, None], layers[0].shape)]
+    layers += [draw_lines(scene.lines, matrix), draw_lines(scene.door_lines, matrix)]
     return np.clip(layers, 0, 255).astype(np.uint8), matrix
 
 
@@ -91,6 +139,17 @@ def shrink_mask(mask: Mask, matrix: Floats, *, beyond: int = 0) -> NDArray[np.fl
         ),
         np.float32,
     )
+
+
+def draw_lines(lines: Floats, matrix: Floats) -> NDArray[np.uint8]:
+    """Lines of the scene, shape (L, 2, 2), as levels, 0 … 255, of a patch, shape (80, 80)."""
+    ends = (lines - 0.5) @ matrix[:, :2].T + matrix[:, 2]
+    low, high = -LINE_MARGIN, PATCH_SIZE + LINE_MARGIN
+    image = np.zeros((PATCH_SIZE, PATCH_SIZE), np.uint8)
+    for line in shapely.clip_by_rect(shapely.linestrings(ends), low, low, high, high):
+        corners = np.rint(shapely.get_coordinates(line) * 2**SHIFT).astype(np.int32)
+        cv2.polylines(image, [corners], isClosed=False, color=255, lineType=cv2.LINE_AA, shift=SHIFT)
+    return image
 
 
 def _measure_support(scene: RoomScene, axis: int, corner: float, scale: float, middle: float) -> Floats:
