@@ -19,7 +19,7 @@ EXAMPLES = (
     "pianta view floors --port 8080 --no-browser",
     "pianta view building --html report.html",
 )
-# Bytes of randomness in the address, which nobody can guess.
+# Bytes of randomness in the address, so that it cannot be guessed.
 TOKEN_BYTES = 24
 
 Outs = Annotated[
