@@ -97,8 +97,9 @@ def tabulate_detections(scores: FloorScores) -> Table:
 def describe_scores(scores: FloorScores) -> list[str]:
     """Coverage and labels, a line each."""
     covered = scores.coverage
+    areas = f"A_FC {100 * covered.a_fc:.1f} %, A_BC {100 * covered.a_bc:.1f} %"
     lines = [
-        f"area: A_FC {100 * covered.a_fc:.1f} %, A_BC {100 * covered.a_bc:.1f} %, mean IoU {100 * covered.mean_iou:.1f} %",
+        f"area: {areas}, mean IoU {100 * covered.mean_iou:.1f} %",
         f"coverage of rooms: precision {100 * covered.precision:.1f} %, recall {100 * covered.recall:.1f} %",
     ]
     if scores.labels_forward is not None and scores.labels_backward is not None:
@@ -124,9 +125,9 @@ def _read_floor(path: Path, map_folder: Path | None) -> Floor:
 
     file = path / FLOOR_FILE if path.is_dir() else path
     grid_file = (map_folder or Path()) / OUTPUTS[-1]
-    if map_folder is not None and map_folder.is_dir() and grid_file.exists() and file.suffix.lower() == ".xml":
-        if detect_building_format(file) == BuildingFormat.LAYOUT:
-            return read_building_xml(file, grid=read_npz_map(grid_file))
+    has_map = map_folder is not None and map_folder.is_dir() and grid_file.exists()
+    if has_map and file.suffix.lower() == ".xml" and detect_building_format(file) == BuildingFormat.LAYOUT:
+        return read_building_xml(file, grid=read_npz_map(grid_file))
     return read_building(file)
 
 

@@ -19,7 +19,7 @@ EXAMPLES = (
     "pianta view floors --port 8080 --no-browser",
     "pianta view building --html report.html",
 )
-# Bytes of randomness in the address, which nobody can guess.
+# Bytes of randomness in the address, so that it cannot be guessed.
 TOKEN_BYTES = 24
 
 Outs = Annotated[
@@ -37,8 +37,9 @@ Html = Annotated[
 def view_floors(outs: Outs, *, port: Port = None, no_browser: NoBrowser = False, html: Html = None) -> None:
     """Show floors over their maps in the browser, and correct them there.
 
-    The page is at the loopback address, so that other machines do not see it; it loads nothing from the network.
-    Ctrl+C ends it. Corrections are saved into the folders, as by `pianta correct`.
+    The page is at the loopback address, so that other machines do not see
+    it; it loads nothing from the network. Ctrl+C ends it. Corrections are
+    saved into the folders, as by `pianta correct`.
     """
     from pianta.view.folders import find_folders
 

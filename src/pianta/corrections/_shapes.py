@@ -47,7 +47,8 @@ def join_shapes(shapes: Sequence[Polygon], others: Sequence[Polygon]) -> Polygon
     grown = shapely.union_all(shapely.buffer(np.array(shapes, dtype=object), reach, join_style="mitre", mitre_limit=2))
     closed = grown.buffer(-reach, join_style="mitre", mitre_limit=2)
     own = shapely.union_all(shapes)
-    joined = shapely.union(shapely.difference(closed, shapely.union_all(others)), own)
+    near = [other for other in others if other.intersects(closed)]
+    joined = shapely.union(shapely.difference(closed, shapely.union_all(near)), own)
     parts = [part for part in shapely.get_parts(joined) if isinstance(part, Polygon)]
     largest: Polygon = max(parts, key=lambda part: part.area)
     # Slits along the walls of the rooms are no holes of the new one

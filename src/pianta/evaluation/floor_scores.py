@@ -8,9 +8,6 @@ from typing import Any
 
 import numpy as np
 import shapely
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import maximum_bipartite_matching
-
 from pianta.evaluation.coverage import Scores, overlap_areas, score_layout
 from pianta.evaluation.doors import DetectionScores, score_connections, score_doors, score_edges
 from pianta.evaluation.semantics import pair_backward, pair_forward, semantic_accuracy
@@ -128,6 +125,9 @@ def score_floor(floor: Floor, truth: Floor) -> FloorScores:
 
 def match_floors(floor: Floor, truth: Floor) -> dict[int, int]:
     """The id of the true room by the id of each room, for the most pairs with an IoU above 0.5, one to one."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import maximum_bipartite_matching
+
     if not (floor.rooms and truth.rooms):
         return {}
     shapes, true_shapes = (np.array([room.polygon for room in each], dtype=object) for each in (floor, truth))

@@ -6,13 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import cos, pi, sin
 
-import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
-from scipy.signal import fftconvolve
-from scipy.spatial import cKDTree
 
 from pianta._types import Floats, Mask
 
@@ -66,7 +62,8 @@ def find_motion(polygons: Polygons, previous: Polygons) -> tuple[Motion, float]:
 
     The share is that of the shorter outlines, since either map may show more of the building. Outlines locate better
     than areas, which overlap for every motion between two floors. If the walls of both have the same main direction
-    after a rotation, only the four rotations of this kind are tried; if either has no main direction, or these bring few outlines, all.
+    after a rotation, only the four rotations of this kind are tried; if either has no main direction, or these bring few outlines,
+    all.
     The best is fitted to the outlines themselves.
     """
     cell = _choose_cell(polygons, previous, OUTLINE_CELL)
@@ -114,12 +111,16 @@ def measure_share(polygons: Polygons, previous: Polygons) -> float:
 
 def count_matches(new: Mask, old: Mask) -> Floats:
     """For every shift of the old cells the count of those on new ones."""
+    from scipy.signal import fftconvolve
+
     # Rounded, because counts are integers.
     return np.asarray(np.rint(fftconvolve(_grow(new), old[::-1, ::-1].astype(float))))
 
 
 def _grow(cells: Mask) -> Floats:
     """A cell on an outline counts twice and one beside it once, because no wall is measured twice at one position."""
+    from scipy.ndimage import binary_dilation
+
     padded = np.pad(cells, 1)
     return padded.astype(float) + binary_dilation(padded, np.ones((3, 3)))
 
@@ -146,6 +147,8 @@ def _list_likely_angles(polygons: Polygons, previous: Polygons) -> list[float]:
 
 def _fit_outlines(polygons: Polygons, previous: Polygons, motion: Motion) -> Motion:
     """The motion fitted by least squares of the distances of previous points to lines of the outlines (ICP)."""
+    from scipy.spatial import cKDTree
+
     starts, ends = _list_segments(polygons)
     lengths = np.hypot(*(ends - starts).T)
     counts = np.ceil(lengths / FIT_SPACING).astype(int)
@@ -206,6 +209,8 @@ def _measure_extent(polygons: Polygons) -> float:
 
 def _draw_outlines(polygons: Polygons, cell: float) -> tuple[Mask, NDArray[np.int64]]:
     """Cells on the outlines, indexed by x and y, and the x, y in whole cells of the first one."""
+    import cv2
+
     rings = [np.rint(shapely.get_coordinates(ring) / cell).astype(np.int64) for ring in shapely.get_rings(polygons)]
     corners = np.concatenate(rings)
     low = corners.min(axis=0)

@@ -26,7 +26,7 @@ SAME_OUTLINE_IOU = 0.8
 MIN_MOTION_GAIN = 0.1
 # ... and must match this number of rooms, since every building has a room similar to any single room.
 MIN_MOVED_ROOMS = 2
-# Maps are of one building if the mean IoU of the rooms that match is this, where the rooms of the smaller floor that match
+# Maps are of one building if the mean IoU of the rooms that match is this, where rooms of the smaller floor that match
 # none count as 0. Growing maps of data/partial have 0.63 or more (18 pairs); of 105 pairs of different buildings of
 # data/slam, data/survey and made worlds 5 have more than 0.5, all of them with made corridors.
 SAME_BUILDING_IOU = 0.5

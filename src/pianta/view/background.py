@@ -9,7 +9,7 @@ from PIL import Image
 
 from pianta.reading.saved_reading import SavedReading
 
-# Grey of free, unknown and occupied cells; unknown is lighter than half, so that colours over it can be told apart.
+# Grey of free, unknown and occupied cells; unknown is lighter than half, so that colours over it differ.
 FREE, UNKNOWN, OCCUPIED = 255, 205, 0
 # Of zlib: the picture goes no further than this machine, so that time counts more than size.
 COMPRESSION = 1

@@ -1,4 +1,4 @@
-"""The folders of floors that are shown: those given, and those in them."""
+"""The folders of floors that are shown: those of a command, and those in them."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ MAX_FOLDERS = 2000
 DEPTH = 2
 
 
-def find_folders(given: Sequence[str | Path]) -> dict[str, Path]:
-    """Folders with a floor by different names, in the order given; floor.geojson stands for its folder.
+def find_folders(paths: Sequence[str | Path]) -> dict[str, Path]:
+    """Folders with a floor by different names, in their order; floor.geojson stands for its folder.
 
     Raises OptionError, in one line, for a folder without a floor, or more than MAX_FOLDERS floors.
     """
-    found: dict[Path, tuple[str, Path]] = {}
-    for path in map(Path, given):
+    named: dict[Path, tuple[str, Path]] = {}
+    for path in map(Path, paths):
         folder = path.parent if path.name == FLOOR else path
         inner = _find_below(folder, DEPTH)
         if not inner:
             raise OptionError(f"folder {short_repr(path)} has no {FLOOR}, give a folder of `pianta read`")
         top = real_path(folder).name
         for each in inner:
-            found.setdefault(real_path(each), ("/".join(each.relative_to(folder).parts) or top, folder))
-    if len(found) > MAX_FOLDERS:
-        raise OptionError(f"{len(found)} floors are too many for a page, give {MAX_FOLDERS} at most")
-    long = [f"{real_path(folder).name}/{name}" for name, folder in found.values()]
-    return dict(zip(choose_names([name for name, _ in found.values()], long), found, strict=True))
+            named.setdefault(real_path(each), ("/".join(each.relative_to(folder).parts) or top, folder))
+    if len(named) > MAX_FOLDERS:
+        raise OptionError(f"{len(named)} floors are too many for a page, give {MAX_FOLDERS} at most")
+    long = [f"{real_path(folder).name}/{name}" for name, folder in named.values()]
+    return dict(zip(choose_names([name for name, _ in named.values()], long), named, strict=True))
 
 
 def _find_below(folder: Path, depth: int) -> list[Path]:
@@ -44,4 +44,4 @@ def _find_below(folder: Path, depth: int) -> list[Path]:
         inner = sorted(path for path in folder.iterdir() if path.is_dir()) if depth else []
     except (OSError, ValueError):
         return []
-    return [found for path in inner for found in _find_below(path, depth - 1)]
+    return [below for path in inner for below in _find_below(path, depth - 1)]

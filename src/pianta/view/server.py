@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.exceptions import HTTPException
 
 from pianta.corrections.corrections_file import MAX_CORRECTIONS
-from pianta.errors import OptionError
+from pianta.errors import OptionError, PiantaError
 from pianta.io._files import one_line_reason, short_repr
 from pianta.view.guard import App, Guard
 from pianta.view.sessions import NOT_FOUND, RefusedError, Session
@@ -51,7 +51,8 @@ def make_app(folders: Mapping[str, Path], *, token: str) -> App:
     for routes in (_make_page(), _make_reading(sessions), _make_editing(sessions)):
         app.include_router(routes, prefix=f"/{token}")
     app.mount(f"/{token}/static", StaticFiles(directory=STATIC))
-    app.add_exception_handler(RefusedError, _answer_refusal)
+    app.add_exception_handler(PiantaError, _answer_error)
+    app.add_exception_handler(Exception, _answer_error)
     app.add_exception_handler(RequestValidationError, _answer_damaged_body)
     app.add_exception_handler(HTTPException, _answer_http_error)
     return Guard(app, token)
@@ -74,12 +75,17 @@ def listen(port: int = 0) -> socket.socket:
     return listener
 
 
+def make_server(app: App) -> uvicorn.Server:
+    """A server for an app, without a log of addresses, which have the token."""
+    return uvicorn.Server(
+        uvicorn.Config(app, log_level="error", access_log=False, server_header=False, timeout_graceful_shutdown=GRACE)
+    )
+
+
 def serve(app: App, listener: socket.socket) -> None:
     """Answer requests until the process is interrupted."""
-    # Without a log of addresses, which have the token.
-    options = uvicorn.Config(app, log_level="error", access_log=False, timeout_graceful_shutdown=GRACE)
     with suppress(KeyboardInterrupt):
-        uvicorn.Server(options).run(sockets=[listener])
+        make_server(app).run(sockets=[listener])
 
 
 def open_browser(address: str) -> None:
@@ -103,7 +109,7 @@ def _make_page() -> APIRouter:
 
 
 def _find(sessions: Sequence[Session], number: int) -> Session:
-    """The session of a map; raises RefusedError if there is none."""
+    """The session of a map; raises RefusedError for an unknown number."""
     if not 0 <= number < len(sessions):
         raise RefusedError(NOT_FOUND, f"there is no map {number}, the page has {len(sessions)}")
     return sessions[number]
@@ -158,15 +164,15 @@ def _answer(content: Mapping[str, Any], status: int = 200) -> Response:
     return Response(json.dumps(content, allow_nan=False), status, media_type="application/json")
 
 
-async def _answer_refusal(_: Request, refusal: Exception) -> Response:
-    status = refusal.status if isinstance(refusal, RefusedError) else 500
-    return _answer({"error": str(refusal)}, status)
+async def _answer_error(_: Request, error: Exception) -> Response:
+    status = error.status if isinstance(error, RefusedError) else 500
+    return _answer({"error": one_line_reason(error)}, status)
 
 
 async def _answer_damaged_body(request: Request, error: Exception) -> Response:
     faults = error.errors() if isinstance(error, RequestValidationError) else []
     where = {".".join(map(str, fault["loc"])): fault["msg"] for fault in faults[:3]}
-    listed = "; ".join(f"{place}: {message}" for place, message in where.items())
+    listed = "; ".join(f"{path}: {message}" for path, message in where.items())
     if any(fault["loc"][0] == "path" for fault in faults):
         return _answer({"error": f"there is no page {short_repr(request.url.path.split('/', 2)[-1])}"}, NOT_FOUND)
     return _answer({"error": f"the request is damaged: {listed}"}, 400)

@@ -160,15 +160,15 @@ class Session:
         return None
 
     def _apply(self, version: str, corrections: tuple[Correction, ...]) -> SavedReading:
-        """The reading of a version with a list of corrections, from the nearest list that is known."""
+        """The reading of a version with a list of corrections, made from the longest list that has a reading."""
         if version not in self._saved and self._open()[0] != version:
             raise RefusedError(
                 CONFLICT, f"the files of {self.name} have changed on disk, load them and apply the corrections"
             )
         saved = self._saved[version]
-        for known in (len(corrections), len(corrections) - 1, len(saved.corrections)):
-            start = self._readings.get((version, corrections[: max(known, 0)]))
-            reading = start and _add_all(start, corrections[max(known, 0) :])
+        for length in (len(corrections), len(corrections) - 1, len(saved.corrections)):
+            start = self._readings.get((version, corrections[: max(length, 0)]))
+            reading = start and _add_all(start, corrections[max(length, 0) :])
             if reading is not None:
                 break
         else:
@@ -217,7 +217,7 @@ class Session:
         }
 
     def _hash_file(self, file: Path) -> bytes:
-        """A hash of the content, computed again when the file is another one; empty if there is none."""
+        """A hash of the content, computed again when the file is another one; empty without a file."""
         try:
             status = file.stat()
             key = status.st_mtime_ns, status.st_size, status.st_ino

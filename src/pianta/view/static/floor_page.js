@@ -1,0 +1,251 @@
+// FloorPage: the parts of the page for one map, and what goes on between them.
+
+import { ask, byId, element, warn } from "./elements.js";
+import { FloorMap } from "./floor_map.js";
+import { RoomList } from "./room_list.js";
+import { describeThing, showBuilding, showCorrections, showSelected } from "./selected.js";
+import { Session } from "./session.js";
+import { Shapes, distanceTo } from "./shapes.js";
+import { Tools } from "./tools.js";
+
+// How often the folder is looked at, milliseconds.
+const FOLLOW_MS = 1000;
+// A door after an edit is the one before it if it is no farther from it; metres, chosen by hand.
+const SAME_DOOR = 0.3;
+
+export class FloorPage {
+  constructor(source) {
+    this.source = source;
+    this.selected = null;
+    this.floorMap = new FloorMap(byId("map"));
+    this.list = new RoomList((room, focus) => this.select(room, true, focus), (room) => this._mark(room));
+    this.tools = new Tools(this.floorMap, this);
+    this._makeTools();
+    this._makeLayers();
+    for (const name of ["undo", "redo", "save"]) byId(name).onclick = () => this[name]();
+    window.addEventListener("beforeunload", (event) => {
+      if (this.session?.unsaved) event.preventDefault();
+    });
+    // In sight of the page alone; the next look is one period after the answer.
+    const follow = async () => {
+      if (this.session && !this.source.readOnly && !document.hidden) await this._follow();
+      setTimeout(follow, FOLLOW_MS);
+    };
+    setTimeout(follow, FOLLOW_MS);
+  }
+
+  get writable() {
+    return this.session?.state !== undefined && this.session.writable;
+  }
+
+  // Show a map; where a fault hinders it, say so.
+  async open(number) {
+    this.close();
+    const session = new Session(this.source, number, {
+      changed: (each, reloaded) => each === this.session && this._show(reloaded),
+      conflict: (each, fault) => each === this.session && this._askAboutConflict(fault),
+    });
+    this.session = session;
+    this.fitted = false;
+    try {
+      await session.open();
+    } catch (fault) {
+      if (session === this.session) this.fail(fault);
+    }
+  }
+
+  close() {
+    this.session = null;
+    this.selected = null;
+    warn("");
+  }
+
+  // The tools draw on it.
+  get shapes() {
+    return this._shapes ?? EMPTY;
+  }
+
+  select(thing, show = false, focus = false) {
+    this.selected = thing;
+    this.list.select(thing?.rings ? thing.id : null);
+    showSelected(thing, this);
+    this._mark();
+    if (thing?.rings && show) this.floorMap.showRoom(thing);
+    if (focus) byId("selected").querySelector("input, button")?.focus();
+  }
+
+  hover(thing, at) {
+    const tip = byId("tip");
+    tip.hidden = !thing || !at;
+    if (!tip.hidden) {
+      tip.textContent = describeThing(thing, this.shapes);
+      const { x, y } = this.floorMap.map.getSize();
+      tip.style.left = `${Math.max(4, Math.min(at.x + 16, x - tip.offsetWidth - 8))}px`;
+      tip.style.top = `${Math.max(4, Math.min(at.y + 16, y - tip.offsetHeight - 8))}px`;
+    }
+    if (thing !== this.hovered) this._mark(thing);
+  }
+
+  showPicked(things) {
+    this.picked = things;
+    this._mark();
+  }
+
+  toolChanged(name) {
+    for (const button of byId("tools").children) {
+      button.setAttribute("aria-pressed", String(button.dataset.tool === name));
+    }
+    byId("map").classList.toggle("drawing", name !== "select");
+  }
+
+  useTool(name, picked = []) {
+    if (!this.writable) return;
+    this.tools.choose(name, picked);
+    byId("map").focus({ preventScroll: true });
+  }
+
+  async submit(edit) {
+    await this.session.edit(edit);
+    warn("");
+  }
+
+  async send(edit) {
+    await this._try(() => this.submit(edit));
+  }
+
+  async removeCorrection(index) {
+    await this._try(() => this.session.remove(index));
+  }
+
+  async undo() {
+    await this._try(() => this.session.undo());
+  }
+
+  async redo() {
+    await this._try(() => this.session.redo());
+  }
+
+  async save() {
+    if (!this.writable || !this.session.unsaved) return;
+    await this._try(() => this.session.save(), "Saved.");
+  }
+
+  fit() {
+    this.floorMap.fit(this.shapes, this.session.state.background);
+  }
+
+  cancel() {
+    this.tools.cancel();
+  }
+
+  fail(fault) {
+    warn(fault.message);
+  }
+
+  async _try(task, done = "") {
+    try {
+      await task();
+      warn("");
+      if (done) byId("hint").textContent = done;
+    } catch (fault) {
+      this.fail(fault);
+    }
+  }
+
+  _show(reloaded) {
+    const { state } = this.session;
+    this._shapes = new Shapes(state);
+    this.floorMap.draw(this.shapes, state.background);
+    if (!this.fitted) this.fit();
+    this.fitted = true;
+    this.list.setRooms(this.shapes.rooms, null);
+    this.select(this._findAgain(this.selected));
+    showBuilding(state, this);
+    showCorrections(state, this);
+    this._showNames(state);
+    this._showHeader(state);
+    if (reloaded) {
+      warn("");
+      byId("hint").textContent = "The files have changed; this is the new floor.";
+    }
+  }
+
+  _showHeader(state) {
+    const { session, writable } = this;
+    byId("title").textContent = state.name;
+    document.title = `${session.unsaved ? "• " : ""}${state.name}, pianta`;
+    byId("summary").textContent = state.problem && !this.source.readOnly ? `Read-only: ${state.problem}`
+      : session.unsaved ? "Not saved" : "";
+    byId("history").hidden = this.source.readOnly;
+    byId("undo").disabled = !session.canUndo;
+    byId("redo").disabled = !session.canRedo;
+    byId("save").disabled = !writable || !session.unsaved;
+    byId("tools").hidden = !writable;
+    byId("layers-part").open ||= this.source.readOnly;
+  }
+
+  _showNames(state) {
+    const labels = new Map(state.labels.map(({ label, schema }) => [label, schema]).reverse());
+    byId("label-names").replaceChildren(
+      ...[...labels].reverse().map(([label, schema]) => element("option", { value: label, label: `${label} (${schema})` })));
+    byId("type-names").replaceChildren(
+      ...[...new Set(state.labels.map((each) => each.schema))].map((value) => element("option", { value })));
+  }
+
+  _findAgain(thing) {
+    if (!thing) return null;
+    if (thing.rings) return this.shapes.byId.get(thing.id) ?? null;
+    return this.shapes.doors.find((door) => distanceTo(door.place, thing.place) < SAME_DOOR) ?? null;
+  }
+
+  _mark(hovered = null) {
+    this.hovered = hovered;
+    const marks = (this.picked ?? []).map((thing) => ({ thing, className: "mark mark-picked" }));
+    if (this.selected) marks.push({ thing: this.selected, className: "mark mark-selected" });
+    if (hovered) marks.push({ thing: hovered, className: "mark mark-hovered" });
+    this.floorMap.mark(marks);
+  }
+
+  async _follow() {
+    const { session } = this;
+    try {
+      await session.follow();
+      if (this.lost) warn("");
+      this.lost = false;
+    } catch (fault) {
+      if (session === this.session && !this.lost) this.fail(fault);
+      this.lost = true;
+    }
+  }
+
+  async _askAboutConflict(fault) {
+    if (byId("dialog").open) return;
+    const { session } = this;
+    const text = `The files of ${session.disk.name} have changed on disk, and this tab has corrections that are not saved.`;
+    const answer = await ask(text, [
+      { text: "Load the new floor with my corrections", value: "keep", main: true },
+      { text: "Load it without them", value: "drop" },
+      { text: "Stay with the old floor", value: null },
+    ]);
+    if (answer) await this._try(() => session.reload(answer === "keep"));
+    else warn(fault?.message ?? "The files have changed on disk. Saving will ask again.");
+  }
+
+  _makeTools() {
+    byId("tools").replaceChildren(...Object.entries(Tools.all).map(([name, { text, key, hints }]) => {
+      const button = element("button", { type: "button", title: `${hints[0]} (${key.toUpperCase()})`,
+        onclick: () => this.useTool(name) }, text);
+      button.dataset.tool = name;
+      return button;
+    }));
+    this.toolChanged("select");
+  }
+
+  _makeLayers() {
+    byId("layers").replaceChildren(...Object.entries(FloorMap.layerNames).map(([name, text]) =>
+      element("label", {}, element("input", { type: "checkbox", name, checked: this.floorMap.isOn(name),
+        onchange: (event) => this.floorMap.switchLayer(name, event.target.checked) }), text)));
+  }
+}
+
+const EMPTY = new Shapes({ floor: { features: [] }, graph: [] });

@@ -1,0 +1,65 @@
+// The page of `pianta view`: a gallery of maps, or one of them. The address has the map: #map=0.
+
+import { byId, warn } from "./elements.js";
+import { FloorPage } from "./floor_page.js";
+import { showGallery } from "./gallery.js";
+import { listenToKeys, showHelp } from "./keys.js";
+import { openSource } from "./server.js";
+import { startTheme, switchTheme } from "./theme.js";
+
+const source = openSource();
+let page = null;
+let maps = [];
+
+function mapInAddress() {
+  const number = /^#map=(\d+)$/.exec(location.hash)?.[1];
+  return number === undefined ? null : Number(number);
+}
+
+async function show() {
+  const number = mapInAddress() ?? (maps.length === 1 ? maps[0].map : null);
+  const one = number !== null;
+  byId("floor-page").hidden = !one;
+  byId("gallery").hidden = one;
+  byId("to-gallery").hidden = !one || maps.length < 2;
+  byId("history").hidden = !one;
+  if (one) {
+    page ??= new FloorPage(source);
+    await page.open(number);
+    return;
+  }
+  page?.close();
+  maps = await source.listMaps();
+  byId("title").textContent = "pianta";
+  byId("summary").textContent = `${maps.length} maps`;
+  document.title = "pianta";
+  showGallery(maps, source);
+}
+
+async function start() {
+  startTheme();
+  byId("help").onclick = showHelp;
+  byId("to-gallery").onclick = () => {
+    location.hash = "";
+  };
+  window.addEventListener("hashchange", () => show().catch((fault) => warn(fault.message)));
+  listenToKeys({
+    theme: switchTheme,
+    undo: () => page?.session && page.undo(),
+    redo: () => page?.session && page.redo(),
+    save: () => page?.session && page.save(),
+    cancel: () => page?.session && page.cancel(),
+    fit: () => page?.session && page.fit(),
+    tool: (name) => page?.session && page.useTool(name),
+    find: () => byId("find").focus(),
+  });
+  try {
+    maps = await source.listMaps();
+    await show();
+  } catch (fault) {
+    byId("floor-page").hidden = false;
+    warn(fault.message);
+  }
+}
+
+start();
