@@ -136,9 +136,8 @@ def list_cases(data: Path, only: str) -> Iterator[Case]:
     """All maps with all changes."""
     for name in MAPS:
         if only in name:
-            yield from change_map(
-                name, read_map(data / name, **({} if name.endswith(".yaml") else {"resolution": RESOLUTION}))
-            )
+            resolution = None if name.endswith(".yaml") else RESOLUTION
+            yield from change_map(name, read_map(data / name, resolution=resolution))
     for building, steps in RUNS.items():
         if only in building:
             for step, later in pairwise(steps):
@@ -237,7 +236,7 @@ def choose_corrections(floor: Floor) -> Iterator[Callable[[Floor], Correction]]:
         # A room that was merged has the name of the whole
         yield lambda now, room=rooms[number]: NameRoom(find_place(now, room), f"Name {room.id}")
     if len(inner) > 1:
-        yield lambda now: DeleteDoor(middle_of(inner[random.integers(len(inner))].line))
+        yield lambda _: DeleteDoor(middle_of(inner[random.integers(len(inner))].line))
     yield draw_door
     if len(chosen) > NAMES:
         yield lambda now: DeleteRoom(find_place(now, rooms[chosen[NAMES]]))
@@ -299,7 +298,7 @@ def move_floor(floor: Floor, move: Move) -> Floor:
     return replace(floor, rooms=rooms, doors=doors, possible_doors=(), walls=(), furniture=())
 
 
-def find_fault(correction: Correction, before: Floor, after: Floor, new: Floor, corrected: Floor) -> str | None:
+def find_fault(correction: Correction, before: Floor, after: Floor, new: Floor, corrected: Floor) -> str | None:  # noqa: PLR0911 - one for each kind
     """What is wrong with a correction on a new floor; None if it is right.
 
     before, after: the first floor without and with it, in the frame of the new one. corrected: the new floor with it.

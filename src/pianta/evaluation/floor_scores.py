@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import shapely
+
 from pianta.evaluation.coverage import Scores, overlap_areas, score_layout
 from pianta.evaluation.doors import DetectionScores, score_connections, score_doors, score_edges
 from pianta.evaluation.semantics import pair_backward, pair_forward, semantic_accuracy
