@@ -35,7 +35,7 @@ from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import make_sample, simulate_map
 from tests.command_line import list_files, run_pianta
 
-OUTPUTS = {"floor.geojson", "rooms.png", "graph.json", "picture.png"}
+OUTPUTS = {"floor.geojson", "rooms.png", "graph.json", "picture.png", "grid.npz"}
 HEAVY = {"cv2", "sklearn", "skimage", "matplotlib"}
 
 

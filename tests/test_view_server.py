@@ -31,7 +31,7 @@ from tests.served_floors import FLOOR, TOKEN, Answer, Client, serving, write_fol
 
 pytest.importorskip("fastapi", reason="install pianta[web] to test the server")
 
-MERGE = {"kind": "merge", "rooms": [1, 2]}
+MERGE: dict[str, Any] = {"kind": "merge", "rooms": [1, 2]}
 
 
 @pytest.fixture(scope="module")
@@ -177,7 +177,7 @@ class TestEdits:
         assert [*rooms_of(turned)] == [1, 3]
 
     @pytest.mark.parametrize(
-        ("edit", "kind"),
+        ("edit", "expected"),
         [
             ({"kind": "split", "room": 3, "line": [[4, -1], [4, 3]]}, "split"),
             ({"kind": "draw room", "outline": [[0, 6], [3, 6], [3, 8], [0, 8]]}, "draw room"),
@@ -197,11 +197,11 @@ class TestEdits:
         ],
         ids=lambda value: value if isinstance(value, str) else "",
     )
-    def test_every_kind(self, reader, edit, kind):
+    def test_every_kind(self, reader, edit, expected):
         answer = reader.edit([], **edit)
         assert answer.status == 200, answer.body
         (correction,) = answer.json["corrections"]
-        assert (correction["kind"], correction["problem"]) == (kind, None)
+        assert (correction["kind"], correction["problem"]) == (expected, None)
 
     def test_a_correction_of_the_scale_moves_the_background(self, reader):
         answer = reader.edit([], kind="length", line=[[0, 2], [4, 2]], length=8)
@@ -289,7 +289,7 @@ class TestSaving:
         rooms = rooms_of(client.post("api/maps/0/edit", body))
         assert (rooms[3]["name"], [*rooms]) == (None, [1, 3])
 
-    def test_a_version_that_nobody_has_is_a_conflict(self, reader):
+    def test_an_unknown_version_is_a_conflict(self, reader):
         answer = reader.post("api/maps/0/edit", {"version": "0" * 32, "corrections": [], "edit": MERGE})
         assert answer.status == 409
 
@@ -302,8 +302,8 @@ class TestSaving:
             ]
             answers = [*pool.map(lambda each, items: save(each, items, version), (client, other), lists)]
         assert sorted(answer.status for answer in answers) == [200, 409]
-        kept = "A" if answers[0].status == 200 else "B"
-        assert read_floor(folder / "floor.geojson")[1].name == kept
+        name = "A" if answers[0].status == 200 else "B"
+        assert read_floor(folder / "floor.geojson")[1].name == name
 
     def test_a_save_ends_when_the_browser_is_closed(self, client, folder):
         corrections = client.edit([], **MERGE).json["corrections"]

@@ -6,12 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import cos, pi, sin
 
-import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
-from scipy.signal import fftconvolve
 
 from pianta._types import Floats, Mask
 
@@ -100,12 +97,16 @@ def measure_share(polygons: Polygons, previous: Polygons) -> float:
 
 def count_matches(new: Mask, old: Mask) -> Floats:
     """For every shift of the old cells the count of those on new ones."""
+    from scipy.signal import fftconvolve
+
     # Rounded, because counts are integers.
     return np.asarray(np.rint(fftconvolve(_grow(new), old[::-1, ::-1].astype(float))))
 
 
 def _grow(cells: Mask) -> Floats:
     """A cell on an outline counts twice and one beside it once, because no wall is measured twice at one position."""
+    from scipy.ndimage import binary_dilation
+
     padded = np.pad(cells, 1)
     return padded.astype(float) + binary_dilation(padded, np.ones((3, 3)))
 
@@ -152,6 +153,8 @@ def _measure_extent(polygons: Polygons) -> float:
 
 def _draw_outlines(polygons: Polygons, cell: float) -> tuple[Mask, NDArray[np.int64]]:
     """Cells on the outlines, indexed by x and y, and the x, y in whole cells of the first one."""
+    import cv2
+
     rings = [np.rint(shapely.get_coordinates(ring) / cell).astype(np.int64) for ring in shapely.get_rings(polygons)]
     corners = np.concatenate(rings)
     low = corners.min(axis=0)

@@ -69,11 +69,11 @@ def _describe_shapes(floor: Floor) -> dict[str, Any]:
     """The object of floor.geojson; rooms also have their area, centre, colour, number of doors and neighbours."""
     described = describe_floor(floor)
     colours = _choose_colours(floor)
-    doors = Counter(room for door in floor.doors for room in door.room_ids)
+    doors = Counter(room_id for door in floor.doors for room_id in door.room_ids)
     neighbours = defaultdict[int, set[int]](set)
     for door in floor.doors:
-        for room in door.room_ids:
-            neighbours[room] |= {*door.room_ids} - {room}
+        for room_id in door.room_ids:
+            neighbours[room_id] |= {*door.room_ids} - {room_id}
     # The rooms are the first features.
     for room, feature in zip(floor.rooms, described["features"], strict=False):
         feature["properties"] |= {
