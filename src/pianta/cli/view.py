@@ -12,7 +12,6 @@ import typer
 from pianta.cli.terminal import print_result
 from pianta.errors import OptionError
 from pianta.io._files import count_noun
-from pianta.reading.saved_reading import SavedReading
 
 EXAMPLES = (
     "pianta view building",
@@ -61,13 +60,11 @@ def view_floors(outs: Outs, *, port: Port = None, no_browser: NoBrowser = False,
 def _serve(folders: dict[str, Path], *, port: int, with_browser: bool) -> None:
     from pianta.view.server import LOOPBACK, listen, make_app, open_browser, serve
 
-    if len(folders) == 1:
-        # A damaged folder is refused here, and not on the page.
-        SavedReading.open(*folders.values())
     token = token_urlsafe(TOKEN_BYTES)
+    app = make_app(folders, token=token)
     with listen(port) as listener:
         address = f"http://{LOOPBACK}:{listener.getsockname()[1]}/{token}/"
         print_result(f"{count_noun(len(folders), 'floor')} at {address} (Ctrl+C ends it)")
         if with_browser:
             open_browser(address)
-        serve(make_app(folders, token=token), listener)
+        serve(app, listener)

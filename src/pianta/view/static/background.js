@@ -16,6 +16,7 @@ export const Background = L.Layer.extend({
         this._size = [this._image.naturalWidth, this._image.naturalHeight];
         this._image.classList.add("loaded");
         this._place();
+        this.fire("load");
       };
       this._image.src = this._url;
     }

@@ -134,8 +134,14 @@ export class FloorMap {
     } else if (background.url === this._url) {
       this.background.setCorners(background.corners);
     } else {
-      this.groups.map.clearLayers();
-      this.background = new Background(background.url, background.corners).addTo(this.groups.map);
+      // The picture before stays until a newer one of the same map is there.
+      if (background.url.split("?")[0] !== this._url?.split("?")[0]) this.groups.map.clearLayers();
+      const before = this.background;
+      this.background = new Background(background.url, background.corners);
+      if (before && this.groups.map.hasLayer(before)) {
+        this.background.once("load", () => this.groups.map.removeLayer(before));
+      }
+      this.groups.map.addLayer(this.background);
       this._url = background.url;
     }
   }

@@ -6,7 +6,8 @@ const COLUMNS = {
   id: { text: "Id", value: (room) => room.id },
   name: { text: "Name", value: (room) => room.name ?? "" },
   label: { text: "Label", value: (room) => room.label ?? "" },
-  area: { text: "Area", value: (room) => room.area },
+  // As shown, so that rooms of one area stay in the order of their ids.
+  area: { text: "Area", value: (room) => Math.round(room.area * 10) },
 };
 const MOVES = { ArrowDown: 1, ArrowUp: -1, PageDown: 10, PageUp: -10, Home: -Infinity, End: Infinity };
 const words = new Intl.Collator(undefined, { numeric: true, sensitivity: "base" });

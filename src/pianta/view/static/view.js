@@ -25,6 +25,8 @@ async function show() {
   byId("history").hidden = !one;
   if (one) {
     page ??= new FloorPage(source);
+    // For the console of the browser, and for tests.
+    globalThis.pianta = page;
     await page.open(number);
     return;
   }
