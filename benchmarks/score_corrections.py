@@ -105,14 +105,14 @@ def main() -> None:
     options = parser.parse_args()
     verdicts: list[Verdict] = []
     for case in list_cases(find_data(options.data), options.only):
-        judged = [*judge_case(case)]
-        right = sum(each.why is None for each in judged)
-        sys.stdout.write(f"{case.name}, {case.change}: {right} of {len(judged)}\n")
-        for each in judged:
+        checked = [*check_case(case)]
+        right = sum(each.why is None for each in checked)
+        sys.stdout.write(f"{case.name}, {case.change}: {right} of {len(checked)}\n")
+        for each in checked:
             if each.why:
                 sys.stdout.write(f"    {each.correction}: {each.why}\n")
         sys.stdout.flush()
-        verdicts += judged
+        verdicts += checked
     for title, key in (("change", lambda each: each.change), ("correction", lambda each: name_kind(each.correction))):
         for name in dict.fromkeys(map(key, verdicts)):
             print_share(f"{title} {name}", [each for each in verdicts if key(each) == name])
@@ -186,7 +186,7 @@ def read_growing(folder: Path, step: str, later: str) -> Case:
     return Case(f"{folder.name} {step}", "grown", first, changed, move)
 
 
-def judge_case(case: Case) -> Iterator[Verdict]:
+def check_case(case: Case) -> Iterator[Verdict]:
     """A verdict on each correction of a map."""
     floor = read_first(case.first)
     first = SavedReading(Path(), floor, floor)

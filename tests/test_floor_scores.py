@@ -83,7 +83,7 @@ class TestCommand:
         assert (content["rooms"]["correct"], content["rooms"]["true"], len(content["matches"])) == (17, 19, 17)
         assert content["labels_backward"] == pytest.approx(1)
 
-    def test_another_frame_is_named_and_removed_if_asked(self, world):
+    def test_another_frame_is_named_and_removed_on_demand(self, world):
         arguments = ["score", world / "moved.geojson", world / "truth"]
         out = run_pianta(*arguments).out
         assert "the floors have two frames: OUT would have to be moved, give --align, by a rotation of -90.0°" in out

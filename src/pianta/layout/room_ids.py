@@ -156,7 +156,7 @@ def move_floor(floor: Floor, motion: Motion) -> Floor:
 def _find_motion(polygons: Polygons, previous: Polygons) -> tuple[Motion, IdMatches]:
     """The motion from the frame of the previous rooms to that of the others, and the matches after it.
 
-    It is none if most rooms are where they were, or no motion is clearly better.
+    There is no motion if most rooms are where they were, or no motion is clearly better.
     """
     matches = match_rooms(polygons, previous)
     area = shapely.area(previous)
