@@ -106,7 +106,7 @@ def measure_share(polygons: Polygons, previous: Polygons) -> float:
     rows, cols = (np.argwhere(old) + old_low - new_low + 1).T
     near = _grow(new)
     inside = (rows >= 0) & (cols >= 0) & (rows < near.shape[0]) & (cols < near.shape[1])
-    return float(near[rows[inside], cols[inside]].sum() / (2 * min(len(rows), np.count_nonzero(new))))
+    return float(near[rows[inside], cols[inside]].sum() / (2 * min(len(rows), int(np.count_nonzero(new)))))
 
 
 def count_matches(new: Mask, old: Mask) -> Floats:
@@ -122,7 +122,7 @@ def _grow(cells: Mask) -> Floats:
     from scipy.ndimage import binary_dilation
 
     padded = np.pad(cells, 1)
-    return padded.astype(float) + binary_dilation(padded, np.ones((3, 3)))
+    return np.asarray(padded.astype(float) + binary_dilation(padded, np.ones((3, 3))))
 
 
 def _by_share(candidate: tuple[float, Motion]) -> float:

@@ -107,7 +107,8 @@ class Reader:
     def _finish(self, storey: StoreyReading, path: str | Path) -> StoreyReading:
         """The storey with the ids of the previous floor, labels, and the type of its building."""
         floor, messages, grid = storey.floor, [], storey.grid
-        uncorrected, corrections = None, ()
+        uncorrected: Floor | None = None
+        corrections: tuple[Correction, ...] = ()
         # What people have corrected in the previous floor is corrected here too
         if self.corrected is not None:
             uncorrected, corrections = self._correct(floor, self.corrected, path)
