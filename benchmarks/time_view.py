@@ -37,7 +37,7 @@ TOKEN = "benchmark"  # noqa: S105 - of a server that ends with this script
 STEP, SIDE = 4.0, 3.8
 RESOLUTION = 0.05
 READY = "Boolean(globalThis.pianta?.session?.state && document.querySelector('img.background.loaded'))"
-DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+TWO_FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 # Milliseconds from the request until the answer is drawn.
 EDIT = """async (rooms) => {
     const start = performance.now();
@@ -64,14 +64,14 @@ FRAMES = """async (seconds) => {
 def write_floor(folder: Path, rows: int, columns: int) -> Path:
     """A folder with a grid of square rooms and a door between each two of a row."""
     folder.mkdir()
-    places = [(row, column) for row in range(rows) for column in range(columns)]
+    positions = [(row, column) for row in range(rows) for column in range(columns)]
     rooms = [
         Room(number, box(STEP * column, STEP * row, STEP * column + SIDE, STEP * row + SIDE), "OFFICE")
-        for number, (row, column) in enumerate(places, start=1)
+        for number, (row, column) in enumerate(positions, start=1)
     ]
     doors = [
         Door((number, number + 1), LineString([(STEP * (column + 1) - 0.1, STEP * row + y) for y in (1.0, 2.0)]), 1.0)
-        for number, (row, column) in enumerate(places, start=1)
+        for number, (row, column) in enumerate(positions, start=1)
         if column + 1 < columns
     ]
     cells = np.full((round(rows * STEP / RESOLUTION), round(columns * STEP / RESOLUTION)), FREE, np.int8)
@@ -110,7 +110,7 @@ def opened(browser: Browser, address: str) -> Iterator[tuple[Page, float]]:
     start = perf_counter()
     page.goto(address, wait_until="commit")
     wait_until(page, READY)
-    page.evaluate(DRAWN)
+    page.evaluate(TWO_FRAMES)
     yield page, perf_counter() - start
     context.close()
 

@@ -74,7 +74,7 @@ class TestLooking:
         assert tab.page.input_value("#selected [name=name]") == "Bar"
         assert tab.page.get_attribute("#rooms [aria-selected=true]", "data-room") == "2"
 
-    def test_the_background_lies_below_its_rooms(self, tab):
+    def test_the_background_is_below_its_rooms(self, tab):
         # The map is 9 m wide, from x = -0.3 m.
         tab.page.wait_for_selector("img.background.loaded")
         area = tab.page.locator("img.background").bounding_box()
@@ -308,7 +308,7 @@ class TestFilesAndTabs:
             second.wait_for_ids(2, 3)
             assert second.page.evaluate("String(pianta.floorMap.map.getBounds().toBBoxString())") == view
 
-    def test_a_tab_with_unsaved_edits_is_asked_before_it_loads(self, browser, folder):
+    def test_a_tab_with_unsaved_edits_has_a_choice(self, browser, folder):
         with serving(folder) as client, opened_tab(browser, client) as first, opened_tab(browser, client) as second:
             first.wait_for_floor().click(ROOM_1)
             first.page.fill("#selected [name=name]", "First")
