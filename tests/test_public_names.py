@@ -20,6 +20,7 @@ import pianta
 from pianta import errors, plot
 from pianta.building_types.model import BuildingTypeModel
 from pianta.evacuation.evacuation import DoorUse, Evacuation, WayOut
+from pianta.evaluation.floor_scores import FloorScores
 from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
 from pianta.layout.explanation import Border, Explanation
@@ -42,6 +43,7 @@ RESULTS = (
     Evacuation,
     Explanation,
     Exploration,
+    FloorScores,
     Motion,
     Occurrence,
     OpenEnd,

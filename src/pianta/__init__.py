@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pianta.building_types.model import train_building_types
     from pianta.errors import PiantaError
     from pianta.evacuation.evacuate import evacuate
+    from pianta.evaluation.floor_scores import score_floor
     from pianta.exploration.explore import explore
     from pianta.floor import Door, Floor, Furniture, Room
     from pianta.generation.generate import generate
@@ -75,6 +76,7 @@ __all__ = [
     "read_map",
     "read_plan",
     "reconstruct",
+    "score_floor",
     "train_building_types",
     "train_rooms",
     "train_type",
@@ -116,6 +118,7 @@ _MODULES = {
     "read_map": "io.maps",
     "read_plan": "plan.read_plan",
     "reconstruct": "layout.reconstruct",
+    "score_floor": "evaluation.floor_scores",
     "train_building_types": "building_types.model",
     "train_rooms": "rooms.training",
     "train_type": "generation.train",

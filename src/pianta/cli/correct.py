@@ -70,6 +70,8 @@ def correct_floor(
     A LINE is "x,y x,y" from wall to wall or from jamb to jamb, an OUTLINE has
     all corners. An empty name or label, "", takes it away.
     """
+    if str(out).startswith("--"):
+        raise OptionError(f"the folder is {short_repr(out)}, give the folder first and then the corrections")
     saved = SavedReading.open(out)
     if undo > len(saved.corrections):
         raise OptionError(f"--undo is {undo} and the floor has {count_noun(len(saved.corrections), 'correction')}")
@@ -128,21 +130,18 @@ class _Form:
 
 def _split_edits(arguments: Sequence[str]) -> Iterator[_Edit]:
     """The edits of a command line, in their order."""
-    words: list[str] = []
-    flag = ""
-    for argument in (*arguments, "--"):
-        if argument in _FORMS or argument.startswith("--"):
-            if flag:
-                yield _Edit(flag, tuple(words))
-            elif words:
-                raise OptionError(
-                    f"{short_repr(words[0])} belongs to no correction, give the folder and then --merge, …"
-                )
-            if argument != "--" and argument not in _FORMS:
-                raise OptionError(f"there is no correction {short_repr(argument)}, give one of {', '.join(_FORMS)}")
-            flag, words = argument, []
+    edits: list[tuple[str, list[str]]] = []
+    for argument in arguments:
+        if argument in _FORMS:
+            edits.append((argument, []))
+        elif argument.startswith("--"):
+            raise OptionError(f"there is no correction {short_repr(argument)}, give one of {', '.join(_FORMS)}")
+        elif edits:
+            edits[-1][1].append(argument)
         else:
-            words.append(argument)
+            raise OptionError(f"{short_repr(argument)} belongs to no correction, give the folder and then --merge, …")
+    for flag, words in edits:
+        yield _Edit(flag, tuple(words))
 
 
 def _read_id(word: str) -> int:

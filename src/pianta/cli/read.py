@@ -20,7 +20,15 @@ from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS
 from pianta.reading._labelling import describe_type
 from pianta.reading._reader import ReadOptions
 from pianta.reading.read import MAX_JOBS, Failure, read, read_all
-from pianta.reading.reading import EXPLANATION, OUTPUTS, Reading, StoreyReading, check_clean_map, check_output
+from pianta.reading.reading import (
+    EXPLANATION,
+    OUTPUTS,
+    Reading,
+    StoreyReading,
+    check_clean_map,
+    check_corrections,
+    check_output,
+)
 
 if TYPE_CHECKING:
     from pianta.layout.explanation import Explanation
@@ -221,6 +229,7 @@ def _read_one(
     """Read a file; print its rooms, its messages, and where the results are."""
     check_output_folder(out)
     extras.check_files(path, out)
+    check_corrections(out, options["previous"])
     reading = read(path, **options)
     clean_map = reading.clean_map() if extras.clean else None
     explanation = reading.explain() if extras.explain else None

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely import LineString, Point, Polygon
 
-from pianta.corrections.kinds import XY, Points, describe_points
+from pianta.corrections.kinds import XY, Points, check_places, describe_points
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor, Room
 
@@ -28,6 +28,7 @@ def find_room(floor: Floor, place: XY) -> Room:
 
     Raises CorrectionError if there is none.
     """
+    check_places(place)
     room = look_for_room(floor.rooms, place)
     if room is None:
         raise CorrectionError(f"there is no room at {describe_points(place)}, give a place inside a room")
@@ -47,6 +48,7 @@ def find_door(floor: Floor, place: XY) -> Door:
 
     Raises CorrectionError if there is none.
     """
+    check_places(place)
     point = Point(place)
     nearest = min(floor.doors, key=lambda door: (door.line.distance(point), middle_of(door.line)), default=None)
     if nearest is None or nearest.line.distance(point) > NEAR_DOOR:
@@ -72,6 +74,7 @@ def draw_line(points: Points) -> LineString:
 
     Raises CorrectionError for one without length.
     """
+    check_places(*points)
     line = LineString(points) if len(points) >= 2 else LineString()
     if line.length < PLACE_TOLERANCE:
         raise CorrectionError(f"the line {describe_points(*points)} has no length, give two points or more")
@@ -83,6 +86,7 @@ def draw_outline(points: Points) -> Polygon:
 
     Raises CorrectionError for one that crosses itself or has no area.
     """
+    check_places(*points)
     outline = Polygon(points) if len(points) >= 3 else Polygon()
     if not outline.is_valid or outline.area < PLACE_TOLERANCE:
         raise CorrectionError(

@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import ConfigDict, Field
 
 from pianta._types import Floats
+from pianta.errors import CorrectionError
 
 # Beyond any map frame; metres.
 MAX_COORDINATE = 1e8
@@ -241,6 +242,12 @@ _PATHS = ("places", "line", "sides", "outline")
 def name_kind(correction: Correction) -> str:
     """The name of the kind of a correction, as in KINDS."""
     return next(name for name, kind in KINDS.items() if kind is type(correction))
+
+
+def check_places(*places: XY) -> None:
+    """Raise CorrectionError for points that are no places of a map frame."""
+    if not (np.abs(np.array(places, float)) <= MAX_COORDINATE).all():
+        raise CorrectionError(f"{describe_points(*places)} is no place, give metres of the map frame")
 
 
 def move_correction(correction: AnyCorrection, move: Callable[[Floats], Floats]) -> AnyCorrection:

@@ -25,9 +25,19 @@ COARSE_CELL = 0.4
 ANGLE_STEP = pi / 90
 # Walls have a main direction if the mean of their fourfold directions is this long; 1 if all are at right angles.
 CLEAR_DIRECTION = 0.3
+# Motions that bring less of the outlines are compared with those of all angles.
+GOOD_SHARE = 0.6
+# Outlines are straightened by this much, so that the steps of cells in walls at an angle have no directions; metres.
+STEP_TOLERANCE = 0.15
 # Steps by which an angle is refined, each twice as fine as the one before; the first in radians.
 FIRST_STEP = pi / 90
 REFINEMENTS = 5
+# Points of the outlines this far apart are fitted to the other outlines, as far as these are nearer than a limit, which
+# falls from the first to the last round; metres.
+FIT_SPACING = 0.1
+FIT_LIMITS = (0.6, 0.45, 0.3, 0.3, 0.2, 0.2, 0.2, 0.2)
+# Fewer points fit no motion.
+MIN_FITTED = 20
 
 
 @dataclass(frozen=True)
@@ -52,11 +62,14 @@ def find_motion(polygons: Polygons, previous: Polygons) -> tuple[Motion, float]:
 
     The share is that of the shorter outlines, since either map may show more of the building. Outlines locate better
     than areas, which overlap for every motion between two floors. If the walls of both have the same main direction
-    after a rotation, only the four rotations of this kind are tried; if either has no main direction, all.
+    after a rotation, only the four rotations of this kind are tried; if
+    either has no main direction, or these bring few outlines, all are.
+    The best is fitted to the outlines themselves.
     """
     cell = _choose_cell(polygons, previous, OUTLINE_CELL)
     share, motion = max(_try_angles(polygons, previous, _list_likely_angles(polygons, previous), cell), key=_by_share)
-    if min(abs(_measure_direction(each)) for each in (polygons, previous)) < CLEAR_DIRECTION:
+    unclear = min(abs(_measure_direction(each)) for each in (polygons, previous)) < CLEAR_DIRECTION
+    if unclear or share < GOOD_SHARE:
         coarse = _choose_cell(polygons, previous, COARSE_CELL)
         angles = np.arange(0, 2 * pi, ANGLE_STEP)
         _, rough = max(_try_angles(polygons, previous, angles, coarse), key=_by_share)
@@ -66,7 +79,8 @@ def find_motion(polygons: Polygons, previous: Polygons) -> tuple[Motion, float]:
         near = [motion.angle - step, motion.angle + step]
         share, motion = max([(share, motion), *_try_angles(polygons, previous, near, cell)], key=_by_share)
         step /= 2
-    return motion, share
+    fitted = _fit_outlines(polygons, previous, motion)
+    return fitted, measure_share(polygons, fitted.move(previous))
 
 
 def find_shift(polygons: Polygons, previous: Polygons, *, cell: float | None = None) -> tuple[Motion, float]:
@@ -131,9 +145,51 @@ def _list_likely_angles(polygons: Polygons, previous: Polygons) -> list[float]:
     return [0.0, *(turn + quarter * pi / 2 for quarter in range(4))]
 
 
+def _fit_outlines(polygons: Polygons, previous: Polygons, motion: Motion) -> Motion:
+    """The motion fitted by least squares of the distances of previous points to lines of the outlines (ICP)."""
+    from scipy.spatial import cKDTree
+
+    starts, ends = _list_segments(polygons)
+    lengths = np.hypot(*(ends - starts).T)
+    counts = np.ceil(lengths / FIT_SPACING).astype(int)
+    segment = np.repeat(np.arange(len(starts)), counts)
+    share = (np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[segment]
+    target = starts[segment] + share[:, None] * (ends - starts)[segment]
+    along = ((ends - starts) / lengths[:, None])[segment]
+    tree = cKDTree(target)
+    points = shapely.get_coordinates(shapely.segmentize(shapely.get_rings(_straighten(previous)), FIT_SPACING))
+    for limit in FIT_LIMITS:
+        moved = motion.apply(points)
+        distance, nearest = tree.query(moved, distance_upper_bound=limit)
+        near = distance < limit
+        if np.count_nonzero(near) < MIN_FITTED:
+            return motion
+        here, normal = moved[near], along[nearest[near]][:, ::-1] * [-1, 1]
+        middle = here.mean(axis=0)
+        lever = here - middle
+        # A small rotation by a about the middle moves a point by a times its lever turned by 90°
+        columns = np.column_stack([(normal * lever[:, ::-1] * [-1, 1]).sum(axis=1), normal])
+        gaps = (normal * (target[nearest[near]] - here)).sum(axis=1)
+        angle, x, y = np.linalg.lstsq(columns, gaps, rcond=None)[0]
+        step = Motion(float(angle))
+        shift = middle + [x, y] + step.apply(np.array(motion.shift)[None] - middle)[0]
+        motion = Motion(motion.angle + float(angle), (float(shift[0]), float(shift[1])))
+    return motion
+
+
+def _list_segments(polygons: Polygons) -> tuple[Floats, Floats]:
+    """First and last points of the straight lines of outlines, without the steps of cells."""
+    rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(_straighten(polygons))]
+    return np.concatenate([ring[:-1] for ring in rings]), np.concatenate([ring[1:] for ring in rings])
+
+
+def _straighten(polygons: Polygons) -> Polygons:
+    return np.asarray(shapely.simplify(polygons, STEP_TOLERANCE), dtype=object)
+
+
 def _measure_direction(polygons: Polygons) -> complex:
     """The mean of the fourfold directions of outlines: a quarter of its angle is the main direction."""
-    rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(polygons)]
+    rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(_straighten(polygons))]
     steps = np.concatenate([np.diff(ring, axis=0) for ring in rings])
     # The factor 4 makes directions that differ by a right angle equal; squares give long walls more weight.
     weights = np.hypot(*steps.T) ** 2

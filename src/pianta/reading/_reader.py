@@ -23,7 +23,7 @@ from pianta.layout.reconstruct import DEFAULT_METHOD, check_as_printed, check_me
 from pianta.layout.room_ids import find_frame_motion, keep_room_ids
 from pianta.reading._labelling import Labelling
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
-from pianta.reading.saved_reading import SavedReading, measure_factor
+from pianta.reading.saved_reading import SavedReading, keep_words, measure_factor
 
 if TYPE_CHECKING:
     from pianta.building_types.model import BuildingTypeModel
@@ -111,16 +111,17 @@ class Reader:
         # What people have corrected in the previous floor is corrected here too
         if self.corrected is not None:
             uncorrected, corrections = self._correct(floor, self.corrected, path)
-            floor, outcomes = correct_all(uncorrected, corrections)
+            # Labels that people have given in the corrected floor have priority over those of the uncorrected one
+            floor, outcomes = correct_all(keep_words(uncorrected, floor), corrections)
             grid = grid.scaled(measure_factor(outcomes))
             messages += describe_outcomes(outcomes)
-            uncorrected = self._label(uncorrected)
+            uncorrected = self._label(uncorrected, self.corrected.uncorrected)
         # Rooms of the previous floor keep their ids
         if self.previous is not None:
             floor = _keep_ids(floor, self.previous, self.earlier, path)
             messages.append(describe_ids(floor, self.previous, self.earlier))
         # What each room is for (chapters 4 and 5), and what kind of building it is (chapter 6)
-        floor = self._label(floor)
+        floor = self._label(floor, self.previous)
         types = self.labelling.predicted_types if self.labelling and floor.rooms else ()
         return replace(
             storey,
@@ -140,7 +141,7 @@ class Reader:
             raise FloorError(f"map {short_repr(path)}: {error}") from error
         return keep_room_ids(floor, corrected.uncorrected), tuple(corrected.move_corrections(motion))
 
-    def _label(self, floor: Floor) -> Floor:
+    def _label(self, floor: Floor, previous: Floor | None) -> Floor:
         """The floor with its building type and labels; a user's label of a room, or previous type, stays.
 
         With labels=False only the user's labels stay.
@@ -148,8 +149,8 @@ class Reader:
         from pianta.rooms.model import keep_manual_label
 
         building_type = self.labelling.building_type if self.labelling else None
-        if building_type is None and self.previous is not None:
-            building_type = self.previous.given_type
+        if building_type is None and previous is not None:
+            building_type = previous.given_type
         floor = replace(floor, building_type={building_type: 1.0} if building_type else {})
         if self.labelling:
             return self.labelling.label(floor)

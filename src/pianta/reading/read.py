@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pianta.rooms.model import RoomModel
 
 from pianta.reading._reader import InputKind, Reader, ReadOptions
-from pianta.reading.reading import Reading, check_output
+from pianta.reading.reading import Reading, check_corrections, check_output
 
 MAX_JOBS = 256
 
@@ -256,6 +256,7 @@ class _Task:
             if self.folder is None:
                 return self.reader.read(self.path)
             check_output(self.path, self.folder)
+            check_corrections(self.folder, self.reader.options.get("previous"))
             reading = self.reader.read(self.path)
             reading.save(self.folder, walls=self.walls, graph=self.graph)
         except PiantaError as error:

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from pianta.corrections.corrections_file import FILE_NAME, save_corrections
+from pianta.corrections.corrections_file import FILE_NAME, read_corrections, save_corrections
 from pianta.corrections.kinds import Correction
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.io._files import real_path, short_repr
+from pianta.io._files import count_noun, real_path, short_repr
 from pianta.io._folders import atomic_folder, check_output_file
 from pianta.labels import LabelSchema
 
@@ -189,6 +189,9 @@ class Reading:
         check_output(self.path, folder)
         folders = [Path(folder) / storey.name for storey in self.storeys]
         _refuse_folders_as_results(folders)
+        for storey, target in zip(self.storeys, folders, strict=True):
+            if storey.uncorrected is None:
+                check_corrections(target)
         with ExitStack() as together:
             for storey, target in zip(self.storeys, folders, strict=True):
                 self._write(storey, together.enter_context(atomic_folder(target)), walls=walls, graph=graph)
@@ -299,6 +302,22 @@ def check_output(path: str | Path, folder: str | Path, *, names: Sequence[str] =
     for file in _list_inputs(path):
         if file.name in names and real_path(file).parent == real_path(folder):
             raise OptionError(f"map {short_repr(file)} would be replaced by a result, give another output folder")
+
+
+def check_corrections(folder: str | Path, previous: object = None) -> None:
+    """Raise OptionError if a folder has corrections that are lost when a reading without them is written into it.
+
+    previous: as of `read`; the corrections of that folder are applied again.
+    """
+    file = Path(folder) / FILE_NAME
+    if isinstance(previous, str | Path) and real_path(folder) in {real_path(previous), real_path(previous).parent}:
+        return
+    corrections = read_corrections(file) if file.exists() else []
+    if corrections:
+        raise OptionError(
+            f"folder {short_repr(folder)} has {count_noun(len(corrections), 'correction')}, which would be lost; give "
+            "it as previous= and they are applied again, or give another output folder"
+        )
 
 
 def _list_inputs(path: str | Path) -> list[Path]:

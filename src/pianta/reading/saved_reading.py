@@ -80,7 +80,7 @@ class SavedReading:
     def keep(self, corrections: Sequence[Correction]) -> SavedReading:
         """The reading with these corrections alone; rooms that were there before have their ids."""
         corrected, outcomes = correct_all(self.uncorrected, corrections)
-        floor = keep_room_ids(corrected, self.floor, earlier=[self.uncorrected])
+        floor = keep_words(keep_room_ids(corrected, self.floor, earlier=[self.uncorrected]), corrected)
         grid = self._scale_grid(measure_factor(outcomes) / measure_factor(self.outcomes))
         return replace(self, floor=floor, corrections=tuple(corrections), outcomes=tuple(outcomes), grid=grid)
 
@@ -110,6 +110,15 @@ class SavedReading:
 
     def _scale_grid(self, factor: float) -> GridMap | None:
         return self.grid if self.grid is None or factor == 1 else self.grid.scaled(factor)
+
+
+def keep_words(floor: Floor, source: Floor) -> Floor:
+    """The floor with the names and labels of another one that has the same rooms in the same order."""
+    rooms = tuple(
+        replace(room, name=own.name, label=own.label, labels=own.labels, label_probabilities=own.label_probabilities)
+        for room, own in zip(floor.rooms, source.rooms, strict=True)
+    )
+    return replace(floor, rooms=rooms)
 
 
 def measure_factor(outcomes: Iterable[Outcome]) -> float:
