@@ -1,4 +1,4 @@
-"""A browser that looks at the page of `pianta view`; tests that need it are skipped where there is none."""
+"""A browser that looks at the page of `pianta view`; tests that need it are skipped without one."""
 
 import shutil
 from collections.abc import Iterator

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from shapely import box
 
+from pianta.corrections.kinds import SplitRoom
 from pianta.floor import Floor, Room
 from pianta.gridmap import FREE, GridMap
 from pianta.io.floors import save_floor
@@ -74,7 +75,7 @@ class TestLooking:
         assert tab.page.input_value("#selected [name=name]") == "Bar"
         assert tab.page.get_attribute("#rooms [aria-selected=true]", "data-room") == "2"
 
-    def test_the_background_lies_below_its_rooms(self, tab):
+    def test_the_background_is_below_its_rooms(self, tab):
         # The map is 9 m wide, from x = -0.3 m.
         tab.page.wait_for_selector("img.background.loaded")
         area = tab.page.locator("img.background").bounding_box()
@@ -166,10 +167,13 @@ class TestEditing:
 
     def test_split_by_a_line_that_snaps_to_the_walls(self, tab, folder):
         tab.use("split")
-        # A few pixels inside the room: without snapping the line would not reach its walls.
-        tab.click((2.6, 2.03), (2.6, 4.97))
+        # Some pixels inside the room, whose walls are at 2 m and 5 m.
+        tab.click((2.6, 2.08), (2.6, 4.92))
         tab.wait_for_ids(1, 2, 3, 4)
         tab.save()
+        (split,) = SavedReading.open(folder).corrections
+        assert isinstance(split, SplitRoom)
+        assert [y for _, y in split.line] == pytest.approx([2, 5], abs=1e-9)
         # 2.6 m and 1.4 m of 3 m; the larger part keeps the id.
         areas = {room.id: room.polygon.area for room in floor_of(folder)}
         assert [areas[1], areas[4]] == pytest.approx([7.8, 4.2], abs=0.1)
@@ -205,6 +209,22 @@ class TestEditing:
         tab.save()
         doors = sorted((door.kind, door.room_ids, round(door.line.centroid.x, 1)) for door in floor_of(folder).doors)
         assert doors == [("door", (1, 3), 2.9), ("door", (2,), 8.3), ("opening", (1, 3), 1.5)]
+
+    def test_move_a_door_by_its_panel_and_the_map(self, tab, folder):
+        tab.click(DOOR_1_3)
+        tab.page.click("#selected button:has-text('Move')")
+        tab.click((2.5, 1.9), (3.3, 1.9))
+        tab.wait_for_text("#corrections-count", "(1)")
+        tab.save()
+        middles = sorted(round(door.line.centroid.x, 1) for door in floor_of(folder).doors)
+        assert middles == [2.9, 6.5, 8.3]
+
+    def test_a_room_that_is_outside_makes_its_doors_entrances(self, tab, folder):
+        tab.use("outside")
+        tab.click(ROOM_1)
+        tab.wait_for_ids(2, 3)
+        tab.save()
+        assert sorted(door.room_ids for door in floor_of(folder).doors) == [(2,), (2, 3), (3,)]
 
     def test_rename_and_label(self, tab, folder):
         tab.click(ROOM_1)
@@ -308,7 +328,7 @@ class TestFilesAndTabs:
             second.wait_for_ids(2, 3)
             assert second.page.evaluate("String(pianta.floorMap.map.getBounds().toBBoxString())") == view
 
-    def test_a_tab_with_unsaved_edits_is_asked_before_it_loads(self, browser, folder):
+    def test_a_tab_with_unsaved_edits_has_a_choice(self, browser, folder):
         with serving(folder) as client, opened_tab(browser, client) as first, opened_tab(browser, client) as second:
             first.wait_for_floor().click(ROOM_1)
             first.page.fill("#selected [name=name]", "First")

@@ -40,8 +40,7 @@ function withControl(event, actions) {
 
 function alone(event, actions) {
   if (event.key === "Escape") {
-    if (isTyping(event.target)) event.target.blur();
-    return actions.cancel;
+    return isTyping(event.target) ? () => event.target.blur() : actions.cancel;
   }
   if (isTyping(event.target) || event.altKey) return null;
   if (event.key === "/") return actions.find;
