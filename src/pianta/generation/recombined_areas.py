@@ -26,7 +26,7 @@ TRIES = 50
 # P(a branch of an area is removed), and the expected number of branches added for each of its branches: the numbers of
 # rooms of a building then vary by some 12 %. Chosen by hand on halves of the schools.
 P_REMOVED = 0.35
-# Of so many buildings that meet the constraints the one whose rooms are farthest from any floor of the model is made.
+# Number of new buildings that meet the constraints, of which the one with labels farthest from any floor is made.
 # Of 1, 2 and 4 the least with which the buildings of a model of all schools are nearly as far from its floors, by edits
 # of the graph, as these are from each other.
 CANDIDATES = 2
@@ -134,7 +134,7 @@ class AreaRecombiner:
         fixed, free = chosen[: self.n_fixed], chosen[self.n_fixed :]
         others = [self._parts[area] for area in fixed]
         allowed = self._count_violations(real)
-        found: list[tuple[float, list[nx.Graph]]] = []
+        candidates: list[tuple[float, list[nx.Graph]]] = []
         for _ in range(TRIES):
             own = free
             if not self.mixes_floors:
@@ -142,10 +142,10 @@ class AreaRecombiner:
             new = recombine_areas([self._parts[area] for area in own], generator, others=others)
             result = [*real[: self.n_fixed], *map(build_area, new)]
             if (self._count_violations(result) <= allowed).all():
-                found.append((self._measure_novelty(result), result))
-                if len(found) == CANDIDATES:
+                candidates.append((self._measure_novelty(result), result))
+                if len(candidates) == CANDIDATES:
                     break
-        return max(found, key=lambda each: each[0])[1] if found else real
+        return max(candidates, key=lambda each: each[0])[1] if candidates else real
 
     @cached_property
     def _parts(self) -> tuple[AreaParts, ...]:
