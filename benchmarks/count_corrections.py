@@ -4,8 +4,8 @@ Run: OMP_NUM_THREADS=1 python benchmarks/count_corrections.py [SET ...] [--data 
 
 A simulated person knows the true rooms and mends the reading of `structure`, one correction at a time: merges the
 parts of a true room, splits a room along a straight line between two true ones, draws a room that is missing, and
-deletes one that is no room. All rooms are right if F1 is 100: each true room matches one room with an IoU above 0.5, and
-each room a true one, as in `pianta bench segmentation`. A person who is less careful needs more, a cleverer one fewer.
+deletes one that is no room. All rooms are right if F1 is 100: each true room matches one room with an IoU above 0.5,
+and each room a true one, as in `pianta bench segmentation`. A person who is less careful needs more, a cleverer one fewer.
 """
 
 from __future__ import annotations
