@@ -4,8 +4,8 @@ Run: OMP_NUM_THREADS=1 python benchmarks/count_corrections.py [SET ...] [--data 
 
 A simulated person knows the true rooms and mends the reading of `structure`, one correction at a time: merges the
 parts of a true room, splits a room along a straight line between two true ones, draws a room that is missing, and
-deletes one that is none. All rooms are right if F1 is 100: each true room matches one room with an IoU above 0.5, and
-each room a true one, as in `pianta bench segmentation`. A person who is less careful needs more, a cleverer one fewer.
+deletes one that is no room. All rooms are right if F1 is 100: each true room matches one room with an IoU above 0.5,
+and each room a true one, as in `pianta bench segmentation`. A person who is less careful needs more, a cleverer one fewer.
 """
 
 from __future__ import annotations
@@ -126,26 +126,32 @@ class Comparison:
 
     @cached_property
     def area(self) -> dict[int, int]:
+        """Cells of each room."""
         return count_cells(self.labels)
 
     @cached_property
     def true_area(self) -> dict[int, int]:
+        """Cells of each true room."""
         return count_cells(self.truth)
 
     @cached_property
     def matches(self) -> dict[int, int]:
+        """The true room of each room that is right."""
         return match_rooms(self.labels, self.truth)
 
     @property
     def missing(self) -> list[int]:
+        """True rooms that no room matches."""
         return sorted(self.true_area.keys() - set(self.matches.values()))
 
     @property
     def wrong(self) -> list[int]:
+        """Rooms that match no true one."""
         return sorted(self.area.keys() - self.matches.keys())
 
     @cached_property
     def common(self) -> Counter[tuple[int, int]]:
+        """Cells of each room in each true one."""
         both = (self.labels > 0) & (self.truth > 0)
         return Counter(zip(self.labels[both].tolist(), self.truth[both].tolist(), strict=True))
 
@@ -205,8 +211,8 @@ def fit_border(sides: list[NDArray[np.intp]], room: Polygon, true_map: TrueMap) 
     foot = middle - normal * svm.intercept_[0] / np.hypot(*svm.coef_[0]) * spread
     along = np.array([-normal[1], normal[0]])
     reach = room.length
-    whole = shapely.intersection(room, LineString([foot - along * reach, foot + along * reach]))
-    pieces = [piece for piece in shapely.get_parts(whole) if isinstance(piece, LineString)]
+    largest = shapely.intersection(room, LineString([foot - along * reach, foot + along * reach]))
+    pieces = [piece for piece in shapely.get_parts(largest) if isinstance(piece, LineString)]
     if not pieces:
         return None
     # The piece between the two
@@ -220,11 +226,11 @@ def fit_border(sides: list[NDArray[np.intp]], room: Polygon, true_map: TrueMap) 
 def outline_true_room(cells: NDArray[np.bool_], true_map: TrueMap) -> list[tuple[float, float]]:
     """The outline of a true room, as a person would draw it."""
     outlines, _ = outline_labels(cells.astype(np.int32))
-    whole = max(outlines, key=lambda each: each.area)
-    pixels = shapely.get_coordinates(whole.exterior)
+    largest = max(outlines, key=lambda each: each.area)
+    pixels = shapely.get_coordinates(largest.exterior)
     xy = np.column_stack(true_map.grid.pixel_to_map(pixels[:, 1], pixels[:, 0]))
-    drawn = shapely.simplify(Polygon(xy), DRAWN_TOLERANCE)
-    return [(float(x), float(y)) for x, y in drawn.exterior.coords[:-1]]
+    simple = shapely.simplify(Polygon(xy), DRAWN_TOLERANCE)
+    return [(float(x), float(y)) for x, y in simple.exterior.coords[:-1]]
 
 
 if __name__ == "__main__":

@@ -257,6 +257,6 @@ def test_bad_input_is_one_line(options, message):
 
 
 def test_a_building_that_cannot_be_left_out_of_the_types_is_refused():
-    drawn = NoiseFloor("a", "school", "school/nowhere", Floor(()), others=[("b", ())])  # type: ignore[list-item]
+    floor = NoiseFloor("a", "school", "school/nowhere", Floor(()), others=[("b", ())])  # type: ignore[list-item]
     with pytest.raises(DataError, match="'school/nowhere' is not in the model of types"):
-        drawn.train_type_model()
+        floor.train_type_model()

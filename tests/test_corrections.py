@@ -102,9 +102,9 @@ class TestRooms:
             FLOOR.split(1, [(1, 3), (3, 3)])
 
     def test_a_drawn_room_leaves_the_others_as_they_are(self):
-        drawn = FLOOR.draw_room([(8, 2), (12, 2), (12, 5), (8, 5)])
-        assert drawn[8].polygon.equals(box(8.2, 2, 12, 5))
-        assert rooms_of_doors(drawn)[2] == (2, 8)
+        more = FLOOR.draw_room([(8, 2), (12, 2), (12, 5), (8, 5)])
+        assert more[8].polygon.equals(box(8.2, 2, 12, 5))
+        assert rooms_of_doors(more)[2] == (2, 8)
 
     def test_a_room_cannot_be_drawn_in_another(self):
         with pytest.raises(CorrectionError, match="other rooms are where the room"):
@@ -142,7 +142,7 @@ class TestDoors:
         assert more.doors[-1] == Door((1, 2), LineString([(4.1, 3), (4.1, 4)]), 1.0, "door", 1.0)
 
     def test_a_door_to_the_outside_is_an_entrance(self):
-        assert FLOOR.draw_door([(-0.1, 3), (-0.1, 4)], kind="opening").doors[-1].rooms == (1, None)
+        assert FLOOR.draw_door([(-0.1, 3), (-0.1, 4)], door_kind="opening").doors[-1].rooms == (1, None)
 
     def test_a_door_in_a_room_is_refused(self):
         with pytest.raises(CorrectionError, match="room 1 is on both sides"):
@@ -152,8 +152,8 @@ class TestDoors:
 
     def test_a_possible_door_is_gone_where_a_door_is_drawn(self):
         shut = replace(FLOOR, doors=FLOOR.doors[1:], possible_doors=FLOOR.doors[:1])
-        drawn = shut.draw_door([(1, 1.9), (2, 1.9)])
-        assert (len(drawn.doors), drawn.possible_doors) == (3, ())
+        more = shut.draw_door([(1, 1.9), (2, 1.9)])
+        assert (len(more.doors), more.possible_doors) == (3, ())
 
     def test_a_door_is_moved_deleted_and_turned_into_an_opening(self):
         moved = FLOOR.move_door((1.5, 1.9), [(4.1, 3), (4.1, 4)])
@@ -231,7 +231,7 @@ def test_a_correction_in_a_turned_frame_gives_the_turned_floor(correction):
 
 
 @pytest.mark.parametrize("correction", [each for each in ALL if not isinstance(each, MoveDoor | DeleteDoor)], ids=str)
-def test_a_floor_that_is_as_the_correction_says_stays(correction):
+def test_a_correction_that_holds_already_changes_nothing(correction):
     corrected = correct(FLOOR, correction)
     if isinstance(correction, ScaleToLength):
         correction = ScaleToLength(((0, 3), (6, 3)), 6.0)

@@ -42,7 +42,7 @@ def test_lines_are_drawn_where_their_cells_are():
     matrix = np.array([[0.5, 0, 0], [0, 0.5, 0]])
     image = draw_lines(np.array([[[10.5, 4.5], [20.5, 4.5]]]), matrix)
     rows, cols = np.nonzero(image > 127)
-    assert (set(rows), set(cols)) == ({2}, {*range(5, 11)})
+    assert (set(rows.tolist()), set(cols.tolist())) == ({2}, {*range(5, 11)})
 
 
 def test_lines_that_end_far_away_are_cut_off():

@@ -143,3 +143,20 @@ def test_no_more_rooms_of_a_label_than_a_floor_has():
         columns = dict(zip(SCHOOL.by_name, counts.tolist(), strict=True))
         assert columns["GYM"] <= 2
         assert columns["CLASSROOM"] <= 2
+
+
+def test_of_several_buildings_the_most_novel_is_made(monkeypatch):
+    recombiner = AreaRecombiner(MODEL, MODEL.areas, 0, Constraints())
+    shares = np.array([count_labels([floor.graph], SCHOOL)[0] for floor in FLOORS], float)
+    shares /= shares.sum(axis=1, keepdims=True)
+
+    def measure_median_distance(candidates: int) -> float:
+        monkeypatch.setattr("pianta.generation.recombined_areas.CANDIDATES", candidates)
+        random = np.random.default_rng(6)
+        distances = []
+        for _ in range(60):
+            counts = count_labels(recombiner.renew([0, 1], np.eye(2)[0], random), SCHOOL).sum(axis=0)
+            distances.append(np.abs(counts / counts.sum() - shares).sum(axis=1).min() / 2)
+        return float(np.median(distances))
+
+    assert measure_median_distance(8) > measure_median_distance(1)

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely import LineString, Point
 
-from pianta.corrections._places import draw_line, find_door, look_for_room
+from pianta.corrections._places import draw_line, find_door, find_nearest_room
 from pianta.corrections.kinds import ChangeDoor, DeleteDoor, DoorKind, DrawDoor, MoveDoor, Points, describe_points
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor
@@ -40,7 +40,7 @@ def delete_door(floor: Floor, correction: DeleteDoor) -> Floor:
 
 
 def change_door(floor: Floor, correction: ChangeDoor) -> Floor:
-    """The floor with an opening in the place of a door, or the other way round."""
+    """The floor with an opening instead of a door, or the other way round."""
     door = find_door(floor, correction.place)
     if door.kind == correction.door:
         return floor
@@ -48,30 +48,30 @@ def change_door(floor: Floor, correction: ChangeDoor) -> Floor:
     return replace(floor, doors=tuple(changed if each is door else each for each in floor.doors))
 
 
-def _add_door(floor: Floor, points: Points, kind: DoorKind) -> Floor:
+def _add_door(floor: Floor, points: Points, door_kind: DoorKind) -> Floor:
     line = draw_line(points)
-    one, other = (_look_beside(floor, line, side) for side in (1, -1))
+    one, other = (_find_beside(floor, line, side) for side in (1, -1))
     if one is None and other is None:
         raise CorrectionError(f"no room is beside the door {describe_points(*points)}, draw it in a wall of a room")
     if one == other:
         raise CorrectionError(f"room {one} is on both sides of the door {describe_points(*points)}, split it first")
     rooms = (one, other) if one is not None else (other, None)
-    door = Door(rooms, line, line.length, kind, 1.0)  # type: ignore[arg-type]
+    door = Door(rooms, line, line.length, door_kind, 1.0)  # type: ignore[arg-type]
     if any(_is_same(each, door) for each in floor.doors):
         return floor
     possible = tuple(each for each in floor.possible_doors if each.line.distance(line) > SAME_DOOR)
     return replace(floor, doors=(*floor.doors, door), possible_doors=possible)
 
 
-def _look_beside(floor: Floor, line: LineString, side: int) -> int | None:
-    """The id of the first room on one side of the middle of a line; None if there is none."""
+def _find_beside(floor: Floor, line: LineString, side: int) -> int | None:
+    """The id of the first room on one side of the middle of a line; None without one."""
     ends = shapely.get_coordinates(line)[[0, -1]]
     along = ends[1] - ends[0]
     normal = np.array([-along[1], along[0]]) / np.hypot(*along) * side
     middle = np.array(line.interpolate(0.5, normalized=True).coords[0])
     for distance in np.arange(SIDE_STEP, SIDE_REACH + SIDE_STEP / 2, SIDE_STEP):
         x, y = middle + normal * distance
-        room = look_for_room(floor.rooms, (x, y), reach=0)
+        room = find_nearest_room(floor.rooms, (x, y), reach=0)
         if room is not None:
             return room.id
     return None

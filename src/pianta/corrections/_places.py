@@ -26,16 +26,16 @@ DIGITS = 3
 def find_room(floor: Floor, place: XY) -> Room:
     """The room at a place.
 
-    Raises CorrectionError if there is none.
+    Raises CorrectionError without one.
     """
     check_places(place)
-    room = look_for_room(floor.rooms, place)
+    room = find_nearest_room(floor.rooms, place)
     if room is None:
         raise CorrectionError(f"there is no room at {describe_points(place)}, give a place inside a room")
     return room
 
 
-def look_for_room(rooms: Iterable[Room], place: XY, *, reach: float = NEAR_ROOM) -> Room | None:
+def find_nearest_room(rooms: Iterable[Room], place: XY, *, reach: float = NEAR_ROOM) -> Room | None:
     """The room nearest to a place, if it is within reach, metres."""
     point = Point(place)
     candidates = [(room.polygon.distance(point), room.id, room) for room in rooms]
@@ -46,7 +46,7 @@ def look_for_room(rooms: Iterable[Room], place: XY, *, reach: float = NEAR_ROOM)
 def find_door(floor: Floor, place: XY) -> Door:
     """The door or opening at a place.
 
-    Raises CorrectionError if there is none.
+    Raises CorrectionError without one.
     """
     check_places(place)
     point = Point(place)

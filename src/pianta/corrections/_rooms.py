@@ -12,8 +12,8 @@ from pianta.corrections._places import (
     NEAR_ROOM,
     draw_line,
     draw_outline,
+    find_nearest_room,
     find_room,
-    look_for_room,
     middle_of,
 )
 from pianta.corrections._shapes import MAX_GAP, MIN_ROOM, join_shapes, measure_gap, split_shape
@@ -39,20 +39,20 @@ SAME_IOU = 0.8
 
 def merge_rooms(floor: Floor, correction: MergeRooms) -> Floor:
     """The rooms at the places as one, with the oldest id, and the label of the largest."""
-    found = {room.id: room for room in (find_room(floor, place) for place in correction.places)}
+    merging = {room.id: room for room in (find_room(floor, place) for place in correction.places)}
     if len(correction.places) < 2:
         raise CorrectionError("one place alone names no rooms to merge, give two or more")
-    if len(found) == 1:
+    if len(merging) == 1:
         return floor
-    rooms = sorted(found.values(), key=lambda room: (-room.polygon.area, room.id))
+    rooms = sorted(merging.values(), key=lambda room: (-room.polygon.area, room.id))
     gap = measure_gap([room.polygon for room in rooms])
     if gap > MAX_GAP:
-        ids = " and ".join(map(str, sorted(found)))
+        ids = " and ".join(map(str, sorted(merging)))
         raise CorrectionError(f"rooms {ids} are {gap:.1f} m apart, rooms to merge must be neighbours")
-    others = [room.polygon for room in floor if room.id not in found]
+    others = [room.polygon for room in floor if room.id not in merging]
     merged = replace(
         rooms[0],
-        id=min(found),
+        id=min(merging),
         polygon=join_shapes([room.polygon for room in rooms], others),
         name=next((room.name for room in rooms if room.name), None),
         partial=any(room.partial for room in rooms),
@@ -60,15 +60,17 @@ def merge_rooms(floor: Floor, correction: MergeRooms) -> Floor:
         confidence=None,
         probability=1.0,
     )
-    new_ids = {room.id: merged.id if room.id in found else room.id for room in floor}
+    new_ids = {room.id: merged.id if room.id in merging else room.id for room in floor}
 
     def lead_elsewhere(doors: Sequence[Door]) -> tuple[Door, ...]:
-        return tuple(door.renumber_rooms(new_ids) for door in doors if not found.keys() >= {*door.rooms})
+        return tuple(door.renumber_rooms(new_ids) for door in doors if not merging.keys() >= {*door.rooms})
 
-    kept = [merged if room.id == merged.id else room for room in floor if room.id == merged.id or room.id not in found]
+    remaining = [
+        merged if room.id == merged.id else room for room in floor if room.id == merged.id or room.id not in merging
+    ]
     return replace(
         floor,
-        rooms=tuple(kept),
+        rooms=tuple(remaining),
         doors=lead_elsewhere(floor.doors),
         possible_doors=lead_elsewhere(floor.possible_doors),
     )
@@ -77,7 +79,7 @@ def merge_rooms(floor: Floor, correction: MergeRooms) -> Floor:
 def split_room(floor: Floor, correction: SplitRoom) -> Floor:
     """The parts of a room on both sides of a line; the largest keeps id and name. Between them is an opening."""
     line = draw_line(correction.line)
-    one, other = (look_for_room(floor.rooms, side) for side in correction.sides)
+    one, other = (find_nearest_room(floor.rooms, side) for side in correction.sides)
     if one is not None and other is not None and one.id != other.id:
         return floor
     room = one or other or find_room(floor, middle_of(line))
@@ -118,7 +120,7 @@ def draw_room(floor: Floor, correction: DrawRoom) -> Floor:
 
 def delete_room(floor: Floor, correction: DeleteRoom) -> Floor:
     """The floor without a room and without its doors."""
-    room = look_for_room(floor.rooms, correction.place, reach=0)
+    room = find_nearest_room(floor.rooms, correction.place, reach=0)
     if room is None:
         return floor
     return _replace_room(floor, room, [], lambda doors: [door for door in doors if room.id not in door.room_ids])
@@ -183,7 +185,7 @@ def _divide(floor: Floor, room: Room, parts: Sequence[Polygon]) -> Floor:
 def _replace_room(
     floor: Floor, old: Room, new: Sequence[Room], change_doors: Callable[[Sequence[Door]], Iterable[Door]]
 ) -> Floor:
-    """The floor with other rooms in the place of one, and with the doors that `change_doors` makes of all doors."""
+    """The floor with other rooms instead of one, and with the doors that `change_doors` makes of all doors."""
     rooms = [each for room in floor for each in (new if room.id == old.id else (room,))]
     return replace(
         floor,

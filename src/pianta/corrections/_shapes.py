@@ -52,9 +52,9 @@ def join_shapes(shapes: Sequence[Polygon], others: Sequence[Polygon]) -> Polygon
     parts = [part for part in shapely.get_parts(joined) if isinstance(part, Polygon)]
     largest: Polygon = max(parts, key=lambda part: part.area)
     # Slits along the walls of the rooms are no holes of the new one
-    whole = Polygon(largest.exterior, [hole for hole in largest.interiors if Polygon(hole).area >= MIN_ROOM])
+    filled = Polygon(largest.exterior, [hole for hole in largest.interiors if Polygon(hole).area >= MIN_ROOM])
     # Without the slivers and the corners that growing and shrinking leave
-    clean = shapely.simplify(shapely.set_precision(whole, SNAP_DISTANCE), SNAP_DISTANCE)
+    clean = shapely.simplify(shapely.set_precision(filled, SNAP_DISTANCE), SNAP_DISTANCE)
     return clean if isinstance(clean, Polygon) and clean.is_valid else largest
 
 

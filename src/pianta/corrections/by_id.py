@@ -16,11 +16,11 @@ from pianta.labels import ALL_SCHEMAS, FCES, RC, normalize_label
 def find_by_id(floor: Floor, room_id: int) -> Room:
     """The room with an id.
 
-    Raises CorrectionError if there is none.
+    Raises CorrectionError without one.
     """
     if room_id not in floor:
-        known = f"1 … {max(room.id for room in floor)}" if len(floor) else "none"
-        raise CorrectionError(f"there is no room {room_id}, the ids of the floor are {known}")
+        numbers = f"1 … {max(room.id for room in floor)}" if len(floor) else "none"
+        raise CorrectionError(f"there is no room {room_id}, the ids of the floor are {numbers}")
     return floor[room_id]
 
 
@@ -57,8 +57,8 @@ def label_by_id(floor: Floor, room_id: int, label: str | None) -> LabelRoom:
     """The correction that gives a room a label, in any case, of a schema or of another room of the floor."""
     name = normalize_label(label)
     own = {room.label for room in floor if room.label}
-    known = {*own, *RC, *FCES, *(name for schema in ALL_SCHEMAS.values() for name in schema.by_name)}
-    if name is not None and name not in known:
-        similar = get_close_matches(name, sorted(known)) or sorted(known)[:5]
+    labels = {*own, *RC, *FCES, *(name for schema in ALL_SCHEMAS.values() for name in schema.by_name)}
+    if name is not None and name not in labels:
+        similar = get_close_matches(name, sorted(labels)) or sorted(labels)[:5]
         raise CorrectionError(f"label {name[:50]!r} is in no schema, give one such as {', '.join(similar)}")
     return LabelRoom(place_of(floor, room_id), name)

@@ -71,14 +71,14 @@ def parse_correction(item: dict[str, Any]) -> Correction:
     Raises CorrectionError, with every fault, for an unknown kind, and for members that are missing, unknown or wrong.
     """
     members = dict(item)
-    kind = members.pop("kind", None)
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise CorrectionError(f"its kind is {short_repr(kind)}, give one of {', '.join(KINDS)}")
+    name = members.pop("kind", None)
+    if not isinstance(name, str) or name not in KINDS:
+        raise CorrectionError(f"its kind is {short_repr(name)}, give one of {', '.join(KINDS)}")
     try:
         # As JSON, where a list of two numbers is a point.
-        correction: Correction = _ADAPTERS[kind].validate_json(json.dumps(members))
+        correction: Correction = _ADAPTERS[name].validate_json(json.dumps(members))
     except ValidationError as error:
-        raise CorrectionError(f"{kind}: {describe_validation(error)}") from None
+        raise CorrectionError(f"{name}: {describe_validation(error)}") from None
     return correction
 
 
@@ -98,4 +98,4 @@ class _File(BaseModel):
     corrections: Annotated[list[dict[str, Any]], Field(max_length=MAX_CORRECTIONS)]
 
 
-_ADAPTERS = {name: TypeAdapter[Any](kind) for name, kind in KINDS.items()}
+_ADAPTERS = {name: TypeAdapter[Any](correction) for name, correction in KINDS.items()}

@@ -39,12 +39,12 @@ class _Checked:
 
 def describe_points(*points: XY) -> str:
     """The first points of a correction in a message."""
-    shown = " ".join(f"({x:.2f}, {y:.2f})" for x, y in points[:3])
-    return f"{shown} …" if len(points) > 3 else shown
+    first = " ".join(f"({x:.2f}, {y:.2f})" for x, y in points[:3])
+    return f"{first} …" if len(points) > 3 else first
 
 
-def _with_article(kind: DoorKind) -> str:
-    return "an opening" if kind == "opening" else "a door"
+def _with_article(door: DoorKind) -> str:
+    return "an opening" if door == "opening" else "a door"
 
 
 @dataclass(frozen=True)
@@ -241,7 +241,7 @@ _PATHS = ("places", "line", "sides", "outline")
 
 def name_kind(correction: Correction) -> str:
     """The name of the kind of a correction, as in KINDS."""
-    return next(name for name, kind in KINDS.items() if kind is type(correction))
+    return next(name for name, each in KINDS.items() if each is type(correction))
 
 
 def check_places(*places: XY) -> None:

@@ -76,7 +76,7 @@ class Correctable:
         return self.correct(split_by_id(self._floor, room, tuple(line)))
 
     def draw_room(self, outline: Points) -> Self:
-        """Add a room where there is none.
+        """Add a room where no room is.
 
         Parameters
         ----------
@@ -206,14 +206,14 @@ class Correctable:
 
         return self.correct(label_by_id(self._floor, room, label))
 
-    def draw_door(self, line: Points, *, kind: Literal["door", "opening"] = "door") -> Self:
+    def draw_door(self, line: Points, *, door_kind: Literal["door", "opening"] = "door") -> Self:
         """Add a door or an opening between the rooms on both sides of a line, or an entrance.
 
         Parameters
         ----------
         line
             x, y of both jambs, metres in the map frame.
-        kind
+        door_kind
             "door" or "opening".
 
         Returns
@@ -228,7 +228,7 @@ class Correctable:
         """
         from pianta.corrections.kinds import DrawDoor
 
-        return self.correct(DrawDoor(tuple(line), kind))
+        return self.correct(DrawDoor(tuple(line), door_kind))
 
     def move_door(self, place: XY, line: Points) -> Self:
         """Move the door at a place.

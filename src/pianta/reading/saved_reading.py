@@ -127,7 +127,7 @@ def measure_factor(outcomes: Iterable[Outcome]) -> float:
 
 
 def _read_paper(file: Path) -> NDArray[np.uint8] | None:
-    """The sheet of a plan; None if there is none."""
+    """The sheet of a plan; None without one."""
     with suppress(FileNotFoundError):
         try:
             with Image.open(file) as image:

@@ -93,7 +93,7 @@ class Symmetry:
     def undo(self, cells: NDArray[np.float32]) -> NDArray[np.float32]:
         """The cells of a patch, shape (H, W), as they were before."""
         mirrored = np.flip(cells, self.mirrored)
-        return mirrored.T if self.exchanged else mirrored
+        return np.asarray(mirrored.T if self.exchanged else mirrored)
 
 
 SYMMETRIES = tuple(
@@ -105,7 +105,8 @@ def _score_cells(layers: NDArray[np.uint8]) -> NDArray[np.float32]:
     """The scores of the network for the cells of a patch, shape (80, 80)."""
     network = _read_network()
     network.setInput((layers.astype(np.float32) / 255)[None])
-    return np.asarray(network.forward(), np.float32)[0, 0]
+    scores: NDArray[np.float32] = np.asarray(network.forward(), np.float32)[0, 0]
+    return scores
 
 
 def draw_patch(scene: RoomScene) -> tuple[NDArray[np.uint8], Floats]:
@@ -141,7 +142,7 @@ def shrink_mask(mask: Mask, matrix: Floats, *, beyond: int = 0) -> NDArray[np.fl
     )
 
 
-def draw_lines(lines: Floats, matrix: Floats) -> NDArray[np.uint8]:
+def draw_lines(lines: Floats, matrix: Floats) -> NDArray[np.float32]:
     """Lines of the scene, shape (L, 2, 2), as levels, 0 … 255, of a patch, shape (80, 80)."""
     ends = (lines - 0.5) @ matrix[:, :2].T + matrix[:, 2]
     low, high = -LINE_MARGIN, PATCH_SIZE + LINE_MARGIN
@@ -149,7 +150,7 @@ def draw_lines(lines: Floats, matrix: Floats) -> NDArray[np.uint8]:
     for line in shapely.clip_by_rect(shapely.linestrings(ends), low, low, high, high):
         corners = np.rint(shapely.get_coordinates(line) * 2**SHIFT).astype(np.int32)
         cv2.polylines(image, [corners], isClosed=False, color=255, lineType=cv2.LINE_AA, shift=SHIFT)
-    return image
+    return image.astype(np.float32)
 
 
 def _measure_support(scene: RoomScene, axis: int, corner: float, scale: float, middle: float) -> Floats:
